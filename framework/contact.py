@@ -1,0 +1,102 @@
+"""The contact law: tractions of one contact from its opening, slip and memory; and a way to look at it alone."""
+
+from __future__ import annotations
+
+import inspect
+from abc import ABC, abstractmethod
+from typing import Any
+
+import attrs
+import numpy as np
+
+
+class ContactLaw(ABC):
+    """What two grains do to each other at one contact point, written in scalars as a pure function.
+
+    A whole law, linear softening over the fracture energy (Hillerborg, Modeer and Petersson 1976,
+    doi:10.1016/0008-8846(76)90007-7)::
+
+        @attrs.frozen(kw_only=True)
+        class Hillerborg(gl.ContactLaw):
+            kn: float = gl.parameter("Pa/m")
+            ks: float = gl.parameter("Pa/m")
+            strength: float = gl.parameter("Pa")
+            energy: float = gl.parameter("J/m2")
+            stiffness = property(lambda self: (self.kn, self.ks))
+
+            def traction(self, opening, slip, damage, widest):
+                peak, last = self.strength / self.kn, 2 * self.energy / self.strength
+                widest = max(widest, opening, peak)
+                damage = min((widest - peak) / (last - peak), 1.0)
+                secant = self.strength * (1 - damage) / widest
+                return (secant if opening > 0 else self.kn) * opening, self.ks * slip, damage, widest
+
+    Inside ``traction``, ``self`` gives the fields and properties of the law (numbers, flags, enumeration members),
+    its parts (frozen attrs classes with scalar methods, ``self.softening.remaining(damage)``) and its own methods.
+    Fields and properties are read once, before the loop. Written without branches (``min``, ``max``, conditional
+    expressions) it vectorises.
+    """
+
+    @property
+    @abstractmethod
+    def stiffness(self) -> tuple[float, float]:
+        """Normal and shear stiffness (Pa/m) of the first response; the stable step starts from them."""
+
+    @abstractmethod
+    def traction(self, opening: Any, slip: Any, *memory: Any) -> tuple[Any, ...]:
+        """Normal traction (Pa, tension positive), shear traction (Pa), then the new memory.
+
+        ``opening`` and ``slip`` (m) are the relative displacement of grain B against A along the normal and the
+        tangent. The arguments after ``slip`` are the memory, by name, zero at the start. The framework knows
+        ``damage`` (0 intact to 1 broken, never decreasing) and ``mode`` (share of shear in the damage, 0 to 1).
+        """
+
+
+def memory_names(law: ContactLaw) -> tuple[str, ...]:
+    """Names of a law's memory: the arguments of its ``traction`` after ``opening`` and ``slip``."""
+    names = tuple(inspect.signature(law.traction).parameters)
+    if len(names) < 2:
+        raise TypeError(f"{type(law).__name__}.traction must take opening and slip before its memory, not {names}")
+    return names[2:]
+
+
+@attrs.frozen(eq=False)
+class Trace:
+    """Answer of one contact along a path: arrays of equal length, the memory under its own names."""
+
+    opening: np.ndarray  #: m
+    slip: np.ndarray  #: m
+    normal: np.ndarray  #: Pa, tension positive
+    shear: np.ndarray  #: Pa
+    work: np.ndarray  #: J/m2 done on the contact since the first point
+    memory: dict[str, np.ndarray]
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        if not name.startswith("_") and name in self.memory:
+            return self.memory[name]
+        raise AttributeError(f"a trace has opening, slip, normal, shear, work and {', '.join(self.memory)}; not {name}")
+
+
+def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False) -> Trace:
+    """Drive one contact alone along arrays of ``opening`` and ``slip`` (m; either may be a single number).
+
+    Interpreted, or through the ``compiled`` code a simulation runs; both agree to 1e-12.
+    """
+    opening, slip = (np.array(a, dtype=float) for a in np.broadcast_arrays(np.atleast_1d(opening), np.atleast_1d(slip)))
+    names = memory_names(law)
+    if compiled:
+        from grainlaw.kernels.batch import compile_law
+
+        respond = compile_law(law).respond
+    else:
+        respond = law.traction
+    rows = np.empty((2 + len(names), len(opening)))
+    state = (0.0,) * len(names)
+    for i in range(len(opening)):
+        answer = respond(float(opening[i]), float(slip[i]), *state)
+        rows[:, i] = answer
+        state = tuple(float(entry) for entry in answer[2:])
+    normal, shear = rows[:2]
+    steps = (normal[1:] + normal[:-1]) / 2 * np.diff(opening) + (shear[1:] + shear[:-1]) / 2 * np.diff(slip)
+    work = np.concatenate([[0.0], np.cumsum(steps)])
+    return Trace(opening, slip, normal, shear, work, dict(zip(names, rows[2:], strict=True)))

@@ -1,0 +1,113 @@
+"""A declared quantity: an attrs field with a unit and a bound, checked once when the component is made."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import attrs
+import numpy as np
+
+
+class ParameterError(ValueError):
+    """A value outside what its declaration allows; the message names component, parameter, value and bound."""
+
+
+@attrs.frozen
+class Bounds:
+    """What a parameter may be; without any bound a physical quantity must be positive."""
+
+    at_least: float | None = None
+    above: float | None = None
+    at_most: float | None = None
+    below: float | None = None
+    infinite: bool = False
+
+    def allow(self, value: float) -> bool:
+        """Whether ``value`` is a number inside the bounds."""
+        if math.isnan(value) or (math.isinf(value) and not self.infinite):
+            return False
+        return (
+            (self.at_least is None or value >= self.at_least)
+            and (self.above is None or value > self.above)
+            and (self.at_most is None or value <= self.at_most)
+            and (self.below is None or value < self.below)
+        )
+
+    def __str__(self) -> str:
+        words = [
+            f"{name} {bound:g}"
+            for name, bound in (
+                ("at least", self.at_least), ("above", self.above), ("at most", self.at_most), ("below", self.below),
+            )
+            if bound is not None
+        ]  # fmt: skip
+        return " and ".join(["a number" if self.infinite else "a finite number", *words])
+
+
+def parameter(
+    unit: str,
+    *,
+    default: Any = attrs.NOTHING,
+    at_least: float | None = None,
+    above: float | None = None,
+    at_most: float | None = None,
+    below: float | None = None,
+    infinite: bool = False,
+) -> Any:
+    """Declare a number of a component: ``cohesion: float = parameter("Pa", at_least=0)``.
+
+    Without a bound the value must be above 0. ``infinite=True`` admits infinity (and an array of it). A value may
+    be an array, one entry per contact, where the component is a contact law. Raises :class:`ParameterError`.
+    """
+    if at_least is above is at_most is below is None:
+        above = 0.0
+    bounds = Bounds(at_least, above, at_most, below, infinite)
+
+    def check(component: Any, attribute: Any, value: Any) -> None:
+        values = np.atleast_1d(value) if isinstance(value, np.ndarray) else (value,)
+        for entry in values:
+            if not bounds.allow(entry):
+                raise ParameterError(
+                    f"{type(component).__name__}: {attribute.name} = {entry:g} {unit} is not allowed, "
+                    f"it must be {bounds}"
+                )
+
+    def convert(value: Any, component: Any, attribute: Any) -> Any:
+        try:
+            if isinstance(value, (bool, str, bytes)) or value is None:
+                raise TypeError
+            if isinstance(value, (np.ndarray, list, tuple)) and np.ndim(value) == 1:
+                array = np.array(value, dtype=float)
+                array.flags.writeable = False
+                return array
+            return float(value)
+        except (TypeError, ValueError):
+            raise ParameterError(
+                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, it must be {bounds} ({unit})"
+            ) from None
+
+    return attrs.field(
+        default=default,
+        converter=attrs.Converter(convert, takes_self=True, takes_field=True),
+        validator=check,
+        metadata={"unit": unit, "bounds": bounds},
+        eq=attrs.cmp_using(eq=np.array_equal),
+    )
+
+
+def parameters(component: Any) -> dict[str, Any]:
+    """All fields of a component by name, nested components as dictionaries: what a summary file records."""
+
+    def plain(value: Any) -> Any:
+        if attrs.has(type(value)):
+            return {"type": type(value).__name__, **parameters(value)}
+        if isinstance(value, np.ndarray):
+            return value.tolist()
+        if isinstance(value, (list, tuple)):
+            return [plain(entry) for entry in value]
+        if hasattr(value, "name") and hasattr(value, "value"):  # an enumeration's member
+            return value.name.lower()
+        return value
+
+    return {field.name: plain(getattr(component, field.name)) for field in attrs.fields(type(component)) if field.init}
