@@ -1,0 +1,135 @@
+"""A hash of everything that is compiled into a function, so that a cached binary is never stale."""
+
+from __future__ import annotations
+
+import dis
+import enum
+import hashlib
+import sys
+import types
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+STANDARD = set(sys.stdlib_module_names) | {"numpy", "numba", "llvmlite"}  #: modules that the versions in the key cover
+
+
+class NotCompilable(TypeError):
+    """A function refers to something that cannot be compiled into a kernel."""
+
+
+def plain(function: Any) -> Any:
+    """The Python function behind a numba dispatcher, or the object itself."""
+    return getattr(function, "py_func", function)
+
+
+def is_standard(module: types.ModuleType) -> bool:
+    """Whether the module belongs to Python, numpy or numba."""
+    return module.__name__.split(".")[0] in STANDARD
+
+
+def code_names(code: types.CodeType) -> tuple[set[str], set[str]]:
+    """Names that a code object, and the code nested in it, loads as globals and as attributes."""
+    loaded, attributes = set(), set()
+    for instruction in dis.get_instructions(code):
+        if instruction.opname in ("LOAD_GLOBAL", "LOAD_NAME"):
+            loaded.add(instruction.argval)
+        elif instruction.opname in ("LOAD_ATTR", "LOAD_METHOD"):
+            attributes.add(instruction.argval)
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            more, more_attributes = code_names(constant)
+            loaded |= more
+            attributes |= more_attributes
+    return loaded, attributes
+
+
+def references(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
+    """What a function's code can reach by name: globals, attributes of its helper modules, closure cells."""
+    loaded, attributes = code_names(function.__code__)
+    for name in sorted(loaded):
+        if name in function.__globals__:
+            value = function.__globals__[name]
+            yield name, value
+            if isinstance(value, types.ModuleType) and not is_standard(value):
+                for attribute in sorted(attributes):  # any attribute named anywhere in the function: a safe superset
+                    if hasattr(value, attribute):
+                        yield f"{name}.{attribute}", getattr(value, attribute)
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        yield name, cell.cell_contents
+
+
+def _signature(code: types.CodeType) -> tuple:
+    constants = tuple(
+        _signature(c) if isinstance(c, types.CodeType) else (type(c).__name__, repr(c)) for c in code.co_consts
+    )
+    return (
+        code.co_code, constants, code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars,
+        code.co_argcount, code.co_flags,
+    )  # fmt: skip
+
+
+class _Hasher:
+    def __init__(self) -> None:
+        self.hash = hashlib.sha256()
+        self.seen: dict[int, int] = {}
+
+    def word(self, *words: Any) -> None:
+        self.hash.update(repr(words).encode())
+
+    def feed(self, thing: Any, where: str) -> None:
+        thing = plain(thing)
+        if isinstance(thing, types.FunctionType):
+            self.function(thing, where)
+        elif isinstance(thing, types.ModuleType):
+            self.word("module", thing.__name__)
+        elif isinstance(thing, np.ndarray):
+            self.word(thing.dtype.descr, thing.shape)
+            self.hash.update(np.ascontiguousarray(thing).tobytes())
+        elif isinstance(thing, (bool, int, float, complex, str, bytes, type(None), np.generic, enum.Enum)):
+            self.word(type(thing).__name__, thing)
+        elif isinstance(thing, (tuple, list)):
+            self.word(type(thing).__name__, getattr(thing, "_fields", ""), len(thing))
+            for entry in thing:
+                self.feed(entry, where)
+        elif isinstance(thing, type) and issubclass(thing, enum.Enum):
+            self.word([(member.name, member.value) for member in thing])
+        elif isinstance(thing, type) and (hasattr(thing, "_fields") or thing.__module__ == "builtins"):
+            self.word(thing.__qualname__, getattr(thing, "_fields", ""))
+        elif isinstance(getattr(thing, "_defn", None), types.FunctionType):  # a numba intrinsic: its code is the function it holds
+            self.function(thing._defn, where)
+        elif callable(thing) and (getattr(thing, "__module__", None) or "math").split(".")[0] in STANDARD:
+            self.word("builtin", getattr(thing, "__name__", repr(type(thing))))
+        else:
+            raise NotCompilable(
+                f"{where}: compiled code may use functions, modules and constants as globals, "
+                f"not {type(thing).__name__}"
+            )
+
+    def function(self, function: types.FunctionType, where: str) -> None:
+        if id(function) in self.seen:
+            self.word("again", self.seen[id(function)])
+            return
+        self.seen[id(function)] = len(self.seen)
+        self.word(_signature(function.__code__), function.__defaults__, function.__kwdefaults__)
+        for name, value in references(function):
+            self.word(name)
+            self.feed(value, f"{where}.{name}")
+
+
+def fingerprint(*functions: Any, extra: tuple = ()) -> str:
+    """Hex digest over byte code, constants, globals, helpers in any module, closures, and the compiler's versions.
+
+    ``extra`` must have a stable ``repr``. Raises :class:`NotCompilable` for a global that is neither function,
+    module nor constant.
+    """
+    import llvmlite
+    import numba
+
+    hasher = _Hasher()
+    hasher.word(sys.version_info[:3], numba.__version__, llvmlite.__version__, extra)
+    for function in functions:
+        hasher.feed(function, getattr(plain(function), "__name__", "?"))
+    return hasher.hash.hexdigest()
+
