@@ -42,6 +42,11 @@ class ContactLaw(ABC):
     def stiffness(self) -> tuple[float, float]:
         """Normal and shear stiffness (Pa/m) of the first response; the stable step starts from them."""
 
+    @property
+    def exceptions(self) -> dict[str, str]:
+        """Conformance properties the law is known to break, "continuity" or "energy": why and by how much."""
+        return {}
+
     @abstractmethod
     def traction(self, opening: Any, slip: Any, *memory: Any) -> tuple[Any, ...]:
         """Normal traction (Pa, tension positive), shear traction (Pa), then the new memory.

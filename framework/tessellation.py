@@ -3,17 +3,131 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cached_property
+from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.parameter import ParameterError
+
+ROUNDING = 1e-9  #: of a length: nearer than this to a side is on the side, flatter than this is straight
+
+
+class TilingError(ValueError):
+    """Polygons that do not tile their region; the message says which grain, edge or corner is at fault."""
+
+
+def _read_only(dtype: type) -> Any:
+    def convert(values: Any) -> np.ndarray:
+        array = np.array(values, dtype=dtype)
+        array.flags.writeable = False
+        return array
+
+    return convert
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def _areas_and_centroids(points: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of polygons whose corners lie in a row; from each first corner, so that no digits are lost far from zero."""
+    origin = points[first[:-1]]
+    here = points - np.repeat(origin, np.diff(first), axis=0)
+    there = here[_following(first)]
+    twice = _cross(here, there)
+    areas = np.add.reduceat(twice, first[:-1]) / 2
+    moments = np.add.reduceat((here + there) * twice[:, None], first[:-1])
+    with np.errstate(invalid="ignore", divide="ignore"):  # a polygon without area is `check`'s to refuse
+        return areas, origin + moments / (6 * areas[:, None])
+
+
+def _following(first: np.ndarray) -> np.ndarray:
+    following = np.arange(1, first[-1] + 1)
+    following[first[1:] - 1] = first[:-1]
+    return following
+
 
 @attrs.frozen(eq=False)
 class Region:
-    """A simple polygon to be filled with grains; every side carries the name of the boundary it belongs to."""
+    """A simple polygon to be filled with grains; every side carries the name of the boundary it belongs to.
 
-    outline: np.ndarray  #: (n, 2) m, counter-clockwise
-    sides: tuple[str, ...]  #: name of the side from corner k to corner k + 1
+    Several sides may share a name. Raises :class:`~grainlaw.parameter.ParameterError`.
+    """
+
+    outline: np.ndarray = attrs.field(converter=_read_only(float))  #: (n, 2) m, counter-clockwise
+    sides: tuple[str, ...] = attrs.field(converter=tuple)  #: name of the side from corner k to corner k + 1
+
+    def __attrs_post_init__(self) -> None:
+        fault = self._fault()
+        if fault:
+            raise ParameterError(f"Region: {fault}")
+
+    def _fault(self) -> str | None:
+        if self.outline.shape != (max(len(self.outline), 3), 2):
+            return f"outline has the shape {self.outline.shape}, it must be (n, 2) with at least 3 corners"
+        if not np.isfinite(self.outline).all():
+            return "outline has a corner that is not finite"
+        if len(self.sides) != len(self.outline):
+            return f"sides has {len(self.sides)} names for {len(self.outline)} sides of the outline"
+        if not all(isinstance(name, str) and name for name in self.sides):
+            return f"sides = {self.sides} must be names"
+        crossing = _crossing_sides(self.outline)
+        if crossing:
+            return f"outline crosses or touches itself at its sides {crossing[0]} and {crossing[1]}"
+        if self.area <= 0:
+            return "outline runs clockwise, its corners must be given counter-clockwise"
+        return None
+
+    @cached_property
+    def area(self) -> float:
+        """m2."""
+        return float(_areas_and_centroids(self.outline, np.array([0, len(self.outline)]))[0][0])
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """(2, 2) m: the lower left and the upper right corner of the box round the region."""
+        return np.array([self.outline.min(axis=0), self.outline.max(axis=0)])
+
+    @property
+    def boundary_names(self) -> tuple[str, ...]:
+        """Names of the sides, each once, in the order of the outline."""
+        return tuple(dict.fromkeys(self.sides))
+
+
+def _crossing_sides(outline: np.ndarray) -> tuple[int, int] | None:
+    """Two sides that share more than the corner between them."""
+    n = len(outline)
+    i, j = np.indices((n, n))
+    along = np.roll(outline, -1, axis=0) - outline
+    left_of = _cross(along[:, None], outline - outline[:, None])  # sign: corner j to the left of side i
+    astride = left_of * np.roll(left_of, -1, axis=1) <= 0
+    ends = np.stack([outline, outline + along])
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    near = ((low[:, None] <= high) & (low <= high[:, None])).all(axis=2)
+    meet = (i + 1 < j) & ((j + 1) % n != i) & astride & astride.T & near
+    onward = np.roll(along, -1, axis=0)
+    meet |= (j == (i + 1) % n) & ((_cross(along, onward) == 0) & ((along * onward).sum(axis=1) <= 0))[:, None]
+    return next(((int(k), int(m)) for k, m in np.argwhere(meet)), None)
+
+
+@attrs.frozen(eq=False)
+class Edges:
+    """All edges of a tessellation, each once; index letter ``e``."""
+
+    start: np.ndarray  #: (e,) vertex; start to end runs counter-clockwise round the left grain
+    end: np.ndarray  #: (e,) vertex
+    left: np.ndarray  #: (e,) grain
+    right: np.ndarray  #: (e,) grain, -1 on the boundary
+    side: np.ndarray  #: (e,) number into ``boundary_names``, -1 inside (and where no side of the region is)
+    left_corners: np.ndarray  #: (e, 2) positions in ``corners`` of start and end, in the left grain
+    right_corners: np.ndarray  #: (e, 2) positions in ``corners`` of start and end, in the right grain; -1 without
+    length: np.ndarray  #: (e,) m
+    boundary_names: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.start)
 
 
 @attrs.frozen(eq=False)
@@ -21,19 +135,135 @@ class Tessellation:
     """Convex polygons that cover a region without gap or overlap and meet along whole edges.
 
     Index letters: ``v`` vertex, ``g`` grain. The corners of grain g are ``corners[first[g]:first[g + 1]]``,
-    counter-clockwise.
+    counter-clockwise. Arrays that do not fit each other raise :class:`TilingError`; whether the polygons tile the
+    region, :meth:`check` tells.
     """
 
     region: Region
-    vertices: np.ndarray  #: (v, 2) m
-    corners: np.ndarray  #: vertex numbers of all grains in a row
-    first: np.ndarray  #: (g + 1,)
-    phase: np.ndarray  #: (g,) mineral phase of each grain
+    vertices: np.ndarray = attrs.field(converter=_read_only(float))  #: (v, 2) m
+    corners: np.ndarray = attrs.field(converter=_read_only(np.int64))  #: vertex numbers of all grains in a row
+    first: np.ndarray = attrs.field(converter=_read_only(np.int64))  #: (g + 1,)
+    phase: np.ndarray = attrs.field(converter=_read_only(np.int64))  #: (g,) mineral phase of each grain
+
+    @phase.default
+    def _one_phase(self) -> np.ndarray:
+        return np.zeros(self.count)
+
+    def __attrs_post_init__(self) -> None:
+        if self.vertices.shape != (len(self.vertices), 2) or not np.isfinite(self.vertices).all():
+            raise TilingError(f"vertices must be finite and (v, 2), their shape is {self.vertices.shape}")
+        if len(self.first) < 2 or self.first[0] != 0 or self.first[-1] != len(self.corners):
+            raise TilingError(f"first must run from 0 to the number of corners, {len(self.corners)}")
+        if np.diff(self.first).min() < 3:
+            raise TilingError(f"grain {np.argmin(np.diff(self.first))} has less than 3 corners")
+        if self.corners.min() < 0 or self.corners.max() >= len(self.vertices):
+            raise TilingError(f"corners must be vertex numbers below {len(self.vertices)}")
+        if self.phase.shape != (self.count,):
+            raise TilingError(f"phase has the shape {self.phase.shape} for {self.count} grains")
+
+    @property
+    def count(self) -> int:
+        """Number of grains."""
+        return len(self.first) - 1
+
+    @cached_property
+    def areas(self) -> np.ndarray:
+        """(g,) m2, negative for a grain that runs clockwise."""
+        return _areas_and_centroids(self.vertices[self.corners], self.first)[0]
+
+    @cached_property
+    def centroids(self) -> np.ndarray:
+        """(g, 2) m."""
+        return _areas_and_centroids(self.vertices[self.corners], self.first)[1]
+
+    @cached_property
+    def edges(self) -> Edges:
+        """All edges, in the order of the left grain, which has the lower number of the two."""
+        following = _following(self.first)
+        start, end = self.corners, self.corners[following]
+        grain = np.repeat(np.arange(self.count), np.diff(self.first))
+        run, wanted = start * len(self.vertices) + end, end * len(self.vertices) + start
+        order = np.argsort(run, kind="stable")
+        found = order[np.minimum(np.searchsorted(run[order], wanted), len(run) - 1)]
+        twin = np.where(run[found] == wanted, found, -1)
+        e = np.flatnonzero((twin < 0) | (twin > np.arange(len(twin))))
+        t = twin[e]
+        side = np.full(len(e), -1)
+        side[t < 0] = self._boundary(self.vertices[np.column_stack([start[e], end[e]])[t < 0]])
+        return Edges(
+            start=start[e],
+            end=end[e],
+            left=grain[e],
+            right=np.where(t < 0, -1, grain[t]),
+            side=side,
+            left_corners=np.column_stack([e, following[e]]),
+            right_corners=np.where(t[:, None] < 0, -1, np.column_stack([following[t], t])),
+            length=np.hypot(*(self.vertices[end[e]] - self.vertices[start[e]]).T),
+            boundary_names=self.region.boundary_names,
+        )
+
+    def _boundary(self, ends: np.ndarray) -> np.ndarray:
+        """Boundary on which edges with these ends (b, 2, 2) lie: that of the first side that has both; -1 without."""
+        along = np.roll(self.region.outline, -1, axis=0) - self.region.outline
+        length = np.hypot(*along.T)
+        offset = ends[:, :, None] - self.region.outline
+        reach = ROUNDING * length.max()
+        share = (offset * along).sum(axis=-1) / length
+        on = (abs(_cross(along, offset)) <= reach * length) & (share >= -reach) & (share <= length + reach)
+        both = on.all(axis=1)
+        names = np.array([self.region.boundary_names.index(name) for name in self.region.sides])
+        return np.where(both.any(axis=1), names[both.argmax(axis=1)], -1)
+
+    def check(self) -> None:
+        """Raise :class:`TilingError` unless the grains are convex and tile the region, edge to edge."""
+        self._check_convex()
+        key = self.corners * len(self.vertices) + self.corners[_following(self.first)]
+        run, times = np.unique(key, return_counts=True)
+        if times.max() > 1:
+            start, end = divmod(int(run[times.argmax()]), len(self.vertices))
+            raise TilingError(f"{times.max()} grains lie on the same side of the edge from vertex {start} to {end}")
+        edges = self.edges
+        loose = (edges.right < 0) & (edges.side < 0)
+        if loose.any():
+            e = loose.argmax()
+            raise TilingError(
+                f"the edge between vertices {edges.start[e]} and {edges.end[e]} of grain {edges.left[e]} "
+                "has neither a second grain nor a side of the region"
+            )
+        if abs(self.areas.sum() - self.region.area) > 1e-12 * self.region.area:
+            raise TilingError(f"areas add up to {self.areas.sum()!r} m2, the region has {self.region.area!r} m2")
+
+    def _check_convex(self) -> None:
+        if self.areas.min() <= 0:
+            raise TilingError(f"grain {np.argmin(self.areas)} runs clockwise or has no area")
+        following = _following(self.first)
+        along = self.vertices[self.corners[following]] - self.vertices[self.corners]
+        length = np.hypot(*along.T)
+        bad = (_cross(along, along[following]) < -ROUNDING * length * length[following]) | (length == 0)
+        if bad.any():
+            grain = np.searchsorted(self.first, bad.argmax(), side="right") - 1
+            raise TilingError(f"grain {grain} is not convex near its vertex {self.corners[bad.argmax()]}")
 
 
 class Tessellator(ABC):
-    """Makes grains."""
+    """Makes grains.
+
+    A whole tessellator, equal bricks for an upright rectangle::
+
+        @attrs.frozen(kw_only=True)
+        class Bricks(gl.Tessellator):
+            rows: int = 4
+            columns: int = 3
+
+            def tessellate(self, region):
+                (left, bottom), (right, top) = region.bounds
+                x, y = np.linspace(left, right, self.columns + 1), np.linspace(bottom, top, self.rows + 1)
+                at = np.arange(x.size * y.size).reshape(y.size, x.size)
+                corners = np.stack([at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]], axis=-1).ravel()
+                vertices = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+                return gl.Tessellation(region, vertices, corners, np.arange(0, corners.size + 1, 4))
+    """
 
     @abstractmethod
     def tessellate(self, region: Region) -> Tessellation:
-        """Fill the region; the same component gives the same grains."""
+        """Fill the region; the same component gives the same grains. The result passes its ``check``."""

@@ -165,8 +165,11 @@ def _spread(component: Any, method: str, count: int) -> tuple[Structure, np.ndar
 # --- plain functions to compiled ones --------------------------------------------------------------------------------
 
 
-def compiled_copy(function: Any, memo: dict[int, Any]) -> Any:
-    """A jitted copy of a plain function in which every plain function it reaches is jitted as well."""
+MARK = "__method"  #: ending of method names in compiled code, so that no field of any tuple shares one
+
+
+def compiled_copy(function: Any, methods: frozenset[str], memo: dict[int, Any]) -> Any:
+    """A jitted copy of a plain function in which every plain function it reaches is jitted, and ``methods`` marked."""
     function = plain(function)
     if id(function) in memo:
         if memo[id(function)] is None:
@@ -176,7 +179,10 @@ def compiled_copy(function: Any, memo: dict[int, Any]) -> Any:
 
     def convert(value: Any) -> Any:
         value = plain(value)
-        return compiled_copy(value, memo) if isinstance(value, types.FunctionType) else value
+        return compiled_copy(value, methods, memo) if isinstance(value, types.FunctionType) else value
+
+    def mark(name: str) -> str:
+        return name + MARK if name in methods else name
 
     scope = dict(function.__globals__, __name__=__name__)  # numba imports this module when it reloads the cache
     names, attributes = code_names(function.__code__)
@@ -186,12 +192,13 @@ def compiled_copy(function: Any, memo: dict[int, Any]) -> Any:
             module = types.ModuleType(value.__name__)  # `helpers.chi(...)`: a module of jitted functions
             for attribute in attributes:
                 if hasattr(value, attribute):
-                    setattr(module, attribute, convert(getattr(value, attribute)))
+                    setattr(module, mark(attribute), convert(getattr(value, attribute)))
             scope[name] = module
         else:
-            scope[name] = convert(value)
+            scope[mark(name)] = convert(value)
     closure = tuple(types.CellType(convert(cell.cell_contents)) for cell in function.__closure__ or ()) or None
-    copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure)
+    code = function.__code__.replace(co_names=tuple(mark(name) for name in function.__code__.co_names))
+    copy = types.FunctionType(code, scope, function.__name__, function.__defaults__, closure)
     copy.__kwdefaults__ = function.__kwdefaults__
     copy.__module__ = __name__
     memo[id(function)] = njit(forceinline=True, **OPTIONS)(copy)
@@ -208,7 +215,7 @@ def _make_overload(name: str) -> None:
         return
     _overloaded.add(name)
 
-    def choose(self: Any, *arguments: Any) -> Any:
+    def choose(self, *arguments):  # no annotations: numba compares the signatures
         method = _methods.get(self.instance_class, {}).get(name)
         if method is None:
             return None
@@ -219,14 +226,15 @@ def _make_overload(name: str) -> None:
         return respond
 
     for kind in (nb.NamedTuple, nb.NamedUniTuple):  # a tuple of equal types is the second kind
-        overload_method(kind, name)(choose)
+        overload_method(kind, name + MARK)(choose)
 
 
 def _compile_methods(struct: Structure, memo: dict[int, Any]) -> None:
+    methods = frozenset(name for part in struct for name in part.methods)
     for part in struct:
         table = _methods.setdefault(part.tuple_class, {})
         for name, function in part.methods.items():
-            table[name] = compiled_copy(function, memo)
+            table[name] = compiled_copy(function, methods, memo)
             _make_overload(name)
 
 
@@ -313,16 +321,21 @@ class Compiled:
     memory: tuple[str, ...]
     keep: Any  #: owns the machine code
 
-    def respond(self, *values: float) -> tuple[float, ...]:
-        """One contact through the compiled code: opening, slip, memory in; tractions, memory out."""
-        inputs = np.array(values, dtype=float)
-        memory, outputs = np.array([*inputs[2:], 0.0]), np.zeros(2)
-        place = inputs.ctypes.data
+    def batch(self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Tractions (n,) of n contacts of one law; ``memory`` (m, n) is changed."""
+        opening, slip = np.ascontiguousarray(opening), np.ascontiguousarray(slip)
+        normal, shear = np.empty_like(opening), np.empty_like(opening)
         _foreign(10)(
-            self.address, self.numbers.ctypes.data, self.rows.ctypes.data, self.rows.shape[1], memory.ctypes.data, 1,
-            place, place + 8, outputs.ctypes.data, outputs.ctypes.data + 8, 1,
+            self.address, self.numbers.ctypes.data, self.rows.ctypes.data, self.rows.shape[1], memory.ctypes.data,
+            memory.shape[1], opening.ctypes.data, slip.ctypes.data, normal.ctypes.data, shear.ctypes.data, len(opening),
         )  # fmt: skip
-        return (*outputs.tolist(), *memory[:-1].tolist())
+        return normal, shear
+
+    def respond(self, opening: float, slip: float, *memory: float) -> tuple[float, ...]:
+        """One contact: opening, slip, memory in; tractions, memory out."""
+        rows = np.array([*memory, 0.0])[:, None]
+        normal, shear = self.batch(np.array([opening]), np.array([slip]), rows)
+        return (normal[0], shear[0], *rows[:-1, 0])
 
 
 @functools.cache
@@ -441,6 +454,6 @@ def _useful_lines(error: Exception) -> str:
         "During:", "Failed in nopython", "raised from", "This error may have been", "To see Python/NumPy",
         "For more information", "Pass nopython", "Enable logging",
     )  # fmt: skip
-    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
+    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error)).replace(MARK, "")
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(noise)]
     return "\n".join(lines[:12])

@@ -1,0 +1,18 @@
+"""Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
+
+from grainlaw.contact import ContactLaw, Trace, trace
+from grainlaw.integration import (
+    AdaptiveRelaxation, CentralDifference, Damping, DynamicRelaxation, Integrator, KineticRelaxation, LocalDamping,
+    MassDamping, Motion, Relaxation, Undamped,
+)  # fmt: skip
+from grainlaw.kernels.batch import CompilationError
+from grainlaw.loading import AtRest, Condition, Drive, FallsTo, LoadingProtocol, Reaches, Stage
+from grainlaw.observation import Frame, FrameRecorder, Observer
+from grainlaw.parameter import ParameterError, parameter, parameters
+from grainlaw.result import Cracks, Result
+from grainlaw.simulation import InstabilityError, StageLimitError, simulate
+from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
+from grainlaw.state import State
+from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
+
+__version__ = "0.1.0"

@@ -1,0 +1,164 @@
+"""Integrators: how a node moves under its force, and how motion is damped."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.parameter import parameter
+
+
+class Damping(ABC):
+    """A force against the motion of one freedom."""
+
+    @abstractmethod
+    def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
+        """Damping force (N) from the force out of balance (N), velocity (m/s), mass (kg) and time step (s)."""
+
+
+@attrs.frozen
+class Undamped(Damping):
+    """None: for waves."""
+
+    def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
+        return 0.0
+
+
+@attrs.frozen(kw_only=True)
+class LocalDamping(Damping):
+    """A fraction of the force out of balance, against the velocity (Cundall 1987); UDEC's default for rest."""
+
+    fraction: float = parameter("1", default=0.8, at_least=0, below=1)
+
+    def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
+        resistance = self.fraction * abs(force)
+        return -resistance if velocity > 0 else (resistance if velocity < 0 else 0.0)
+
+
+@attrs.frozen(kw_only=True)
+class MassDamping(Damping):
+    """Proportional to mass and velocity, taken at the middle of the step: stable for any coefficient."""
+
+    coefficient: float = parameter("1/s", at_least=0)
+
+    def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
+        middle = (velocity + 0.5 * time_step * force / mass) / (1 + 0.5 * time_step * self.coefficient)
+        return -self.coefficient * mass * middle
+
+
+@attrs.frozen(eq=False)
+class Motion:
+    """What an integrator sees between bursts of steps: arrays (r, n) over all freedoms, forces zero where driven."""
+
+    velocity: np.ndarray  #: m/s; may be written to, the framework books the energy as damping
+    displacement: np.ndarray  #: m
+    force: np.ndarray  #: N, out of balance
+    mass: np.ndarray  #: kg
+
+    @property
+    def kinetic_energy(self) -> float:
+        """J per metre of thickness."""
+        return float(0.5 * np.sum(self.mass * self.velocity**2))
+
+
+class Integrator(ABC):
+    """Moves one freedom (a node's component, a rigid grain's translation or rotation) by one explicit step.
+
+    A whole integrator, forward motion without damping::
+
+        @attrs.frozen(kw_only=True)
+        class Free(gl.Integrator):
+            def step(self, force, velocity, mass, time_step):
+                return velocity + force / mass * time_step, 0.0
+
+            def stable_step(self, highest_frequency):
+                return 0.9 * 2 / highest_frequency
+
+    The framework moves the freedom by the new velocity times the step (second order, as velocities live half a step
+    apart), imposes driven velocities, and books the work of the damping force.
+    """
+
+    @abstractmethod
+    def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
+        """New velocity (m/s) and damping force (N), from scalars; compiled, like a contact law."""
+
+    @abstractmethod
+    def stable_step(self, highest_frequency: float) -> float:
+        """Time step (s) for the highest angular frequency (1/s) of the specimen."""
+
+    def adapt(self, motion: Motion, before: Motion | None) -> Integrator:
+        """The integrator for the next burst of steps, from the motion now and a burst ago (None at first)."""
+        return self
+
+    burst: int = 0  #: steps between calls of ``adapt``; 0 never calls it
+
+
+@attrs.frozen(kw_only=True)
+class CentralDifference(Integrator):
+    """Explicit central differences, Eq. (9); stable up to 2 / highest frequency, of which it takes ``safety``."""
+
+    damping: Damping = attrs.field(factory=LocalDamping, validator=attrs.validators.instance_of(Damping))
+    safety: float = parameter("1", default=0.8, above=0, at_most=1)
+
+    def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
+        resistance = self.damping.force(force, velocity, mass, time_step)
+        return velocity + (force + resistance) * (time_step / mass), resistance
+
+    def stable_step(self, highest_frequency: float) -> float:
+        return self.safety * 2 / highest_frequency
+
+
+class Relaxation(ABC):
+    """How dynamic relaxation takes motion out of a specimen: part of :class:`DynamicRelaxation`."""
+
+    @abstractmethod
+    def coefficient(self, motion: Motion, before: Motion | None) -> float:
+        """Mass-proportional damping (1/s) for the next burst; it may also halt the motion."""
+
+
+@attrs.frozen
+class AdaptiveRelaxation(Relaxation):
+    """Critical damping of the mode that moves most, by Rayleigh's quotient over the last burst (Underwood 1983)."""
+
+    def coefficient(self, motion: Motion, before: Motion | None) -> float:
+        if before is None:
+            return 0.0
+        moved = motion.displacement - before.displacement
+        inertia = float(np.sum(moved * motion.mass * moved))
+        stiffness = float(np.sum(moved * (before.force - motion.force)))
+        return 2 * float(np.sqrt(max(stiffness, 0.0) / inertia)) if inertia > 0 else 0.0
+
+
+@attrs.frozen
+class KineticRelaxation(Relaxation):
+    """No damping, but a halt whenever the kinetic energy has passed a maximum (Cundall 1976)."""
+
+    def coefficient(self, motion: Motion, before: Motion | None) -> float:
+        if before is not None and motion.kinetic_energy < before.kinetic_energy:
+            motion.velocity[:] = 0.0
+        return 0.0
+
+
+@attrs.frozen(kw_only=True)
+class DynamicRelaxation(Integrator):
+    """Central differences on the way to rest, with a damping that is chosen anew every ``burst`` steps."""
+
+    relaxation: Relaxation = attrs.field(
+        factory=AdaptiveRelaxation, validator=attrs.validators.instance_of(Relaxation)
+    )
+    safety: float = parameter("1", default=0.8, above=0, at_most=1)
+    burst: int = attrs.field(default=20, validator=[attrs.validators.instance_of(int), attrs.validators.ge(1)])
+    damping: MassDamping = attrs.field(factory=lambda: MassDamping(coefficient=0.0))  #: of the present burst
+
+    def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
+        resistance = self.damping.force(force, velocity, mass, time_step)
+        return velocity + (force + resistance) * (time_step / mass), resistance
+
+    def stable_step(self, highest_frequency: float) -> float:
+        return self.safety * 2 / highest_frequency
+
+    def adapt(self, motion: Motion, before: Motion | None) -> Integrator:
+        return attrs.evolve(self, damping=MassDamping(coefficient=self.relaxation.coefficient(motion, before)))

@@ -1,0 +1,223 @@
+"""The time loop: N steps compiled once for every law, integrator and number of threads."""
+
+from __future__ import annotations
+
+import functools
+import threading
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from grainlaw.kernels import barrier, passes
+from grainlaw.kernels.cache import OPTIONS, keyed_njit
+from grainlaw.kernels.fingerprint import fingerprint
+from grainlaw.kernels.foreign import call
+
+
+class Mesh(NamedTuple):
+    """Nodes (i) and zones (z)."""
+
+    displacement: np.ndarray  #: (2, i) m
+    force: np.ndarray  #: (2, i) N, of zones and contacts, left standing after each step
+    slots: np.ndarray  #: (2, i) places of a node's interface ends in the contact force rows; the last place is zero
+    corner: np.ndarray  #: (3, z) node numbers, counter-clockwise
+    shape: np.ndarray  #: (5, z) shape function gradients b1, b2, c1, c2 (1/m) and area (m2)
+    modulus: np.ndarray  #: (3, z) elastic constants (Pa)
+    motion: np.ndarray  #: (4, z) scratch
+    pull: np.ndarray  #: (4, z) scratch
+
+
+class Contacts(NamedTuple):
+    """Interfaces (c) and their contact points (p): the first points of all interfaces, then the second."""
+
+    node: np.ndarray  #: (4, c) ends of the edge of grain A, then the same ends on grain B
+    edge: np.ndarray  #: (2, c) vector of the undeformed edge (m)
+    half: np.ndarray  #: (c,) half length (m)
+    weight: np.ndarray  #: (c,) share of the far end in the motion at a contact point
+    gap: np.ndarray  #: (6, c) scratch
+    frame: np.ndarray  #: (3, c) normal and inverse length
+    opening: np.ndarray  #: (2, p) m, at this and the previous step in turn
+    slip: np.ndarray  #: (2, p) m
+    normal: np.ndarray  #: (2, p) Pa
+    shear: np.ndarray  #: (2, p) Pa
+    memory: np.ndarray  #: (m, p)
+    work: np.ndarray  #: (2, p) J/m2 done in opening and in slip
+    force: np.ndarray  #: (2, 4 c + 1) forces on the four nodes of each interface, and a zero
+
+
+class Freedoms(NamedTuple):
+    """What is integrated: rows (r) of nodes or rigid grains (n)."""
+
+    force: np.ndarray  #: (r, n)
+    velocity: np.ndarray  #: (r, n)
+    displacement: np.ndarray  #: (r, n)
+    mass: np.ndarray  #: (r, n)
+    free: np.ndarray  #: (r, n) 1, or 0 where the velocity is imposed
+    imposed: np.ndarray  #: (r, n) velocity of driven freedoms
+    loss: np.ndarray  #: (r, n) J, taken by damping
+
+
+class Driven(NamedTuple):
+    """Freedoms (d) whose velocity is imposed."""
+
+    row: np.ndarray  #: (d,)
+    index: np.ndarray  #: (d,)
+    column: np.ndarray  #: (d,) which velocity of the schedule
+    reaction: np.ndarray  #: (d,) N, of the last step
+    total: np.ndarray  #: (d,) N, summed over steps
+    work: np.ndarray  #: (d,) J
+
+
+class Rigid(NamedTuple):
+    """Corners of rigid grains; ``count`` 0 says that grains deform."""
+
+    count: int
+    first: np.ndarray  #: (g + 1,) first node of each grain
+    arm: np.ndarray  #: (2, i) m from the grain's centroid, undeformed
+
+
+class Parts(NamedTuple):
+    """Which zones, nodes, interfaces, freedoms, driven freedoms and grains a thread works on: (threads + 1,) each."""
+
+    zone: np.ndarray
+    node: np.ndarray
+    interface: np.ndarray
+    freedom: np.ndarray
+    driven: np.ndarray
+    grain: np.ndarray
+
+
+@njit(forceinline=True, **OPTIONS)
+def _respond(group, first, last, opening, slip, normal, shear):
+    """Let each law answer for its contact points among ``first`` to ``last``."""
+    for g in range(group.shape[0]):
+        begin = max(first, group[g, 6])
+        end = min(last, group[g, 7])
+        if begin < end:
+            offset = 8 * (begin - group[g, 8])
+            call(
+                group[g, 0],
+                (
+                    group[g, 1], group[g, 2] + offset, group[g, 3], group[g, 4] + offset, group[g, 5],
+                    opening + 8 * begin, slip + 8 * begin, normal + 8 * begin, shear + 8 * begin, end - begin,
+                ),
+            )  # fmt: skip
+
+
+def _steps(
+    thread, threads, meeting, pause, steps, now, time_step, mesh, contacts, group, freedoms, driven, schedule, rigid,
+    parts, integrator, parameters,
+):  # fmt: skip
+    # Views are cut once, outside the loop: zones and nodes of this thread's grains, its interfaces, its freedoms.
+    z0, z1 = parts.zone[thread], parts.zone[thread + 1]
+    i0, i1 = parts.node[thread], parts.node[thread + 1]
+    c0, c1 = parts.interface[thread], parts.interface[thread + 1]
+    f0, f1 = parts.freedom[thread], parts.freedom[thread + 1]
+    d0, d1 = parts.driven[thread], parts.driven[thread + 1]
+    g0, g1 = parts.grain[thread], parts.grain[thread + 1]
+    count = contacts.half.shape[0]
+    ux, uy = mesh.displacement[0], mesh.displacement[1]
+    fx, fy = mesh.force[0], mesh.force[1]
+    my_fx, my_fy = fx[i0:i1], fy[i0:i1]
+    n0, n1, n2 = mesh.corner[0, z0:z1], mesh.corner[1, z0:z1], mesh.corner[2, z0:z1]
+    b1, b2 = mesh.shape[0, z0:z1], mesh.shape[1, z0:z1]
+    q1, q2, area = mesh.shape[2, z0:z1], mesh.shape[3, z0:z1], mesh.shape[4, z0:z1]
+    e0, e1, e2 = mesh.modulus[0, z0:z1], mesh.modulus[1, z0:z1], mesh.modulus[2, z0:z1]
+    x1, y1, x2, y2 = mesh.motion[0, z0:z1], mesh.motion[1, z0:z1], mesh.motion[2, z0:z1], mesh.motion[3, z0:z1]
+    p1, r1, p2, r2 = mesh.pull[0, z0:z1], mesh.pull[1, z0:z1], mesh.pull[2, z0:z1], mesh.pull[3, z0:z1]
+    a1, a2 = contacts.node[0, c0:c1], contacts.node[1, c0:c1]
+    k1, k2 = contacts.node[2, c0:c1], contacts.node[3, c0:c1]
+    edge_x, edge_y = contacts.edge[0, c0:c1], contacts.edge[1, c0:c1]
+    half, weight = contacts.half[c0:c1], contacts.weight[c0:c1]
+    d1x, d1y, d2x = contacts.gap[0, c0:c1], contacts.gap[1, c0:c1], contacts.gap[2, c0:c1]
+    d2y, ex, ey = contacts.gap[3, c0:c1], contacts.gap[4, c0:c1], contacts.gap[5, c0:c1]
+    nx, ny, inverse = contacts.frame[0, c0:c1], contacts.frame[1, c0:c1], contacts.frame[2, c0:c1]
+    o_work, s_work = contacts.work[0], contacts.work[1]
+    cx, cy = contacts.force[0], contacts.force[1]
+    h0, h1 = count + c0, count + c1
+    slot1, slot2 = mesh.slots[0, i0:i1], mesh.slots[1, i0:i1]
+    for step in range(steps):
+        new, old = (now + step) % 2, (now + step + 1) % 2
+        my_fx[:] = 0.0
+        my_fy[:] = 0.0
+        if rigid.count == 0:
+            passes.gather_zones(ux, uy, n0, n1, n2, x1, y1, x2, y2)
+            passes.zone_forces(x1, y1, x2, y2, b1, b2, q1, q2, area, e0, e1, e2, p1, r1, p2, r2)
+            passes.scatter_zones(fx, fy, n0, n1, n2, p1, r1, p2, r2)
+        passes.gather_contacts(ux, uy, a1, a2, k1, k2, d1x, d1y, d2x, d2y, ex, ey)
+        opening, slip, normal, shear = contacts.opening[new], contacts.slip[new], contacts.normal[new], contacts.shear[new]
+        o1, o2, s1, s2 = opening[c0:c1], opening[h0:h1], slip[c0:c1], slip[h0:h1]
+        passes.contact_kinematics(
+            d1x, d1y, d2x, d2y, ex, ey, edge_x, edge_y, weight, nx, ny, inverse, o1, o2, s1, s2
+        )
+        addresses = opening.ctypes.data, slip.ctypes.data, normal.ctypes.data, shear.ctypes.data
+        _respond(group, c0, c1, *addresses)
+        _respond(group, h0, h1, *addresses)
+        o_old, s_old, n_old, t_old = contacts.opening[old], contacts.slip[old], contacts.normal[old], contacts.shear[old]
+        passes.contact_work(o1, o_old[c0:c1], normal[c0:c1], n_old[c0:c1], o_work[c0:c1])
+        passes.contact_work(o2, o_old[h0:h1], normal[h0:h1], n_old[h0:h1], o_work[h0:h1])
+        passes.contact_work(s1, s_old[c0:c1], shear[c0:c1], t_old[c0:c1], s_work[c0:c1])
+        passes.contact_work(s2, s_old[h0:h1], shear[h0:h1], t_old[h0:h1], s_work[h0:h1])
+        passes.contact_forces(
+            nx, ny, inverse, half, weight, normal[c0:c1], shear[c0:c1], normal[h0:h1], shear[h0:h1], o1, o2, s1, s2,
+            cx[c0:c1], cx[h0:h1], cx[count + h0 : count + h1], cx[2 * count + h0 : 2 * count + h1],
+            cy[c0:c1], cy[h0:h1], cy[count + h0 : count + h1], cy[2 * count + h0 : 2 * count + h1],
+        )  # fmt: skip
+        barrier.wait(meeting, threads, pause)
+        passes.gather_forces(slot1, slot2, cx, cy, my_fx, my_fy)
+        if rigid.count > 0:
+            passes.grain_forces(
+                rigid.first, rigid.arm[0], rigid.arm[1], freedoms.displacement[2], fx, fy,
+                freedoms.force[0], freedoms.force[1], freedoms.force[2], g0, g1,
+            )  # fmt: skip
+        passes.impose(
+            schedule[step], driven.row[d0:d1], driven.index[d0:d1], driven.column[d0:d1], time_step,
+            freedoms.force, freedoms.velocity, freedoms.mass, freedoms.imposed,
+            driven.reaction[d0:d1], driven.total[d0:d1], driven.work[d0:d1],
+        )  # fmt: skip
+        for row in range(freedoms.force.shape[0]):
+            offset = 8 * f0
+            call(
+                integrator,
+                (
+                    parameters, freedoms.force[row].ctypes.data + offset, freedoms.velocity[row].ctypes.data + offset,
+                    freedoms.displacement[row].ctypes.data + offset, freedoms.mass[row].ctypes.data + offset,
+                    freedoms.free[row].ctypes.data + offset, freedoms.imposed[row].ctypes.data + offset,
+                    freedoms.loss[row].ctypes.data + offset, f1 - f0,
+                ),
+            )  # fmt: skip
+        if rigid.count > 0:
+            passes.place_nodes(
+                rigid.first, rigid.arm[0], rigid.arm[1], freedoms.displacement[2],
+                freedoms.displacement[0], freedoms.displacement[1], ux, uy, g0, g1,
+            )  # fmt: skip
+        barrier.wait(meeting, threads, pause)
+
+
+@functools.cache
+def _pause() -> int:
+    return barrier.pause_address()
+
+
+@functools.cache
+def _compiled() -> Any:
+    return keyed_njit(_steps, fingerprint(_steps, extra=("loop", 1)))
+
+
+def run(threads: int, *arguments: Any) -> None:
+    """Advance by a chunk of steps in ``threads`` threads; the result is the same bit for bit for any number.
+
+    ``arguments`` are those of the loop after ``pause``. The interpreter lock is released meanwhile.
+    """
+    loop = _compiled()
+    meeting = np.zeros(barrier.SIZE, dtype=np.int64)
+    helpers = [
+        threading.Thread(target=loop, args=(thread, threads, meeting, _pause(), *arguments))
+        for thread in range(1, threads)
+    ]
+    for helper in helpers:
+        helper.start()
+    loop(0, threads, meeting, _pause(), *arguments)
+    for helper in helpers:
+        helper.join()

@@ -1,0 +1,126 @@
+"""Loading protocols: a laboratory test as a sequence of stages, and what is measured meanwhile."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.parameter import parameter
+
+if TYPE_CHECKING:
+    from grainlaw.specimen import Specimen
+    from grainlaw.state import State
+
+Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
+
+
+@attrs.frozen(kw_only=True)
+class Drive:
+    """A boundary that is moved: the velocity of all its nodes along one axis."""
+
+    boundary: str
+    axis: int = attrs.field(validator=attrs.validators.in_((0, 1)))  #: 0 along x, 1 along y
+    speed: float = attrs.field(converter=float, validator=attrs.validators.instance_of(float))  #: m/s, with its sign
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed rises from zero
+
+    def velocity(self, time: np.ndarray) -> np.ndarray:
+        """m/s at times (s) since the stage began; the rise is smooth in speed and acceleration."""
+        if self.ramp == 0:
+            return np.full(len(time), self.speed)
+        x = np.clip(time / self.ramp, 0, 1)
+        return self.speed * x**3 * (10 - 15 * x + 6 * x**2)
+
+
+class Condition(ABC):
+    """When a stage ends."""
+
+    @abstractmethod
+    def progress(self, curves: Curves) -> float:
+        """How much of the way is done, from what was recorded in this stage; 1 ends the stage."""
+
+
+@attrs.frozen
+class Reaches(Condition):
+    """A recorded quantity has reached a positive limit."""
+
+    column: str
+    limit: float
+
+    def progress(self, curves: Curves) -> float:
+        return float(curves[self.column][-1] / self.limit)
+
+
+@attrs.frozen
+class FallsTo(Condition):
+    """A recorded quantity has fallen to a fraction of its highest value so far."""
+
+    column: str
+    fraction: float
+
+    def progress(self, curves: Curves) -> float:
+        values = curves[self.column]
+        return float(values[-1] <= self.fraction * values.max() and values.max() > 0)
+
+
+@attrs.frozen
+class AtRest(Condition):
+    """The mean force out of balance has fallen to a fraction of the mean contact force."""
+
+    ratio: float = 1e-5
+
+    def progress(self, curves: Curves) -> float:
+        return min(1.0, self.ratio / max(float(curves["unbalanced"][-1]), 1e-300)) if len(curves["time"]) > 2 else 0.0
+
+
+@attrs.frozen(kw_only=True)
+class Stage:
+    """What is imposed, until when. Boundaries and axes without a drive are free."""
+
+    name: str
+    drives: Sequence[Drive] = ()
+    until: Sequence[Condition]  #: the first that is met ends the stage
+    interval: float = parameter("s")  #: time between samples
+    integrator: Integrator = attrs.field(factory=CentralDifference)
+    initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes
+    sample_limit: int = 100_000  #: a stage that takes more samples is stopped with an error
+
+
+class LoadingProtocol(ABC):
+    """A laboratory test.
+
+    A whole test, pulling the top of a specimen that stands on its bottom::
+
+        @attrs.frozen(kw_only=True)
+        class Pull(gl.LoadingProtocol):
+            speed: float = gl.parameter("m/s", default=0.01)
+
+            def stages(self, specimen):
+                low, high = specimen.grains.region.bounds
+                drives = [gl.Drive(boundary="top", axis=1, speed=self.speed),
+                          gl.Drive(boundary="bottom", axis=1, speed=0)]
+                end = gl.Reaches("displacement", 1e-4 * (high - low)[1])
+                return [gl.Stage(name="pull", drives=drives, until=[end], interval=1e-5)]
+
+            def measure(self, state):
+                return {"displacement": state.moved("top")[1], "force": state.reaction("top")[1]}
+
+            def summary(self, curves, specimen):
+                return {"strength": curves["force"].max()}
+    """
+
+    @abstractmethod
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        """The stages in order. Raises ValueError for a specimen that the test cannot hold."""
+
+    @abstractmethod
+    def measure(self, state: State) -> dict[str, float]:
+        """What is recorded at every sample, by column name (SI)."""
+
+    @abstractmethod
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Properties of the specimen from the recorded curves, by name (SI)."""

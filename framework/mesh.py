@@ -1,0 +1,128 @@
+"""Nodes, zones and interfaces made from grains: every grain owns its nodes and touches others along whole edges."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from grainlaw.tessellation import Tessellation
+
+
+@attrs.frozen(eq=False)
+class Mesh:
+    """Undeformed geometry. Index letters: ``i`` node, ``z`` zone, ``c`` interface, ``g`` grain.
+
+    Nodes and zones are numbered grain by grain. An interface is an edge shared by grain A and grain B; its normal
+    points out of A, and its first end is where A's boundary, counter-clockwise, enters it.
+    """
+
+    nodes: np.ndarray  #: (i, 2) m
+    node_grain: np.ndarray  #: (i,)
+    first_node: np.ndarray  #: (g + 1,)
+    zones: np.ndarray  #: (z, 3) nodes, counter-clockwise
+    zone_grain: np.ndarray  #: (z,)
+    first_zone: np.ndarray  #: (g + 1,)
+    interfaces: np.ndarray  #: (c, 4) nodes: both ends on A, the same ends on B
+    interface_grains: np.ndarray  #: (c, 2) A and B
+    boundaries: dict[str, np.ndarray]  #: nodes on each named boundary, ascending
+
+    @property
+    def zone_areas(self) -> np.ndarray:
+        """(z,) m2."""
+        a, b, c = (self.nodes[self.zones[:, k]] for k in range(3))
+        return ((b - a)[:, 0] * (c - a)[:, 1] - (c - a)[:, 0] * (b - a)[:, 1]) / 2
+
+    @property
+    def interface_edges(self) -> np.ndarray:
+        """(c, 2) m, from the first end to the second."""
+        return self.nodes[self.interfaces[:, 1]] - self.nodes[self.interfaces[:, 0]]
+
+
+def build_mesh(grains: Tessellation, refinement: int = 0) -> Mesh:
+    """Fan of triangles round each grain's centroid, every triangle cut into four ``refinement`` times."""
+    count = len(grains.first) - 1
+    sizes = np.diff(grains.first)
+    corner_grain = np.repeat(np.arange(count), sizes)
+    corner = np.arange(len(grains.corners))
+    follower = corner + 1
+    follower[grains.first[1:] - 1] = grains.first[:-1]
+    corner_node = corner + corner_grain  # a grain's centre follows its corners
+    centre = grains.first[1:] + np.arange(count)
+    nodes = np.empty((len(corner) + count, 2))
+    nodes[corner_node] = grains.vertices[grains.corners]
+    nodes[centre] = grains.centroids
+    node_grain = np.empty(len(nodes), dtype=np.int64)
+    node_grain[corner_node], node_grain[centre] = corner_grain, np.arange(count)
+    zones = np.stack([corner_node, corner_node[follower], centre[corner_grain]], axis=1)
+    edges = grains.edges
+    inner = edges.right >= 0
+    shared = corner_node[np.hstack([edges.left_corners[inner], edges.right_corners[inner]])]
+    rim = corner_node[edges.left_corners[~inner]]
+    side = edges.side[~inner]
+    for _ in range(refinement):
+        nodes, node_grain, zones, shared, rim = _refine(nodes, node_grain, zones, shared, rim)
+        side = np.repeat(side, 2)
+    return _number(nodes, node_grain, zones, shared, rim, side, edges.boundary_names, count)
+
+
+def _refine(
+    nodes: np.ndarray, node_grain: np.ndarray, zones: np.ndarray, shared: np.ndarray, rim: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Cut each zone into four and each edge into two."""
+    size = len(nodes)
+    pairs = np.sort(zones[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    keys, place = np.unique(pairs[:, 0] * size + pairs[:, 1], return_inverse=True)
+    low, high = keys // size, keys % size
+
+    def middle(i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        return size + np.searchsorted(keys, np.minimum(i, j) * size + np.maximum(i, j))
+
+    mid = size + place.reshape(-1, 3)
+    a, b, c = zones.T
+    ab, bc, ca = mid.T
+    zones = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1).reshape(-1, 3)
+    a1, a2, b1, b2 = shared.T
+    ma, mb = middle(a1, a2), middle(b1, b2)
+    shared = np.stack([a1, ma, b1, mb, ma, a2, mb, b2], axis=1).reshape(-1, 4)
+    i, j = rim.T
+    m = middle(i, j)
+    rim = np.stack([i, m, m, j], axis=1).reshape(-1, 2)
+    nodes = np.concatenate([nodes, (nodes[low] + nodes[high]) / 2])
+    return nodes, np.concatenate([node_grain, node_grain[low]]), zones, shared, rim
+
+
+def _number(
+    nodes: np.ndarray,
+    node_grain: np.ndarray,
+    zones: np.ndarray,
+    shared: np.ndarray,
+    rim: np.ndarray,
+    side: np.ndarray,
+    names: tuple[str, ...],
+    count: int,
+) -> Mesh:
+    """Number nodes, zones and interfaces grain by grain."""
+    order = np.argsort(node_grain, kind="stable")
+    number = np.empty_like(order)
+    number[order] = np.arange(len(order))
+    nodes, node_grain = nodes[order], node_grain[order]
+    zones, shared, rim = number[zones], number[shared], number[rim]
+    zones = zones[np.argsort(node_grain[zones[:, 0]], kind="stable")]
+    zone_grain = node_grain[zones[:, 0]]
+    pairs = node_grain[shared[:, [0, 2]]]
+    flip = pairs[:, 0] > pairs[:, 1]  # A is the grain of lower number
+    shared[flip] = shared[flip][:, [3, 2, 1, 0]]
+    pairs = np.sort(pairs, axis=1)
+    rank = np.lexsort((pairs[:, 1], pairs[:, 0]))
+    grain = np.arange(count + 1)
+    return Mesh(
+        nodes=nodes,
+        node_grain=node_grain,
+        first_node=np.searchsorted(node_grain, grain),
+        zones=zones,
+        zone_grain=zone_grain,
+        first_zone=np.searchsorted(zone_grain, grain),
+        interfaces=shared[rank],
+        interface_grains=pairs[rank],
+        boundaries={name: np.unique(rim[side == k]) for k, name in enumerate(names)},
+    )

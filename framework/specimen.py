@@ -1,0 +1,151 @@
+"""A specimen: grains, what they are made of, and where they touch."""
+
+from __future__ import annotations
+
+import enum
+import functools
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+
+import attrs
+import numpy as np
+
+from grainlaw.mesh import Mesh, build_mesh
+from grainlaw.parameter import ParameterError, parameter
+from grainlaw.tessellation import Tessellation
+
+
+class Plane(enum.Enum):
+    """What the third direction does."""
+
+    STRAIN = enum.auto()  #: it keeps its length
+    STRESS = enum.auto()  #: it is free of stress
+
+
+@attrs.frozen(kw_only=True)
+class Elastic:
+    """Linear elastic, isotropic grains that deform: small strain, finite rotation."""
+
+    youngs_modulus: float = parameter("Pa")
+    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)
+    density: float = parameter("kg/m3")
+    plane: Plane = attrs.field(default=Plane.STRAIN, validator=attrs.validators.instance_of(Plane))
+
+    @property
+    def constants(self) -> tuple[float, float, float]:
+        """Stress per strain (Pa): normal, across, shear; Eq. (4)."""
+        e, nu = self.youngs_modulus, self.poissons_ratio
+        shear = e / (2 * (1 + nu))
+        if self.plane is Plane.STRESS:
+            return e / (1 - nu**2), e * nu / (1 - nu**2), shear
+        common = e / ((1 + nu) * (1 - 2 * nu))
+        return common * (1 - nu), common * nu, shear
+
+
+@attrs.frozen(kw_only=True)
+class Rigid:
+    """Grains that move but do not deform."""
+
+    density: float = parameter("kg/m3")
+
+
+class ContactPoints(ABC):
+    """Where the two contact points of an interface lie; strength depends on it (docs/theory.md)."""
+
+    @abstractmethod
+    def weights(self, lengths: np.ndarray) -> np.ndarray:
+        """Distance of each point from its end, as a fraction of the interface's length (c,) m; at most one half."""
+
+
+@attrs.frozen
+class GaussPoints(ContactPoints):
+    """At 0.2113 and 0.7887 of the length: exact for a traction that varies linearly."""
+
+    def weights(self, lengths: np.ndarray) -> np.ndarray:
+        return np.full(len(lengths), 0.5 - 0.5 / np.sqrt(3))
+
+
+@attrs.frozen
+class EndPoints(ContactPoints):
+    """At the corners of the grains; such an interface resists rotation three times too much."""
+
+    def weights(self, lengths: np.ndarray) -> np.ndarray:
+        return np.zeros(len(lengths))
+
+
+@attrs.frozen(kw_only=True)
+class InsetPoints(ContactPoints):
+    """At a length from the corners, as where UDEC rounds them; in the middle of interfaces shorter than twice it."""
+
+    inset: float = parameter("m")
+
+    def weights(self, lengths: np.ndarray) -> np.ndarray:
+        return np.minimum(self.inset / lengths, 0.5)
+
+
+def _is_refinement(specimen: Specimen, attribute: attrs.Attribute, value: int) -> None:
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= 6:
+        raise ParameterError(f"Specimen: refinement = {value!r} is not allowed, it must be a whole number from 0 to 6")
+
+
+@attrs.frozen(eq=False)
+class Specimen:
+    """Grains of one material, or of one per mineral phase, and the contact points between them.
+
+    ``refinement`` cuts every zone into four so many times (and every interface in two).
+    """
+
+    grains: Tessellation
+    material: Elastic | Rigid | Mapping[int, Elastic]
+    contact_points: ContactPoints = attrs.field(
+        factory=GaussPoints, kw_only=True, validator=attrs.validators.instance_of(ContactPoints)
+    )
+    refinement: int = attrs.field(default=0, kw_only=True, validator=_is_refinement)
+
+    def __attrs_post_init__(self) -> None:
+        if isinstance(self.material, Mapping):
+            missing = sorted(set(self.grains.phase.tolist()) - set(self.material))
+            if missing:
+                raise ParameterError(f"Specimen: material has no entry for the phases {missing} of the grains")
+        elif not isinstance(self.material, (Elastic, Rigid)):
+            raise ParameterError(
+                f"Specimen: material = {self.material!r} is not allowed, it must be Elastic, Rigid or a mapping from "
+                "phase to Elastic"
+            )
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether the grains do not deform."""
+        return isinstance(self.material, Rigid)
+
+    @functools.cached_property
+    def mesh(self) -> Mesh:
+        """Nodes, zones and interfaces."""
+        return build_mesh(self.grains, self.refinement)
+
+    def _per_zone(self, values: Mapping[int, tuple[float, ...]]) -> np.ndarray:
+        phases = sorted(values)
+        table = np.array([values[phase] for phase in phases])
+        return table[np.searchsorted(phases, self.grains.phase[self.mesh.zone_grain])].T.copy()
+
+    @property
+    def _materials(self) -> Mapping[int, Elastic | Rigid]:
+        if isinstance(self.material, Mapping):
+            return self.material
+        return {phase: self.material for phase in np.unique(self.grains.phase).tolist()}
+
+    @functools.cached_property
+    def zone_constants(self) -> np.ndarray:
+        """(3, z) Pa: stress per strain of each zone; zeros for rigid grains, whose zones only carry their mass."""
+        return self._per_zone({p: m.constants if isinstance(m, Elastic) else (0.0,) * 3 for p, m in self._materials.items()})
+
+    @functools.cached_property
+    def zone_masses(self) -> np.ndarray:
+        """(z,) kg per metre of thickness."""
+        density = self._per_zone({phase: (material.density,) for phase, material in self._materials.items()})[0]
+        return density * self.mesh.zone_areas
+
+    @functools.cached_property
+    def node_masses(self) -> np.ndarray:
+        """(i,) kg per metre of thickness: a third of each zone to each of its nodes."""
+        return np.bincount(self.mesh.zones.ravel(), np.repeat(self.zone_masses / 3, 3), len(self.mesh.nodes))

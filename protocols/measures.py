@@ -1,0 +1,101 @@
+"""What laboratory tests measure, each defined once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from grainlaw.specimen import Elastic, Plane, Specimen
+from grainlaw.state import State
+
+
+def size(specimen: Specimen) -> tuple[float, float]:
+    """Width and height (m) of the region."""
+    low, high = specimen.grains.region.bounds
+    return float(high[0] - low[0]), float(high[1] - low[1])
+
+
+def points_on(state: State, boundary: str, count: int) -> np.ndarray:
+    """(k,) nodes of a boundary nearest to ``count`` places spread evenly along it, each in the middle of its share."""
+    nodes = state.mesh.boundaries[boundary]
+    place = state.mesh.nodes[nodes]
+    along = place[:, np.argmax(np.ptp(place, axis=0))]
+    wanted = along.min() + np.ptp(along) * (np.arange(count) + 0.5) / count
+    return nodes[np.abs(along[:, None] - wanted).argmin(axis=0)]
+
+
+def lateral_strain(state: State, points: int = 12) -> float:
+    """Change of width over width, from points on the left and the right side (the paper's 24 are 12 a side)."""
+    left, right = (state.displacement[points_on(state, side, points), 0].mean() for side in ("left", "right"))
+    return float(right - left) / size(state.specimen)[0]
+
+
+def axial_strain_of_points(state: State, points: int = 9) -> float:
+    """Change of height over height, from points on top and bottom (the paper's 9)."""
+    top, bottom = (state.displacement[points_on(state, side, points), 1].mean() for side in ("top", "bottom"))
+    return float(top - bottom) / size(state.specimen)[1]
+
+
+def axial_strain(state: State) -> float:
+    """Change of height over height from the platens, mean over the interval in which the reactions are averaged."""
+    return float(state.moved("top")[1] - state.moved("bottom")[1]) / size(state.specimen)[1]
+
+
+def window_stress(state: State, share: float = 0.5) -> np.ndarray:
+    """(3,) Pa, xx, yy, xy: area mean over the grains whose centroid lies in the middle ``share`` of both sides."""
+    grains = state.specimen.grains
+    low, high = grains.region.bounds
+    inside = (np.abs(grains.centroids - (low + high) / 2) <= share * (high - low) / 2).all(axis=1)
+    if not inside.any():
+        inside[:] = True
+    return np.average(state.grain_stress()[inside], axis=0, weights=grains.areas[inside])
+
+
+def elastic_moduli(
+    curves: Mapping[str, np.ndarray], specimen: Specimen, low: float = 0.2, high: float = 0.5
+) -> dict[str, float]:
+    """Moduli by regression between two fractions of the peak stress, on the way to it.
+
+    ``apparent_modulus`` (Pa) and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are
+    converted from plane strain, nu = nu*/(1 + nu*), E = E* (1 - nu^2), or equal to them in plane stress.
+    """
+    stress = curves["stress"]
+    peak = int(np.argmax(stress))
+    chosen = np.flatnonzero((stress[:peak] >= low * stress[peak]) & (stress[:peak] <= high * stress[peak]))
+    if len(chosen) < 2:
+        return dict.fromkeys(("apparent_modulus", "apparent_poisson", "modulus", "poisson"), float("nan"))
+    strain = curves["strain"][chosen]
+    young = float(np.polyfit(strain, stress[chosen], 1)[0])
+    poisson = -float(np.polyfit(strain, curves["lateral_strain"][chosen], 1)[0]) * _side(curves)
+    plane_stress = isinstance(specimen.material, Elastic) and specimen.material.plane is Plane.STRESS
+    true = poisson if plane_stress else poisson / (1 + poisson)
+    return {
+        "apparent_modulus": young,
+        "apparent_poisson": poisson,
+        "modulus": young if plane_stress else young * (1 - true**2),
+        "poisson": true,
+    }
+
+
+def _side(curves: Mapping[str, np.ndarray]) -> float:
+    """-1 where strain counts compression positive (the width grows with it), 1 where it counts tension."""
+    return -1.0 if np.dot(curves["strain"], curves["volumetric_strain"]) < 0 else 1.0
+
+
+def certificate(curves: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """How quasi-static the way to the peak was, from a tenth of the peak stress on.
+
+    ``kinetic_ratio``: largest kinetic over strain energy of zones and contacts; ``platen_imbalance``: largest
+    difference of the two platen stresses over the peak stress.
+    """
+    stress = curves["stress"]
+    peak = int(np.argmax(stress))
+    way = np.arange(np.argmax(stress >= 0.1 * stress[peak]), peak + 1)
+    stored = curves["energy_zones"] + curves["energy_contacts_normal"] + curves["energy_contacts_shear"]
+    return {
+        "kinetic_ratio": float(np.max(curves["energy_kinetic"][way] / np.maximum(stored[way], 1e-300))),
+        "platen_imbalance": float(
+            np.max(np.abs(curves["stress_top"][way] - curves["stress_bottom"][way])) / stress[peak]
+        ),
+    }
