@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import attrs
 import numpy as np
 
@@ -26,13 +28,13 @@ class Mesh:
     interface_grains: np.ndarray  #: (c, 2) A and B
     boundaries: dict[str, np.ndarray]  #: nodes on each named boundary, ascending
 
-    @property
+    @cached_property
     def zone_areas(self) -> np.ndarray:
         """(z,) m2."""
         a, b, c = (self.nodes[self.zones[:, k]] for k in range(3))
         return ((b - a)[:, 0] * (c - a)[:, 1] - (c - a)[:, 0] * (b - a)[:, 1]) / 2
 
-    @property
+    @cached_property
     def interface_edges(self) -> np.ndarray:
         """(c, 2) m, from the first end to the second."""
         return self.nodes[self.interfaces[:, 1]] - self.nodes[self.interfaces[:, 0]]

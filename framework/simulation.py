@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import attrs
 import numpy as np
@@ -72,6 +72,29 @@ def _check(
         raise ParameterError(f"simulate: mass_scaling = {scaling!r} is not allowed, it must be from 1 to 100")
 
 
+class Columns:
+    """Rows of named numbers, kept as arrays that grow."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._table: dict[str, np.ndarray] = {}
+
+    def append(self, row: Mapping[str, float]) -> None:
+        """Add one row; the first one names the columns, later ones may add some (nan before)."""
+        for name, value in row.items():
+            column = self._table.get(name)
+            if column is None or self.count == len(column):
+                longer = np.full(max(1024, 2 * self.count), np.nan)
+                longer[: self.count] = np.nan if column is None else column
+                column = self._table[name] = longer
+            column[self.count] = value
+        self.count += 1
+
+    def since(self, first: int) -> dict[str, np.ndarray]:
+        """The rows from number ``first`` on."""
+        return {name: column[first : self.count] for name, column in self._table.items()}
+
+
 class _Run:
     """One run: the state, and what is needed to carry it through the stages."""
 
@@ -92,7 +115,7 @@ class _Run:
         self.law = law
         self.recorder = FrameRecorder(frames)
         self.observers = [self.recorder, *observers]
-        self.columns: dict[str, list[float]] = {}
+        self.columns = Columns()
         self.seconds = 0.0
         self._prepare_stability(scaling)
 
@@ -164,16 +187,17 @@ class _Run:
         state.give_velocity(stage.initial_velocity)
         integrator, before = stage.integrator, None
         state.time_step = self.factor * integrator.stable_step(self.frequency)
-        began, first = state.time, len(self.columns.get("time", ()))
+        began, first = state.time, self.columns.count
         for _ in range(stage.sample_limit):
             steps = max(1, round(stage.interval / state.time_step))
             saved = state.save()
             start = time.perf_counter()
             integrator, before = self._advance(stage, integrator, before, steps, began)
             self.seconds += time.perf_counter() - start
-            self._check_finite(saved, stage, integrator, steps, began)
-            self._record()
-            curves = {name: np.array(values[first:]) for name, values in self.columns.items()}
+            energies = state.energies()
+            self._check(energies, saved, stage, integrator, steps, began)
+            self._record(energies)
+            curves = self.columns.since(first)
             progress = max(condition.progress(curves) for condition in stage.until)
             for observer in self.observers:
                 observer.observe(state, curves, stage, min(progress, 1.0))
@@ -219,7 +243,7 @@ class _Run:
         )  # fmt: skip
         state.count_steps(steps)
 
-    def _record(self) -> None:
+    def _record(self, energies: dict[str, float]) -> None:
         state = self.state
         state.note_breaks()
         row = {"time": state.time, "step": state.steps, **self.protocol.measure(state)}
@@ -228,17 +252,15 @@ class _Run:
             "shear_cracks": int(np.sum(state.broken_mode >= 0.5)),
             "unbalanced": state.unbalanced(),
         }
-        row |= {f"energy_{name}": value for name, value in state.energies().items()}
-        for name, value in row.items():
-            self.columns.setdefault(name, []).append(value)
+        row |= {f"energy_{name}": value for name, value in energies.items()}
+        self.columns.append(row)
         state.new_sample()
 
     # --- failure -----------------------------------------------------------------------------------------------------
 
-    def _check_finite(
-        self, saved: Saved, stage: Stage, integrator: Integrator, steps: int, began: float
+    def _check(
+        self, energy: dict[str, float], saved: Saved, stage: Stage, integrator: Integrator, steps: int, began: float
     ) -> None:
-        energy = self.state.energies()
         supplied = abs(energy["external"]) + abs(energy["zones"])
         if np.isfinite(list(energy.values())).all() and energy["kinetic"] <= RUNAWAY * supplied + 1e-300:
             return
@@ -260,7 +282,7 @@ class _Run:
 
     def _result(self, stage: str) -> Result:
         state = self.state
-        curves = {name: np.array(values) for name, values in self.columns.items()}
+        curves = self.columns.since(0)
         if not self.recorder.frames or self.recorder.frames[-1].time < state.time:
             self.recorder.frames.append(take_frame(state))
         return Result.from_run(state, self.law, self.protocol, curves, self.recorder.frames, self.seconds)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from functools import cached_property
 
 import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw, memory_names
 from grainlaw.integration import Motion
-from grainlaw.kernels import loop, passes
+from grainlaw.kernels import loop
 from grainlaw.kernels.batch import Compiled, compile_law
 from grainlaw.loading import Drive
 from grainlaw.parameter import ParameterError
@@ -70,6 +70,7 @@ class State:
         self.initial_energy = 0.0  #: J, kinetic, given at the start of stages
         self.halted_energy = 0.0  #: J, taken out by halts
         self.adopted_work = 0.0  #: J, work of drives of earlier stages
+        self._zone_state: tuple[int, np.ndarray, np.ndarray] | None = None
         self.order, groups = _group_interfaces(specimen, laws)
         self._make_mesh()
         self._make_contacts()
@@ -269,7 +270,7 @@ class State:
                 values[count + group.first : count + group.last] = row[size:]
         return values
 
-    @property
+    @cached_property
     def contact_lengths(self) -> np.ndarray:
         """(p,) m: half an interface each."""
         return np.tile(self.contacts.half, 2)
@@ -298,11 +299,9 @@ class State:
 
     def zone_state(self) -> tuple[np.ndarray, np.ndarray]:
         """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, and strain energy density (z,) J/m3."""
-        a = self.arrays
-        passes.gather_zones(*a.displacement, *a.corner, *a.motion)
-        rows = np.empty((4, a.corner.shape[1]))
-        passes.zone_state(*a.motion, *a.shape[:4], *a.modulus, *rows)
-        return rows[:3].T, rows[3]
+        if self._zone_state is None or self._zone_state[0] != self.steps:
+            self._zone_state = self.steps, *loop.zone_state(self.arrays)
+        return self._zone_state[1:]
 
     def grain_stress(self) -> np.ndarray:
         """(g, 3) Pa, xx, yy, xy: mean over zones, or of the forces on a rigid grain's rim (Love's formula)."""
@@ -394,6 +393,7 @@ class State:
 
     def restore(self, saved: Saved) -> None:
         """Go back to where ``save`` was called."""
+        self._zone_state = None
         arrays, self.steps, self.time, self._samples, self.halted_energy = saved
         for array, copy in zip(self._mutable(), arrays, strict=True):
             array[:] = copy

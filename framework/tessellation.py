@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from functools import cached_property
 from typing import Any
 
@@ -10,6 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.parameter import ParameterError
+from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, following
 
 ROUNDING = 1e-9  #: of a length: nearer than this to a side is on the side, flatter than this is straight
 
@@ -18,35 +20,23 @@ class TilingError(ValueError):
     """Polygons that do not tile their region; the message says which grain, edge or corner is at fault."""
 
 
-def _read_only(dtype: type) -> Any:
-    def convert(values: Any) -> np.ndarray:
-        array = np.array(values, dtype=dtype)
+def _names(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(names)
+
+
+def _read_only(kind: type) -> Any:
+    def convert(values: Any, owner: Any, field: Any) -> np.ndarray:
+        try:
+            array = np.array(values).astype(kind, casting="same_kind")
+        except (TypeError, ValueError):
+            raise ParameterError(f"{type(owner).__name__}: {field.name} must be an array of {kind.__name__}") from None
         array.flags.writeable = False
         return array
 
-    return convert
+    return attrs.Converter(convert, takes_self=True, takes_field=True)
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-
-
-def _areas_and_centroids(points: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of polygons whose corners lie in a row; from each first corner, so that no digits are lost far from zero."""
-    origin = points[first[:-1]]
-    here = points - np.repeat(origin, np.diff(first), axis=0)
-    there = here[_following(first)]
-    twice = _cross(here, there)
-    areas = np.add.reduceat(twice, first[:-1]) / 2
-    moments = np.add.reduceat((here + there) * twice[:, None], first[:-1])
-    with np.errstate(invalid="ignore", divide="ignore"):  # a polygon without area is `check`'s to refuse
-        return areas, origin + moments / (6 * areas[:, None])
-
-
-def _following(first: np.ndarray) -> np.ndarray:
-    following = np.arange(1, first[-1] + 1)
-    following[first[1:] - 1] = first[:-1]
-    return following
+FLOATS, INTEGERS = _read_only(float), _read_only(int)
 
 
 @attrs.frozen(eq=False)
@@ -56,8 +46,8 @@ class Region:
     Several sides may share a name. Raises :class:`~grainlaw.parameter.ParameterError`.
     """
 
-    outline: np.ndarray = attrs.field(converter=_read_only(float))  #: (n, 2) m, counter-clockwise
-    sides: tuple[str, ...] = attrs.field(converter=tuple)  #: name of the side from corner k to corner k + 1
+    outline: np.ndarray = attrs.field(converter=FLOATS)  #: (n, 2) m, counter-clockwise
+    sides: tuple[str, ...] = attrs.field(converter=_names)  #: name of the side from corner k to corner k + 1
 
     def __attrs_post_init__(self) -> None:
         fault = self._fault()
@@ -65,7 +55,7 @@ class Region:
             raise ParameterError(f"Region: {fault}")
 
     def _fault(self) -> str | None:
-        if self.outline.shape != (max(len(self.outline), 3), 2):
+        if self.outline.ndim != 2 or self.outline.shape[1] != 2 or len(self.outline) < 3:
             return f"outline has the shape {self.outline.shape}, it must be (n, 2) with at least 3 corners"
         if not np.isfinite(self.outline).all():
             return "outline has a corner that is not finite"
@@ -73,7 +63,7 @@ class Region:
             return f"sides has {len(self.sides)} names for {len(self.outline)} sides of the outline"
         if not all(isinstance(name, str) and name for name in self.sides):
             return f"sides = {self.sides} must be names"
-        crossing = _crossing_sides(self.outline)
+        crossing = crossing_sides(self.outline)
         if crossing:
             return f"outline crosses or touches itself at its sides {crossing[0]} and {crossing[1]}"
         if self.area <= 0:
@@ -83,7 +73,7 @@ class Region:
     @cached_property
     def area(self) -> float:
         """m2."""
-        return float(_areas_and_centroids(self.outline, np.array([0, len(self.outline)]))[0][0])
+        return float(areas_and_centroids(self.outline, np.array([0, len(self.outline)]))[0][0])
 
     @cached_property
     def bounds(self) -> np.ndarray:
@@ -94,22 +84,6 @@ class Region:
     def boundary_names(self) -> tuple[str, ...]:
         """Names of the sides, each once, in the order of the outline."""
         return tuple(dict.fromkeys(self.sides))
-
-
-def _crossing_sides(outline: np.ndarray) -> tuple[int, int] | None:
-    """Two sides that share more than the corner between them."""
-    n = len(outline)
-    i, j = np.indices((n, n))
-    along = np.roll(outline, -1, axis=0) - outline
-    left_of = _cross(along[:, None], outline - outline[:, None])  # sign: corner j to the left of side i
-    astride = left_of * np.roll(left_of, -1, axis=1) <= 0
-    ends = np.stack([outline, outline + along])
-    low, high = ends.min(axis=0), ends.max(axis=0)
-    near = ((low[:, None] <= high) & (low <= high[:, None])).all(axis=2)
-    meet = (i + 1 < j) & ((j + 1) % n != i) & astride & astride.T & near
-    onward = np.roll(along, -1, axis=0)
-    meet |= (j == (i + 1) % n) & ((_cross(along, onward) == 0) & ((along * onward).sum(axis=1) <= 0))[:, None]
-    return next(((int(k), int(m)) for k, m in np.argwhere(meet)), None)
 
 
 @attrs.frozen(eq=False)
@@ -140,17 +114,17 @@ class Tessellation:
     """
 
     region: Region
-    vertices: np.ndarray = attrs.field(converter=_read_only(float))  #: (v, 2) m
-    corners: np.ndarray = attrs.field(converter=_read_only(np.int64))  #: vertex numbers of all grains in a row
-    first: np.ndarray = attrs.field(converter=_read_only(np.int64))  #: (g + 1,)
-    phase: np.ndarray = attrs.field(converter=_read_only(np.int64))  #: (g,) mineral phase of each grain
+    vertices: np.ndarray = attrs.field(converter=FLOATS)  #: (v, 2) m
+    corners: np.ndarray = attrs.field(converter=INTEGERS)  #: vertex numbers of all grains in a row
+    first: np.ndarray = attrs.field(converter=INTEGERS)  #: (g + 1,)
+    phase: np.ndarray = attrs.field(converter=INTEGERS)  #: (g,) mineral phase of each grain, all 0 unless given
 
     @phase.default
     def _one_phase(self) -> np.ndarray:
-        return np.zeros(self.count)
+        return np.zeros(self.count, dtype=int)
 
     def __attrs_post_init__(self) -> None:
-        if self.vertices.shape != (len(self.vertices), 2) or not np.isfinite(self.vertices).all():
+        if self.vertices.ndim != 2 or self.vertices.shape[1] != 2 or not np.isfinite(self.vertices).all():
             raise TilingError(f"vertices must be finite and (v, 2), their shape is {self.vertices.shape}")
         if len(self.first) < 2 or self.first[0] != 0 or self.first[-1] != len(self.corners):
             raise TilingError(f"first must run from 0 to the number of corners, {len(self.corners)}")
@@ -169,18 +143,18 @@ class Tessellation:
     @cached_property
     def areas(self) -> np.ndarray:
         """(g,) m2, negative for a grain that runs clockwise."""
-        return _areas_and_centroids(self.vertices[self.corners], self.first)[0]
+        return areas_and_centroids(self.vertices[self.corners], self.first)[0]
 
     @cached_property
     def centroids(self) -> np.ndarray:
         """(g, 2) m."""
-        return _areas_and_centroids(self.vertices[self.corners], self.first)[1]
+        return areas_and_centroids(self.vertices[self.corners], self.first)[1]
 
     @cached_property
     def edges(self) -> Edges:
         """All edges, in the order of the left grain, which has the lower number of the two."""
-        following = _following(self.first)
-        start, end = self.corners, self.corners[following]
+        next_corner = following(self.first)
+        start, end = self.corners, self.corners[next_corner]
         grain = np.repeat(np.arange(self.count), np.diff(self.first))
         run, wanted = start * len(self.vertices) + end, end * len(self.vertices) + start
         order = np.argsort(run, kind="stable")
@@ -196,8 +170,8 @@ class Tessellation:
             left=grain[e],
             right=np.where(t < 0, -1, grain[t]),
             side=side,
-            left_corners=np.column_stack([e, following[e]]),
-            right_corners=np.where(t[:, None] < 0, -1, np.column_stack([following[t], t])),
+            left_corners=np.column_stack([e, next_corner[e]]),
+            right_corners=np.where(t[:, None] < 0, -1, np.column_stack([next_corner[t], t])),
             length=np.hypot(*(self.vertices[end[e]] - self.vertices[start[e]]).T),
             boundary_names=self.region.boundary_names,
         )
@@ -209,7 +183,7 @@ class Tessellation:
         offset = ends[:, :, None] - self.region.outline
         reach = ROUNDING * length.max()
         share = (offset * along).sum(axis=-1) / length
-        on = (abs(_cross(along, offset)) <= reach * length) & (share >= -reach) & (share <= length + reach)
+        on = (abs(cross(along, offset)) <= reach * length) & (share >= -reach) & (share <= length + reach)
         both = on.all(axis=1)
         names = np.array([self.region.boundary_names.index(name) for name in self.region.sides])
         return np.where(both.any(axis=1), names[both.argmax(axis=1)], -1)
@@ -217,7 +191,7 @@ class Tessellation:
     def check(self) -> None:
         """Raise :class:`TilingError` unless the grains are convex and tile the region, edge to edge."""
         self._check_convex()
-        key = self.corners * len(self.vertices) + self.corners[_following(self.first)]
+        key = self.corners * len(self.vertices) + self.corners[following(self.first)]
         run, times = np.unique(key, return_counts=True)
         if times.max() > 1:
             start, end = divmod(int(run[times.argmax()]), len(self.vertices))
@@ -230,16 +204,17 @@ class Tessellation:
                 f"the edge between vertices {edges.start[e]} and {edges.end[e]} of grain {edges.left[e]} "
                 "has neither a second grain nor a side of the region"
             )
-        if abs(self.areas.sum() - self.region.area) > 1e-12 * self.region.area:
-            raise TilingError(f"areas add up to {self.areas.sum()!r} m2, the region has {self.region.area!r} m2")
+        total = float(self.areas.sum())
+        if abs(total - self.region.area) > 1e-12 * self.region.area:
+            raise TilingError(f"the areas of the grains add up to {total} m2, the region has {self.region.area} m2")
 
     def _check_convex(self) -> None:
         if self.areas.min() <= 0:
             raise TilingError(f"grain {np.argmin(self.areas)} runs clockwise or has no area")
-        following = _following(self.first)
-        along = self.vertices[self.corners[following]] - self.vertices[self.corners]
+        next_corner = following(self.first)
+        along = self.vertices[self.corners[next_corner]] - self.vertices[self.corners]
         length = np.hypot(*along.T)
-        bad = (_cross(along, along[following]) < -ROUNDING * length * length[following]) | (length == 0)
+        bad = (cross(along, along[next_corner]) < -ROUNDING * length * length[next_corner]) | (length == 0)
         if bad.any():
             grain = np.searchsorted(self.first, bad.argmax(), side="right") - 1
             raise TilingError(f"grain {grain} is not convex near its vertex {self.corners[bad.argmax()]}")

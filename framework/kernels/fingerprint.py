@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dis
 import enum
+import functools
 import hashlib
 import sys
 import types
@@ -29,6 +30,7 @@ def is_standard(module: types.ModuleType) -> bool:
     return module.__name__.split(".")[0] in STANDARD
 
 
+@functools.cache
 def code_names(code: types.CodeType) -> tuple[set[str], set[str]]:
     """Names that a code object, and the code nested in it, loads as globals and as attributes."""
     loaded, attributes = set(), set()

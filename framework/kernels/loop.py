@@ -195,14 +195,30 @@ def _steps(
         barrier.wait(meeting, threads, pause)
 
 
-@functools.cache
-def _pause() -> int:
-    return barrier.pause_address()
+def _zone_state(mesh, rows):
+    x1, y1, x2, y2 = mesh.motion[0], mesh.motion[1], mesh.motion[2], mesh.motion[3]
+    passes.gather_zones(
+        mesh.displacement[0], mesh.displacement[1], mesh.corner[0], mesh.corner[1], mesh.corner[2], x1, y1, x2, y2
+    )
+    passes.zone_state(
+        x1, y1, x2, y2, mesh.shape[0], mesh.shape[1], mesh.shape[2], mesh.shape[3],
+        mesh.modulus[0], mesh.modulus[1], mesh.modulus[2], rows[0], rows[1], rows[2], rows[3],
+    )  # fmt: skip
 
 
 @functools.cache
-def _compiled() -> Any:
-    return keyed_njit(_steps, fingerprint(_steps, extra=("loop", 1)))
+def _compiled(function: Any) -> Any:
+    return keyed_njit(function, fingerprint(function, extra=("loop", 1)))
+
+
+def zone_state(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, and strain energy density (z,) J/m3."""
+    rows = np.empty((4, mesh.corner.shape[1]))
+    _compiled(_zone_state)(mesh, rows)
+    return rows[:3].T, rows[3]
+
+
+_pause = functools.cache(barrier.pause_address)
 
 
 def run(threads: int, *arguments: Any) -> None:
@@ -210,7 +226,7 @@ def run(threads: int, *arguments: Any) -> None:
 
     ``arguments`` are those of the loop after ``pause``. The interpreter lock is released meanwhile.
     """
-    loop = _compiled()
+    loop = _compiled(_steps)
     meeting = np.zeros(barrier.SIZE, dtype=np.int64)
     helpers = [
         threading.Thread(target=loop, args=(thread, threads, meeting, _pause(), *arguments))
