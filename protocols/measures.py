@@ -53,11 +53,11 @@ def window_stress(state: State, share: float = 0.5) -> np.ndarray:
 
 
 def elastic_moduli(
-    curves: Mapping[str, np.ndarray], specimen: Specimen, low: float = 0.2, high: float = 0.5
+    curves: Mapping[str, np.ndarray], specimen: Specimen, sign: float, low: float = 0.2, high: float = 0.5
 ) -> dict[str, float]:
     """Moduli by regression between two fractions of the peak stress, on the way to it.
 
-    ``apparent_modulus`` (Pa) and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are
+    ``sign`` is 1 where ``strain`` counts tension positive, -1 where it counts compression. ``apparent_modulus`` (Pa) and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are
     converted from plane strain, nu = nu*/(1 + nu*), E = E* (1 - nu^2), or equal to them in plane stress.
     """
     stress = curves["stress"]
@@ -67,7 +67,7 @@ def elastic_moduli(
         return dict.fromkeys(("apparent_modulus", "apparent_poisson", "modulus", "poisson"), float("nan"))
     strain = curves["strain"][chosen]
     young = float(np.polyfit(strain, stress[chosen], 1)[0])
-    poisson = -float(np.polyfit(strain, curves["lateral_strain"][chosen], 1)[0]) * _side(curves)
+    poisson = -float(np.polyfit(strain, curves["lateral_strain"][chosen], 1)[0]) * sign
     plane_stress = isinstance(specimen.material, Elastic) and specimen.material.plane is Plane.STRESS
     true = poisson if plane_stress else poisson / (1 + poisson)
     return {
@@ -78,11 +78,6 @@ def elastic_moduli(
     }
 
 
-def _side(curves: Mapping[str, np.ndarray]) -> float:
-    """-1 where strain counts compression positive (the width grows with it), 1 where it counts tension."""
-    return -1.0 if np.dot(curves["strain"], curves["volumetric_strain"]) < 0 else 1.0
-
-
 def certificate(curves: Mapping[str, np.ndarray]) -> dict[str, float]:
     """How quasi-static the way to the peak was, from a tenth of the peak stress on.
 
@@ -91,6 +86,8 @@ def certificate(curves: Mapping[str, np.ndarray]) -> dict[str, float]:
     """
     stress = curves["stress"]
     peak = int(np.argmax(stress))
+    if not stress[peak] > 0:
+        return {"kinetic_ratio": float("nan"), "platen_imbalance": float("nan")}
     way = np.arange(np.argmax(stress >= 0.1 * stress[peak]), peak + 1)
     stored = curves["energy_zones"] + curves["energy_contacts_normal"] + curves["energy_contacts_shear"]
     return {

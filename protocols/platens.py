@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import enum
+from typing import Any, Protocol
 
 import numpy as np
 
-from grainlaw.loading import Drive
+from grainlaw.integration import Integrator
+from grainlaw.loading import Curves, Drive, FallsTo, Reaches, Stage
 from grainlaw.parameter import ParameterError
-from grainlaw.protocols.measures import axial_strain, axial_strain_of_points, lateral_strain, size, window_stress
+from grainlaw.protocols.measures import (
+    axial_strain, axial_strain_of_points, certificate, elastic_moduli, lateral_strain, size, window_stress,
+)  # fmt: skip
 from grainlaw.specimen import Elastic, Specimen
 from grainlaw.state import State
 
@@ -25,6 +29,47 @@ class Moving(enum.Enum):
 
     TOP = enum.auto()
     BOTH = enum.auto()  #: each at half the speed
+
+
+class BetweenPlatens(Protocol):
+    """What the uniaxial tests have in common."""
+
+    speed: float
+    ramp: float
+    platens: Platens
+    moving: Moving
+    maximum_strain: float
+    stop_fraction: float
+    samples: int
+    integrator: Integrator
+
+
+def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float) -> Stage:
+    """The one stage of a uniaxial test: platens part (``sign`` 1) or approach (-1) until strain or stress ends it."""
+    require_ends(specimen, type(test).__name__)
+    duration = test.maximum_strain * size(specimen)[1] / test.speed
+    interval = duration / test.samples
+    field = None if test.ramp > 0 else homogeneous_velocity(specimen, sign * test.speed, test.platens, test.moving)
+    return Stage(
+        name=name,
+        drives=platen_drives(sign * test.speed, test.ramp, test.platens, test.moving),
+        until=[Reaches("strain", test.maximum_strain), FallsTo("stress", test.stop_fraction)],
+        interval=interval,
+        integrator=test.integrator,
+        initial_velocity=field,
+        sample_limit=2 * test.samples + int(np.ceil(test.ramp / interval)),
+    )
+
+
+def uniaxial_summary(curves: Curves, specimen: Specimen, sign: float) -> dict[str, Any]:
+    """Peak, moduli and certificate of a uniaxial test."""
+    peak = int(np.argmax(curves["stress"]))
+    return {
+        "peak_stress": float(curves["stress"][peak]),
+        "peak_strain": float(curves["strain"][peak]),
+        **elastic_moduli(curves, specimen, sign),
+        **certificate(curves),
+    }
 
 
 def require_ends(specimen: Specimen, test: str) -> None:

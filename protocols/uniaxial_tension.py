@@ -6,15 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import attrs
-import numpy as np
 
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Curves, FallsTo, LoadingProtocol, Reaches, Stage
+from grainlaw.loading import Curves, LoadingProtocol, Stage
 from grainlaw.parameter import parameter
-from grainlaw.protocols.measures import certificate, elastic_moduli, size
-from grainlaw.protocols.platens import (
-    Moving, Platens, homogeneous_velocity, measure_between_platens, platen_drives, require_ends,
-)  # fmt: skip
+from grainlaw.protocols.platens import Moving, Platens, measure_between_platens, uniaxial_stage, uniaxial_summary
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 
@@ -39,29 +35,10 @@ class UniaxialTension(LoadingProtocol):
     )
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        require_ends(specimen, type(self).__name__)
-        duration = self.maximum_strain * size(specimen)[1] / self.speed
-        start = homogeneous_velocity(specimen, self.speed, self.platens, self.moving) if self.ramp == 0 else None
-        return [
-            Stage(
-                name="tension",
-                drives=platen_drives(self.speed, self.ramp, self.platens, self.moving),
-                until=[Reaches("strain", self.maximum_strain), FallsTo("stress", self.stop_fraction)],
-                interval=duration / self.samples,
-                integrator=self.integrator,
-                initial_velocity=start,
-                sample_limit=self.samples + int(np.ceil(self.ramp / duration * self.samples)) + 10,
-            )
-        ]
+        return [uniaxial_stage(self, specimen, "tension", 1.0)]
 
     def measure(self, state: State) -> dict[str, float]:
         return measure_between_platens(state, 1.0)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        peak = int(np.argmax(curves["stress"]))
-        return {
-            "peak_stress": float(curves["stress"][peak]),
-            "peak_strain": float(curves["strain"][peak]),
-            **elastic_moduli(curves, specimen),
-            **certificate(curves),
-        }
+        return uniaxial_summary(curves, specimen, 1.0)

@@ -155,11 +155,11 @@ def _spread(component: Any, method: str, count: int) -> tuple[Structure, np.ndar
     """Structure, numbers (p,) and per-contact rows (r, count) of a component, whose fields may be arrays."""
     if not _is_field_of_arrays(component):
         struct = structure(component, method)
-        return struct, np.array(_numbers(struct) or [0.0]), np.zeros((1, count))
+        return struct, np.array(_numbers(struct)), np.zeros((1, count))
     table = np.array([_numbers(structure(_of_contact(component, c, count), method)) for c in range(count)])
     varying = np.any(table != table[0], axis=0)
     struct = _vary(structure(_of_contact(component, 0, count), method), iter(varying.tolist()))
-    return struct, np.append(table[0, ~varying], 0.0), np.ascontiguousarray(np.vstack([table[:, varying].T, table[:1, :1].repeat(count, 1)]))
+    return struct, table[0, ~varying].copy(), np.ascontiguousarray(np.vstack([table[:, varying].T, table[:1, :1].repeat(count, 1)]))
 
 
 # --- plain functions to compiled ones --------------------------------------------------------------------------------

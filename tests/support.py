@@ -1,0 +1,61 @@
+"""What several tests share: small specimens, and single evaluations of the engine."""
+
+import attrs
+import numpy as np
+
+import grainlaw as gl
+from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.kernels import loop
+from grainlaw.kernels.batch import compile_integrator
+from grainlaw.units import GPa, MPa, mm
+
+STIFF = {"kn": 1.05e14, "ks": 9.45e13}
+STRONG = STIFF | {
+    "tensile_strength": 13 * MPa, "cohesion": 29 * MPa, "friction_angle": 54, "residual_friction_angle": 5,
+}  # fmt: skip
+ROCK = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
+
+
+@attrs.frozen(kw_only=True)
+class Bricks(gl.Tessellator):
+    """Equal bricks for an upright rectangle."""
+
+    rows: int = 2
+    columns: int = 1
+
+    def tessellate(self, region):
+        low, high = region.bounds
+        x = np.linspace(low[0], high[0], self.columns + 1)
+        y = np.linspace(low[1], high[1], self.rows + 1)
+        at = np.arange(len(x) * len(y)).reshape(len(y), len(x))
+        corners = np.stack([at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]], axis=-1).ravel()
+        vertices = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        bricks = gl.Tessellation(region, vertices, corners, np.arange(0, len(corners) + 1, 4))
+        bricks.check()
+        return bricks
+
+
+def small_sample(grains=40, seed=1, width=20 * mm, height=40 * mm, material=ROCK, **options):
+    """A few Voronoi grains."""
+    return gl.Specimen(Voronoi(grains=grains, seed=seed).tessellate(rectangle(width, height)), material, **options)
+
+
+def advance(state, steps=1, time_step=1e-30, integrator=None, threads=1):
+    """Let the engine do steps on a state by itself, without driven boundaries; undamped if not told otherwise."""
+    compiled = compile_integrator(integrator or gl.CentralDifference(damping=gl.Undamped()))
+    state.time_step = time_step
+    parameters = np.append(compiled.numbers, time_step)
+    loop.run(
+        threads, steps, state.steps, time_step, state.arrays, state.contacts, state.table, state.freedoms,
+        state.driven, np.zeros((steps, 1)), state.rigid, state.share_out(threads), compiled.address,
+        parameters.ctypes.data,
+    )  # fmt: skip
+    state.count_steps(steps)
+
+
+def nodal_forces(state, displacement):
+    """Forces (i, 2) N of zones and contacts at a displacement (i, 2) m."""
+    state.arrays.displacement[:] = np.asarray(displacement).T
+    state.freedoms.velocity[:] = 0
+    advance(state)
+    return state.arrays.force.T.copy()

@@ -1,0 +1,200 @@
+"""Conservation, objectivity and exactness of the engine, against theory."""
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import spsolve
+from support import ROCK, STIFF, STRONG, Bricks, advance, nodal_forces, small_sample
+
+import grainlaw as gl
+from grainlaw.geometry import rectangle
+from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
+from grainlaw.protocols import UniaxialCompression
+from grainlaw.stability import highest_frequency, stiffness_matrix
+from grainlaw.state import State
+
+COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
+
+
+def random_state(law, material=ROCK, amplitude=3e-6, **options):
+    """A state whose grains have been shaken hard enough to damage contacts."""
+    specimen = small_sample(material=material, **options)
+    state = State(specimen, law)
+    rng = np.random.default_rng(5)
+    if specimen.is_rigid:
+        state.freedoms.displacement[:] = rng.normal(size=state.freedoms.displacement.shape) * amplitude
+        state.freedoms.displacement[2] *= 100
+        # Nodes follow at the end of a step.
+        advance(state)
+    else:
+        nodal_forces(state, rng.normal(size=(len(specimen.mesh.nodes), 2)) * amplitude)
+    return state
+
+
+def momenta(state):
+    """Linear momentum (2,) and angular momentum about the origin."""
+    f = state.freedoms
+    linear = (f.mass[:2] * f.velocity[:2]).sum(axis=1)
+    if state.rigid.count:
+        x, y = (state.specimen.grains.centroids + f.displacement[:2].T).T
+        spin = (f.mass[2] * f.velocity[2]).sum()
+    else:
+        (x, y), spin = state.positions.T, 0.0
+    return linear, float((f.mass[0] * (x * f.velocity[1] - y * f.velocity[0])).sum() + spin)
+
+
+@pytest.mark.parametrize("points", [gl.GaussPoints(), gl.EndPoints(), gl.InsetPoints(inset=2e-4)])
+@pytest.mark.parametrize("law", [Linear(**STIFF), MohrCoulomb(**STRONG), COHESIVE], ids=lambda law: type(law).__name__)
+def test_forces_have_no_resultant_and_no_moment(law, points):
+    state = random_state(law, contact_points=points)
+    forces, (x, y) = state.arrays.force.T, state.positions.T
+    size = np.abs(forces).sum()
+    assert np.abs(forces.sum(axis=0)).max() < 1e-12 * size
+    assert abs((x * forces[:, 1] - y * forces[:, 0]).sum()) < 1e-12 * size * 0.04
+
+
+@pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])
+def test_free_motion_keeps_momentum_and_energy(material):
+    state = State(small_sample(material=material), Linear(**STIFF))
+    rng = np.random.default_rng(2)
+    state.freedoms.velocity[:] = rng.normal(size=state.freedoms.velocity.shape) * 0.5
+    step = 5e-9  # positions and velocities live half a step apart: what is compared differs by that
+    advance(state, 1, step)
+    energy = sum(v for k, v in state.energies().items() if k != "external")
+    linear, angular = momenta(state)
+    advance(state, 20000, step)
+    stored = state.energies()["contacts_normal"] + state.energies()["zones"]
+    assert 0.1 * energy < stored < 0.9 * energy
+    after, turned = momenta(state)
+    assert np.abs(after - linear).max() < 1e-12 * np.abs(state.freedoms.mass[0]).sum()
+    assert abs(turned - angular) < 1e-4 * abs(angular)
+    assert sum(v for k, v in state.energies().items() if k != "external") == pytest.approx(energy, rel=5e-3)
+
+
+@pytest.mark.parametrize("law", [MohrCoulomb(**STRONG), COHESIVE], ids=lambda law: type(law).__name__)
+def test_a_rotated_damaged_sample_feels_no_stress_change(law):
+    result_state = random_state(law, amplitude=1e-6)
+    assert 0 < (result_state.memory("damage") > 0).mean() < 1
+    forces, stress = result_state.arrays.force.T.copy(), result_state.zone_state()[0].copy()
+    normal, shear = result_state.normal.copy(), result_state.shear.copy()
+    angle = np.radians(30)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    turned = nodal_forces(result_state, result_state.positions @ turn.T - result_state.mesh.nodes)
+    scale = np.abs(stress).max()
+    assert np.abs(result_state.normal - normal).max() < 1e-9 * scale
+    assert np.abs(result_state.shear - shear).max() < 1e-9 * scale
+    assert np.abs(turned - forces @ turn.T).max() < 1e-9 * np.abs(forces).max()
+    full = np.stack([stress[:, [0, 2]], stress[:, [2, 1]]], axis=1)
+    expected = turn @ full @ turn.T
+    got = result_state.zone_state()[0]
+    assert np.abs(got - np.stack([expected[:, 0, 0], expected[:, 1, 1], expected[:, 0, 1]], axis=1)).max() < 1e-9 * scale
+
+
+def test_forces_are_the_gradient_of_the_stored_energy():
+    """Virtual work, also at rotations and openings that are not small."""
+    state = State(small_sample(12), Linear(**STIFF))
+    rng = np.random.default_rng(3)
+    place = rng.normal(size=(len(state.mesh.nodes), 2)) * 2e-4
+
+    def stored(displacement):
+        forces = nodal_forces(state, displacement)
+        pull = 0.5 * (STIFF["kn"] * state.opening**2 + STIFF["ks"] * state.slip**2) @ state.contact_lengths
+        return pull + state.zone_state()[1] @ state.mesh.zone_areas, forces
+
+    _, forces = stored(place)
+    direction = rng.normal(size=place.shape)
+    little = 1e-9
+    slope = (stored(place + little * direction)[0] - stored(place - little * direction)[0]) / (2 * little)
+    assert slope == pytest.approx(-(forces * direction).sum(), rel=1e-6)
+
+
+def static_solution(specimen, kn, ks, strain):
+    """Displacement (i, 2) of smooth compression by a sparse solve: independent of the engine's loop."""
+    mesh = specimen.mesh
+    count = len(mesh.interfaces)
+    matrix = stiffness_matrix(specimen, np.full((2, count), kn), np.full((2, count), ks))
+    held = {2 * i + 1: 0.0 for i in mesh.boundaries["bottom"]}
+    held |= {2 * i + 1: -strain * np.ptp(mesh.nodes[:, 1]) for i in mesh.boundaries["top"]}
+    held[2 * int(mesh.boundaries["bottom"][0])] = 0.0
+    fixed = np.array(sorted(held))
+    free = np.setdiff1d(np.arange(2 * len(mesh.nodes)), fixed)
+    u = np.zeros(2 * len(mesh.nodes))
+    u[fixed] = [held[k] for k in fixed]
+    u[free] = spsolve(matrix[free][:, free].tocsc(), -matrix[free][:, fixed] @ u[fixed])
+    return u.reshape(-1, 2), free
+
+
+def test_patch_is_uniform_with_very_stiff_contacts():
+    strain = 1e-7
+    specimen = small_sample(30)
+    displacement, free = static_solution(specimen, 1e20, 1e20, strain)
+    state = State(specimen, Linear(kn=1e20, ks=1e20))
+    forces = nodal_forces(state, displacement).ravel()
+    stress, _ = state.zone_state()
+    exact = -60e9 / (1 - 0.25**2) * strain  # plane strain, free sides
+    assert np.abs(stress[:, 1] / exact - 1).max() < 1e-6
+    assert np.abs(stress[:, [0, 2]]).max() < 1e-6 * abs(exact)
+    assert np.abs(forces[free]).max() < 1e-5 * np.abs(forces).max()
+
+
+def test_engine_rests_at_the_static_solution():
+    specimen = small_sample(30)
+    displacement, free = static_solution(specimen, *STIFF.values(), 1e-7)
+    forces = nodal_forces(State(specimen, Linear(**STIFF)), displacement).ravel()
+    assert np.abs(forces[free]).max() < 1e-5 * np.abs(forces).max()
+
+
+def test_plane_stress_modulus():
+    rock = gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.25, density=3100, plane=gl.Plane.STRESS)
+    specimen = small_sample(30, material=rock)
+    state = State(specimen, Linear(kn=1e20, ks=1e20))
+    nodal_forces(state, static_solution(specimen, 1e20, 1e20, 1e-7)[0])
+    assert state.zone_state()[0][:, 1].mean() == pytest.approx(-60e9 * 1e-7, rel=1e-5)
+
+
+def test_bricks_in_series_follow_the_composite_modulus():
+    """1/E_eff = 1/E' + 1/(k_n h): joints across the load, 3 mm apart."""
+    specimen = gl.Specimen(Bricks(rows=10, columns=3).tessellate(rectangle(9e-3, 30e-3)), ROCK)
+    displacement, _ = static_solution(specimen, *STIFF.values(), 1e-6)
+    state = State(specimen, Linear(**STIFF))
+    nodal_forces(state, displacement)
+    rows, rock = 10, 60e9 / (1 - 0.25**2)
+    modulus = 1 / (1 / rock + (rows - 1) / (STIFF["kn"] * 30e-3))
+    assert -state.zone_state()[0][:, 1].mean() / 1e-6 == pytest.approx(modulus, rel=1e-3)
+
+
+def test_highest_frequency_is_that_of_a_dense_eigenproblem():
+    specimen = small_sample(6)
+    count = len(specimen.mesh.interfaces)
+    matrix = stiffness_matrix(specimen, np.full((2, count), 1e14), np.full((2, count), 9e13))
+    mass = np.repeat(specimen.node_masses, 2)
+    dense = np.linalg.eigvalsh(matrix.toarray() / np.sqrt(mass)[:, None] / np.sqrt(mass))
+    assert highest_frequency(matrix, mass) == pytest.approx(np.sqrt(dense[-1]), rel=1e-3)
+
+
+@pytest.mark.parametrize("safety", [0.98, 1.02])
+@pytest.mark.parametrize("damping", [gl.Undamped(), gl.LocalDamping(fraction=0.8)], ids=["undamped", "local"])
+def test_stable_step_is_the_limit(damping, safety):
+    """Just below the limit the highest mode stays, just above it grows."""
+    specimen = small_sample(6)
+    state = State(specimen, Linear(**STIFF))
+    count = len(specimen.mesh.interfaces)
+    matrix = stiffness_matrix(specimen, np.full((2, count), STIFF["kn"]), np.full((2, count), STIFF["ks"]))
+    frequency = highest_frequency(matrix, np.repeat(specimen.node_masses, 2))
+    integrator = gl.CentralDifference(damping=damping, safety=1.0)
+    state.freedoms.velocity[:] = np.random.default_rng(1).normal(size=state.freedoms.velocity.shape) * 1e-6
+    start = state.energies()["kinetic"]
+    advance(state, 3000, safety * integrator.stable_step(frequency), integrator)
+    grown = state.energies()["kinetic"] > 10 * start or not np.isfinite(state.energies()["kinetic"])
+    assert grown == (safety > 1)
+
+
+def test_rigid_grains_are_the_limit_of_stiff_ones():
+    """The same contacts, grains a hundred times stiffer than the contacts or rigid: the same modulus."""
+    law = Linear(kn=1e12, ks=0.9e12)
+    test = UniaxialCompression(maximum_strain=2e-4, samples=40, speed=0.02, ramp=1e-4)
+    hard = gl.Elastic(youngs_modulus=2e12, poissons_ratio=0.2, density=3100)
+    found = [
+        gl.simulate(small_sample(40, material=m), law, test).summary["apparent_modulus"]
+        for m in (hard, gl.Rigid(density=3100))
+    ]
+    assert found[0] == pytest.approx(found[1], rel=0.02)
