@@ -1,0 +1,25 @@
+"""Contact laws and the parts they are made of."""
+
+from grainlaw.laws.closure import BandisClosure, Closure, LinearClosure
+from grainlaw.laws.cohesive_crack import CohesiveCrack
+from grainlaw.laws.linear import Linear
+from grainlaw.laws.mohr_coulomb import MohrCoulomb
+from grainlaw.laws.readings import OtherMode, PrePeak, Residual, SofteningLength, TensionShear
+from grainlaw.laws.softening import EvansMarathe, LinearSoftening, Softening
+
+__all__ = [
+    "BandisClosure",
+    "Closure",
+    "CohesiveCrack",
+    "EvansMarathe",
+    "Linear",
+    "LinearClosure",
+    "LinearSoftening",
+    "MohrCoulomb",
+    "OtherMode",
+    "PrePeak",
+    "Residual",
+    "Softening",
+    "SofteningLength",
+    "TensionShear",
+]

@@ -1,0 +1,62 @@
+"""Checks of what a law is given beyond the bounds of single numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from grainlaw.parameter import ParameterError
+
+
+def _first(wrong: Any, *values: Any) -> list[float]:
+    """The values at the first contact where something is wrong."""
+    return [float(np.broadcast_to(value, np.shape(wrong)).flat[int(np.argmax(wrong))]) for value in values]
+
+
+def not_above(component: Any, name: str, limit: str, reason: str) -> None:
+    """Refuse a component whose parameter ``name`` exceeds its parameter ``limit``."""
+    value, bound = getattr(component, name), getattr(component, limit)
+    wrong = np.greater(value, bound)
+    if np.any(wrong):
+        first, first_bound = _first(wrong, value, bound)
+        raise ParameterError(
+            f"{type(component).__name__}: {name} = {first:g} is above {limit} = {first_bound:g}: {reason}"
+        )
+
+
+def not_beyond_apex(component: Any, tension: str, cohesion: str, angle: str) -> None:
+    """Refuse a tensile strength that the shear strength c + sigma_n tan(phi) does not let the contact reach."""
+    strength, c = getattr(component, tension), getattr(component, cohesion)
+    used = strength * np.tan(np.radians(getattr(component, angle)))
+    wrong = np.greater(used, c * (1 + 1e-12))
+    if np.any(wrong):
+        first, first_used, first_c = _first(wrong, strength, used, c)
+        raise ParameterError(
+            f"{type(component).__name__}: {tension} = {first:g} Pa lies beyond the apex of the shear strength, "
+            f"{cohesion} / tan({angle}) = {first * first_c / first_used:g} Pa; no contact can reach it"
+        )
+
+
+def kind_of_default(component: Any, attribute: Any, value: Any) -> None:
+    """Validate an option: a member of the enumeration of its default, and nothing that only equals one."""
+    kind = type(attribute.default)
+    if not isinstance(value, kind):
+        members = ", ".join(f"{kind.__name__}.{member.name}" for member in kind)
+        raise ParameterError(
+            f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, it must be one of {members}"
+        )
+
+
+def part(kind: type) -> Callable[[Any, Any, Any], None]:
+    """Validator of a part that must be a ``kind``."""
+
+    def check(component: Any, attribute: Any, value: Any) -> None:
+        if not isinstance(value, kind):
+            raise ParameterError(
+                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
+                f"it must be a {kind.__name__} such as {attribute.default!r}"
+            )
+
+    return check

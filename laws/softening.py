@@ -1,0 +1,92 @@
+"""Softening curves: the strength that remains at a damage."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from abc import ABC, abstractmethod
+from typing import Any
+
+import attrs
+from scipy.integrate import quad
+
+from grainlaw.elementary import exp_bounded
+from grainlaw.parameter import ParameterError, parameter
+
+
+class Softening(ABC):
+    """Share of the strength that remains at a damage, falling from 1 to 0 as the damage grows from 0 to 1.
+
+    A law's part; linear softening is ``def remaining(self, damage): return 1 - damage``.
+    """
+
+    @abstractmethod
+    def remaining(self, damage: float) -> float:
+        """The share chi(D), exactly 0 at D = 1."""
+
+    @functools.cached_property
+    def length(self) -> float:
+        """L for which a branch as long as L G/f dissipates G: 1 over the integral of ``remaining``."""
+        return 1 / quad(self.remaining, 0, 1, epsabs=1e-14, epsrel=1e-14)[0]
+
+
+@attrs.frozen(kw_only=True)
+class LinearSoftening(Softening):
+    """A straight line (Hillerborg, Modeer and Petersson 1976, doi:10.1016/0008-8846(76)90007-7)."""
+
+    def remaining(self, damage: float) -> float:
+        return 1 - damage
+
+
+def _whole(component: Any, attribute: Any, value: Any) -> None:
+    if type(value) is not int or not 1 <= value <= 31:
+        raise ParameterError(
+            f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, it must be a whole number "
+            "from 1 to 31 (the power is taken by multiplication)"
+        )
+
+
+@attrs.frozen(kw_only=True)
+class EvansMarathe(Softening):
+    """Eq. (2), fitted to direct tension tests of concrete.
+
+    Evans and Marathe 1968, Materials and Structures 1(1), 61-64; a, b, c as in the paper that prints Eq. (2).
+    """
+
+    a: float = parameter("1", default=0.63)
+    b: float = parameter("1", default=1.8)
+    c: int = attrs.field(default=6, validator=_whole)
+
+    @property
+    def share(self) -> float:
+        """(a+b-1)/(a+b) in Eq. (2)."""
+        return (self.a + self.b - 1) / (self.a + self.b)
+
+    @property
+    def rate(self) -> float:
+        """Minus the factor of D in the exponent of Eq. (2)."""
+        return (self.a + self.c * self.b) / ((self.a + self.b) * (self.a + self.b - 1))
+
+    def remaining(self, damage: float) -> float:
+        left = 1 - damage
+        return (1 - self.share * exp_bounded(-self.rate * damage)) * (self.a * left + self.b * self.power(left))
+
+    def power(self, x: float) -> float:
+        """x^c from the binary digits of c, a constant of the compiled code: x^6 = x^2 x^4."""
+        x2 = x * x
+        x4 = x2 * x2
+        x8 = x4 * x4
+        low = (x if self.c & 1 else 1.0) * (x2 if self.c & 2 else 1.0) * (x4 if self.c & 4 else 1.0)
+        return low * (x8 if self.c & 8 else 1.0) * (x8 * x8 if self.c & 16 else 1.0)
+
+    def __attrs_post_init__(self) -> None:
+        if not self.a + self.b > 1:
+            raise self._refusal("a + b must be above 1, or the curve does not start level")
+        if not self.rate <= 8:
+            raise self._refusal(f"the exponent of Eq. (2) reaches {-self.rate:g}, it must not be below -8")
+        curve = [self.remaining(i / 64) for i in range(65)]
+        if any(after >= before for before, after in itertools.pairwise(curve)):
+            raise self._refusal("the curve rises, it must fall from 1 to 0")
+
+    def _refusal(self, reason: str) -> ParameterError:
+        return ParameterError(f"EvansMarathe: a = {self.a:g}, b = {self.b:g}, c = {self.c} is not allowed: {reason}")

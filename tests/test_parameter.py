@@ -1,0 +1,72 @@
+import math
+
+import attrs
+import numpy as np
+import pytest
+
+from grainlaw.laws import Linear
+from grainlaw.parameter import ParameterError, parameter, parameters
+
+
+@attrs.frozen(kw_only=True)
+class Joint:
+    """One field of each kind of bound."""
+
+    stiffness: float = parameter("Pa/m", default=1.0)
+    cohesion: float = parameter("Pa", default=0.0, at_least=0)
+    angle: float = parameter("deg", default=30.0, at_least=0, below=90)
+    share: float = parameter("1", default=1.0, above=0, at_most=1)
+    gap: float = parameter("m", default=math.inf, above=0, infinite=True)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"stiffness": 0}, ["stiffness = 0 Pa/m", "a finite number", "above 0"]),
+        ({"stiffness": -2}, ["stiffness = -2 Pa/m", "above 0"]),
+        ({"stiffness": math.nan}, ["stiffness = nan Pa/m", "a finite number"]),
+        ({"stiffness": math.inf}, ["stiffness = inf Pa/m", "a finite number"]),
+        ({"cohesion": -1e-9}, ["cohesion = -1e-09 Pa", "at least 0"]),
+        ({"angle": 90}, ["angle = 90 deg", "at least 0 and below 90"]),
+        ({"angle": 120}, ["angle = 120 deg", "below 90"]),
+        ({"share": 1.5}, ["share = 1.5 1", "above 0 and at most 1"]),
+        ({"gap": math.nan}, ["gap = nan m", "a number", "above 0"]),
+        ({"stiffness": "1e9"}, ["stiffness = '1e9'", "a finite number", "above 0", "Pa/m"]),
+        ({"stiffness": None}, ["stiffness = None", "Pa/m"]),
+        ({"stiffness": True}, ["stiffness = True"]),
+        ({"stiffness": 1j}, ["stiffness = 1j"]),
+        ({"stiffness": [[1.0]]}, ["stiffness = [[1.0]]"]),
+        ({"cohesion": [1.0, math.nan]}, ["cohesion = nan Pa"]),
+    ],
+)
+def test_a_refusal_names_component_parameter_value_and_bound(wrong, said):
+    with pytest.raises(ParameterError) as refusal:
+        Joint(**wrong)
+    for words in ["Joint: ", "not allowed", *said]:
+        assert words in str(refusal.value)
+
+
+def test_bounds_that_are_included_are_allowed():
+    joint = Joint(cohesion=0, angle=0, share=1, gap=math.inf)
+    assert (joint.cohesion, joint.angle, joint.share, joint.gap) == (0.0, 0.0, 1.0, math.inf)
+
+
+def test_whole_numbers_become_floats():
+    assert type(Joint(stiffness=np.int64(3)).stiffness) is float
+
+
+def test_one_value_per_contact_is_copied_and_protected():
+    values = np.array([1.0, 2.0])
+    joint = Joint(stiffness=values)
+    values[0] = -1.0
+    assert joint.stiffness.tolist() == [1.0, 2.0]
+    with pytest.raises(ValueError, match="read-only"):
+        joint.stiffness[0] = 3.0
+    assert joint == Joint(stiffness=[1.0, 2.0])
+    assert joint != Joint(stiffness=[1.0, 3.0])
+
+
+def test_parameters_of_a_component_by_name():
+    assert parameters(Linear(kn=2, ks=1)) == {"kn": 2.0, "ks": 1.0}
+    with pytest.raises(ParameterError, match=r"Linear: ks = 0 Pa/m is not allowed"):
+        Linear(kn=2, ks=0)
