@@ -1,5 +1,6 @@
 """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
+from grainlaw.comparison import Comparison, compare
 from grainlaw.contact import ContactLaw, Trace, trace
 from grainlaw.integration import (
     AdaptiveRelaxation, CentralDifference, Damping, DynamicRelaxation, Integrator, KineticRelaxation, LocalDamping,

@@ -1,0 +1,5 @@
+"""``python -m grainlaw`` is the command line."""
+
+from grainlaw.cli import main
+
+main()

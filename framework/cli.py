@@ -1,0 +1,147 @@
+"""The command line."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import platform
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from grainlaw.comparison import compare as compare_laws
+from grainlaw.contact import ContactLaw
+from grainlaw.files import writable_folder
+from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.kernels.batch import CompilationError
+from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
+from grainlaw.loading import Stage
+from grainlaw.observation import Observer
+from grainlaw.parameter import ParameterError, parameters
+from grainlaw.protocols import UniaxialCompression
+from grainlaw.simulation import InstabilityError, StageLimitError
+from grainlaw.specimen import Elastic, Specimen
+from grainlaw.state import State
+from grainlaw.units import GPa, MPa, mm
+from grainlaw.vtk import VtkWriter
+
+# Table 1 of the paper: carbonatite of the Palabora mine, contact values as calibrated there.
+ROCK = Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
+_STIFF = {"kn": 1.05e14, "ks": 9.45e13}
+_STRONG = _STIFF | {
+    "tensile_strength": 13 * MPa, "cohesion": 29 * MPa, "friction_angle": 54, "residual_friction_angle": 5,
+}  # fmt: skip
+LAWS: dict[str, ContactLaw] = {
+    "linear": Linear(**_STIFF),
+    "mohr-coulomb": MohrCoulomb(**_STRONG),
+    "cohesive-crack": CohesiveCrack(**_STRONG, mode_i_energy=150, mode_ii_energy=300),
+}
+SAMPLE, QUICK = (50 * mm, 125 * mm, 755), (20 * mm, 50 * mm, 120)  #: width, height, grains
+
+
+def choose_laws(names: str) -> dict[str, ContactLaw]:
+    """The laws of a comma-separated list. Raises click.BadParameter that suggests the nearest name."""
+    chosen = {}
+    for name in (part.strip() for part in names.split(",")):
+        if name not in LAWS:
+            near = difflib.get_close_matches(name, LAWS, n=1, cutoff=0.3)
+            hint = f"; did you mean '{near[0]}'?" if near else ""
+            raise click.BadParameter(f"there is no law '{name}'{hint} (laws: {', '.join(LAWS)})")
+        chosen[name] = LAWS[name]
+    return chosen
+
+
+class ProgressBar(Observer):
+    """A run's line: stage, strain, stress, time left."""
+
+    def __init__(self, progress: Progress, name: str) -> None:
+        self.progress = progress
+        self.task = progress.add_task(name, total=1.0, stage="starting", strain="", stress="")
+
+    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
+        self.progress.update(
+            self.task,
+            completed=progress,
+            stage=stage.name if progress < 1 else "done",
+            strain=f"{curves['strain'][-1] * 100:7.4f} %",
+            stress=f"{curves['stress'][-1] / MPa:7.1f} MPa",
+        )
+
+
+def _progress() -> Progress:
+    return Progress(
+        TextColumn("{task.description:<14}"), BarColumn(16), TextColumn("{task.percentage:>3.0f}%"),
+        TextColumn("{task.fields[stage]:<11}{task.fields[strain]:>9}{task.fields[stress]:>11}"),
+        TimeRemainingColumn(compact=True), console=Console(stderr=True), refresh_per_second=4,
+    )  # fmt: skip
+
+
+def _versions() -> dict[str, str]:
+    packages = ("grainlaw", "numpy", "scipy", "numba", "llvmlite", "meshio", "attrs")
+    return {"python": platform.python_version(), **{name: version(name) for name in packages}}
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(version("grainlaw"), prog_name="grainlaw")
+def main() -> None:
+    """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
+
+
+@main.command()
+@click.option("--grains", type=int, help=f"Number of Voronoi grains.  [default: {SAMPLE[2]}]")
+@click.option("--seed", type=int, default=1, show_default=True, help="Seed of the grains.")
+@click.option("--laws", default=",".join(LAWS), show_default=True, help="Contact laws, separated by commas.")
+@click.option("--speed", type=float, default=0.05, show_default=True, help="Platen speed in m/s.")
+@click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
+@click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder for the results.")
+@click.option("--threads", type=int, help="Models (and threads in a model) at a time.  [default: all cores]")
+@click.option("--quick", is_flag=True, help=f"A small sample, seconds: {QUICK[2]} grains in 20 x 50 mm.")
+def compare(
+    grains: int | None, seed: int, laws: str, speed: float, max_strain: float, out: Path, threads: int | None, quick: bool
+) -> None:
+    """Compress one rock sample to failure under several contact laws, and compare them.
+
+    Writes comparison.png, cracks_LAW.png, summary.json and curves.csv, and for each law a folder with grains.pvd and
+    cracks.pvd for ParaView. The sample and the parameters are those of a published study (docs/validation.md).
+    """
+    width, height, count = QUICK if quick else SAMPLE
+    try:
+        chosen = choose_laws(laws)
+        if threads is not None and threads < 1:
+            raise ParameterError(f"--threads = {threads} is not allowed, it must be a whole number from 1")
+        test = UniaxialCompression(speed=speed, maximum_strain=max_strain)
+        tessellator = Voronoi(grains=count if grains is None else grains, seed=seed)
+        folder = writable_folder(out)
+        specimen = Specimen(tessellator.tessellate(rectangle(width, height)), ROCK)
+        with _progress() as progress:
+            comparison = compare_laws(
+                specimen, chosen, test, threads=threads,
+                observers=lambda name: [ProgressBar(progress, name), VtkWriter(folder / name)],
+            )  # fmt: skip
+        record = {
+            "seed": seed,
+            "versions": _versions(),
+            "parameters": {
+                "region": {"width": width, "height": height},
+                "tessellator": _described(tessellator),
+                "material": _described(ROCK),
+                "contact_points": _described(specimen.contact_points),
+                "protocol": _described(test),
+                "laws": {name: _described(law) for name, law in chosen.items()},
+            },
+        }
+        comparison.write(folder, record)
+    except (ParameterError, OSError, CompilationError, InstabilityError, StageLimitError, MemoryError) as error:
+        raise click.ClickException(str(error)) from None
+    click.echo(comparison)
+    click.echo(f"\nwritten to {os.fspath(folder)}{os.sep}: comparison.png, cracks_<law>.png, summary.json, curves.csv, <law>/*.pvd")
+
+
+def _described(component: Any) -> dict[str, Any]:
+    return {"type": type(component).__name__, **parameters(component)}

@@ -1,0 +1,147 @@
+"""Several laws on the same grains under the same test."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from grainlaw.files import writable_folder, write_atomically
+from grainlaw.loading import LoadingProtocol
+from grainlaw.observation import Observer
+from grainlaw.parameter import ParameterError
+from grainlaw.result import Result
+from grainlaw.simulation import simulate
+from grainlaw.specimen import Specimen
+from grainlaw.state import Laws
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: columns of the table: heading, name in the summary, factor, decimals
+TABLE = (
+    ("peak (MPa)", "peak_stress", 1e-6, 2), ("at strain (%)", "peak_strain", 1e2, 4),
+    ("E* (GPa)", "apparent_modulus", 1e-9, 2), ("nu*", "apparent_poisson", 1, 3),
+    ("E (GPa)", "modulus", 1e-9, 2), ("nu", "poisson", 1, 3),
+    ("tensile", "tensile_cracks", 1, 0), ("shear", "shear_cracks", 1, 0),
+    ("steps", "steps", 1, 0), ("seconds", "seconds", 1, 1),
+)  # fmt: skip
+
+
+@attrs.frozen(eq=False)
+class Comparison(Mapping[str, Result]):
+    """Results by the name of the law; prints as a table."""
+
+    results: dict[str, Result]
+
+    def __getitem__(self, name: str) -> Result:
+        return self.results[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.results)
+
+    def __len__(self) -> int:
+        return len(self.results)
+
+    @property
+    def summary(self) -> dict[str, dict[str, Any]]:
+        """The summaries (SI) by the name of the law."""
+        return {name: result.summary for name, result in self.results.items()}
+
+    def __str__(self) -> str:
+        rows = [["law", *(heading for heading, *_ in TABLE)]]
+        for name, summary in self.summary.items():
+            cells = [
+                f"{summary[key] * factor:.{decimals}f}" if key in summary else "-" for _, key, factor, decimals in TABLE
+            ]
+            rows.append([name, *cells])
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = [
+            "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
+            for row in rows
+        ]
+        lines.insert(1, "  ".join("-" * width for width in widths))
+        return "\n".join(lines)
+
+    def plot(self) -> Figure:
+        """Stress-strain curves of all laws."""
+        from grainlaw.view import plot_curves
+
+        return plot_curves(self.results)
+
+    def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
+        """Write ``comparison.png``, ``cracks_<law>.png``, ``summary.json`` and ``curves.csv``.
+
+        ``record`` is added to the summary: what the run was made with. Raises OSError where it cannot.
+        """
+        from grainlaw.view import plot_cracks
+
+        path = writable_folder(folder)
+        content = {"laws": self.summary, **(record or {})}
+        text = json.dumps(_without_nan(content), indent=2, allow_nan=False) + "\n"
+        write_atomically(path / "summary.json", lambda file: file.write_text(text, encoding="utf-8"))
+        write_atomically(path / "curves.csv", self._write_curves)
+        write_atomically(path / "comparison.png", lambda file: self.plot().savefig(file, dpi=150))
+        for name, result in self.results.items():
+            figure = plot_cracks(result, name)
+            write_atomically(path / f"cracks_{name}.png", lambda file, f=figure: f.savefig(file, dpi=150))  # type: ignore[misc]
+
+    def _write_curves(self, file: Path) -> None:
+        columns = list(dict.fromkeys(name for result in self.results.values() for name in result.curves))
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["law", *columns])
+        for name, result in self.results.items():
+            count = len(result.curves["time"])
+            table = [result.curves.get(column, np.full(count, np.nan)) for column in columns]
+            writer.writerows([name, *(f"{value:.9g}" for value in row)] for row in zip(*table, strict=True))
+        file.write_text(text.getvalue(), encoding="utf-8")
+
+
+def _without_nan(value: Any) -> Any:
+    """The same with null for what is not a finite number, as JSON has no other way."""
+    if isinstance(value, Mapping):
+        return {key: _without_nan(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_without_nan(entry) for entry in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if np.isfinite(value) else None
+    return int(value) if isinstance(value, np.integer) else value
+
+
+def compare(
+    specimen: Specimen,
+    laws: Mapping[str, Laws],
+    protocol: LoadingProtocol,
+    *,
+    threads: int | None = None,
+    observers: Callable[[str], Sequence[Observer]] = lambda name: (),
+    **options: Any,
+) -> Comparison:
+    """Put one specimen through one test under several laws, as many at a time as there are ``threads`` (all cores).
+
+    ``observers`` gives those of each run by the law's name; ``options`` go to :func:`simulate`. The results do not
+    depend on ``threads``.
+    """
+    if not laws:
+        raise ParameterError("compare: laws is empty, it must name at least one law")
+    threads = threads or os.cpu_count() or 1
+    if threads < 1:
+        raise ParameterError(f"compare: threads = {threads} is not allowed, it must be a whole number from 1")
+    workers = min(threads, len(laws))
+
+    def run(name: str) -> Result:
+        share = max(1, threads // workers)
+        return simulate(specimen, laws[name], protocol, threads=share, observers=observers(name), **options)
+
+    _ = specimen.mesh, specimen.zone_constants, specimen.node_masses  # made once, before threads share them
+    with ThreadPoolExecutor(workers) as pool:
+        return Comparison(dict(zip(laws, pool.map(run, laws), strict=True)))

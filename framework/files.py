@@ -1,0 +1,30 @@
+"""Writing files so that a kill at any moment leaves the last complete one readable."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+
+def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
+    """Let ``write`` fill a file beside ``path`` with the same ending, then put it in place in one step."""
+    beside = path.with_name(f".{path.stem}.part{path.suffix}")
+    try:
+        write(beside)
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def writable_folder(folder: str | os.PathLike[str]) -> Path:
+    """Make a folder, with its parents, and make sure that files can be written there. Raises OSError."""
+    path = Path(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        probe = path / ".grainlaw"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise OSError(f"cannot write to the folder '{path}': {error.strerror or error}") from None
+    return path
