@@ -115,7 +115,7 @@ class CohesiveCrack(ContactLaw):
 
     def peak_slip(self, strength: float) -> float:
         """s_p (m), Eq. (9)."""
-        return self.peak_factor * strength / self.ks
+        return strength * (self.peak_factor / self.ks)
 
     def breaking_slip(self, strength: float) -> float:
         """s_res (m), Eq. (8)."""
