@@ -1,0 +1,7 @@
+"""Regions and tessellators."""
+
+from grainlaw.geometry.hexagonal import Hexagonal
+from grainlaw.geometry.region import rectangle
+from grainlaw.geometry.voronoi import Voronoi
+
+__all__ = ["Hexagonal", "Voronoi", "rectangle"]

@@ -1,0 +1,91 @@
+"""How many grains a tessellator makes: fields checked on construction, the number checked against the region."""
+
+from __future__ import annotations
+
+import math
+import os
+from numbers import Real
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.parameter import ParameterError
+from grainlaw.tessellation import Region
+
+BYTES_PER_GRAIN = 10_000  #: of a specimen with all that a simulation keeps of it
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def whole_number(*, at_least: int, default: int | None) -> Any:
+    """Declare a whole number of a component; None is allowed where it is the default."""
+
+    def convert(value: Any, component: Any, attribute: Any) -> int | None:
+        if value is None and default is None:
+            return None
+        if not _is_number(value) or value != value // 1 or value < at_least:
+            raise ParameterError(
+                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
+                f"it must be a whole number, at least {at_least}"
+            )
+        return int(value)
+
+    return attrs.field(default=default, converter=attrs.Converter(convert, takes_self=True, takes_field=True))
+
+
+def length() -> Any:
+    """Declare a length of a component (m) that may be left out."""
+
+    def convert(value: Any, component: Any, attribute: Any) -> float | None:
+        if value is None:
+            return None
+        if not _is_number(value) or value <= 0:
+            raise ParameterError(
+                f"{type(component).__name__}: {attribute.name} = {value!r} m is not allowed, "
+                "it must be a finite number above 0"
+            )
+        return float(value)
+
+    return attrs.field(
+        default=None,
+        converter=attrs.Converter(convert, takes_self=True, takes_field=True),
+        metadata={"unit": "m"},
+    )
+
+
+def require_one(component: Any) -> None:
+    """Raise :class:`ParameterError` unless exactly one of ``grains`` and ``grain_size`` is given."""
+    if (component.grains is None) == (component.grain_size is None):
+        given = "neither" if component.grains is None else "both"
+        raise ParameterError(f"{type(component).__name__}: give either grains or grain_size, not {given}")
+
+
+def grain_count(component: Any, region: Region) -> int:
+    """Number of grains of ``component`` in ``region``; refuses what fits neither the region nor the memory."""
+    name = type(component).__name__
+    if component.grains is not None:
+        count, given = component.grains, f"grains = {component.grains}"
+    else:
+        extent = np.ptp(region.bounds, axis=0).min()
+        if component.grain_size > extent:
+            raise ParameterError(
+                f"{name}: grain_size = {component.grain_size:g} m is not allowed, it must be at most {extent:g} m, "
+                "the shorter extent of the region"
+            )
+        count = max(1, round(region.area / component.grain_size**2))
+        given = f"grain_size = {component.grain_size:g} m, which makes {count} grains,"
+    room = _memory() // BYTES_PER_GRAIN
+    if count > room:
+        raise ParameterError(f"{name}: {given} is not allowed, the memory of this computer holds about {room} grains")
+    return count
+
+
+def _memory() -> int:
+    """Physical memory in bytes; where the system does not tell, more than anybody has."""
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):
+        return 1 << 60

@@ -1,0 +1,118 @@
+"""Short edges removed by merging their two vertices, wherever all grains stay convex."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from grainlaw.geometry.sides import Sides, convex_sides
+from grainlaw.geometry.tiling import Tiling
+
+FLATTEST = 1e-3  #: sine of the smallest turn that a merge may leave at a corner, clear of rounding
+
+
+@attrs.frozen(eq=False)
+class Merges:
+    """Edges and where each would end as one vertex; shortest first. Index letter ``m``."""
+
+    keep: np.ndarray  #: (m,) vertex, the one held by more sides of the region
+    drop: np.ndarray  #: (m,) vertex
+    place: np.ndarray  #: (m, 2) m
+
+    def __len__(self) -> int:
+        return len(self.keep)
+
+    def __getitem__(self, which: np.ndarray) -> Merges:
+        return Merges(self.keep[which], self.drop[which], self.place[which])
+
+
+def merge_short_edges(tiling: Tiling, limit: float) -> Tiling:
+    """Merge the vertices of edges shorter than ``limit`` (m) until none is left or none can be merged.
+
+    A merge is made only where every touched grain keeps three corners and stays convex: with the sum of the areas
+    round the edge unchanged, the grains then still tile the region. Vertices stay on their side, corners of the
+    region stay in place. Merges that share a grain wait for each other, the shorter edge first.
+    """
+    sides = convex_sides(tiling.region)
+    while True:
+        merges = _possible(tiling, sides, *_short_edges(tiling, limit))
+        if len(merges) == 0:
+            return tiling
+        tiling = _merged(tiling, merges[_first_in_all_grains(tiling, merges)])
+
+
+def _short_edges(tiling: Tiling, limit: float) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices to keep and to drop of the edges that the sides of the region allow to merge."""
+    start, end = tiling.corners, tiling.corners[tiling.next]
+    length = np.hypot(*(tiling.vertices[end] - tiling.vertices[start]).T)
+    short = np.flatnonzero(length < limit)
+    short = short[np.argsort(length[short], kind="stable")]
+    low, high = np.minimum(start, end)[short], np.maximum(start, end)[short]
+    once = np.sort(np.unique(low * len(tiling.vertices) + high, return_index=True)[1])
+    low, high = low[once], high[once]
+    into_low, into_high = _within(tiling.on[high], tiling.on[low]), _within(tiling.on[low], tiling.on[high])
+    keep, drop = np.where(into_low, low, high), np.where(into_low, high, low)
+    return keep[into_low | into_high], drop[into_low | into_high]
+
+
+def _within(on: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Whether a vertex lies on no other sides than another one."""
+    return ((on < 0) | (on == others[:, :1]) | (on == others[:, 1:])).all(axis=1)
+
+
+def _possible(tiling: Tiling, sides: Sides, keep: np.ndarray, drop: np.ndarray) -> Merges:
+    """Merges that leave the grains convex, into the middle of the edge or else into either end."""
+    ends = np.column_stack([keep, drop])
+    corner, which = tiling.corners_at(ends.ravel())
+    which //= 2
+    a, b = tiling.vertices[keep], tiling.vertices[drop]
+    place, found = np.empty_like(a), np.zeros(len(keep), dtype=bool)
+    for target in ((a + b) / 2, a, b):
+        target = sides.hold(target, tiling.on[keep])
+        convex = np.ones(len(keep), dtype=bool)
+        convex[which[~_stays_convex(tiling, corner, ends[which], target[which])]] = False
+        place[convex & ~found] = target[convex & ~found]
+        found |= convex
+    return Merges(keep, drop, place)[found]
+
+
+def _first_in_all_grains(tiling: Tiling, merges: Merges) -> np.ndarray:
+    corner, which = tiling.corners_at(np.column_stack([merges.keep, merges.drop]).ravel())
+    which //= 2
+    grain = tiling.grain[corner]
+    first = np.full(len(tiling.first) - 1, len(merges))
+    np.minimum.at(first, grain, which)
+    ready = np.ones(len(merges), dtype=bool)
+    ready[which[first[grain] < which]] = False
+    return ready
+
+
+def _stays_convex(tiling: Tiling, corner: np.ndarray, ends: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Whether the grain of each corner stays convex when the edge with these ends shrinks to the target.
+
+    A triangle that would lose an edge does not: what is left of it turns back on itself.
+    """
+    before, after = tiling.previous[corner], tiling.next[corner]
+    ahead = (tiling.corners[after, None] == ends).any(axis=1)
+    behind = (tiling.corners[before, None] == ends).any(axis=1)
+    after, before = np.where(ahead, tiling.next[after], after), np.where(behind, tiling.previous[before], before)
+    p, q = tiling.vertices[tiling.corners[before]], tiling.vertices[tiling.corners[after]]
+    pp = tiling.vertices[tiling.corners[tiling.previous[before]]]
+    qq = tiling.vertices[tiling.corners[tiling.next[after]]]
+    return _turns_left(pp, p, target) & _turns_left(p, target, q) & _turns_left(target, q, qq)
+
+
+def _turns_left(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    ab, bc = b - a, c - b
+    turn = ab[:, 0] * bc[:, 1] - ab[:, 1] * bc[:, 0]
+    return turn > FLATTEST * np.hypot(*ab.T) * np.hypot(*bc.T)
+
+
+def _merged(tiling: Tiling, merges: Merges) -> Tiling:
+    vertices, number = tiling.vertices.copy(), np.arange(len(tiling.vertices))
+    vertices[merges.keep] = merges.place
+    number[merges.drop] = merges.keep
+    corners = number[tiling.corners]
+    stay = corners != corners[tiling.next]
+    first = np.concatenate([[0], np.cumsum(stay)])[tiling.first]
+    return attrs.evolve(tiling, vertices=vertices, corners=corners[stay], first=first)

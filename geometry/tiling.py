@@ -1,0 +1,64 @@
+"""Polygons in the making: a tessellation whose vertices know which sides of the region hold them."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import attrs
+import numpy as np
+
+from grainlaw.tessellation import Region, Tessellation
+
+
+def rows(first: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions of the given rows of a ragged array, one after another, and for each which of them it belongs to."""
+    sizes = first[which + 1] - first[which]
+    owner = np.repeat(np.arange(len(which)), sizes)
+    return np.arange(len(owner)) + np.repeat(first[which] - (np.cumsum(sizes) - sizes), sizes), owner
+
+
+@attrs.frozen(eq=False)
+class Tiling:
+    """Polygons as in a :class:`~grainlaw.tessellation.Tessellation`, of a convex region."""
+
+    region: Region
+    vertices: np.ndarray  #: (v, 2) m
+    on: np.ndarray  #: (v, 2) sides of the region the vertex lies on, -1 for none; two in a corner
+    corners: np.ndarray  #: vertex numbers of all grains in a row
+    first: np.ndarray  #: (g + 1,)
+
+    @cached_property
+    def next(self) -> np.ndarray:
+        """Position of the following corner of the same grain."""
+        positions = np.arange(1, len(self.corners) + 1)
+        positions[self.first[1:] - 1] = self.first[:-1]
+        return positions
+
+    @cached_property
+    def previous(self) -> np.ndarray:
+        """Position of the corner before in the same grain."""
+        positions = np.empty_like(self.next)
+        positions[self.next] = np.arange(len(self.next))
+        return positions
+
+    @cached_property
+    def grain(self) -> np.ndarray:
+        """Grain of each corner."""
+        return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
+
+    def corners_at(self, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions of all corners at the given vertices, and for each at which of them."""
+        order = np.argsort(self.corners, kind="stable")
+        first = np.searchsorted(self.corners[order], np.arange(len(self.vertices) + 1))
+        positions, owner = rows(first, vertices)
+        return order[positions], owner
+
+    def tessellation(self) -> Tessellation:
+        """Checked; vertices numbered as the grains meet them, unused ones left out."""
+        used, at, place = np.unique(self.corners, return_index=True, return_inverse=True)
+        order = np.argsort(at)
+        number = np.empty_like(order)
+        number[order] = np.arange(len(order))
+        tessellation = Tessellation(self.region, self.vertices[used[order]], number[place], self.first)
+        tessellation.check()
+        return tessellation

@@ -1,0 +1,414 @@
+"""What every tessellation must hold, tried on every tessellator; the faults that its check must find; short edges."""
+
+from __future__ import annotations
+
+import inspect
+import textwrap
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import grainlaw as gl
+from grainlaw import geometry
+from grainlaw.geometry import Hexagonal, Voronoi, grain_size, rectangle
+from grainlaw.geometry.bounded_voronoi import bounded_diagram, polygons
+from grainlaw.geometry.ordering import hilbert_order
+from grainlaw.parameter import ParameterError
+from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
+
+TESSELLATORS = [Hexagonal, Voronoi]
+TRIANGLE = Region([(0, 0), (4, 0), (1, 3)], ("base", "flank", "flank"))
+DISC = Region([(np.cos(a), np.sin(a)) for a in np.arange(64) * np.pi / 32], ["jaw", *["rim"] * 63])
+
+every = pytest.mark.parametrize("tessellator", TESSELLATORS)
+
+
+def toy() -> type[Tessellator]:
+    """The class in the docstring of the interface."""
+    code = textwrap.dedent(inspect.getdoc(Tessellator).split("::\n", 1)[1])
+    names = {"attrs": attrs, "gl": gl, "np": np}
+    exec(code, names)
+    return names["Bricks"]
+
+
+def polygon(grains: Tessellation, g: int) -> np.ndarray:
+    return grains.vertices[grains.corners[grains.first[g] : grains.first[g + 1]]]
+
+
+def shoelace(points: np.ndarray) -> float:
+    x, y = (points - points[0]).T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+
+
+def assert_tiles(grains: Tessellation) -> None:
+    """Slowly and by other means than the grains' own ``check``."""
+    region = grains.region
+    polygons = [polygon(grains, g) for g in range(grains.count)]
+    assert sum(map(shoelace, polygons)) == pytest.approx(region.area, rel=1e-12)
+    runs: dict[tuple[int, int], int] = {}
+    for g, points in enumerate(polygons):
+        along = np.roll(points, -1, axis=0) - points
+        onward = np.roll(along, -1, axis=0)
+        turns = np.arctan2(along[:, 0] * onward[:, 1] - along[:, 1] * onward[:, 0], (along * onward).sum(axis=1))
+        assert turns.min() > -1e-9
+        assert turns.sum() == pytest.approx(2 * np.pi)
+        ring = grains.corners[grains.first[g] : grains.first[g + 1]].tolist()
+        for pair in zip(ring, ring[1:] + ring[:1], strict=True):
+            assert pair not in runs
+            runs[pair] = g
+    edges = grains.edges
+    listed = set(zip(edges.start.tolist(), edges.end.tolist(), strict=True))
+    assert len(listed) == len(edges)
+    assert listed | {(j, i) for i, j in listed} == set(runs) | {(j, i) for i, j in runs}
+    for i, j, left, right, side in zip(edges.start, edges.end, edges.left, edges.right, edges.side, strict=True):
+        assert runs[i, j] == left
+        assert runs.get((j, i), -1) == right
+        assert (side < 0) == (right >= 0)
+
+
+def assert_sides_complete(grains: Tessellation) -> None:
+    region, edges = grains.region, grains.edges
+    lengths = np.hypot(*(np.roll(region.outline, -1, axis=0) - region.outline).T)
+    for number, name in enumerate(edges.boundary_names):
+        side = sum(length for length, each in zip(lengths, region.sides, strict=True) if each == name)
+        assert edges.length[edges.side == number].sum() == pytest.approx(side, rel=1e-12)
+    assert {tuple(corner) for corner in region.outline} <= {tuple(vertex) for vertex in grains.vertices}
+
+
+def test_all_tessellators_are_tried() -> None:
+    exported = [getattr(geometry, name) for name in geometry.__all__]
+    assert [each for each in exported if inspect.isclass(each) and issubclass(each, Tessellator)] == TESSELLATORS
+
+
+@every
+@settings(max_examples=40, deadline=None)
+@given(
+    width=st.floats(1e-6, 1e3),
+    slenderness=st.floats(0.02, 50),
+    grains=st.one_of(st.integers(1, 3), st.integers(1, 60)),
+)
+def test_tiles_any_rectangle(tessellator: type, width: float, slenderness: float, grains: int) -> None:
+    made = tessellator(grains=grains).tessellate(rectangle(width, width * slenderness))
+    assert_tiles(made)
+    assert_sides_complete(made)
+
+
+@every
+@pytest.mark.parametrize("region", [TRIANGLE, DISC])
+@pytest.mark.parametrize("grains", [1, 2, 7, 150])
+def test_tiles_other_convex_regions(tessellator: type, region: Region, grains: int) -> None:
+    made = tessellator(grains=grains).tessellate(region)
+    assert_tiles(made)
+    assert_sides_complete(made)
+
+
+def test_example_of_the_interface_tiles() -> None:
+    made = toy()(rows=5, columns=2).tessellate(rectangle(2, 3))
+    made.check()
+    assert_tiles(made)
+    assert_sides_complete(made)
+    assert made.count == 10
+    assert len(made.edges) == 27
+
+
+@every
+def test_same_component_makes_the_same_grains(tessellator: type) -> None:
+    first, second = (tessellator(grains=80).tessellate(rectangle(1, 2)) for _ in range(2))
+    assert np.array_equal(first.vertices, second.vertices)
+    assert np.array_equal(first.corners, second.corners)
+
+
+def test_seed_and_relaxation_make_other_grains() -> None:
+    made = [Voronoi(grains=80, seed=s, relaxation=r).tessellate(rectangle(1, 2)) for s, r in ((1, 3), (2, 3), (1, 4))]
+    for other in made[1:]:
+        assert not np.allclose(made[0].centroids, other.centroids)
+
+
+def test_relaxation_makes_grains_even() -> None:
+    made = [Voronoi(grains=400, relaxation=r, merge=0).tessellate(rectangle(1, 1)) for r in (0, 1, 3, 20)]
+    spread = [400 * np.std(grains.areas) for grains in made]
+    assert np.all(np.diff(spread) < -0.05)
+    # Cells of independent seeds: variance 0.280 (Gilbert 1962, doi:10.1214/aoms/1177704464).
+    assert spread[0] == pytest.approx(np.sqrt(0.280), abs=0.05)
+
+
+def test_hilbert_curve_never_jumps() -> None:
+    grid = np.argwhere(np.ones((32, 32))).astype(float)
+    steps = np.diff(grid[hilbert_order(grid)], axis=0)
+    assert np.all(abs(steps).sum(axis=1) == 1)
+
+
+@every
+def test_numbers_follow_space(tessellator: type) -> None:
+    edges = tessellator(grains=3000).tessellate(rectangle(1, 2)).edges
+    apart = abs(edges.left - edges.right)[edges.right >= 0]
+    assert np.median(apart) <= 5
+    assert apart.mean() < 60  # 1,000 at random
+
+
+@every
+def test_mean_area_is_the_square_of_the_grain_size(tessellator: type) -> None:
+    region = rectangle(3, 4)
+    by_number = tessellator(grains=300).tessellate(region)
+    by_size = tessellator(grain_size=0.2).tessellate(region)
+    assert np.allclose(by_number.vertices, by_size.vertices, rtol=0, atol=1e-9)
+    assert by_number.count == pytest.approx(300, rel=0 if tessellator is Voronoi else 0.1)
+
+
+def test_inner_hexagons_are_regular() -> None:
+    made = Hexagonal(grain_size=0.05).tessellate(rectangle(1, 1))
+    inner = np.flatnonzero(abs(made.centroids - 0.5).max(axis=1) < 0.4)
+    assert len(inner) > 200
+    assert np.all(np.diff(made.first)[inner] == 6)
+    assert made.areas[inner] == pytest.approx(0.05**2, rel=1e-9)
+    side = 0.05 * np.sqrt(2 / np.sqrt(27))
+    assert made.edges.length[np.isin(made.edges.left, inner)] == pytest.approx(side, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_short_edges_are_merged(seed: int) -> None:
+    region, size = rectangle(50e-3, 125e-3), np.sqrt(50e-3 * 125e-3 / 755)
+    kept, merged = (Voronoi(grains=755, seed=seed, merge=m).tessellate(region) for m in (0, 0.25))
+    assert (kept.edges.length < 0.25 * size).mean() > 0.1
+    assert merged.edges.length.min() > 0.25 * size
+    assert merged.count == kept.count == 755
+    assert_tiles(merged)
+
+
+@pytest.mark.parametrize("merge", [0.5, 0.95])
+def test_merging_gives_way_to_convexity(merge: float) -> None:
+    made = Voronoi(grains=120, relaxation=0, merge=merge).tessellate(DISC)
+    assert_tiles(made)
+    assert_sides_complete(made)
+    assert np.diff(made.first).min() >= 3
+
+
+def test_hardly_any_short_edge_is_left_among_uneven_grains() -> None:
+    made = Voronoi(grains=3000, relaxation=0).tessellate(rectangle(1, 1))
+    assert (made.edges.length < 0.25 / np.sqrt(3000)).mean() < 2e-3
+
+
+def test_diagram_reaches_sides_far_from_all_seeds() -> None:
+    region = rectangle(1, 1)
+    made = polygons(region, bounded_diagram(region, np.random.default_rng(1).random((200, 2)) / 20)).tessellation()
+    assert_tiles(made)
+    assert_sides_complete(made)
+
+
+def test_diagram_knows_its_centroids() -> None:
+    diagram = bounded_diagram(DISC, np.random.default_rng(1).random((150, 2)) / 2)
+    assert diagram.centroids() == pytest.approx(polygons(DISC, diagram).tessellation().centroids)
+
+
+@every
+def test_result_is_checked(tessellator: type, monkeypatch) -> None:
+    checked = []
+    monkeypatch.setattr(Tessellation, "check", lambda self: checked.append(self))
+    made = tessellator(grains=5).tessellate(rectangle(1, 1))
+    assert checked == [made]
+
+
+def test_large() -> None:
+    made = Voronoi(grains=20_000).tessellate(rectangle(1, 1))
+    assert made.count == 20_000
+    assert (made.edges.length < 0.25 / np.sqrt(20_000)).mean() < 1e-3
+    assert_sides_complete(made)
+
+
+def test_edges_of_two_squares() -> None:
+    vertices = [(0, 0), (1, 0), (2, 0), (2, 1), (1, 1), (0, 1)]
+    made = Tessellation(rectangle(2, 1), vertices, [1, 4, 5, 0, 4, 1, 2, 3], [0, 4, 8])
+    made.check()
+    edges = made.edges
+    inner = np.flatnonzero(edges.right >= 0)
+    assert inner.tolist() == [0]
+    assert (edges.start[0], edges.end[0], edges.left[0], edges.right[0]) == (1, 4, 0, 1)
+    assert edges.left_corners[0].tolist() == [0, 1]
+    assert edges.right_corners[0].tolist() == [5, 4]
+    names = [edges.boundary_names[side] for side in edges.side[1:]]
+    assert names == ["top", "left", "bottom", "bottom", "right", "top"]
+    assert made.areas.tolist() == [1, 1]
+    assert made.centroids.tolist() == [[0.5, 0.5], [1.5, 0.5]]
+    assert made.phase.tolist() == [0, 0]
+
+
+@every
+def test_corners_of_edges_are_their_vertices(tessellator: type) -> None:
+    made = tessellator(grains=40).tessellate(rectangle(1, 1))
+    edges, inner = made.edges, made.edges.right >= 0
+    ends = np.column_stack([edges.start, edges.end])
+    grain = np.repeat(np.arange(made.count), np.diff(made.first))
+    assert np.array_equal(made.corners[edges.left_corners], ends)
+    assert np.array_equal(made.corners[edges.right_corners[inner]], ends[inner])
+    assert np.array_equal(grain[edges.left_corners], np.column_stack([edges.left] * 2))
+    assert np.array_equal(grain[edges.right_corners[inner]], np.column_stack([edges.right[inner]] * 2))
+    assert (edges.right_corners[~inner] == -1).all()
+
+
+def bricks() -> Tessellation:
+    return toy()(rows=3, columns=3).tessellate(rectangle(3, 3))
+
+
+def without_a_grain() -> Tessellation:
+    good = bricks()
+    return attrs.evolve(good, corners=good.corners[4:], first=good.first[:-1], phase=good.phase[1:])
+
+
+def with_a_crack() -> Tessellation:
+    good = bricks()
+    vertices, corners = np.vstack([good.vertices, good.vertices[5]]), good.corners.copy()
+    corners[np.flatnonzero(corners == 5)[0]] = len(good.vertices)
+    return attrs.evolve(good, vertices=vertices, corners=corners)
+
+
+def with_a_grain_twice() -> Tessellation:
+    good = bricks()
+    return attrs.evolve(
+        good, corners=[*good.corners, *good.corners[:4]], first=[*good.first, good.first[-1] + 4], phase=[0] * 10
+    )
+
+
+def with_a_vertex_moved(vertex: int, to: tuple[float, float]) -> Tessellation:
+    good = bricks()
+    vertices = good.vertices.copy()
+    vertices[vertex] = to
+    return attrs.evolve(good, vertices=vertices)
+
+
+def with_a_grain_turned_round() -> Tessellation:
+    good = bricks()
+    return attrs.evolve(good, corners=[*good.corners[3::-1], *good.corners[4:]])
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        (without_a_grain, "neither a second grain nor a side"),
+        (with_a_crack, "neither a second grain nor a side"),
+        (with_a_grain_twice, "2 grains lie on the same side of the edge from vertex"),
+        (lambda: with_a_vertex_moved(5, (0.2, 0.2)), "grain 0 is not convex near its vertex"),
+        (lambda: with_a_vertex_moved(1, (1, 0.01)), "neither a second grain nor a side"),
+        (lambda: with_a_vertex_moved(0, (1e-10, 1e-10)), "areas of the grains add up to"),
+        (with_a_grain_turned_round, "grain 0 runs clockwise"),
+        (lambda: with_a_vertex_moved(5, (np.nan, 1)), "must be finite"),
+        (lambda: attrs.evolve(bricks(), first=[0, 2, *range(8, 37, 4)]), "grain 0 has less than 3 corners"),
+        (lambda: attrs.evolve(bricks(), first=[0, 4]), "first must run from 0 to the number of corners, 36"),
+        (lambda: attrs.evolve(bricks(), vertices=bricks().vertices[:-1]), "corners must be vertex numbers below 15"),
+        (lambda: attrs.evolve(bricks(), corners=bricks().corners + 0.5), "corners must be an array of int"),
+        (lambda: attrs.evolve(bricks(), phase=np.zeros(2, dtype=int)), r"phase has the shape \(2,\) for 9 grains"),
+    ],
+)
+def test_check_finds(fault, message: str) -> None:
+    with pytest.raises((TilingError, ParameterError), match=message):
+        fault().check()
+
+
+@pytest.mark.parametrize(
+    ("outline", "message"),
+    [
+        ([(0, 0), (1, 0)], "outline has the shape"),
+        ([(0, 0), (1, 0), (np.inf, 1)], "not finite"),
+        ([(0, 0), (1, 1), (1, 0)], "outline runs clockwise"),
+        ([(0, 0), (1, 1), (1, 0), (0, 1)], "crosses or touches itself at its sides 0 and 2"),
+        ([(0, 0), (2, 0), (2, 2), (1, 0), (0, 2)], "crosses or touches itself at its sides 0 and 2"),
+        ([(0, 0), (2, 0), (1, 0), (1, 1)], "crosses or touches itself at its sides 0 and 1"),
+        ([(0, 0), (1, 0), (1, 0), (0, 1)], "crosses or touches itself"),
+        ([(0, 0), (1, 0), "corner"], "outline must be an array of float"),
+    ],
+)
+def test_region_refuses(outline: list, message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        Region(outline, ["side"] * len(outline))
+
+
+STAR = [(r * np.cos(a), r * np.sin(a)) for a, r in zip(np.arange(14) * np.pi / 7, [1, 0.3] * 7, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("outline", "area"),
+    [
+        ([(0, 0), (1, 0), (2, 0), (2, 2), (1, 1), (0, 2)], 3),  # concave, with a corner in a line
+        ([(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)], 5),  # two sides apart on one line
+        ([(2, 1), (2.5, 0), (4, 0), (0, 4), (0, 0), (1.5, 0)], 7.5),  # the line of side 0 meets side 2
+        (STAR, 7 * 0.3 * np.sin(np.pi / 7)),
+    ],
+)
+def test_region_may_be_any_simple_polygon(outline: list, area: float) -> None:
+    region = Region(outline, ["side"] * len(outline))
+    assert region.area == pytest.approx(area)
+    assert region.bounds.tolist() == [np.min(outline, axis=0).tolist(), np.max(outline, axis=0).tolist()]
+
+
+def test_region_needs_a_name_for_each_side() -> None:
+    with pytest.raises(ParameterError, match="sides has 2 names for 3 sides"):
+        Region([(0, 0), (1, 0), (0, 1)], ["a", "b"])
+    with pytest.raises(ParameterError, match="must be names"):
+        Region([(0, 0), (1, 0), (0, 1)], ["a", "b", ""])
+
+
+@pytest.mark.parametrize("value", [0, -1, np.nan, np.inf, "1", None, True])
+def test_rectangle_refuses(value: object) -> None:
+    with pytest.raises(ParameterError, match="rectangle: height = "):
+        rectangle(1, value)
+    with pytest.raises(ParameterError, match="rectangle: width = "):
+        rectangle(value, 1)
+
+
+@every
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "give either grains or grain_size, not neither"),
+        ({"grains": 5, "grain_size": 0.1}, "give either grains or grain_size, not both"),
+        ({"grains": 0}, "grains = 0 is not allowed, it must be a whole number, at least 1"),
+        ({"grains": 7.5}, "grains = 7.5 is not allowed"),
+        ({"grains": np.nan}, "grains = nan is not allowed"),
+        ({"grains": "7"}, "grains = '7' is not allowed"),
+        ({"grains": True}, "grains = True is not allowed"),
+        ({"grain_size": 0}, "grain_size = 0 m is not allowed, it must be a finite number above 0"),
+        ({"grain_size": np.inf}, "grain_size = inf m is not allowed"),
+    ],
+)
+def test_size_refused(tessellator: type, arguments: dict, message: str) -> None:
+    with pytest.raises(ParameterError, match=f"{tessellator.__name__}: {message}"):
+        tessellator(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("seed", -1), ("seed", 1.5), ("relaxation", -1), ("merge", -0.1), ("merge", 1), ("seed", None)]
+)
+def test_voronoi_refuses(name: str, value: object) -> None:
+    with pytest.raises(ParameterError, match=f"Voronoi: {name} = {value}"):
+        Voronoi(grains=5, **{name: value})
+
+
+@every
+def test_grain_size_must_fit_the_region(tessellator: type) -> None:
+    with pytest.raises(ParameterError, match=r"grain_size = 2\.5 m is not allowed, it must be at most 2 m"):
+        tessellator(grain_size=2.5).tessellate(rectangle(2, 9))
+
+
+@every
+def test_more_grains_than_memory_are_refused_before_any_work(tessellator: type, monkeypatch) -> None:
+    monkeypatch.setattr(grain_size, "_memory", lambda: 10_000_000)
+    with pytest.raises(ParameterError, match=r"grains = 1001 is not allowed, the memory .* holds about 1000 grains"):
+        tessellator(grains=1001).tessellate(rectangle(1, 1))
+    with pytest.raises(ParameterError, match="which makes 1000000 grains, is not allowed"):
+        tessellator(grain_size=1e-3).tessellate(rectangle(1, 1))
+    assert tessellator(grains=1000).tessellate(rectangle(1, 1)).count > 500
+
+
+def test_memory_is_what_the_system_tells(monkeypatch) -> None:
+    assert 2**28 < grain_size._memory() < 2**60
+    monkeypatch.delattr("os.sysconf")
+    assert Voronoi(grains=5).tessellate(rectangle(1, 1)).count == 5
+
+
+@every
+def test_concave_region_is_refused(tessellator: type) -> None:
+    dart = Region([(0, 0), (4, 0), (1, 1), (0, 4)], list("abcd"))
+    with pytest.raises(ParameterError, match=r"outline must be convex, .* corner \[1. 1.\]"):
+        tessellator(grains=9).tessellate(dart)
