@@ -43,6 +43,9 @@ class Shear(gl.LoadingProtocol):
                 name="slide", drives=drives(self.speed, 0), until=[gl.Reaches("x", self.slip)],
                 interval=self.slip / self.speed / 200,
             ),
+            gl.Stage(  # every step is watched: between samples the trace would miss the farthest slip
+                name="turn", drives=drives(-self.speed, 0), until=[gl.Reaches("back", self.slip / 30)], interval=1e-9,
+            ),
             gl.Stage(
                 name="back", drives=drives(-self.speed, 0), until=[gl.Reaches("back", self.slip / 2)],
                 interval=self.slip / self.speed / 200,
