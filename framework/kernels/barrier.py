@@ -75,5 +75,8 @@ def wait(barrier, threads, pause):
 
 def pause_address() -> int:
     """Address of the system's function that yields the core."""
-    library = ctypes.windll.kernel32.SwitchToThread if sys.platform == "win32" else ctypes.CDLL(None).sched_yield
+    if sys.platform == "win32":
+        library = ctypes.windll.kernel32.SwitchToThread
+    else:
+        library = ctypes.CDLL(None).sched_yield
     return ctypes.cast(library, ctypes.c_void_p).value or 0

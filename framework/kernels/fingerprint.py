@@ -6,6 +6,7 @@ import dis
 import enum
 import functools
 import hashlib
+import os
 import sys
 import types
 from collections.abc import Iterator
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-STANDARD = set(sys.stdlib_module_names) | {"numpy", "numba", "llvmlite"}  #: modules that the versions in the key cover
+_LIBRARY = os.path.dirname(os.__file__)
 
 
 class NotCompilable(TypeError):
@@ -25,9 +26,14 @@ def plain(function: Any) -> Any:
     return getattr(function, "py_func", function)
 
 
-def is_standard(module: types.ModuleType) -> bool:
-    """Whether the module belongs to Python, numpy or numba."""
-    return module.__name__.split(".")[0] in STANDARD
+def is_standard(thing: Any) -> bool:
+    """Whether a module or function belongs to Python, numpy or numba: what the versions in the key cover."""
+    name = thing.__name__ if isinstance(thing, types.ModuleType) else getattr(thing, "__module__", None) or "math"
+    top = name.split(".")[0]
+    if top in ("numpy", "numba", "llvmlite"):
+        return True
+    file = getattr(sys.modules.get(top), "__file__", None) or _LIBRARY
+    return top in sys.stdlib_module_names and file.startswith(_LIBRARY)  # not a user's file of that name
 
 
 @functools.cache
@@ -50,16 +56,18 @@ def code_names(code: types.CodeType) -> tuple[set[str], set[str]]:
 def references(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
     """What a function's code can reach by name: globals, attributes of its helper modules, closure cells."""
     loaded, attributes = code_names(function.__code__)
-    for name in sorted(loaded):
-        if name in function.__globals__:
-            value = function.__globals__[name]
-            yield name, value
-            if isinstance(value, types.ModuleType) and not is_standard(value):
-                for attribute in sorted(attributes):  # any attribute named anywhere in the function: a safe superset
-                    if hasattr(value, attribute):
-                        yield f"{name}.{attribute}", getattr(value, attribute)
+    for name in sorted(loaded & set(function.__globals__)):
+        yield from _reach(name, function.__globals__[name], attributes, ())
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         yield name, cell.cell_contents
+
+
+def _reach(name: str, value: Any, attributes: set[str], above: tuple) -> Iterator[tuple[str, Any]]:
+    yield name, value
+    if isinstance(value, types.ModuleType) and not is_standard(value) and value not in above:
+        for attribute in sorted(attributes):  # any attribute named anywhere in the function: a safe superset
+            if hasattr(value, attribute):
+                yield from _reach(f"{name}.{attribute}", getattr(value, attribute), attributes, (*above, value))
 
 
 def _signature(code: types.CodeType) -> tuple:
@@ -67,8 +75,8 @@ def _signature(code: types.CodeType) -> tuple:
         _signature(c) if isinstance(c, types.CodeType) else (type(c).__name__, repr(c)) for c in code.co_consts
     )
     return (
-        code.co_code, constants, code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars,
-        code.co_argcount, code.co_flags,
+        code.co_code, code.co_exceptiontable, constants, code.co_names, code.co_varnames, code.co_freevars,
+        code.co_cellvars, code.co_argcount, code.co_kwonlyargcount, code.co_flags,
     )  # fmt: skip
 
 
@@ -82,7 +90,7 @@ class _Hasher:
 
     def feed(self, thing: Any, where: str) -> None:
         thing = plain(thing)
-        if isinstance(thing, types.FunctionType):
+        if isinstance(thing, types.FunctionType) and not is_standard(thing):
             self.function(thing, where)
         elif isinstance(thing, types.ModuleType):
             self.word("module", thing.__name__)
@@ -99,9 +107,9 @@ class _Hasher:
             self.word([(member.name, member.value) for member in thing])
         elif isinstance(thing, type) and (hasattr(thing, "_fields") or thing.__module__ == "builtins"):
             self.word(thing.__qualname__, getattr(thing, "_fields", ""))
-        elif isinstance(getattr(thing, "_defn", None), types.FunctionType):  # a numba intrinsic: its code is the function it holds
+        elif isinstance(getattr(thing, "_defn", None), types.FunctionType):  # what a numba intrinsic holds
             self.function(thing._defn, where)
-        elif callable(thing) and (getattr(thing, "__module__", None) or "math").split(".")[0] in STANDARD:
+        elif callable(thing) and is_standard(thing):
             self.word("builtin", getattr(thing, "__name__", repr(type(thing))))
         else:
             raise NotCompilable(
@@ -114,7 +122,9 @@ class _Hasher:
             self.word("again", self.seen[id(function)])
             return
         self.seen[id(function)] = len(self.seen)
-        self.word(_signature(function.__code__), function.__defaults__, function.__kwdefaults__)
+        self.word(_signature(function.__code__), tuple(function.__kwdefaults__ or ()))
+        for value in (*(function.__defaults__ or ()), *(function.__kwdefaults__ or {}).values()):
+            self.feed(value, f"{where}: default")
         for name, value in references(function):
             self.word(name)
             self.feed(value, f"{where}.{name}")
@@ -134,4 +144,3 @@ def fingerprint(*functions: Any, extra: tuple = ()) -> str:
     for function in functions:
         hasher.feed(function, getattr(plain(function), "__name__", "?"))
     return hasher.hash.hexdigest()
-
