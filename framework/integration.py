@@ -64,7 +64,7 @@ class MassDamping(Damping):
 class Motion:
     """What an integrator sees between bursts of steps: arrays (r, n) over all freedoms, forces zero where driven."""
 
-    velocity: np.ndarray  #: m/s; may be written to, the framework books the energy as damping
+    velocity: np.ndarray  #: m/s
     displacement: np.ndarray  #: m
     force: np.ndarray  #: N, out of balance
     mass: np.ndarray  #: kg
@@ -100,9 +100,12 @@ class Integrator(ABC):
     def stable_step(self, highest_frequency: float) -> float:
         """Time step (s) for the highest angular frequency (1/s) of the specimen."""
 
-    def adapt(self, motion: Motion, before: Motion | None) -> Integrator:
-        """The integrator for the next burst of steps, from the motion now and a burst ago (None at first)."""
-        return self
+    def adapt(self, motion: Motion, before: Motion | None) -> tuple[Integrator, bool]:
+        """The integrator for the next burst of steps, and whether to halt all motion before it.
+
+        From the motion now and a burst ago (None at first).
+        """
+        return self, False
 
     burst: int = 0  #: steps between calls of ``adapt``; 0 never calls it
 
@@ -126,31 +129,29 @@ class Relaxation(ABC):
     """How dynamic relaxation takes motion out of a specimen: part of :class:`DynamicRelaxation`."""
 
     @abstractmethod
-    def coefficient(self, motion: Motion, before: Motion | None) -> float:
-        """Mass-proportional damping (1/s) for the next burst; it may also halt the motion."""
+    def choose(self, motion: Motion, before: Motion | None) -> tuple[float, bool]:
+        """Mass-proportional damping (1/s) for the next burst, and whether to halt all motion before it."""
 
 
 @attrs.frozen
 class AdaptiveRelaxation(Relaxation):
     """Critical damping of the mode that moves most, by Rayleigh's quotient over the last burst (Underwood 1983)."""
 
-    def coefficient(self, motion: Motion, before: Motion | None) -> float:
+    def choose(self, motion: Motion, before: Motion | None) -> tuple[float, bool]:
         if before is None:
-            return 0.0
+            return 0.0, False
         moved = motion.displacement - before.displacement
         inertia = float(np.sum(moved * motion.mass * moved))
         stiffness = float(np.sum(moved * (before.force - motion.force)))
-        return 2 * float(np.sqrt(max(stiffness, 0.0) / inertia)) if inertia > 0 else 0.0
+        return 2 * float(np.sqrt(max(stiffness, 0.0) / inertia)) if inertia > 0 else 0.0, False
 
 
 @attrs.frozen
 class KineticRelaxation(Relaxation):
-    """No damping, but a halt whenever the kinetic energy has passed a maximum (Cundall 1976)."""
+    """No damping, but a halt whenever the kinetic energy has passed a maximum (Cundall 1976); short bursts see it best."""
 
-    def coefficient(self, motion: Motion, before: Motion | None) -> float:
-        if before is not None and motion.kinetic_energy < before.kinetic_energy:
-            motion.velocity[:] = 0.0
-        return 0.0
+    def choose(self, motion: Motion, before: Motion | None) -> tuple[float, bool]:
+        return 0.0, before is not None and motion.kinetic_energy < before.kinetic_energy
 
 
 @attrs.frozen(kw_only=True)
@@ -161,7 +162,7 @@ class DynamicRelaxation(Integrator):
         factory=AdaptiveRelaxation, validator=attrs.validators.instance_of(Relaxation)
     )
     safety: float = parameter("1", default=0.9, above=0, at_most=1)
-    burst: int = attrs.field(default=20, validator=[attrs.validators.instance_of(int), attrs.validators.ge(1)])
+    burst: int = attrs.field(default=10, validator=[attrs.validators.instance_of(int), attrs.validators.ge(1)])
     damping: MassDamping = attrs.field(factory=lambda: MassDamping(coefficient=0.0))  #: of the present burst
 
     def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
@@ -171,5 +172,6 @@ class DynamicRelaxation(Integrator):
     def stable_step(self, highest_frequency: float) -> float:
         return self.safety * 2 / highest_frequency
 
-    def adapt(self, motion: Motion, before: Motion | None) -> Integrator:
-        return attrs.evolve(self, damping=MassDamping(coefficient=self.relaxation.coefficient(motion, before)))
+    def adapt(self, motion: Motion, before: Motion | None) -> tuple[Integrator, bool]:
+        coefficient, halt = self.relaxation.choose(motion, before)
+        return attrs.evolve(self, damping=MassDamping(coefficient=coefficient)), halt

@@ -217,16 +217,18 @@ class _Run:
         done = 0
         while done < steps:
             burst = min(integrator.burst or steps, steps - done)
-            self._steps(stage, integrator, burst, began)
             done += burst
-            if integrator.burst:
+            if integrator.burst:  # at the start of a burst, so that samples see the motion as the steps left it
                 motion = self.state.motion()
-                energy = motion.kinetic_energy
-                integrator = integrator.adapt(motion, before)
-                self.state.halted_energy += energy - self.state.motion().kinetic_energy
-                before = attrs.evolve(
-                    motion, velocity=motion.velocity.copy(), displacement=motion.displacement.copy()
-                )
+                (integrator, halt), before = integrator.adapt(motion, before), motion
+                if halt:
+                    before = attrs.evolve(motion, velocity=np.zeros_like(motion.velocity))
+                    self.state.stop()
+                    self._steps(stage, integrator, 1, began)
+                    self.state.start_from_rest(motion.velocity)
+                    burst -= 1
+            if burst:
+                self._steps(stage, integrator, burst, began)
         return integrator, before
 
     def _steps(self, stage: Stage, integrator: Integrator, steps: int, began: float) -> None:

@@ -45,7 +45,7 @@ def _contact_triplets(specimen: Specimen, kn: np.ndarray, ks: np.ndarray) -> tup
 
 
 def _triplets(values: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    freedoms = (2 * nodes[:, :, None] + np.arange(2)).reshape(len(nodes), -1)
+    freedoms = (2 * nodes[:, :, None] + np.arange(2)).reshape(len(nodes), 2 * nodes.shape[1])
     size = freedoms.shape[1]
     return values.ravel(), np.repeat(freedoms, size, axis=1).ravel(), np.tile(freedoms, (1, size)).ravel()
 

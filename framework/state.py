@@ -298,10 +298,16 @@ class State:
         return shares
 
     def zone_state(self) -> tuple[np.ndarray, np.ndarray]:
-        """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, and strain energy density (z,) J/m3."""
+        """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, and strain energy density (z,) J/m3.
+
+        Of the moment of the last forces, like the tractions: nodes have moved on by one step since.
+        """
         if self._zone_state is None or self._zone_state[0] != self.steps:
-            self._zone_state = self.steps, *loop.zone_state(self.arrays)
+            self._zone_state = self.steps, *loop.zone_state(self.arrays, self._displacement_at_forces())
         return self._zone_state[1:]
+
+    def _displacement_at_forces(self) -> np.ndarray:
+        return self.arrays.displacement - self.freedoms.velocity[:2] * self.time_step
 
     def grain_stress(self) -> np.ndarray:
         """(g, 3) Pa, xx, yy, xy: mean over zones, or of the forces on a rigid grain's rim (Love's formula)."""
@@ -346,24 +352,53 @@ class State:
         """Add a velocity field (i, 2) m/s, of which rigid grains take the mean and keep from turning."""
         if velocity is None:
             return
-        before = self.energies()["kinetic"]
+        before = self._kinetic_energy()
         rows = np.asarray(velocity, dtype=float).T
         if self.rigid.count:
             size = np.diff(self.mesh.first_node)
             rows = np.stack([np.bincount(self.mesh.node_grain, row) / size for row in rows])
         self.freedoms.velocity[:2] += rows
-        self.initial_energy += self.energies()["kinetic"] - before
+        self.initial_energy += self._kinetic_energy() - before
+
+    def _kinetic_energy(self) -> float:
+        return float(0.5 * np.sum(self.freedoms.mass * self.freedoms.velocity**2))
 
     def motion(self) -> Motion:
-        """What an integrator may see between bursts."""
-        freedoms = self.freedoms
-        return Motion(freedoms.velocity, freedoms.displacement, freedoms.force * freedoms.free, freedoms.mass)
+        """What an integrator may see between bursts: copies."""
+        f = self.freedoms
+        return Motion(f.velocity.copy(), f.displacement.copy(), f.force * f.free, f.mass)
+
+    def stop(self) -> None:
+        """Take the velocity of all free freedoms."""
+        self.freedoms.velocity[self.freedoms.free > 0] = 0.0
+
+    def start_from_rest(self, lost: np.ndarray) -> None:
+        """Make the first step after ``stop`` one from rest, and book the energy of the velocity (r, n) that was lost.
+
+        A step from rest gives half the velocity of a step from zero velocity half a step ago; without this, a halt
+        would feed the fast modes.
+        """
+        f, dt = self.freedoms, self.time_step
+        gained = f.velocity * f.free
+        f.velocity[:] -= gained / 2
+        f.displacement[:] -= gained / 2 * dt
+        if self.rigid.count:
+            self._place_nodes()
+        lost = lost * f.free
+        self.halted_energy += float(np.sum(f.mass * lost**2 / 2 + f.force * (lost / 2 + gained / 8) * dt))
+
+    def _place_nodes(self) -> None:
+        """Put the nodes of rigid grains where their grains are."""
+        x, y, angle = self.freedoms.displacement[:, self.mesh.node_grain]
+        arm_x, arm_y = self.rigid.arm
+        self.arrays.displacement[0] = x + (np.cos(angle) - 1) * arm_x - np.sin(angle) * arm_y
+        self.arrays.displacement[1] = y + np.sin(angle) * arm_x + (np.cos(angle) - 1) * arm_y
 
     def unbalanced(self) -> float:
         """Mean force out of balance over mean contact force: 0 at rest."""
         free = self.freedoms.free[:2] > 0
-        contact = np.mean(np.hypot(self.normal, self.shear) * self.contact_lengths)
-        return float(np.mean(np.abs(self.freedoms.force[:2][free])) / contact) if contact > 0 else 1.0
+        contact = float(np.mean(np.hypot(self.normal, self.shear) * self.contact_lengths)) if len(self.order) else 0.0
+        return float(np.mean(np.abs(self.freedoms.force[:2][free]))) / contact if contact > 0 else 1.0
 
     def closure_tangents(self) -> np.ndarray:
         """(p,) Pa/m: normal stiffness against a little more closure, tried without being committed."""
@@ -401,16 +436,22 @@ class State:
     # --- energy ------------------------------------------------------------------------------------------------------
 
     def energies(self) -> dict[str, float]:
-        """The energy ledger (J per metre of thickness), Eq. (12)."""
-        freedoms = self.freedoms
+        """The energy ledger (J per metre of thickness), Eq. (12), at the moment of the last forces.
+
+        Velocities live half a step later, so that half a step of power is taken back from what they have gained.
+        """
+        f, driven = self.freedoms, self.driven
+        power = float(np.sum(f.free * f.force * f.velocity))
+        supplied = float(driven.reaction @ f.velocity[driven.row, driven.index])
         per_point = self.contact_lengths * self.contacts.work
+        half = 0.5 * self.time_step
         return {
-            "external": self.adopted_work + float(self.driven.work.sum()) + self.initial_energy,
-            "kinetic": float(0.5 * np.sum(freedoms.mass * freedoms.velocity**2)),
+            "external": self.adopted_work + float(driven.work.sum()) + self.initial_energy - half * supplied,
+            "kinetic": self._kinetic_energy() - half * power,
             "zones": 0.0 if self.rigid.count else float(self.zone_state()[1] @ self.mesh.zone_areas),
             "contacts_normal": float(per_point[0].sum()),
             "contacts_shear": float(per_point[1].sum()),
-            "damping": float(freedoms.loss.sum()) + self.halted_energy,
+            "damping": float(f.loss.sum()) + self.halted_energy,
         }
 
     def new_sample(self) -> None:

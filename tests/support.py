@@ -58,4 +58,5 @@ def nodal_forces(state, displacement):
     state.arrays.displacement[:] = np.asarray(displacement).T
     state.freedoms.velocity[:] = 0
     advance(state)
+    state.freedoms.velocity[:] = 0
     return state.arrays.force.T.copy()

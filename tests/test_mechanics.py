@@ -182,10 +182,9 @@ def test_stable_step_is_the_limit(damping, safety):
     frequency = highest_frequency(matrix, np.repeat(specimen.node_masses, 2))
     integrator = gl.CentralDifference(damping=damping, safety=1.0)
     state.freedoms.velocity[:] = np.random.default_rng(1).normal(size=state.freedoms.velocity.shape) * 1e-6
-    start = state.energies()["kinetic"]
+    start = np.abs(state.freedoms.velocity).max()
     advance(state, 3000, safety * integrator.stable_step(frequency), integrator)
-    grown = state.energies()["kinetic"] > 10 * start or not np.isfinite(state.energies()["kinetic"])
-    assert grown == (safety > 1)
+    assert (np.abs(state.freedoms.velocity).max() < 10 * start) == (safety < 1)  # nan is not below anything
 
 
 def test_rigid_grains_are_the_limit_of_stiff_ones():

@@ -195,10 +195,10 @@ def _steps(
         barrier.wait(meeting, threads, pause)
 
 
-def _zone_state(mesh, rows):
+def _zone_state(mesh, displacement, rows):
     x1, y1, x2, y2 = mesh.motion[0], mesh.motion[1], mesh.motion[2], mesh.motion[3]
     passes.gather_zones(
-        mesh.displacement[0], mesh.displacement[1], mesh.corner[0], mesh.corner[1], mesh.corner[2], x1, y1, x2, y2
+        displacement[0], displacement[1], mesh.corner[0], mesh.corner[1], mesh.corner[2], x1, y1, x2, y2
     )
     passes.zone_state(
         x1, y1, x2, y2, mesh.shape[0], mesh.shape[1], mesh.shape[2], mesh.shape[3],
@@ -211,10 +211,10 @@ def _compiled(function: Any) -> Any:
     return keyed_njit(function, fingerprint(function, extra=("loop", 1)))
 
 
-def zone_state(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, and strain energy density (z,) J/m3."""
+def zone_state(mesh: Mesh, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, and strain energy density (z,) J/m3, at (2, i) m."""
     rows = np.empty((4, mesh.corner.shape[1]))
-    _compiled(_zone_state)(mesh, rows)
+    _compiled(_zone_state)(mesh, displacement, rows)
     return rows[:3].T, rows[3]
 
 

@@ -1,0 +1,144 @@
+"""Every integrator: order, energy, stability, and rest where it is meant to find it."""
+
+import inspect
+
+import attrs
+import numpy as np
+import pytest
+from support import ROCK, STIFF, Bricks, small_sample
+
+import grainlaw as gl
+from grainlaw.geometry import rectangle
+from grainlaw.laws import Linear
+
+#: how each integrator is tried: with nothing that damps, and as users take it
+FREE = [gl.CentralDifference(damping=gl.Undamped()), gl.DynamicRelaxation()]
+DAMPED = [
+    gl.CentralDifference(),
+    gl.CentralDifference(damping=gl.MassDamping(coefficient=3e5)),
+    gl.DynamicRelaxation(),
+    gl.DynamicRelaxation(relaxation=gl.KineticRelaxation(), burst=5),
+]
+ids = [f"{type(i).__name__}-{type(getattr(i, 'relaxation', i.damping)).__name__}" for i in DAMPED]
+
+
+def test_lists_hold_every_exported_integrator():
+    exported = {
+        value for value in vars(gl).values()
+        if inspect.isclass(value) and issubclass(value, gl.Integrator) and value is not gl.Integrator
+    }  # fmt: skip
+    assert exported == {type(i) for i in FREE} == {type(i) for i in DAMPED}
+
+
+def oscillate(integrator, time_step, time, mass=2.0, frequency=100.0):
+    """Positions of one mass on a spring, let go from 1 m."""
+    place, velocity = 1.0, 0.0
+    velocity = 0.5 * mass * frequency**2 * place * time_step / mass  # half a step back
+    places = [place]
+    for _ in range(round(time / time_step)):
+        velocity, _ = integrator.step(-mass * frequency**2 * place, velocity, mass, time_step)
+        place += velocity * time_step
+        places.append(place)
+    return np.array(places)
+
+
+@pytest.mark.parametrize("integrator", FREE, ids=lambda i: type(i).__name__)
+def test_second_order(integrator):
+    errors = [abs(oscillate(integrator, dt, 0.1)[-1] - np.cos(10.0)) for dt in (2e-4, 1e-4, 5e-5)]
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)
+    assert errors[1] / errors[2] == pytest.approx(4, rel=0.05)
+
+
+@pytest.mark.parametrize("integrator", FREE, ids=lambda i: type(i).__name__)
+def test_a_free_oscillator_keeps_its_amplitude(integrator):
+    places = oscillate(integrator, 1e-3, 100.0)
+    assert places[-1000:].max() == pytest.approx(places[:1000].max(), rel=1e-3)
+
+
+@pytest.mark.parametrize("integrator", [*FREE, DAMPED[0]], ids=lambda i: type(i).__name__)
+def test_stable_at_its_step_and_not_far_beyond(integrator):
+    frequency = 100.0
+    step = integrator.stable_step(frequency)
+    assert np.abs(oscillate(integrator, step, 2000 * step, frequency=frequency)).max() < 3
+    with np.errstate(all="ignore"):
+        assert not np.abs(oscillate(integrator, 1.2 * step / 0.9, 2000 * step, frequency=frequency)).max() < 1e6
+
+
+def test_mass_damping_decays_at_its_rate():
+    integrator = gl.CentralDifference(damping=gl.MassDamping(coefficient=4.0))
+    places = oscillate(integrator, 1e-4, 1.0)
+    peaks = places[1:-1][(places[1:-1] > places[:-2]) & (places[1:-1] > places[2:])]
+    period = 2 * np.pi / np.sqrt(100.0**2 - 2.0**2)
+    assert peaks[1:] / peaks[:-1] == pytest.approx(np.exp(-2.0 * period), rel=2e-3)
+
+
+def test_local_damping_does_not_feel_a_steady_motion():
+    velocity, resistance = gl.CentralDifference().step(0.0, 3.0, 1.0, 1e-3)
+    assert (velocity, resistance) == (3.0, 0.0)
+    velocity, resistance = gl.CentralDifference().step(0.0, 0.0, 1.0, 1e-3)
+    assert (velocity, resistance) == (0.0, 0.0)
+
+
+@attrs.frozen(kw_only=True)
+class Settle(gl.LoadingProtocol):
+    """Press the top down, then wait for rest."""
+
+    integrator: gl.Integrator
+
+    def stages(self, specimen):
+        def drives(speed):
+            return [gl.Drive(boundary="bottom", axis=1, speed=0), gl.Drive(boundary="top", axis=1, speed=speed)]
+
+        return [
+            gl.Stage(name="press", drives=drives(-0.5), until=[gl.Reaches("time", 1e-5)], interval=1e-6),
+            gl.Stage(
+                name="rest", drives=drives(0.0), until=[gl.AtRest(1e-7)], interval=1e-5,
+                integrator=self.integrator, sample_limit=2000,
+            ),
+        ]  # fmt: skip
+
+    def measure(self, state):
+        return {"top": state.reaction("top")[1], "bottom": state.reaction("bottom")[1], "moved": state.moved("top")[1]}
+
+    def summary(self, curves, specimen):
+        return {"force": curves["top"][-1], "moved": curves["moved"][-1]}
+
+
+@pytest.mark.parametrize("integrator", DAMPED, ids=ids)
+def test_finds_rest_where_statics_has_it(integrator):
+    specimen = gl.Specimen(Bricks(rows=4, columns=2).tessellate(rectangle(10e-3, 20e-3)), ROCK)
+    result = gl.simulate(specimen, Linear(**STIFF), Settle(integrator=integrator))
+    top, bottom = result.curves["top"][-1], result.curves["bottom"][-1]
+    assert top == pytest.approx(-bottom, rel=1e-4)
+    stress = top / 10e-3
+    rock = 60e9 / (1 - 0.25**2)
+    modulus = 1 / (1 / rock + 3 / (STIFF["kn"] * 20e-3))
+    assert stress == pytest.approx(modulus * result.curves["moved"][-1] / 20e-3, rel=2e-3)
+    assert result.summary["energy_error"] < 0.005
+
+
+def test_kinetic_relaxation_of_rigid_grains_keeps_its_ledger():
+    test = Settle(integrator=gl.DynamicRelaxation(relaxation=gl.KineticRelaxation(), burst=5))
+    result = gl.simulate(small_sample(20, material=gl.Rigid(density=3100)), Linear(**STIFF), test)
+    assert result.summary["energy_error"] < 0.005
+    assert result.curves["energy_damping"][-1] > 0
+
+
+def test_relaxation_is_faster_than_local_damping():
+    steps = [
+        gl.simulate(small_sample(30), Linear(**STIFF), Settle(integrator=integrator)).summary["steps"]
+        for integrator in (gl.DynamicRelaxation(), gl.CentralDifference())
+    ]
+    assert steps[0] < steps[1]
+
+
+def test_mass_scaling_lengthens_the_step_and_says_what_it_added():
+    specimen, law = small_sample(60), Linear(**STIFF)
+    test = Settle(integrator=gl.DynamicRelaxation())
+    plain = gl.simulate(specimen, law, test)
+    scaled = gl.simulate(specimen, law, test, mass_scaling=1.3)
+    assert scaled.summary["time_step"] == pytest.approx(1.3 * plain.summary["time_step"], rel=0.02)
+    assert 0 < scaled.summary["mass_added"] < 0.2
+    assert plain.summary["mass_added"] == 0
+    stiffness = [r.summary["force"] / r.summary["moved"] for r in (plain, scaled)]
+    assert stiffness[0] == pytest.approx(stiffness[1], rel=1e-3)
