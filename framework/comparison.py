@@ -21,7 +21,7 @@ from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
 from grainlaw.simulation import simulate
 from grainlaw.specimen import Specimen
-from grainlaw.state import Laws
+from grainlaw.assembly import Laws
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.parameter import parameter
+from grainlaw.parameter import parameter, part
 
 
 class Damping(ABC):
@@ -114,7 +114,7 @@ class Integrator(ABC):
 class CentralDifference(Integrator):
     """Explicit central differences, Eq. (9); takes the share ``safety`` of the stable step, Eq. (10)."""
 
-    damping: Damping = attrs.field(factory=LocalDamping, validator=attrs.validators.instance_of(Damping))
+    damping: Damping = part(Damping, LocalDamping())
     safety: float = parameter("1", default=0.9, above=0, at_most=1)
 
     def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
@@ -148,7 +148,7 @@ class AdaptiveRelaxation(Relaxation):
 
 @attrs.frozen
 class KineticRelaxation(Relaxation):
-    """No damping, but a halt whenever the kinetic energy has passed a maximum (Cundall 1976); short bursts see it best."""
+    """No damping, but a halt whenever the kinetic energy has passed a maximum, in short bursts (Cundall 1976)."""
 
     def choose(self, motion: Motion, before: Motion | None) -> tuple[float, bool]:
         return 0.0, before is not None and motion.kinetic_energy < before.kinetic_energy
@@ -158,12 +158,10 @@ class KineticRelaxation(Relaxation):
 class DynamicRelaxation(Integrator):
     """Central differences on the way to rest, with a damping that is chosen anew every ``burst`` steps."""
 
-    relaxation: Relaxation = attrs.field(
-        factory=AdaptiveRelaxation, validator=attrs.validators.instance_of(Relaxation)
-    )
+    relaxation: Relaxation = part(Relaxation, AdaptiveRelaxation())
     safety: float = parameter("1", default=0.9, above=0, at_most=1)
     burst: int = attrs.field(default=10, validator=[attrs.validators.instance_of(int), attrs.validators.ge(1)])
-    damping: MassDamping = attrs.field(factory=lambda: MassDamping(coefficient=0.0))  #: of the present burst
+    damping: MassDamping = part(MassDamping, MassDamping(coefficient=0.0))  #: of the present burst
 
     def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
         resistance = self.damping.force(force, velocity, mass, time_step)

@@ -96,6 +96,22 @@ def parameter(
     )
 
 
+def part(kind: Any, default: Any) -> Any:
+    """Declare a part of a component, an instance of ``kind`` (an interface or an enumeration); another is refused.
+
+    The default is an instance too: ``closure: Closure = part(Closure, LinearClosure())``.
+    """
+
+    def check(component: Any, attribute: Any, value: Any) -> None:
+        if not isinstance(value, kind):
+            raise ParameterError(
+                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
+                f"it must be a {kind.__name__} such as {default!r}"
+            )
+
+    return attrs.field(default=default, validator=check)
+
+
 def parameters(component: Any) -> dict[str, Any]:
     """All fields of a component by name, nested components as dictionaries: what a summary file records."""
 

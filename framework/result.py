@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
     from grainlaw.loading import LoadingProtocol
     from grainlaw.observation import Frame
-    from grainlaw.state import Laws, State
+    from grainlaw.assembly import Laws
+    from grainlaw.state import State
 
 
 @attrs.frozen(eq=False)

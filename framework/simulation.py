@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.assembly import Laws, share_out
 from grainlaw.integration import Integrator, Motion
 from grainlaw.kernels import loop
 from grainlaw.kernels.batch import compile_integrator
@@ -17,7 +19,7 @@ from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
 from grainlaw.specimen import Specimen
 from grainlaw.stability import highest_frequency, rigid_map, scale_masses, stiffness_matrix
-from grainlaw.state import Laws, Saved, State
+from grainlaw.state import Saved, State
 
 TOLERATED_GAP = 0.5  #: energy made or lost, as a share of the external work: beyond it the run is unstable
 
@@ -126,9 +128,9 @@ class _Run:
         state = self.state
         self.contact_stiffness = np.empty((2, 2 * len(state.mesh.interfaces)))  # kn, ks in the engine's order
         for group in state.groups:
-            for k, value in enumerate(group.law.stiffness):
-                spread = np.broadcast_to(value, 2 * (group.last - group.first)).reshape(2, -1)
-                self.contact_stiffness[k].reshape(2, -1)[:, group.first : group.last] = spread
+            for row, value in zip(self.contact_stiffness, group.law.stiffness, strict=True):
+                spread = np.broadcast_to(value, 2 * group.size).reshape(2, -1)
+                row.reshape(2, -1)[:, group.first : group.last] = spread
         matrix = self._stiffness(self.contact_stiffness[0])
         mass = self._flat_mass()
         self.frequency = highest_frequency(matrix, mass)
@@ -140,20 +142,20 @@ class _Run:
 
     def _flat_mass(self) -> np.ndarray:
         mass = self.state.freedoms.mass
-        return mass.ravel() if self.state.rigid.count else mass.T.ravel()
+        return mass.ravel() if self.state.rigid.grains else mass.T.ravel()
 
     def _share_mass(self) -> np.ndarray:
         """Number for each freedom, equal for those that have one mass: a node's two, a rigid grain's x and y."""
         rows, count = self.state.freedoms.mass.shape
-        if self.state.rigid.count:
+        if self.state.rigid.grains:
             return np.concatenate([np.tile(np.arange(count), 2), count + np.arange(count)])
         return np.repeat(np.arange(count), rows)
 
     def _set_mass(self, flat: np.ndarray) -> None:
         mass = self.state.freedoms.mass
-        mass[:] = flat.reshape(mass.shape) if self.state.rigid.count else flat.reshape(-1, 2).T
+        mass[:] = flat.reshape(mass.shape) if self.state.rigid.grains else flat.reshape(-1, 2).T
 
-    def _stiffness(self, kn: np.ndarray):  # type: ignore[no-untyped-def]
+    def _stiffness(self, kn: np.ndarray) -> Any:
         specimen, order = self.state.specimen, self.state.order
         rows = [np.empty((2, len(order))) for _ in range(2)]
         for row, values in zip(rows, (kn, self.contact_stiffness[1]), strict=True):
@@ -170,7 +172,7 @@ class _Run:
         ratio = float(np.max(tangents / self.contact_stiffness[0], initial=1.0))
         if np.isfinite(ratio) and ratio > 1.05 * self.stiffest:
             self.stiffest = 1.2 * ratio  # ahead of what comes, so that this is rare
-            kn = np.maximum(self.contact_stiffness[0], np.minimum(1.2 * tangents, 1.2 * ratio * self.contact_stiffness[0]))
+            kn = np.maximum(self.contact_stiffness[0], 1.2 * tangents)
             self.frequency = highest_frequency(self._stiffness(kn), self._flat_mass())
             self.state.time_step = self.factor * integrator.stable_step(self.frequency)
 
@@ -241,7 +243,7 @@ class _Run:
             schedule[:, column] = drive.velocity(times)
         loop.run(
             self.threads, steps, state.steps, state.time_step, state.arrays, state.contacts, state.table,
-            state.freedoms, state.driven, schedule, state.rigid, state.share_out(self.threads), compiled.address,
+            state.freedoms, state.driven, schedule, state.rigid, share_out(state.specimen, state.driven, self.threads), compiled.address,
             parameters.ctypes.data,
         )  # fmt: skip
         state.count_steps(steps)
@@ -309,7 +311,7 @@ def _first_fault(state: State) -> str | None:
     speeds = state.freedoms.velocity
     if not np.isfinite(speeds).all():
         n = int(np.argmin(np.isfinite(speeds).all(axis=0)))
-        return f"the velocity of grain {n if state.rigid.count else state.mesh.node_grain[n]} is not finite"
+        return f"the velocity of grain {n if state.rigid.grains else state.mesh.node_grain[n]} is not finite"
     return None
 
 
@@ -321,8 +323,8 @@ def _fastest(state: State) -> str:
     a, b = _grains_at(state, p)
     return (
         f"the energy balance does not close; grain {grain} moves at {speed:.4g} m/s, and contact point {p} "
-        f"between grains {a} and {b} has opened by {state.opening[p]:.4g} m; likely cause: a time step that is too long "
-        "for a law stiffer than its `stiffness` says; lower the integrator's safety, or check the law with gl.trace"
+        f"between grains {a} and {b} has opened by {state.opening[p]:.4g} m; likely cause: a time step that is too "
+        "long for a law stiffer than its `stiffness` says; lower the integrator's safety, or look at the law with gl.trace"
     )
 
 

@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.mesh import Mesh, build_mesh
-from grainlaw.parameter import ParameterError, parameter
+from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.tessellation import Tessellation
 
 
@@ -29,7 +29,7 @@ class Elastic:
     youngs_modulus: float = parameter("Pa")
     poissons_ratio: float = parameter("1", above=-1.0, below=0.5)
     density: float = parameter("kg/m3")
-    plane: Plane = attrs.field(default=Plane.STRAIN, validator=attrs.validators.instance_of(Plane))
+    plane: Plane = part(Plane, Plane.STRAIN)
 
     @property
     def constants(self) -> tuple[float, float, float]:
@@ -97,10 +97,8 @@ class Specimen:
 
     grains: Tessellation
     material: Elastic | Rigid | Mapping[int, Elastic]
-    contact_points: ContactPoints = attrs.field(
-        factory=GaussPoints, kw_only=True, validator=attrs.validators.instance_of(ContactPoints)
-    )
-    refinement: int = attrs.field(default=0, kw_only=True, validator=_is_refinement)
+    contact_points: ContactPoints = part(ContactPoints, GaussPoints())
+    refinement: int = attrs.field(default=0, validator=_is_refinement)
 
     def __attrs_post_init__(self) -> None:
         if isinstance(self.material, Mapping):
@@ -129,15 +127,16 @@ class Specimen:
         return table[np.searchsorted(phases, self.grains.phase[self.mesh.zone_grain])].T.copy()
 
     @property
-    def _materials(self) -> Mapping[int, Elastic | Rigid]:
+    def _materials(self) -> dict[int, Elastic | Rigid]:
         if isinstance(self.material, Mapping):
-            return self.material
+            return dict(self.material)
         return {phase: self.material for phase in np.unique(self.grains.phase).tolist()}
 
     @functools.cached_property
     def zone_constants(self) -> np.ndarray:
         """(3, z) Pa: stress per strain of each zone; zeros for rigid grains, whose zones only carry their mass."""
-        return self._per_zone({p: m.constants if isinstance(m, Elastic) else (0.0,) * 3 for p, m in self._materials.items()})
+        constants = {p: m.constants if isinstance(m, Elastic) else (0.0,) * 3 for p, m in self._materials.items()}
+        return self._per_zone(constants)
 
     @functools.cached_property
     def zone_masses(self) -> np.ndarray:

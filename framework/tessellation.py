@@ -24,19 +24,18 @@ def _names(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _read_only(kind: type) -> Any:
+def _array(kind: type) -> Any:
+    """A field that keeps a read-only array."""
+
     def convert(values: Any, owner: Any, field: Any) -> np.ndarray:
         try:
-            array = np.array(values).astype(kind, casting="same_kind")
+            array: np.ndarray = np.array(values).astype(kind, casting="same_kind")
         except (TypeError, ValueError):
             raise ParameterError(f"{type(owner).__name__}: {field.name} must be an array of {kind.__name__}") from None
         array.flags.writeable = False
         return array
 
-    return attrs.Converter(convert, takes_self=True, takes_field=True)
-
-
-FLOATS, INTEGERS = _read_only(float), _read_only(int)
+    return attrs.field(converter=attrs.Converter(convert, takes_self=True, takes_field=True))
 
 
 @attrs.frozen(eq=False)
@@ -46,7 +45,7 @@ class Region:
     Several sides may share a name. Raises :class:`~grainlaw.parameter.ParameterError`.
     """
 
-    outline: np.ndarray = attrs.field(converter=FLOATS)  #: (n, 2) m, counter-clockwise
+    outline: np.ndarray = _array(float)  #: (n, 2) m, counter-clockwise
     sides: tuple[str, ...] = attrs.field(converter=_names)  #: name of the side from corner k to corner k + 1
 
     def __attrs_post_init__(self) -> None:
@@ -114,10 +113,10 @@ class Tessellation:
     """
 
     region: Region
-    vertices: np.ndarray = attrs.field(converter=FLOATS)  #: (v, 2) m
-    corners: np.ndarray = attrs.field(converter=INTEGERS)  #: vertex numbers of all grains in a row
-    first: np.ndarray = attrs.field(converter=INTEGERS)  #: (g + 1,)
-    phase: np.ndarray = attrs.field(converter=INTEGERS)  #: (g,) mineral phase of each grain, all 0 unless given
+    vertices: np.ndarray = _array(float)  #: (v, 2) m
+    corners: np.ndarray = _array(int)  #: vertex numbers of all grains in a row
+    first: np.ndarray = _array(int)  #: (g + 1,)
+    phase: np.ndarray = _array(int)  #: (g,) mineral phase of each grain, all 0 unless given
 
     @phase.default
     def _one_phase(self) -> np.ndarray:

@@ -57,8 +57,9 @@ def elastic_moduli(
 ) -> dict[str, float]:
     """Moduli by regression between two fractions of the peak stress, on the way to it.
 
-    ``sign`` is 1 where ``strain`` counts tension positive, -1 where it counts compression. ``apparent_modulus`` (Pa) and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are
-    converted from plane strain, nu = nu*/(1 + nu*), E = E* (1 - nu^2), or equal to them in plane stress.
+    ``sign`` is 1 where ``strain`` counts tension positive, -1 where it counts compression. ``apparent_modulus`` (Pa)
+    and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are converted from plane
+    strain, nu = nu*/(1 + nu*), E = E* (1 - nu^2), or equal to them in plane stress.
     """
     stress = curves["stress"]
     peak = int(np.argmax(stress))

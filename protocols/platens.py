@@ -34,14 +34,22 @@ class Moving(enum.Enum):
 class BetweenPlatens(Protocol):
     """What the uniaxial tests have in common."""
 
-    speed: float
-    ramp: float
-    platens: Platens
-    moving: Moving
-    maximum_strain: float
-    stop_fraction: float
-    samples: int
-    integrator: Integrator
+    @property
+    def speed(self) -> float: ...
+    @property
+    def ramp(self) -> float: ...
+    @property
+    def platens(self) -> Platens: ...
+    @property
+    def moving(self) -> Moving: ...
+    @property
+    def maximum_strain(self) -> float: ...
+    @property
+    def stop_fraction(self) -> float: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def integrator(self) -> Integrator: ...
 
 
 def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float) -> Stage:

@@ -9,7 +9,7 @@ import attrs
 
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Curves, LoadingProtocol, Stage
-from grainlaw.parameter import parameter
+from grainlaw.parameter import parameter, part
 from grainlaw.protocols.platens import Moving, Platens, measure_between_platens, uniaxial_stage, uniaxial_summary
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
@@ -25,14 +25,12 @@ class UniaxialTension(LoadingProtocol):
 
     speed: float = parameter("m/s", default=0.005)  #: at which the platens part
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed rises from zero
-    platens: Platens = attrs.field(default=Platens.SMOOTH, validator=attrs.validators.instance_of(Platens))
-    moving: Moving = attrs.field(default=Moving.BOTH, validator=attrs.validators.instance_of(Moving))
+    platens: Platens = part(Platens, Platens.SMOOTH)
+    moving: Moving = part(Moving, Moving.BOTH)
     maximum_strain: float = parameter("1", default=0.001, above=0, below=0.5)
     stop_fraction: float = parameter("1", default=0.1, at_least=0, below=1)
     samples: int = attrs.field(default=1000, validator=[attrs.validators.instance_of(int), attrs.validators.ge(10)])
-    integrator: Integrator = attrs.field(
-        factory=CentralDifference, validator=attrs.validators.instance_of(Integrator)
-    )
+    integrator: Integrator = part(Integrator, CentralDifference())
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         return [uniaxial_stage(self, specimen, "tension", 1.0)]

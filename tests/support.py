@@ -4,6 +4,7 @@ import attrs
 import numpy as np
 
 import grainlaw as gl
+from grainlaw.assembly import share_out
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.kernels import loop
 from grainlaw.kernels.batch import compile_integrator
@@ -47,7 +48,7 @@ def advance(state, steps=1, time_step=1e-30, integrator=None, threads=1):
     parameters = np.append(compiled.numbers, time_step)
     loop.run(
         threads, steps, state.steps, time_step, state.arrays, state.contacts, state.table, state.freedoms,
-        state.driven, np.zeros((steps, 1)), state.rigid, state.share_out(threads), compiled.address,
+        state.driven, np.zeros((steps, 1)), state.rigid, share_out(state.specimen, state.driven, threads), compiled.address,
         parameters.ctypes.data,
     )  # fmt: skip
     state.count_steps(steps)

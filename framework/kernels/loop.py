@@ -41,7 +41,6 @@ class Contacts(NamedTuple):
     slip: np.ndarray  #: (2, p) m
     normal: np.ndarray  #: (2, p) Pa
     shear: np.ndarray  #: (2, p) Pa
-    memory: np.ndarray  #: (m, p)
     work: np.ndarray  #: (2, p) J/m2 done in opening and in slip
     force: np.ndarray  #: (2, 4 c + 1) forces on the four nodes of each interface, and a zero
 
@@ -62,7 +61,7 @@ class Driven(NamedTuple):
     """Freedoms (d) whose velocity is imposed."""
 
     row: np.ndarray  #: (d,)
-    index: np.ndarray  #: (d,)
+    place: np.ndarray  #: (d,) node or grain
     column: np.ndarray  #: (d,) which velocity of the schedule
     reaction: np.ndarray  #: (d,) N, of the last step
     total: np.ndarray  #: (d,) N, summed over steps
@@ -70,9 +69,9 @@ class Driven(NamedTuple):
 
 
 class Rigid(NamedTuple):
-    """Corners of rigid grains; ``count`` 0 says that grains deform."""
+    """Corners of rigid grains; ``grains`` 0 says that grains deform."""
 
-    count: int
+    grains: int
     first: np.ndarray  #: (g + 1,) first node of each grain
     arm: np.ndarray  #: (2, i) m from the grain's centroid, undeformed
 
@@ -141,7 +140,7 @@ def _steps(
         new, old = (now + step) % 2, (now + step + 1) % 2
         my_fx[:] = 0.0
         my_fy[:] = 0.0
-        if rigid.count == 0:
+        if rigid.grains == 0:
             passes.gather_zones(ux, uy, n0, n1, n2, x1, y1, x2, y2)
             passes.zone_forces(x1, y1, x2, y2, b1, b2, q1, q2, area, e0, e1, e2, p1, r1, p2, r2)
             passes.scatter_zones(fx, fy, n0, n1, n2, p1, r1, p2, r2)
@@ -166,13 +165,13 @@ def _steps(
         )  # fmt: skip
         barrier.wait(meeting, threads, pause)
         passes.gather_forces(slot1, slot2, cx, cy, my_fx, my_fy)
-        if rigid.count > 0:
+        if rigid.grains > 0:
             passes.grain_forces(
                 rigid.first, rigid.arm[0], rigid.arm[1], freedoms.displacement[2], fx, fy,
                 freedoms.force[0], freedoms.force[1], freedoms.force[2], g0, g1,
             )  # fmt: skip
         passes.impose(
-            schedule[step], driven.row[d0:d1], driven.index[d0:d1], driven.column[d0:d1], time_step,
+            schedule[step], driven.row[d0:d1], driven.place[d0:d1], driven.column[d0:d1], time_step,
             freedoms.force, freedoms.velocity, freedoms.mass, freedoms.imposed,
             driven.reaction[d0:d1], driven.total[d0:d1], driven.work[d0:d1],
         )  # fmt: skip
@@ -187,7 +186,7 @@ def _steps(
                     freedoms.loss[row].ctypes.data + offset, f1 - f0,
                 ),
             )  # fmt: skip
-        if rigid.count > 0:
+        if rigid.grains > 0:
             passes.place_nodes(
                 rigid.first, rigid.arm[0], rigid.arm[1], freedoms.displacement[2],
                 freedoms.displacement[0], freedoms.displacement[1], ux, uy, g0, g1,

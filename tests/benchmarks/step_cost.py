@@ -70,8 +70,8 @@ def pass_costs(state):
         ),
         "contacts: law": lambda: group.batch(o, s, memory),
         "contacts: work": lambda: [
-            passes.contact_work(now[h], before[h], a[h], b[h], w[h])
-            for now, before, a, b, w in ((o, c.opening[1], n, c.normal[1], c.work[0]), (s, c.slip[1], t, c.shear[1], c.work[1]))
+            passes.contact_work(now[h], before[1][h], a[h], b[1][h], work[h])
+            for now, before, a, b, work in ((o, c.opening, n, c.normal, c.work[0]), (s, c.slip, t, c.shear, c.work[1]))
             for h in half
         ],
         "contacts: force": lambda: passes.contact_forces(

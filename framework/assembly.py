@@ -1,0 +1,167 @@
+"""The arrays of the engine, made from a specimen and its laws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import attrs
+import numpy as np
+
+from grainlaw.contact import ContactLaw
+from grainlaw.kernels import loop
+from grainlaw.kernels.batch import Compiled, compile_law
+from grainlaw.parameter import ParameterError
+from grainlaw.specimen import Specimen
+from grainlaw.stability import shape_functions
+
+Laws = ContactLaw | Mapping[tuple[int, int], ContactLaw]  #: one law, or one for each pair of phases
+
+
+@attrs.frozen(eq=False)
+class Group:
+    """Interfaces ``first`` to ``last`` (in the engine's order) that follow one law."""
+
+    law: ContactLaw
+    compiled: Compiled
+    first: int
+    last: int
+    memory: np.ndarray  #: (m, 2 (last - first)): first points, then second points
+
+    @property
+    def size(self) -> int:
+        """Number of interfaces."""
+        return self.last - self.first
+
+    def row(self, name: str) -> np.ndarray | None:
+        """(2, size) of one name of the law's memory, or None."""
+        names = self.compiled.memory
+        return self.memory[names.index(name)].reshape(2, -1) if name in names else None
+
+
+def group_interfaces(specimen: Specimen, laws: Laws) -> tuple[np.ndarray, list[tuple[ContactLaw, int]]]:
+    """Order of the interfaces in which each law's are contiguous, and the laws with their numbers of interfaces.
+
+    Raises :class:`ParameterError` for what is not a law, and for a pair of phases without one.
+    """
+    count = len(specimen.mesh.interfaces)
+    if isinstance(laws, ContactLaw):
+        return np.arange(count), [(laws, count)]
+    if not isinstance(laws, Mapping) or not all(isinstance(law, ContactLaw) for law in laws.values()):
+        raise ParameterError(
+            f"law = {laws!r} is not allowed, it must be a ContactLaw or a mapping of phase pairs to them"
+        )
+    number = {tuple(sorted(pair)): k for k, pair in enumerate(laws)}
+    phases = np.sort(specimen.grains.phase[specimen.mesh.interface_grains], axis=1)
+    pairs, place = np.unique(phases, axis=0, return_inverse=True)
+    missing = [tuple(pair) for pair in pairs.tolist() if tuple(pair) not in number]
+    if missing:
+        raise ParameterError(f"law: no law is given for contacts between the phases {missing[0]}")
+    which = np.array([number[tuple(pair)] for pair in pairs.tolist()], dtype=int)[place.ravel()]
+    sizes = np.bincount(which, minlength=len(number))
+    return np.argsort(which, kind="stable"), list(zip(laws.values(), sizes.tolist(), strict=True))
+
+
+def mesh_arrays(specimen: Specimen, order: np.ndarray) -> loop.Mesh:
+    """Nodes and zones; ``order`` is that of the interfaces."""
+    mesh, count = specimen.mesh, len(order)
+    size, zones = len(mesh.nodes), len(mesh.zones)
+    slots = np.full((2, size), 4 * count, dtype=np.int32)
+    ends = mesh.interfaces[order].T.ravel()  # place k of the force rows belongs to node ends[k]
+    by_node = np.argsort(ends, kind="stable")
+    nodes = ends[by_node]
+    second = np.r_[False, nodes[1:] == nodes[:-1]][: len(nodes)]
+    slots[second.astype(int), nodes] = by_node
+    gradients = shape_functions(mesh.nodes, mesh.zones)
+    return loop.Mesh(
+        displacement=np.zeros((2, size)),
+        force=np.zeros((2, size)),
+        slots=slots,
+        corner=np.ascontiguousarray(mesh.zones.T, dtype=np.int32),
+        shape=np.ascontiguousarray(gradients[[0, 1, 3, 4, 6]]),
+        modulus=specimen.zone_constants,
+        motion=np.zeros((4, zones)),
+        pull=np.zeros((4, zones)),
+    )
+
+
+def contact_arrays(specimen: Specimen, order: np.ndarray) -> loop.Contacts:
+    """Interfaces, undeformed and without load."""
+    mesh, count = specimen.mesh, len(order)
+    edges = mesh.interface_edges[order]
+    lengths = np.hypot(*edges.T)
+    return loop.Contacts(
+        node=np.ascontiguousarray(mesh.interfaces[order].T, dtype=np.int32),
+        edge=np.ascontiguousarray(edges.T),
+        half=lengths / 2,
+        weight=specimen.contact_points.weights(lengths),
+        gap=np.zeros((6, count)),
+        frame=np.zeros((3, count)),
+        opening=np.zeros((2, 2 * count)),
+        slip=np.zeros((2, 2 * count)),
+        normal=np.zeros((2, 2 * count)),
+        shear=np.zeros((2, 2 * count)),
+        work=np.zeros((2, 2 * count)),
+        force=np.zeros((2, 4 * count + 1)),
+    )
+
+
+def law_groups(laws: Sequence[tuple[ContactLaw, int]], count: int) -> tuple[list[Group], np.ndarray]:
+    """Compiled laws with their memory, and the table by which the loop calls them for ``count`` interfaces."""
+    groups, rows, first = [], [], 0
+    for law, size in laws:
+        compiled = compile_law(law, 2 * size)
+        memory = np.zeros((len(compiled.memory) or 1, 2 * size))
+        groups.append(Group(law, compiled, first, first + size, memory))
+        for begin, base in ((first, first), (count + first, count + first - size)):  # first points, second points
+            rows.append((
+                compiled.address, compiled.numbers.ctypes.data, compiled.rows.ctypes.data, compiled.rows.shape[1],
+                memory.ctypes.data, memory.shape[1], begin, begin + size, base,
+            ))  # fmt: skip
+        first += size
+    return groups, np.array(rows, dtype=np.int64).reshape(-1, 9)
+
+
+def freedom_arrays(specimen: Specimen, mesh: loop.Mesh) -> tuple[loop.Freedoms, loop.Rigid]:
+    """What is integrated: node components, or translations and rotations of rigid grains."""
+    geometry, nodes = specimen.mesh, specimen.node_masses
+    grains = specimen.grains.count
+    if specimen.is_rigid:
+        mass = np.bincount(geometry.node_grain, nodes, grains)
+        masses = np.stack([mass, mass, _inertia(specimen)])
+        force, displacement = np.zeros((3, grains)), np.zeros((3, grains))
+    else:
+        masses = np.stack([nodes, nodes])
+        force, displacement = mesh.force, mesh.displacement
+    shape = masses.shape
+    arm = geometry.nodes - specimen.grains.centroids[geometry.node_grain]
+    rigid = loop.Rigid(grains if specimen.is_rigid else 0, geometry.first_node, np.ascontiguousarray(arm.T))
+    freedoms = loop.Freedoms(
+        force, np.zeros(shape), displacement, masses, np.ones(shape), np.zeros(shape), np.zeros(shape)
+    )
+    return freedoms, rigid
+
+
+def _inertia(specimen: Specimen) -> np.ndarray:
+    """(g,) kg m2 about the centroid: exact for a polygon, from the triangles of its fan."""
+    mesh = specimen.mesh
+    a, b, c = (mesh.nodes[mesh.zones[:, k]] - specimen.grains.centroids[mesh.zone_grain] for k in range(3))
+    squares = sum((p * q).sum(axis=1) for p, q in ((a, a), (b, b), (c, c), (a, b), (b, c), (c, a)))
+    return np.bincount(mesh.zone_grain, specimen.zone_masses * squares / 6, specimen.grains.count)
+
+
+def share_out(specimen: Specimen, driven: loop.Driven, threads: int) -> loop.Parts:
+    """Which grains, interfaces and driven freedoms each thread works on; grains by their number of nodes."""
+    mesh = specimen.mesh
+    ends = mesh.first_node[1:]
+    cuts = np.searchsorted(ends, np.arange(1, threads) * ends[-1] / threads)
+    grain = np.array([0, *cuts, specimen.grains.count])
+    node = mesh.first_node[grain]
+    freedom = grain if specimen.is_rigid else node
+    return loop.Parts(
+        zone=mesh.first_zone[grain],
+        node=node,
+        interface=np.arange(threads + 1) * len(mesh.interfaces) // threads,
+        freedom=freedom,
+        driven=np.searchsorted(driven.place, freedom),
+        grain=grain,
+    )
