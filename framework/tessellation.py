@@ -24,6 +24,10 @@ def _names(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(names)
 
 
+def _converted(converter: Any) -> Any:
+    return attrs.field(converter=converter)
+
+
 def _array(kind: type) -> Any:
     """A field that keeps a read-only array."""
 
@@ -35,7 +39,7 @@ def _array(kind: type) -> Any:
         array.flags.writeable = False
         return array
 
-    return attrs.field(converter=attrs.Converter(convert, takes_self=True, takes_field=True))
+    return _converted(attrs.Converter(convert, takes_self=True, takes_field=True))
 
 
 @attrs.frozen(eq=False)
@@ -46,7 +50,7 @@ class Region:
     """
 
     outline: np.ndarray = _array(float)  #: (n, 2) m, counter-clockwise
-    sides: tuple[str, ...] = attrs.field(converter=_names)  #: name of the side from corner k to corner k + 1
+    sides: tuple[str, ...] = _converted(_names)  #: name of the side from corner k to corner k + 1
 
     def __attrs_post_init__(self) -> None:
         fault = self._fault()
