@@ -33,7 +33,7 @@ from grainlaw.vtk import VtkWriter
 
 # Table 1 of the paper: carbonatite of the Palabora mine, contact values as calibrated there.
 ROCK = Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
-_STIFF = {"kn": 1.05e14, "ks": 9.45e13}
+_STIFF: dict[str, Any] = {"kn": 1.05e14, "ks": 9.45e13}
 _STRONG = _STIFF | {
     "tensile_strength": 13 * MPa, "cohesion": 29 * MPa, "friction_angle": 54, "residual_friction_angle": 5,
 }  # fmt: skip

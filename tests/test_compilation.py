@@ -65,7 +65,9 @@ def test_a_law_of_ones_own_traces_its_energy_and_runs():
         assert t.damage[-1] == 1
     assert_compiled_is_interpreted(HILLERBORG)
     result = gl.simulate(
-        small_sample(12), attrs.evolve(HILLERBORG, energy=1.0), UniaxialTension(speed=0.2, maximum_strain=6e-4, samples=60)
+        small_sample(12),
+        attrs.evolve(HILLERBORG, energy=1.0),
+        UniaxialTension(speed=0.2, maximum_strain=6e-4, samples=60),
     )
     assert 5e6 < result.summary["peak_stress"] < 14e6
     assert result.summary["tensile_cracks"] > 0
@@ -161,7 +163,12 @@ def test_everything_a_law_may_be_made_of():
 
 @pytest.mark.parametrize(
     "change",
-    [{"branch": Branch.TWICE}, {"soft": False}, {"power": 2}, {"pair": Pair(first=Curve(height=3), second=Curve(height=2))}],
+    [
+        {"branch": Branch.TWICE},
+        {"soft": False},
+        {"power": 2},
+        {"pair": Pair(first=Curve(height=3), second=Curve(height=2))},
+    ],
     ids=lambda change: next(iter(change)),
 )
 def test_other_options_are_other_code(change):
@@ -185,16 +192,18 @@ class Guarded(gl.ContactLaw):
 
 def test_a_branch_that_is_not_chosen_may_be_nan():
     opening, slip = np.array([[-1e-6, -2e-6, 0.0, 1e-6], [0.0, 1e-6, 0.0, 0.0]])
-    assert_law = gl.trace(Guarded(kn=2.0), opening, slip, compiled=True)
-    assert np.allclose(assert_law.normal, 2 * opening, rtol=1e-15)
-    assert np.allclose(assert_law.shear, 2 * slip, rtol=1e-15)
+    found = gl.trace(Guarded(kn=2.0), opening, slip, compiled=True)
+    assert np.allclose(found.normal, 2 * opening, rtol=1e-15)
+    assert np.allclose(found.shear, 2 * slip, rtol=1e-15)
 
 
 # --- many contacts ---------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    "law", [Linear(**STIFF), MohrCoulomb(**STRONG), COHESIVE, HILLERBORG, EVERYTHING], ids=lambda law: type(law).__name__
+    "law",
+    [Linear(**STIFF), MohrCoulomb(**STRONG), COHESIVE, HILLERBORG, EVERYTHING],
+    ids=lambda law: type(law).__name__,
 )
 def test_an_uneven_split_gives_the_same_bits(law):
     """Vector body and tail alike: threads may cut the contacts anywhere."""
@@ -227,7 +236,7 @@ def varied(law, count, **names):
 @pytest.mark.parametrize(
     "law",
     [
-        varied(MohrCoulomb(**STRONG), 30, friction_angle=50, tensile_strength=13e6),  # a property uses math.tan
+        varied(MohrCoulomb(**STRONG), 30, friction_angle=50, ks=9e13),  # a property uses math.tan
         varied(COHESIVE, 30, cohesion=29e6, mode_i_energy=150),
         attrs.evolve(EVERYTHING, pair=Pair(first=varied(Curve(height=3), 30, height=30), second=Curve(height=2))),
         varied(Linear(**STIFF), 30, kn=1e14, ks=1e13),
@@ -250,7 +259,8 @@ def test_parameters_that_differ_between_contacts(law):
     zero = (0.0,) * len(compiled.memory)
     each = np.array([at(law, c).traction(opening[c], slip[c], *zero) for c in range(30)]).T
     np.testing.assert_allclose(answer, each, rtol=1e-12)
-    assert len(np.unique(answer[0] / opening)) > 20
+    alike = compiled.batch(np.full(30, -2e-8), np.full(30, 1e-7), memory * 0)
+    assert len(np.unique(alike, axis=1).T) == 30
 
 
 def test_few_different_contacts_are_evaluated_once_each(monkeypatch):
@@ -264,7 +274,7 @@ def test_few_different_contacts_are_evaluated_once_each(monkeypatch):
 
 
 def test_an_array_of_the_wrong_length_is_refused():
-    with pytest.raises(gl.ParameterError, match="cohesion has 30 entries.* 31 contact points"):
+    with pytest.raises(gl.ParameterError, match=r"cohesion has 30 entries.* 31 contact points"):
         compile_law(varied(COHESIVE, 30, cohesion=29e6), 31)
 
 
@@ -278,7 +288,7 @@ def test_an_option_cannot_differ_between_contacts():
         def traction(self, opening, slip):
             return (0.0 if self.brittle else self.kn) * opening, slip
 
-    with pytest.raises(gl.CompilationError, match="differs between contacts.*: it is one of brittle"):
+    with pytest.raises(gl.CompilationError, match=r"differs between contacts.*: it is one of brittle"):
         compile_law(Split(kn=np.array([1.0, 2.0])), 2)
 
 
@@ -393,141 +403,3 @@ def test_an_edit_in_a_running_session_is_used(monkeypatch):
     assert compile_law(Edited(kn=1)).respond(1.0, 0.0) == (2.0, 0.0)
     Edited.factor = lambda self: 3.0
     assert compile_law(Edited(kn=1)).respond(1.0, 0.0) == (3.0, 0.0)
-
-
-# --- refusals --------------------------------------------------------------------------------------------------------
-
-
-TABLE = {"a": 1.0}
-
-
-def factorial(x):
-    return 1.0 if x < 1 else x * factorial(x - 1)
-
-
-def raises(self, opening, slip):
-    if opening > 1:
-        raise ValueError("too far")
-    return opening, slip
-
-
-def too_few(self, opening, slip, damage):
-    if opening > 0:
-        return opening, slip
-    return opening, slip, damage
-
-
-def wrong_number(self, opening, slip, damage):
-    return opening, slip
-
-
-def not_numbers(self, opening, slip):
-    return opening, "a lot"
-
-
-def unknown_attribute(self, opening, slip):
-    return self.kn * opening, self.stifness * slip
-
-
-def typo(self, opening, slip):
-    return self.kn * math.expp(opening), slip
-
-
-def recursion(self, opening, slip):
-    return factorial(opening), slip
-
-
-def uses_dictionary(self, opening, slip):
-    return TABLE["a"] * opening, slip
-
-
-def uses_string(self, opening, slip):
-    return (opening if self.kind == "hard" else 0.0), slip
-
-
-def uses_static(self, opening, slip):
-    return self.half(opening), slip
-
-
-def unknown_name(self, opening, slip):
-    return stifness * opening, slip  # noqa: F821
-
-
-REFUSALS = {
-    raises: "raises raises: .* return nan instead",
-    too_few: "2.*3|must return 3 numbers on every path",
-    wrong_number: "must return 3 numbers on every path",
-    not_numbers: "must return 2 numbers on every path",
-    unknown_attribute: "stifness",
-    typo: "expp",
-    recursion: "factorial calls itself: recursion is not supported",
-    uses_dictionary: "traction.*TABLE.*not dict",
-    uses_string: "self.kind is a str",
-    uses_static: "self.half is a function",
-    unknown_name: "stifness",
-}
-
-
-@pytest.mark.parametrize("traction", REFUSALS, ids=lambda f: f.__name__)
-def test_refusals_name_the_law_the_place_and_the_reason(traction):
-    @attrs.frozen(kw_only=True)
-    class Mine(gl.ContactLaw):
-        kn: float = gl.parameter("Pa/m")
-        kind: str = "hard"
-        stiffness = property(lambda self: (self.kn, self.kn))
-
-        @staticmethod
-        def half(x):
-            return x / 2
-
-        def traction(self, opening, slip):
-            return opening, slip
-
-    Mine.traction = traction
-    with pytest.raises(gl.CompilationError, match=REFUSALS[traction]) as caught:
-        compile_law(Mine(kn=1.0))
-    message = str(caught.value)
-    line = traction.__code__.co_firstlineno
-    assert message.startswith(f"Mine.traction ({__file__}:{line}) cannot be compiled:\n")
-    assert len(message.splitlines()) <= 9
-    assert "numba" not in message.lower()
-    assert "__method" not in message
-    assert caught.value.__suppress_context__  # nor a second traceback above it
-    with pytest.raises(gl.CompilationError, match=r"Mine.traction"):
-        gl.simulate(small_sample(5), Mine(kn=1.0), UniaxialTension())
-
-
-def test_a_class_that_declares_nothing_is_refused():
-    class Bare(gl.ContactLaw):
-        stiffness = (1.0, 1.0)
-
-        def traction(self, opening, slip):
-            return opening, slip
-
-    with pytest.raises(gl.CompilationError, match=r"Bare must be an attrs class: @attrs.frozen\(kw_only=True\)"):
-        compile_law(Bare())
-
-
-def test_a_traction_without_slip_is_refused():
-    @attrs.frozen
-    class Short(gl.ContactLaw):
-        stiffness = (1.0, 1.0)
-
-        def traction(self, opening):
-            return opening
-
-    with pytest.raises(TypeError, match="Short.traction must take opening and slip"):
-        compile_law(Short())
-
-
-def test_an_integrator_that_returns_one_number_is_refused():
-    @attrs.frozen
-    class Short(gl.Integrator):
-        def step(self, force, velocity, mass, time_step):
-            return velocity
-
-        def stable_step(self, highest_frequency):
-            return 1e-9
-
-    with pytest.raises(gl.CompilationError, match=r"(?s)Short.step.*must return 2 numbers"):
-        compile_integrator(Short())

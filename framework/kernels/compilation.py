@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import collections
 import dis
+import itertools
+import linecache
+import os
 import re
 import textwrap
 import types
@@ -120,7 +123,7 @@ class Compilation:
         try:
             respond.compile((typeof(self.tuple_of(self.structure)), *inputs))
         except NumbaError as error:
-            return self._useful_lines(error)
+            return self._reason(error, results)
         except Exception as error:
             return f"{type(error).__name__}: {error}"
         answer = respond.nopython_signatures[0].return_type
@@ -132,15 +135,24 @@ class Compilation:
             return f"it must return {results} numbers on every path; the compiler sees {answer}"
         return None
 
-    def _useful_lines(self, error: Exception) -> str:
-        """The lines of a numba error that speak of the user's code."""
-        noise = (
-            "During:", "Failed in nopython", "raised from", "This error may have been", "To see Python/NumPy",
-            "For more information", "Pass nopython", "Enable logging",
-        )  # fmt: skip
+    def _reason(self, error: Exception, results: int) -> str:
+        """What of a numba error speaks of the user's code: the reason, and the line where it is."""
         text = re.sub(rf"\x1b\[[0-9;]*m|{MARK}|(_\d+)?_{self.key[:16]}", "", str(error))
-        lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(noise)]
-        return "\n".join(lines[:12])
+        text = text.split("raised a specific error:")[-1]  # inside a method that is called: the innermost
+        noise = ("TypingError", "Failed in nopython", "During:", "- Resolution failure")
+        lines = [line.strip() for line in text.splitlines() if line.strip()]
+        told = itertools.dropwhile(lambda line: line.startswith(noise), lines)
+        ends = ("File ", "There are ", "During:")
+        reason = list(itertools.takewhile(lambda line: not line.startswith(ends), told))[:4]
+        if reason and reason[0].startswith("Can't unify return type"):
+            reason = [f"it must return {results} numbers on every path; {reason[0].split('following ')[-1]}"]
+        if found := re.search(r"Unknown attribute '(\w+)'", text):
+            owners = [part.component for part in self.structure if hasattr(part.component, found[1])]
+            reason += [f"self.{found[1]} is a {type(getattr(owner, found[1])).__name__}" for owner in owners]
+        if place := re.search(r'File "([^"]+)", line (\d+)', text):
+            file, line = place[1], int(place[2])
+            reason.append(f"{file}:{line}: {linecache.getline(os.path.abspath(file), line).strip()}")
+        return "\n".join(reason)
 
 
 _methods: dict[Any, dict[str, Any]] = {}  #: of each tuple class, its compiled methods

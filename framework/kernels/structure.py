@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import inspect
 import operator
 import types
 from collections.abc import Callable, Iterator, Sequence
@@ -55,6 +56,12 @@ def _reachable_names(function: Any, seen: set[int]) -> set[str]:
     return names
 
 
+def _method(kind: type, name: str) -> types.FunctionType | None:
+    """The plain function of a method that takes ``self``."""
+    member = plain(inspect.getattr_static(kind, name, None))
+    return member if isinstance(member, types.FunctionType) else None
+
+
 def structure(component: Any, *methods: str) -> Structure:
     """Take a component apart, beginning with the scalar ``methods`` that are called from outside."""
     kind = type(component)
@@ -64,20 +71,19 @@ def structure(component: Any, *methods: str) -> Structure:
         name = waiting.pop()
         functions[name] = plain(getattr(kind, name))
         names |= _reachable_names(functions[name], set())
-        found = {other for other in names if isinstance(plain(getattr(kind, other, None)), types.FunctionType)}
+        found = {other for other in names if _method(kind, other)}
         waiting.extend(sorted(found - set(functions) - set(waiting)))
     used = sorted(name for name in names - set(functions) if not name.startswith("__"))
     values = {name: getattr(component, name) for name in used if hasattr(component, name)}
     parts = {}
     for name, value in values.items():
         if attrs.has(type(value)):
-            called = [n for n in sorted(names) if isinstance(plain(getattr(type(value), n, None)), types.FunctionType)]
-            parts[name] = structure(value, *called)
+            parts[name] = structure(value, *(other for other in sorted(names) if _method(type(value), other)))
     return Structure(
         component,
         numbers=tuple(n for n, v in values.items() if isinstance(v, (float, np.floating))),
         rows=(),
-        constants={n: v for n, v in values.items() if isinstance(v, (bool, int, enum.Enum))},
+        constants={n: v for n, v in values.items() if isinstance(v, (bool, int, np.bool_, np.integer, enum.Enum))},
         parts=parts,
         methods=dict(sorted(functions.items())),  # the key of the cache depends on the order
     )
@@ -97,9 +103,9 @@ def spread(component: Any, method: str, count: int) -> tuple[Structure, np.ndarr
         struct = structure(component, method)
         return struct, np.array([read(component) for read in _readers(struct, "numbers")]), np.empty((0, count))
     contacts, place = np.unique(np.stack(arrays, axis=1), axis=0, return_inverse=True)
-    struct = structure(at(contacts[0]), method)
+    struct = structure(at(contacts[0].tolist()), method)
     numbers, constants = _readers(struct, "numbers"), _readers(struct, "constants")
-    first = [read(at(contacts[0])) for read in constants]
+    first = [read(struct.component) for read in constants]
     table = np.empty((len(contacts), len(numbers)))
     for k, entries in enumerate(contacts.tolist()):
         one = at(entries)

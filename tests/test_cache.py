@@ -1,0 +1,177 @@
+"""Compiled code kept on disk: found again from wherever a law comes, and never stale."""
+
+import math
+import os
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+import attrs
+import numpy as np
+import pytest
+
+import grainlaw as gl
+from grainlaw.kernels import batch
+from grainlaw.kernels.cache import _warn
+from grainlaw.kernels.fingerprint import fingerprint, is_standard
+from grainlaw.kernels.loop import _steps
+
+LAW = """
+import attrs, sys
+import grainlaw as gl
+{imports}
+STIFFER = 1.0
+
+@attrs.frozen(kw_only=True)
+class Mine(gl.ContactLaw):
+    kn: float = gl.parameter("Pa/m")
+    stiffness = property(lambda self: (self.kn, self.kn))
+
+    def first(self, x):
+        return self.second(x) * 1.0
+
+    def second(self, x):
+        return self.kn * x
+
+    def traction(self, opening, slip):
+        return STIFFER * {helper}(self.first(opening)), slip
+
+"""
+PRINT = "print(gl.trace(Mine(kn=1.0), 1.0, 0.0, compiled=True).normal[0])\n"
+NEAR = "from further import *\nimport far\n\ndef near(x):\n    return far.far(x)\n"
+FAR = "def far(x):\n    return 2.0 * x\n"
+
+
+def run(arguments, folder, cache, code=None, seed="0"):
+    """What a fresh interpreter prints."""
+    environment = os.environ | {
+        "GRAINLAW_CACHE": str(cache), "PYTHONHASHSEED": seed, "PYTHONDONTWRITEBYTECODE": "1",
+        "PYTHONPATH": os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]),
+    }  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, *map(str, arguments)], cwd=folder, env=environment, input=code, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+def kept(cache: Path):
+    return {file: file.read_bytes() for file in cache.rglob("*") if file.is_file()}
+
+
+@pytest.fixture
+def cache(tmp_path):
+    return tmp_path / "cache"
+
+
+def test_script_stdin_and_string_hit_on_the_second_start(tmp_path, cache):
+    """The same law from three places is the same code, whatever the order of Python's sets."""
+    code = LAW.format(imports="", helper="float") + PRINT
+    script = tmp_path / "script.py"
+    script.write_text(code)
+    assert run([script], tmp_path, cache, seed="1") == ["1.0"]
+    files = kept(cache)
+    assert len(files) == 1
+    assert run([script], tmp_path, cache, seed="2") == ["1.0"]
+    assert run(["-"], tmp_path, cache, code, seed="3") == ["1.0"]
+    assert run(["-c", f"exec({code!r})"], tmp_path, cache) == ["1.0"]
+    assert kept(cache) == files
+
+
+def test_an_edit_anywhere_gives_the_new_result(tmp_path, cache):
+    """Of the law, a constant of its module, a helper two modules away; undone, what was compiled is used again."""
+    script, near, far = (tmp_path / f"{name}.py" for name in ("script", "near", "far"))
+    law = LAW.format(imports="import near", helper="near.near") + PRINT
+    (tmp_path / "further.py").write_text("")
+    for file, text in ((script, law), (near, NEAR), (far, FAR)):
+        file.write_text(text)
+    assert run([script], tmp_path, cache) == ["2.0"]
+    for number, (file, old, new, expected) in enumerate(
+        [
+            (script, "x) * 1.0", "x) * 5.0", "10.0"),
+            (script, "STIFFER = 1.0", "STIFFER = 3.0", "6.0"),
+            (far, "2.0", "7.0", "7.0"),
+        ],
+        2,
+    ):
+        text = file.read_text()
+        file.write_text(text.replace(old, new))
+        assert run([script], tmp_path, cache) == [expected]
+        assert len(kept(cache)) == number
+        file.write_text(text)
+    assert run([script], tmp_path, cache) == ["2.0"]
+    assert len(kept(cache)) == 4
+
+
+def test_laws_compiled_apart_do_not_meet(tmp_path, cache):
+    """Two laws of one name, compiled in two processes, loaded into a third."""
+    one = LAW.format(imports="", helper="float")
+    other = one.replace("self.kn * x", "self.kn * x * 8")
+    assert run(["-"], tmp_path, cache, one + PRINT) == ["1.0"]
+    assert run(["-"], tmp_path, cache, other + PRINT) == ["8.0"]
+    files = kept(cache)
+    assert run(["-"], tmp_path, cache, one + PRINT + other + PRINT) == ["1.0", "8.0"]
+    assert kept(cache) == files
+
+
+@attrs.frozen(kw_only=True)
+class Plain(gl.ContactLaw):
+    kn: float = gl.parameter("Pa/m")
+    stiffness = property(lambda self: (self.kn, self.kn))
+
+    def traction(self, opening, slip):
+        return 3 * self.kn * opening, slip
+
+
+@pytest.fixture
+def afresh(cache, monkeypatch):
+    """As a new process finds the cache."""
+    monkeypatch.setenv("GRAINLAW_CACHE", str(cache))
+    monkeypatch.setattr(batch, "_done", {})
+    return lambda: batch._done.clear() or batch.compile_law(Plain(kn=1)).respond(1.0, 0.0)[0]
+
+
+DAMAGES = {"cut": lambda b: b[: len(b) // 2], "empty": lambda b: b"", "changed": lambda b: b[:-900] + bytes(900)}
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_a_damaged_file_is_repaired(cache, afresh, damage):
+    assert afresh() == 3
+    files = kept(cache)
+    (file,) = files
+    file.write_bytes(damage(files[file]))
+    assert afresh() == 3
+    assert list(kept(cache)) == [file]
+    content = file.read_bytes()
+    assert len(content) > 0.9 * len(files[file])
+    assert afresh() == 3
+    assert file.read_bytes() == content
+
+
+def test_what_is_found_on_disk_is_not_compiled(afresh, monkeypatch):
+    afresh()
+    monkeypatch.setattr(batch, "Compilation", None)
+    assert afresh() == 3
+
+
+def test_a_folder_that_cannot_be_written_gives_one_warning(cache, afresh):
+    cache.write_text("a file, not a folder")
+    _warn.cache_clear()
+    with pytest.warns(UserWarning, match="not kept in .*cache.*: set GRAINLAW_CACHE to a writable folder") as caught:
+        assert [afresh(), afresh()] == [3, 3]
+    assert len(caught) == 1
+
+
+def test_a_file_named_like_one_of_pythons_is_not_pythons(monkeypatch, tmp_path):
+    assert is_standard(math)
+    assert is_standard(np.linalg)
+    mine = types.ModuleType("chunk")
+    mine.__file__ = str(tmp_path / "chunk.py")
+    monkeypatch.setitem(sys.modules, "chunk", mine)
+    assert not is_standard(mine)
+
+
+def test_the_key_of_the_loop_does_not_depend_on_the_process(tmp_path, cache):
+    code = "from grainlaw.kernels.loop import _steps\nfrom grainlaw.kernels.fingerprint import fingerprint\n"
+    assert run(["-"], tmp_path, cache, code + "print(fingerprint(_steps))\n", seed="1") == [fingerprint(_steps)]

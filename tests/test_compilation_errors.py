@@ -1,0 +1,158 @@
+"""What cannot be compiled is refused in a few lines that name the law, the place and the reason."""
+
+import math
+
+import attrs
+import pytest
+from support import small_sample
+
+import grainlaw as gl
+from grainlaw.kernels.batch import compile_integrator, compile_law
+from grainlaw.protocols import UniaxialTension
+
+TABLE = {"a": 1.0}
+
+
+def factorial(x):
+    return 1.0 if x < 1 else x * factorial(x - 1)
+
+
+def raises(self, opening, slip):
+    if opening > 1:
+        raise ValueError("too far")
+    return opening, slip
+
+
+def too_few(self, opening, slip, damage):
+    if opening > 0:
+        return opening, slip
+    return opening, slip, damage
+
+
+def wrong_number(self, opening, slip, damage):
+    return opening, slip
+
+
+def not_numbers(self, opening, slip):
+    return opening, "a lot"
+
+
+def unknown_attribute(self, opening, slip):
+    return self.kn * opening, self.stifness * slip
+
+
+def typo(self, opening, slip):
+    return self.kn * math.expp(opening), slip
+
+
+def recursion(self, opening, slip):
+    return factorial(opening), slip
+
+
+def uses_dictionary(self, opening, slip):
+    return TABLE["a"] * opening, slip
+
+
+def uses_string(self, opening, slip):
+    return (opening if self.kind == "hard" else 0.0), slip
+
+
+def uses_static(self, opening, slip):
+    return self.half(opening), slip
+
+
+def unknown_name(self, opening, slip):
+    return stifness * opening, slip  # noqa: F821
+
+
+def in_a_method(self, opening, slip):
+    return self.lost(opening), slip
+
+
+def adds_text(self, opening, slip):
+    return opening + "text", slip
+
+
+REFUSALS = {
+    raises: "raises raises: .* return nan instead",
+    too_few: "must return 3 numbers on every path",
+    wrong_number: "must return 3 numbers on every path",
+    not_numbers: "must return 2 numbers on every path",
+    unknown_attribute: r"'stifness' of type Mine(.|\n)*: return self.kn \* opening, self.stifness \* slip",
+    typo: "expp",
+    recursion: "factorial calls itself: recursion is not supported",
+    uses_dictionary: "uses_dictionary.TABLE.*not dict",
+    uses_string: "self.kind is a str",
+    uses_static: "self.half is a function",
+    unknown_name: "name 'stifness' is not defined",
+    in_a_method: r"'stifness'(.|\n)*: return self.stifness \* x",
+    adds_text: r"(?s)add.float64, Literal.*: return opening \+ .text., slip",
+}
+
+
+@pytest.mark.parametrize("traction", REFUSALS, ids=lambda f: f.__name__)
+def test_refusals_name_the_law_the_place_and_the_reason(traction):
+    @attrs.frozen(kw_only=True)
+    class Mine(gl.ContactLaw):
+        kn: float = gl.parameter("Pa/m")
+        kind: str = "hard"
+        stiffness = property(lambda self: (self.kn, self.kn))
+
+        @staticmethod
+        def half(x):
+            return x / 2
+
+        def lost(self, x):
+            return self.stifness * x
+
+        def traction(self, opening, slip):
+            return opening, slip
+
+    Mine.traction = traction
+    with pytest.raises(gl.CompilationError, match=REFUSALS[traction]) as caught:
+        compile_law(Mine(kn=1.0))
+    message = str(caught.value)
+    line = traction.__code__.co_firstlineno
+    assert message.startswith(f"Mine.traction ({__file__}:{line}) cannot be compiled:\n")
+    assert len(message.splitlines()) <= 9
+    assert "numba" not in message.lower()
+    assert "__method" not in message
+    assert caught.value.__suppress_context__ or caught.value.__context__ is None  # no second traceback above it
+    with pytest.raises(gl.CompilationError, match=r"Mine.traction"):
+        gl.simulate(small_sample(5), Mine(kn=1.0), UniaxialTension())
+
+
+def test_a_class_that_declares_nothing_is_refused():
+    class Bare(gl.ContactLaw):
+        stiffness = (1.0, 1.0)
+
+        def traction(self, opening, slip):
+            return opening, slip
+
+    with pytest.raises(gl.CompilationError, match=r"Bare must be an attrs class: @attrs.frozen\(kw_only=True\)"):
+        compile_law(Bare())
+
+
+def test_a_traction_without_slip_is_refused():
+    @attrs.frozen
+    class Short(gl.ContactLaw):
+        stiffness = (1.0, 1.0)
+
+        def traction(self, opening):
+            return opening
+
+    with pytest.raises(TypeError, match=r"Short\.traction must take opening and slip"):
+        compile_law(Short())
+
+
+def test_an_integrator_that_returns_one_number_is_refused():
+    @attrs.frozen
+    class Short(gl.Integrator):
+        def step(self, force, velocity, mass, time_step):
+            return velocity
+
+        def stable_step(self, highest_frequency):
+            return 1e-9
+
+    with pytest.raises(gl.CompilationError, match=r"(?s)Short.step.*must return 2 numbers"):
+        compile_integrator(Short())
