@@ -12,7 +12,7 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.elementary import exp_bounded
+from grainlaw.elementary import exp_unit
 from grainlaw.laws.checks import kind_of_default, not_above, not_beyond_apex, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.readings import OtherMode, PrePeak, Residual, SofteningLength, TensionShear
@@ -123,7 +123,7 @@ class CohesiveCrack(ContactLaw):
 
     def rise(self, x: float) -> float:
         """Secant before the peak over the first stiffness, at ``x`` times the peak displacement."""
-        return exp_bounded(-min(x, 1.0)) if self.pre_peak == PrePeak.EXPONENTIAL else 1.0
+        return exp_unit(-min(x, 1.0)) if self.pre_peak == PrePeak.EXPONENTIAL else 1.0
 
     def secant(self, rise: float, farthest: float) -> float:
         """Secant over the first stiffness without damage, after ``farthest`` times the peak displacement."""
