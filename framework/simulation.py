@@ -21,6 +21,7 @@ from grainlaw.specimen import Specimen
 from grainlaw.stability import highest_frequency, rigid_map, scale_masses, stiffness_matrix
 from grainlaw.state import Saved, State
 
+MOST_THREADS = 128
 TOLERATED_GAP = 0.5  #: energy made or lost, as a share of the external work: beyond it the run is unstable
 
 
@@ -66,8 +67,10 @@ def _check(
         raise ParameterError(f"simulate: specimen = {specimen!r} is not allowed, it must be a Specimen")
     if not isinstance(protocol, LoadingProtocol):
         raise ParameterError(f"simulate: protocol = {protocol!r} is not allowed, it must be a LoadingProtocol")
-    if not isinstance(threads, int) or threads < 1:
-        raise ParameterError(f"simulate: threads = {threads!r} is not allowed, it must be a whole number from 1")
+    if not isinstance(threads, int) or isinstance(threads, bool) or not 1 <= threads <= MOST_THREADS:
+        raise ParameterError(
+            f"simulate: threads = {threads!r} is not allowed, it must be a whole number from 1 to {MOST_THREADS}"
+        )
     if not 0 < factor <= 1:
         raise ParameterError(f"simulate: time_step_factor = {factor!r} is not allowed, it must be above 0, at most 1")
     if not 1 <= scaling <= 100:
@@ -241,10 +244,10 @@ class _Run:
         schedule = np.zeros((steps, len(stage.drives) + 1))  # the last column holds the rotation of rigid grains
         for column, drive in enumerate(stage.drives):
             schedule[:, column] = drive.velocity(times)
+        parts = share_out(state.specimen, state.driven, self.threads)
         loop.run(
             self.threads, steps, state.steps, state.time_step, state.arrays, state.contacts, state.table,
-            state.freedoms, state.driven, schedule, state.rigid, share_out(state.specimen, state.driven, self.threads), compiled.address,
-            parameters.ctypes.data,
+            state.freedoms, state.driven, schedule, state.rigid, parts, compiled.address, parameters.ctypes.data,
         )  # fmt: skip
         state.count_steps(steps)
 

@@ -3,7 +3,8 @@
     python tests/benchmarks/step_cost.py [--against COMMAND]
 
 Figures are medians of CPU time over alternating rounds. ``--against`` runs a command once per round in the same run
-and prints the ratio to the first number after "med" in its last line of output (a hand-written step, for instance).
+(a hand-written step, for instance) and prints the ratio to the number of microseconds after "cpu med" in its last
+line of output.
 """
 
 import argparse
@@ -110,7 +111,7 @@ def main():
             times[case].append(cpu(lambda state=state: advance(state, STEPS, 1e-12, damped)) / STEPS)
         if options.against:
             last = subprocess.run(options.against, shell=True, capture_output=True, text=True, check=True).stdout
-            other.append(float(re.search(r"med\s+([\d.]+)", last.strip().splitlines()[-1]).group(1)) * 1e-6)
+            other.append(float(re.search(r"cpu med\s+([\d.]+)", last.strip().splitlines()[-1]).group(1)) * 1e-6)
     if other:
         print(f"against: {np.median(other) * 1e6:.1f} us")
     for (name, when), values in times.items():
