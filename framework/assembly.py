@@ -46,7 +46,9 @@ def group_interfaces(specimen: Specimen, laws: Laws) -> tuple[np.ndarray, list[t
     count = len(specimen.mesh.interfaces)
     if isinstance(laws, ContactLaw):
         return np.arange(count), [(laws, count)]
-    if not isinstance(laws, Mapping) or not all(isinstance(law, ContactLaw) for law in laws.values()):
+    if not isinstance(laws, Mapping) or not all(
+        isinstance(law, ContactLaw) and isinstance(pair, tuple) and len(pair) == 2 for pair, law in laws.items()
+    ):
         raise ParameterError(
             f"law = {laws!r} is not allowed, it must be a ContactLaw or a mapping of phase pairs to them"
         )

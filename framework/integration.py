@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.parameter import parameter, part
+from grainlaw.parameter import parameter, part, whole_number
 
 
 class Damping(ABC):
@@ -160,7 +160,7 @@ class DynamicRelaxation(Integrator):
 
     relaxation: Relaxation = part(Relaxation, AdaptiveRelaxation())
     safety: float = parameter("1", default=0.9, above=0, at_most=1)
-    burst: int = attrs.field(default=10, validator=[attrs.validators.instance_of(int), attrs.validators.ge(1)])
+    burst: int = whole_number(default=10, at_least=1)
     damping: MassDamping = part(MassDamping, MassDamping(coefficient=0.0))  #: of the present burst
 
     def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.parameter import parameter
+from grainlaw.parameter import ParameterError, parameter, part, whole_number
 
 if TYPE_CHECKING:
     from grainlaw.specimen import Specimen
@@ -19,13 +20,23 @@ if TYPE_CHECKING:
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
 
 
+def _is_axis(drive: Drive, attribute: attrs.Attribute, value: int) -> None:
+    if value not in (0, 1):
+        raise ParameterError(f"Drive: axis = {value!r} is not allowed, it must be 0 (along x) or 1 (along y)")
+
+
+def _ends(stage: Stage, attribute: attrs.Attribute, value: Sequence[Condition]) -> None:
+    if not value or not all(isinstance(condition, Condition) for condition in value):
+        raise ParameterError(f"Stage: until = {value!r} is not allowed, it must be a list of at least one Condition")
+
+
 @attrs.frozen(kw_only=True)
 class Drive:
     """A boundary that is moved: the velocity of all its nodes along one axis."""
 
     boundary: str
-    axis: int = attrs.field(validator=attrs.validators.in_((0, 1)))  #: 0 along x, 1 along y
-    speed: float = attrs.field(converter=float, validator=attrs.validators.instance_of(float))  #: m/s, with its sign
+    axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
+    speed: float = parameter("m/s", above=-math.inf)  #: with its sign
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed rises from zero
 
     def velocity(self, time: np.ndarray) -> np.ndarray:
@@ -83,11 +94,11 @@ class Stage:
 
     name: str
     drives: Sequence[Drive] = ()
-    until: Sequence[Condition]  #: the first that is met ends the stage
+    until: Sequence[Condition] = attrs.field(validator=_ends)  #: the first that is met ends the stage
     interval: float = parameter("s")  #: time between samples
-    integrator: Integrator = attrs.field(factory=CentralDifference)
+    integrator: Integrator = part(Integrator, CentralDifference())
     initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes
-    sample_limit: int = 100_000  #: a stage that takes more samples is stopped with an error
+    sample_limit: int = whole_number(default=100_000, at_least=1)  #: a stage that takes more samples is stopped with an error
 
 
 class LoadingProtocol(ABC):

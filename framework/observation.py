@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
+from grainlaw.parameter import whole_number
+
 if TYPE_CHECKING:
     from grainlaw.loading import Stage
     from grainlaw.state import State
@@ -59,7 +61,7 @@ class FrameRecorder(Observer):
     spacing is by the limit that is known.
     """
 
-    count: int = 30
+    count: int = whole_number(default=30, at_least=1)
     frames: list[Frame] = attrs.field(factory=list)
     _due: float = 0.0
     _stage: str = ""

@@ -40,7 +40,7 @@ class Bounds:
             for name, bound in (
                 ("at least", self.at_least), ("above", self.above), ("at most", self.at_most), ("below", self.below),
             )
-            if bound is not None
+            if bound is not None and math.isfinite(bound)
         ]  # fmt: skip
         return " and ".join(["a number" if self.infinite else "a finite number", *words])
 
@@ -57,19 +57,21 @@ def parameter(
 ) -> Any:
     """Declare a number of a component: ``cohesion: float = parameter("Pa", at_least=0)``.
 
-    Without a bound the value must be above 0. ``infinite=True`` admits infinity (and an array of it). A value may
-    be an array, one entry per contact, where the component is a contact law. Raises :class:`ParameterError`.
+    Without a bound the value must be above 0; ``above=-math.inf`` admits either sign, ``infinite=True`` infinity. A
+    value may be an array, one entry per contact, where the component is a contact law. Raises
+    :class:`ParameterError`.
     """
     if at_least is above is at_most is below is None:
         above = 0.0
     bounds = Bounds(at_least, above, at_most, below, infinite)
+    measured = "" if unit == "1" else f" {unit}"
 
     def check(component: Any, attribute: Any, value: Any) -> None:
         values = np.atleast_1d(value) if isinstance(value, np.ndarray) else (value,)
         for entry in values:
             if not bounds.allow(entry):
                 raise ParameterError(
-                    f"{type(component).__name__}: {attribute.name} = {entry:g} {unit} is not allowed, "
+                    f"{type(component).__name__}: {attribute.name} = {entry:g}{measured} is not allowed, "
                     f"it must be {bounds}"
                 )
 
@@ -84,7 +86,7 @@ def parameter(
             return float(value)
         except (TypeError, ValueError):
             raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, it must be {bounds} ({unit})"
+                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, it must be {bounds}{measured and f' ({unit})'}"
             ) from None
 
     return attrs.field(
@@ -94,6 +96,19 @@ def parameter(
         metadata={"unit": unit, "bounds": bounds},
         eq=attrs.cmp_using(eq=np.array_equal),
     )
+
+
+def whole_number(*, default: int, at_least: int) -> Any:
+    """Declare a whole number of a component: ``samples: int = whole_number(default=1000, at_least=10)``."""
+
+    def check(component: Any, attribute: Any, value: Any) -> None:
+        if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < at_least:
+            raise ParameterError(
+                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
+                f"it must be a whole number, at least {at_least}"
+            )
+
+    return attrs.field(default=default, validator=check)
 
 
 def part(kind: Any, default: Any) -> Any:

@@ -9,7 +9,7 @@ import attrs
 
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Curves, LoadingProtocol, Stage
-from grainlaw.parameter import parameter, part
+from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocols.platens import Moving, Platens, measure_between_platens, uniaxial_stage, uniaxial_summary
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
@@ -29,7 +29,7 @@ class UniaxialCompression(LoadingProtocol):
     moving: Moving = part(Moving, Moving.TOP)
     maximum_strain: float = parameter("1", default=0.01, above=0, below=0.5)
     stop_fraction: float = parameter("1", default=0.5, at_least=0, below=1)
-    samples: int = attrs.field(default=1000, validator=[attrs.validators.instance_of(int), attrs.validators.ge(10)])
+    samples: int = whole_number(default=1000, at_least=10)
     integrator: Integrator = part(Integrator, CentralDifference())
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:

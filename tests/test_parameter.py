@@ -29,7 +29,7 @@ class Joint:
         ({"cohesion": -1e-9}, ["cohesion = -1e-09 Pa", "at least 0"]),
         ({"angle": 90}, ["angle = 90 deg", "at least 0 and below 90"]),
         ({"angle": 120}, ["angle = 120 deg", "below 90"]),
-        ({"share": 1.5}, ["share = 1.5 1", "above 0 and at most 1"]),
+        ({"share": 1.5}, ["share = 1.5 is", "above 0 and at most 1"]),
         ({"gap": math.nan}, ["gap = nan m", "a number", "above 0"]),
         ({"stiffness": "1e9"}, ["stiffness = '1e9'", "a finite number", "above 0", "Pa/m"]),
         ({"stiffness": None}, ["stiffness = None", "Pa/m"]),
