@@ -3,9 +3,18 @@
 from grainlaw.comparison import Comparison, compare
 from grainlaw.contact import ContactLaw, Trace, trace
 from grainlaw.integration import (
-    AdaptiveRelaxation, CentralDifference, Damping, DynamicRelaxation, Integrator, KineticRelaxation, LocalDamping,
-    MassDamping, Motion, Relaxation, Undamped,
-)  # fmt: skip
+    AdaptiveRelaxation,
+    CentralDifference,
+    Damping,
+    DynamicRelaxation,
+    Integrator,
+    KineticRelaxation,
+    LocalDamping,
+    MassDamping,
+    Motion,
+    Relaxation,
+    Undamped,
+)
 from grainlaw.kernels.batch import CompilationError
 from grainlaw.loading import AtRest, Condition, Drive, FallsTo, LoadingProtocol, Reaches, Stage
 from grainlaw.observation import Frame, FrameRecorder, Observer
@@ -15,5 +24,56 @@ from grainlaw.simulation import InstabilityError, StageLimitError, simulate
 from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
 from grainlaw.state import State
 from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
+
+__all__ = [
+    "AdaptiveRelaxation",
+    "AtRest",
+    "CentralDifference",
+    "Comparison",
+    "CompilationError",
+    "Condition",
+    "ContactLaw",
+    "ContactPoints",
+    "Cracks",
+    "Damping",
+    "Drive",
+    "DynamicRelaxation",
+    "Elastic",
+    "EndPoints",
+    "FallsTo",
+    "Frame",
+    "FrameRecorder",
+    "GaussPoints",
+    "InsetPoints",
+    "InstabilityError",
+    "Integrator",
+    "KineticRelaxation",
+    "LoadingProtocol",
+    "LocalDamping",
+    "MassDamping",
+    "Motion",
+    "Observer",
+    "ParameterError",
+    "Plane",
+    "Reaches",
+    "Region",
+    "Relaxation",
+    "Result",
+    "Rigid",
+    "Specimen",
+    "Stage",
+    "StageLimitError",
+    "State",
+    "Tessellation",
+    "Tessellator",
+    "TilingError",
+    "Trace",
+    "Undamped",
+    "compare",
+    "parameter",
+    "parameters",
+    "simulate",
+    "trace",
+]
 
 __version__ = "0.1.0"

@@ -99,12 +99,13 @@ def main() -> None:
 @click.option("--laws", default=",".join(LAWS), show_default=True, help="Contact laws, separated by commas.")
 @click.option("--speed", type=float, default=0.05, show_default=True, help="Platen speed in m/s.")
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
-@click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder for the results.")
+@click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
 @click.option("--threads", type=int, help="Models (and threads in a model) at a time.  [default: all cores]")
 @click.option("--quick", is_flag=True, help=f"A small sample, seconds: {QUICK[2]} grains in 20 x 50 mm.")
 def compare(
-    grains: int | None, seed: int, laws: str, speed: float, max_strain: float, out: Path, threads: int | None, quick: bool
-) -> None:
+    *, grains: int | None, seed: int, laws: str, speed: float, max_strain: float, out: Path, threads: int | None,
+    quick: bool,
+) -> None:  # fmt: skip
     """Compress one rock sample to failure under several contact laws, and compare them.
 
     Writes comparison.png, cracks_LAW.png, summary.json and curves.csv, and for each law a folder with grains.pvd and
@@ -117,8 +118,8 @@ def compare(
             raise ParameterError(f"--threads = {threads} is not allowed, it must be a whole number from 1")
         test = UniaxialCompression(speed=speed, maximum_strain=max_strain)
         tessellator = Voronoi(grains=count if grains is None else grains, seed=seed)
-        folder = writable_folder(out)
         specimen = Specimen(tessellator.tessellate(rectangle(width, height)), ROCK)
+        folder = writable_folder(out)  # only now: what is refused leaves no folder behind
         with _progress() as progress:
             comparison = compare_laws(
                 specimen, chosen, test, threads=threads,
@@ -140,7 +141,8 @@ def compare(
     except (ParameterError, OSError, CompilationError, InstabilityError, StageLimitError, MemoryError) as error:
         raise click.ClickException(str(error)) from None
     click.echo(comparison)
-    click.echo(f"\nwritten to {os.fspath(folder)}{os.sep}: comparison.png, cracks_<law>.png, summary.json, curves.csv, <law>/*.pvd")
+    files = "comparison.png, cracks_<law>.png, summary.json, curves.csv, <law>/*.pvd"
+    click.echo(f"\nwritten to {os.fspath(folder)}{os.sep}: {files}")
 
 
 def _described(component: Any) -> dict[str, Any]:

@@ -1,0 +1,142 @@
+"""Who imports whom: absolute imports only, arrows that point down to leaves, and one copy of every class."""
+
+import ast
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import grainlaw
+
+FRAMEWORK = Path(grainlaw.__file__).resolve().parent
+ROOTS = {
+    "": FRAMEWORK,
+    **{
+        name: Path(importlib.import_module(f"grainlaw.{name}").__file__).resolve().parent
+        for name in ("laws", "geometry", "protocols")
+    },
+}
+COMPONENTS = ("laws", "geometry", "protocols")
+#: What a component may see of the framework: interfaces and data.
+INTERFACES = {
+    "parameter", "units", "contact", "elementary", "tessellation", "polygon", "specimen", "mesh", "loading",
+    "integration", "state",
+}  # fmt: skip
+
+
+def modules():
+    """Module name and file of every source."""
+    found = {}
+    for package, folder in ROOTS.items():
+        for file in folder.rglob("*.py"):
+            parts = [package, *file.relative_to(folder).with_suffix("").parts]
+            name = ".".join(["grainlaw", *(part for part in parts if part not in ("", "__init__"))])
+            if package or not name.startswith(tuple(f"grainlaw.{c}." for c in COMPONENTS)):
+                found[name] = file
+    return found
+
+
+MODULES = modules()
+
+
+def imports(file, *, running=False):
+    """Names of modules that a file imports; ``running``: at the top level, when it is imported itself."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    nodes = tree.body if running else ast.walk(tree)
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file}:{node.lineno} imports relatively"
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                yield inner if inner in MODULES else node.module
+
+
+def part_of(module):
+    """The component package a module belongs to, or the framework's module."""
+    return module.split(".")[1] if "." in module else ""
+
+
+def test_all_sources_are_seen():
+    assert {"grainlaw.simulation", "grainlaw.kernels.loop", "grainlaw.laws.linear"} <= set(MODULES)
+    assert len(MODULES) > 40
+
+
+@pytest.mark.parametrize("file", [*MODULES.values(), *Path(__file__).parent.rglob("*.py")], ids=lambda f: f.stem)
+def test_our_packages_are_imported_under_one_name(file):
+    bare = {"framework", "laws", "geometry", "protocols", "kernels"}
+    assert not [name for name in imports(file) if name.split(".")[0] in bare]
+
+
+@pytest.mark.parametrize("name", ["framework", "laws", "geometry", "protocols"])
+def test_bare_packages_are_out_of_reach(name):
+    with pytest.raises(ModuleNotFoundError):
+        importlib.import_module(name)
+
+
+@pytest.mark.parametrize("module", [name for name in MODULES if part_of(name) in COMPONENTS])
+def test_components_see_interfaces_and_their_own_package(module):
+    for name in imports(MODULES[module]):
+        if name.split(".")[0] == "grainlaw":
+            assert part_of(name) in INTERFACES | {part_of(module)}, f"{module} imports {name}"
+
+
+@pytest.mark.parametrize("module", [name for name in MODULES if part_of(name) not in (*COMPONENTS, "cli")])
+def test_only_the_command_line_knows_concrete_components(module):
+    for name in imports(MODULES[module]):
+        assert name.split(".")[0] != "grainlaw" or part_of(name) not in COMPONENTS, f"{module} imports {name}"
+
+
+def test_no_module_imports_itself_in_a_circle():
+    arrows = {name: {n for n in imports(file, running=True) if n in MODULES} for name, file in MODULES.items()}
+    for name in arrows:
+        arrows[name].discard("grainlaw")
+    open_, done = [], set()
+
+    def visit(name):
+        assert name not in open_, " -> ".join([*open_[open_.index(name) :], name])
+        if name not in done:
+            open_.append(name)
+            for other in sorted(arrows[name]):
+                visit(other)
+            done.add(open_.pop())
+
+    for name in sorted(arrows):
+        visit(name)
+
+
+@pytest.mark.parametrize("module", sorted(MODULES))
+def test_every_module_can_be_the_first(module):
+    """No import that works only after another; each in one process, all without what the first run left behind."""
+    assert importlib.import_module(module if module != "grainlaw.__main__" else "grainlaw")
+
+
+def test_leaves_come_without_the_engine():
+    """A law can be written and traced without the compiler being loaded by its own imports."""
+    code = (
+        "import sys, grainlaw.parameter, grainlaw.units; print('pyvista' in sys.modules, 'matplotlib' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "False"]
+
+
+@pytest.mark.parametrize("module", sorted(MODULES))
+def test_files_are_small(module):
+    assert len(MODULES[module].read_text(encoding="utf-8").splitlines()) <= 400
+
+
+@pytest.mark.parametrize("package", ["grainlaw", *(f"grainlaw.{name}" for name in COMPONENTS)])
+def test_public_names_are_declared(package):
+    loaded = importlib.import_module(package)
+    assert all(hasattr(loaded, name) for name in loaded.__all__)
+    assert len(set(loaded.__all__)) == len(loaded.__all__)
+    public = {
+        alias.asname or alias.name
+        for node in ast.parse(MODULES[package].read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert public <= set(loaded.__all__)
