@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import os
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -15,12 +16,13 @@ import attrs
 import numpy as np
 
 from grainlaw.files import writable_folder, write_atomically
-from grainlaw.loading import LoadingProtocol
+from grainlaw.loading import LoadingProtocol, Stage
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
 from grainlaw.simulation import simulate
 from grainlaw.specimen import Specimen
+from grainlaw.state import State
 from grainlaw.assembly import Laws
 
 if TYPE_CHECKING:
@@ -133,15 +135,37 @@ def compare(
     """
     if not laws:
         raise ParameterError("compare: laws is empty, it must name at least one law")
-    threads = threads or os.cpu_count() or 1
+    threads = (os.cpu_count() or 1) if threads is None else threads
     if threads < 1:
         raise ParameterError(f"compare: threads = {threads} is not allowed, it must be a whole number from 1")
     workers = min(threads, len(laws))
 
+    stop = _Stop()
+
     def run(name: str) -> Result:
         share = max(1, threads // workers)
-        return simulate(specimen, laws[name], protocol, threads=share, observers=observers(name), **options)
+        watchers = [*observers(name), stop]
+        return simulate(specimen, laws[name], protocol, threads=share, observers=watchers, **options)
 
     _ = specimen.mesh, specimen.zone_constants, specimen.node_masses  # made once, before threads share them
     with ThreadPoolExecutor(workers) as pool:
-        return Comparison(dict(zip(laws, pool.map(run, laws), strict=True)))
+        try:
+            return Comparison(dict(zip(laws, pool.map(run, laws), strict=True)))
+        except BaseException:  # Ctrl-C, or one run has failed: the others need not go on
+            stop.asked.set()
+            raise
+
+
+class _Stopped(Exception):
+    """Ends a run that nobody waits for any more."""
+
+
+@attrs.frozen
+class _Stop(Observer):
+    """Ends runs at their next sample once it is asked to."""
+
+    asked: threading.Event = attrs.field(factory=threading.Event)
+
+    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
+        if self.asked.is_set():
+            raise _Stopped

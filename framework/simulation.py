@@ -21,6 +21,7 @@ from grainlaw.specimen import Specimen
 from grainlaw.stability import highest_frequency, rigid_map, scale_masses, stiffness_matrix
 from grainlaw.state import Saved, State
 
+CALL = 4_000_000  #: zones times steps of one call of the engine, some tenths of a second: Ctrl-C waits no longer
 MOST_THREADS = 128
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
@@ -122,6 +123,7 @@ class _Run:
         self.observers = [self.recorder, *observers]
         self.columns = Columns()
         self.seconds = 0.0
+        self.most_steps = max(1, CALL // len(self.state.mesh.zones))
         self.supplied = 1e-300  #: J, largest external work so far, or that of giving all grains the platens' speed
         self._prepare_stability(scaling)
 
@@ -224,7 +226,7 @@ class _Run:
     ) -> tuple[Integrator, Motion | None]:
         done = 0
         while done < steps:
-            burst = min(integrator.burst or steps, steps - done)
+            burst = min(integrator.burst or self.most_steps, steps - done)
             done += burst
             if integrator.burst:  # at the start of a burst, so that samples see the motion as the steps left it
                 motion = self.state.motion()
