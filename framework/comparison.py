@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
+from grainlaw.assembly import Laws
 from grainlaw.files import writable_folder, write_atomically
 from grainlaw.loading import LoadingProtocol, Stage
 from grainlaw.observation import Observer
@@ -23,7 +24,6 @@ from grainlaw.result import Result
 from grainlaw.simulation import simulate
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
-from grainlaw.assembly import Laws
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

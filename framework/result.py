@@ -15,9 +15,9 @@ from grainlaw.specimen import Specimen
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from grainlaw.assembly import Laws
     from grainlaw.loading import LoadingProtocol
     from grainlaw.observation import Frame
-    from grainlaw.assembly import Laws
     from grainlaw.state import State
 
 

@@ -333,7 +333,7 @@ def _fastest(state: State) -> str:
     return (
         f"the energy balance does not close; grain {grain} moves at {speed:.4g} m/s, and contact point {p} "
         f"between grains {a} and {b} has opened by {state.opening[p]:.4g} m; likely cause: a time step that is too "
-        "long for a law stiffer than its `stiffness` says; lower the integrator's safety, or look at the law with gl.trace"
+        "long for a law stiffer than its `stiffness` says; lower the integrator's safety, or see the law with gl.trace"
     )
 
 

@@ -8,7 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from grainlaw.assembly import (
-    Laws, contact_arrays, freedom_arrays, group_interfaces, law_groups, mesh_arrays,
+    Laws,
+    contact_arrays,
+    freedom_arrays,
+    group_interfaces,
+    law_groups,
+    mesh_arrays,
 )  # fmt: skip
 from grainlaw.integration import Motion
 from grainlaw.kernels import loop

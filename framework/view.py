@@ -40,7 +40,8 @@ def draw_cracks(axes: Axes, result: Result) -> None:
     tensile = frame.contacts["mode"] < 0.5
     for chosen, color, name in ((broken & ~tensile, SHEAR, "shear"), (broken & tensile, TENSILE, "tensile")):
         label = f"{name}: {int(chosen.sum())}"
-        axes.add_collection(LineCollection(list(lines[chosen]), colors=color, linewidths=1.2, label=label, capstyle="round"))
+        cracks = LineCollection(list(lines[chosen]), colors=color, linewidths=1.2, label=label, capstyle="round")
+        axes.add_collection(cracks)
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.set_xlabel("x (mm)")

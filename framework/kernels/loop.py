@@ -145,7 +145,8 @@ def _steps(
             passes.zone_forces(x1, y1, x2, y2, b1, b2, q1, q2, area, e0, e1, e2, p1, r1, p2, r2)
             passes.scatter_zones(fx, fy, n0, n1, n2, p1, r1, p2, r2)
         passes.gather_contacts(ux, uy, a1, a2, k1, k2, d1x, d1y, d2x, d2y, ex, ey)
-        opening, slip, normal, shear = contacts.opening[new], contacts.slip[new], contacts.normal[new], contacts.shear[new]
+        opening, slip = contacts.opening[new], contacts.slip[new]
+        normal, shear = contacts.normal[new], contacts.shear[new]
         o1, o2, s1, s2 = opening[c0:c1], opening[h0:h1], slip[c0:c1], slip[h0:h1]
         passes.contact_kinematics(
             d1x, d1y, d2x, d2y, ex, ey, edge_x, edge_y, weight, nx, ny, inverse, o1, o2, s1, s2
@@ -153,7 +154,8 @@ def _steps(
         addresses = opening.ctypes.data, slip.ctypes.data, normal.ctypes.data, shear.ctypes.data
         _respond(group, c0, c1, *addresses)
         _respond(group, h0, h1, *addresses)
-        o_old, s_old, n_old, t_old = contacts.opening[old], contacts.slip[old], contacts.normal[old], contacts.shear[old]
+        o_old, s_old = contacts.opening[old], contacts.slip[old]
+        n_old, t_old = contacts.normal[old], contacts.shear[old]
         passes.contact_work(o1, o_old[c0:c1], normal[c0:c1], n_old[c0:c1], o_work[c0:c1])
         passes.contact_work(o2, o_old[h0:h1], normal[h0:h1], n_old[h0:h1], o_work[h0:h1])
         passes.contact_work(s1, s_old[c0:c1], shear[c0:c1], t_old[c0:c1], s_work[c0:c1])
