@@ -25,7 +25,7 @@ from grainlaw.loading import Stage
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.simulation import InstabilityError, StageLimitError
+from grainlaw.simulation import MOST_THREADS, InstabilityError, StageLimitError
 from grainlaw.specimen import Elastic, Specimen
 from grainlaw.state import State
 from grainlaw.units import GPa, MPa, mm
@@ -114,8 +114,8 @@ def compare(
     width, height, count = QUICK if quick else SAMPLE
     try:
         chosen = choose_laws(laws)
-        if threads is not None and threads < 1:
-            raise ParameterError(f"--threads = {threads} is not allowed, it must be a whole number from 1")
+        if threads is not None and not 1 <= threads <= MOST_THREADS:
+            raise ParameterError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
         test = UniaxialCompression(speed=speed, maximum_strain=max_strain)
         tessellator = Voronoi(grains=count if grains is None else grains, seed=seed)
         specimen = Specimen(tessellator.tessellate(rectangle(width, height)), ROCK)

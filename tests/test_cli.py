@@ -1,0 +1,122 @@
+"""The command line: help, the main job in small, and refusals that leave nothing behind."""
+
+import json
+import re
+from importlib.metadata import version
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from grainlaw.cli import main
+
+SMALL = ["compare", "--quick", "--grains", "20", "--max-strain", "0.0005", "--threads", "1"]
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def test_help_names_every_option():
+    assert "compare" in invoke("--help").output
+    shown = invoke("compare", "--help").output
+    for option in ("grains", "seed", "laws", "speed", "max-strain", "out", "threads", "quick"):
+        assert f"--{option} " in shown
+    assert "linear,mohr-coulomb,cohesive-crack" in "".join(shown.split())
+
+
+def test_version():
+    assert version("grainlaw") in invoke("--version").output
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("job") / "new" / "out"
+    return invoke(*SMALL, "--seed", 3, "--out", folder), folder
+
+
+def test_the_main_job_prints_the_table_and_writes_the_folder(done):
+    result, folder = done
+    assert result.exit_code == 0, result.output
+    for law in ("linear", "mohr-coulomb", "cohesive-crack"):
+        assert re.search(rf"^{law} +\d+\.\d\d ", result.output, re.MULTILINE)
+        for name in ("grains", "cracks"):
+            assert (folder / law / f"{name}.pvd").exists()
+        assert (folder / f"cracks_{law}.png").exists()
+    assert {"comparison.png", "curves.csv", "summary.json"} <= {file.name for file in folder.iterdir()}
+    assert str(folder) in result.output
+
+
+def test_the_summary_records_what_the_run_was_made_with(done):
+    content = json.loads((done[1] / "summary.json").read_text())
+    assert content["seed"] == 3
+    assert content["versions"]["grainlaw"] == version("grainlaw")
+    assert {"python", "numpy", "numba"} <= set(content["versions"])
+    parameters = content["parameters"]
+    assert parameters["tessellator"]["type"] == "Voronoi"
+    assert (parameters["tessellator"]["grains"], parameters["tessellator"]["seed"]) == (20, 3)
+    assert parameters["material"]["youngs_modulus"] == 60e9
+    assert parameters["protocol"]["maximum_strain"] == 0.0005
+    assert parameters["laws"]["cohesive-crack"]["mode_i_energy"] == 150
+    assert parameters["laws"]["cohesive-crack"]["softening"]["type"] == "EvansMarathe"
+
+
+def test_options_reach_the_run(done, tmp_path):
+    result = invoke(*SMALL, "--laws", "linear", "--speed", 0.1, "--seed", 3, "--out", tmp_path / "fast")
+    assert result.exit_code == 0, result.output
+    fast, slow = (json.loads((f / "summary.json").read_text()) for f in (tmp_path / "fast", done[1]))
+    assert list(fast["laws"]) == ["linear"]
+    assert fast["laws"]["linear"]["steps"] == pytest.approx(slow["laws"]["linear"]["steps"] / 2, rel=0.02)
+    assert np.isclose(fast["laws"]["linear"]["apparent_modulus"], slow["laws"]["linear"]["apparent_modulus"], rtol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--laws", "mohr-colomb"], "there is no law 'mohr-colomb'; did you mean 'mohr-coulomb'?"),
+        (["--laws", "linear,ccm"], "there is no law 'ccm'"),
+        (["--laws", ""], "there is no law ''"),
+        (["--grain", "5"], "--grains"),
+        (["--frob"], "No such option"),
+        (["--grains", "many"], "'many' is not a valid integer"),
+        (["--grains", "0"], "grains = 0 is not allowed"),
+        (["--grains", "10000000000"], "memory"),
+        (["--speed", "-1"], "speed = -1 m/s is not allowed"),
+        (["--speed", "nan"], "speed = nan m/s is not allowed"),
+        (["--max-strain", "0"], "maximum_strain = 0 is not allowed"),
+        (["--threads", "0"], "threads = 0 is not allowed"),
+        (["--threads", "100000"], "threads = 100000 is not allowed"),
+        (["--seed", "-1"], "seed = -1 is not allowed"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_refusals_are_one_message_and_leave_nothing(arguments, words, tmp_path):
+    result = invoke("compare", "--quick", "--out", tmp_path / "out", *arguments)
+    assert result.exit_code != 0
+    assert words in " ".join(result.output.split())
+    assert "Traceback" not in result.output
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "taken").write_text("a file")
+    result = invoke(*SMALL, "--out", tmp_path / "taken" / "out")
+    assert result.exit_code == 1
+    assert "cannot write to the folder" in result.output
+    assert (tmp_path / "taken").read_text() == "a file"
+
+
+def test_the_progress_fits_a_terminal_of_80_columns():
+    from rich.console import Console
+
+    from grainlaw.cli import _progress
+
+    progress = _progress()
+    progress.add_task("cohesive-crack", total=1.0, stage="compression", strain=" 0.5000 %", stress="  250.0 MPa")
+    console = Console(width=80, record=True, file=open("/dev/null", "w"))
+    console.print(progress.get_renderable())
+    lines = console.export_text().splitlines()
+    assert len(lines) == 1
+    for word in ("cohesive-crack", "compression", "0.5000 %", "250.0 MPa", "0%"):
+        assert word in lines[0]

@@ -1,0 +1,292 @@
+"""What a run writes: VTK that reads back, tables, pictures; and that a kill at any moment leaves it readable."""
+
+import csv
+import json
+import signal
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ET
+
+import attrs
+import meshio
+import numpy as np
+import pytest
+import pyvista
+from matplotlib.image import imread
+from support import ROCK, STIFF, STRONG, Bricks, small_sample
+
+import grainlaw as gl
+from grainlaw.geometry import rectangle
+from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
+from grainlaw.protocols import UniaxialCompression, UniaxialTension
+from grainlaw.vtk import VtkWriter
+
+BRITTLE = MohrCoulomb(**STRONG)
+PULL = UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=40, stop_fraction=0)
+
+
+@pytest.fixture(scope="module")
+def broken():
+    """A sample of two phases after it has cracked."""
+    specimen = small_sample()
+    phase = np.arange(specimen.grains.count) % 2
+    specimen = gl.Specimen(attrs.evolve(specimen.grains, phase=phase), ROCK)
+    return gl.simulate(specimen, CohesiveCrack(**STRONG, mode_i_energy=1, mode_ii_energy=2), PULL, frames=6)
+
+
+@pytest.fixture(scope="module")
+def written(broken, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("vtk")
+    broken.write_vtk(folder)
+    return folder
+
+
+def listed(folder, name):
+    """Times and files of a .pvd."""
+    sets = ET.parse(folder / f"{name}.pvd").getroot().findall("Collection/DataSet")
+    return [float(entry.get("timestep")) for entry in sets], [folder / entry.get("file") for entry in sets]
+
+
+@pytest.mark.parametrize("name", ["grains", "cracks"])
+def test_series_list_ascending_times_and_every_file(broken, written, name):
+    times, files = listed(written, name)
+    assert times == [frame.time for frame in broken.frames]
+    assert times == sorted(set(times))
+    assert sorted(files) == sorted(written.glob(f"{name}_*.vtu"))
+    assert {file.suffix for file in written.iterdir()} == {".pvd", ".vtu"}
+    reader = pyvista.get_reader(written / f"{name}.pvd")
+    assert reader.time_values == times
+    reader.set_active_time_point(len(times) - 1)
+    assert reader.read()[0].n_cells == meshio.read(files[-1]).cells[0].data.shape[0]
+
+
+def test_grains_read_back(broken, written):
+    mesh, frame = broken.mesh, broken.frames[-1]
+    file = listed(written, "grains")[1][-1]
+    read, grid = meshio.read(file), pyvista.read(file)
+    assert np.array_equal(read.points[:, :2], mesh.nodes + frame.displacement)
+    assert np.all(read.points[:, 2] == 0)
+    assert np.array_equal(read.cells_dict["triangle"], mesh.zones)
+    assert np.array_equal(read.point_data["displacement"][:, :2], frame.displacement)
+    assert np.array_equal(read.point_data["velocity"][:, :2], frame.velocity)
+    for name, expected in {
+        "grain": mesh.zone_grain,
+        "phase": mesh.zone_grain % 2,
+        "stress_xx": frame.stress[mesh.zone_grain, 0],
+        "stress_yy": frame.stress[mesh.zone_grain, 1],
+        "stress_xy": frame.stress[mesh.zone_grain, 2],
+    }.items():
+        assert np.array_equal(read.cell_data[name][0], expected), name
+        assert np.array_equal(grid.cell_data[name], expected), name
+    assert np.array_equal(grid.points, read.points)
+
+
+def test_stress_of_bricks_under_uniform_pressure(tmp_path):
+    """Known beforehand: smooth platens on level joints, so that every grain bears the same."""
+    bricks = gl.Specimen(Bricks(rows=4, columns=2).tessellate(rectangle(0.02, 0.04)), ROCK)
+    test = UniaxialCompression(speed=0.02, maximum_strain=1e-4, samples=10)
+    result = gl.simulate(bricks, Linear(**STIFF), test, frames=2)
+    result.write_vtk(tmp_path)
+    data = meshio.read(listed(tmp_path, "grains")[1][-1]).cell_data
+    modulus = 1 / ((1 - 0.25**2) / 60e9 + 3 / (STIFF["kn"] * 0.04))
+    pressure = modulus * -meshio.read(listed(tmp_path, "grains")[1][-1]).point_data["displacement"][:, 1].min() / 0.04
+    assert np.allclose(data["stress_yy"][0], -pressure, rtol=0.02)
+    assert np.abs(data["stress_xx"][0]).max() < 0.05 * pressure
+    assert np.abs(data["stress_xy"][0]).max() < 0.05 * pressure
+
+
+def test_cracks_read_back(broken, written):
+    """Lines between the two grains that parted, with what the law remembers."""
+    frame = broken.frames[-1]
+    damaged = np.flatnonzero(frame.contacts["damage"] > 0)
+    read = meshio.read(listed(written, "cracks")[1][-1])
+    data = {name: values[0] for name, values in read.cell_data.items()}
+    assert len(damaged) > 5
+    for name in ("damage", "mode", "opening", "slip", "normal", "shear", "broken_time"):
+        assert np.array_equal(data[name], frame.contacts[name][damaged], equal_nan=True), name
+    ends = read.points[read.cells_dict["line"]][:, :, :2]
+    place = broken.mesh.nodes + frame.displacement
+    assert {"grain_a", "grain_b"} <= set(data)
+    for line, a, b, opening in zip(ends, data["grain_a"], data["grain_b"], data["opening"], strict=True):
+        assert a != b
+        for grain in (a, b):  # both ends lie half an opening from the rim of either grain
+            rim = place[broken.mesh.node_grain == grain]
+            near = min(np.hypot(*(rim - end).T).min() for end in line)
+            assert near <= 0.51 * max(abs(opening), 1e-7) + 0.5 * np.hypot(*(line[1] - line[0])) + 1e-6
+    assert np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum() > 0
+    assert np.nanmax(data["broken_time"]) <= frame.time
+
+
+def test_an_unbroken_run_reads_back(tmp_path):
+    result = gl.simulate(
+        small_sample(8), Linear(**STIFF), attrs.evolve(PULL, maximum_strain=1e-5, samples=10), frames=2
+    )
+    result.write_vtk(tmp_path)
+    for file in listed(tmp_path, "cracks")[1]:
+        assert pyvista.read(file).cell_data["damage"].max() == 0
+
+
+def test_cracks_of_a_result(broken):
+    cracks = broken.cracks
+    assert len(cracks) == broken.summary["tensile_cracks"] + broken.summary["shear_cracks"] > 3
+    assert cracks.tensile.sum() == broken.summary["tensile_cracks"]
+    assert np.all(np.diff(cracks.time) >= 0)
+    assert np.all((cracks.orientation >= 0) & (cracks.orientation < np.pi))
+    assert np.all((cracks.mode >= 0) & (cracks.mode <= 1))
+    assert cracks.grains.shape == cracks.position.shape == (len(cracks), 2)
+    assert np.all(cracks.grains[:, 0] != cracks.grains[:, 1])
+    low, high = broken.specimen.grains.region.bounds
+    assert np.all((cracks.position > low) & (cracks.position < high + 1e-4))
+    lengths = np.hypot(*broken.mesh.interface_edges.T) / 2
+    for k in range(len(cracks)):
+        shared = np.flatnonzero((broken.mesh.interface_grains == cracks.grains[k]).all(axis=1))
+        assert cracks.length[k] == pytest.approx(lengths[shared], rel=1e-12)
+        edge = broken.mesh.interface_edges[shared[0]]
+        turn = cracks.orientation[k] - np.arctan2(edge[1], edge[0])
+        assert abs(np.sin(turn)) < 1e-3
+    # Pulled along y: what opens lies across.
+    across = np.average(np.abs(np.sin(cracks.orientation)), weights=cracks.opening.clip(0) + 1e-30)
+    assert across < np.sin(np.radians(45))
+
+
+# --- while a run goes on ---------------------------------------------------------------------------------------------
+
+ENDLESS = """
+import sys
+from support import STRONG, small_sample
+import grainlaw as gl
+from grainlaw.laws import MohrCoulomb
+from grainlaw.protocols import UniaxialTension
+from grainlaw.vtk import VtkWriter
+test = UniaxialTension(speed=0.01, maximum_strain=0.01, samples=5000, stop_fraction=0)
+gl.simulate(small_sample(150), MohrCoulomb(**STRONG), test, observers=[VtkWriter(sys.argv[1], count=5000)])
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
+def test_a_kill_leaves_the_series_readable(tmp_path):
+    process = subprocess.Popen([sys.executable, "-c", ENDLESS, str(tmp_path)], cwd=str(tmp_path), env=environment())
+    try:
+        patience = time.monotonic() + 120
+        while len(list(tmp_path.glob("grains_*.vtu"))) < 20:
+            assert process.poll() is None, "it ended by itself"
+            assert time.monotonic() < patience
+            time.sleep(0.01)
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    for name in ("grains", "cracks"):
+        times, files = listed(tmp_path, name)
+        assert len(times) >= 18
+        assert times == sorted(times)
+        for file in files:
+            assert len(meshio.read(file).points) > 0
+
+
+def environment():
+    import os
+    from pathlib import Path
+
+    here = str(Path(__file__).parent)
+    return os.environ | {"PYTHONPATH": os.pathsep.join([here, os.environ.get("PYTHONPATH", "")])}
+
+
+def test_a_writer_writes_what_a_result_holds(tmp_path):
+    test = attrs.evolve(PULL, samples=20)
+    result = gl.simulate(small_sample(12), BRITTLE, test, frames=5, observers=[VtkWriter(tmp_path / "live", count=5)])
+    result.write_vtk(tmp_path / "after")
+    for name in ("grains", "cracks"):
+        live, after = listed(tmp_path / "live", name), listed(tmp_path / "after", name)
+        assert live[0] == after[0]
+        for one, other in zip(live[1], after[1], strict=True):
+            assert one.read_bytes() == other.read_bytes()
+
+
+# --- tables and pictures ---------------------------------------------------------------------------------------------
+
+KEYS = {
+    "peak_stress", "peak_strain", "apparent_modulus", "apparent_poisson", "modulus", "poisson", "tensile_cracks",
+    "shear_cracks", "steps", "seconds", "time_step", "energy_error", "kinetic_ratio", "platen_imbalance",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def comparison():
+    laws = {"linear": Linear(**STIFF), "brittle": BRITTLE}
+    return gl.compare(small_sample(20), laws, attrs.evolve(PULL, samples=20), threads=1, frames=4)
+
+
+@pytest.fixture(scope="module")
+def folder(comparison, tmp_path_factory):
+    path = tmp_path_factory.mktemp("comparison")
+    comparison.write(path, {"seed": 1, "missing": float("nan"), "array": [np.float64(2), np.int64(3)]})
+    return path
+
+
+def test_comparison_is_a_mapping_that_prints_a_table(comparison):
+    assert list(comparison) == ["linear", "brittle"]
+    assert len(comparison) == 2
+    lines = str(comparison).splitlines()
+    assert len(lines) == 4
+    assert lines[0].split()[:3] == ["law", "peak", "(MPa)"]
+    assert len({len(line) for line in lines}) == 1
+    assert lines[3].split()[:2] == ["brittle", f"{comparison['brittle'].summary['peak_stress'] / 1e6:.2f}"]
+
+
+def test_summary_is_json_with_every_key(comparison, folder):
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    content = json.loads((folder / "summary.json").read_text(), parse_constant=refuse)
+    assert set(content["laws"]) == {"linear", "brittle"}
+    for name, summary in content["laws"].items():
+        assert set(summary) >= KEYS
+        assert summary["peak_stress"] == comparison[name].summary["peak_stress"]
+        assert summary["steps"] == comparison[name].curves["step"][-1]
+    assert (content["seed"], content["missing"], content["array"]) == (1, None, [2, 3])
+
+
+def test_curves_are_all_there(comparison, folder):
+    with (folder / "curves.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    for name, result in comparison.items():
+        mine = [row for row in rows if row["law"] == name]
+        assert len(mine) == len(result.curves["time"])
+        for column, values in result.curves.items():
+            assert np.allclose([float(row[column]) for row in mine], values, rtol=1e-8, equal_nan=True), column
+
+
+@pytest.mark.parametrize("name", ["comparison", "cracks_linear", "cracks_brittle"])
+def test_pictures_are_drawn(folder, name):
+    picture = imread(folder / f"{name}.png")
+    height, width = picture.shape[:2]
+    assert 400 < height < 4000
+    assert 400 < width < 4000
+    assert 0.01 < (picture[..., :3] < 0.95).any(axis=-1).mean() < 0.9  # neither blank nor filled
+
+
+def test_nothing_else_is_written(folder):
+    names = {"comparison.png", "cracks_linear.png", "cracks_brittle.png", "curves.csv", "summary.json"}
+    assert {file.name for file in folder.iterdir()} == names
+
+
+def test_cracks_are_drawn_by_mode(broken):
+    axes = broken.plot().axes[1]
+    labels = axes.get_legend_handles_labels()[1]
+    assert labels == [f"shear: {broken.summary['shear_cracks']}", f"tensile: {broken.summary['tensile_cracks']}"]
+
+
+def test_a_window_shows_the_last_moment(broken, monkeypatch, tmp_path):
+    """Off screen: that it opens, and what was put into it."""
+    shown = []
+
+    def show(plotter, *arguments, **options):
+        shown.append({name: actor.mapper.dataset.n_cells for name, actor in plotter.actors.items() if actor.mapper})
+
+    monkeypatch.setattr(pyvista, "OFF_SCREEN", True)
+    monkeypatch.setattr(pyvista.Plotter, "show", show)
+    broken.show()
+    (cells,) = (list(entry.values()) for entry in shown)
+    assert len(broken.mesh.zones) in cells
+    assert len(cells) >= 2
