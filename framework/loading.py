@@ -98,7 +98,7 @@ class Stage:
     interval: float = parameter("s")  #: time between samples
     integrator: Integrator = part(Integrator, CentralDifference())
     initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes
-    sample_limit: int = whole_number(default=100_000, at_least=1)  #: a stage that takes more samples is stopped with an error
+    sample_limit: int = whole_number(default=100_000, at_least=1)  #: more samples stop the run with an error
 
 
 class LoadingProtocol(ABC):

@@ -86,7 +86,8 @@ def parameter(
             return float(value)
         except (TypeError, ValueError):
             raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, it must be {bounds}{measured and f' ({unit})'}"
+                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
+                f"it must be {bounds}{measured and f' ({unit})'}"
             ) from None
 
     return attrs.field(

@@ -16,18 +16,21 @@ def size(specimen: Specimen) -> tuple[float, float]:
     return float(high[0] - low[0]), float(high[1] - low[1])
 
 
-def points_on(state: State, boundary: str, count: int) -> np.ndarray:
-    """(k,) nodes of a boundary nearest to ``count`` places spread evenly along it, each in the middle of its share."""
+def points_on(state: State, boundary: str, count: int, share: float = 1.0) -> np.ndarray:
+    """(k,) nodes of a boundary nearest to ``count`` places, spread evenly along the middle ``share`` of it."""
     nodes = state.mesh.boundaries[boundary]
     place = state.mesh.nodes[nodes]
     along = place[:, np.argmax(np.ptp(place, axis=0))]
-    wanted = along.min() + np.ptp(along) * (np.arange(count) + 0.5) / count
+    wanted = along.min() + np.ptp(along) * (0.5 + share * ((np.arange(count) + 0.5) / count - 0.5))
     return nodes[np.abs(along[:, None] - wanted).argmin(axis=0)]
 
 
 def lateral_strain(state: State, points: int = 12) -> float:
-    """Change of width over width, from points on the left and the right side (the paper's 24 are 12 a side)."""
-    left, right = (state.displacement[points_on(state, side, points), 0].mean() for side in ("left", "right"))
+    """Change of width over width, from points on the left and the right side (the paper's 24 are 12 a side).
+
+    They lie along the middle half of the height, as strain gauges do, away from what the platens hold.
+    """
+    left, right = (state.displacement[points_on(state, side, points, 0.5), 0].mean() for side in ("left", "right"))
     return float(right - left) / size(state.specimen)[0]
 
 

@@ -11,8 +11,14 @@ from grainlaw.integration import Integrator
 from grainlaw.loading import Curves, Drive, FallsTo, Reaches, Stage
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols.measures import (
-    axial_strain, axial_strain_of_points, certificate, elastic_moduli, lateral_strain, size, window_stress,
-)  # fmt: skip
+    axial_strain,
+    axial_strain_of_points,
+    certificate,
+    elastic_moduli,
+    lateral_strain,
+    size,
+    window_stress,
+)
 from grainlaw.specimen import Elastic, Specimen
 from grainlaw.state import State
 

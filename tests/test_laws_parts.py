@@ -68,7 +68,7 @@ def test_length_dissipates_the_energy():
         ({"a": 0.5, "b": 0.5}, "a + b must be above 1"),
         ({"a": 0.2, "b": 1.0}, "exponent of Eq. (2) reaches -25.8333"),
         ({"a": 5, "b": 1, "c": 20}, "the curve rises"),
-        ({"a": -1}, "a = -1 1 is not allowed"),
+        ({"a": -1}, "a = -1 is not allowed"),
     ],
 )
 def test_evans_marathe_refuses(wrong, said):

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import spsolve
-from support import ROCK, STIFF, STRONG, Bricks, advance, nodal_forces, small_sample
+from support import ROCK, STIFF, STRONG, Bricks, advance, nodal_forces, small_sample, static_solution
 
 import grainlaw as gl
 from grainlaw.geometry import rectangle
@@ -105,22 +104,6 @@ def test_forces_are_the_gradient_of_the_stored_energy():
     little = 1e-9
     slope = (stored(place + little * direction)[0] - stored(place - little * direction)[0]) / (2 * little)
     assert slope == pytest.approx(-(forces * direction).sum(), rel=1e-6)
-
-
-def static_solution(specimen, kn, ks, strain):
-    """Displacement (i, 2) of smooth compression by a sparse solve: independent of the engine's loop."""
-    mesh = specimen.mesh
-    count = len(mesh.interfaces)
-    matrix = stiffness_matrix(specimen, np.full((2, count), kn), np.full((2, count), ks))
-    held = {2 * i + 1: 0.0 for i in mesh.boundaries["bottom"]}
-    held |= {2 * i + 1: -strain * np.ptp(mesh.nodes[:, 1]) for i in mesh.boundaries["top"]}
-    held[2 * int(mesh.boundaries["bottom"][0])] = 0.0
-    fixed = np.array(sorted(held))
-    free = np.setdiff1d(np.arange(2 * len(mesh.nodes)), fixed)
-    u = np.zeros(2 * len(mesh.nodes))
-    u[fixed] = [held[k] for k in fixed]
-    u[free] = spsolve(matrix[free][:, free].tocsc(), -matrix[free][:, fixed] @ u[fixed])
-    return u.reshape(-1, 2), free
 
 
 def test_patch_is_uniform_with_very_stiff_contacts():

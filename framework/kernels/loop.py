@@ -148,9 +148,7 @@ def _steps(
         opening, slip = contacts.opening[new], contacts.slip[new]
         normal, shear = contacts.normal[new], contacts.shear[new]
         o1, o2, s1, s2 = opening[c0:c1], opening[h0:h1], slip[c0:c1], slip[h0:h1]
-        passes.contact_kinematics(
-            d1x, d1y, d2x, d2y, ex, ey, edge_x, edge_y, weight, nx, ny, inverse, o1, o2, s1, s2
-        )
+        passes.contact_kinematics(d1x, d1y, d2x, d2y, ex, ey, edge_x, edge_y, weight, nx, ny, inverse, o1, o2, s1, s2)
         addresses = opening.ctypes.data, slip.ctypes.data, normal.ctypes.data, shear.ctypes.data
         _respond(group, c0, c1, *addresses)
         _respond(group, h0, h1, *addresses)

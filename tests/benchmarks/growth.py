@@ -1,6 +1,8 @@
 """What 10 and 100 times the grains cost per step, how long a second start takes, and how much memory a model needs.
 
     python tests/benchmarks/growth.py [--grains 755,7550,75500]
+
+Medians of CPU time.
 """
 
 import argparse
