@@ -34,8 +34,15 @@ class Mine(gl.ContactLaw):
     def second(self, x):
         return self.kn * x
 
+    def third(self, x):
+        return x
+
+    def fourth(self, x):
+        return x
+
     def traction(self, opening, slip):
-        return STIFFER * {helper}(self.first(opening)), slip
+        slip = self.fourth(self.third(slip))
+        return STIFFER * {helper}(self.first(opening)) + self.second(slip), slip
 
 """
 PRINT = "print(gl.trace(Mine(kn=1.0), 1.0, 0.0, compiled=True).normal[0])\n"
@@ -132,7 +139,11 @@ def afresh(cache, monkeypatch):
     return lambda: batch._done.clear() or batch.compile_law(Plain(kn=1)).respond(1.0, 0.0)[0]
 
 
-DAMAGES = {"cut": lambda b: b[: len(b) // 2], "empty": lambda b: b"", "changed": lambda b: b[:-900] + bytes(900)}
+DAMAGES = {
+    "cut": lambda b: b[: len(b) // 2],
+    "empty": lambda b: b"",
+    "changed": lambda b: b[:9000] + bytes(16) + b[9016:],
+}
 
 
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
@@ -144,6 +155,7 @@ def test_a_damaged_file_is_repaired(cache, afresh, damage):
     assert afresh() == 3
     assert list(kept(cache)) == [file]
     content = file.read_bytes()
+    assert content != damage(files[file])
     assert len(content) > 0.9 * len(files[file])
     assert afresh() == 3
     assert file.read_bytes() == content

@@ -25,7 +25,7 @@ from grainlaw.kernels.structure import Structure, spread
 
 __all__ = ["CompilationError", "Compiled", "compile_integrator", "compile_law"]
 
-ABI = 2  #: raise when the generated entry changes
+ABI = 3  #: raise when a component is compiled in another way
 
 
 class _Writer:
@@ -144,6 +144,12 @@ def compile_integrator(integrator: Any) -> Compiled:
     return _compile(integrator, "step", None, _INTEGRATOR_SIGNATURE, 4, 2, 1)
 
 
+@functools.cache
+def _entry_key() -> str:
+    """What the generated code around a scalar method depends on."""
+    return fingerprint(_law_source, _integrator_source, _Writer._write, extra=(ABI, repr(OPTIONS)))
+
+
 _done: dict[str, Any] = {}  #: by key
 _one_at_a_time = threading.RLock()
 
@@ -156,7 +162,7 @@ def _compile(
     try:
         struct, numbers, rows = spread(component, method, count)
         functions = [function for part in struct for function in part.methods.values()]
-        key = fingerprint(*functions, extra=(ABI, OPTIONS["error_model"], method, memory, struct.describe()))
+        key = fingerprint(*functions, extra=(_entry_key(), method, memory, struct.describe()))
         with _one_at_a_time:
             if key not in _done:
                 _done[key] = stored(key, signature) or _build(struct, method, memory, signature, inputs, results, key)

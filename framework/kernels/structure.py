@@ -72,7 +72,7 @@ def structure(component: Any, *methods: str) -> Structure:
         functions[name] = plain(getattr(kind, name))
         names |= _reachable_names(functions[name], set())
         found = {other for other in names if _method(kind, other)}
-        waiting.extend(sorted(found - set(functions) - set(waiting)))
+        waiting.extend(found - set(functions) - set(waiting))
     used = sorted(name for name in names - set(functions) if not name.startswith("__"))
     values = {name: getattr(component, name) for name in used if hasattr(component, name)}
     parts = {}
