@@ -1,6 +1,7 @@
 """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 from grainlaw.comparison import Comparison, compare
+from grainlaw.conformance import Entry, Report, check_law
 from grainlaw.contact import ContactLaw, Trace, trace
 from grainlaw.integration import (
     AdaptiveRelaxation,
@@ -18,7 +19,7 @@ from grainlaw.integration import (
 from grainlaw.kernels.batch import CompilationError
 from grainlaw.loading import AtRest, Condition, Drive, FallsTo, LoadingProtocol, Reaches, Stage
 from grainlaw.observation import Frame, FrameRecorder, Observer
-from grainlaw.parameter import ParameterError, parameter, parameters
+from grainlaw.parameter import ParameterError, parameter, parameters, part
 from grainlaw.result import Cracks, Result
 from grainlaw.simulation import InstabilityError, StageLimitError, simulate
 from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
@@ -40,6 +41,7 @@ __all__ = [
     "DynamicRelaxation",
     "Elastic",
     "EndPoints",
+    "Entry",
     "FallsTo",
     "Frame",
     "FrameRecorder",
@@ -58,6 +60,7 @@ __all__ = [
     "Reaches",
     "Region",
     "Relaxation",
+    "Report",
     "Result",
     "Rigid",
     "Specimen",
@@ -69,9 +72,11 @@ __all__ = [
     "TilingError",
     "Trace",
     "Undamped",
+    "check_law",
     "compare",
     "parameter",
     "parameters",
+    "part",
     "simulate",
     "trace",
 ]

@@ -204,7 +204,7 @@ def place_nodes(first, arm_x, arm_y, angle, gx, gy, ux, uy, begin, end):
 
 @njit(**OPTIONS)
 def zone_state(x1, y1, x2, y2, b1, b2, c1, c2, d0, d1, d2, sx, sy, sxy, energy):
-    """Cauchy stress (rotated to the fixed axes) and strain energy density of each zone."""
+    """Stress in the fixed axes (Cauchy's to within the strain) and strain energy density of each zone."""
     for z in range(x1.shape[0]):
         cs, sn, p, q, t, exx, eyy, gxy = rotated_stress(
             x1[z], y1[z], x2[z], y2[z], b1[z], b2[z], c1[z], c2[z], d0[z], d1[z], d2[z]
