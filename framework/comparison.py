@@ -16,7 +16,7 @@ import attrs
 import numpy as np
 
 from grainlaw.assembly import Laws
-from grainlaw.files import writable_folder, write_atomically
+from grainlaw.files import file_name, writable_folder, write_atomically
 from grainlaw.loading import LoadingProtocol, Stage
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
@@ -94,7 +94,7 @@ class Comparison(Mapping[str, Result]):
         write_atomically(path / "comparison.png", lambda file: self.plot().savefig(file, dpi=150))
         for name, result in self.results.items():
             figure = plot_cracks(result, name)
-            write_atomically(path / f"cracks_{name}.png", lambda file, f=figure: f.savefig(file, dpi=150))  # type: ignore[misc]
+            write_atomically(path / f"cracks_{file_name(name)}.png", lambda file, f=figure: f.savefig(file, dpi=150))  # type: ignore[misc]
 
     def _write_curves(self, file: Path) -> None:
         columns = list(dict.fromkeys(name for result in self.results.values() for name in result.curves))
@@ -133,6 +133,8 @@ def compare(
     ``observers`` gives those of each run by the law's name; ``options`` go to :func:`simulate`. The results do not
     depend on ``threads``.
     """
+    if not isinstance(laws, Mapping):
+        raise ParameterError(f"compare: laws = {laws!r} is not allowed, it must be a mapping from names to laws")
     if not laws:
         raise ParameterError("compare: laws is empty, it must name at least one law")
     threads = (os.cpu_count() or 1) if threads is None else threads

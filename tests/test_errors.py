@@ -68,6 +68,7 @@ REFUSED = {
     "mass scaling": (lambda: run(mass_scaling=0.5), "mass_scaling = 0.5 is not allowed, it must be from 1"),
     "frames": (lambda: run(frames=0), "count = 0 is not allowed, it must be a whole number, at least 1"),
     "no laws": (lambda: gl.compare(small_sample(5), {}, PRESS), "compare: laws is empty"),
+    "list of laws": (lambda: gl.compare(small_sample(5), [LINEAR], PRESS), r"laws = \[Linear.* a mapping from names"),
     "compare threads": (lambda: gl.compare(small_sample(5), {"a": LINEAR}, PRESS, threads=-1), "threads = -1 is not"),
     "speed": (lambda: UniaxialCompression(speed=0), "UniaxialCompression: speed = 0 m/s is not allowed"),
     "samples": (lambda: UniaxialCompression(samples=2), "samples = 2 is not allowed, .* whole number, at least 10"),

@@ -271,6 +271,11 @@ def test_nothing_else_is_written(folder):
     assert {file.name for file in folder.iterdir()} == names
 
 
+def test_any_name_of_a_law_makes_a_file(broken, tmp_path):
+    gl.Comparison({"a/b: c?": broken}).write(tmp_path)
+    assert (tmp_path / "cracks_a_b_ c_.png").exists()
+
+
 def test_cracks_are_drawn_by_mode(broken):
     axes = broken.plot().axes[1]
     labels = axes.get_legend_handles_labels()[1]
