@@ -44,7 +44,19 @@ class ContactLaw(ABC):
 
     @property
     def exceptions(self) -> dict[str, str]:
-        """Conformance properties the law is known to break, "continuity" or "energy": why and by how much."""
+        """Properties of :func:`grainlaw.check_law` that the law is known to break: why and by how much.
+
+        "continuity", "energy" or "fracture energies"; the others bear no exception.
+        """
+        return {}
+
+    @property
+    def fracture_energies(self) -> dict[str, float]:
+        """Work (J/m2) from the peak to the break, for a law that promises it: "mode_i" pulled, "mode_ii" sheared.
+
+        Sheared under no pressure. What the rise to the peak takes does not count: a law that includes it, like the
+        one above, returns ``{"mode_i": self.energy - self.strength**2 / (2 * self.kn)}``.
+        """
         return {}
 
     @abstractmethod

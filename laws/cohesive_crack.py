@@ -67,7 +67,15 @@ class CohesiveCrack(ContactLaw):
             )
         if self.other_mode == OtherMode.NOT_SCALED:
             found["continuity"] = "a mode falls by 1 - chi(D) where it reaches its peak after the other mode's damage"
+        if self.softening_length == SofteningLength.CLOSED_FORM:
+            share = self.length / self.softening.length
+            found["fracture energies"] = f"L = 3 as printed: the branches dissipate {share:.4f} of the energies"
         return found
+
+    @property
+    def fracture_energies(self) -> dict[str, float]:
+        """G_I and G_II (J/m2), beyond the peaks."""
+        return {"mode_i": self.mode_i_energy, "mode_ii": self.mode_ii_energy}
 
     @property
     def friction(self) -> float:

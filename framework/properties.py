@@ -1,0 +1,384 @@
+"""Properties that every contact law must have, each a function from a law on its bench to what breaks it."""
+
+from __future__ import annotations
+
+import enum
+import functools
+import itertools
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.contact import ContactLaw
+from grainlaw.probing import (
+    Contact,
+    Corners,
+    Peak,
+    Response,
+    Scale,
+    designed_paths,
+    drive,
+    even_steps,
+    find_peak,
+    measure,
+    random_paths,
+    words,
+)
+
+ROUNDING = 1e-12
+LAPS = 3  #: of every path, the last of them settled
+#: What a law is asked before anything else, and once more in the end: pulled and sheared out and back.
+FIRST = [(u * o, u * s) for o, s in ((1, 0), (0, 1), (-1e-3, 1)) for u in (0, 1e-7, 1e-6, 1e-5, 1e-3, 1e-6, 0)]
+
+
+@attrs.frozen
+class Finding:
+    """A broken property: where, and by how much."""
+
+    text: str
+    size: float = 0.0
+
+
+class Bench:
+    """A law with its scale and its answers along all paths, each found once."""
+
+    def __init__(self, law: ContactLaw) -> None:
+        self.law = law
+        self.contact = Contact(law)
+        self.first = self.contact.run(FIRST)
+
+    @functools.cached_property
+    def scale(self) -> Scale:
+        return measure(self.contact)
+
+    @functools.cached_property
+    def paths(self) -> dict[str, Corners]:
+        """All paths in even steps."""
+        corners = designed_paths(self.scale) | random_paths(self.scale, 3)
+        return {name: even_steps(c, 12) for name, c in corners.items()}
+
+    @functools.cached_property
+    def answers(self) -> dict[str, np.ndarray]:
+        """Answers (i, 2 + m) along ``paths``."""
+        return {name: self.contact.run(path) for name, path in self.paths.items()}
+
+    @functools.cached_property
+    def drives(self) -> list[Response]:
+        """Laps of all paths, in steps as fine as the tractions ask for."""
+        corners = designed_paths(self.scale) | random_paths(self.scale, 4)
+        return [drive(self.contact, name, [*c, *list(c[1:]) * (LAPS - 1)], self.scale) for name, c in corners.items()]
+
+    def memory(self, answers: np.ndarray, name: str) -> np.ndarray:
+        return answers[:, 2 + self.contact.names.index(name)]
+
+
+def place(point: Any) -> str:
+    """A point of a path in words."""
+    return f"opening {words(point[0], 'm')}, slip {words(point[1], 'm')}"
+
+
+def label(bench: Bench, column: Any) -> str:
+    """Name of a column of answers."""
+    return ("normal traction", "shear traction", *bench.contact.names)[column]
+
+
+def units(bench: Bench) -> Finding | None:
+    """Every number is declared with its unit, also in the law's parts."""
+
+    def missing(component: Any, prefix: str) -> Iterator[str]:
+        for field in attrs.fields(type(component)):
+            value = getattr(component, field.name)
+            if attrs.has(type(value)):
+                yield from missing(value, f"{prefix}{field.name}.")
+            elif isinstance(value, float) and not field.metadata.get("unit"):
+                yield prefix + field.name
+            elif not isinstance(value, (float, int, np.ndarray, enum.Enum)):
+                yield prefix + field.name
+
+    names = list(missing(bench.law, ""))
+    return Finding(f'not declared with a unit, as gl.parameter("Pa") does: {", ".join(names)}') if names else None
+
+
+def first_response(bench: Bench) -> Finding | None:
+    """A fresh contact answers little displacements with ``stiffness``, in either direction."""
+    at_rest = bench.contact.step(0.0, 0.0, bench.contact.start)[:2]
+    if max(map(abs, at_rest)) > 1e-9 * bench.scale.tension.strength:
+        return Finding(f"traction of {words(at_rest[0], 'Pa')}, {words(at_rest[1], 'Pa')} with nothing imposed")
+    worst = Finding("")
+    displacements = bench.scale.tension.displacement, bench.scale.shear.displacement
+    for mode, (kind, k) in enumerate(zip(("normal", "shear"), bench.law.stiffness, strict=True)):
+        for sign in (1, -1):
+            size = sign * 1e-6 * displacements[mode]
+            found = bench.contact.step(*((size, 0.0) if mode == 0 else (0.0, size)), bench.contact.start)[mode] / size
+            error = abs(found - k) / abs(k)
+            if not error <= max(1e-5, worst.size):
+                text = f"{kind} response {found:.6g} Pa/m at {words(size, 'm')}, stiffness says {k:.6g} Pa/m"
+                worst = Finding(text, error)
+    return worst if worst.text else None
+
+
+def compiled_equals_interpreted(bench: Bench) -> Finding | None:
+    """The machine code of a simulation gives the same, for many contacts at a time."""
+    from grainlaw.kernels.batch import CompilationError, compile_law
+
+    try:
+        compiled = compile_law(bench.law)
+    except CompilationError as error:
+        return Finding(f"does not compile: {' '.join(str(error).split())}")
+    names, paths = list(bench.paths), list(bench.paths.values())
+    longest = max(map(len, paths))
+    points = np.array([[*path, *[path[-1]] * (longest - len(path))] for path in paths])  # (path, i, 2)
+    memory = np.zeros((max(len(bench.contact.names), 1), len(paths)))
+    found = np.empty((len(paths), longest, 2 + len(bench.contact.names)))
+    for i in range(longest):
+        normal, shear = compiled.batch(points[:, i, 0].copy(), points[:, i, 1].copy(), memory)
+        found[:, i] = np.array([normal, shear, *memory[: len(bench.contact.names)]]).T
+    for k, name in enumerate(names):
+        here = bench.answers[name]
+        difference = np.abs(found[k, : len(here)] - here)
+        wrong = difference > ROUNDING * (np.abs(here) + np.max(np.abs(here), axis=0, initial=1e-30))
+        wrong |= np.isnan(found[k, : len(here)]) != np.isnan(here)
+        if wrong.any():
+            i, j = np.argwhere(wrong)[0]
+            text = f"{name}: {label(bench, j)} {found[k, i, j]:.15g} compiled, {here[i, j]:.15g} interpreted"
+            return Finding(f"{text} at {place(points[k, i])}", float(difference[i, j]))
+    return None
+
+
+def odd_in_slip(bench: Bench) -> Finding | None:
+    """Slip the other way gives the opposite shear traction, and nothing else."""
+    for name, path in bench.paths.items():
+        there = bench.answers[name]
+        mirrored = bench.contact.run([(o, -s) for o, s in path])
+        for column, sign in ((0, 1), (1, -1)):
+            difference = np.abs(there[:, column] - sign * mirrored[:, column])
+            i = int(np.nanargmax([0.0, *difference])) - 1
+            if i >= 0 and difference[i] > ROUNDING * np.nanmax(np.abs(there[:, column])):
+                a, b = words(there[i, column], "Pa"), words(mirrored[i, column], "Pa")
+                text = f"{name}: {label(bench, column)} {a} at {place(path[i])}, and {b} with the slip the other way"
+                return Finding(text, float(difference[i]))
+    return None
+
+
+def damage_never_heals(bench: Bench) -> Finding | None:
+    """``damage`` and ``mode`` stay in [0, 1], and damage never falls."""
+    for name in [name for name in ("damage", "mode") if name in bench.contact.names]:
+        for run in bench.drives:
+            values = bench.memory(run.answers, name)
+            outside = np.flatnonzero((values < 0) | (values > 1))
+            if len(outside):
+                i = outside[0]
+                return Finding(f"{run.name}: {name} {values[i]:.6g} at {place(run.points[i])}", float(values[i]))
+            falls = np.flatnonzero(np.diff(values) < 0)
+            if name == "damage" and len(falls):
+                i = falls[0]
+                text = f"{run.name}: damage falls from {values[i]:.6g} to {values[i + 1]:.6g}"
+                return Finding(f"{text} at {place(run.points[i + 1])}", float(values[i] - values[i + 1]))
+    return None
+
+
+def closed_paths_create_no_energy(bench: Bench) -> Finding | None:
+    """The work on a virgin contact is stored or lost, so never negative, nor is that of a settled cycle."""
+    worst = Finding("")
+    for run in bench.drives:
+        allowed = 2e-3 * float(np.max(np.abs(run.work)))
+        for when, gain in gains(run):
+            if gain > max(allowed, worst.size):
+                worst = Finding(f"{run.name}: gives {words(gain, 'J/m2')} {when}", gain)
+    return worst if worst.text else None
+
+
+def gains(run: Response) -> Iterator[tuple[str, float]]:
+    """What three laps of a path give at most (J/m2 in a lap), and where."""
+    work, legs = run.work, (run.legs // LAPS)
+    ends = run.corners[::legs]
+    for lap, (start, end) in enumerate(itertools.pairwise([*ends, len(work) - 1])):
+        if start < end:
+            i = start + int(np.argmin(work[start : end + 1]))
+            yield f"up to {place(run.points[i])} in lap {lap + 1}", -float(work[i]) / (lap + 1)
+    if len(ends) == LAPS + 1:
+        yield "in a settled lap", float(work[ends[-2]] - work[ends[-1]])
+
+
+def fracture_energies(bench: Bench) -> Finding | None:
+    """Pulled, or sheared under no pressure, the work from the peak to the break is what the law declares."""
+    declared = bench.law.fracture_energies
+    unknown = set(declared) - {"mode_i", "mode_ii"}
+    if unknown:
+        return Finding(f"fracture_energies has {', '.join(sorted(unknown))}, it may have mode_i and mode_ii")
+    worst = Finding("")
+    for mode, name in enumerate(("mode_i", "mode_ii")):
+        if name in declared:
+            work, energy = work_after_peak(bench, mode), declared[name]
+            error = abs(work - energy) / abs(energy)
+            if not error <= max(1e-3, worst.size):
+                text = f"{name}: {words(work, 'J/m2')} from the peak to the break, declared {words(energy, 'J/m2')}"
+                worst = Finding(f"{text} ({100 * (work / energy - 1):+.2f} %)", error)
+    return worst if worst.text else None
+
+
+def work_after_peak(bench: Bench, mode: int) -> float:
+    """J/m2 from the largest traction of one mode to its break."""
+    peak = find_peak(bench.contact, mode)
+    shares = np.concatenate([np.linspace(0, 1.1, 800), 1.1 + np.linspace(0, 1, 1601)[1:] ** 1.5 * 1.1 * far(peak)])
+    u = shares * peak.displacement
+    traction = bench.contact.run([(x, 0.0) if mode == 0 else (0.0, x) for x in u])[:, mode]
+    top = int(np.nanargmax(traction))
+    return float(np.sum((traction[top + 1 :] + traction[top:-1]) / 2 * np.diff(u[top:])))
+
+
+def far(peak: Peak) -> float:
+    """Way from the peak to the break, in peak displacements."""
+    return float(max(peak.breaking / peak.displacement - 1, 0.1))
+
+
+def no_jump(bench: Bench) -> Finding | None:
+    """However fine the step, the tractions change by less than 2 % of the strength where they are continuous."""
+    jumps = [(run.name, jump) for run in bench.drives for jump in run.jumps]
+    if not jumps:
+        return None
+    largest = max(jump.size for _, jump in jumps)
+    name, jump = next(entry for entry in jumps if entry[1].size > 0.9 * largest)  # designed paths come first
+    text = f"{name}: {jump.kind} traction jumps by {words(jump.size, 'Pa')} at {place((jump.opening, jump.slip))}"
+    return Finding(text, jump.size)
+
+
+def finite(bench: Bench) -> Finding | None:
+    """Displacements up to a metre give numbers, in any order."""
+    random = np.random.default_rng(5)
+    sizes = 10.0 ** random.uniform(-12, 0, (60, 6, 2)) * random.choice((-1.0, 0.0, 1.0), (60, 6, 2), p=(0.4, 0.2, 0.4))
+    wild = {f"random displacements {k}": [tuple(p) for p in row] for k, row in enumerate(sizes.tolist())}
+    for name, path in (bench.paths | wild).items():
+        bench.contact.error = ""
+        answers = bench.answers[name] if name in bench.paths else bench.contact.run(path)
+        bad = np.argwhere(~np.isfinite(answers))
+        if len(bad):
+            i, j = bad[0]
+            why = f" ({bench.contact.error})" if bench.contact.error else ""
+            return Finding(f"{name}: {label(bench, j)} is {answers[i, j]} at {place(path[i])}{why}")
+        if "damage" in bench.contact.names:
+            values = bench.memory(answers, "damage")
+            if np.any((values < 0) | (values > 1)):
+                return Finding(f"{name}: damage leaves [0, 1]: {values.min():.6g} to {values.max():.6g}")
+    return None
+
+
+def friction(bench: Bench) -> Finding | None:
+    """Shear strength, sound or broken, does not fall as the pressure rises; friction opposes slip."""
+    scale = bench.scale
+    moved = creep(bench)
+    if moved:
+        return moved
+    ways = {"shear": [(0.0, 0.0)], "break by pulling, shear": [(0.0, 0.0), (1.1 * scale.tension.breaking, 0.0)]}
+    for way, before in ways.items():
+        runs = []
+        for closure in scale.closures:
+            corners = [*before, (-closure, 0.0), (-closure, scale.far), (-closure, 0.0), (-closure, -scale.far)]
+            run = drive(bench.contact, way, corners, scale)
+            if not run.complete:
+                return Finding(f"{way}: no finite answer beyond {place(run.points[-1])}")
+            runs.append(run)
+        for finding in itertools.chain(weakening(runs, scale, way), map(functools.partial(gift, scale), runs)):
+            if finding:
+                return finding
+    return pressed_while_sliding(bench)
+
+
+def creep(bench: Bench) -> Finding | None:
+    """Shear traction that goes on changing while nothing moves: plastic slip that does not relax its cause."""
+    scale = bench.scale
+    for closure, peak in zip(scale.closures, scale.sheared_under, strict=True):
+        path = even_steps([(0.0, 0.0), (-closure, 0.0), (-closure, 1.5 * peak.displacement)], 20)
+        answers = bench.contact.run([point for point in path for _ in range(2)])[:, 1]
+        change = np.abs(answers[1::2] - answers[::2])
+        i = int(np.argmax(change > 0.01 * scale.shear.strength))
+        if change[i] > 0.01 * scale.shear.strength:
+            text = f"shear traction goes on from {words(answers[2 * i], 'Pa')} to {words(answers[2 * i + 1], 'Pa')}"
+            return Finding(f"press, shear: {text} at rest, at {place(path[i])}", float(change[i]))
+    return None
+
+
+def weakening(runs: list[Response], scale: Scale, way: str) -> Iterator[Finding | None]:
+    """Peak and last shear traction against pressure."""
+    allowed = 1e-3 * scale.shear.strength
+    for what, value in (("shear strength", largest_shear), ("shear traction after long slip", last_shear)):
+        tractions = [value(run) for run in runs]
+        for (p, a), (q, b) in itertools.pairwise(zip(scale.pressures, tractions, strict=True)):
+            if b < a - allowed:
+                text = f"{way}: {what} falls from {words(a, 'Pa')} under {words(p, 'Pa')} pressure"
+                yield Finding(f"{text} to {words(b, 'Pa')} under {words(q, 'Pa')}", a - b)
+
+
+def largest_shear(run: Response) -> float:
+    return float(run.answers[run.corners[-4] : run.corners[-3] + 1, 1].max())
+
+
+def last_shear(run: Response) -> float:
+    return float(run.answers[run.corners[-3], 1])
+
+
+def gift(scale: Scale, run: Response) -> Finding | None:
+    """Where shear drives the slip it should oppose: on the way out, or back at the start and beyond."""
+    allowed = 1e-3 * scale.shear.strength
+    out = slice(run.corners[-4], run.corners[-3] + 1)
+    back = slice(run.corners[-2], run.corners[-1] + 1)
+    for part, sign, when in ((out, 1, "slip grows"), (back, -1, "slip goes back beyond its start")):
+        wrong = -sign * run.answers[part, 1]
+        i = int(np.argmax(wrong))
+        if wrong[i] > allowed:
+            text = f"{run.name}: shear traction {words(run.answers[part, 1][i], 'Pa')} drives the contact while {when}"
+            return Finding(f"{text}, at {place(run.points[part][i])}", float(wrong[i]))
+    return None
+
+
+def pressed_while_sliding(bench: Bench) -> Finding | None:
+    """A contact that slides holds no less when it is pressed harder and slides on."""
+    scale = bench.scale
+    s, (low, high) = scale.shear.displacement, scale.closures[1::2]
+    corners = [(0.0, 0.0), (-low, 0.0), (-low, scale.far), (-high, scale.far + 2 * s), (-high, 2 * scale.far + 4 * s)]
+    run = drive(bench.contact, "slide, press, slide on", corners, scale)
+    if not run.complete:
+        return Finding(f"{run.name}: no finite answer beyond {place(run.points[-1])}")
+    before, after = run.answers[run.corners[2], 1], run.answers[-1, 1]
+    if after < before - 1e-3 * scale.shear.strength:
+        text = f"{run.name}: shear traction falls from {words(before, 'Pa')} to {words(after, 'Pa')}"
+        return Finding(f"{text} at {place(run.points[-1])}", float(before - after))
+    return None
+
+
+def no_hidden_state(bench: Bench) -> Finding | None:
+    """All paths once more, their contacts taking turns, give bit for bit what each gave alone."""
+    again = bench.contact.run(FIRST)
+    if not np.array_equal(again, bench.first, equal_nan=True):
+        i, j = np.argwhere(again != bench.first)[0]
+        text = f"{label(bench, j)} {again[i, j]:.6g} after other paths, {bench.first[i, j]:.6g} at first"
+        return Finding(f"{text}, at {place(FIRST[i])}", float(abs(again[i, j] - bench.first[i, j])))
+    states = {name: bench.contact.start for name in bench.paths}
+    for i in range(max(map(len, bench.paths.values()))):
+        for name, path in bench.paths.items():
+            if i < len(path):
+                answer = bench.contact.step(*path[i], states[name])
+                states[name] = answer[2:]
+                alone = bench.answers[name][i]
+                if not np.array_equal(answer, alone, equal_nan=True):
+                    j = int(np.argmax(np.array(answer) != alone))
+                    text = f"{name}: {label(bench, j)} {answer[j]:.6g} among other contacts, {alone[j]:.6g} before"
+                    return Finding(f"{text}, at {place(path[i])}", float(abs(answer[j] - alone[j])))
+    return None
+
+
+PROPERTIES: dict[str, Callable[[Bench], Finding | None]] = {
+    "units": units,
+    "stiffness": first_response,
+    "compiled": compiled_equals_interpreted,
+    "odd in slip": odd_in_slip,
+    "damage": damage_never_heals,
+    "energy": closed_paths_create_no_energy,
+    "fracture energies": fracture_energies,
+    "continuity": no_jump,
+    "finite": finite,
+    "friction": friction,
+    "no hidden state": no_hidden_state,
+}
