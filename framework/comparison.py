@@ -28,13 +28,14 @@ from grainlaw.state import State
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: columns of the table: heading, name in the summary, factor, decimals
+#: rows of the table: heading, name in the summary, factor, format
 TABLE = (
-    ("peak (MPa)", "peak_stress", 1e-6, 2), ("at strain (%)", "peak_strain", 1e2, 4),
-    ("E* (GPa)", "apparent_modulus", 1e-9, 2), ("nu*", "apparent_poisson", 1, 3),
-    ("E (GPa)", "modulus", 1e-9, 2), ("nu", "poisson", 1, 3),
-    ("tensile", "tensile_cracks", 1, 0), ("shear", "shear_cracks", 1, 0),
-    ("steps", "steps", 1, 0), ("seconds", "seconds", 1, 1),
+    ("peak stress (MPa)", "peak_stress", 1e-6, ".2f"), ("strain at peak (%)", "peak_strain", 1e2, ".4f"),
+    ("E* (GPa)", "apparent_modulus", 1e-9, ".2f"), ("nu*", "apparent_poisson", 1, ".3f"),
+    ("E (GPa)", "modulus", 1e-9, ".2f"), ("nu", "poisson", 1, ".3f"),
+    ("tensile cracks", "tensile_cracks", 1, ".0f"), ("shear cracks", "shear_cracks", 1, ".0f"),
+    ("kinetic ratio", "kinetic_ratio", 1, ".1e"), ("platen imbalance (%)", "platen_imbalance", 1e2, ".2f"),
+    ("energy error", "energy_error", 1, ".1e"), ("steps", "steps", 1, ".0f"), ("seconds", "seconds", 1, ".1f"),
 )  # fmt: skip
 
 
@@ -59,12 +60,10 @@ class Comparison(Mapping[str, Result]):
         return {name: result.summary for name, result in self.results.items()}
 
     def __str__(self) -> str:
-        rows = [["law", *(heading for heading, *_ in TABLE)]]
-        for name, summary in self.summary.items():
-            cells = [
-                f"{summary[key] * factor:.{decimals}f}" if key in summary else "-" for _, key, factor, decimals in TABLE
-            ]
-            rows.append([name, *cells])
+        rows = [["", *self.results]]
+        for heading, key, factor, form in TABLE:
+            values = [summary.get(key) for summary in self.summary.values()]
+            rows.append([heading, *("-" if v is None else f"{v * factor:{form}}" for v in values)])
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines = [
             "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])

@@ -54,21 +54,59 @@ def take_frame(state: State) -> Frame:
 
 
 @attrs.define
-class FrameRecorder(Observer):
-    """Keeps about ``count`` frames spread over the progress of the last stage, and the moment of the highest stress.
+class FrameClock:
+    """Says when a frame is due: at every ``1 / count`` of a stage's progress, and as cracks grow.
 
-    Frames at every ``1 / count`` of progress; where progress is not known ahead (a stage that ends by a drop), the
-    spacing is by the limit that is known.
+    Failure takes little of the way to a strain limit; a frame is due whenever another fiftieth of the contact points
+    has broken.
     """
 
     count: int = whole_number(default=30, at_least=1)
-    frames: list[Frame] = attrs.field(factory=list)
-    _due: float = 0.0
     _stage: str = ""
+    _next: float = 0.0
+    _broken: int = 0
+
+    def due(self, state: State, stage: Stage, progress: float) -> bool:
+        """Whether this sample is to be kept."""
+        if stage.name != self._stage:
+            self._stage, self._next = stage.name, 0.0
+        broken = int(np.count_nonzero(~np.isnan(state.broken_time)))
+        if progress < self._next and 50 * (broken - self._broken) < len(state.broken_time):
+            return False
+        self._next, self._broken = (np.floor(progress * self.count) + 1) / self.count, broken
+        return True
+
+
+@attrs.define
+class FrameRecorder(Observer):
+    """Keeps frames in memory."""
+
+    clock: FrameClock = attrs.field(factory=FrameClock)
+    frames: list[Frame] = attrs.field(factory=list)
 
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
-        if stage.name != self._stage:
-            self._stage, self._due = stage.name, 0.0
-        if progress >= self._due:
+        if self.clock.due(state, stage, progress):
             self.frames.append(take_frame(state))
-            self._due = (np.floor(progress * self.count) + 1) / self.count
+
+
+class Columns:
+    """Rows of named numbers, kept as arrays that grow."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._table: dict[str, np.ndarray] = {}
+
+    def append(self, row: Mapping[str, float]) -> None:
+        """Add one row; the first one names the columns, later ones may add some (nan before)."""
+        for name, value in row.items():
+            column = self._table.get(name)
+            if column is None or self.count == len(column):
+                longer = np.full(max(1024, 2 * self.count), np.nan)
+                longer[: self.count] = np.nan if column is None else column
+                column = self._table[name] = longer
+            column[self.count] = value
+        self.count += 1
+
+    def since(self, first: int) -> dict[str, np.ndarray]:
+        """The rows from number ``first`` on."""
+        return {name: column[first : self.count] for name, column in self._table.items()}

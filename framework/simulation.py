@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import attrs
 import numpy as np
 
 from grainlaw.assembly import Laws, share_out
+from grainlaw.diagnosis import fastest, first_fault
 from grainlaw.integration import Integrator, Motion
 from grainlaw.kernels import loop
 from grainlaw.kernels.batch import compile_integrator
 from grainlaw.loading import LoadingProtocol, Stage
-from grainlaw.observation import FrameRecorder, Observer, take_frame
+from grainlaw.observation import Columns, FrameClock, FrameRecorder, Observer, take_frame
 from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
 from grainlaw.specimen import Specimen
-from grainlaw.stability import highest_frequency, rigid_map, scale_masses, stiffness_matrix
 from grainlaw.state import Saved, State
+from grainlaw.timestep import StableStep
 
 CALL = 4_000_000  #: zones times steps of one call of the engine, some tenths of a second: Ctrl-C waits no longer
 MOST_THREADS = 128
@@ -78,29 +78,6 @@ def _check(
         raise ParameterError(f"simulate: mass_scaling = {scaling!r} is not allowed, it must be from 1 to 100")
 
 
-class Columns:
-    """Rows of named numbers, kept as arrays that grow."""
-
-    def __init__(self) -> None:
-        self.count = 0
-        self._table: dict[str, np.ndarray] = {}
-
-    def append(self, row: Mapping[str, float]) -> None:
-        """Add one row; the first one names the columns, later ones may add some (nan before)."""
-        for name, value in row.items():
-            column = self._table.get(name)
-            if column is None or self.count == len(column):
-                longer = np.full(max(1024, 2 * self.count), np.nan)
-                longer[: self.count] = np.nan if column is None else column
-                column = self._table[name] = longer
-            column[self.count] = value
-        self.count += 1
-
-    def since(self, first: int) -> dict[str, np.ndarray]:
-        """The rows from number ``first`` on."""
-        return {name: column[first : self.count] for name, column in self._table.items()}
-
-
 class _Run:
     """One run: the state, and what is needed to carry it through the stages."""
 
@@ -119,67 +96,13 @@ class _Run:
         self.stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
         self.state = State(specimen, law)
         self.law = law
-        self.recorder = FrameRecorder(frames)
+        self.recorder = FrameRecorder(FrameClock(frames))
         self.observers = [self.recorder, *observers]
         self.columns = Columns()
         self.seconds = 0.0
         self.most_steps = max(1, CALL // len(self.state.mesh.zones))
         self.supplied = 1e-300  #: J, largest external work so far, or that of giving all grains the platens' speed
-        self._prepare_stability(scaling)
-
-    # --- stable step -------------------------------------------------------------------------------------------------
-
-    def _prepare_stability(self, scaling: float) -> None:
-        state = self.state
-        self.contact_stiffness = np.empty((2, 2 * len(state.mesh.interfaces)))  # kn, ks in the engine's order
-        for group in state.groups:
-            for row, value in zip(self.contact_stiffness, group.law.stiffness, strict=True):
-                spread = np.broadcast_to(value, 2 * group.size).reshape(2, -1)
-                row.reshape(2, -1)[:, group.first : group.last] = spread
-        matrix = self._stiffness(self.contact_stiffness[0])
-        mass = self._flat_mass()
-        self.frequency = highest_frequency(matrix, mass)
-        if scaling > 1:
-            scaled = scale_masses(matrix, mass, scaling, self._share_mass())
-            state.mass_added, self.frequency = scaled.added, scaled.frequency
-            self._set_mass(scaled.mass)
-        self.stiffest = 1.0  # closure stiffness over kn that the present step allows for
-
-    def _flat_mass(self) -> np.ndarray:
-        mass = self.state.freedoms.mass
-        return mass.ravel() if self.state.rigid.grains else mass.T.ravel()
-
-    def _share_mass(self) -> np.ndarray:
-        """Number for each freedom, equal for those that have one mass: a node's two, a rigid grain's x and y."""
-        rows, count = self.state.freedoms.mass.shape
-        if self.state.rigid.grains:
-            return np.concatenate([np.tile(np.arange(count), 2), count + np.arange(count)])
-        return np.repeat(np.arange(count), rows)
-
-    def _set_mass(self, flat: np.ndarray) -> None:
-        mass = self.state.freedoms.mass
-        mass[:] = flat.reshape(mass.shape) if self.state.rigid.grains else flat.reshape(-1, 2).T
-
-    def _stiffness(self, kn: np.ndarray) -> Any:
-        specimen, order = self.state.specimen, self.state.order
-        rows = [np.empty((2, len(order))) for _ in range(2)]
-        for row, values in zip(rows, (kn, self.contact_stiffness[1]), strict=True):
-            row[:, order] = values.reshape(2, -1)
-        matrix = stiffness_matrix(specimen, *rows)
-        if specimen.is_rigid:
-            carry = rigid_map(specimen)
-            matrix = (carry.T @ matrix @ carry).tocsr()
-        return matrix
-
-    def _follow_closure(self, integrator: Integrator) -> None:
-        """Shorten the step where a law's closure has become stiffer than its first response (Bandis)."""
-        tangents = self.state.closure_tangents()
-        ratio = float(np.max(tangents / self.contact_stiffness[0], initial=1.0))
-        if np.isfinite(ratio) and ratio > 1.05 * self.stiffest:
-            self.stiffest = 1.2 * ratio  # ahead of what comes, so that this is rare
-            kn = np.maximum(self.contact_stiffness[0], 1.2 * tangents)
-            self.frequency = highest_frequency(self._stiffness(kn), self._flat_mass())
-            self.state.time_step = self.factor * integrator.stable_step(self.frequency)
+        self.stability = StableStep(self.state, scaling)
 
     # --- stages ------------------------------------------------------------------------------------------------------
 
@@ -196,7 +119,7 @@ class _Run:
         self.supplied = max(self.supplied, 0.5 * float(state.freedoms.mass[0].sum()) * fastest**2)
         state.give_velocity(stage.initial_velocity)
         integrator, before = stage.integrator, None
-        state.time_step = self.factor * integrator.stable_step(self.frequency)
+        state.time_step = self.factor * integrator.stable_step(self.stability.frequency)
         began, first = state.time, self.columns.count
         self._steps(stage, integrator, 0, began)  # compiles, so that the clock sees the time loop alone
         for _ in range(stage.sample_limit):
@@ -215,7 +138,8 @@ class _Run:
                 observer.observe(state, curves, stage, min(progress, 1.0))
             if progress >= 1:
                 return
-            self._follow_closure(integrator)
+            if self.stability.has_changed():
+                state.time_step = self.factor * integrator.stable_step(self.stability.frequency)
         error = StageLimitError(
             f"stage '{stage.name}' did not end within {stage.sample_limit} samples; it waits for {list(stage.until)}"
         )
@@ -291,10 +215,10 @@ class _Run:
         state.restore(saved)
         for _ in range(steps):
             self._steps(stage, integrator, 1, began)
-            if place := _first_fault(state):
+            if place := first_fault(state):
                 break
         else:
-            place = _fastest(state)
+            place = fastest(state)
         return f"the run became unstable at step {state.steps} (t = {state.time:.4g} s, stage '{stage.name}'): {place}"
 
     def _result(self, stage: str) -> Result:
@@ -303,41 +227,3 @@ class _Run:
         if not self.recorder.frames or self.recorder.frames[-1].time < state.time:
             self.recorder.frames.append(take_frame(state))
         return Result.from_run(state, self.law, self.protocol, curves, self.recorder.frames, self.seconds)
-
-
-def _first_fault(state: State) -> str | None:
-    """The contact point or grain that left the finite numbers, in words."""
-    tractions = state.normal + state.shear
-    if not np.isfinite(tractions).all():
-        p = int(np.argmin(np.isfinite(tractions)))
-        a, b = _grains_at(state, p)
-        where = f"contact point {p} between grains {a} and {b}"
-        if np.isfinite(state.opening[p] + state.slip[p]):
-            return (
-                f"the law returned {state.normal[p]} and {state.shear[p]} Pa at {where} "
-                f"(opening {state.opening[p]:.4g} m, slip {state.slip[p]:.4g} m); look at this law with gl.trace"
-            )
-        return f"opening and slip are not finite at {where}"
-    speeds = state.freedoms.velocity
-    if not np.isfinite(speeds).all():
-        n = int(np.argmin(np.isfinite(speeds).all(axis=0)))
-        return f"the velocity of grain {n if state.rigid.grains else state.mesh.node_grain[n]} is not finite"
-    return None
-
-
-def _fastest(state: State) -> str:
-    node = int(np.argmax(np.hypot(*state.velocity.T)))
-    speed = float(np.hypot(*state.velocity[node]))
-    grain = int(state.mesh.node_grain[node])
-    p = int(np.argmax(np.hypot(state.opening, state.slip)))
-    a, b = _grains_at(state, p)
-    return (
-        f"the energy balance does not close; grain {grain} moves at {speed:.4g} m/s, and contact point {p} "
-        f"between grains {a} and {b} has opened by {state.opening[p]:.4g} m; likely cause: a time step that is too "
-        "long for a law stiffer than its `stiffness` says; lower the integrator's safety, or see the law with gl.trace"
-    )
-
-
-def _grains_at(state: State, point: int) -> tuple[int, int]:
-    a, b = state.mesh.interface_grains[state.order[point % len(state.order)]]
-    return int(a), int(b)

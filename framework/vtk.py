@@ -11,7 +11,7 @@ import numpy as np
 
 from grainlaw.files import writable_folder, write_atomically
 from grainlaw.loading import Stage
-from grainlaw.observation import Frame, Observer, take_frame
+from grainlaw.observation import Frame, FrameClock, Observer, take_frame
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 
@@ -81,17 +81,14 @@ class VtkSeries:
 
 
 class VtkWriter(Observer):
-    """Writes about ``count`` frames of each stage to a folder while the run goes on."""
+    """Writes about ``count`` frames of each stage, and more as cracks grow, to a folder while the run goes on."""
 
     def __init__(self, folder: str | os.PathLike[str], count: int = 30) -> None:
-        self.folder, self.count = writable_folder(folder), count
+        self.folder, self.clock = writable_folder(folder), FrameClock(count)
         self.series: VtkSeries | None = None
-        self.due = (-1.0, "")
 
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
         if self.series is None:
             self.series = VtkSeries(self.folder, state.specimen, state.mesh.interfaces[state.order])
-        share, name = self.due
-        if progress >= (share if name == stage.name else 0.0):
+        if self.clock.due(state, stage, progress):
             self.series.write(take_frame(state))
-            self.due = (np.floor(progress * self.count) + 1) / self.count, stage.name

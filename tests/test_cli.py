@@ -38,8 +38,9 @@ def done(tmp_path_factory):
 def test_the_main_job_prints_the_table_and_writes_the_folder(done):
     result, folder = done
     assert result.exit_code == 0, result.output
+    assert re.search(r"^ +linear +mohr-coulomb +cohesive-crack$", result.output, re.MULTILINE)
+    assert re.search(r"^peak stress \(MPa\)( +\d+\.\d\d){3}$", result.output, re.MULTILINE)
     for law in ("linear", "mohr-coulomb", "cohesive-crack"):
-        assert re.search(rf"^{law} +\d+\.\d\d ", result.output, re.MULTILINE)
         for name in ("grains", "cracks"):
             assert (folder / law / f"{name}.pvd").exists()
         assert (folder / f"cracks_{law}.png").exists()
