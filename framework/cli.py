@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from grainlaw.comparison import compare as compare_laws
+from grainlaw.conformance import check_law
 from grainlaw.contact import ContactLaw
 from grainlaw.files import writable_folder
 from grainlaw.geometry import Voronoi, rectangle
@@ -25,6 +26,7 @@ from grainlaw.loading import Stage
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.protocols import UniaxialCompression
+from grainlaw.script import LawReferenceError, find_law
 from grainlaw.simulation import MOST_THREADS, InstabilityError, StageLimitError
 from grainlaw.specimen import Elastic, Specimen
 from grainlaw.state import State
@@ -147,3 +149,20 @@ def compare(
 
 def _described(component: Any) -> dict[str, Any]:
     return {"type": type(component).__name__, **parameters(component)}
+
+
+@main.command()
+@click.argument("law", metavar="FILE.py:LAW")
+def check(*, law: str) -> None:
+    """Ask a contact law of your own for every property that makes laws comparable and safe to run.
+
+    LAW is an instance in the file, or a class whose parameters all have defaults. The file is run. The exit code is 1
+    if a property fails, 2 if there is no such law.
+    """
+    try:
+        report = check_law(find_law(law))
+    except (LawReferenceError, TypeError, ValueError) as error:
+        raise click.BadParameter(str(error)) from None
+    click.echo(report)
+    if not report.passed:
+        raise SystemExit(1)

@@ -1,10 +1,14 @@
 """The kit tells right from wrong: one small law for each fault, and sound ones."""
 
+import re
+
 import attrs
 import pytest
+from click.testing import CliRunner
 from support import STIFF
 
 import grainlaw as gl
+from grainlaw.cli import main
 from grainlaw.laws import Linear
 from grainlaw.properties import PROPERTIES
 
@@ -313,3 +317,85 @@ def test_unknown_names_are_told():
     assert "fracture_energies has tension, it may have mode_i and mode_ii" in str(report)
     with pytest.raises(KeyError, match="no property 'strength', only units, stiffness"):
         report["strength"]
+
+
+FILE = """
+import attrs
+import grainlaw as gl
+from helper import HALF
+
+@attrs.frozen(kw_only=True)
+class Spring(gl.ContactLaw):
+    k: float = gl.parameter("Pa/m")
+    stiffness = property(lambda self: (self.k, HALF * self.k))
+
+    def traction(self, opening, slip):
+        return self.k * opening, HALF * self.k * slip
+
+@attrs.frozen(kw_only=True)
+class Ready(Spring):
+    k: float = gl.parameter("Pa/m", default=1e14)
+
+@attrs.frozen(kw_only=True)
+class Soft(Ready):
+    stiffness = property(lambda self: (self.k, self.k))
+
+@attrs.frozen(kw_only=True)
+class Refuses(Ready):
+    k: float = gl.parameter("Pa/m", default=1e14)
+    def __attrs_post_init__(self):
+        raise gl.ParameterError("no")
+
+spring = Spring(k=1e14)
+many = Spring(k=[1e14, 2e14])
+number = 3
+"""
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("laws")
+    (folder / "helper.py").write_text("HALF = 0.5\n")
+    (folder / "mylaw.py").write_text(FILE)
+    (folder / "broken.py").write_text("x = 1\ny = z\n")
+    (folder / "unfinished.py").write_text("x = (\n")
+    return folder / "mylaw.py"
+
+
+def check(reference):
+    return CliRunner().invoke(main, ["check", str(reference)])
+
+
+@pytest.mark.parametrize("name", ["spring", "Ready"])
+def test_command_prints_the_report(file, name):
+    result = check(f"{file}:{name}")
+    assert result.exit_code == 0, result.output
+    assert f"{'Spring' if name == 'spring' else name} conforms\n  units              holds\n" in result.output
+    assert "compiled           holds" in result.output
+
+
+def test_command_fails_with_the_law(file):
+    result = check(f"{file}:Soft")
+    assert result.exit_code == 1
+    assert "stiffness          FAILS      shear response 5e+13 Pa/m at" in result.output
+
+
+@pytest.mark.parametrize(
+    ("reference", "said"),
+    [
+        ("mylaw.py:Raedy", "there is no 'Raedy' in * did you mean 'Ready'? (laws in *: Spring, Ready, Soft"),
+        ("mylaw.py:number", "'number' in * is no contact law but a value of type int"),
+        ("mylaw.py:gl", "'gl' in * is no contact law but a value of type module"),
+        ("mylaw.py:Spring", "Spring needs k: put an instance in the file, law = Spring(k=...), and check *:law"),
+        ("mylaw.py:many", "give single numbers instead of arrays"),
+        ("mylaw.py:Refuses", "Refuses() cannot be made: no"),
+        ("mylaw.py", "name the law, as in *mylaw.py:Spring"),
+        ("mylow.py:Spring", "there is no file *mylow.py"),
+        ("broken.py:Law", "broken.py:2 does not run: NameError: name 'z' is not defined"),
+        ("unfinished.py:Law", "unfinished.py does not run: SyntaxError"),
+    ],
+)
+def test_command_refuses_a_bad_reference(file, reference, said):
+    result = check(file.parent / reference)
+    assert result.exit_code == 2
+    assert re.search(".*".join(map(re.escape, said.split("*"))), " ".join(result.output.split()))
