@@ -5,18 +5,28 @@ from grainlaw.laws.cohesive_crack import CohesiveCrack
 from grainlaw.laws.linear import Linear
 from grainlaw.laws.mohr_coulomb import MohrCoulomb
 from grainlaw.laws.readings import OtherMode, PrePeak, Residual, SofteningLength, TensionShear
-from grainlaw.laws.softening import EvansMarathe, LinearSoftening, Softening
+from grainlaw.laws.softening import (
+    EvansMarathe,
+    ExponentialSoftening,
+    HordijkSoftening,
+    LinearSoftening,
+    PeterssonSoftening,
+    Softening,
+)
 
 __all__ = [
     "BandisClosure",
     "Closure",
     "CohesiveCrack",
     "EvansMarathe",
+    "ExponentialSoftening",
+    "HordijkSoftening",
     "Linear",
     "LinearClosure",
     "LinearSoftening",
     "MohrCoulomb",
     "OtherMode",
+    "PeterssonSoftening",
     "PrePeak",
     "Residual",
     "Softening",

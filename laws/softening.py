@@ -38,6 +38,86 @@ class LinearSoftening(Softening):
         return 1 - damage
 
 
+@attrs.frozen(kw_only=True)
+class ExponentialSoftening(Softening):
+    """A decay exp(-rate D), shifted and scaled to reach 0 at D = 1: (e^(-rate D) - e^-rate) / (1 - e^-rate).
+
+    An exponential never ends (Gopalaratnam and Shah 1985, ACI Journal 82(3), 310-323, with an exponent near 1); this
+    one does. Under one fracture energy a higher rate is a steeper start and a longer tail; towards 0 it is a straight
+    line.
+    """
+
+    rate: float = parameter("1", default=5.0, above=0, at_most=8)
+
+    @property
+    def end(self) -> float:
+        """What the decay leaves at D = 1, by the same arithmetic, so that the curve ends at nothing exactly."""
+        return exp_bounded(-self.rate)
+
+    @property
+    def scale(self) -> float:
+        return 1 / (1 - self.end)
+
+    def remaining(self, damage: float) -> float:
+        return (exp_bounded(-self.rate * damage) - self.end) * self.scale
+
+
+@attrs.frozen(kw_only=True)
+class HordijkSoftening(Softening):
+    """(1 + (c1 D)^3) exp(-c2 D) - D (1 + c1^3) exp(-c2), fitted to tension tests of concrete.
+
+    Cornelissen, Hordijk and Reinhardt 1986, Heron 31(2), 45-56; Hordijk 1991, doctoral thesis, Delft.
+    """
+
+    c1: float = parameter("1", default=3.0, at_least=0)
+    c2: float = parameter("1", default=6.93, above=0, at_most=8)
+
+    @property
+    def cubic(self) -> float:
+        """c1^3."""
+        return self.c1 * self.c1 * self.c1
+
+    @property
+    def end(self) -> float:
+        """What the first term leaves at D = 1, by the same arithmetic."""
+        return (1 + self.cubic) * exp_bounded(-self.c2)
+
+    def remaining(self, damage: float) -> float:
+        power = self.cubic * (damage * damage * damage)
+        return (1 + power) * exp_bounded(-self.c2 * damage) - damage * self.end
+
+    def __attrs_post_init__(self) -> None:
+        curve = [self.remaining(i / 64) for i in range(65)]
+        if any(after >= before for before, after in itertools.pairwise(curve)):
+            raise ParameterError(
+                f"HordijkSoftening: c1 = {self.c1:g}, c2 = {self.c2:g} is not allowed: the curve rises, it must fall "
+                "from 1 to 0"
+            )
+
+
+@attrs.frozen(kw_only=True)
+class PeterssonSoftening(Softening):
+    """Two straight lines: by default to a third of the strength at 0.8 G/f, then to nothing at 3.6 G/f.
+
+    Petersson 1981, report TVBM-1006, Lund Institute of Technology.
+    """
+
+    kink_share: float = parameter("1", default=1 / 3, above=0, below=1)  #: of the strength
+    kink_damage: float = parameter("1", default=2 / 9, above=0, below=1)
+
+    @property
+    def first_slope(self) -> float:
+        return (1 - self.kink_share) / self.kink_damage
+
+    @property
+    def second_slope(self) -> float:
+        return self.kink_share / (1 - self.kink_damage)
+
+    def remaining(self, damage: float) -> float:
+        kink = self.kink_damage
+        return self.second_slope * (1 - max(damage, kink)) + self.first_slope * (kink - min(damage, kink))
+
+
 def _whole(component: Any, attribute: Any, value: Any) -> None:
     if type(value) is not int or not 1 <= value <= 31:
         raise ParameterError(

@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from grainlaw.laws import BandisClosure, CohesiveCrack, EvansMarathe, LinearClosure, LinearSoftening, Residual
+from grainlaw.contact import trace
+from grainlaw.laws import (
+    BandisClosure,
+    CohesiveCrack,
+    EvansMarathe,
+    ExponentialSoftening,
+    HordijkSoftening,
+    LinearClosure,
+    LinearSoftening,
+    PeterssonSoftening,
+    Residual,
+)
 from grainlaw.parameter import ParameterError
 
 TABLE = {
@@ -57,6 +68,65 @@ def test_length_dissipates_the_energy():
     curve = EvansMarathe(a=0.8, b=1.5, c=4)
     d = np.linspace(0, 1, 2001)
     assert 1 / curve.length == pytest.approx(np.trapezoid([curve.remaining(x) for x in d], d), rel=1e-6)
+
+
+PUBLISHED = [
+    (ExponentialSoftening(), {0.1: 0.603861499, 0.2: 0.363591353, 0.5: 0.075858180, 0.9: 0.004400701}),
+    (ExponentialSoftening(rate=1.0), {0.5: 0.377540669}),
+    (HordijkSoftening(), {0.1: 0.510837180, 0.2: 0.298612694, 0.5: 0.123127387, 0.9: 0.015804408}),
+    (PeterssonSoftening(), {1 / 9: 2 / 3, 2 / 9: 1 / 3, 11 / 18: 1 / 6, 0.5: 3 / 14}),
+]
+
+
+@pytest.mark.parametrize(("curve", "points"), PUBLISHED, ids=lambda value: type(value).__name__)
+def test_published_curves_by_hand(curve, points):
+    for damage, expected in points.items():
+        assert curve.remaining(damage) == pytest.approx(expected, abs=6e-10)
+    assert curve.remaining(0.0) == pytest.approx(1.0, abs=1e-15)
+    assert curve.remaining(1.0) == 0.0
+    assert np.all(np.diff([curve.remaining(d) for d in np.linspace(0, 1, 1001)]) < 0)
+
+
+def test_hordijk_near_its_end_stays_above_nothing():
+    curve = HordijkSoftening()
+    assert all(curve.remaining(1 - 2.0**-k) > 0 for k in range(1, 50))
+
+
+@pytest.mark.parametrize("curve", [curve for curve, _ in PUBLISHED], ids=lambda curve: type(curve).__name__)
+def test_published_curves_dissipate_the_energy(curve):
+    law = CohesiveCrack(**PALABORA, softening=curve)
+    d = np.linspace(0, 1, 9001)
+    pull = trace(law, law.peak_opening + d * law.softening_opening, 0)
+    assert pull.work[-1] == pytest.approx(150, rel=1e-6)
+    assert pull.damage[-1] == pytest.approx(1, abs=1e-12)
+    same = trace(law, law.peak_opening + d * law.softening_opening, 0, compiled=True)
+    np.testing.assert_allclose(same.normal, pull.normal, rtol=1e-12, atol=1e-6)
+
+
+def test_published_lengths():
+    assert PeterssonSoftening().length == pytest.approx(3.6)  # opening at the break, in G/f
+    assert PeterssonSoftening().kink_damage * 3.6 == pytest.approx(0.8)
+    assert PeterssonSoftening(kink_share=0.5, kink_damage=0.5).length == pytest.approx(LinearSoftening().length)
+    assert HordijkSoftening().length == pytest.approx(5.136, abs=5e-4)  # w_c = 5.14 G/f in Hordijk's thesis
+    end = math.exp(-5)
+    assert 1 / ExponentialSoftening().length == pytest.approx(((1 - end) / 5 - end) / (1 - end), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("kind", "wrong", "said"),
+    [
+        (ExponentialSoftening, {"rate": 0}, "rate = 0 is not allowed, it must be"),
+        (ExponentialSoftening, {"rate": 9}, "rate = 9 is not allowed"),
+        (HordijkSoftening, {"c1": 8}, "c1 = 8, c2 = 6.93 is not allowed: the curve rises"),
+        (HordijkSoftening, {"c2": 8.5}, "c2 = 8.5 is not allowed"),
+        (PeterssonSoftening, {"kink_damage": 1}, "kink_damage = 1 is not allowed"),
+    ],
+)
+def test_published_curves_refuse(kind, wrong, said):
+    with pytest.raises(ParameterError) as refusal:
+        kind(**wrong)
+    assert str(refusal.value).startswith(f"{kind.__name__}: ")
+    assert said in str(refusal.value)
 
 
 @pytest.mark.parametrize(

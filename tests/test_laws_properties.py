@@ -17,11 +17,14 @@ from grainlaw.laws import (
     BandisClosure,
     CohesiveCrack,
     EvansMarathe,
+    ExponentialSoftening,
+    HordijkSoftening,
     Linear,
     LinearClosure,
     LinearSoftening,
     MohrCoulomb,
     OtherMode,
+    PeterssonSoftening,
     PrePeak,
     Residual,
     SofteningLength,
@@ -34,7 +37,8 @@ from grainlaw.properties import Bench
 STIFF = {"kn": 1.05e14, "ks": 9.45e13}
 STRONG = {**STIFF, "tensile_strength": 13e6, "cohesion": 29e6, "friction_angle": 54, "residual_friction_angle": 20}
 CCM = CohesiveCrack(**STRONG, mode_i_energy=15, mode_ii_energy=30)  # breaks at 3 um: short paths
-PARTS = {"softening": [EvansMarathe(), LinearSoftening()],
+PARTS = {"softening": [EvansMarathe(), LinearSoftening(), ExponentialSoftening(), HordijkSoftening(),
+                       PeterssonSoftening()],
          "closure": [LinearClosure(), BandisClosure(maximum_closure=5e-6)]}  # fmt: skip
 READINGS = {"softening_length": SofteningLength, "other_mode": OtherMode, "residual": Residual,
             "tension_shear": TensionShear, "pre_peak": PrePeak}  # fmt: skip

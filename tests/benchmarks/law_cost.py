@@ -19,7 +19,18 @@ from support import STIFF, STRONG
 import grainlaw as gl
 from grainlaw.kernels.batch import compile_law
 from grainlaw.kernels.cache import OPTIONS
-from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, LinearSoftening, MohrCoulomb, PrePeak, Residual
+from grainlaw.laws import (
+    BandisClosure,
+    CohesiveCrack,
+    ExponentialSoftening,
+    HordijkSoftening,
+    Linear,
+    LinearSoftening,
+    MohrCoulomb,
+    PeterssonSoftening,
+    PrePeak,
+    Residual,
+)
 
 COUNT, CALLS, ROUNDS = 4096, 40, 25
 
@@ -90,6 +101,9 @@ def main():
         "MohrCoulomb": MohrCoulomb(**STRONG),
         "CohesiveCrack": CohesiveCrack(**STRONG, **energies),
         "  linear softening": CohesiveCrack(**STRONG, **energies, softening=LinearSoftening()),
+        "  exponential softening": CohesiveCrack(**STRONG, **energies, softening=ExponentialSoftening()),
+        "  Hordijk's softening": CohesiveCrack(**STRONG, **energies, softening=HordijkSoftening()),
+        "  Petersson's softening": CohesiveCrack(**STRONG, **energies, softening=PeterssonSoftening()),
         "  linear pre-peak": CohesiveCrack(**STRONG, **energies, pre_peak=PrePeak.LINEAR),
         "  blend": CohesiveCrack(**STRONG, **energies, residual=Residual.BLEND),
         "  Bandis closure": CohesiveCrack(**STRONG, **energies, closure=BandisClosure(maximum_closure=5e-6)),
