@@ -17,8 +17,9 @@ import numpy as np
 from grainlaw.contact import ContactLaw, memory_names
 
 Corners = Sequence[tuple[float, float]]
-COARSEST, FINEST = 1 / 16, 2.0**-22  #: steps, as shares of a leg
-RESOLUTION = 0.02  #: of a strength: increments above it are refined
+COARSEST, FINEST = 1 / 12, 2.0**-22  #: steps, as shares of a leg
+RESOLUTION = 0.03  #: of a strength: increments above it are refined
+MOST_JUMPS, MOST_STEPS = 12, 20_000  #: of a path; then it goes on in coarse steps
 REACH = 1e-6  #: m, how far a mode is driven that has no peak of its own
 
 
@@ -67,7 +68,7 @@ class Peak:
 
 def find_peak(contact: Contact, mode: int, closure: float = 0.0) -> Peak:
     """Pull (``mode`` 0) or shear (1) a fresh contact, closed by ``closure``, through twelve decades."""
-    far = np.geomspace(1e-13, 1e-1, 600)
+    far = np.geomspace(1e-13, 1e-1, 500)
     path = [(u, 0.0) if mode == 0 else (-closure, u) for u in far]
     answers = contact.run([(-closure, 0.0), *path])[1:]
     traction = np.where(np.isfinite(answers[:, mode]), answers[:, mode], 0.0)
@@ -151,14 +152,15 @@ def drive(contact: Contact, name: str, corners: Corners, scale: Scale) -> Respon
             limit = scale.pulled if trial[0] > 0 or points[-1][0] > 0 else scale.pressed
             normal, shear = abs(new[0] - answer[0]) / limit, abs(new[1] - answer[1]) / scale.sheared
             change = max(normal, shear)
-            if change > 1 and h > FINEST:
+            fine = len(jumps) < MOST_JUMPS and len(points) < MOST_STEPS
+            if change > 1 and fine and h > FINEST:
                 h /= 2
                 continue
-            if change > 1:
+            if change > 1 and fine:
                 size = abs(new[0] - answer[0]) if normal > shear else abs(new[1] - answer[1])
                 jumps.append(Jump(*trial, size, "normal" if normal > shear else "shear"))
                 h = COARSEST
-            elif change < 0.5:
+            elif change < 0.5 or not fine:
                 h = min(2 * h, COARSEST)
             x, answer = share, new
             points.append(trial)
