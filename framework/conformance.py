@@ -82,5 +82,7 @@ def _entry(name: str, bench: Bench) -> Entry:
     finding = PROPERTIES[name](bench)
     exception = bench.law.exceptions.get(name, "") if name in EXCUSABLE else ""
     if finding is None:
-        return Entry(name, True, "" if not exception else "not met on these paths", 0.0, exception)
+        undeclared = name == "fracture energies" and not bench.law.fracture_energies
+        note = "not met on these paths" if exception else "none declared" if undeclared else ""
+        return Entry(name, True, note, 0.0, exception)
     return Entry(name, bool(exception), finding.text, finding.size, exception)

@@ -372,6 +372,7 @@ def test_command_prints_the_report(file, name):
     assert result.exit_code == 0, result.output
     assert f"{'Spring' if name == 'spring' else name} conforms\n  units              holds\n" in result.output
     assert "compiled           holds" in result.output
+    assert "fracture energies  holds      none declared" in result.output
 
 
 def test_command_fails_with_the_law(file):
