@@ -38,6 +38,24 @@ class Bricks(gl.Tessellator):
         return bricks
 
 
+@attrs.frozen(kw_only=True)
+class Hillerborg(gl.ContactLaw):
+    """A user's law, as the documents show it: linear tension softening over the fracture energy; elastic in shear."""
+
+    kn: float = gl.parameter("Pa/m")
+    ks: float = gl.parameter("Pa/m")
+    strength: float = gl.parameter("Pa")
+    energy: float = gl.parameter("J/m2")
+    stiffness = property(lambda self: (self.kn, self.ks))
+
+    def traction(self, opening, slip, damage, widest):
+        peak, last = self.strength / self.kn, 2 * self.energy / self.strength
+        widest = max(widest, opening, peak)
+        damage = min((widest - peak) / (last - peak), 1.0)
+        secant = self.strength * (1 - damage) / widest
+        return (secant if opening > 0 else self.kn) * opening, self.ks * slip, damage, widest
+
+
 def small_sample(grains=40, seed=1, width=20 * mm, height=40 * mm, material=ROCK, **options):
     """A few Voronoi grains."""
     return gl.Specimen(Voronoi(grains=grains, seed=seed).tessellate(rectangle(width, height)), material, **options)

@@ -7,7 +7,7 @@ import types
 import attrs
 import numpy as np
 import pytest
-from support import STIFF, STRONG, small_sample
+from support import STIFF, STRONG, Hillerborg, small_sample
 
 import grainlaw as gl
 from grainlaw.kernels import loop, passes
@@ -17,24 +17,6 @@ from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialTension
 
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
-
-
-@attrs.frozen(kw_only=True)
-class Hillerborg(gl.ContactLaw):
-    """The example of the design."""
-
-    kn: float = gl.parameter("Pa/m")
-    ks: float = gl.parameter("Pa/m")
-    strength: float = gl.parameter("Pa")
-    energy: float = gl.parameter("J/m2")
-    stiffness = property(lambda self: (self.kn, self.ks))
-
-    def traction(self, opening, slip, damage, widest):
-        peak, last = self.strength / self.kn, 2 * self.energy / self.strength
-        widest = max(widest, opening, peak)
-        damage = min((widest - peak) / (last - peak), 1.0)
-        secant = self.strength * (1 - damage) / widest
-        return (secant if opening > 0 else self.kn) * opening, self.ks * slip, damage, widest
 
 
 HILLERBORG = Hillerborg(**STIFF, strength=13e6, energy=50)

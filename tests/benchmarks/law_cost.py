@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from support import STIFF, STRONG
+from support import STIFF, STRONG, Hillerborg
 
 import grainlaw as gl
 from grainlaw.kernels.batch import compile_law
@@ -33,24 +33,6 @@ from grainlaw.laws import (
 )
 
 COUNT, CALLS, ROUNDS = 4096, 40, 25
-
-
-@attrs.frozen(kw_only=True)
-class Hillerborg(gl.ContactLaw):
-    """Linear tension softening over the fracture energy; elastic in shear."""
-
-    kn: float = gl.parameter("Pa/m")
-    ks: float = gl.parameter("Pa/m")
-    strength: float = gl.parameter("Pa")
-    energy: float = gl.parameter("J/m2")
-    stiffness = property(lambda self: (self.kn, self.ks))
-
-    def traction(self, opening, slip, damage, widest):
-        peak, last = self.strength / self.kn, 2 * self.energy / self.strength
-        widest = max(widest, opening, peak)
-        damage = min((widest - peak) / (last - peak), 1.0)
-        secant = self.strength * (1 - damage) / widest
-        return (secant if opening > 0 else self.kn) * opening, self.ks * slip, damage, widest
 
 
 @attrs.frozen(kw_only=True)
