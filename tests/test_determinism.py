@@ -6,6 +6,7 @@ import pytest
 from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
+from grainlaw.kernels import loop
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
 
@@ -38,7 +39,13 @@ CASES = {
     "phases": (several_minerals({0: ROCK, 1: SOFT}), PAIRS),
     "rigid phases": (several_minerals(gl.Rigid(density=3100)), PAIRS),
     "random strength": (small_sample(), varied(small_sample())),
+    "several blocks": (small_sample(1900), COHESIVE),
 }
+
+
+def test_a_case_needs_several_blocks():
+    mesh = CASES["several blocks"][0].mesh
+    assert min(len(mesh.zones), len(mesh.interfaces)) > loop.BLOCK
 
 
 def assert_same_bits(a, b):

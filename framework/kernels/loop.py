@@ -14,6 +14,8 @@ from grainlaw.kernels.cache import OPTIONS, keyed_njit
 from grainlaw.kernels.fingerprint import fingerprint
 from grainlaw.kernels.foreign import call
 
+BLOCK = 4096  #: zones, or interfaces, that go through their passes together: their scratch stays in the cache
+
 
 class Mesh(NamedTuple):
     """Nodes (i) and zones (z)."""
@@ -104,65 +106,88 @@ def _respond(group, first, last, opening, slip, normal, shear):
             )  # fmt: skip
 
 
+@njit(**OPTIONS)
+def _zones(mesh, first, last):
+    """Forces of zones ``first`` to ``last``, block by block: what passes hand on stays in the cache."""
+    ux, uy, fx, fy = mesh.displacement[0], mesh.displacement[1], mesh.force[0], mesh.force[1]
+    for z in range(first, last, BLOCK):
+        e = min(z + BLOCK, last)
+        s = first + e - z  # every block uses the scratch rows from ``first`` on
+        n0, n1, n2 = mesh.corner[0, z:e], mesh.corner[1, z:e], mesh.corner[2, z:e]
+        x1, y1 = mesh.motion[0, first:s], mesh.motion[1, first:s]
+        x2, y2 = mesh.motion[2, first:s], mesh.motion[3, first:s]
+        p1, r1 = mesh.pull[0, first:s], mesh.pull[1, first:s]
+        p2, r2 = mesh.pull[2, first:s], mesh.pull[3, first:s]
+        passes.gather_zones(ux, uy, n0, n1, n2, x1, y1, x2, y2)
+        passes.zone_forces(
+            x1, y1, x2, y2, mesh.shape[0, z:e], mesh.shape[1, z:e], mesh.shape[2, z:e], mesh.shape[3, z:e],
+            mesh.shape[4, z:e], mesh.modulus[0, z:e], mesh.modulus[1, z:e], mesh.modulus[2, z:e], p1, r1, p2, r2,
+        )  # fmt: skip
+        passes.scatter_zones(fx, fy, n0, n1, n2, p1, r1, p2, r2)
+
+
+@njit(**OPTIONS)
+def _interfaces(mesh, contacts, group, new, old, first, last):
+    """Kinematics, tractions, work and forces of interfaces ``first`` to ``last``, block by block."""
+    count = contacts.half.shape[0]
+    ux, uy = mesh.displacement[0], mesh.displacement[1]
+    cx, cy = contacts.force[0], contacts.force[1]
+    opening, slip, normal, shear = contacts.opening[new], contacts.slip[new], contacts.normal[new], contacts.shear[new]
+    o_old, s_old, n_old, t_old = contacts.opening[old], contacts.slip[old], contacts.normal[old], contacts.shear[old]
+    o_work, s_work = contacts.work[0], contacts.work[1]
+    addresses = opening.ctypes.data, slip.ctypes.data, normal.ctypes.data, shear.ctypes.data
+    for c in range(first, last, BLOCK):
+        e = min(c + BLOCK, last)
+        s = first + e - c
+        k, m = count + c, count + e  # the second points of these interfaces
+        d1x, d1y, d2x = contacts.gap[0, first:s], contacts.gap[1, first:s], contacts.gap[2, first:s]
+        d2y, ex, ey = contacts.gap[3, first:s], contacts.gap[4, first:s], contacts.gap[5, first:s]
+        nx, ny, inverse = contacts.frame[0, first:s], contacts.frame[1, first:s], contacts.frame[2, first:s]
+        weight = contacts.weight[c:e]
+        o1, o2, s1, s2 = opening[c:e], opening[k:m], slip[c:e], slip[k:m]
+        passes.gather_contacts(
+            ux, uy, contacts.node[0, c:e], contacts.node[1, c:e], contacts.node[2, c:e], contacts.node[3, c:e],
+            d1x, d1y, d2x, d2y, ex, ey,
+        )  # fmt: skip
+        passes.contact_kinematics(
+            d1x, d1y, d2x, d2y, ex, ey, contacts.edge[0, c:e], contacts.edge[1, c:e], weight, nx, ny, inverse,
+            o1, o2, s1, s2,
+        )  # fmt: skip
+        _respond(group, c, e, *addresses)
+        _respond(group, k, m, *addresses)
+        n1, n2, t1, t2 = normal[c:e], normal[k:m], shear[c:e], shear[k:m]
+        passes.contact_work(o1, o_old[c:e], n1, n_old[c:e], o_work[c:e])
+        passes.contact_work(o2, o_old[k:m], n2, n_old[k:m], o_work[k:m])
+        passes.contact_work(s1, s_old[c:e], t1, t_old[c:e], s_work[c:e])
+        passes.contact_work(s2, s_old[k:m], t2, t_old[k:m], s_work[k:m])
+        passes.contact_forces(
+            nx, ny, inverse, contacts.half[c:e], weight, n1, t1, n2, t2, o1, o2, s1, s2,
+            cx[c:e], cx[k:m], cx[count + k : count + m], cx[2 * count + k : 2 * count + m],
+            cy[c:e], cy[k:m], cy[count + k : count + m], cy[2 * count + k : 2 * count + m],
+        )  # fmt: skip
+
+
 def _steps(
     thread, threads, meeting, pause, steps, now, time_step, mesh, contacts, group, freedoms, driven, schedule, rigid,
     parts, integrator, parameters,
 ):  # fmt: skip
-    # Views are cut once, outside the loop: zones and nodes of this thread's grains, its interfaces, its freedoms.
-    z0, z1 = parts.zone[thread], parts.zone[thread + 1]
+    # A thread works on the zones and nodes of its grains, on its interfaces, and on its freedoms.
     i0, i1 = parts.node[thread], parts.node[thread + 1]
-    c0, c1 = parts.interface[thread], parts.interface[thread + 1]
     f0, f1 = parts.freedom[thread], parts.freedom[thread + 1]
     d0, d1 = parts.driven[thread], parts.driven[thread + 1]
     g0, g1 = parts.grain[thread], parts.grain[thread + 1]
-    count = contacts.half.shape[0]
     ux, uy = mesh.displacement[0], mesh.displacement[1]
     fx, fy = mesh.force[0], mesh.force[1]
     my_fx, my_fy = fx[i0:i1], fy[i0:i1]
-    n0, n1, n2 = mesh.corner[0, z0:z1], mesh.corner[1, z0:z1], mesh.corner[2, z0:z1]
-    b1, b2 = mesh.shape[0, z0:z1], mesh.shape[1, z0:z1]
-    q1, q2, area = mesh.shape[2, z0:z1], mesh.shape[3, z0:z1], mesh.shape[4, z0:z1]
-    e0, e1, e2 = mesh.modulus[0, z0:z1], mesh.modulus[1, z0:z1], mesh.modulus[2, z0:z1]
-    x1, y1, x2, y2 = mesh.motion[0, z0:z1], mesh.motion[1, z0:z1], mesh.motion[2, z0:z1], mesh.motion[3, z0:z1]
-    p1, r1, p2, r2 = mesh.pull[0, z0:z1], mesh.pull[1, z0:z1], mesh.pull[2, z0:z1], mesh.pull[3, z0:z1]
-    a1, a2 = contacts.node[0, c0:c1], contacts.node[1, c0:c1]
-    k1, k2 = contacts.node[2, c0:c1], contacts.node[3, c0:c1]
-    edge_x, edge_y = contacts.edge[0, c0:c1], contacts.edge[1, c0:c1]
-    half, weight = contacts.half[c0:c1], contacts.weight[c0:c1]
-    d1x, d1y, d2x = contacts.gap[0, c0:c1], contacts.gap[1, c0:c1], contacts.gap[2, c0:c1]
-    d2y, ex, ey = contacts.gap[3, c0:c1], contacts.gap[4, c0:c1], contacts.gap[5, c0:c1]
-    nx, ny, inverse = contacts.frame[0, c0:c1], contacts.frame[1, c0:c1], contacts.frame[2, c0:c1]
-    o_work, s_work = contacts.work[0], contacts.work[1]
     cx, cy = contacts.force[0], contacts.force[1]
-    h0, h1 = count + c0, count + c1
     slot1, slot2 = mesh.slots[0, i0:i1], mesh.slots[1, i0:i1]
     for step in range(steps):
         new, old = (now + step) % 2, (now + step + 1) % 2
         my_fx[:] = 0.0
         my_fy[:] = 0.0
         if rigid.grains == 0:
-            passes.gather_zones(ux, uy, n0, n1, n2, x1, y1, x2, y2)
-            passes.zone_forces(x1, y1, x2, y2, b1, b2, q1, q2, area, e0, e1, e2, p1, r1, p2, r2)
-            passes.scatter_zones(fx, fy, n0, n1, n2, p1, r1, p2, r2)
-        passes.gather_contacts(ux, uy, a1, a2, k1, k2, d1x, d1y, d2x, d2y, ex, ey)
-        opening, slip = contacts.opening[new], contacts.slip[new]
-        normal, shear = contacts.normal[new], contacts.shear[new]
-        o1, o2, s1, s2 = opening[c0:c1], opening[h0:h1], slip[c0:c1], slip[h0:h1]
-        passes.contact_kinematics(d1x, d1y, d2x, d2y, ex, ey, edge_x, edge_y, weight, nx, ny, inverse, o1, o2, s1, s2)
-        addresses = opening.ctypes.data, slip.ctypes.data, normal.ctypes.data, shear.ctypes.data
-        _respond(group, c0, c1, *addresses)
-        _respond(group, h0, h1, *addresses)
-        o_old, s_old = contacts.opening[old], contacts.slip[old]
-        n_old, t_old = contacts.normal[old], contacts.shear[old]
-        passes.contact_work(o1, o_old[c0:c1], normal[c0:c1], n_old[c0:c1], o_work[c0:c1])
-        passes.contact_work(o2, o_old[h0:h1], normal[h0:h1], n_old[h0:h1], o_work[h0:h1])
-        passes.contact_work(s1, s_old[c0:c1], shear[c0:c1], t_old[c0:c1], s_work[c0:c1])
-        passes.contact_work(s2, s_old[h0:h1], shear[h0:h1], t_old[h0:h1], s_work[h0:h1])
-        passes.contact_forces(
-            nx, ny, inverse, half, weight, normal[c0:c1], shear[c0:c1], normal[h0:h1], shear[h0:h1], o1, o2, s1, s2,
-            cx[c0:c1], cx[h0:h1], cx[count + h0 : count + h1], cx[2 * count + h0 : 2 * count + h1],
-            cy[c0:c1], cy[h0:h1], cy[count + h0 : count + h1], cy[2 * count + h0 : 2 * count + h1],
-        )  # fmt: skip
+            _zones(mesh, parts.zone[thread], parts.zone[thread + 1])
+        _interfaces(mesh, contacts, group, new, old, parts.interface[thread], parts.interface[thread + 1])
         barrier.wait(meeting, threads, pause)
         passes.gather_forces(slot1, slot2, cx, cy, my_fx, my_fy)
         if rigid.grains > 0:
