@@ -7,6 +7,7 @@ from functools import cached_property
 import attrs
 import numpy as np
 
+from grainlaw.polygon import following
 from grainlaw.tessellation import Tessellation
 
 
@@ -46,8 +47,6 @@ def build_mesh(grains: Tessellation, refinement: int = 0) -> Mesh:
     sizes = np.diff(grains.first)
     corner_grain = np.repeat(np.arange(count), sizes)
     corner = np.arange(len(grains.corners))
-    follower = corner + 1
-    follower[grains.first[1:] - 1] = grains.first[:-1]
     corner_node = corner + corner_grain  # a grain's centre follows its corners
     centre = grains.first[1:] + np.arange(count)
     nodes = np.empty((len(corner) + count, 2))
@@ -55,7 +54,7 @@ def build_mesh(grains: Tessellation, refinement: int = 0) -> Mesh:
     nodes[centre] = grains.centroids
     node_grain = np.empty(len(nodes), dtype=np.int64)
     node_grain[corner_node], node_grain[centre] = corner_grain, np.arange(count)
-    zones = np.stack([corner_node, corner_node[follower], centre[corner_grain]], axis=1)
+    zones = np.stack([corner_node, corner_node[following(grains.first)], centre[corner_grain]], axis=1)
     edges = grains.edges
     inner = edges.right >= 0
     shared = corner_node[np.hstack([edges.left_corners[inner], edges.right_corners[inner]])]

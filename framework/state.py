@@ -273,8 +273,9 @@ class State:
 
     def _mutable(self) -> list[np.ndarray]:
         freedoms, contacts, driven = self.freedoms, self.contacts, self.driven
+        nodes = (self.arrays.displacement, self.arrays.force) if self.rigid.grains else ()  # else the freedoms' own
         return [
-            self.arrays.displacement, freedoms.velocity, freedoms.displacement, freedoms.loss, freedoms.imposed,
+            *nodes, freedoms.displacement, freedoms.velocity, freedoms.force, freedoms.loss, freedoms.imposed,
             contacts.opening, contacts.slip, contacts.normal, contacts.shear, contacts.work,
             driven.reaction, driven.total, driven.work, *(group.memory for group in self.groups),
         ]  # fmt: skip

@@ -180,3 +180,17 @@ def test_rigid_grains_are_the_limit_of_stiff_ones():
         for m in (hard, gl.Rigid(density=3100))
     ]
     assert found[0] == pytest.approx(found[1], rel=0.02)
+
+
+@pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])
+def test_a_restored_state_is_the_saved_one(material):
+    """Stress and energies too, which are read from the forces of the last step."""
+    state = random_state(COHESIVE, material=material)
+    state.freedoms.velocity[:] = 1.0
+    advance(state, 10, 1e-9)
+    saved, stress, energies = state.save(), state.grain_stress(), state.energies()
+    advance(state, 50, 1e-9)
+    assert not np.allclose(state.grain_stress(), stress, rtol=1e-3)
+    state.restore(saved)
+    assert np.array_equal(state.grain_stress(), stress)
+    assert state.energies() == energies
