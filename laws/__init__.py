@@ -2,6 +2,7 @@
 
 from grainlaw.laws.closure import BandisClosure, Closure, LinearClosure
 from grainlaw.laws.cohesive_crack import CohesiveCrack
+from grainlaw.laws.friction import Friction
 from grainlaw.laws.linear import Linear
 from grainlaw.laws.mohr_coulomb import MohrCoulomb
 from grainlaw.laws.readings import OtherMode, PrePeak, Residual, SofteningLength, TensionShear
@@ -20,6 +21,7 @@ __all__ = [
     "CohesiveCrack",
     "EvansMarathe",
     "ExponentialSoftening",
+    "Friction",
     "HordijkSoftening",
     "Linear",
     "LinearClosure",

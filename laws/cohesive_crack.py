@@ -15,6 +15,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.elementary import exp_unit
 from grainlaw.laws.checks import kind_of_default, not_above, not_beyond_apex, part
 from grainlaw.laws.closure import Closure, LinearClosure
+from grainlaw.laws.friction import slid
 from grainlaw.laws.readings import OtherMode, PrePeak, Residual, SofteningLength, TensionShear
 from grainlaw.laws.softening import EvansMarathe, Softening
 from grainlaw.parameter import parameter
@@ -179,6 +180,5 @@ class CohesiveCrack(ContactLaw):
         shear = share * self.ks * slip * self.secant(self.rise(y), farthest)
 
         limit = self.slider_strength(pressure, strength, share, damage)
-        friction = min(max(self.ks * (slip - anchor), -limit), limit)
-        anchor = slip - friction * (1 / self.ks)
-        return normal, shear + friction, damage, mode, widest, farthest, anchor
+        anchor = slid(self.ks, slip, anchor, limit)
+        return normal, shear + self.ks * (slip - anchor), damage, mode, widest, farthest, anchor

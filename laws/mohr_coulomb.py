@@ -8,6 +8,7 @@ import attrs
 
 from grainlaw.contact import ContactLaw
 from grainlaw.laws.checks import not_above, not_beyond_apex
+from grainlaw.laws.friction import slid
 from grainlaw.parameter import parameter
 
 
@@ -70,13 +71,12 @@ class MohrCoulomb(ContactLaw):
 
         held = min(self.kn * (opening - dilation), self.residual_tensile_strength)
         strength = max(self.residual_cohesion - held * self.residual_friction, 0.0)
-        trial = self.ks * (slip - plastic_slip)
         lift = self.dilatancy if opening < dilation else 0.0  # an open contact has nothing to ride up on
-        # Slip raises the pressure by kn lift and with it the strength: the sliding length is that of both springs.
-        sliding = max(abs(trial) - strength, 0.0) / (self.ks + self.kn * lift * self.residual_friction)
-        sliding = sliding if damage > 0 else 0.0
-        plastic_slip = plastic_slip + (sliding if trial > 0 else -sliding)
-        dilation = dilation + lift * sliding
+        # Slip raises the pressure by kn lift and with it the strength.
+        anchor = slid(self.ks, slip, plastic_slip, strength, self.kn * lift * self.residual_friction)
+        anchor = anchor if damage > 0 else plastic_slip
+        dilation = dilation + lift * abs(anchor - plastic_slip)
+        plastic_slip = anchor
 
         held = min(self.kn * (opening - dilation), self.residual_tensile_strength)
         normal = held if damage > 0 else tension

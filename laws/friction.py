@@ -1,0 +1,50 @@
+"""The contact of two faces that nothing bonds: closure under pressure and Coulomb friction, shared by all laws."""
+
+from __future__ import annotations
+
+import math
+
+import attrs
+
+from grainlaw.contact import ContactLaw
+from grainlaw.laws.checks import part
+from grainlaw.laws.closure import Closure, LinearClosure
+from grainlaw.parameter import parameter
+
+
+def slid(stiffness: float, slip: float, anchor: float, strength: float, hardening: float = 0.0) -> float:
+    """Where a spring (Pa/m) in series with a slider is anchored after a slip (m), if it holds no more than ``strength``.
+
+    The shear traction is ``stiffness * (slip - anchor)``. Sliding by a length raises the strength by ``hardening``
+    (Pa/m) times it, as dilation under confinement does.
+    """
+    trial = stiffness * (slip - anchor)
+    sliding = max(abs(trial) - strength, 0.0) / (stiffness + hardening)
+    return anchor + (sliding if trial > 0 else -sliding)
+
+
+@attrs.frozen(kw_only=True)
+class Friction(ContactLaw):
+    """Faces that were never bonded, or have nothing left of their bond: no tension, closure, Coulomb friction.
+
+    What the other laws become when they have broken. It counts no damage: there is nothing to break.
+    """
+
+    kn: float = parameter("Pa/m")  #: normal stiffness
+    ks: float = parameter("Pa/m")  #: shear stiffness
+    friction_angle: float = parameter("deg", at_least=0, below=90)
+    closure: Closure = attrs.field(default=LinearClosure(), validator=part(Closure))
+
+    @property
+    def stiffness(self) -> tuple[float, float]:
+        return self.kn, self.ks
+
+    @property
+    def friction(self) -> float:
+        """tan(phi)."""
+        return math.tan(math.radians(self.friction_angle))
+
+    def traction(self, opening, slip, anchor):
+        pressure = self.closure.pressure(self.kn, max(-opening, 0.0))
+        anchor = slid(self.ks, slip, anchor, pressure * self.friction)
+        return -pressure, self.ks * (slip - anchor), anchor
