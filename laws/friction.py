@@ -13,7 +13,7 @@ from grainlaw.parameter import parameter
 
 
 def slid(stiffness: float, slip: float, anchor: float, strength: float, hardening: float = 0.0) -> float:
-    """Where a spring (Pa/m) in series with a slider is anchored after a slip (m), if it holds no more than ``strength``.
+    """Where a spring (Pa/m) in series with a slider that holds ``strength`` (Pa) is anchored after a slip (m).
 
     The shear traction is ``stiffness * (slip - anchor)``. Sliding by a length raises the strength by ``hardening``
     (Pa/m) times it, as dilation under confinement does.
