@@ -111,7 +111,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
 def test_the_progress_fits_a_terminal_of_80_columns():
     from rich.console import Console
 
-    from grainlaw.cli import _progress
+    from grainlaw.cli.compare import _progress
 
     progress = _progress()
     progress.add_task("cohesive-crack", total=1.0, stage="compression", strain=" 0.5000 %", stress="  250.0 MPa")

@@ -1,8 +1,7 @@
-"""The command line."""
+"""The main job: one rock sample compressed under several contact laws."""
 
 from __future__ import annotations
 
-import difflib
 import os
 import platform
 from collections.abc import Mapping
@@ -15,48 +14,22 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
 from grainlaw.comparison import compare as compare_laws
-from grainlaw.conformance import check_law
-from grainlaw.contact import ContactLaw
 from grainlaw.files import writable_folder
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.kernels.batch import CompilationError
-from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.loading import Stage
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.script import LawReferenceError, find_law
 from grainlaw.simulation import MOST_THREADS, InstabilityError, StageLimitError
-from grainlaw.specimen import Elastic, Specimen
+from grainlaw.specimen import Specimen
 from grainlaw.state import State
-from grainlaw.units import GPa, MPa, mm
+from grainlaw.units import MPa
 from grainlaw.vtk import VtkWriter
 
-# Table 1 of the paper: carbonatite of the Palabora mine, contact values as calibrated there.
-ROCK = Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
-_STIFF: dict[str, Any] = {"kn": 1.05e14, "ks": 9.45e13}
-_STRONG = _STIFF | {
-    "tensile_strength": 13 * MPa, "cohesion": 29 * MPa, "friction_angle": 54, "residual_friction_angle": 5,
-}  # fmt: skip
-LAWS: dict[str, ContactLaw] = {
-    "linear": Linear(**_STIFF),
-    "mohr-coulomb": MohrCoulomb(**_STRONG),
-    "cohesive-crack": CohesiveCrack(**_STRONG, mode_i_energy=150, mode_ii_energy=300),
-}
-SAMPLE, QUICK = (50 * mm, 125 * mm, 755), (20 * mm, 50 * mm, 120)  #: width, height, grains
-
-
-def choose_laws(names: str) -> dict[str, ContactLaw]:
-    """The laws of a comma-separated list. Raises click.BadParameter that suggests the nearest name."""
-    chosen = {}
-    for name in (part.strip() for part in names.split(",")):
-        if name not in LAWS:
-            near = difflib.get_close_matches(name, LAWS, n=1, cutoff=0.3)
-            hint = f"; did you mean '{near[0]}'?" if near else ""
-            raise click.BadParameter(f"there is no law '{name}'{hint} (laws: {', '.join(LAWS)})")
-        chosen[name] = LAWS[name]
-    return chosen
+COMPARED = "linear,mohr-coulomb,cohesive-crack"
 
 
 class ProgressBar(Observer):
@@ -89,16 +62,10 @@ def _versions() -> dict[str, str]:
     return {"python": platform.python_version(), **{name: version(name) for name in packages}}
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(version("grainlaw"), prog_name="grainlaw")
-def main() -> None:
-    """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
-
-
-@main.command()
+@click.command()
 @click.option("--grains", type=int, help=f"Number of Voronoi grains.  [default: {SAMPLE[2]}]")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of the grains.")
-@click.option("--laws", default=",".join(LAWS), show_default=True, help="Contact laws, separated by commas.")
+@click.option("--laws", default=COMPARED, show_default=True, help="Contact laws, separated by commas.")
 @click.option("--speed", type=float, default=0.05, show_default=True, help="Platen speed in m/s.")
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
@@ -115,7 +82,7 @@ def compare(
     """
     width, height, count = QUICK if quick else SAMPLE
     try:
-        chosen = choose_laws(laws)
+        chosen = {name.strip(): law_named(name.strip()) for name in laws.split(",")}
         if threads is not None and not 1 <= threads <= MOST_THREADS:
             raise ParameterError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
         test = UniaxialCompression(speed=speed, maximum_strain=max_strain)
@@ -149,20 +116,3 @@ def compare(
 
 def _described(component: Any) -> dict[str, Any]:
     return {"type": type(component).__name__, **parameters(component)}
-
-
-@main.command()
-@click.argument("law", metavar="FILE.py:LAW")
-def check(*, law: str) -> None:
-    """Ask a contact law of your own for every property that makes laws comparable and safe to run.
-
-    LAW is an instance in the file, or a class whose parameters all have defaults. The file is run. The exit code is 1
-    if a property fails, 2 if there is no such law.
-    """
-    try:
-        report = check_law(find_law(law))
-    except (LawReferenceError, TypeError, ValueError) as error:
-        raise click.BadParameter(str(error)) from None
-    click.echo(report)
-    if not report.passed:
-        raise SystemExit(1)

@@ -1,0 +1,20 @@
+"""The command line."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+
+import click
+
+from grainlaw.cli.check import check
+from grainlaw.cli.compare import compare
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(version("grainlaw"), prog_name="grainlaw")
+def main() -> None:
+    """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
+
+
+for command in (compare, check):
+    main.add_command(command)

@@ -1,0 +1,35 @@
+"""Table 1 of the paper: carbonatite of the Palabora mine, its sample, and laws with the contact values found there."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Any
+
+import click
+
+from grainlaw.contact import ContactLaw
+from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
+from grainlaw.specimen import Elastic
+from grainlaw.units import GPa, MPa, mm
+
+ROCK = Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
+SAMPLE, QUICK = (50 * mm, 125 * mm, 755), (20 * mm, 50 * mm, 120)  #: width, height, grains
+
+_STIFF: dict[str, Any] = {"kn": 1.05e14, "ks": 9.45e13}
+_STRONG = _STIFF | {
+    "tensile_strength": 13 * MPa, "cohesion": 29 * MPa, "friction_angle": 54, "residual_friction_angle": 5,
+}  # fmt: skip
+LAWS: dict[str, ContactLaw] = {
+    "linear": Linear(**_STIFF),
+    "mohr-coulomb": MohrCoulomb(**_STRONG),
+    "cohesive-crack": CohesiveCrack(**_STRONG, mode_i_energy=150, mode_ii_energy=300),
+}
+
+
+def law_named(name: str) -> ContactLaw:
+    """The law of a name. Raises click.BadParameter that suggests the nearest one."""
+    if name not in LAWS:
+        near = difflib.get_close_matches(name, LAWS, n=1, cutoff=0.3)
+        hint = f"; did you mean '{near[0]}'?" if near else ""
+        raise click.BadParameter(f"there is no law '{name}'{hint} (laws: {', '.join(LAWS)})")
+    return LAWS[name]
