@@ -1,5 +1,6 @@
 """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
+from grainlaw.characteristics import Characteristics, Mode, characteristics, plot_law
 from grainlaw.comparison import Comparison, compare
 from grainlaw.conformance import Entry, Report, check_law
 from grainlaw.contact import ContactLaw, Trace, trace
@@ -30,6 +31,7 @@ __all__ = [
     "AdaptiveRelaxation",
     "AtRest",
     "CentralDifference",
+    "Characteristics",
     "Comparison",
     "CompilationError",
     "Condition",
@@ -53,6 +55,7 @@ __all__ = [
     "LoadingProtocol",
     "LocalDamping",
     "MassDamping",
+    "Mode",
     "Motion",
     "Observer",
     "ParameterError",
@@ -72,11 +75,13 @@ __all__ = [
     "TilingError",
     "Trace",
     "Undamped",
+    "characteristics",
     "check_law",
     "compare",
     "parameter",
     "parameters",
     "part",
+    "plot_law",
     "simulate",
     "trace",
 ]

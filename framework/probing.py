@@ -66,22 +66,30 @@ class Peak:
     found: bool  #: whether there is a peak; else the numbers only set a scale
 
 
+FAR = np.geomspace(1e-13, 1e-1, 500)  #: m, twelve decades in which a peak is looked for
+
+
 def find_peak(contact: Contact, mode: int, closure: float = 0.0) -> Peak:
     """Pull (``mode`` 0) or shear (1) a fresh contact, closed by ``closure``, through twelve decades."""
-    far = np.geomspace(1e-13, 1e-1, 500)
-    path = [(u, 0.0) if mode == 0 else (-closure, u) for u in far]
+    path = [(u, 0.0) if mode == 0 else (-closure, u) for u in FAR]
     answers = contact.run([(-closure, 0.0), *path])[1:]
-    traction = np.where(np.isfinite(answers[:, mode]), answers[:, mode], 0.0)
-    top = float(traction.max())
+    damage = answers[:, 2 + contact.names.index("damage")] if "damage" in contact.names else None
+    return peak_along(answers[:, mode], damage) or Peak(contact.law.stiffness[mode] * REACH, REACH, 3 * REACH, False)
+
+
+def peak_along(traction: np.ndarray, damage: np.ndarray | None) -> Peak | None:
+    """The peak of a traction (Pa) along the first displacements of ``FAR``; None if it still grows at a decimetre."""
+    traction = np.where(np.isfinite(traction), traction, 0.0)
+    top = float(traction.max(initial=0.0))
     i = int(np.argmax(traction >= 0.999 * top))
-    if top <= 0 or i > len(far) - 10:
-        return Peak(contact.law.stiffness[mode] * REACH, REACH, 3 * REACH, False)
+    if top <= 0 or i > len(FAR) - 10:
+        return None
     gone = traction < 1e-6 * top
-    if "damage" in contact.names:
-        gone |= answers[:, 2 + contact.names.index("damage")] >= 1
+    if damage is not None:
+        gone |= damage >= 1
     after = np.flatnonzero(gone[i:])
-    breaking = float(far[i + after[0]]) if len(after) else 10 * float(far[i])
-    return Peak(top, float(far[i]), breaking, True)
+    breaking = float(FAR[i + after[0]]) if len(after) else 10 * float(FAR[i])
+    return Peak(top, float(FAR[i]), breaking, True)
 
 
 def find_closure(contact: Contact, pressure: float) -> float:

@@ -121,3 +121,39 @@ def test_the_progress_fits_a_terminal_of_80_columns():
     assert len(lines) == 1
     for word in ("cohesive-crack", "compression", "0.5000 %", "250.0 MPa", "0%"):
         assert word in lines[0]
+
+
+def test_a_law_is_shown_as_table_and_picture(tmp_path):
+    result = invoke("law", "mohr-coulomb", "--out", tmp_path / "new")
+    assert result.exit_code == 0, result.output
+    assert re.search(r"^tension +13 +0\.1238 ", result.output, re.MULTILINE)
+    assert [file.name for file in (tmp_path / "new").iterdir()] == ["law_mohr-coulomb.png"]
+    assert "law_mohr-coulomb.png" in result.output
+
+
+def test_a_law_of_a_file_is_shown(tmp_path):
+    (tmp_path / "mine.py").write_text("from grainlaw.laws import Linear\nlaw = Linear(kn=2e13, ks=1e13)\n")
+    result = invoke("law", f"{tmp_path / 'mine.py'}:law", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert "Linear: first stiffness 2e+13 Pa/m normal, 1e+13 Pa/m shear" in result.output
+    assert (tmp_path / "law_law.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        ("cohesive", "there is no law 'cohesive'; did you mean 'cohesive-crack'?"),
+        ("nothing.py:law", "there is no file nothing.py"),
+        ("mine.py", "name the law, as in mine.py:law"),
+        ("mine.py:low", "there is no 'low' in mine.py; did you mean 'law'?"),
+        ("mine.py:scattered", "give the law of one contact"),
+    ],
+)
+def test_laws_that_cannot_be_shown_are_refused_in_words(law, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = "from grainlaw.laws import Linear\nlaw = Linear(kn=2e13, ks=1e13)\nscattered = Linear(kn=[1e13, 2e13], ks=1e13)\n"
+    (tmp_path / "mine.py").write_text(text)
+    result = invoke("law", law, "--out", "out")
+    assert result.exit_code == 2
+    assert words in " ".join(result.output.split())
+    assert not (tmp_path / "out").exists()

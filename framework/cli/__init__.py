@@ -8,6 +8,7 @@ import click
 
 from grainlaw.cli.check import check
 from grainlaw.cli.compare import compare
+from grainlaw.cli.law import law
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -16,5 +17,5 @@ def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 
-for command in (compare, check):
+for command in (compare, law, check):
     main.add_command(command)
