@@ -16,11 +16,10 @@ from grainlaw.elementary import exp_unit
 from grainlaw.laws.checks import kind_of_default, not_above, not_beyond_apex, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
+from grainlaw.laws.mixed import TINY, joined
 from grainlaw.laws.readings import OtherMode, PrePeak, Residual, SofteningLength, TensionShear
 from grainlaw.laws.softening import EvansMarathe, Softening
 from grainlaw.parameter import parameter
-
-TINY = 1e-30  # in place of a zero divisor: a strength of nothing gives a peak slip of nothing
 
 
 @attrs.frozen(kw_only=True)
@@ -168,9 +167,8 @@ class CohesiveCrack(ContactLaw):
 
         d1 = max(opened - self.peak_opening, 0.0) * (1 / self.softening_opening)  # Eq. (4)
         d2 = max(abs(slip) - peak_slip, 0.0) * strength * (1 / self.softening_work)  # Eq. (8)
-        square = d1 * d1 + d2 * d2
-        grown = min(math.sqrt(square), 1.0)  # Eq. (11)
-        mode = d2 * d2 / max(square, TINY) if grown > damage else mode
+        grown, share = joined(d1, d2)  # Eq. (11)
+        mode = share if grown > damage else mode
         damage = max(damage, grown)
         remaining = self.softening.remaining(damage)
 
