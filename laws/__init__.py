@@ -1,10 +1,14 @@
 """Contact laws and the parts they are made of."""
 
+from grainlaw.laws.barton_bandis import BartonBandis, Roughness
+from grainlaw.laws.bilinear_mixed_mode import BilinearMixedMode
+from grainlaw.laws.camacho_ortiz import CamachoOrtiz
 from grainlaw.laws.closure import BandisClosure, Closure, LinearClosure
 from grainlaw.laws.cohesive_crack import CohesiveCrack
 from grainlaw.laws.friction import Friction
 from grainlaw.laws.linear import Linear
 from grainlaw.laws.mohr_coulomb import MohrCoulomb
+from grainlaw.laws.munjiza import MunjizaJoint, Unloading
 from grainlaw.laws.readings import OtherMode, PrePeak, Residual, SofteningLength, TensionShear
 from grainlaw.laws.softening import (
     EvansMarathe,
@@ -14,11 +18,16 @@ from grainlaw.laws.softening import (
     PeterssonSoftening,
     Softening,
 )
+from grainlaw.laws.xu_needleman import Coupling, XuNeedleman
 
 __all__ = [
     "BandisClosure",
+    "BartonBandis",
+    "BilinearMixedMode",
+    "CamachoOrtiz",
     "Closure",
     "CohesiveCrack",
+    "Coupling",
     "EvansMarathe",
     "ExponentialSoftening",
     "Friction",
@@ -27,11 +36,15 @@ __all__ = [
     "LinearClosure",
     "LinearSoftening",
     "MohrCoulomb",
+    "MunjizaJoint",
     "OtherMode",
     "PeterssonSoftening",
     "PrePeak",
     "Residual",
+    "Roughness",
     "Softening",
     "SofteningLength",
     "TensionShear",
+    "Unloading",
+    "XuNeedleman",
 ]

@@ -15,6 +15,7 @@ import grainlaw.laws
 from grainlaw.contact import ContactLaw, trace
 from grainlaw.laws import (
     BandisClosure,
+    CamachoOrtiz,
     CohesiveCrack,
     EvansMarathe,
     ExponentialSoftening,
@@ -24,12 +25,14 @@ from grainlaw.laws import (
     LinearClosure,
     LinearSoftening,
     MohrCoulomb,
+    MunjizaJoint,
     OtherMode,
     PeterssonSoftening,
     PrePeak,
     Residual,
     SofteningLength,
     TensionShear,
+    Unloading,
 )
 from grainlaw.laws.closure import Closure
 from grainlaw.laws.softening import Softening
@@ -37,7 +40,10 @@ from grainlaw.properties import Bench
 
 STIFF = {"kn": 1.05e14, "ks": 9.45e13}
 STRONG = {**STIFF, "tensile_strength": 13e6, "cohesion": 29e6, "friction_angle": 54, "residual_friction_angle": 20}
-CCM = CohesiveCrack(**STRONG, mode_i_energy=15, mode_ii_energy=30)  # breaks at 3 um: short paths
+ENERGIES = {"mode_i_energy": 15, "mode_ii_energy": 30}  # a break at 3 um: short paths
+CCM = CohesiveCrack(**STRONG, **ENERGIES)
+JOINT = MunjizaJoint(**STRONG, **ENERGIES)
+ELLIPSES = CamachoOrtiz(**{name: value for name, value in STRONG.items() if name != "friction_angle"}, **ENERGIES)
 PARTS = {"softening": [EvansMarathe(), LinearSoftening(), ExponentialSoftening(), HordijkSoftening(),
                        PeterssonSoftening()],
          "closure": [LinearClosure(), BandisClosure(maximum_closure=5e-6)]}  # fmt: skip
@@ -69,6 +75,14 @@ LAWS = {
     "CohesiveCrack": CCM,
     **VARIED,
     "CohesiveCrack-frictionless": attrs.evolve(CCM, friction_angle=0, residual_friction_angle=0),
+    "MunjizaJoint": JOINT,
+    "MunjizaJoint-retraced": attrs.evolve(JOINT, unloading=Unloading.RETRACED),
+    "MunjizaJoint-linear": attrs.evolve(JOINT, softening=LinearSoftening()),
+    "MunjizaJoint-Bandis": attrs.evolve(JOINT, closure=BandisClosure(maximum_closure=5e-6)),
+    "MunjizaJoint-frictionless": attrs.evolve(JOINT, friction_angle=0, residual_friction_angle=0),
+    "CamachoOrtiz": ELLIPSES,
+    "CamachoOrtiz-Bandis": attrs.evolve(ELLIPSES, closure=BandisClosure(maximum_closure=5e-6)),
+    "CamachoOrtiz-frictionless": attrs.evolve(ELLIPSES, residual_friction_angle=0),
 }
 COHESIVE = {name: law for name, law in (LAWS | COMBINED).items() if isinstance(law, CohesiveCrack)}
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
@@ -111,8 +125,9 @@ def test_the_list_is_what_the_package_exports():
     exported = {name: getattr(grainlaw.laws, name) for name in grainlaw.laws.__all__}
     laws = {kind for kind in exported.values() if issubclass(kind, ContactLaw)}
     assert laws == {type(law) for law in LAWS.values()}
-    readings = {kind for kind in exported.values() if issubclass(kind, enum.Enum)}
-    assert readings == set(READINGS.values())
+    options = {repr(option) for kind in exported.values() if issubclass(kind, enum.Enum) for option in kind}
+    values = [value for law in LAWS.values() for value in attrs.asdict(law, recurse=False).values()]
+    assert options == {repr(value) for value in values if isinstance(value, enum.Enum)}
     used = {type(getattr(law, name)) for law in LAWS.values() if isinstance(law, CohesiveCrack) for name in PARTS}
     parts = {kind for kind in exported.values() if issubclass(kind, (Softening, Closure)) and attrs.has(kind)}
     assert parts <= used

@@ -21,12 +21,14 @@ from grainlaw.kernels.batch import compile_law
 from grainlaw.kernels.cache import OPTIONS
 from grainlaw.laws import (
     BandisClosure,
+    CamachoOrtiz,
     CohesiveCrack,
     ExponentialSoftening,
     HordijkSoftening,
     Linear,
     LinearSoftening,
     MohrCoulomb,
+    MunjizaJoint,
     PeterssonSoftening,
     PrePeak,
     Residual,
@@ -89,6 +91,8 @@ def main():
         "  linear pre-peak": CohesiveCrack(**STRONG, **energies, pre_peak=PrePeak.LINEAR),
         "  blend": CohesiveCrack(**STRONG, **energies, residual=Residual.BLEND),
         "  Bandis closure": CohesiveCrack(**STRONG, **energies, closure=BandisClosure(maximum_closure=5e-6)),
+        "MunjizaJoint": MunjizaJoint(**STRONG, **energies),
+        "CamachoOrtiz": CamachoOrtiz(**{k: v for k, v in STRONG.items() if k != "friction_angle"}, **energies),
         "a user's Hillerborg": Hillerborg(**simple),
         "the same with branches": Branchy(**simple),
     }
