@@ -18,7 +18,7 @@ from grainlaw.integration import (
     Undamped,
 )
 from grainlaw.kernels.batch import CompilationError
-from grainlaw.loading import AtRest, Condition, Drive, FallsTo, LoadingProtocol, Reaches, Stage
+from grainlaw.loading import AtRest, Condition, Drive, FallsTo, Hold, LoadingProtocol, Pressure, Reaches, Stage
 from grainlaw.observation import Frame, FrameRecorder, Observer
 from grainlaw.parameter import ParameterError, parameter, parameters, part
 from grainlaw.result import Cracks, Result
@@ -48,6 +48,7 @@ __all__ = [
     "Frame",
     "FrameRecorder",
     "GaussPoints",
+    "Hold",
     "InsetPoints",
     "InstabilityError",
     "Integrator",
@@ -60,6 +61,7 @@ __all__ = [
     "Observer",
     "ParameterError",
     "Plane",
+    "Pressure",
     "Reaches",
     "Region",
     "Relaxation",

@@ -10,6 +10,7 @@ import numpy as np
 from grainlaw.contact import ContactLaw
 from grainlaw.kernels import loop
 from grainlaw.kernels.batch import Compiled, compile_law
+from grainlaw.loading import Drive, Hold, Pressure
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 from grainlaw.stability import shape_functions
@@ -151,7 +152,56 @@ def _inertia(specimen: Specimen) -> np.ndarray:
     return np.bincount(mesh.zone_grain, specimen.zone_masses * squares / 6, specimen.grains.count)
 
 
-def share_out(specimen: Specimen, driven: loop.Driven, threads: int) -> loop.Parts:
+def _interface_cuts(groups: Sequence[Group], count: int, threads: int) -> list[int]:
+    """Where the threads' interfaces begin: whole ``LANES`` from the first of a group."""
+    cuts = []
+    for thread in range(threads):
+        cut = thread * count // threads
+        first = max((group.first for group in groups if group.first <= cut), default=0)
+        cuts.append(first + (cut - first) // loop.LANES * loop.LANES)
+    return cuts
+
+
+def held_arrays(
+    specimen: Specimen, drives: Sequence[Drive | Hold], driven: loop.Driven, freedoms: loop.Freedoms
+) -> loop.Held:
+    """Platens, each with the mass and the momentum of what it holds."""
+    holds = [(column, drive) for column, drive in enumerate(drives) if isinstance(drive, Hold)]
+    motion = np.zeros((1, 7, len(holds)))
+    for k, (column, _) in enumerate(holds):
+        mine = driven.column == column
+        mass = freedoms.mass[driven.row[mine], driven.place[mine]]
+        motion[0, 1, k] = np.average(freedoms.velocity[driven.row[mine], driven.place[mine]], weights=mass)
+        motion[0, 3, k] = mass.sum()
+    motion[0, 4] = 1.0
+    lengths = [boundary_length(specimen, drive.boundary) for _, drive in holds]
+    stiffness = np.array([drive.stiffness * length for (_, drive), length in zip(holds, lengths, strict=True)])
+    return loop.Held(np.array([column for column, _ in holds], dtype=np.int64), stiffness, motion)
+
+
+def pressed_arrays(
+    specimen: Specimen, pressures: Sequence[Pressure], first_column: int, displacement: np.ndarray
+) -> loop.Pressed:
+    """Edges under pressure, grain by grain."""
+    edges = [specimen.mesh.boundary_edges[pressure.boundary] for pressure in pressures]
+    column = np.repeat(np.arange(len(edges)) + first_column, [len(e) for e in edges])
+    node = np.concatenate([np.zeros((0, 2), dtype=np.int64), *edges])
+    order = np.argsort(node[:, 0], kind="stable")
+    node = np.ascontiguousarray(node[order].T)
+    vector = np.diff(specimen.mesh.nodes[node], axis=0)[0].T.copy()
+    moved = displacement[:, node].mean(axis=1)
+    return loop.Pressed(column[order], node, vector, np.zeros_like(vector), moved, np.zeros(node.shape[1]))
+
+
+def boundary_length(specimen: Specimen, boundary: str) -> float:
+    """m, undeformed."""
+    ends = specimen.mesh.nodes[specimen.mesh.boundary_edges[boundary]]
+    return float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum())
+
+
+def share_out(
+    specimen: Specimen, groups: Sequence[Group], driven: loop.Driven, pressed: loop.Pressed, threads: int
+) -> loop.Parts:
     """Which grains, interfaces and driven freedoms each thread works on; grains by their number of nodes."""
     mesh = specimen.mesh
     ends = mesh.first_node[1:]
@@ -162,8 +212,9 @@ def share_out(specimen: Specimen, driven: loop.Driven, threads: int) -> loop.Par
     return loop.Parts(
         zone=mesh.first_zone[grain],
         node=node,
-        interface=np.arange(threads + 1) * len(mesh.interfaces) // threads,
+        interface=np.array([*_interface_cuts(groups, len(mesh.interfaces), threads), len(mesh.interfaces)]),
         freedom=freedom,
         driven=np.searchsorted(driven.place, freedom),
+        pressed=np.searchsorted(pressed.node[0], node),
         grain=grain,
     )

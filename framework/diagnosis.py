@@ -32,6 +32,8 @@ def fastest(state: State) -> str:
     node = int(np.argmax(np.hypot(*state.velocity.T)))
     speed = float(np.hypot(*state.velocity[node]))
     grain = int(state.mesh.node_grain[node])
+    if not len(state.order):
+        return f"the energy balance does not close; grain {grain} moves at {speed:.4g} m/s"
     p = int(np.argmax(np.hypot(state.opening, state.slip)))
     a, b = _grains_at(state, p)
     return (

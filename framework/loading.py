@@ -20,14 +20,24 @@ if TYPE_CHECKING:
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
 
 
-def _is_axis(drive: Drive, attribute: attrs.Attribute, value: int) -> None:
+def _is_axis(drive: Drive | Hold, attribute: attrs.Attribute, value: int) -> None:
     if value not in (0, 1):
-        raise ParameterError(f"Drive: axis = {value!r} is not allowed, it must be 0 (along x) or 1 (along y)")
+        raise ParameterError(
+            f"{type(drive).__name__}: axis = {value!r} is not allowed, it must be 0 (along x) or 1 (along y)"
+        )
 
 
 def _ends(stage: Stage, attribute: attrs.Attribute, value: Sequence[Condition]) -> None:
     if not value or not all(isinstance(condition, Condition) for condition in value):
         raise ParameterError(f"Stage: until = {value!r} is not allowed, it must be a list of at least one Condition")
+
+
+def _rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray:
+    """From ``start`` to ``end`` in the time ``ramp``, smooth in value, rate and acceleration."""
+    if ramp == 0:
+        return np.full(len(time), end)
+    x = np.clip(time / ramp, 0, 1)
+    return start + (end - start) * x**3 * (10 - 15 * x + 6 * x**2)
 
 
 @attrs.frozen(kw_only=True)
@@ -37,14 +47,46 @@ class Drive:
     boundary: str
     axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
     speed: float = parameter("m/s", above=-math.inf)  #: with its sign
-    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed rises from zero
+    start: float = parameter("m/s", default=0.0, above=-math.inf)  #: from which the speed changes in the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)
 
-    def velocity(self, time: np.ndarray) -> np.ndarray:
-        """m/s at times (s) since the stage began; the rise is smooth in speed and acceleration."""
-        if self.ramp == 0:
-            return np.full(len(time), self.speed)
-        x = np.clip(time / self.ramp, 0, 1)
-        return self.speed * x**3 * (10 - 15 * x + 6 * x**2)
+    def course(self, time: np.ndarray) -> np.ndarray:
+        """m/s at times (s) since the stage began."""
+        return _rise(time, self.ramp, self.start, self.speed)
+
+
+@attrs.frozen(kw_only=True)
+class Hold:
+    """A boundary under a force: a platen, whose nodes all move alike along one axis, as the force lets them.
+
+    ``stress`` is the force over the undeformed length of the boundary, with the sign of the axis; a spring of
+    ``stiffness`` (constant normal stiffness) pulls the platen back to where the stage began.
+    """
+
+    boundary: str
+    axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
+    stress: float = parameter("Pa", above=-math.inf)
+    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: from which the stress changes in the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)
+    stiffness: float = parameter("Pa/m", default=0.0, at_least=0)
+
+    def course(self, time: np.ndarray) -> np.ndarray:
+        """Pa at times (s) since the stage began."""
+        return _rise(time, self.ramp, self.start, self.stress)
+
+
+@attrs.frozen(kw_only=True)
+class Pressure:
+    """A pressure on a boundary, normal to it as it deforms: a fluid behind a thin membrane."""
+
+    boundary: str
+    pressure: float = parameter("Pa", above=-math.inf)  #: pressing inwards
+    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: from which it changes in the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)
+
+    def course(self, time: np.ndarray) -> np.ndarray:
+        """Pa at times (s) since the stage began."""
+        return _rise(time, self.ramp, self.start, self.pressure)
 
 
 class Condition(ABC):
@@ -93,7 +135,8 @@ class Stage:
     """What is imposed, until when. Boundaries and axes without a drive are free."""
 
     name: str
-    drives: Sequence[Drive] = ()
+    drives: Sequence[Drive | Hold] = ()
+    pressures: Sequence[Pressure] = ()
     until: Sequence[Condition] = attrs.field(validator=_ends)  #: the first that is met ends the stage
     interval: float = parameter("s")  #: time between samples
     integrator: Integrator = part(Integrator, CentralDifference())

@@ -27,7 +27,12 @@ class Mesh:
     first_zone: np.ndarray  #: (g + 1,)
     interfaces: np.ndarray  #: (c, 4) nodes: both ends on A, the same ends on B
     interface_grains: np.ndarray  #: (c, 2) A and B
-    boundaries: dict[str, np.ndarray]  #: nodes on each named boundary, ascending
+    boundary_edges: dict[str, np.ndarray]  #: (e, 2) ends of the edges of each named boundary, the grain on the left
+
+    @cached_property
+    def boundaries(self) -> dict[str, np.ndarray]:
+        """Nodes on each named boundary, ascending."""
+        return {name: np.unique(edges) for name, edges in self.boundary_edges.items()}
 
     @cached_property
     def zone_areas(self) -> np.ndarray:
@@ -125,5 +130,5 @@ def _number(
         first_zone=np.searchsorted(zone_grain, grain),
         interfaces=shared[rank],
         interface_grains=pairs[rank],
-        boundaries={name: np.unique(rim[side == k]) for k, name in enumerate(names)},
+        boundary_edges={name: rim[side == k][np.argsort(rim[side == k, 0])] for k, name in enumerate(names)},
     )

@@ -13,7 +13,7 @@ from grainlaw.diagnosis import fastest, first_fault
 from grainlaw.integration import Integrator, Motion
 from grainlaw.kernels import loop
 from grainlaw.kernels.batch import compile_integrator
-from grainlaw.loading import LoadingProtocol, Stage
+from grainlaw.loading import Drive, LoadingProtocol, Stage
 from grainlaw.observation import Columns, FrameClock, FrameRecorder, Observer, take_frame
 from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
@@ -114,8 +114,8 @@ class _Run:
     def _run_stage(self, stage: Stage) -> None:
         state = self.state
         state.stage = stage.name
-        state.drive(stage.drives)
-        fastest = max((abs(drive.speed) for drive in stage.drives), default=0.0)
+        state.drive(stage.drives, stage.pressures)
+        fastest = max((abs(drive.speed) for drive in stage.drives if isinstance(drive, Drive)), default=0.0)
         self.supplied = max(self.supplied, 0.5 * float(state.freedoms.mass[0].sum()) * fastest**2)
         state.give_velocity(stage.initial_velocity)
         integrator, before = stage.integrator, None
@@ -171,13 +171,11 @@ class _Run:
         compiled = compile_integrator(integrator)
         parameters = np.append(compiled.numbers, state.time_step)
         times = state.time - began + state.time_step * (np.arange(steps) + 1)
-        schedule = np.zeros((steps, len(stage.drives) + 1))  # the last column holds the rotation of rigid grains
-        for column, drive in enumerate(stage.drives):
-            schedule[:, column] = drive.velocity(times)
-        parts = share_out(state.specimen, state.driven, self.threads)
+        parts = share_out(state.specimen, state.groups, state.driven, state.pressed, self.threads)
         loop.run(
             self.threads, steps, state.steps, state.time_step, state.arrays, state.contacts, state.table,
-            state.freedoms, state.driven, schedule, state.rigid, parts, compiled.address, parameters.ctypes.data,
+            state.freedoms, state.driven, state.held, state.pressed, state.schedule(times), state.rigid, parts,
+            compiled.address, parameters.ctypes.data,
         )  # fmt: skip
         state.count_steps(steps)
 

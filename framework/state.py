@@ -9,15 +9,18 @@ import numpy as np
 
 from grainlaw.assembly import (
     Laws,
+    boundary_length,
     contact_arrays,
     freedom_arrays,
     group_interfaces,
+    held_arrays,
     law_groups,
     mesh_arrays,
+    pressed_arrays,
 )  # fmt: skip
 from grainlaw.integration import Motion
 from grainlaw.kernels import loop
-from grainlaw.loading import Drive
+from grainlaw.loading import Drive, Hold, Pressure
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
@@ -45,21 +48,25 @@ class State:
         self.groups, self.table = law_groups(sizes, len(self.order))
         self.freedoms, self.rigid = freedom_arrays(specimen, self.arrays)
         self.driven = loop.Driven(*np.zeros((3, 0), dtype=np.int64), *np.zeros((3, 0)))
+        self.pressed = pressed_arrays(specimen, [], 1, self.arrays.displacement)
         self.drive([])
         self.broken_time = np.full(self.contacts.opening.shape[1], np.nan)  #: (p,) s, nan where unbroken
         self.broken_mode = self.broken_time.copy()  #: (p,) share of shear at breaking
 
     # --- boundary conditions ---------------------------------------------------------------------------------------
 
-    def drive(self, drives: Sequence[Drive]) -> None:
-        """Impose velocities on boundaries from now on; work done so far is kept."""
-        self.adopted_work += float(self.driven.work.sum())
+    def drive(self, drives: Sequence[Drive | Hold], pressures: Sequence[Pressure] = ()) -> None:
+        """Impose what a stage says on boundaries from now on; work done so far is kept."""
+        self.adopted_work += float(self.driven.work.sum() + self.pressed.work.sum())
+        for imposed in (*drives, *pressures):
+            if imposed.boundary not in self.mesh.boundaries:
+                names = ", ".join(sorted(self.mesh.boundaries))
+                raise ParameterError(
+                    f"{type(imposed).__name__}: boundary = {imposed.boundary!r} is not one of the specimen's: {names}"
+                )
         freedoms, rigid = self.freedoms, self.rigid.grains > 0
         held: dict[tuple[int, int], int] = {}
         for column, drive in enumerate(drives):
-            if drive.boundary not in self.mesh.boundaries:
-                names = ", ".join(sorted(self.mesh.boundaries))
-                raise ParameterError(f"Drive: boundary = {drive.boundary!r} is not one of the specimen's: {names}")
             nodes = self.mesh.boundaries[drive.boundary]
             places = np.unique(self.mesh.node_grain[nodes]) if rigid else nodes
             held.update({(drive.axis, int(place)): column for place in places})
@@ -68,13 +75,25 @@ class State:
         rows = sorted(held, key=lambda place: (place[1], place[0]))
         row, index = np.array(rows, dtype=np.int64).reshape(-1, 2).T.copy()
         columns = np.array([held[key] for key in rows], dtype=np.int64)
-        self.drives = list(drives)
+        self.drives, self.pressures = list(drives), list(pressures)
         self.driven = loop.Driven(row, index, columns, *np.zeros((3, len(rows))))
         freedoms.free[:] = 1.0
         freedoms.imposed[:] = 0.0
         freedoms.free[row, index] = 0.0
+        self.held = held_arrays(self.specimen, self.drives, self.driven, freedoms)
+        self.pressed = pressed_arrays(self.specimen, self.pressures, len(drives) + 1, self.arrays.displacement)
         self._start = {name: self._mean_displacement(name) for name in self.mesh.boundaries}
         self._samples = 0
+
+    def schedule(self, times: np.ndarray) -> np.ndarray:
+        """(t, columns) what the drives, nothing (the rotation of rigid grains), and the pressures are at times (s)."""
+        table = np.zeros((len(times), len(self.drives) + 1 + len(self.pressures)))
+        for column, drive in enumerate(self.drives):
+            length = boundary_length(self.specimen, drive.boundary) if isinstance(drive, Hold) else 1.0
+            table[:, column] = drive.course(times) * length
+        for column, pressure in enumerate(self.pressures, len(self.drives) + 1):
+            table[:, column] = pressure.course(times)
+        return table
 
     # --- what may be read ------------------------------------------------------------------------------------------
 
@@ -215,6 +234,7 @@ class State:
             size = np.diff(self.mesh.first_node)
             rows = np.stack([np.bincount(self.mesh.node_grain, row) / size for row in rows])
         self.freedoms.velocity[:2] += rows
+        self.held = held_arrays(self.specimen, self.drives, self.driven, self.freedoms)
         self.initial_energy += self._kinetic_energy() - before
 
     def _kinetic_energy(self) -> float:
@@ -277,7 +297,8 @@ class State:
         return [
             *nodes, freedoms.displacement, freedoms.velocity, freedoms.force, freedoms.loss, freedoms.imposed,
             contacts.opening, contacts.slip, contacts.normal, contacts.shear, contacts.work,
-            driven.reaction, driven.total, driven.work, *(group.memory for group in self.groups),
+            driven.reaction, driven.total, driven.work, self.held.motion,
+            self.pressed.force, self.pressed.moved, self.pressed.work, *(group.memory for group in self.groups),
         ]  # fmt: skip
 
     def save(self) -> Saved:
@@ -299,12 +320,14 @@ class State:
         Velocities live half a step later, so that half a step of power is taken back from what they have gained.
         """
         f, driven = self.freedoms, self.driven
-        power = float(np.sum(f.free * f.force * f.velocity))
-        supplied = float(driven.reaction @ f.velocity[driven.row, driven.place])
+        driven_velocity = f.velocity[driven.row, driven.place]
+        supplied = float(driven.reaction @ driven_velocity)
+        power = float(np.sum(f.force * f.velocity)) + supplied  # forces of drives cancel where they do not accelerate
         per_point = self.contact_lengths * self.contacts.work
         half = 0.5 * self.time_step
         return {
-            "external": self.adopted_work + float(driven.work.sum()) + self.initial_energy - half * supplied,
+            "external": self.adopted_work + float(driven.work.sum() + self.pressed.work.sum()) + self.initial_energy
+            - half * supplied,
             "kinetic": self._kinetic_energy() - half * power,
             "zones": 0.0 if self.rigid.grains else float(self.zone_state()[1] @ self.mesh.zone_areas),
             "contacts_normal": float(per_point[0].sum()),

@@ -66,10 +66,11 @@ def advance(state, steps=1, time_step=1e-30, integrator=None, threads=1):
     compiled = compile_integrator(integrator or gl.CentralDifference(damping=gl.Undamped()))
     state.time_step = time_step
     parameters = np.append(compiled.numbers, time_step)
-    parts = share_out(state.specimen, state.driven, threads)
+    parts = share_out(state.specimen, state.groups, state.driven, state.pressed, threads)
     loop.run(
         threads, steps, state.steps, time_step, state.arrays, state.contacts, state.table, state.freedoms,
-        state.driven, np.zeros((steps, 1)), state.rigid, parts, compiled.address, parameters.ctypes.data,
+        state.driven, state.held, state.pressed, state.schedule(np.zeros(steps)), state.rigid, parts,
+        compiled.address, parameters.ctypes.data,
     )  # fmt: skip
     state.count_steps(steps)
 

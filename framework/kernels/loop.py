@@ -15,6 +15,9 @@ from grainlaw.kernels.fingerprint import fingerprint
 from grainlaw.kernels.foreign import call
 
 BLOCK = 4096  #: zones, or interfaces, that go through their passes together: their scratch stays in the cache
+#: A law is called for a multiple of so many contacts but for the last of its group: whether the compiler rounds the
+#: few that do not fill its vectors in another order, as it may, then does not depend on the number of threads.
+LANES = 64
 
 
 class Mesh(NamedTuple):
@@ -70,6 +73,25 @@ class Driven(NamedTuple):
     work: np.ndarray  #: (d,) J
 
 
+class Held(NamedTuple):
+    """Boundaries (k) that move as one body under a force: platens."""
+
+    column: np.ndarray  #: (k,) which force of the schedule, and which velocity of the driven freedoms
+    stiffness: np.ndarray  #: (k,) N/m of a spring that pulls back to where the stage began
+    motion: np.ndarray  #: (threads, 7, k) what the integrator needs, a copy for each thread: rows of ``Freedoms``
+
+
+class Pressed(NamedTuple):
+    """Edges (e) of grains under a pressure that stays normal to them as they move."""
+
+    column: np.ndarray  #: (e,) which pressure of the schedule
+    node: np.ndarray  #: (2, e) ends, counter-clockwise round the grain
+    edge: np.ndarray  #: (2, e) undeformed, from the first end to the second (m)
+    force: np.ndarray  #: (2, e) N, of the last step
+    moved: np.ndarray  #: (2, e) displacement of the middle at the last step (m)
+    work: np.ndarray  #: (e,) J
+
+
 class Rigid(NamedTuple):
     """Corners of rigid grains; ``grains`` 0 says that grains deform."""
 
@@ -79,31 +101,28 @@ class Rigid(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """Which zones, nodes, interfaces, freedoms, driven freedoms and grains a thread works on: (threads + 1,) each."""
+    """What a thread works on: (threads + 1,) bounds of each."""
 
     zone: np.ndarray
     node: np.ndarray
     interface: np.ndarray
     freedom: np.ndarray
     driven: np.ndarray
+    pressed: np.ndarray
     grain: np.ndarray
 
 
 @njit(forceinline=True, **OPTIONS)
-def _respond(group, first, last, opening, slip, normal, shear):
-    """Let each law answer for its contact points among ``first`` to ``last``."""
-    for g in range(group.shape[0]):
-        begin = max(first, group[g, 6])
-        end = min(last, group[g, 7])
-        if begin < end:
-            offset = 8 * (begin - group[g, 8])
-            call(
-                group[g, 0],
-                (
-                    group[g, 1], group[g, 2] + offset, group[g, 3], group[g, 4] + offset, group[g, 5],
-                    opening + 8 * begin, slip + 8 * begin, normal + 8 * begin, shear + 8 * begin, end - begin,
-                ),
-            )  # fmt: skip
+def _respond(group, g, first, last, opening, slip, normal, shear):
+    """Let the law of row ``g`` answer for contact points ``first`` to ``last``."""
+    offset = 8 * (first - group[g, 8])
+    call(
+        group[g, 0],
+        (
+            group[g, 1], group[g, 2] + offset, group[g, 3], group[g, 4] + offset, group[g, 5],
+            opening + 8 * first, slip + 8 * first, normal + 8 * first, shear + 8 * first, last - first,
+        ),
+    )  # fmt: skip
 
 
 @njit(**OPTIONS)
@@ -127,8 +146,7 @@ def _zones(mesh, first, last):
 
 
 @njit(**OPTIONS)
-def _interfaces(mesh, contacts, group, new, old, first, last):
-    """Kinematics, tractions, work and forces of interfaces ``first`` to ``last``, block by block."""
+def _group(mesh, contacts, group, g, new, old, first, last):
     count = contacts.half.shape[0]
     ux, uy = mesh.displacement[0], mesh.displacement[1]
     cx, cy = contacts.force[0], contacts.force[1]
@@ -153,8 +171,8 @@ def _interfaces(mesh, contacts, group, new, old, first, last):
             d1x, d1y, d2x, d2y, ex, ey, contacts.edge[0, c:e], contacts.edge[1, c:e], weight, nx, ny, inverse,
             o1, o2, s1, s2,
         )  # fmt: skip
-        _respond(group, c, e, *addresses)
-        _respond(group, k, m, *addresses)
+        _respond(group, g, c, e, *addresses)
+        _respond(group, g + 1, k, m, *addresses)
         n1, n2, t1, t2 = normal[c:e], normal[k:m], shear[c:e], shear[k:m]
         passes.contact_work(o1, o_old[c:e], n1, n_old[c:e], o_work[c:e])
         passes.contact_work(o2, o_old[k:m], n2, n_old[k:m], o_work[k:m])
@@ -167,20 +185,54 @@ def _interfaces(mesh, contacts, group, new, old, first, last):
         )  # fmt: skip
 
 
+@njit(**OPTIONS)
+def _interfaces(mesh, contacts, group, new, old, first, last):
+    """Kinematics, tractions, work and forces of interfaces ``first`` to ``last``, law by law, block by block."""
+    for g in range(0, group.shape[0], 2):  # a row for the first points of its interfaces, one for the second
+        _group(mesh, contacts, group, g, new, old, max(first, group[g, 6]), min(last, group[g, 7]))
+
+
+@njit(**OPTIONS)
+def _hold(held, motion, schedule, rate, freedoms, driven, integrator, parameters):
+    """Move platens under their forces by one step; every thread does it, alike, for itself.
+
+    A platen has the mass of the freedoms it holds, and is integrated like them.
+    """
+    for k in range(held.column.shape[0]):
+        force = schedule[held.column[k]] - held.stiffness[k] * motion[2, k]
+        for d in range(driven.row.shape[0]):
+            if driven.column[d] == held.column[k]:
+                force += freedoms.force[driven.row[d], driven.place[d]]
+        motion[0, k] = force
+    rows = motion.ctypes.data
+    size = 8 * motion.shape[1]
+    call(
+        integrator,
+        (
+            parameters, rows, rows + size, rows + 2 * size, rows + 3 * size, rows + 4 * size, rows + 5 * size,
+            rows + 6 * size, motion.shape[1],
+        ),
+    )  # fmt: skip
+    for k in range(held.column.shape[0]):
+        rate[held.column[k]] = motion[1, k]
+
+
 def _steps(
-    thread, threads, meeting, pause, steps, now, time_step, mesh, contacts, group, freedoms, driven, schedule, rigid,
-    parts, integrator, parameters,
+    thread, threads, meeting, pause, steps, now, time_step, mesh, contacts, group, freedoms, driven, held, pressed,
+    schedule, rigid, parts, integrator, parameters,
 ):  # fmt: skip
     # A thread works on the zones and nodes of its grains, on its interfaces, and on its freedoms.
     i0, i1 = parts.node[thread], parts.node[thread + 1]
     f0, f1 = parts.freedom[thread], parts.freedom[thread + 1]
     d0, d1 = parts.driven[thread], parts.driven[thread + 1]
+    e0, e1 = parts.pressed[thread], parts.pressed[thread + 1]
     g0, g1 = parts.grain[thread], parts.grain[thread + 1]
     ux, uy = mesh.displacement[0], mesh.displacement[1]
     fx, fy = mesh.force[0], mesh.force[1]
     my_fx, my_fy = fx[i0:i1], fy[i0:i1]
     cx, cy = contacts.force[0], contacts.force[1]
     slot1, slot2 = mesh.slots[0, i0:i1], mesh.slots[1, i0:i1]
+    rate = np.empty(schedule.shape[1])
     for step in range(steps):
         new, old = (now + step) % 2, (now + step + 1) % 2
         my_fx[:] = 0.0
@@ -190,13 +242,23 @@ def _steps(
         _interfaces(mesh, contacts, group, new, old, parts.interface[thread], parts.interface[thread + 1])
         barrier.wait(meeting, threads, pause)
         passes.gather_forces(slot1, slot2, cx, cy, my_fx, my_fy)
+        if e0 < e1:
+            passes.press(
+                schedule[step], pressed.column[e0:e1], pressed.node[0, e0:e1], pressed.node[1, e0:e1],
+                pressed.edge[0, e0:e1], pressed.edge[1, e0:e1], ux, uy, fx, fy, pressed.force[0, e0:e1],
+                pressed.force[1, e0:e1], pressed.moved[0, e0:e1], pressed.moved[1, e0:e1], pressed.work[e0:e1],
+            )  # fmt: skip
         if rigid.grains > 0:
             passes.grain_forces(
                 rigid.first, rigid.arm[0], rigid.arm[1], freedoms.displacement[2], fx, fy,
                 freedoms.force[0], freedoms.force[1], freedoms.force[2], g0, g1,
             )  # fmt: skip
+        rate[:] = schedule[step]
+        if held.column.shape[0] > 0:
+            barrier.wait(meeting, threads, pause)  # forces on all of a platen's freedoms
+            _hold(held, held.motion[thread], schedule[step], rate, freedoms, driven, integrator, parameters)
         passes.impose(
-            schedule[step], driven.row[d0:d1], driven.place[d0:d1], driven.column[d0:d1], time_step,
+            rate, driven.row[d0:d1], driven.place[d0:d1], driven.column[d0:d1], time_step,
             freedoms.force, freedoms.velocity, freedoms.mass, freedoms.imposed,
             driven.reaction[d0:d1], driven.total[d0:d1], driven.work[d0:d1],
         )  # fmt: skip
@@ -245,19 +307,27 @@ def zone_state(mesh: Mesh, displacement: np.ndarray) -> tuple[np.ndarray, np.nda
 _pause = functools.cache(barrier.pause_address)
 
 
-def run(threads: int, *arguments: Any) -> None:
+def run(
+    threads: int, steps: int, now: int, time_step: float, mesh: Mesh, contacts: Contacts, group: np.ndarray,
+    freedoms: Freedoms, driven: Driven, held: Held, pressed: Pressed, schedule: np.ndarray, rigid: Rigid, parts: Parts,
+    integrator: int, parameters: int,
+) -> None:  # fmt: skip
     """Advance by a chunk of steps in ``threads`` threads; the result is the same bit for bit for any number.
 
-    ``arguments`` are those of the loop after ``pause``. The interpreter lock is released meanwhile.
+    ``group`` is the table of laws, ``integrator`` and ``parameters`` are addresses. The interpreter lock is released
+    meanwhile.
     """
     loop = _compiled(_steps)
     meeting = np.zeros(barrier.SIZE, dtype=np.int64)
-    helpers = [
-        threading.Thread(target=loop, args=(thread, threads, meeting, _pause(), *arguments))
-        for thread in range(1, threads)
-    ]
+    own = held._replace(motion=np.repeat(held.motion, threads, axis=0))
+    arguments = (
+        threads, meeting, _pause(), steps, now, time_step, mesh, contacts, group, freedoms, driven, own, pressed,
+        schedule, rigid, parts, integrator, parameters,
+    )  # fmt: skip
+    helpers = [threading.Thread(target=loop, args=(thread, *arguments)) for thread in range(1, threads)]
     for helper in helpers:
         helper.start()
-    loop(0, threads, meeting, _pause(), *arguments)
+    loop(0, *arguments)
     for helper in helpers:
         helper.join()
+    held.motion[:] = own.motion[:1]

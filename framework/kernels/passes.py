@@ -161,6 +161,23 @@ def gather_forces(first, second, cx, cy, fx, fy):
 
 
 @njit(**OPTIONS)
+def press(pressures, column, first, second, edge_x, edge_y, ux, uy, fx, fy, px, py, moved_x, moved_y, work):
+    """Add the force of a pressure, normal to each edge as it lies, half to each of its ends; its work, Eq. (11)."""
+    for e in range(column.shape[0]):
+        i, j = first[e], second[e]
+        p = pressures[column[e]]
+        force_x = -p * (edge_y[e] + uy[j] - uy[i])
+        force_y = p * (edge_x[e] + ux[j] - ux[i])
+        fx[i] += 0.5 * force_x
+        fx[j] += 0.5 * force_x
+        fy[i] += 0.5 * force_y
+        fy[j] += 0.5 * force_y
+        x, y = 0.5 * (ux[i] + ux[j]), 0.5 * (uy[i] + uy[j])
+        work[e] += 0.5 * ((px[e] + force_x) * (x - moved_x[e]) + (py[e] + force_y) * (y - moved_y[e]))
+        px[e], py[e], moved_x[e], moved_y[e] = force_x, force_y, x, y
+
+
+@njit(**OPTIONS)
 def impose(velocities, row, index, column, time_step, force, velocity, mass, imposed, reaction, total, work):
     """Set the velocity of driven freedoms; their reaction, its sum over steps and its work, Eq. (11)."""
     for d in range(row.shape[0]):

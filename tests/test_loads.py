@@ -1,0 +1,155 @@
+"""Boundaries under forces: platens held at a stress, and pressures that follow a deforming side."""
+
+import attrs
+import numpy as np
+import pytest
+from support import ROCK, STIFF, Bricks, advance, small_sample
+
+import grainlaw as gl
+from grainlaw.geometry import rectangle
+from grainlaw.laws import Linear
+from grainlaw.state import State
+
+ALONG = 60e9 / (1 - 0.25**2)  # Pa, plane strain: stress over strain with free sides
+ACROSS = 0.25 / 0.75  # lateral over axial strain
+
+
+@attrs.frozen(kw_only=True)
+class Loads(gl.LoadingProtocol):
+    """One stage, from drives and pressures, until the specimen is at rest."""
+
+    drives: tuple = ()
+    pressures: tuple = ()
+    least: float = 3e-5
+    rest: float = 1.0  # N on any freedom
+
+    def stages(self, specimen):
+        until = [gl.Reaches("settled", 1.0)]
+        return [gl.Stage(name="load", drives=self.drives, pressures=self.pressures, until=until, interval=1e-6)]
+
+    def measure(self, state):
+        low, high = specimen_size(state)
+        strain = [
+            (state.moved(far)[axis] - state.moved(near)[axis]) / (high - low)[axis]
+            for axis, near, far in ((0, "left", "right"), (1, "bottom", "top"))
+        ]
+        forces = np.abs(state.freedoms.force[:2][state.freedoms.free[:2] > 0])
+        settled = state.time > self.least and forces.max() < self.rest
+        return {
+            "x": strain[0], "y": strain[1], "settled": float(settled), "top": state.reaction("top")[1],
+            "bottom": state.reaction("bottom")[1], "moved": state.moved("top")[1],
+        }  # fmt: skip
+
+    def summary(self, curves, specimen):
+        return {name: curves[name][-1] for name in ("x", "y", "top", "bottom", "moved")}
+
+
+def specimen_size(state):
+    return state.specimen.grains.region.bounds
+
+
+def block(material=ROCK, rows=1):
+    return gl.Specimen(Bricks(rows=rows, columns=1).tessellate(rectangle(4e-3, 4e-3)), material)
+
+
+def gl_drive(boundary, axis=1, speed=0.0):
+    return gl.Drive(boundary=boundary, axis=axis, speed=speed)
+
+
+HELD = gl_drive("bottom")
+
+
+def test_a_platen_presses_with_its_stress():
+    load = Loads(drives=(HELD, gl.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5)))
+    result = gl.simulate(block(), Linear(**STIFF), load)
+    found = result.summary
+    assert found["y"] == pytest.approx(-10e6 / ALONG, rel=1e-3)
+    assert found["x"] == pytest.approx(10e6 / ALONG * ACROSS, rel=1e-3)
+    assert found["top"] == pytest.approx(-10e6 * 4e-3, rel=1e-3)
+    assert found["bottom"] == pytest.approx(10e6 * 4e-3, rel=1e-3)
+    assert found["energy_error"] < 1e-3
+    assert result.curves["energy_external"][-1] == pytest.approx(0.5 * 10e6**2 / ALONG * 16e-6, rel=0.05)
+
+
+def test_a_platen_moves_as_one():
+    """Where the force alone would bend the top: blocks of different stiffness stand side by side below it."""
+    grains = Bricks(rows=1, columns=2).tessellate(rectangle(4e-3, 4e-3))
+    grains = attrs.evolve(grains, phase=np.array([0, 1]))
+    soft = gl.Elastic(youngs_modulus=20e9, poissons_ratio=0.0, density=2600)
+    specimen = gl.Specimen(grains, {0: attrs.evolve(soft, youngs_modulus=60e9), 1: soft})
+    load = Loads(drives=(HELD, gl.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5)))
+    result = gl.simulate(specimen, Linear(**STIFF), load)
+    top = specimen.mesh.boundaries["top"]
+    assert np.ptp(result.frames[-1].displacement[top, 1]) < 1e-18
+    assert result.summary["y"] == pytest.approx(-10e6 / 40e9, rel=0.01)  # in parallel
+
+
+def test_a_spring_on_a_platen_takes_its_share():
+    stiffness = ALONG / 4e-3  # as stiff as the block
+    hold = gl.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5, stiffness=stiffness)
+    found = gl.simulate(block(), Linear(**STIFF), Loads(drives=(HELD, hold))).summary
+    assert found["moved"] == pytest.approx(-10e6 / (2 * stiffness), rel=1e-3)
+    assert found["top"] == pytest.approx(-5e6 * 4e-3, rel=2e-3)
+
+
+@pytest.mark.parametrize("rows", [1, 3])
+def test_pressure_on_the_sides(rows):
+    sides = tuple(gl.Pressure(boundary=side, pressure=10e6, ramp=2e-5) for side in ("left", "right"))
+    result = gl.simulate(block(rows=rows), Linear(**STIFF), Loads(drives=(HELD,), pressures=sides))
+    assert result.summary["x"] == pytest.approx(-10e6 / ALONG, rel=2e-3)
+    assert result.summary["energy_error"] < 1e-3
+    assert result.curves["energy_external"][-1] == pytest.approx(0.5 * 10e6**2 / ALONG * 16e-6, rel=0.05)
+
+
+def test_pressure_all_round_a_free_specimen_leaves_it_where_it_is():
+    """No resultant and no moment, however the specimen is turned and bent."""
+    specimen = small_sample(15)
+    state = State(specimen, Linear(**STIFF))
+    pressures = [gl.Pressure(boundary=side, pressure=10e6) for side in ("left", "right", "top", "bottom")]
+    state.drive([], pressures)
+    place = specimen.mesh.nodes
+    bent = np.stack([place[:, 1] * 0.3 - 5 * place[:, 0] ** 2, -0.2 * place[:, 0] + 4 * place[:, 1] ** 2], axis=1)
+    state.arrays.displacement[:] = bent.T
+    advance(state)
+    force = state.arrays.force.T.copy()
+    state.drive([], [])
+    advance(state)
+    inside = force - state.arrays.force.T
+    x, y = (place + bent).T
+    scale = 10e6 * 20e-3
+    assert np.abs(inside.sum(axis=0)).max() < 1e-9 * scale
+    assert abs(np.sum(x * inside[:, 1] - y * inside[:, 0])) < 1e-9 * scale * 20e-3
+    assert np.abs(inside).max() > 1e-3 * scale
+
+
+def test_pressure_follows_the_side():
+    """A quarter turn carries the force along."""
+    specimen = block()
+    state = State(specimen, Linear(**STIFF))
+    state.drive([], [gl.Pressure(boundary="top", pressure=10e6)])
+    x, y = specimen.mesh.nodes.T
+    state.arrays.displacement[:] = np.array([-y - x, x - y])  # (x, y) to (-y, x)
+    advance(state)
+    assert state.arrays.force.sum(axis=1) == pytest.approx([10e6 * 4e-3, 0], abs=1e-3)  # the top now looks to -x
+
+
+@pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])
+def test_loads_are_the_same_for_any_number_of_threads(material):
+    specimen = small_sample(12, material=material)
+    sides = tuple(gl.Pressure(boundary=side, pressure=2e6, ramp=1e-5) for side in ("left", "right"))
+    drives = (HELD, gl_drive("bottom", axis=0), gl.Hold(boundary="top", axis=1, stress=-5e6, ramp=1e-5))
+    load = Loads(drives=drives, pressures=sides, least=2e-5)
+    runs = [gl.simulate(specimen, Linear(**STIFF), load, threads=threads) for threads in (1, 2, 3)]
+    for run in runs[1:]:
+        for name, curve in runs[0].curves.items():
+            assert np.array_equal(curve, run.curves[name]), name
+    assert runs[0].summary["top"] == pytest.approx(-5e6 * 20e-3, rel=0.01)
+    assert runs[0].summary["energy_error"] < 0.005
+
+
+@pytest.mark.parametrize("load", [gl.Hold(boundary="lid", axis=1, stress=1e6), gl.Pressure(boundary="lid", pressure=1)])
+def test_unknown_boundary(load):
+    imposed = {"drives": (load,)} if isinstance(load, gl.Hold) else {"pressures": (load,)}
+    says = rf"{type(load).__name__}: boundary = 'lid' .* bottom, left, right, top"
+    with pytest.raises(gl.ParameterError, match=says):
+        gl.simulate(block(), Linear(**STIFF), Loads(**imposed))
