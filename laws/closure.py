@@ -14,7 +14,11 @@ class Closure(ABC):
 
     @abstractmethod
     def pressure(self, kn: float, closure: float) -> float:
-        """Pressure (Pa) at a closure (m, 0 or more), with slope ``kn`` at the start."""
+        """Pressure (Pa) at a closure (m, 0 or more), with slope ``kn`` at the start, which never falls."""
+
+    @abstractmethod
+    def tangent(self, kn: float, closure: float) -> float:
+        """Slope (Pa/m) of the pressure there."""
 
 
 @attrs.frozen(kw_only=True)
@@ -23,6 +27,9 @@ class LinearClosure(Closure):
 
     def pressure(self, kn: float, closure: float) -> float:
         return kn * closure
+
+    def tangent(self, kn: float, closure: float) -> float:
+        return kn
 
 
 @attrs.frozen(kw_only=True)
@@ -44,3 +51,7 @@ class BandisClosure(Closure):
         curved = min(closure, self.curved)
         room = 1 - curved / self.maximum_closure
         return kn * (curved / room + (closure - curved) / (room * room))
+
+    def tangent(self, kn: float, closure: float) -> float:
+        room = 1 - min(closure, self.curved) / self.maximum_closure
+        return kn / (room * room)
