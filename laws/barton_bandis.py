@@ -31,8 +31,8 @@ class Roughness:
         angle = self.residual_friction_angle + 2 * self.dilation_angle(normal_stress)
         if np.any(angle > 70):
             raise ParameterError(
-                f"Roughness: a friction angle of {np.max(angle):.3g} deg at {np.min(normal_stress):g} Pa of normal stress "
-                "is not allowed, the criterion is not meant for more than 70 deg"
+                f"Roughness: a friction angle of {np.max(angle):.3g} deg at a normal stress of "
+                f"{np.min(normal_stress):g} Pa is not allowed, the criterion is not meant for more than 70 deg"
             )
         return angle
 
@@ -41,6 +41,14 @@ class Roughness:
         if not np.all(np.greater(normal_stress, 0)):
             raise ParameterError(f"Roughness: normal_stress = {normal_stress!r} Pa is not allowed, it must be above 0")
         return 0.5 * self.jrc * np.maximum(np.log10(self.jcs / normal_stress), 0.0)
+
+
+def _a_closure(component: Any, attribute: Any, value: Any) -> None:
+    if not isinstance(value, Closure):
+        raise ParameterError(
+            f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
+            "it must be a Closure such as BandisClosure(maximum_closure=...)"
+        )
 
 
 @attrs.frozen(kw_only=True)
@@ -60,7 +68,7 @@ class BartonBandis(ContactLaw):
     friction_angle: float = parameter("deg", at_least=0, below=90)
     dilation_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
     dilation_end: float = parameter("m", default=math.inf, above=0, infinite=True)  #: slip up to which it dilates
-    closure: Closure = attrs.field(validator=attrs.validators.instance_of(Closure))  #: BandisClosure with its V_m
+    closure: Closure = attrs.field(validator=_a_closure)
 
     def __attrs_post_init__(self) -> None:
         not_above(self, "dilation_angle", "friction_angle", "slip would create energy")
