@@ -83,8 +83,9 @@ def test_retraced_unloading(compiled):
 @any_unloading
 def test_mixed(law, compiled):
     # D_I = 3/10, D_II = 4/10, D = 1/2, of which shear 0.16/0.25
-    t = trace(law, 3.2 * um, [4.4 * um], compiled=compiled)
+    t = trace(law, np.array([3.2, 1.2]) * um, np.array([4.4, 0.1]) * um, compiled=compiled)
     assert [t.normal[0] / MPa, t.shear[0] / MPa, t.damage[0], t.mode[0]] == pytest.approx([5, 10, 0.5, 0.64])
+    assert t.mode[1] == t.mode[0]
     # D = 1/2 by tension alone, slip half way to its peak: half of 15 MPa.
     t = trace(law, 5.2 * um, [0.2 * um], compiled=compiled)
     assert [t.shear[0] / MPa, t.mode[0]] == pytest.approx([7.5, 0])
