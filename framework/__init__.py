@@ -21,6 +21,7 @@ from grainlaw.kernels.batch import CompilationError
 from grainlaw.loading import AtRest, Condition, Drive, FallsTo, Hold, LoadingProtocol, Pressure, Reaches, Stage
 from grainlaw.observation import Frame, FrameRecorder, Observer
 from grainlaw.parameter import ParameterError, parameter, parameters, part
+from grainlaw.probe import ContactPath, Probe
 from grainlaw.result import Cracks, Result
 from grainlaw.simulation import InstabilityError, StageLimitError, simulate
 from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
@@ -36,6 +37,7 @@ __all__ = [
     "CompilationError",
     "Condition",
     "ContactLaw",
+    "ContactPath",
     "ContactPoints",
     "Cracks",
     "Damping",
@@ -62,6 +64,7 @@ __all__ = [
     "ParameterError",
     "Plane",
     "Pressure",
+    "Probe",
     "Reaches",
     "Region",
     "Relaxation",

@@ -10,9 +10,9 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.direct_shear import direct_shear, pulled
 from grainlaw.parameter import parameters
 from grainlaw.probing import FAR, Contact, measure, peak_along
+from grainlaw.shear_box import pulled, sheared
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -123,7 +123,7 @@ def shear_mode(contact: Contact, pressure: float, steps: int = FINE) -> Mode:
     """A fresh contact sheared under a pressure (Pa, below 0: a tension) that is held; broken where it cannot be."""
 
     def drive(slips: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        run = direct_shear(contact, -pressure, slips)
+        run = sheared(contact, -pressure, slips)
         return run.slip, run.shear, run.memory.get("damage", np.zeros(len(run.slip)))
 
     return _failure(drive, steps, pressure)

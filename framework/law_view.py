@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from grainlaw.characteristics import Characteristics, Envelope, alone, characteristics, envelope
 from grainlaw.contact import ContactLaw, Trace
-from grainlaw.direct_shear import as_trace, direct_shear, pulled
 from grainlaw.probing import REACH, Contact, find_closure
+from grainlaw.shear_box import as_trace, pulled, sheared
 
 Curve = tuple[np.ndarray, np.ndarray, str, str]  #: displacement (m), traction (Pa), colour, name
 MPA, UM = 1e-6, 1e6
@@ -53,7 +53,7 @@ def pull_and_release(contact: Contact, to: Reach) -> Trace:
 def shear_and_reverse(contact: Contact, normal: float, to: Reach) -> Trace:
     """Sheared under a normal traction (Pa) that is held; back half-way behind the peak, and back again when broken."""
     half = to.peak + 0.25 * (to.end - to.peak)
-    return direct_shear(contact, normal, along([0, half, 0, 1.2 * to.end, 0.6 * to.end]))
+    return sheared(contact, normal, along([0, half, 0, 1.2 * to.end, 0.6 * to.end]))
 
 
 def ratios(opening: Reach, slip: Reach) -> list[float]:

@@ -7,9 +7,9 @@ from support import STIFF, STRONG, Hillerborg
 
 import grainlaw as gl
 from grainlaw.characteristics import envelope
-from grainlaw.direct_shear import direct_shear
 from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, Linear, MohrCoulomb
 from grainlaw.probing import Contact
+from grainlaw.shear_box import sheared
 
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
 BRITTLE = MohrCoulomb(**STRONG)
@@ -67,7 +67,7 @@ def test_pressure_is_held_while_a_contact_dilates():
     law = attrs.evolve(BRITTLE, residual_friction_angle=30, dilation_angle=10)
     for mode in gl.characteristics(law).shear[1:]:
         assert mode.residual == close(mode.pressure * np.tan(np.radians(30)))  # closure held, it would grow on
-    run = direct_shear(Contact(law), -5e6, np.linspace(0, 1e-5, 500))
+    run = sheared(Contact(law), -5e6, np.linspace(0, 1e-5, 500))
     lifted = run.opening[-1] - run.opening[0]
     slid = run.slip[-1] - run.shear[-1] / law.ks
     assert run.normal[-1] == pytest.approx(-5e6)
@@ -75,7 +75,7 @@ def test_pressure_is_held_while_a_contact_dilates():
 
 
 def test_tension_is_held_until_the_contact_fails():
-    run = direct_shear(Contact(BRITTLE), 6.5e6, np.linspace(0, 1e-6, 1001))
+    run = sheared(Contact(BRITTLE), 6.5e6, np.linspace(0, 1e-6, 1001))
     assert run.normal == pytest.approx(np.full(len(run.normal), 6.5e6))
     assert run.shear[-1] == pytest.approx(29e6 - 6.5e6 * TAN, rel=0.005)  # a step of slip is 0.5 % of it
     assert run.damage[-1] == 0

@@ -151,7 +151,8 @@ def test_a_law_of_a_file_is_shown(tmp_path):
 )
 def test_laws_that_cannot_be_shown_are_refused_in_words(law, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    text = "from grainlaw.laws import Linear\nlaw = Linear(kn=2e13, ks=1e13)\nscattered = Linear(kn=[1e13, 2e13], ks=1e13)\n"
+    text = "import grainlaw.laws as known\nlaw = known.Linear(kn=2e13, ks=1e13)\n"
+    text += "scattered = known.Linear(kn=[1e13, 2e13], ks=1e13)\n"
     (tmp_path / "mine.py").write_text(text)
     result = invoke("law", law, "--out", "out")
     assert result.exit_code == 2

@@ -1,0 +1,166 @@
+"""Followed contact points: the right ones, with their own laws, and paths that their laws walk alone as well."""
+
+import attrs
+import numpy as np
+import pytest
+from support import ROCK, STIFF, STRONG, small_sample
+
+import grainlaw as gl
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
+from grainlaw.probe import law_at
+from grainlaw.protocols import UniaxialCompression, UniaxialTension
+from grainlaw.units import mm
+
+COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=10, mode_ii_energy=20)
+PULL = UniaxialTension(speed=0.05, maximum_strain=6e-4)
+
+
+@pytest.fixture(scope="module")
+def pulled():
+    probe, frames = gl.Probe(points=[5], places=[(10 * mm, 20 * mm)], first=3), gl.FrameRecorder()
+    return probe, gl.simulate(small_sample(), COHESIVE, PULL, observers=[probe, frames]), frames.frames[0]
+
+
+def test_points_are_chosen_by_number_place_and_break(pulled):
+    probe, result, frame = pulled
+    numbers = [path.point for path in probe.paths]
+    assert numbers[0] == 5
+    count = len(frame.contacts["opening"]) // 2
+    ends = result.mesh.nodes[result.interfaces[numbers[1] % count]]
+    first, second = (ends[0] + ends[2]) / 2, (ends[1] + ends[3]) / 2
+    assert probe.paths[1].position == pytest.approx(
+        first + (second - first) * (0.75 if numbers[1] >= count else 0.25), abs=1e-6
+    )
+    nodes = result.mesh.nodes[result.interfaces]
+    middles = nodes.mean(axis=1)
+    nearest = np.hypot(*(middles - (10 * mm, 20 * mm)).T).min()
+    assert np.hypot(*(probe.paths[1].position - (10 * mm, 20 * mm))) < nearest + np.hypot(*(second - first)) / 4
+    assert len(numbers) == 5
+
+
+def test_the_first_to_break_are_the_first_cracks(pulled):
+    probe, result, _ = pulled
+    assert len(result.cracks) > 3
+    for k, path in enumerate(probe.paths[2:]):
+        assert path.broken == result.cracks.time[k]
+        assert path.grains == tuple(result.cracks.grains[k])
+        assert path.mode == result.cracks.mode[k]
+        assert path.opening[-1] == pytest.approx(result.cracks.opening[k], rel=1e-6)
+        assert path.damage[path.unbroken] == 1
+        assert path.damage[path.unbroken - 1] < 1
+
+
+def test_a_path_has_every_sample_of_the_run(pulled):
+    probe, result, _ = pulled
+    for path in probe.paths:
+        assert path.time == pytest.approx(result.curves["time"], rel=1e-12)
+
+
+def test_the_law_alone_walks_the_same_path(pulled):
+    for path in pulled[0].paths:
+        before = path.unbroken
+        alone = gl.trace(COHESIVE, path.opening[:before], path.slip[:before])
+        # Between two samples the contact may turn back; what is not sampled is a small part of the strength.
+        assert alone.normal == pytest.approx(path.normal[:before], abs=0.01 * 13e6)
+        assert alone.shear == pytest.approx(path.shear[:before], abs=0.01 * 29e6)
+
+
+def test_an_elastic_path_is_exact():
+    probe = gl.Probe(points=[0, 7])
+    gl.simulate(small_sample(), Linear(**STIFF), UniaxialCompression(speed=0.1, maximum_strain=2e-4), observers=[probe])
+    for path in probe.paths:
+        assert path.normal == pytest.approx(1.05e14 * path.opening, rel=1e-6)
+        assert path.shear == pytest.approx(9.45e13 * path.slip, rel=1e-6)
+        assert not path.damage.any()
+        assert path.unbroken == len(path.time)
+
+
+def test_every_point_is_given_up_once_the_first_have_broken(pulled):
+    probe, _, _ = pulled
+    rows = probe._run.rows
+    assert {row.shape for row in rows} == {(5, 5)}
+    assert rows[0].dtype == np.float32
+
+
+def test_what_has_not_broken_is_not_among_the_first():
+    probe = gl.Probe(first=2)
+    short = attrs.evolve(PULL, maximum_strain=2e-5)
+    gl.simulate(small_sample(), COHESIVE, short, observers=[probe])
+    assert probe.paths == []
+    assert str(probe) == "nothing was followed"
+
+
+def test_a_probe_begins_anew_with_another_run():
+    probe, law = gl.Probe(points=[1]), Linear(**STIFF)
+    short = attrs.evolve(PULL, maximum_strain=2e-5)
+    first = gl.simulate(small_sample(), law, short, observers=[probe])
+    gl.simulate(small_sample(), law, short, observers=[probe])
+    assert len(probe.paths[0].time) == len(first.curves["time"])
+
+
+def test_a_point_has_the_law_of_its_phases_and_its_own_numbers():
+    bricks = Bricks(rows=4, columns=1).tessellate(rectangle(10 * mm, 40 * mm))
+    phases = attrs.evolve(bricks, phase=np.array([0, 0, 1, 1]))
+    rock = gl.Specimen(phases, {0: ROCK, 1: ROCK})
+    strengths = np.array([11e6, 12e6])  # of the two points of the one interface between grains of phase 1
+    laws = {
+        (0, 0): Linear(**STIFF), (0, 1): MohrCoulomb(**STRONG),
+        (1, 1): MohrCoulomb(**STRONG | {"tensile_strength": strengths}),
+    }  # fmt: skip
+    probe = gl.Probe(points=range(6))
+    gl.simulate(rock, laws, attrs.evolve(PULL, maximum_strain=2e-5), observers=[probe])
+    found = {path.point: (path.grains, type(path.law).__name__, getattr(path.law, "tensile_strength", None)) for path in
+             probe.paths}  # fmt: skip
+    assert sorted(found.values(), key=str) == [
+        ((0, 1), "Linear", None), ((0, 1), "Linear", None), ((1, 2), "MohrCoulomb", 13e6),
+        ((1, 2), "MohrCoulomb", 13e6), ((2, 3), "MohrCoulomb", 11e6), ((2, 3), "MohrCoulomb", 12e6),
+    ]  # fmt: skip
+    second = {point for point, (_, _, strength) in found.items() if strength == 12e6}
+    assert min(second) >= 3  # the second points come after all first ones
+
+
+def test_parts_have_their_own_numbers_too():
+    law = attrs.evolve(COHESIVE, closure=BandisClosure(maximum_closure=[1e-6, 2e-6]))
+    assert law_at(law, 1).closure.maximum_closure == 2e-6
+    assert law_at(COHESIVE, 1) == COHESIVE
+
+
+def test_the_verdict_says_how_and_how_nearly(pulled):
+    probe = pulled[0]
+    unbroken, broken = str(probe).splitlines()[0], str(probe.paths[2])
+    assert "contact 5 between grains" in unbroken
+    assert "did not break, damage 0, " in unbroken
+    assert "in tension (share of shear 0.0" in broken
+    assert "peak tension 13 of 13 MPa" in broken
+    still = attrs.evolve(probe.paths[0], law=Linear(**STIFF), normal=-np.abs(probe.paths[0].normal))
+    assert "did not break, opening" in str(still)
+    assert "never in tension" in str(still)
+
+
+def test_paths_are_drawn_over_their_laws(pulled):
+    path = pulled[0].paths[2]
+    figure = path.plot()
+    figure.canvas.draw()
+    pull, _, strength = figure.subfigs[0].axes[:3]
+    assert max(line.get_ydata().max() for line in pull.lines) == pytest.approx(13, rel=1e-3)
+    followed = np.asarray(pull.collections[1].get_offsets())
+    assert followed[:, 0] == pytest.approx(path.opening * 1e6, rel=1e-6)
+    assert np.asarray(strength.collections[1].get_offsets())[:, 0] == pytest.approx(-path.normal / 1e6, rel=1e-6)
+    (cross,) = (line for line in pull.lines if line.get_marker() == "x")
+    assert cross.get_xdata()[0] == pytest.approx(path.opening[path.unbroken] * 1e6)
+    assert len(pulled[0].plot().subfigs) == len(pulled[0].paths)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, "give points, places or first"),
+        ({"first": -1}, "first = -1 is not allowed"),
+        ({"places": [(0, np.nan)]}, "places"),
+        ({"points": [100000]}, "there is no contact point 100000"),
+    ],
+)
+def test_probes_of_nothing_are_refused(options, words):
+    with pytest.raises(gl.ParameterError, match=words):
+        gl.simulate(small_sample(10), Linear(**STIFF), PULL, observers=[gl.Probe(**options)])
