@@ -1,7 +1,9 @@
 """Laboratory tests."""
 
+from grainlaw.protocols.direct_shear import DirectShear
+from grainlaw.protocols.joint_tension import JointTension
 from grainlaw.protocols.platens import Moving, Platens
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
 from grainlaw.protocols.uniaxial_tension import UniaxialTension
 
-__all__ = ["Moving", "Platens", "UniaxialCompression", "UniaxialTension"]
+__all__ = ["DirectShear", "JointTension", "Moving", "Platens", "UniaxialCompression", "UniaxialTension"]

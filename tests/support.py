@@ -20,25 +20,6 @@ ROCK = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
 
 
 @attrs.frozen(kw_only=True)
-class Bricks(gl.Tessellator):
-    """Equal bricks for an upright rectangle."""
-
-    rows: int = 2
-    columns: int = 1
-
-    def tessellate(self, region):
-        low, high = region.bounds
-        x = np.linspace(low[0], high[0], self.columns + 1)
-        y = np.linspace(low[1], high[1], self.rows + 1)
-        at = np.arange(len(x) * len(y)).reshape(len(y), len(x))
-        corners = np.stack([at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]], axis=-1).ravel()
-        vertices = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        bricks = gl.Tessellation(region, vertices, corners, np.arange(0, len(corners) + 1, 4))
-        bricks.check()
-        return bricks
-
-
-@attrs.frozen(kw_only=True)
 class Hillerborg(gl.ContactLaw):
     """A user's law, as the documents show it: linear tension softening over the fracture energy; elastic in shear."""
 

@@ -5,10 +5,10 @@ import inspect
 import attrs
 import numpy as np
 import pytest
-from support import ROCK, STIFF, Bricks, small_sample
+from support import ROCK, STIFF, small_sample
 
 import grainlaw as gl
-from grainlaw.geometry import rectangle
+from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 
 #: how each integrator is tried: with nothing that damps, and as users take it

@@ -3,10 +3,10 @@
 import attrs
 import numpy as np
 import pytest
-from support import ROCK, STRONG, Bricks
+from support import ROCK, STRONG
 
 import grainlaw as gl
-from grainlaw.geometry import rectangle
+from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, MohrCoulomb
 from grainlaw.protocols import UniaxialTension
 

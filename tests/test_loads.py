@@ -3,10 +3,10 @@
 import attrs
 import numpy as np
 import pytest
-from support import ROCK, STIFF, Bricks, advance, small_sample
+from support import ROCK, STIFF, advance, small_sample
 
 import grainlaw as gl
-from grainlaw.geometry import rectangle
+from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.state import State
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from support import ROCK, STIFF, STRONG, Bricks, advance, nodal_forces, small_sample, static_solution
+from support import ROCK, STIFF, STRONG, advance, nodal_forces, small_sample, static_solution
 
 import grainlaw as gl
-from grainlaw.geometry import rectangle
+from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.stability import highest_frequency, stiffness_matrix

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 import pyvista
 from matplotlib.image import imread
-from support import ROCK, STIFF, STRONG, Bricks, small_sample
+from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
-from grainlaw.geometry import rectangle
+from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
 from grainlaw.vtk import VtkWriter

@@ -3,11 +3,11 @@
 import attrs
 import numpy as np
 import pytest
-from support import ROCK, STIFF, STRONG, Bricks, small_sample
+from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw import protocols
-from grainlaw.geometry import rectangle
+from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import Moving, Platens, UniaxialCompression, UniaxialTension
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import grainlaw as gl
 from grainlaw import geometry
-from grainlaw.geometry import Hexagonal, Voronoi, grain_size, rectangle
+from grainlaw.geometry import Bricks, Hexagonal, Voronoi, grain_size, rectangle
 from grainlaw.geometry.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.ordering import hilbert_order
 from grainlaw.parameter import ParameterError
@@ -80,7 +80,10 @@ def assert_sides_complete(grains: Tessellation) -> None:
 
 def test_all_tessellators_are_tried() -> None:
     exported = [getattr(geometry, name) for name in geometry.__all__]
-    assert [each for each in exported if inspect.isclass(each) and issubclass(each, Tessellator)] == TESSELLATORS
+    assert [each for each in exported if inspect.isclass(each) and issubclass(each, Tessellator)] == [
+        Bricks,
+        *TESSELLATORS,
+    ]
 
 
 @every
@@ -412,3 +415,20 @@ def test_concave_region_is_refused(tessellator: type) -> None:
     dart = Region([(0, 0), (4, 0), (1, 1), (0, 4)], list("abcd"))
     with pytest.raises(ParameterError, match=r"outline must be convex, .* corner \[1. 1.\]"):
         tessellator(grains=9).tessellate(dart)
+
+
+@settings(max_examples=30, deadline=None)
+@given(width=st.floats(1e-6, 1e3), slenderness=st.floats(0.02, 50), rows=st.integers(1, 7), columns=st.integers(1, 7))
+def test_bricks_are_equal_and_in_rows(width: float, slenderness: float, rows: int, columns: int) -> None:
+    made = Bricks(rows=rows, columns=columns).tessellate(rectangle(width, width * slenderness))
+    assert_tiles(made)
+    assert made.areas == pytest.approx(np.full(rows * columns, width * width * slenderness / (rows * columns)))
+    middle = made.centroids.reshape(rows, columns, 2)
+    assert np.all(np.diff(middle[..., 1], axis=0) > 0)
+    assert np.all(np.diff(middle[..., 0], axis=1) > 0)
+
+
+@pytest.mark.parametrize("region", [TRIANGLE, DISC, Region([(0, 1), (1, 0), (2, 1), (1, 2)], "abcd")])
+def test_bricks_need_an_upright_rectangle(region: Region) -> None:
+    with pytest.raises(ParameterError, match=r"Bricks: region .* upright rectangle"):
+        Bricks().tessellate(region)

@@ -1,0 +1,84 @@
+"""A joint pulled, unloaded, reloaded, broken, closed and pulled again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+
+from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import Condition, Curves, Drive, FallsTo, LoadingProtocol, Reaches, Stage
+from grainlaw.parameter import ParameterError, parameter, part
+from grainlaw.protocols.joint import joint_means, require_joint
+from grainlaw.protocols.measures import size
+from grainlaw.specimen import Specimen
+from grainlaw.state import State
+
+
+@attrs.frozen(kw_only=True)
+class JointTension(LoadingProtocol):
+    """Two blocks with one horizontal joint: pull, unload, reload until it breaks, close, pull again.
+
+    The upper block moves, the lower one is held. Blocks taller than about E' times the steepest softening (83 mm for
+    60 GPa and the cohesive crack of the paper) snap back: they cross the steep part of the curve dynamically.
+    """
+
+    speed: float = parameter("m/s", default=0.005)
+    turn: float = parameter("s", default=1e-5, at_least=0)  #: time in which the speed changes from stage to stage
+    unload_at: float = parameter("m", default=5e-6)  #: opening of the joint
+    maximum_opening: float = parameter("m", default=50e-6)  #: where pulling ends if the joint has not broken
+    closing_pressure: float = parameter("Pa", default=10e6)
+    resolution: float = parameter("m", default=2e-8)  #: way of the upper block between samples
+    integrator: Integrator = part(Integrator, CentralDifference())
+
+    def __attrs_post_init__(self) -> None:
+        if self.unload_at >= self.maximum_opening:
+            raise ParameterError(
+                f"JointTension: unload_at = {self.unload_at:g} is not allowed, it must be below maximum_opening = "
+                f"{self.maximum_opening:g}"
+            )
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        require_joint(specimen, type(self).__name__)
+        open_wide = Reaches("opening", self.maximum_opening)
+        return [
+            self._stage("pull", 0, 1, Reaches("opening", self.unload_at), Reaches("broken", 1.0)),
+            self._stage("unload", 1, -1, FallsTo("normal", 0.0), FallsTo("opening", 0.0)),
+            self._stage("reload", -1, 1, Reaches("broken", 1.0), open_wide),
+            self._stage("close", 1, -1, Reaches("pressure", self.closing_pressure)),
+            self._stage("pull again", -1, 1, Reaches("opening", self.unload_at)),
+        ]
+
+    def _stage(self, name: str, before: float, direction: float, *until: Condition) -> Stage:
+        before, direction = before * self.speed, direction * self.speed
+        pull = Drive(boundary="top", axis=1, start=before, speed=direction, ramp=self.turn)
+        held = [Drive(boundary=side, axis=0, speed=0.0) for side in ("bottom", "top")]
+        return Stage(
+            name=name,
+            drives=[pull, Drive(boundary="bottom", axis=1, speed=0.0), *held],
+            until=until,
+            interval=self.resolution / self.speed,
+            integrator=self.integrator,
+        )
+
+    def measure(self, state: State) -> dict[str, float]:
+        """The joint's means; ``strain`` is the way of the upper end over the height, ``stress`` its reaction."""
+        width, height = size(state.specimen)
+        joint = joint_means(state)
+        return {
+            **joint,
+            "pressure": -joint["normal"],
+            "strain": float(state.moved("top")[1]) / height,
+            "stress": float(state.reaction("top")[1]) / width,
+        }
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Largest tension and the opening at it, opening at which the whole joint had broken (nan if it has not)."""
+        top = int(curves["normal"].argmax())
+        broken = curves["opening"][curves["broken"] >= 1]
+        return {
+            "peak_stress": float(curves["normal"][top]),
+            "peak_opening": float(curves["opening"][top]),
+            "breaking_opening": float(broken[0]) if len(broken) else float("nan"),
+        }
