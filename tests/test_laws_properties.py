@@ -15,8 +15,11 @@ import grainlaw.laws
 from grainlaw.contact import ContactLaw, trace
 from grainlaw.laws import (
     BandisClosure,
+    BartonBandis,
+    BilinearMixedMode,
     CamachoOrtiz,
     CohesiveCrack,
+    Coupling,
     EvansMarathe,
     ExponentialSoftening,
     Friction,
@@ -33,6 +36,7 @@ from grainlaw.laws import (
     SofteningLength,
     TensionShear,
     Unloading,
+    XuNeedleman,
 )
 from grainlaw.laws.closure import Closure
 from grainlaw.laws.softening import Softening
@@ -43,7 +47,11 @@ STRONG = {**STIFF, "tensile_strength": 13e6, "cohesion": 29e6, "friction_angle":
 ENERGIES = {"mode_i_energy": 15, "mode_ii_energy": 30}  # a break at 3 um: short paths
 CCM = CohesiveCrack(**STRONG, **ENERGIES)
 JOINT = MunjizaJoint(**STRONG, **ENERGIES)
-ELLIPSES = CamachoOrtiz(**{name: value for name, value in STRONG.items() if name != "friction_angle"}, **ENERGIES)
+EVEN = {name: value for name, value in STRONG.items() if name != "friction_angle"}  # whatever the pressure
+ELLIPSES = CamachoOrtiz(**EVEN, **ENERGIES)
+BILINEAR = BilinearMixedMode(**EVEN, **ENERGIES)
+EXPONENTIAL = XuNeedleman(**EVEN)
+ROUGH = BartonBandis(**STIFF, friction_angle=40, dilation_angle=15, closure=BandisClosure(maximum_closure=5e-6))
 PARTS = {"softening": [EvansMarathe(), LinearSoftening(), ExponentialSoftening(), HordijkSoftening(),
                        PeterssonSoftening()],
          "closure": [LinearClosure(), BandisClosure(maximum_closure=5e-6)]}  # fmt: skip
@@ -83,6 +91,18 @@ LAWS = {
     "CamachoOrtiz": ELLIPSES,
     "CamachoOrtiz-Bandis": attrs.evolve(ELLIPSES, closure=BandisClosure(maximum_closure=5e-6)),
     "CamachoOrtiz-frictionless": attrs.evolve(ELLIPSES, residual_friction_angle=0),
+    "BilinearMixedMode": BILINEAR,
+    "BilinearMixedMode-roots": attrs.evolve(BILINEAR, eta=0.75),
+    "BilinearMixedMode-brittle-shear": attrs.evolve(BILINEAR, mode_i_energy=150),
+    "BilinearMixedMode-Bandis": attrs.evolve(BILINEAR, closure=BandisClosure(maximum_closure=5e-6)),
+    "XuNeedleman": EXPONENTIAL,
+    "XuNeedleman-POTENTIAL": attrs.evolve(EXPONENTIAL, coupling=Coupling.POTENTIAL),
+    "XuNeedleman-repulsive": attrs.evolve(EXPONENTIAL, coupling=Coupling.POTENTIAL, cohesion=40e6),
+    "XuNeedleman-Bandis": attrs.evolve(EXPONENTIAL, closure=BandisClosure(maximum_closure=5e-6)),
+    "BartonBandis": ROUGH,
+    "BartonBandis-end": attrs.evolve(ROUGH, dilation_end=2e-6),
+    "BartonBandis-steep": attrs.evolve(ROUGH, dilation_angle=40),
+    "BartonBandis-linear": attrs.evolve(ROUGH, dilation_angle=0, closure=LinearClosure()),
 }
 COHESIVE = {name: law for name, law in (LAWS | COMBINED).items() if isinstance(law, CohesiveCrack)}
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)

@@ -21,8 +21,11 @@ from grainlaw.kernels.batch import compile_law
 from grainlaw.kernels.cache import OPTIONS
 from grainlaw.laws import (
     BandisClosure,
+    BartonBandis,
+    BilinearMixedMode,
     CamachoOrtiz,
     CohesiveCrack,
+    Coupling,
     ExponentialSoftening,
     HordijkSoftening,
     Linear,
@@ -32,6 +35,7 @@ from grainlaw.laws import (
     PeterssonSoftening,
     PrePeak,
     Residual,
+    XuNeedleman,
 )
 
 COUNT, CALLS, ROUNDS = 4096, 40, 25
@@ -79,6 +83,7 @@ def main():
     rng = np.random.default_rng(0)
     opening, slip = rng.normal(size=(2, COUNT)) * np.where(np.arange(COUNT) % 3 == 0, 3e-5, 2e-6)
     energies = {"mode_i_energy": 150, "mode_ii_energy": 300}
+    even = {name: value for name, value in STRONG.items() if name != "friction_angle"}
     simple = dict(**STIFF, strength=10e6, energy=50)
     laws = {
         "Linear": Linear(**STIFF),
@@ -92,7 +97,14 @@ def main():
         "  blend": CohesiveCrack(**STRONG, **energies, residual=Residual.BLEND),
         "  Bandis closure": CohesiveCrack(**STRONG, **energies, closure=BandisClosure(maximum_closure=5e-6)),
         "MunjizaJoint": MunjizaJoint(**STRONG, **energies),
-        "CamachoOrtiz": CamachoOrtiz(**{k: v for k, v in STRONG.items() if k != "friction_angle"}, **energies),
+        "CamachoOrtiz": CamachoOrtiz(**even, **energies),
+        "BilinearMixedMode": BilinearMixedMode(**even, **energies),
+        "  with square roots": BilinearMixedMode(**even, **energies, eta=1.75),
+        "XuNeedleman": XuNeedleman(**even),
+        "  potential": XuNeedleman(**even, coupling=Coupling.POTENTIAL),
+        "BartonBandis": BartonBandis(
+            **STIFF, friction_angle=40, dilation_angle=15, closure=BandisClosure(maximum_closure=5e-6)
+        ),
         "a user's Hillerborg": Hillerborg(**simple),
         "the same with branches": Branchy(**simple),
     }
