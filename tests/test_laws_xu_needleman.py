@@ -138,10 +138,10 @@ def test_the_potential_gives_no_energy_up_to_nine_quarters(q):
 
 
 def test_the_potential_gives_energy_beyond():
-    # (1 - 4 q/9) phi_n = -0.906 J/m2 for q = 3 in the limit of many small steps to t = 8/3 and farther.
-    law = attrs.evolve(POTENTIAL, cohesion=2e6 * math.sqrt(3 / POTENTIAL.energy_ratio))
-    assert "up to (4 q/9 - 1) phi_n = 0.906 J/m2" in law.exceptions["energy"]
-    assert -0.906094 < staircase(law) < -0.6
+    # (1 - 4 q/9) phi_n = -0.302 J/m2 for q = 2.5 in the limit of many small steps to t = 8/3 and farther.
+    law = attrs.evolve(POTENTIAL, cohesion=2e6 * math.sqrt(2.5 / POTENTIAL.energy_ratio))
+    assert "up to (4 q/9 - 1) phi_n = 0.302 J/m2" in law.exceptions["energy"]
+    assert -0.302031 < staircase(law) < -0.1
     assert LAW.exceptions == {}
 
 
