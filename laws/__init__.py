@@ -18,6 +18,7 @@ from grainlaw.laws.softening import (
     PeterssonSoftening,
     Softening,
 )
+from grainlaw.laws.weibull import WeibullField
 from grainlaw.laws.xu_needleman import Coupling, XuNeedleman
 
 __all__ = [
@@ -46,5 +47,6 @@ __all__ = [
     "SofteningLength",
     "TensionShear",
     "Unloading",
+    "WeibullField",
     "XuNeedleman",
 ]

@@ -84,10 +84,13 @@ def main():
     opening, slip = rng.normal(size=(2, COUNT)) * np.where(np.arange(COUNT) % 3 == 0, 3e-5, 2e-6)
     energies = {"mode_i_energy": 150, "mode_ii_energy": 300}
     even = {name: value for name, value in STRONG.items() if name != "friction_angle"}
+    factors = rng.weibull(10, COUNT)  # as WeibullField gives them
+    random = {name: factors * STRONG[name] for name in ("tensile_strength", "cohesion")}
     simple = dict(**STIFF, strength=10e6, energy=50)
     laws = {
         "Linear": Linear(**STIFF),
         "MohrCoulomb": MohrCoulomb(**STRONG),
+        "MohrCoulomb, random": MohrCoulomb(**STRONG | random),
         "CohesiveCrack": CohesiveCrack(**STRONG, **energies),
         "  linear softening": CohesiveCrack(**STRONG, **energies, softening=LinearSoftening()),
         "  exponential softening": CohesiveCrack(**STRONG, **energies, softening=ExponentialSoftening()),
@@ -96,12 +99,17 @@ def main():
         "  linear pre-peak": CohesiveCrack(**STRONG, **energies, pre_peak=PrePeak.LINEAR),
         "  blend": CohesiveCrack(**STRONG, **energies, residual=Residual.BLEND),
         "  Bandis closure": CohesiveCrack(**STRONG, **energies, closure=BandisClosure(maximum_closure=5e-6)),
+        "CohesiveCrack, random": CohesiveCrack(**STRONG | random, **energies),
         "MunjizaJoint": MunjizaJoint(**STRONG, **energies),
+        "MunjizaJoint, random": MunjizaJoint(**STRONG | random, **energies),
         "CamachoOrtiz": CamachoOrtiz(**even, **energies),
+        "CamachoOrtiz, random": CamachoOrtiz(**even | random, **energies),
         "BilinearMixedMode": BilinearMixedMode(**even, **energies),
         "  with square roots": BilinearMixedMode(**even, **energies, eta=1.75),
+        "BilinearMixedMode, random": BilinearMixedMode(**even | random, **energies),
         "XuNeedleman": XuNeedleman(**even),
         "  potential": XuNeedleman(**even, coupling=Coupling.POTENTIAL),
+        "XuNeedleman, random": XuNeedleman(**even | random),
         "BartonBandis": BartonBandis(
             **STIFF, friction_angle=40, dilation_angle=15, closure=BandisClosure(maximum_closure=5e-6)
         ),
@@ -110,7 +118,7 @@ def main():
     }
     calls = {}
     for name, law in laws.items():
-        compiled = compile_law(law)
+        compiled = compile_law(law, COUNT)
         memory = np.zeros((len(compiled.memory) or 1, COUNT))
         calls[name] = lambda c=compiled, m=memory: c.batch(opening, slip, m)
     rows = np.zeros((4, COUNT))
@@ -135,7 +143,7 @@ def main():
         note = f"{cost / reference:.2f} of CohesiveCrack"
         if "Hillerborg" in name or "branches" in name:
             note += f", {cost / hand:.2f} of the same by hand"
-        print(f"{name:24} {cost / COUNT * 1e9:6.2f} ns per contact  {note}")
+        print(f"{name:26} {cost / COUNT * 1e9:6.2f} ns per contact  {note}")
 
 
 if __name__ == "__main__":
