@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,7 +10,8 @@ import numpy as np
 from grainlaw.contact import Trace
 from grainlaw.probing import REACH, Contact, find_closure, find_peak
 
-TRIALS = 30  #: of an opening under which the normal traction is the one that is held
+TRIALS = 20  #: of an opening under which the normal traction is the one that is held
+MOST_CUTS = 60  #: of a step of slip, in trial
 
 
 def pulled(contact: Contact, openings: Sequence[float] | np.ndarray) -> Trace:
@@ -21,35 +23,50 @@ def pulled(contact: Contact, openings: Sequence[float] | np.ndarray) -> Trace:
 def sheared(contact: Contact, normal: float, slips: Sequence[float] | np.ndarray) -> Trace:
     """Shear a fresh contact through ``slips`` (m) under a ``normal`` traction (Pa, tension positive) that is held.
 
-    A step in which it cannot be held is made at the opening before: a law that drops and dilates lifts in the next
-    one. After two such steps the contact has failed, and the trace ends before them.
+    A step in which it cannot be held is cut in smaller ones; where that does not help, as where a law drops at once,
+    it is made at the opening before. After two such steps the contact has failed, and the trace ends before them.
     """
-    opening, slope = opening_at(contact, normal), contact.law.stiffness[0]
-    tolerance = 1e-10 * abs(normal) + 1e-12 * slope * REACH
-    state, points, answers, failed = contact.start, [], [], 0
+    opening, state, last = opening_at(contact, normal), contact.start, float(slips[0])
+    points: list[tuple[float, float]] = []
+    answers: list[tuple[float, ...]] = []
+    failed = good = 0
     for slip in map(float, slips):
-        held = before = opening
-        gap = np.nan
-        for _ in range(TRIALS):
-            answer = contact.step(opening, slip, state)
-            last, gap = gap, answer[0] - normal
-            if not abs(gap) > tolerance:
+        waiting = [slip]
+        for trial in range(MOST_CUTS):
+            found = _held(contact, normal, opening, waiting[-1], state)
+            if found is None and trial < MOST_CUTS // 2:
+                waiting.append((last + waiting[-1]) / 2)
+                continue
+            failed = failed + 1 if found is None else 0
+            opening, answer = found or (opening, contact.step(opening, waiting[-1], state))
+            state, last = answer[2:], waiting.pop()
+            if not waiting or failed == 2:
                 break
-            if opening != before and (gap - last) * (opening - before) > 0:  # else the slope of before serves
-                slope = (gap - last) / (opening - before)
-            before, opening = opening, opening - gap / slope
-        failed = 0 if abs(gap) <= tolerance else failed + 1
-        if failed:
-            opening, slope = held, contact.law.stiffness[0]
-            answer = contact.step(opening, slip, state)
-        state = answer[2:]
+        if waiting:
+            break
         points.append((opening, slip))
         answers.append(answer)
-        if failed == 2:
-            break
-    count = len(points) - failed
+        good = good if failed else len(points)
     rows = np.array(answers).reshape(-1, 2 + len(contact.names))
-    return as_trace(contact, np.array(points).reshape(-1, 2)[:count], rows[:count])
+    return as_trace(contact, np.array(points).reshape(-1, 2)[:good], rows[:good])
+
+
+def _held(
+    contact: Contact, normal: float, opening: float, slip: float, state: tuple[float, ...]
+) -> tuple[float, tuple[float, ...]] | None:
+    """Opening, and answer, with which a step to ``slip`` keeps the normal traction (Pa), by the secant method."""
+    slope = contact.law.stiffness[0]
+    tolerance = 1e-10 * abs(normal) + 1e-12 * slope * REACH
+    before, last = opening, math.nan
+    for _ in range(TRIALS):
+        answer = contact.step(opening, slip, state)
+        gap = answer[0] - normal
+        if not abs(gap) > tolerance:
+            return None if math.isnan(gap) else (opening, answer)
+        if opening != before and (gap - last) * (opening - before) > 0:  # else the slope of before serves
+            slope = (gap - last) / (opening - before)
+        before, last, opening = opening, gap, opening - gap / slope
+    return None
 
 
 def opening_at(contact: Contact, normal: float) -> float:

@@ -131,6 +131,14 @@ def test_a_law_is_shown_as_table_and_picture(tmp_path):
     assert "law_mohr-coulomb.png" in result.output
 
 
+@pytest.mark.parametrize("law", ["munjiza", "camacho-ortiz", "bilinear-mixed-mode", "xu-needleman", "barton-bandis"])
+def test_every_law_of_the_table_can_be_compared(law, tmp_path):
+    few = ["compare", "--quick", "--grains", "8", "--max-strain", "0.0001", "--threads", "1"]
+    result = invoke(*few, "--laws", law, "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / f"cracks_{law}.png").exists()
+
+
 def test_a_law_of_a_file_is_shown(tmp_path):
     (tmp_path / "mine.py").write_text("from grainlaw.laws import Linear\nlaw = Linear(kn=2e13, ks=1e13)\n")
     result = invoke("law", f"{tmp_path / 'mine.py'}:law", "--out", tmp_path)

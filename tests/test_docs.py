@@ -52,8 +52,21 @@ def check_add_a_law(page):
     assert page["waves"].summary["energy_error"] < 1e-6
 
 
+def check_workbench(page):
+    table = re.search(r"^    CohesiveCrack: .*?(?=\n\n)", PAGES["docs/workbench.md"], re.M | re.S).group()
+    assert textwrap.dedent(table) == str(page["numbers"])
+    assert page["pulled"].damage[-1] == 1
+    path = page["broken"]
+    assert path.broken == page["result"].cracks.time[0]
+    before = path.unbroken
+    assert page["again"].shear[:before] == pytest.approx(path.shear[:before], abs=0.01 * 29e6)  # 1 % of the cohesion
+    assert Path("law.png").exists()
+    assert Path("probe.png").exists()
+
+
 CHECKS = {
     "README.md": check_readme, "docs/getting-started.md": check_getting_started, "docs/add-a-law.md": check_add_a_law,
+    "docs/workbench.md": check_workbench,
 }  # fmt: skip
 
 

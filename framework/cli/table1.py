@@ -8,7 +8,17 @@ from typing import Any
 import click
 
 from grainlaw.contact import ContactLaw
-from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
+from grainlaw.laws import (
+    BandisClosure,
+    BartonBandis,
+    BilinearMixedMode,
+    CamachoOrtiz,
+    CohesiveCrack,
+    Linear,
+    MohrCoulomb,
+    MunjizaJoint,
+    XuNeedleman,
+)
 from grainlaw.specimen import Elastic
 from grainlaw.units import GPa, MPa, mm
 
@@ -16,13 +26,21 @@ ROCK = Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
 SAMPLE, QUICK = (50 * mm, 125 * mm, 755), (20 * mm, 50 * mm, 120)  #: width, height, grains
 
 _STIFF: dict[str, Any] = {"kn": 1.05e14, "ks": 9.45e13}
-_STRONG = _STIFF | {
-    "tensile_strength": 13 * MPa, "cohesion": 29 * MPa, "friction_angle": 54, "residual_friction_angle": 5,
-}  # fmt: skip
+_EVEN = _STIFF | {"tensile_strength": 13 * MPa, "cohesion": 29 * MPa, "residual_friction_angle": 5}
+_STRONG = _EVEN | {"friction_angle": 54}
+_TOUGH = {"mode_i_energy": 150, "mode_ii_energy": 300}
 LAWS: dict[str, ContactLaw] = {
     "linear": Linear(**_STIFF),
     "mohr-coulomb": MohrCoulomb(**_STRONG),
-    "cohesive-crack": CohesiveCrack(**_STRONG, mode_i_energy=150, mode_ii_energy=300),
+    "cohesive-crack": CohesiveCrack(**_STRONG, **_TOUGH),
+    "munjiza": MunjizaJoint(**_STRONG, **_TOUGH),
+    "camacho-ortiz": CamachoOrtiz(**_EVEN, **_TOUGH),
+    "bilinear-mixed-mode": BilinearMixedMode(**_EVEN, **_TOUGH),
+    "xu-needleman": XuNeedleman(**_EVEN),  # strength and stiffness leave no choice of energies: 8.7 and 14.7 J/m2
+    # A rough joint is not in the table: friction of the contacts, dilation by phi = phi_res + 2 psi, closure assumed.
+    "barton-bandis": BartonBandis(
+        **_STIFF, friction_angle=54, dilation_angle=24.5, closure=BandisClosure(maximum_closure=5e-6)
+    ),
 }
 
 
