@@ -68,7 +68,10 @@ class DirectShear(LoadingProtocol):
         ]
 
     def measure(self, state: State) -> dict[str, float]:
-        """The joint's means; from the platens ``displacement``, ``dilation`` (m), ``shear_stress``, ``normal_stress``."""
+        """The joint's means; from the platens ``displacement``, ``dilation`` (m), ``shear_stress``, ``normal_stress``.
+
+        Stresses are reactions over the width at the start, compression positive.
+        """
         width, _ = size(state.specimen)
         (x, y), (force_x, force_y) = state.moved("top"), state.reaction("top")
         return {

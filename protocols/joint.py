@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
@@ -12,7 +14,8 @@ def require_joint(specimen: Specimen, test: str) -> None:
     missing = {"top", "bottom"} - set(specimen.mesh.boundaries)
     if missing:
         raise ParameterError(f"{test}: the specimen has no boundary named {' or '.join(sorted(missing))}")
-    if specimen.grains.count != 2 or not len(specimen.mesh.interfaces):
+    level = specimen.grains.count == 2 and np.ptp(specimen.grains.centroids[:, 1]) > 0
+    if not level or not len(specimen.mesh.interfaces):
         raise ParameterError(
             f"{test}: the specimen has {specimen.grains.count} grains, it must have two, one on the other, such as "
             "Bricks(rows=2) makes"
@@ -27,7 +30,9 @@ def joint_means(state: State) -> dict[str, float]:
     share = state.contact_lengths / state.contact_lengths.sum()
     return {
         "opening": float(share @ state.opening),
-        "slip": -float(share @ state.slip),  # the tangent runs along the rim of the first block, to the left of the other
+        "slip": -float(
+            share @ state.slip
+        ),  # the tangent runs counter-clockwise round the first block
         "normal": float(share @ state.normal),
         "shear": -float(share @ state.shear),
         "broken": float(share @ (state.memory("damage") >= 1)),

@@ -3,14 +3,34 @@
 import attrs
 import numpy as np
 import pytest
-from support import ROCK, STRONG
+from click.testing import CliRunner
+from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
+from grainlaw.cli import main
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.laws import CohesiveCrack, MohrCoulomb
-from grainlaw.protocols import UniaxialTension
+from grainlaw.laws import (
+    BandisClosure,
+    BartonBandis,
+    BilinearMixedMode,
+    CamachoOrtiz,
+    CohesiveCrack,
+    Friction,
+    MohrCoulomb,
+    MunjizaJoint,
+    XuNeedleman,
+)
+from grainlaw.protocols import DirectShear, JointTension, UniaxialTension
 
-COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
+TOUGH = {"mode_i_energy": 150, "mode_ii_energy": 300}
+EVEN = {name: value for name, value in STRONG.items() if name != "friction_angle"}
+COHESIVE = CohesiveCrack(**STRONG, **TOUGH)
+BONDED = [
+    COHESIVE, MohrCoulomb(**STRONG), MunjizaJoint(**STRONG, **TOUGH), CamachoOrtiz(**EVEN, **TOUGH),
+    BilinearMixedMode(**EVEN, **TOUGH), XuNeedleman(**EVEN),
+]  # fmt: skip
+ROUGH = BartonBandis(**STIFF, friction_angle=40, dilation_angle=10, closure=BandisClosure(maximum_closure=5e-6))
+FRICTION = Friction(**STIFF, friction_angle=30)
 
 
 @attrs.define
@@ -23,81 +43,118 @@ class Watch(gl.Observer):
         self.rows.append(np.array([state.opening, state.slip, state.normal, state.shear]))
 
 
-@attrs.frozen(kw_only=True)
-class Shear(gl.LoadingProtocol):
-    """Press two blocks together, then slide the upper one over the lower one, and back."""
-
-    closure: float
-    slip: float
-    speed: float = 0.02
-
-    def stages(self, specimen):
-        def drives(x, y):
-            held = [gl.Drive(boundary="bottom", axis=axis, speed=0) for axis in (0, 1)]
-            return [*held, gl.Drive(boundary="top", axis=0, speed=x), gl.Drive(boundary="top", axis=1, speed=y)]
-
-        rest = self.closure / self.speed
-        return [
-            gl.Stage(name="press", drives=drives(0, -self.speed), until=[gl.Reaches("time", rest)], interval=rest / 20),
-            gl.Stage(
-                name="slide", drives=drives(self.speed, 0), until=[gl.Reaches("x", self.slip)],
-                interval=self.slip / self.speed / 200,
-            ),
-            gl.Stage(  # every step is watched: between samples the trace would miss the farthest slip
-                name="turn", drives=drives(-self.speed, 0), until=[gl.Reaches("back", self.slip / 30)], interval=1e-9,
-            ),
-            gl.Stage(
-                name="back", drives=drives(-self.speed, 0), until=[gl.Reaches("back", self.slip / 2)],
-                interval=self.slip / self.speed / 200,
-            ),
-        ]  # fmt: skip
-
-    def measure(self, state):
-        x = state.moved("top")[0]
-        return {"x": x, "back": self.slip - x}
-
-    def summary(self, curves, specimen):
-        return {}
-
-
 def blocks(height):
-    return gl.Specimen(Bricks(rows=2, columns=1).tessellate(rectangle(10e-3, height)), ROCK)
+    return gl.Specimen(Bricks(rows=2).tessellate(rectangle(10e-3, height)), ROCK)
 
 
-def follow(law, watch):
-    """Tractions (samples, p) of the joint's contact points, and of the law alone along their paths."""
+def label(law):
+    return type(law).__name__
+
+
+def deviation(law, watch):
+    """Largest differences (Pa) of normal and shear tractions from the law alone along the same paths."""
     opening, slip, normal, shear = np.array(watch.rows).transpose(1, 0, 2)
     paths = [gl.trace(law, np.r_[0, o], np.r_[0, s]) for o, s in zip(opening.T, slip.T, strict=True)]
-    return normal, shear, np.array([p.normal[1:] for p in paths]).T, np.array([p.shear[1:] for p in paths]).T
+    alone = np.array([[p.normal[1:], p.shear[1:]] for p in paths])
+    return np.abs(alone[:, 0].T - normal).max(), np.abs(alone[:, 1].T - shear).max()
 
 
-@pytest.mark.parametrize("law", [COHESIVE, MohrCoulomb(**STRONG)], ids=lambda law: type(law).__name__)
+@pytest.mark.parametrize("law", BONDED, ids=label)
 def test_joint_in_tension_follows_the_law(law):
-    watch = Watch()
-    test = UniaxialTension(speed=0.01, maximum_strain=3.2e-3, stop_fraction=0.0, samples=2000)
-    result = gl.simulate(blocks(10e-3), law, test, observers=[watch])
-    normal, _, alone, _ = follow(law, watch)
-    assert np.abs(normal - alone).max() < 0.01 * law.tensile_strength
-    if law is COHESIVE:
-        assert result.summary["peak_stress"] == pytest.approx(13e6, rel=0.01)
-        work = result.curves["energy_contacts_normal"][-1] / 10e-3
-        assert work == pytest.approx(150 + 3.14258, rel=0.01)  # fracture energy and pre-peak work, J/m2
+    watch = Watch()  # of every step: between samples the law alone would miss how far it has been
+    test = JointTension(speed=0.05, resolution=1e-12, maximum_opening=6e-6, unload_at=2e-6, turn=1e-6)
+    result = gl.simulate(blocks(4e-3), law, test, observers=[watch])
+    assert deviation(law, watch)[0] < 0.01 * law.tensile_strength
+    found, curves = result.summary, result.curves
+    assert found["peak_stress"] == pytest.approx(law.tensile_strength, rel=0.01)
+    assert found["energy_error"] < 1e-6
+    assert curves["normal"].min() == pytest.approx(-test.closing_pressure, rel=0.1)
+    assert curves["opening"][-1] == pytest.approx(test.unload_at, rel=0.05)  # pulled again
+    assert curves["normal"][-1] < 0.9 * law.tensile_strength  # it remembers
 
 
-def test_joint_in_shear_follows_the_law_and_its_reversal():
+def test_joint_in_tension_spends_the_fracture_energy():
+    curves = gl.simulate(blocks(4e-3), COHESIVE, JointTension(speed=0.02)).curves
+    broken = int(np.argmax(curves["broken"] >= 1))
+    work = curves["energy_contacts_normal"] / 10e-3
+    assert work[broken] == pytest.approx(150 + 3.14258, rel=1e-3)  # fracture energy and work before the peak, J/m2
+    assert work[-1] == pytest.approx(work[broken], rel=1e-3)  # closing and opening again gives back what it takes
+    assert curves["opening"][broken] == pytest.approx(3.02052e-5, rel=2e-3)
+    assert np.abs(curves["normal"][broken:][curves["opening"][broken:] > 0]).max() == 0  # nothing holds it any more
+
+
+@pytest.mark.parametrize("law", [*BONDED, ROUGH, FRICTION], ids=label)
+def test_joint_in_shear_follows_the_law_and_its_reversal(law):
     watch = Watch()
-    gl.simulate(blocks(4e-3), COHESIVE, Shear(closure=8e-7, slip=30e-6), observers=[watch])
-    normal, shear, alone_normal, alone = follow(COHESIVE, watch)
-    strength = STRONG["cohesion"] + np.abs(normal).max() * np.tan(np.radians(54))
-    assert np.abs(normal - alone_normal).max() < 0.01 * np.abs(normal).max()
-    assert np.abs(shear - alone).max() < 0.01 * strength
-    way = -shear  # the lower block is A, its upper edge runs to the left
-    assert way.max() > 0.95 * strength
-    friction = normal[-1] * np.tan(np.radians(5))  # has followed the reversal
-    assert way[-1].sum() == pytest.approx(friction.sum(), rel=1e-3)
+    test = DirectShear(normal_stress=40e6, speed=0.05, resolution=1e-12, maximum_slip=6e-6, reverse_to=0.5)
+    result = gl.simulate(blocks(2e-3), law, test, observers=[watch])
+    normal, shear = deviation(law, watch)
+    assert normal < 0.01 * 40e6
+    assert shear < 0.01 * max(result.summary["peak_stress"], 29e6)
+    held = result.curves["normal_stress"][result.curves["displacement"] > 1e-7]
+    assert held.mean() == pytest.approx(40e6, rel=1e-3)
+    assert held == pytest.approx(np.full(len(held), 40e6), rel=0.05)  # a brittle drop shakes the platen
+    assert result.summary["energy_error"] < 1e-4
+
+
+@pytest.mark.parametrize(("law", "tangent"), [(FRICTION, np.tan(np.radians(30))), (COHESIVE, np.tan(np.radians(5)))])
+def test_friction_holds_what_it_should_and_follows_the_reversal(law, tangent):
+    test = DirectShear(normal_stress=40e6, speed=0.02, maximum_slip=40e-6, reverse_to=0.5)
+    result = gl.simulate(blocks(2e-3), law, test)
+    assert result.summary["residual_stress"] == pytest.approx(40e6 * tangent, rel=0.02)
+    assert result.curves["shear"][-1] == pytest.approx(-40e6 * tangent, rel=2e-3)
+
+
+def test_a_rough_joint_rises_and_hardens_under_constant_stiffness():
+    """Dilation of 10 deg: it rises by tan(10 deg) times the slip, which a spring answers with stress."""
+    free = DirectShear(normal_stress=10e6, speed=0.02, maximum_slip=20e-6)
+    stiff = attrs.evolve(free, normal_stiffness=5e12)
+    runs = [gl.simulate(blocks(2e-3), ROUGH, test).curves for test in (free, stiff)]
+    late = [np.flatnonzero(c["displacement"] > 5e-6) for c in runs]
+    slope = np.polyfit(runs[0]["slip"][late[0]], runs[0]["dilation"][late[0]], 1)[0]
+    assert slope == pytest.approx(np.tan(np.radians(10)), rel=0.01)
+    stress, rise = runs[1]["normal_stress"][late[1]], runs[1]["dilation"][late[1]]
+    assert np.polyfit(rise, stress, 1)[0] == pytest.approx(5e12, rel=0.02)
+    assert runs[1]["shear"][-1] > 1.5 * runs[0]["shear"][-1]
+    assert runs[1]["shear"][-1] / -runs[1]["normal"][-1] == pytest.approx(np.tan(np.radians(40)), rel=2e-3)
 
 
 def test_joint_in_tension_holds_its_strength_on_both_platens():
     result = gl.simulate(blocks(10e-3), COHESIVE, UniaxialTension(speed=0.01, maximum_strain=1e-3))
     assert result.summary["platen_imbalance"] < 0.02
     assert result.summary["energy_error"] < 0.005
+
+
+@pytest.mark.parametrize("test", [JointTension(), DirectShear(normal_stress=1e6)], ids=label)
+def test_more_than_one_joint_is_refused(test):
+    with pytest.raises(gl.ParameterError, match=rf"{label(test)}: the specimen has 40 grains, it must have two"):
+        gl.simulate(small_sample(), COHESIVE, test)
+    beside = gl.Specimen(Bricks(rows=1, columns=2).tessellate(rectangle(10e-3, 4e-3)), ROCK)
+    with pytest.raises(gl.ParameterError, match=rf"{label(test)}: .*one on the other"):
+        gl.simulate(beside, COHESIVE, test)
+
+
+def test_bad_tests_are_refused():
+    with pytest.raises(gl.ParameterError, match=r"unload_at = 6e-05 .* below maximum_opening = 5e-05"):
+        JointTension(unload_at=60e-6)
+    with pytest.raises(gl.ParameterError, match=r"normal_stress = -1"):
+        DirectShear(normal_stress=-1)
+
+
+def test_verify_agrees_with_theory_within_one_percent(tmp_path):
+    done = CliRunner().invoke(main, ["verify", "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    rows = [line.rsplit(maxsplit=5) for line in done.output.splitlines() if line.endswith("%")]
+    assert len(rows) == 22
+    assert all(abs(float(row[-2])) < 1 for row in rows)
+    theory = {row[0].strip(): float(row[2]) for row in rows}
+    # The numbers of the published model, as worked out elsewhere: um, MPa, J/m2.
+    published = {
+        "peak tension (MPa)": 13, "at an opening of (um)": 0.336549, "tension at 10 um (MPa)": 7.028180,
+        "broken at, exact L (um)": 30.2052, "work beyond the rise, L = 3 (J/m2)": 173.838,
+        "peak shear (MPa)": 29, "at a slip of (um)": 0.834182, "shear at 20 um (MPa)": 6.598505,
+        "residual shear (MPa)": 3.49955,
+    }  # fmt: skip
+    for name, value in published.items():
+        assert theory[name] == pytest.approx(value, abs=1.1e-4, rel=5e-6), name
+    assert {file.name for file in tmp_path.iterdir()} == {"verify_tension.png", "verify_shear.png"}

@@ -9,6 +9,7 @@ import click
 from grainlaw.cli.check import check
 from grainlaw.cli.compare import compare
 from grainlaw.cli.law import law
+from grainlaw.cli.verify import verify
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -17,5 +18,5 @@ def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 
-for command in (compare, law, check):
+for command in (compare, law, check, verify):
     main.add_command(command)

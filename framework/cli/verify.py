@@ -1,0 +1,225 @@
+"""The command that verifies the cohesive crack model on one joint between two blocks, as its paper does."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import attrs
+import click
+import numpy as np
+from scipy.integrate import quad
+
+from grainlaw.cli.table1 import LAWS, ROCK
+from grainlaw.contact import trace
+from grainlaw.files import writable_folder, write_atomically
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.laws import CohesiveCrack, SofteningLength
+from grainlaw.protocols import DirectShear, JointTension
+from grainlaw.simulation import InstabilityError, StageLimitError, simulate
+from grainlaw.specimen import Specimen
+from grainlaw.units import MPa, mm, um
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Curves = Mapping[str, np.ndarray]
+Row = tuple[str, float, float, float]  #: quantity, paper (nan where it gives none), theory, this program
+WIDTH, PULLED, SHEARED, COLUMN = 50 * mm, 10 * mm, 4 * mm, 125 * mm  #: width, and heights: low ones do not snap back
+PRESSURE = 40 * MPa  #: normal stress of the shear test
+SHEAR = DirectShear(normal_stress=PRESSURE, maximum_slip=40 * um, reverse_to=0.5, speed=0.005, resolution=0.01 * um)
+PLACES = (5 * um, 10 * um, 20 * um)
+TOLERANCE = 0.01
+
+
+@click.command()
+@click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
+def verify(*, out: Path) -> None:
+    """Verify the cohesive crack model on one joint between two blocks.
+
+    A joint is pulled, unloaded, reloaded until it breaks, closed and pulled again, and sheared under a constant normal
+    stress and back. Prints each quantity as the paper has it, by theory and by this program, and draws
+    verify_tension.png and verify_shear.png. The exit code is 1 if one is more than 1 % from theory.
+    """
+    exact = LAWS["cohesive-crack"]
+    assert isinstance(exact, CohesiveCrack)
+    printed = attrs.evolve(exact, softening_length=SofteningLength.CLOSED_FORM)
+    frictionless = _without_friction(printed)
+    try:
+        folder = writable_folder(out)
+        pulled, pulled_exact = (_run(law, JointTension(), PULLED) for law in (printed, exact))
+        tall = _run(printed, JointTension(), COLUMN)
+        sheared = _run(frictionless, SHEAR, SHEARED)
+        rows = [*_tension_rows(printed, pulled, exact, pulled_exact), *_shear_rows(frictionless, sheared)]
+        figures = {"tension": _tension_figure(printed, pulled, tall), "shear": _shear_figure(frictionless, sheared)}
+        for name, figure in figures.items():
+            write_atomically(folder / f"verify_{name}.png", lambda file, f=figure: f.savefig(file, dpi=130))  # type: ignore[misc]
+    except (InstabilityError, StageLimitError, OSError) as error:
+        raise click.ClickException(str(error)) from None
+    click.echo(_table(rows))
+    click.echo(f"\nwritten to {folder}{os.sep}: verify_tension.png, verify_shear.png")
+    worst = max(abs(program / theory - 1) for _, _, theory, program in rows if theory)
+    if worst > TOLERANCE:
+        raise click.ClickException(f"{100 * worst:.2f} % from theory, more than {100 * TOLERANCE:g} %")
+
+
+def _without_friction(law: CohesiveCrack) -> CohesiveCrack:
+    """The same with the shear strength of no friction under ``PRESSURE``: f_s = c there."""
+    angle = law.residual_friction_angle  # a contact cannot gain friction by breaking
+    return attrs.evolve(law, friction_angle=angle, cohesion=law.cohesion - PRESSURE * math.tan(math.radians(angle)))
+
+
+def _run(law: CohesiveCrack, test: JointTension | DirectShear, height: float) -> Curves:
+    blocks = Specimen(Bricks(rows=2).tessellate(rectangle(WIDTH, height)), ROCK)
+    return simulate(blocks, law, test, frames=1).curves
+
+
+# --- the table -------------------------------------------------------------------------------------------------------
+
+
+def _chi(damage: float) -> float:
+    """Eq. (2) of the paper, in the terms of the paper."""
+    a, b, c = 0.63, 1.8, 6
+    fall = 1 - (a + b - 1) / (a + b) * math.exp(damage * (a + c * b) / ((a + b) * (1 - a - b)))
+    return fall * (a * (1 - damage) + b * (1 - damage) ** c)
+
+
+def _breaks(curves: Curves) -> int:
+    """The first sample at which the whole joint has broken."""
+    return int(np.argmax(curves["broken"] >= 1))
+
+
+def _way_out(curves: Curves, displacement: str) -> np.ndarray:
+    """Samples before the break at which a displacement is the farthest so far."""
+    way = curves[displacement][: _breaks(curves)]
+    return np.flatnonzero(way >= np.maximum.accumulate(way))
+
+
+def _slope(curves: Curves, chosen: np.ndarray) -> float:
+    return float(np.polyfit(curves["opening"][chosen], curves["normal"][chosen], 1)[0]) * 1e-12
+
+
+def _tension_rows(law: CohesiveCrack, curves: Curves, exact: CohesiveCrack, exact_curves: Curves) -> list[Row]:
+    opening, normal = curves["opening"], curves["normal"]
+    strength, energy = law.tensile_strength, law.mode_i_energy
+    peak = math.e * strength / law.kn  # Eq. (1)
+    last, exact_last = (peak + length * energy / strength for length in (3, exact.softening.length))  # Eq. (4)
+
+    def softened(place: float) -> float:
+        return _chi((place - peak) / (last - peak)) * strength / MPa
+
+    out, end = _way_out(curves, "opening"), _breaks(curves)
+    back = np.setdiff1d(np.arange(end), out)
+    turn = opening[: back[0]].max()  # the upper block does not turn round at once
+    secant = back[(opening[back] > 1 * um) & (opening[back] < 4 * um)]
+    again = normal[end:][opening[end:] > 0]
+    rise = (1 - 2 / math.e) * law.kn * peak**2
+    worked, exact_worked = (c["energy_contacts_normal"][_breaks(c)] / WIDTH for c in (curves, exact_curves))
+    unknown = math.nan
+    return [
+        ("peak tension (MPa)", strength / MPa, strength / MPa, normal[out].max() / MPa),
+        ("  at an opening of (um)", peak / um, peak / um, opening[out[np.argmax(normal[out])]] / um),
+        *((f"tension at {x / um:g} um (MPa)", unknown, softened(x), np.interp(x, opening[out], normal[out]) / MPa)
+          for x in PLACES),
+        (f"unloading from {turn / um:.3f} um (TPa/m)", unknown, softened(turn) / (turn / um), _slope(curves, secant)),
+        ("broken at, L = 3 (um)", last / um, last / um, opening[end] / um),
+        ("broken at, exact L (um)", unknown, exact_last / um, exact_curves["opening"][_breaks(exact_curves)] / um),
+        ("closing again (TPa/m)", law.kn * 1e-12, law.kn * 1e-12, _slope(curves, np.flatnonzero(opening < 0))),
+        ("tension when pulled again (MPa)", 0.0, 0.0, np.abs(again).max() / MPa),
+        ("work beyond the rise, L = 3 (J/m2)", energy, 3 * energy * _integral(_chi), worked - rise),
+        ("work beyond the rise, exact L (J/m2)", energy, energy, exact_worked - rise),
+    ]  # fmt: skip
+
+
+def _shear_rows(law: CohesiveCrack, curves: Curves) -> list[Row]:
+    slip, shear = curves["slip"], curves["shear"]
+    strength = law.cohesion + PRESSURE * math.tan(math.radians(law.friction_angle))
+    friction = PRESSURE * math.tan(math.radians(law.residual_friction_angle))  # Eq. (7)
+    peak = math.e * strength / law.ks  # Eq. (9)
+    last = peak + 3 * law.mode_ii_energy / strength  # Eq. (8)
+
+    def softened(damage: float) -> float:
+        return max(_chi(damage) * strength, friction)
+
+    out, end = _way_out(curves, "slip"), _breaks(curves)
+    rise = (1 - 2 / math.e) * law.ks * peak**2
+    unknown = math.nan
+    return [
+        ("peak shear (MPa)", strength / MPa, strength / MPa, shear.max() / MPa),
+        ("  at a slip of (um)", peak / um, peak / um, slip[np.argmax(shear)] / um),
+        *((f"shear at {x / um:g} um (MPa)", unknown, softened((x - peak) / (last - peak)) / MPa,
+           np.interp(x, slip[out], shear[out]) / MPa) for x in PLACES),
+        ("broken at, L = 3 (um)", last / um, last / um, slip[end] / um),
+        ("residual shear (MPa)", friction / MPa, friction / MPa, shear[np.argmax(slip)] / MPa),
+        ("  after reversal (MPa)", -friction / MPa, -friction / MPa, shear[-1] / MPa),
+        ("work to the break, L = 3 (J/m2)", unknown, rise + (last - peak) * _integral(softened),
+         curves["energy_contacts_shear"][end] / WIDTH),
+        ("normal stress, least and largest (MPa)", PRESSURE / MPa, PRESSURE / MPa,
+         curves["normal_stress"][_settled(curves)].min() / MPa),
+        ("", PRESSURE / MPa, PRESSURE / MPa, curves["normal_stress"][_settled(curves)].max() / MPa),
+    ]  # fmt: skip
+
+
+def _settled(curves: Curves) -> np.ndarray:
+    """Samples after the normal stress has come up."""
+    return curves["displacement"] > 0.1 * um
+
+
+def _integral(function: Callable[[float], float]) -> float:
+    """Over [0, 1]."""
+    return float(quad(function, 0, 1, limit=200)[0])
+
+
+def _table(rows: list[Row]) -> str:
+    head = ("", "paper", "theory", "grainlaw", "off by")
+    cells = [head]
+    for quantity, paper, theory, program in rows:
+        off = f"{100 * (program / theory - 1):+.2f} %" if theory else "-"
+        cells.append((quantity, "-" if math.isnan(paper) else f"{paper:.4f}", f"{theory:.4f}", f"{program:.4f}", off))
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return "\n".join(
+        "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))]).rstrip()
+        for row in cells
+    )
+
+
+# --- the figures -----------------------------------------------------------------------------------------------------
+
+
+def _tension_figure(law: CohesiveCrack, curves: Curves, tall: Curves) -> Figure:
+    """Like the paper's Fig. 5."""
+    figure, axes = _axes("opening of the joint (um)", "normal stress (MPa)")
+    alone = trace(law, np.append(0, curves["opening"]), 0.0)
+    axes.plot(tall["opening"] / um, tall["normal"] / MPa, color="C1", lw=1, label="125 mm column: snaps back")
+    axes.plot(curves["opening"] / um, curves["normal"] / MPa, color="C0", lw=2.2, label="10 mm blocks")
+    axes.plot(alone.opening / um, alone.normal / MPa, "k--", lw=0.9, label="the law alone")
+    axes.set_title("pull, unload, reload, break, close, pull again")
+    axes.legend(frameon=False)
+    return figure
+
+
+def _shear_figure(law: CohesiveCrack, curves: Curves) -> Figure:
+    """Like the paper's Fig. 6."""
+    figure, axes = _axes("slip of the joint (um)", "shear stress (MPa)")
+    alone = trace(law, np.append(0, curves["opening"]), np.append(0, curves["slip"]))
+    axes.plot(curves["slip"] / um, curves["shear_stress"] / MPa, color="C0", lw=2.2, label="4 mm blocks")
+    axes.plot(alone.slip / um, alone.shear / MPa, "k--", lw=0.9, label="the law alone")
+    axes.set_title(f"shear under {PRESSURE / MPa:g} MPa, and back")
+    axes.legend(frameon=False)
+    return figure
+
+
+def _axes(along: str, up: str) -> tuple[Figure, Axes]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 4.5), layout="constrained")
+    axes = figure.subplots()
+    axes.set_xlabel(along)
+    axes.set_ylabel(up)
+    axes.grid(alpha=0.25)
+    axes.axhline(0, color="0.5", lw=0.6)
+    return figure, axes
