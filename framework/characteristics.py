@@ -123,7 +123,7 @@ def shear_mode(contact: Contact, pressure: float, steps: int = FINE) -> Mode:
     """A fresh contact sheared under a pressure (Pa, below 0: a tension) that is held; broken where it cannot be."""
 
     def drive(slips: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        run = sheared(contact, -pressure, slips)
+        run = sheared(contact, -pressure, slips, cut=slips[-1] < FAR[-1])
         return run.slip, run.shear, run.memory.get("damage", np.zeros(len(run.slip)))
 
     return _failure(drive, steps, pressure)
@@ -141,13 +141,16 @@ def _failure(drive: Drive, steps: int, pressure: float) -> Mode:
     coarse = np.concatenate([
         np.linspace(0, past, steps), np.linspace(past, broken, steps)[1:], np.geomspace(broken, LONG * broken, 60)[1:],
     ])  # fmt: skip
-    corners = _corners(*drive(coarse), coarse)
+    u, traction, damage = drive(coarse)
+    if len(u) < 3:
+        return Mode(pressure=pressure)
+    corners = _corners(u, traction, damage, coarse, pressure)
     zooms = [np.linspace(coarse[max(k - 1, 0)], coarse[min(k + 1, len(coarse) - 1)], steps) for k in set(corners)]
     grid = np.unique(np.concatenate([coarse, *zooms]))
     u, traction, damage = drive(grid)
-    i, *ends = _corners(u, traction, damage, grid)
-    top, residual = float(traction[i]), float(traction[-1])
-    residual = residual if residual > 1e-9 * top else 0.0
+    i, *ends = _corners(u, traction, damage, grid, pressure)
+    top, residual = float(traction[i]), float(traction[-1]) if len(u) == len(grid) else math.nan
+    residual = 0.0 if residual < 1e-9 * top else residual
     mode = Mode(pressure=pressure, peak=top, displacement=float(u[i]), residual=residual)
     if not ends:
         return mode
@@ -157,14 +160,14 @@ def _failure(drive: Drive, steps: int, pressure: float) -> Mode:
     return attrs.evolve(mode, breaking=float(u[ends[0]]), work=whole, work_after_peak=after)
 
 
-def _corners(u: np.ndarray, traction: np.ndarray, damage: np.ndarray, asked: np.ndarray) -> list[int]:
-    """Where the peak is among ``u``, and the break if there is one: also where less was driven than ``asked``."""
+def _corners(u: np.ndarray, traction: np.ndarray, damage: np.ndarray, asked: np.ndarray, pressure: float) -> list[int]:
+    """Where the peak is among ``u``, and the break if there is one; a tension that can be held no more is one."""
     top = float(np.nanmax(traction))
     i = int(np.argmax(traction >= (1 - 1e-12) * top))
     gone = np.flatnonzero((damage[i:] >= 1) | (traction[i:] < 1e-6 * top))
     if len(gone):
         return [i, i + int(gone[0])]
-    return [i, len(u) - 1] if len(u) < len(asked) else [i]
+    return [i, len(u) - 1] if pressure < 0 and len(u) < len(asked) else [i]
 
 
 @attrs.frozen(kw_only=True, eq=False)
@@ -189,6 +192,8 @@ def envelope(law: ContactLaw, pressure: float | None = None) -> Envelope:
         normal = np.concatenate([tensions, -np.linspace(0, pressure, 11)])
         modes = [shear_mode(contact, -held, QUICK) for held in normal]
     peak = np.array([mode.peak for mode in modes])
+    if len(tensions) and np.isnan(peak[0]) and np.isfinite(peak).any():
+        peak[0] = 0.0  # the strength in tension is used up
     kept = np.isfinite(peak)
     residual = np.where(normal > 0, np.nan, [mode.residual for mode in modes])
     return Envelope(normal=normal[kept], peak=peak[kept], residual=residual[kept])

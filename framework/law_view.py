@@ -148,7 +148,7 @@ def draw_envelope(axes: Axes, strength: Envelope) -> None:
     axes.plot(-strength.normal * MPA, strength.residual * MPA, "--", color=MIXED[0], label="after long slip")
     axes.axvline(0, color="0.6", linewidth=0.8)
     axes.set_ylim(bottom=0)
-    axes.legend(frameon=False, loc="upper left")
+    axes.legend(frameon=False)
 
 
 def _draw(axes: Axes, curves: Sequence[Curve], x: str, y: str, title: str, zoom: Reach | None) -> None:

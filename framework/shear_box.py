@@ -11,7 +11,7 @@ from grainlaw.contact import Trace
 from grainlaw.probing import REACH, Contact, find_closure, find_peak
 
 TRIALS = 20  #: of an opening under which the normal traction is the one that is held
-MOST_CUTS = 60  #: of a step of slip, in trial
+MOST_CUTS, DEEPEST = 200, 14  #: of a step of slip: trials, and how often it is halved
 
 
 def pulled(contact: Contact, openings: Sequence[float] | np.ndarray) -> Trace:
@@ -20,11 +20,12 @@ def pulled(contact: Contact, openings: Sequence[float] | np.ndarray) -> Trace:
     return as_trace(contact, np.array(points), contact.run(points))
 
 
-def sheared(contact: Contact, normal: float, slips: Sequence[float] | np.ndarray) -> Trace:
+def sheared(contact: Contact, normal: float, slips: Sequence[float] | np.ndarray, *, cut: bool = True) -> Trace:
     """Shear a fresh contact through ``slips`` (m) under a ``normal`` traction (Pa, tension positive) that is held.
 
-    A step in which it cannot be held is cut in smaller ones; where that does not help, as where a law drops at once,
-    it is made at the opening before. After two such steps the contact has failed, and the trace ends before them.
+    A step in which it cannot be held is cut in smaller ones, unless ``cut`` is False; where that does not help, as
+    where a law drops at once, it is made at the opening before. After two such steps the contact has failed, and the
+    trace ends before them.
     """
     opening, state, last = opening_at(contact, normal), contact.start, float(slips[0])
     points: list[tuple[float, float]] = []
@@ -32,9 +33,9 @@ def sheared(contact: Contact, normal: float, slips: Sequence[float] | np.ndarray
     failed = good = 0
     for slip in map(float, slips):
         waiting = [slip]
-        for trial in range(MOST_CUTS):
+        for _ in range(MOST_CUTS):
             found = _held(contact, normal, opening, waiting[-1], state)
-            if found is None and trial < MOST_CUTS // 2:
+            if found is None and cut and len(waiting) < DEEPEST:
                 waiting.append((last + waiting[-1]) / 2)
                 continue
             failed = failed + 1 if found is None else 0

@@ -7,7 +7,7 @@ from support import STIFF, STRONG, Hillerborg
 
 import grainlaw as gl
 from grainlaw.characteristics import envelope
-from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, Linear, MohrCoulomb
+from grainlaw.laws import BandisClosure, BartonBandis, CamachoOrtiz, CohesiveCrack, Friction, Linear, MohrCoulomb
 from grainlaw.probing import Contact
 from grainlaw.shear_box import sheared
 
@@ -74,6 +74,13 @@ def test_pressure_is_held_while_a_contact_dilates():
     assert lifted == pytest.approx(slid * np.tan(np.radians(10)), rel=1e-6)
 
 
+def test_a_rough_joint_lifts_under_a_held_pressure_and_never_breaks():
+    law = BartonBandis(**STIFF, friction_angle=54, dilation_angle=24.5, closure=BandisClosure(maximum_closure=5e-6))
+    for mode in gl.characteristics(law).shear[1:]:
+        assert (mode.peak, mode.residual) == (close(mode.pressure * TAN), close(mode.pressure * TAN))
+        assert np.isnan([mode.breaking, mode.work]).all()
+
+
 def test_tension_is_held_until_the_contact_fails():
     run = sheared(Contact(BRITTLE), 6.5e6, np.linspace(0, 1e-6, 1001))
     assert run.normal == pytest.approx(np.full(len(run.normal), 6.5e6))
@@ -89,6 +96,15 @@ def test_the_envelope_is_a_straight_line_with_a_cut_off(law):
     pressed = found.normal <= 0
     assert found.residual[pressed] == close(-found.normal[pressed] * RESIDUAL)
     assert np.isnan(found.residual[~pressed]).all()
+
+
+def test_the_envelope_of_an_effective_traction_is_an_ellipse():
+    law = CamachoOrtiz(**STIFF, tensile_strength=13e6, cohesion=29e6, residual_friction_angle=5, mode_i_energy=15,
+                       mode_ii_energy=30)  # fmt: skip
+    found = envelope(law)
+    tension = found.normal[found.normal >= 0]
+    assert tension[0] == close(13e6)
+    assert found.peak[: len(tension)] == pytest.approx(29e6 * np.sqrt(1 - (tension / 13e6) ** 2), rel=5e-3, abs=29e4)
 
 
 def test_a_law_that_never_fails_has_no_strength():

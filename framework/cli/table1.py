@@ -28,7 +28,7 @@ SAMPLE, QUICK = (50 * mm, 125 * mm, 755), (20 * mm, 50 * mm, 120)  #: width, hei
 _STIFF: dict[str, Any] = {"kn": 1.05e14, "ks": 9.45e13}
 _EVEN = _STIFF | {"tensile_strength": 13 * MPa, "cohesion": 29 * MPa, "residual_friction_angle": 5}
 _STRONG = _EVEN | {"friction_angle": 54}
-_TOUGH = {"mode_i_energy": 150, "mode_ii_energy": 300}
+_TOUGH: dict[str, Any] = {"mode_i_energy": 150, "mode_ii_energy": 300}
 LAWS: dict[str, ContactLaw] = {
     "linear": Linear(**_STIFF),
     "mohr-coulomb": MohrCoulomb(**_STRONG),
