@@ -239,6 +239,7 @@ def designed_paths(scale: Scale) -> dict[str, Corners]:
         "slip, press hard, slip back, release": [(0, 0), (0, s), (-d, s), (-d, 0), (0, 0)],
         "slip far, press, slip back, release": [(0, 0), (0, sh), (-c, sh), (-c, 0), (0, 0)],
         "slip, pull, slip back": [(0, 0), (0, 0.5 * s), (0.8 * t, 0.5 * s), (0.8 * t, 0), (0, 0), (0, s), (0, 0)],
+        "pull far, slip, close, slip back": [(0, 0), (th, 0), (th, s), (0, s), (0, 0)],
         "pull, slip, release": [(0, 0), (0.8 * t, 0), (0.8 * t, s), (0, s), (0, 0)],
         "pull, release, shear to the end": [(0, 0), (th, 0), (0, 0), (0, so), (0, 0)],
         "shear, slip back, pull to the end": [(0, 0), (0, sh), (0, 0), (to, 0), (0, 0)],

@@ -229,7 +229,8 @@ def fracture_energies(bench: Bench) -> Finding | None:
 def work_after_peak(bench: Bench, mode: int) -> float:
     """J/m2 from the largest traction of one mode to its break."""
     peak = find_peak(bench.contact, mode)
-    shares = np.concatenate([np.linspace(0, 1.1, 400), 1.1 + np.linspace(0, 1, 801)[1:] ** 1.5 * 1.1 * far(peak)])
+    tail = np.linspace(0, 1, 801)[1:] ** 1.5 * 1.1 * far(peak)
+    shares = np.concatenate([np.linspace(0, 0.9, 50), np.linspace(0.9, 1.2, 3000), 1.2 + tail])
     u = shares * peak.displacement
     traction = bench.contact.run([(x, 0.0) if mode == 0 else (0.0, x) for x in u])[:, mode]
     top = int(np.nanargmax(traction))
