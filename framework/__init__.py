@@ -18,12 +18,23 @@ from grainlaw.integration import (
     Undamped,
 )
 from grainlaw.kernels.batch import CompilationError
-from grainlaw.loading import AtRest, Condition, Drive, FallsTo, Hold, LoadingProtocol, Pressure, Reaches, Stage
+from grainlaw.loading import (
+    AtRest,
+    Condition,
+    Drive,
+    FallsTo,
+    Hold,
+    LoadingProtocol,
+    Pressure,
+    Reaches,
+    Stage,
+    StageError,
+)
 from grainlaw.observation import Frame, FrameRecorder, Observer
 from grainlaw.parameter import ParameterError, parameter, parameters, part
 from grainlaw.probe import ContactPath, Probe
 from grainlaw.result import Cracks, Result
-from grainlaw.simulation import InstabilityError, StageLimitError, simulate
+from grainlaw.simulation import InstabilityError, simulate
 from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
 from grainlaw.state import State
 from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
@@ -73,7 +84,7 @@ __all__ = [
     "Rigid",
     "Specimen",
     "Stage",
-    "StageLimitError",
+    "StageError",
     "State",
     "Tessellation",
     "Tessellator",

@@ -89,12 +89,21 @@ class Pressure:
         return _rise(time, self.ramp, self.start, self.pressure)
 
 
+class StageError(RuntimeError):
+    """A stage that did not end as it should; ``result`` holds what was recorded."""
+
+    result: Any
+
+
 class Condition(ABC):
     """When a stage ends."""
 
     @abstractmethod
     def progress(self, curves: Curves) -> float:
-        """How much of the way is done, from what was recorded in this stage; 1 ends the stage."""
+        """How much of the way is done, from what was recorded in this stage; 1 ends the stage.
+
+        Raises :class:`StageError` where the test cannot go on.
+        """
 
 
 @attrs.frozen

@@ -13,7 +13,7 @@ from grainlaw.diagnosis import fastest, first_fault
 from grainlaw.integration import Integrator, Motion
 from grainlaw.kernels import loop
 from grainlaw.kernels.batch import compile_integrator
-from grainlaw.loading import Drive, LoadingProtocol, Stage
+from grainlaw.loading import Drive, LoadingProtocol, Stage, StageError
 from grainlaw.observation import Columns, FrameClock, FrameRecorder, Observer, take_frame
 from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
@@ -28,12 +28,6 @@ TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it
 
 class InstabilityError(ArithmeticError):
     """A run that left the finite numbers or made energy; ``result`` holds what was recorded before."""
-
-    result: Result
-
-
-class StageLimitError(RuntimeError):
-    """A stage that did not end within its number of samples; ``result`` holds what was recorded."""
 
     result: Result
 
@@ -55,7 +49,7 @@ def simulate(
     at a time, as in :func:`compare`, use cores better). ``time_step_factor`` shortens the integrator's stable step;
     ``mass_scaling`` lengthens it so many times by raising the mass of the nodes that alone govern it. ``frames`` is
     the number of moments kept for pictures and VTK. Raises :class:`ParameterError` before any work is done,
-    :class:`InstabilityError` with the step, contact, grain and likely cause, :class:`StageLimitError`.
+    :class:`InstabilityError` with the step, contact, grain and likely cause, :class:`StageError`.
     """
     _check(specimen, law, protocol, threads, time_step_factor, mass_scaling)
     return _Run(specimen, law, protocol, threads, time_step_factor, mass_scaling, observers, frames).go()
@@ -107,11 +101,15 @@ class _Run:
     # --- stages ------------------------------------------------------------------------------------------------------
 
     def go(self) -> Result:
-        for stage in self.stages:
-            self._run_stage(stage)
+        for number, stage in enumerate(self.stages):
+            try:
+                self._run_stage(number, stage)
+            except StageError as error:
+                error.result = self._result(stage.name)
+                raise
         return self._result(self.stages[-1].name)
 
-    def _run_stage(self, stage: Stage) -> None:
+    def _run_stage(self, number: int, stage: Stage) -> None:
         state = self.state
         state.stage = stage.name
         state.drive(stage.drives, stage.pressures)
@@ -131,7 +129,7 @@ class _Run:
             with np.errstate(all="ignore"):  # what is not finite is found by the check
                 energies = state.energies()
             self._check(energies, saved, stage, integrator, steps, began)
-            self._record(energies)
+            self._record(number, energies)
             curves = self.columns.since(first)
             progress = max(condition.progress(curves) for condition in stage.until)
             for observer in self.observers:
@@ -140,11 +138,9 @@ class _Run:
                 return
             if self.stability.has_changed():
                 state.time_step = self.factor * integrator.stable_step(self.stability.frequency)
-        error = StageLimitError(
+        raise StageError(
             f"stage '{stage.name}' did not end within {stage.sample_limit} samples; it waits for {list(stage.until)}"
         )
-        error.result = self._result(stage.name)
-        raise error
 
     def _advance(
         self, stage: Stage, integrator: Integrator, before: Motion | None, steps: int, began: float
@@ -179,10 +175,10 @@ class _Run:
         )  # fmt: skip
         state.count_steps(steps)
 
-    def _record(self, energies: dict[str, float]) -> None:
+    def _record(self, number: int, energies: dict[str, float]) -> None:
         state = self.state
         state.note_breaks()
-        row = {"time": state.time, "step": state.steps, **self.protocol.measure(state)}
+        row = {"time": state.time, "step": state.steps, "stage": number, **self.protocol.measure(state)}
         row |= {
             "tensile_cracks": int(np.sum(state.broken_mode < 0.5)),
             "shear_cracks": int(np.sum(state.broken_mode >= 0.5)),

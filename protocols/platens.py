@@ -58,8 +58,8 @@ class BetweenPlatens(Protocol):
     def integrator(self) -> Integrator: ...
 
 
-def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float) -> Stage:
-    """The one stage of a uniaxial test: platens part (``sign`` 1) or approach (-1) until strain or stress ends it."""
+def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float, falls: str = "stress") -> Stage:
+    """Platens part (``sign`` 1) or approach (-1) until the strain is reached or the column ``falls`` has fallen."""
     require_ends(specimen, type(test).__name__)
     duration = test.maximum_strain * size(specimen)[1] / test.speed
     interval = duration / test.samples
@@ -67,7 +67,7 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
     return Stage(
         name=name,
         drives=platen_drives(sign * test.speed, test.ramp, test.platens, test.moving),
-        until=[Reaches("strain", test.maximum_strain), FallsTo("stress", test.stop_fraction)],
+        until=[Reaches("strain", test.maximum_strain), FallsTo(falls, test.stop_fraction)],
         interval=interval,
         integrator=test.integrator,
         initial_velocity=field,

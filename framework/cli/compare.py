@@ -19,11 +19,11 @@ from grainlaw.comparison import compare as compare_laws
 from grainlaw.files import writable_folder
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.kernels.batch import CompilationError
-from grainlaw.loading import Stage
+from grainlaw.loading import Stage, StageError
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.simulation import MOST_THREADS, InstabilityError, StageLimitError
+from grainlaw.simulation import MOST_THREADS, InstabilityError
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 from grainlaw.units import MPa
@@ -107,7 +107,7 @@ def compare(
             },
         }
         comparison.write(folder, record)
-    except (ParameterError, OSError, CompilationError, InstabilityError, StageLimitError, MemoryError) as error:
+    except (ParameterError, OSError, CompilationError, InstabilityError, StageError, MemoryError) as error:
         raise click.ClickException(str(error)) from None
     click.echo(comparison)
     files = "comparison.png, cracks_<law>.png, summary.json, curves.csv, <law>/*.pvd"

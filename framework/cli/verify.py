@@ -18,8 +18,9 @@ from grainlaw.contact import trace
 from grainlaw.files import writable_folder, write_atomically
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, SofteningLength
+from grainlaw.loading import StageError
 from grainlaw.protocols import DirectShear, JointTension
-from grainlaw.simulation import InstabilityError, StageLimitError, simulate
+from grainlaw.simulation import InstabilityError, simulate
 from grainlaw.specimen import Specimen
 from grainlaw.units import MPa, mm, um
 
@@ -58,7 +59,7 @@ def verify(*, out: Path) -> None:
         figures = {"tension": _tension_figure(printed, pulled, tall), "shear": _shear_figure(frictionless, sheared)}
         for name, figure in figures.items():
             write_atomically(folder / f"verify_{name}.png", lambda file, f=figure: f.savefig(file, dpi=130))  # type: ignore[misc]
-    except (InstabilityError, StageLimitError, OSError) as error:
+    except (InstabilityError, StageError, OSError) as error:
         raise click.ClickException(str(error)) from None
     click.echo(_table(rows))
     click.echo(f"\nwritten to {folder}{os.sep}: verify_tension.png, verify_shear.png")

@@ -1,0 +1,101 @@
+"""Compression under a constant lateral pressure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import AtRest, Condition, Curves, Drive, Hold, LoadingProtocol, Pressure, Stage, StageError
+from grainlaw.parameter import parameter, part, whole_number
+from grainlaw.protocols.platens import (
+    Moving,
+    Platens,
+    measure_between_platens,
+    require_ends,
+    uniaxial_stage,
+    uniaxial_summary,
+)
+from grainlaw.specimen import Specimen
+from grainlaw.state import State
+
+
+@attrs.frozen
+class IntactAtRest(Condition):
+    """At rest; the test ends with an error if more than a hundredth of the contact points has broken before."""
+
+    rest: AtRest
+    points: int
+    confinement: float  #: Pa
+
+    def progress(self, curves: Curves) -> float:
+        broken = int(curves["tensile_cracks"][-1] + curves["shear_cracks"][-1])
+        if broken > 0.01 * self.points:
+            raise StageError(
+                f"BiaxialCompression: {broken} of {self.points} contact points broke under the confinement of "
+                f"{self.confinement * 1e-6:g} MPa alone; it must be lower than what the specimen withstands"
+            )
+        return self.rest.progress(curves)
+
+
+@attrs.frozen(kw_only=True)
+class BiaxialCompression(LoadingProtocol):
+    """Press a specimen axially while a constant pressure follows its deforming sides; compression counts positive.
+
+    The confinement comes up on all sides, the upper platen free to give way under it, until the specimen is at rest;
+    then the platens approach as in uniaxial compression. Ends when the deviator has fallen to ``stop_fraction`` of its
+    peak, or at ``maximum_strain``.
+    """
+
+    confinement: float = parameter("Pa", at_least=0)
+    confining_ramp: float = parameter("s", default=2e-4)  #: time in which the confinement comes up
+    speed: float = parameter("m/s", default=0.05)  #: at which the platens approach each other
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed rises from zero
+    platens: Platens = part(Platens, Platens.SMOOTH)
+    moving: Moving = part(Moving, Moving.TOP)
+    maximum_strain: float = parameter("1", default=0.01, above=0, below=0.5)
+    stop_fraction: float = parameter("1", default=0.5, at_least=0, below=1)
+    samples: int = whole_number(default=1000, at_least=10)
+    integrator: Integrator = part(Integrator, CentralDifference())
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        axial = uniaxial_stage(self, specimen, "axial", -1.0, falls="deviator")
+        if self.confinement == 0:
+            return [axial]
+        axial = attrs.evolve(axial, pressures=self._sides(0.0))
+        return [self._confine(specimen), axial]
+
+    def _sides(self, ramp: float) -> list[Pressure]:
+        return [Pressure(boundary=side, pressure=self.confinement, ramp=ramp) for side in ("left", "right")]
+
+    def _confine(self, specimen: Specimen) -> Stage:
+        require_ends(specimen, type(self).__name__)
+        points = 2 * len(specimen.mesh.interfaces)
+        return Stage(
+            name="confine",
+            drives=[
+                Hold(boundary="top", axis=1, stress=-self.confinement, ramp=self.confining_ramp),
+                Drive(boundary="bottom", axis=1, speed=0.0),
+            ],
+            pressures=self._sides(self.confining_ramp),
+            until=[IntactAtRest(AtRest(1e-4), points, self.confinement)],
+            interval=self.confining_ramp / 2,
+            integrator=self.integrator,
+        )
+
+    def measure(self, state: State) -> dict[str, float]:
+        """As uniaxial compression, and the ``deviator``: axial stress less confinement."""
+        columns = measure_between_platens(state, -1.0)
+        return {**columns, "deviator": columns["stress"] - self.confinement}
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Peak stress, strain from the confined state on, moduli from the deviator, certificate."""
+        axial = np.flatnonzero(curves["stage"] == curves["stage"].max())
+        confined = {name: curves[name][axial[0]] for name in ("strain", "lateral_strain")}
+        part = {name: values[axial] for name, values in curves.items()}
+        part |= {name: part[name] - value for name, value in confined.items()}
+        summary = uniaxial_summary(part | {"stress": part["deviator"]}, specimen, -1.0)
+        return {"confinement": self.confinement, **summary, "peak_stress": summary["peak_stress"] + self.confinement}
