@@ -1,0 +1,90 @@
+"""Quantities as people write them: ``"13 MPa"`` for a parameter declared in Pa."""
+
+from __future__ import annotations
+
+import math
+import re
+from fractions import Fraction
+from numbers import Real
+from typing import Any
+
+from grainlaw.parameter import ParameterError
+
+Dimension = tuple[int, ...]  #: powers of kilogram, metre, second, degree
+Unit = tuple[Fraction, Dimension]  #: size in SI (degrees for angles), exact so that "5 um" is the float 5e-6
+
+PREFIXES = {"T": 12, "G": 9, "M": 6, "k": 3, "c": -2, "m": -3, "u": -6, "µ": -6, "μ": -6, "n": -9}
+SYMBOLS: dict[str, Unit] = {
+    "g": (Fraction(1, 1000), (1, 0, 0, 0)),
+    "m": (Fraction(1), (0, 1, 0, 0)),
+    "s": (Fraction(1), (0, 0, 1, 0)),
+    "N": (Fraction(1), (1, 1, -2, 0)),
+    "Pa": (Fraction(1), (1, -1, -2, 0)),
+    "J": (Fraction(1), (1, 2, -2, 0)),
+}
+PLAIN: dict[str, Unit] = {  #: they take no prefix
+    "1": (Fraction(1), (0, 0, 0, 0)),
+    "%": (Fraction(1, 100), (0, 0, 0, 0)),
+    "deg": (Fraction(1), (0, 0, 0, 1)),
+    "°": (Fraction(1), (0, 0, 0, 1)),
+    "rad": (Fraction(180 / math.pi), (0, 0, 0, 1)),
+}
+USUAL = {  #: what to suggest for a declared unit
+    "Pa": "13 MPa", "Pa/m": "105 TPa/m", "J/m2": "150 J/m2", "m": "50 mm", "m/s": "50 mm/s", "s": "0.2 ms",
+    "kg/m3": "3100 kg/m3", "deg": "54 deg", "1": "25 %", "1/s": "300 1/s",
+}  # fmt: skip
+NUMBER = re.compile(r"\s*([+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf))\s*(.*?)\s*")
+FACTOR = re.compile(r"([A-Za-zµμ%°]+|1)(?:\^?([+-]?\d)|([²³]))?")
+
+
+def quantity(value: Any, unit: str, name: str = "the value") -> float:
+    """The number, in the declared ``unit``, of a number in that unit or a string such as ``"13 MPa"``.
+
+    Units are those of mechanics with SI prefixes, multiplied by * and divided by /, with powers as in m2 or m^2, and
+    %, deg and rad. Raises :class:`~grainlaw.parameter.ParameterError`, which names ``name`` and what is allowed.
+    """
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return float(value)
+    wanted = "a number" if unit == "1" else f"a number in {unit}"
+    wanted += f" or a string such as '{USUAL[unit]}'" if unit in USUAL else ""
+    found = NUMBER.fullmatch(value) if isinstance(value, str) else None
+    if not found:
+        raise ParameterError(f"{name} = {value!r} is not allowed, it must be {wanted}")
+    number, written = float(found[1]), found[2]
+    if not written:
+        return number
+    given, declared = _unit(written), _unit(unit)
+    if given is None:
+        raise ParameterError(f"{name} = {value!r} is not allowed: there is no unit '{written}'; it must be {wanted}")
+    if declared is None or declared[1] != given[1]:
+        kind = "a number without a unit" if unit == "1" else f"one of {unit}"
+        raise ParameterError(f"{name} = {value!r} is not allowed: '{written}' is not {kind}; it must be {wanted}")
+    if number == 0 or math.isinf(number):
+        return number
+    return float(Fraction(found[1]) * given[0] / declared[0])
+
+
+def _unit(text: str) -> Unit | None:
+    """None if it is no unit."""
+    size, powers = Fraction(1), [0, 0, 0, 0]
+    parts = re.split(r"\s*([*/·])\s*", text)
+    for sign, part in zip(["*", *parts[1::2]], parts[::2], strict=True):
+        match = FACTOR.fullmatch(part)
+        symbol = _symbol(match[1]) if match else None
+        if match is None or symbol is None:
+            return None
+        power = int(match[2] or {"²": 2, "³": 3}.get(match[3], 1)) * (-1 if sign == "/" else 1)
+        size *= symbol[0] ** power
+        powers = [have + power * more for have, more in zip(powers, symbol[1], strict=True)]
+    return size, tuple(powers)
+
+
+def _symbol(text: str) -> Unit | None:
+    if text in PLAIN:
+        return PLAIN[text]
+    if text in SYMBOLS:
+        return SYMBOLS[text]
+    if text[:1] in PREFIXES and text[1:] in SYMBOLS:
+        size, dimension = SYMBOLS[text[1:]]
+        return Fraction(10) ** PREFIXES[text[0]] * size, dimension
+    return None

@@ -1,0 +1,79 @@
+"""Quantities with units: conversions by hand, round trips, and refusals that say what is allowed."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grainlaw.parameter import ParameterError
+from grainlaw.quantity import PREFIXES, USUAL, quantity
+
+NUMBERS = st.floats(1e-12, 1e12)
+EXACT = {"k": 3, "M": 6, "G": 9, "m": -3, "u": -6}
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [
+        ("13 MPa", "Pa", 13e6), ("60GPa", "Pa", 60e9), ("4 kPa", "Pa", 4e3), ("-1 MPa", "Pa", -1e6),
+        ("10 MN/m2", "Pa", 10e6), ("105 TPa/m", "Pa/m", 1.05e14), ("105 GPa/mm", "Pa/m", 1.05e14),
+        ("40 mm", "m", 0.04), ("5 um", "m", 5e-6), ("5 µm", "m", 5e-6), ("5 μm", "m", 5e-6), ("4 cm", "m", 0.04),
+        ("150 N/m", "J/m2", 150), ("0.15 kJ/m^2", "J/m2", 150), ("150 J/m²", "J/m2", 150), ("150 J*m-2", "J/m2", 150),
+        ("3.1 g/cm3", "kg/m3", 3100), ("3100 kg/m³", "kg/m3", 3100), ("20 mm/s", "m/s", 0.02), ("0.2 ms", "s", 2e-4),
+        ("30 us", "s", 3e-5), ("25 %", "1", 0.25), ("54°", "deg", 54), ("300 1/s", "1/s", 300),
+        ("0 mm", "m", 0), ("inf m", "m", math.inf), ("13e6", "Pa", 13e6), (" .5 ", "1", 0.5), ("1e-999999999 m", "m", 0),
+    ],
+)  # fmt: skip
+def test_conversions_are_exact(text, unit, expected):
+    assert quantity(text, unit) == expected
+
+
+def test_a_half_turn_in_radians():
+    assert quantity(f"{math.pi} rad", "deg") == pytest.approx(180, rel=1e-15)
+
+
+@given(st.integers(1, 10**9), st.sampled_from(sorted(EXACT)), st.sampled_from(["Pa", "m", "s"]))
+def test_a_prefix_is_a_power_of_ten(number, prefix, unit):
+    assert quantity(f"{number} {prefix}{unit}", unit) == float(f"{number}e{EXACT[prefix]}")
+
+
+@given(NUMBERS, st.sampled_from(sorted(USUAL)))
+def test_what_is_written_in_the_declared_unit_comes_back(number, unit):
+    assert quantity(f"{number!r} {unit}", unit) == number == quantity(repr(number), unit) == quantity(number, unit)
+
+
+@given(st.sampled_from(sorted(PREFIXES)), st.sampled_from(sorted(PREFIXES)))
+def test_prefixes_cancel(above, below):
+    there = quantity(f"3 {above}Pa/{below}m", "Pa/m")
+    assert quantity(f"{there!r} {below}Pa/{above}m", "Pa/m") == pytest.approx(3, rel=1e-14)
+
+
+@given(st.sampled_from(sorted(USUAL)), st.sampled_from(sorted(USUAL)))
+def test_only_the_declared_dimension_is_taken(unit, other):
+    if unit == other:
+        assert quantity(USUAL[unit], unit) > 0
+    else:
+        with pytest.raises(ParameterError, match="is not allowed"):
+            quantity(USUAL[other], unit)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "words"),
+    [
+        ("13 mm", "Pa", "law.f = '13 mm' is not allowed: 'mm' is not one of Pa; it must be a number in Pa or a string"),
+        ("13 MPA", "Pa", "there is no unit 'MPA'; it must be a number in Pa or a string such as '13 MPa'"),
+        ("7 m", "1", "'m' is not a number without a unit; it must be a number or a string such as '25 %'"),
+        ("MPa", "Pa", "law.f = 'MPa' is not allowed"),
+        ("13,5 MPa", "Pa", "there is no unit ',5 MPa'"),
+        ("5 m/", "m", "there is no unit 'm/'"),
+        ("0.2 m", "grain sizes", "it must be a number in grain sizes"),
+        (True, "1", "law.f = True is not allowed"),
+        (None, "1", "law.f = None is not allowed"),
+        ([1.0], "m", "law.f = [1.0] is not allowed"),
+    ],
+)
+def test_refusals_name_what_was_written_and_what_is_allowed(value, unit, words):
+    with pytest.raises(ParameterError) as error:
+        quantity(value, unit, "law.f")
+    assert words in str(error.value)
