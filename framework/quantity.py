@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from decimal import Decimal
 from fractions import Fraction
 from numbers import Real
 from typing import Any
@@ -32,6 +33,9 @@ PLAIN: dict[str, Unit] = {  #: they take no prefix
 USUAL = {  #: what to suggest for a declared unit
     "Pa": "13 MPa", "Pa/m": "105 TPa/m", "J/m2": "150 J/m2", "m": "50 mm", "m/s": "50 mm/s", "s": "0.2 ms",
     "kg/m3": "3100 kg/m3", "deg": "54 deg", "1": "25 %", "1/s": "300 1/s",
+}  # fmt: skip
+SHOWN = {  #: prefixes to write, by power of ten, for units that begin with a symbol
+    "Pa": {0: "", 3: "k", 6: "M", 9: "G", 12: "T"}, "m": {0: "", -3: "m", -6: "u"}, "s": {0: "", -3: "m", -6: "u"},
 }  # fmt: skip
 NUMBER = re.compile(r"\s*([+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf))\s*(.*?)\s*")
 FACTOR = re.compile(r"([A-Za-zµμ%°]+|1)(?:\^?([+-]?\d)|([²³]))?")
@@ -62,6 +66,17 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
     if number == 0 or math.isinf(number):
         return number
     return float(Fraction(found[1]) * given[0] / declared[0])
+
+
+def written(value: float, unit: str) -> str:
+    """The number with its unit as people write it, such as ``"13 MPa"``, which :func:`quantity` reads back exactly."""
+    number = Decimal(repr(float(value)))
+    if not number.is_finite() or unit == "1" or _unit(unit) is None:
+        return f"{value:g}" if float(f"{value:g}") == value else repr(float(value))
+    prefixes = SHOWN.get(unit.partition("/")[0], {0: ""})
+    power = max((p for p in prefixes if p <= number.adjusted()), default=min(prefixes)) if number else 0
+    text = f"{number.scaleb(-power).normalize():f}"
+    return f"{text} {prefixes[power]}{unit}" if len(text) <= 20 else f"{number} {unit}"
 
 
 def _unit(text: str) -> Unit | None:
