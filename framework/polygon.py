@@ -29,17 +29,26 @@ def following(first: np.ndarray) -> np.ndarray:
     return position
 
 
-def crossing_sides(outline: np.ndarray) -> tuple[int, int] | None:
-    """Two sides that share more than the corner between them."""
-    n = len(outline)
-    i, j = np.indices((n, n))
-    along = np.roll(outline, -1, axis=0) - outline
-    left_of = cross(along[:, None], outline - outline[:, None])  # sign: corner j to the left of side i
-    astride = left_of * np.roll(left_of, -1, axis=1) <= 0
-    ends = np.stack([outline, outline + along])
+def crossing_sides(start: np.ndarray, end: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:
+    """Two sides of closed outlines that share more than the corner between them; side ``after[k]`` follows side k."""
+    i, j = np.indices((len(start), len(start)))
+    along = end - start
+    # sign: the start and the end of side j to the left of side i
+    astride = cross(along[:, None], start - start[:, None]) * cross(along[:, None], end - start[:, None]) <= 0
+    ends = np.stack([start, end])
     low, high = ends.min(axis=0), ends.max(axis=0)
     near = ((low[:, None] <= high) & (low <= high[:, None])).all(axis=2)
-    meet = (i + 1 < j) & ((j + 1) % n != i) & astride & astride.T & near
-    onward = np.roll(along, -1, axis=0)
-    meet |= (j == (i + 1) % n) & ((cross(along, onward) == 0) & ((along * onward).sum(axis=1) <= 0))[:, None]
+    meet = (i < j) & (after[i] != j) & (after[j] != i) & astride & astride.T & near
+    onward = along[after]
+    meet |= (j == after[i]) & ((cross(along, onward) == 0) & ((along * onward).sum(axis=1) <= 0))[:, None]
     return next(((int(k), int(m)) for k, m in np.argwhere(meet)), None)
+
+
+def enclosed(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """(n,) whether each point (n, 2) lies inside closed outlines with these sides: a ray to the right leaves them."""
+    inside = []
+    for block in np.array_split(points, 1 + len(points) * len(start) // 1_000_000):
+        passed = (start[:, 1] > block[:, None, 1]) != (end[:, 1] > block[:, None, 1])
+        left = cross(end - start, block[:, None] - start) * np.sign(end - start)[:, 1] > 0
+        inside.append((passed & left).sum(axis=1) % 2 == 1)
+    return np.concatenate(inside)

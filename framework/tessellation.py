@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.parameter import ParameterError
-from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, following
+from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following
 
 ROUNDING = 1e-9  #: of a length: nearer than this to a side is on the side, flatter than this is straight
 
@@ -22,6 +22,23 @@ class TilingError(ValueError):
 
 def _names(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(names)
+
+
+def _rings(rings: Iterable[Any]) -> tuple[np.ndarray, ...]:
+    try:
+        made = tuple(np.array(ring, dtype=float) for ring in rings)
+    except (TypeError, ValueError):
+        raise ParameterError("Region: holes must be arrays of float") from None
+    for ring in made:
+        ring.flags.writeable = False
+    return made
+
+
+def _ring_names(rings: Iterable[Iterable[str]]) -> tuple[tuple[str, ...], ...]:
+    rings = tuple(rings)
+    if any(isinstance(names, str) for names in rings):
+        raise ParameterError(f"Region: hole_sides = {rings} must hold a list of names for each hole")
+    return tuple(tuple(names) for names in rings)
 
 
 def _converted(converter: Any) -> Any:
@@ -44,13 +61,20 @@ def _array(kind: type) -> Any:
 
 @attrs.frozen(eq=False)
 class Region:
-    """A simple polygon to be filled with grains; every side carries the name of the boundary it belongs to.
+    """A simple polygon, perhaps with holes, to be filled with grains; every side names the boundary it belongs to.
 
-    Several sides may share a name. Raises :class:`~grainlaw.parameter.ParameterError`.
+    Several sides may share a name. The sides of the outline and then those of the holes have the index letter ``k``.
+    Raises :class:`~grainlaw.parameter.ParameterError`.
     """
 
     outline: np.ndarray = _array(float)  #: (n, 2) m, counter-clockwise
     sides: tuple[str, ...] = _converted(_names)  #: name of the side from corner k to corner k + 1
+    holes: tuple[np.ndarray, ...] = attrs.field(default=(), converter=_rings)  #: (n, 2) m each, clockwise
+    hole_sides: tuple[tuple[str, ...], ...] = attrs.field(converter=_ring_names)  #: as ``sides``; "hole" unless given
+
+    @hole_sides.default
+    def _hole(self) -> tuple[tuple[str, ...], ...]:
+        return tuple(("hole",) * len(hole) for hole in self.holes)
 
     def __attrs_post_init__(self) -> None:
         fault = self._fault()
@@ -58,25 +82,59 @@ class Region:
             raise ParameterError(f"Region: {fault}")
 
     def _fault(self) -> str | None:
-        if self.outline.ndim != 2 or self.outline.shape[1] != 2 or len(self.outline) < 3:
-            return f"outline has the shape {self.outline.shape}, it must be (n, 2) with at least 3 corners"
-        if not np.isfinite(self.outline).all():
-            return "outline has a corner that is not finite"
-        if len(self.sides) != len(self.outline):
-            return f"sides has {len(self.sides)} names for {len(self.outline)} sides of the outline"
-        if not all(isinstance(name, str) and name for name in self.sides):
-            return f"sides = {self.sides} must be names"
-        crossing = crossing_sides(self.outline)
+        if len(self.hole_sides) != len(self.holes):
+            return f"hole_sides has {len(self.hole_sides)} entries for {len(self.holes)} holes"
+        named = ["outline", *(f"hole {number}" for number in range(len(self.holes)))]
+        rings = list(zip(named, (self.outline, *self.holes), (self.sides, *self.hole_sides), strict=True))
+        for name, ring, names in rings:
+            fault = _ring_fault(name, ring, names)
+            if fault:
+                return fault
+        first = np.cumsum([0] + [len(ring) for _, ring, _ in rings])
+        crossing = crossing_sides(self.start, self.end, self.after)
         if crossing:
-            return f"outline crosses or touches itself at its sides {crossing[0]} and {crossing[1]}"
-        if self.area <= 0:
-            return "outline runs clockwise, its corners must be given counter-clockwise"
+            one, other = np.searchsorted(first, crossing, side="right") - 1
+            k, m = crossing[0] - first[one], crossing[1] - first[other]
+            if one == other:
+                return f"{named[one]} crosses or touches itself at its sides {k} and {m}"
+            return f"{named[other]} crosses or touches {named[one]}, its side {m} meets side {k}"
+        for turn, (name, ring, _) in enumerate(rings):
+            area = areas_and_centroids(ring, np.array([0, len(ring)]))[0][0]
+            if turn == 0 and area <= 0:
+                return f"{name} runs clockwise, its corners must be given counter-clockwise"
+            if turn > 0 and area >= 0:
+                return f"{name} runs counter-clockwise, the corners of a hole must be given clockwise"
+        for number, hole in enumerate(self.holes):
+            others = np.r_[0 : first[number + 1], first[number + 2] : len(self.start)]
+            if not enclosed(hole[:1], self.start[others], self.end[others])[0]:
+                return f"hole {number} must lie inside the outline and outside the other holes"
         return None
 
     @cached_property
+    def start(self) -> np.ndarray:
+        """(k, 2) m, where each side begins; the region is on its left."""
+        return np.concatenate([self.outline, *self.holes])
+
+    @cached_property
+    def end(self) -> np.ndarray:
+        """(k, 2) m, where each side ends."""
+        return self.start[self.after]
+
+    @cached_property
+    def after(self) -> np.ndarray:
+        """(k,) the side that follows each side."""
+        return following(np.cumsum([0, len(self.outline), *map(len, self.holes)]))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """(k,) name of the boundary of each side."""
+        return self.sides + tuple(name for names in self.hole_sides for name in names)
+
+    @cached_property
     def area(self) -> float:
-        """m2."""
-        return float(areas_and_centroids(self.outline, np.array([0, len(self.outline)]))[0][0])
+        """m2, without the holes."""
+        first = np.cumsum([0, len(self.outline), *map(len, self.holes)])
+        return float(areas_and_centroids(self.start, first)[0].sum())
 
     @cached_property
     def bounds(self) -> np.ndarray:
@@ -85,8 +143,25 @@ class Region:
 
     @property
     def boundary_names(self) -> tuple[str, ...]:
-        """Names of the sides, each once, in the order of the outline."""
-        return tuple(dict.fromkeys(self.sides))
+        """Names of the sides, each once, in the order of the outline and the holes."""
+        return tuple(dict.fromkeys(self.names))
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """(n,) whether points (n, 2) m lie inside; on a side either."""
+        return enclosed(points, self.start, self.end)
+
+
+def _ring_fault(name: str, ring: np.ndarray, names: tuple[str, ...]) -> str | None:
+    if ring.ndim != 2 or ring.shape[1] != 2 or len(ring) < 3:
+        return f"{name} has the shape {ring.shape}, it must be (n, 2) with at least 3 corners"
+    if not np.isfinite(ring).all():
+        return f"{name} has a corner that is not finite"
+    if len(names) != len(ring):
+        kind = "sides" if name == "outline" else f"hole_sides of {name}"
+        return f"{kind} has {len(names)} names for {len(ring)} sides of the {name}"
+    if not all(isinstance(each, str) and each for each in names):
+        return f"sides = {names} must be names"
+    return None
 
 
 @attrs.frozen(eq=False)
@@ -181,14 +256,15 @@ class Tessellation:
 
     def _boundary(self, ends: np.ndarray) -> np.ndarray:
         """Boundary on which edges with these ends (b, 2, 2) lie: that of the first side that has both; -1 without."""
-        along = np.roll(self.region.outline, -1, axis=0) - self.region.outline
+        region = self.region
+        along = region.end - region.start
         length = np.hypot(*along.T)
-        offset = ends[:, :, None] - self.region.outline
+        offset = ends[:, :, None] - region.start
         reach = ROUNDING * length.max()
         share = (offset * along).sum(axis=-1) / length
         on = (abs(cross(along, offset)) <= reach * length) & (share >= -reach) & (share <= length + reach)
         both = on.all(axis=1)
-        names = np.array([self.region.boundary_names.index(name) for name in self.region.sides])
+        names = np.array([region.boundary_names.index(name) for name in region.names])
         return np.where(both.any(axis=1), names[both.argmax(axis=1)], -1)
 
     def check(self) -> None:

@@ -19,7 +19,7 @@ class Bricks(Tessellator):
     def tessellate(self, region: Region) -> Tessellation:
         """Fill an upright rectangle, row by row from below. Raises ParameterError for another region."""
         low, high = region.bounds
-        if len(region.outline) != 4 or not ((region.outline == low) | (region.outline == high)).all():
+        if len(region.start) != 4 or not ((region.outline == low) | (region.outline == high)).all():
             raise ParameterError("Bricks: region is not allowed, it must be an upright rectangle")
         x = np.linspace(low[0], high[0], self.columns + 1)
         y = np.linspace(low[1], high[1], self.rows + 1)

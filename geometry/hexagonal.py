@@ -5,11 +5,12 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from grainlaw.geometry.any_voronoi import SMALL, Cells
 from grainlaw.geometry.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.grain_size import grain_count, length, require_one, whole_number
 from grainlaw.geometry.merging import merge_short_edges
 from grainlaw.geometry.ordering import hilbert_order
-from grainlaw.geometry.sides import convex_sides
+from grainlaw.geometry.sides import convex_sides, is_convex
 from grainlaw.tessellation import Region, Tessellation, Tessellator
 
 SHORTEST = 0.25  #: of the grain size: the shortest edge that the sides of the region may cut off
@@ -17,7 +18,7 @@ SHORTEST = 0.25  #: of the grain size: the shortest edge that the sides of the r
 
 @attrs.frozen(kw_only=True)
 class Hexagonal(Tessellator):
-    """Regular hexagons about the middle of a convex region; those at its sides are cut by them or reach out to them.
+    """Regular hexagons about the middle of a region; those at its sides are cut by them or reach out to them.
 
     Give either ``grain_size``, the square root of the area of a whole hexagon, or ``grains``, about how many fit.
     """
@@ -29,12 +30,16 @@ class Hexagonal(Tessellator):
         require_one(self)
 
     def tessellate(self, region: Region) -> Tessellation:
-        """Fill a convex region; grains near in space are near in number."""
+        """Fill a region; grains near in space are near in number."""
         count = grain_count(self, region)
         size = self.grain_size or np.sqrt(region.area / count)
         seeds = _lattice(region, size * np.sqrt(2 / np.sqrt(3)))
-        cells = polygons(region, bounded_diagram(region, seeds[hilbert_order(seeds)]))
-        return merge_short_edges(cells, SHORTEST * size).tessellation()
+        if is_convex(region):
+            cells, smallest = polygons(region, bounded_diagram(region, seeds[hilbert_order(seeds)])), 0.0
+        else:
+            seeds = Cells(region, seeds, size).next_seeds(relaxed=False)
+            cells, smallest = Cells(region, seeds[hilbert_order(seeds)], size).tiling(), SMALL * size**2
+        return merge_short_edges(cells, SHORTEST * size, smallest).tessellation()
 
 
 def _lattice(region: Region, spacing: float) -> np.ndarray:
@@ -43,6 +48,19 @@ def _lattice(region: Region, spacing: float) -> np.ndarray:
     n, m = np.ceil(np.ptp(region.bounds, axis=0) / pitch) + 1
     row, place = (i.ravel() for i in np.mgrid[-m : m + 1, -n : n + 1])
     points = region.outline.mean(axis=0) + pitch * np.column_stack([place + row % 2 / 2, row])
-    depth = convex_sides(region).distance(points).min(axis=1)
+    depth = convex_sides(region).distance(points).min(axis=1) if is_convex(region) else _depth(region, points)
+    if depth.max() <= 0:  # in none of a region narrower than the grains: the deepest of closer ones
+        closer = _lattice(region, spacing / 2)
+        return closer[[_depth(region, closer).argmax()]]
     # Thinner cuts would be slivers; the middle stays also where the region is narrower than that.
     return points[depth > min(spacing / 4, depth.max() / 2)]
+
+
+def _depth(region: Region, points: np.ndarray) -> np.ndarray:
+    """(n,) m from each point to the nearest side, negative outside."""
+    away = np.full(len(points), np.inf)
+    for start, end in zip(region.start, region.end, strict=True):
+        along = end - start
+        share = np.clip((points - start) @ along / (along @ along), 0, 1)
+        away = np.minimum(away, np.hypot(*(points - start - share[:, None] * along).T))
+    return np.where(region.contains(points), away, -away)

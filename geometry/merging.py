@@ -5,8 +5,9 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from grainlaw.geometry.sides import Sides, convex_sides
+from grainlaw.geometry.sides import Sides, region_sides
 from grainlaw.geometry.tiling import Tiling
+from grainlaw.polygon import areas_and_centroids
 
 FLATTEST = 1e-3  #: sine of the smallest turn that a merge may leave at a corner, clear of rounding
 
@@ -26,16 +27,17 @@ class Merges:
         return Merges(self.keep[which], self.drop[which], self.place[which])
 
 
-def merge_short_edges(tiling: Tiling, limit: float) -> Tiling:
+def merge_short_edges(tiling: Tiling, limit: float, smallest: float = 0.0) -> Tiling:
     """Merge the vertices of edges shorter than ``limit`` (m) until none is left or none can be merged.
 
     A merge is made only where every touched grain keeps three corners and stays convex: with the sum of the areas
-    round the edge unchanged, the grains then still tile the region. Vertices stay on their side, corners of the
-    region stay in place. Merges that share a grain wait for each other, the shorter edge first.
+    round the edge unchanged, the grains then still tile the region. Triangles below ``smallest`` (m2) may vanish.
+    Vertices stay on their side, corners of the region stay in place. Merges that share a grain wait for each other,
+    the shorter edge first.
     """
-    sides = convex_sides(tiling.region)
+    sides = region_sides(tiling.region)
     while True:
-        merges = _possible(tiling, sides, *_short_edges(tiling, limit))
+        merges = _possible(tiling, sides, *_short_edges(tiling, limit), _may_vanish(tiling, smallest))
         if len(merges) == 0:
             return tiling
         tiling = _merged(tiling, merges[_first_in_all_grains(tiling, merges)])
@@ -60,7 +62,15 @@ def _within(on: np.ndarray, others: np.ndarray) -> np.ndarray:
     return ((on < 0) | (on == others[:, :1]) | (on == others[:, 1:])).all(axis=1)
 
 
-def _possible(tiling: Tiling, sides: Sides, keep: np.ndarray, drop: np.ndarray) -> Merges:
+def _may_vanish(tiling: Tiling, smallest: float) -> np.ndarray:
+    """(g,) whether each grain is a triangle so small that it need not stay."""
+    if smallest == 0:
+        return np.zeros(len(tiling.first) - 1, dtype=bool)
+    areas = areas_and_centroids(tiling.vertices[tiling.corners], tiling.first)[0]
+    return (np.diff(tiling.first) == 3) & (areas < smallest)
+
+
+def _possible(tiling: Tiling, sides: Sides, keep: np.ndarray, drop: np.ndarray, vanish: np.ndarray) -> Merges:
     """Merges that leave the grains convex, into the middle of the edge or else into either end."""
     ends = np.column_stack([keep, drop])
     corner, which = tiling.corners_at(ends.ravel())
@@ -70,7 +80,7 @@ def _possible(tiling: Tiling, sides: Sides, keep: np.ndarray, drop: np.ndarray) 
     for target in ((a + b) / 2, a, b):
         target = sides.hold(target, tiling.on[keep])
         convex = np.ones(len(keep), dtype=bool)
-        convex[which[~_stays_convex(tiling, corner, ends[which], target[which])]] = False
+        convex[which[~_stays_convex(tiling, corner, ends[which], target[which], vanish)]] = False
         place[convex & ~found] = target[convex & ~found]
         found |= convex
     return Merges(keep, drop, place)[found]
@@ -87,10 +97,12 @@ def _first_in_all_grains(tiling: Tiling, merges: Merges) -> np.ndarray:
     return ready
 
 
-def _stays_convex(tiling: Tiling, corner: np.ndarray, ends: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Whether the grain of each corner stays convex when the edge with these ends shrinks to the target.
+def _stays_convex(
+    tiling: Tiling, corner: np.ndarray, ends: np.ndarray, target: np.ndarray, vanish: np.ndarray
+) -> np.ndarray:
+    """Whether the grain of each corner stays convex or may vanish when the edge with these ends shrinks to the target.
 
-    A triangle that would lose an edge does not: what is left of it turns back on itself.
+    A triangle that would lose an edge does not stay convex: what is left of it turns back on itself.
     """
     before, after = tiling.previous[corner], tiling.next[corner]
     ahead = (tiling.corners[after, None] == ends).any(axis=1)
@@ -99,7 +111,8 @@ def _stays_convex(tiling: Tiling, corner: np.ndarray, ends: np.ndarray, target: 
     p, q = tiling.vertices[tiling.corners[before]], tiling.vertices[tiling.corners[after]]
     pp = tiling.vertices[tiling.corners[tiling.previous[before]]]
     qq = tiling.vertices[tiling.corners[tiling.next[after]]]
-    return _turns_left(pp, p, target) & _turns_left(p, target, q) & _turns_left(target, q, qq)
+    lost = (ahead | behind) & vanish[tiling.grain[corner]]
+    return lost | (_turns_left(pp, p, target) & _turns_left(p, target, q) & _turns_left(target, q, qq))
 
 
 def _turns_left(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
@@ -114,5 +127,8 @@ def _merged(tiling: Tiling, merges: Merges) -> Tiling:
     number[merges.drop] = merges.keep
     corners = number[tiling.corners]
     stay = corners != corners[tiling.next]
-    first = np.concatenate([[0], np.cumsum(stay)])[tiling.first]
-    return attrs.evolve(tiling, vertices=vertices, corners=corners[stay], first=first)
+    corners, first = corners[stay], np.concatenate([[0], np.cumsum(stay)])[tiling.first]
+    sizes = np.diff(first)
+    kept = np.repeat(sizes > 2, sizes)
+    first = np.concatenate([[0], np.cumsum(sizes[sizes > 2])])
+    return attrs.evolve(tiling, vertices=vertices, corners=corners[kept], first=first)

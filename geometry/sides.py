@@ -1,4 +1,4 @@
-"""The sides of a convex region as straight lines that points are near to, mirrored over, or held on."""
+"""The sides of a region as straight lines that points are near to, mirrored over, or held on."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import attrs
 import numpy as np
 
 from grainlaw.parameter import ParameterError
+from grainlaw.polygon import cross
 from grainlaw.tessellation import Region
+
+STRAIGHT = 1e-9  #: sine of the largest turn at a corner that counts as none
 
 
 @attrs.frozen(eq=False)
@@ -15,9 +18,10 @@ class Sides:
 
     start: np.ndarray  #: (k, 2) m
     inward: np.ndarray  #: (k, 2) unit normals
+    after: np.ndarray  #: (k,) the side that follows
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """(n, k) m from each point to each side, positive inside."""
+        """(n, k) m from each point to the line of each side, positive to its left."""
         return np.einsum("nki,ki->nk", points[:, None] - self.start, self.inward)
 
     def hold(self, points: np.ndarray, on: np.ndarray) -> np.ndarray:
@@ -27,18 +31,33 @@ class Sides:
         one = (on[:, 0] >= 0) & ~corner
         start, inward = self.start[on[one, 0]], self.inward[on[one, 0]]
         points[one] -= ((points[one] - start) * inward).sum(axis=1)[:, None] * inward
-        low, high = np.sort(on[corner], axis=1).T
-        points[corner] = self.start[np.where(low + 1 == high, high, low)]  # the last side meets the first in corner 0
+        a, b = on[corner].T
+        points[corner] = self.start[np.where(self.after[a] == b, b, a)]
         return points
+
+
+def turns(region: Region) -> np.ndarray:
+    """(k,) sine of the turn to the left at the end of each side."""
+    along = region.end - region.start
+    along /= np.hypot(*along.T)[:, None]
+    return cross(along, along[region.after])
+
+
+def is_convex(region: Region) -> bool:
+    """Whether a region has no hole and turns left at every corner."""
+    return not region.holes and bool(turns(region).min() > STRAIGHT)
+
+
+def region_sides(region: Region) -> Sides:
+    """Sides of the outline and of the holes."""
+    along = region.end - region.start
+    along /= np.hypot(*along.T)[:, None]
+    return Sides(region.start, np.column_stack([-along[:, 1], along[:, 0]]), region.after)
 
 
 def convex_sides(region: Region) -> Sides:
     """Sides of a convex region; any other raises :class:`~grainlaw.parameter.ParameterError`."""
-    along = np.roll(region.outline, -1, axis=0) - region.outline
-    along /= np.hypot(*along.T)[:, None]
-    onward = np.roll(along, -1, axis=0)
-    turn = along[:, 0] * onward[:, 1] - along[:, 1] * onward[:, 0]
-    if turn.min() <= 1e-9:
-        corner = region.outline[(turn.argmin() + 1) % len(turn)]
+    if not is_convex(region):
+        corner = region.end[turns(region).argmin()]
         raise ParameterError(f"region: outline must be convex, it does not turn left at its corner {corner}")
-    return Sides(region.outline, np.column_stack([-along[:, 1], along[:, 0]]))
+    return region_sides(region)

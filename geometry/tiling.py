@@ -19,7 +19,7 @@ def rows(first: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @attrs.frozen(eq=False)
 class Tiling:
-    """Polygons as in a :class:`~grainlaw.tessellation.Tessellation`, of a convex region."""
+    """Polygons as in a :class:`~grainlaw.tessellation.Tessellation`."""
 
     region: Region
     vertices: np.ndarray  #: (v, 2) m

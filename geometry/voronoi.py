@@ -5,22 +5,24 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from grainlaw.geometry.any_voronoi import SMALL, Cells, frame
 from grainlaw.geometry.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.grain_size import grain_count, length, require_one, whole_number
 from grainlaw.geometry.merging import merge_short_edges
 from grainlaw.geometry.ordering import hilbert_order
-from grainlaw.geometry.sides import convex_sides
+from grainlaw.geometry.sides import is_convex
 from grainlaw.parameter import parameter
 from grainlaw.tessellation import Region, Tessellation, Tessellator
 
 
 @attrs.frozen(kw_only=True)
 class Voronoi(Tessellator):
-    """Voronoi cells of random seeds that Lloyd's algorithm has spread out; for convex regions.
+    """Voronoi cells of random seeds that Lloyd's algorithm has spread out.
 
     Give either ``grains``, their number, or ``grain_size``, the square root of their mean area. The first seeds are
     independent and uniform, too close pairs not rejected: Lloyd's algorithm parts them in its first iteration, and
-    ``relaxation=0, merge=0`` is the Poisson-Voronoi tessellation that the literature has statistics of.
+    ``relaxation=0, merge=0`` is the Poisson-Voronoi tessellation that the literature has statistics of. Corners of more
+    than 180 degrees part cells, to keep them convex: such regions get a few grains more.
 
     Lloyd 1982, doi:10.1109/TIT.1982.1056489.
     """
@@ -35,14 +37,20 @@ class Voronoi(Tessellator):
         require_one(self)
 
     def tessellate(self, region: Region) -> Tessellation:
-        """Fill a convex region; grains near in space are near in number."""
+        """Fill a region; grains near in space are near in number."""
         count = grain_count(self, region)
-        convex_sides(region)
-        seeds = _uniform(region, count, np.random.default_rng(self.seed))
-        for _ in range(self.relaxation):
-            seeds = bounded_diagram(region, seeds).centroids()
-        cells = polygons(region, bounded_diagram(region, seeds[hilbert_order(seeds)]))
-        return merge_short_edges(cells, self.merge * np.sqrt(region.area / count)).tessellation()
+        size, random = np.sqrt(region.area / count), np.random.default_rng(self.seed)
+        if is_convex(region):
+            seeds = _uniform(region, count, random)
+            for _ in range(self.relaxation):
+                seeds = bounded_diagram(region, seeds).centroids()
+            cells, smallest = polygons(region, bounded_diagram(region, seeds[hilbert_order(seeds)])), 0.0
+        else:
+            seeds = _scattered(region, count, random)
+            for _ in range(self.relaxation):
+                seeds = Cells(region, seeds, size).next_seeds(relaxed=True)
+            cells, smallest = Cells(region, seeds[hilbert_order(seeds)], size).tiling(), SMALL * size**2
+        return merge_short_edges(cells, self.merge * size, smallest).tessellation()
 
 
 def _uniform(region: Region, count: int, random: np.random.Generator) -> np.ndarray:
@@ -53,3 +61,12 @@ def _uniform(region: Region, count: int, random: np.random.Generator) -> np.ndar
     triangle = random.choice(len(areas), size=count, p=areas / areas.sum())
     out, across = np.sqrt(random.random(count))[:, None], random.random(count)[:, None]
     return corner + out * (a[triangle] + across * (b - a)[triangle])
+
+
+def _scattered(region: Region, count: int, random: np.random.Generator) -> np.ndarray:
+    """(count, 2) m, independent points of uniform density in a region, drawn from its frame."""
+    around, seeds = frame(region), np.empty((0, 2))
+    while len(seeds) < count:
+        drawn = _uniform(around, count, random)
+        seeds = np.concatenate([seeds, drawn[region.contains(drawn)]])
+    return seeds[:count]

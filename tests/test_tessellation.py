@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tiling import assert_sides_complete, assert_tiles
 
 import grainlaw as gl
 from grainlaw import geometry
@@ -32,50 +33,6 @@ def toy() -> type[Tessellator]:
     names = {"attrs": attrs, "gl": gl, "np": np}
     exec(code, names)
     return names["Bricks"]
-
-
-def polygon(grains: Tessellation, g: int) -> np.ndarray:
-    return grains.vertices[grains.corners[grains.first[g] : grains.first[g + 1]]]
-
-
-def shoelace(points: np.ndarray) -> float:
-    x, y = (points - points[0]).T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
-
-
-def assert_tiles(grains: Tessellation) -> None:
-    """Slowly and by other means than the grains' own ``check``."""
-    region = grains.region
-    polygons = [polygon(grains, g) for g in range(grains.count)]
-    assert sum(map(shoelace, polygons)) == pytest.approx(region.area, rel=1e-12)
-    runs: dict[tuple[int, int], int] = {}
-    for g, points in enumerate(polygons):
-        along = np.roll(points, -1, axis=0) - points
-        onward = np.roll(along, -1, axis=0)
-        turns = np.arctan2(along[:, 0] * onward[:, 1] - along[:, 1] * onward[:, 0], (along * onward).sum(axis=1))
-        assert turns.min() > -1e-9
-        assert turns.sum() == pytest.approx(2 * np.pi)
-        ring = grains.corners[grains.first[g] : grains.first[g + 1]].tolist()
-        for pair in zip(ring, ring[1:] + ring[:1], strict=True):
-            assert pair not in runs
-            runs[pair] = g
-    edges = grains.edges
-    listed = set(zip(edges.start.tolist(), edges.end.tolist(), strict=True))
-    assert len(listed) == len(edges)
-    assert listed | {(j, i) for i, j in listed} == set(runs) | {(j, i) for i, j in runs}
-    for i, j, left, right, side in zip(edges.start, edges.end, edges.left, edges.right, edges.side, strict=True):
-        assert runs[i, j] == left
-        assert runs.get((j, i), -1) == right
-        assert (side < 0) == (right >= 0)
-
-
-def assert_sides_complete(grains: Tessellation) -> None:
-    region, edges = grains.region, grains.edges
-    lengths = np.hypot(*(np.roll(region.outline, -1, axis=0) - region.outline).T)
-    for number, name in enumerate(edges.boundary_names):
-        side = sum(length for length, each in zip(lengths, region.sides, strict=True) if each == name)
-        assert edges.length[edges.side == number].sum() == pytest.approx(side, rel=1e-12)
-    assert {tuple(corner) for corner in region.outline} <= {tuple(vertex) for vertex in grains.vertices}
 
 
 def test_all_tessellators_are_tried() -> None:
@@ -309,57 +266,6 @@ def test_check_finds(fault, message: str) -> None:
         fault().check()
 
 
-@pytest.mark.parametrize(
-    ("outline", "message"),
-    [
-        ([(0, 0), (1, 0)], "outline has the shape"),
-        ([(0, 0), (1, 0), (np.inf, 1)], "not finite"),
-        ([(0, 0), (1, 1), (1, 0)], "outline runs clockwise"),
-        ([(0, 0), (1, 1), (1, 0), (0, 1)], "crosses or touches itself at its sides 0 and 2"),
-        ([(0, 0), (2, 0), (2, 2), (1, 0), (0, 2)], "crosses or touches itself at its sides 0 and 2"),
-        ([(0, 0), (2, 0), (1, 0), (1, 1)], "crosses or touches itself at its sides 0 and 1"),
-        ([(0, 0), (1, 0), (1, 0), (0, 1)], "crosses or touches itself"),
-        ([(0, 0), (1, 0), "corner"], "outline must be an array of float"),
-    ],
-)
-def test_region_refuses(outline: list, message: str) -> None:
-    with pytest.raises(ParameterError, match=message):
-        Region(outline, ["side"] * len(outline))
-
-
-STAR = [(r * np.cos(a), r * np.sin(a)) for a, r in zip(np.arange(14) * np.pi / 7, [1, 0.3] * 7, strict=True)]
-
-
-@pytest.mark.parametrize(
-    ("outline", "area"),
-    [
-        ([(0, 0), (1, 0), (2, 0), (2, 2), (1, 1), (0, 2)], 3),  # concave, with a corner in a line
-        ([(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)], 5),  # two sides apart on one line
-        ([(2, 1), (2.5, 0), (4, 0), (0, 4), (0, 0), (1.5, 0)], 7.5),  # the line of side 0 meets side 2
-        (STAR, 7 * 0.3 * np.sin(np.pi / 7)),
-    ],
-)
-def test_region_may_be_any_simple_polygon(outline: list, area: float) -> None:
-    region = Region(outline, ["side"] * len(outline))
-    assert region.area == pytest.approx(area)
-    assert region.bounds.tolist() == [np.min(outline, axis=0).tolist(), np.max(outline, axis=0).tolist()]
-
-
-def test_region_needs_a_name_for_each_side() -> None:
-    with pytest.raises(ParameterError, match="sides has 2 names for 3 sides"):
-        Region([(0, 0), (1, 0), (0, 1)], ["a", "b"])
-    with pytest.raises(ParameterError, match="must be names"):
-        Region([(0, 0), (1, 0), (0, 1)], ["a", "b", ""])
-
-
-@pytest.mark.parametrize("value", [0, -1, np.nan, np.inf, "1", None, True])
-def test_rectangle_refuses(value: object) -> None:
-    with pytest.raises(ParameterError, match="rectangle: height = "):
-        rectangle(1, value)
-    with pytest.raises(ParameterError, match="rectangle: width = "):
-        rectangle(value, 1)
-
-
 @every
 @pytest.mark.parametrize(
     ("arguments", "message"),
@@ -408,13 +314,6 @@ def test_memory_is_what_the_system_tells(monkeypatch) -> None:
     assert 2**28 < grain_size._memory() < 2**60
     monkeypatch.delattr("os.sysconf")
     assert Voronoi(grains=5).tessellate(rectangle(1, 1)).count == 5
-
-
-@every
-def test_concave_region_is_refused(tessellator: type) -> None:
-    dart = Region([(0, 0), (4, 0), (1, 1), (0, 4)], list("abcd"))
-    with pytest.raises(ParameterError, match=r"outline must be convex, .* corner \[1. 1.\]"):
-        tessellator(grains=9).tessellate(dart)
 
 
 @settings(max_examples=30, deadline=None)

@@ -1,0 +1,130 @@
+"""Regions of the specimens of common rock tests, whose loaded and supported pieces are boundaries of their own."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from grainlaw.geometry.region import checked
+from grainlaw.parameter import ParameterError
+from grainlaw.tessellation import Region
+
+
+def _checked_sides(shape: str, sides: int) -> None:
+    if not isinstance(sides, int) or isinstance(sides, bool) or sides < 8:
+        raise ParameterError(f"{shape}: sides = {sides!r} is not allowed, it must be a whole number, at least 8")
+
+
+def _arc(radius: float, begin: float, end: float, longest: float) -> np.ndarray:
+    """(n, 2) m, equally apart, counter-clockwise about the origin from one angle (degrees) up to, without, another."""
+    count = math.ceil((end - begin) / longest - 1e-9)
+    angles = np.radians(begin + (end - begin) * np.arange(count) / count)
+    return radius * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def _ring(*pieces: tuple[str, list[tuple[float, float]] | np.ndarray]) -> Region:
+    """Region from pieces of outline, each with the name of the sides that begin in its corners."""
+    outline = np.concatenate([np.asarray(corners, dtype=float) for _, corners in pieces])
+    return Region(outline, tuple(name for name, corners in pieces for _ in corners))
+
+
+def disc(diameter: float, *, loaded: float = 20.0, flat: bool = True, sides: int = 64) -> Region:
+    """Disc (m) about the origin for the Brazilian test, as a polygon of about so many ``sides``.
+
+    Boundaries top and bottom, where jaws touch it over an angle ``loaded`` (degrees, at the centre), and rim. ``flat``
+    ends are ground off straight: a crack starts in the middle from 20 degrees on (Wang, Jia, Kou, Zhang and Lindqvist
+    2004, doi:10.1016/S1365-1609(03)00093-5); others follow the circle, as under curved jaws. The circle passes through
+    the corners. Raises :class:`~grainlaw.parameter.ParameterError`.
+    """
+    checked("disc", diameter=diameter)
+    checked("disc", below=180, unit="degrees", loaded=loaded)
+    _checked_sides("disc", sides)
+    radius, half, step = diameter / 2, loaded / 2, 360 / sides
+    jaw = loaded if flat else step
+    return _ring(
+        ("rim", _arc(radius, half - 90, 90 - half, step)),
+        ("top", _arc(radius, 90 - half, 90 + half, jaw)),
+        ("rim", _arc(radius, 90 + half, 270 - half, step)),
+        ("bottom", _arc(radius, 270 - half, 270 + half, jaw)),
+    )
+
+
+def semi_disc(
+    diameter: float,
+    *,
+    notch_depth: float,
+    notch_width: float,
+    span: float,
+    bearing: float,
+    sides: int = 64,
+) -> Region:
+    """Half disc (m) on its flat side, the middle of which is the origin, for semi-circular bend.
+
+    A notch runs up from the origin; supports, ``span`` apart between their middles, and the load at the top are
+    ``bearing`` wide. Boundaries bottom, support_left, support_right, notch, rim and load. ``sides`` counts those of a
+    whole circle. Raises :class:`~grainlaw.parameter.ParameterError`. Kuruppu, Obara, Ayatollahi, Chong and Funatsu
+    2014, doi:10.1007/s00603-013-0422-7.
+    """
+    checked("semi_disc", diameter=diameter)
+    checked("semi_disc", below=diameter / 2, notch_depth=notch_depth)
+    checked("semi_disc", below=diameter, span=span)
+    _checked_sides("semi_disc", sides)
+    radius = diameter / 2
+    supports = _supported("semi_disc", -radius, radius, 0.0, span, bearing, notch_width, notch_depth)
+    half = math.degrees(math.asin(bearing / diameter))
+    return _ring(
+        *supports,
+        ("rim", _arc(radius, 0, 90 - half, 360 / sides)),
+        ("load", _arc(radius, 90 - half, 90 + half, 360 / sides)),
+        ("rim", _arc(radius, 90 + half, 180, 360 / sides)),
+    )
+
+
+def notched_beam(
+    length: float, height: float, *, notch_depth: float, notch_width: float, span: float, bearing: float
+) -> Region:
+    """Upright rectangle (m), lower left corner at the origin, with a notch from the middle of its bottom.
+
+    For bending at three points: the two supports, ``span`` apart between their middles, and the load in the middle
+    of the top are ``bearing`` wide. Boundaries bottom, support_left, support_right, notch, right, top, load and left.
+    Raises :class:`~grainlaw.parameter.ParameterError`.
+    """
+    checked("notched_beam", length=length, height=height)
+    checked("notched_beam", below=height, notch_depth=notch_depth)
+    checked("notched_beam", below=length, span=span)
+    middle = length / 2
+    return _ring(
+        *_supported("notched_beam", 0.0, length, middle, span, bearing, notch_width, notch_depth),
+        ("right", [(length, 0)]),
+        ("top", [(length, height)]),
+        ("load", [(middle + bearing / 2, height)]),
+        ("top", [(middle - bearing / 2, height)]),
+        ("left", [(0, height)]),
+    )
+
+
+def _supported(
+    shape: str,
+    left: float,
+    right: float,
+    middle: float,
+    span: float,
+    bearing: float,
+    notch_width: float,
+    notch_depth: float,
+) -> list[tuple[str, list[tuple[float, float]]]]:
+    """Pieces of a bottom at height 0 from left to right, with two supports and a notch between them."""
+    room = min(right - left - span, span)
+    checked(shape, below=room, bearing=bearing)
+    checked(shape, below=span - bearing, notch_width=notch_width)
+    one, other, half, slit = middle - span / 2, middle + span / 2, bearing / 2, notch_width / 2
+    return [
+        ("bottom", [(left, 0)]),
+        ("support_left", [(one - half, 0)]),
+        ("bottom", [(one + half, 0)]),
+        ("notch", [(middle - slit, 0), (middle - slit, notch_depth), (middle + slit, notch_depth)]),
+        ("bottom", [(middle + slit, 0)]),
+        ("support_right", [(other - half, 0)]),
+        ("bottom", [(other + half, 0)]),
+    ]

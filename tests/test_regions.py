@@ -1,0 +1,338 @@
+"""Regions: what they refuse, the shapes of common tests, and that grains fill every one of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from support import ROCK
+from tiling import assert_sides_complete, assert_tiles
+
+import grainlaw as gl
+from grainlaw import geometry
+from grainlaw.geometry import (
+    Bricks,
+    Hexagonal,
+    Voronoi,
+    disc,
+    notched_beam,
+    polygon,
+    rectangle,
+    semi_disc,
+    shear_box,
+)
+from grainlaw.geometry.any_voronoi import Cells
+from grainlaw.parameter import ParameterError
+from grainlaw.tessellation import Region
+
+every = pytest.mark.parametrize("tessellator", [Hexagonal, Voronoi])
+
+
+def ring(corners: int, radius: float, x: float = 0, y: float = 0) -> np.ndarray:
+    angle = np.arange(corners) * 2 * np.pi / corners
+    return np.column_stack([x + radius * np.cos(angle), y + radius * np.sin(angle)])
+
+
+SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]
+BEAM = notched_beam(0.2, 0.06, notch_depth=0.02, notch_width=1e-4, span=0.16, bearing=0.005)
+BEND = semi_disc(0.076, notch_depth=0.019, notch_width=1e-3, span=0.046, bearing=0.004)
+SHAPES = {
+    "beam": BEAM,
+    "semi_disc": BEND,
+    "disc": disc(0.05),
+    "curved jaws": disc(0.05, loaded=10, flat=False, sides=90),
+    "shear box": shear_box(0.1, 0.08, gap=0.005),
+    "L": polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]),
+    "plate with holes": polygon(SQUARE, holes={"hole": ring(24, 0.8, 2, 2), "pore": ring(5, 0.05, 0.4, 0.4)}),
+}
+every_shape = pytest.mark.parametrize("region", SHAPES.values(), ids=SHAPES)
+
+
+@every
+@every_shape
+@pytest.mark.parametrize("grains", [1, 2, 40, 300])
+def test_grains_fill_shapes(tessellator: type, region: Region, grains: int) -> None:
+    made = tessellator(grains=grains).tessellate(region)
+    assert_tiles(made)
+    assert_sides_complete(made)
+
+
+@st.composite
+def star_shaped(draw: st.DrawFn) -> Region:
+    """Corners at random distances round the origin, half of the regions with a hole there."""
+    outline = draw(st.lists(st.integers(50, 150), min_size=4, max_size=11))
+    hole = draw(st.one_of(st.just([]), st.lists(st.integers(3, 30), min_size=3, max_size=8)))
+    turned = draw(st.floats(0, 1))
+
+    def corners(radii: list[int]) -> np.ndarray:
+        angle = (np.arange(len(radii)) + turned) * 2 * np.pi / len(radii)
+        return np.array(radii)[:, None] / 100 * np.column_stack([np.cos(angle), np.sin(angle)])
+
+    holes = {"hole": corners(hole)} if hole else {}
+    try:
+        return polygon(corners(outline), "rim", holes)
+    except ParameterError:  # the hole meets a side that passes near the origin
+        assume(False)
+        raise
+
+
+@every
+@settings(max_examples=60, deadline=None)
+@given(region=star_shaped(), grains=st.one_of(st.integers(1, 4), st.integers(5, 120)))
+def test_grains_fill_any_region(tessellator: type, region: Region, grains: int) -> None:
+    made = tessellator(grains=grains).tessellate(region)
+    assert_tiles(made)
+    assert_sides_complete(made)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    region=star_shaped(),
+    seed=st.integers(0, 99),
+    relaxation=st.integers(0, 2),
+    merge=st.sampled_from([0, 0.25, 0.6]),
+)
+def test_grains_fill_with_any_options(region: Region, seed: int, relaxation: int, merge: float) -> None:
+    component = Voronoi(grains=50, seed=seed, relaxation=relaxation, merge=merge)
+    made = component.tessellate(region)
+    assert_tiles(made)
+    again = component.tessellate(region)
+    assert np.array_equal(made.vertices, again.vertices)
+    assert np.array_equal(made.corners, again.corners)
+
+
+@pytest.mark.parametrize(("name", "least"), [("beam", 0.1), ("semi_disc", 0.1), ("L", 0.1), ("plate with holes", 0)])
+def test_few_grains_are_added_and_none_is_a_sliver(name: str, least: float) -> None:
+    """A hole with sides far shorter than the grains is the exception: each side bounds a grain of its own."""
+    region = SHAPES[name]
+    made = [Voronoi(grains=400, seed=seed).tessellate(region) for seed in range(4)]
+    assert max(grains.count for grains in made) <= 420
+    assert min(grains.areas.min() for grains in made) > least * region.area / 400
+
+
+def test_no_grain_reaches_across_a_thin_notch() -> None:
+    made = Voronoi(grains=60).tessellate(BEAM)
+    x, y = (made.vertices[made.corners] - [0.1, 0]).T
+    low = y < 0.0199
+    left = np.minimum.reduceat(np.where(low, x, 1), made.first[:-1])
+    right = np.maximum.reduceat(np.where(low, x, -1), made.first[:-1])
+    beside = made.centroids[:, 1] < 0.0199
+    assert not ((left < -4e-5) & (right > 4e-5) & beside).any()
+    assert made.edges.length[made.edges.boundary_names.index("notch") == made.edges.side].sum() == pytest.approx(0.0401)
+
+
+def test_a_boundary_of_grains_begins_in_the_reentrant_corner() -> None:
+    region = SHAPES["L"]
+    made = Voronoi(grains=200, merge=0).tessellate(region)
+    corner = int(np.flatnonzero((made.vertices == [1, 1]).all(axis=1))[0])
+    assert np.sum(made.corners == corner) == 2
+
+
+def test_a_cell_out_of_sight_goes_to_those_who_see_it() -> None:
+    """Left of a slit the cells are those of the seeds on the left, as if there were none on the right."""
+    slit = [(0, 0), (0.999, 0), (0.999, 3), (1.001, 3), (1.001, 0), (2, 0), (2, 4), (0, 4)]
+    seeds = np.array([(0.3, 0.5), (0.3, 1.5), (0.3, 2.5), (1.1, 1), (1.1, 2), (1, 3.6)])
+    made = Cells(polygon(slit), seeds, 1.0).tiling().tessellation()
+    one = np.flatnonzero((abs(made.centroids - [0.4995, 1.5]) < 1e-9).all(axis=1))
+    assert made.areas[one] == pytest.approx([0.999])
+
+
+def test_split_sides_change_no_grain() -> None:
+    plain, split = (Voronoi(grains=150).tessellate(region) for region in (rectangle(1, 2), shear_box(1, 2)))
+    inner = [vertex for vertex in plain.vertices if 0.2 < vertex[0] < 0.8]
+    distance = np.min([np.hypot(*(split.vertices - vertex).T).min() for vertex in inner])
+    assert distance < 1e-9
+    assert split.count == 150
+
+
+def test_boundaries_of_the_mesh_have_the_sides_of_holes() -> None:
+    region = SHAPES["plate with holes"]
+    specimen = gl.Specimen(Voronoi(grains=200).tessellate(region), ROCK, refinement=1)
+    for name, length in (("hole", 48 * 0.8 * np.sin(np.pi / 24)), ("pore", 10 * 0.05 * np.sin(np.pi / 5))):
+        ends = specimen.mesh.nodes[specimen.mesh.boundary_edges[name]]
+        assert np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum() == pytest.approx(length)
+    assert specimen.mesh.zone_areas.min() > 0
+    assert specimen.mesh.zone_areas.sum() == pytest.approx(region.area)
+
+
+@pytest.mark.parametrize(
+    ("outline", "message"),
+    [
+        ([(0, 0), (1, 0)], "outline has the shape"),
+        ([(0, 0), (1, 0), (np.inf, 1)], "not finite"),
+        ([(0, 0), (1, 1), (1, 0)], "outline runs clockwise"),
+        ([(0, 0), (1, 1), (1, 0), (0, 1)], "crosses or touches itself at its sides 0 and 2"),
+        ([(0, 0), (2, 0), (2, 2), (1, 0), (0, 2)], "crosses or touches itself at its sides 0 and 2"),
+        ([(0, 0), (2, 0), (1, 0), (1, 1)], "crosses or touches itself at its sides 0 and 1"),
+        ([(0, 0), (1, 0), (1, 0), (0, 1)], "crosses or touches itself"),
+        ([(0, 0), (1, 0), "corner"], "outline must be an array of float"),
+    ],
+)
+def test_region_refuses(outline: list, message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        Region(outline, ("side",) * len(outline))
+
+
+STAR = [(r * np.cos(a), r * np.sin(a)) for a, r in zip(np.arange(14) * np.pi / 7, [1, 0.3] * 7, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("outline", "area"),
+    [
+        ([(0, 0), (1, 0), (2, 0), (2, 2), (1, 1), (0, 2)], 3),  # concave, with a corner in a line
+        ([(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)], 5),  # two sides apart on one line
+        ([(2, 1), (2.5, 0), (4, 0), (0, 4), (0, 0), (1.5, 0)], 7.5),  # the line of side 0 meets side 2
+        (STAR, 7 * 0.3 * np.sin(np.pi / 7)),
+    ],
+)
+def test_region_may_be_any_simple_polygon(outline: list, area: float) -> None:
+    region = Region(outline, ("side",) * len(outline))
+    assert region.area == pytest.approx(area)
+    assert region.bounds.tolist() == [np.min(outline, axis=0).tolist(), np.max(outline, axis=0).tolist()]
+
+
+def test_region_needs_a_name_for_each_side() -> None:
+    with pytest.raises(ParameterError, match="sides has 2 names for 3 sides"):
+        Region([(0, 0), (1, 0), (0, 1)], ["a", "b"])
+    with pytest.raises(ParameterError, match="must be names"):
+        Region([(0, 0), (1, 0), (0, 1)], ["a", "b", ""])
+
+
+@pytest.mark.parametrize("value", [0, -1, np.nan, np.inf, "1", None, True])
+def test_rectangle_refuses(value: object) -> None:
+    with pytest.raises(ParameterError, match="rectangle: height = "):
+        rectangle(1, value)
+    with pytest.raises(ParameterError, match="rectangle: width = "):
+        rectangle(value, 1)
+
+
+HOLE = [(1, 1), (1, 2), (2, 2), (2, 1)]
+
+
+@pytest.mark.parametrize(
+    ("holes", "names", "message"),
+    [
+        ([HOLE[::-1]], [("a",) * 4], "hole 0 runs counter-clockwise"),
+        ([HOLE], [("a",) * 3], "hole_sides of hole 0 has 3 names for 4 sides"),
+        ([HOLE], [], "hole_sides has 0 entries for 1 holes"),
+        ([HOLE], ["hole"], "hole_sides .* must hold a list of names for each hole"),
+        ([[(1, 1), (2, 2)]], [("a",) * 2], "hole 0 has the shape"),
+        ([np.add(HOLE, 10)], [("a",) * 4], "hole 0 must lie inside the outline"),
+        ([np.add(HOLE, [3, 0])], [("a",) * 4], r"hole 0 crosses or touches outline, its side \d meets side 1"),
+        ([np.add(HOLE, [2, 0])], [("a",) * 4], "hole 0 crosses or touches outline"),
+        ([np.add(HOLE, [2, 2.5])], [("a",) * 4], "hole 0 crosses or touches outline"),
+        ([HOLE, np.add(HOLE, 0.5)], [("a",) * 4] * 2, "hole 1 crosses or touches hole 0"),
+        ([HOLE, np.multiply(HOLE, 0.2) + 1.2], [("a",) * 4] * 2, "hole 1 must lie .* outside the other holes"),
+        ([[(1, 1), (2, 2), (2, 1), (1, 2)]], [("a",) * 4], "hole 0 crosses or touches itself at its sides 0 and 2"),
+        ([[(1, 1), (2, 2), (np.nan, 1)]], [("a",) * 3], "hole 0 has a corner that is not finite"),
+        ([["a"]], [("a",)], "holes must be arrays of float"),
+    ],
+)
+def test_region_refuses_holes(holes: list, names: list, message: str) -> None:
+    with pytest.raises(ParameterError, match=f"Region: {message}"):
+        Region(SQUARE, ("side",) * 4, holes, names)
+
+
+def test_region_with_a_hole() -> None:
+    region = Region(SQUARE, tuple("abcd"), [HOLE])
+    assert region.area == 15
+    assert region.boundary_names == (*"abcd", "hole")
+    assert region.contains(np.array([(0.5, 0.5), (1.5, 1.5), (1.5, 2.5), (5, 1)])).tolist() == [
+        True,
+        False,
+        True,
+        False,
+    ]
+
+
+def test_polygon_may_run_either_way() -> None:
+    """Each side keeps its name: a from (0, 0) to (4, 0)."""
+    for points, names in ((SQUARE, tuple("abcd")), (SQUARE[::-1], tuple("cbad"))):
+        region = polygon(points, names, {"hole": HOLE[::-1], "other": np.add(HOLE, 1.5)})
+        assert region.area == 14
+        assert region.names[4:] == ("hole",) * 4 + ("other",) * 4
+        start = {name: corner.tolist() for name, corner in zip(region.names, region.start, strict=True)}
+        assert [start[name] for name in "abcd"] == np.array(SQUARE).tolist()
+
+
+def lengths(region: Region) -> dict[str, float]:
+    size = np.hypot(*(region.end - region.start).T)
+    return {name: float(size[np.array(region.names) == name].sum()) for name in region.boundary_names}
+
+
+def test_disc_has_flat_ends_over_the_loaded_angle() -> None:
+    region = disc(2.0, loaded=20, sides=720)
+    long = lengths(region)
+    assert long["top"] == long["bottom"] == pytest.approx(2 * np.sin(np.radians(10)))
+    assert region.names.count("top") == 1
+    assert long["rim"] == pytest.approx(2 * np.radians(160), rel=1e-5)
+    assert np.hypot(*region.start.T) == pytest.approx(1)
+    assert np.ptp(region.bounds[:, 1]) == pytest.approx(2 * np.cos(np.radians(10)))
+
+
+def test_disc_has_curved_ends() -> None:
+    region = disc(2.0, loaded=30, flat=False, sides=360)
+    assert region.area == pytest.approx(180 * np.sin(np.pi / 180))
+    assert lengths(region)["top"] == pytest.approx(60 * np.sin(np.pi / 360))
+    assert region.names.count("top") == 30
+
+
+def test_beam_carries_its_pieces_where_they_belong() -> None:
+    long = lengths(BEAM)
+    assert long == pytest.approx(
+        {"bottom": 0.2 - 0.01 - 1e-4, "support_left": 0.005, "notch": 0.0401, "support_right": 0.005}
+        | {"right": 0.06, "top": 0.195, "load": 0.005, "left": 0.06}
+    )
+    assert BEAM.area == pytest.approx(0.2 * 0.06 - 0.02 * 1e-4)
+    for name, x, y in (("support_left", 0.02, 0), ("support_right", 0.18, 0), ("load", 0.1, 0.06)):
+        k = BEAM.names.index(name)
+        assert (BEAM.start[k] + BEAM.end[k]) / 2 == pytest.approx([x, y])
+
+
+def test_semi_disc_stands_on_its_flat_side() -> None:
+    long = lengths(BEND)
+    assert long["notch"] == pytest.approx(2 * 0.019 + 0.001)
+    assert long["bottom"] == pytest.approx(0.076 - 2 * 0.004 - 0.001)
+    assert BEND.bounds == pytest.approx(np.array([[-0.038, 0], [0.038, 0.038]]))
+    load = BEND.start[[k for k, name in enumerate(BEND.names) if name == "load"]]
+    assert load[0] == pytest.approx([0.002, np.sqrt(0.038**2 - 0.002**2)])
+    k = BEND.names.index("support_right")
+    assert (BEND.start[k] + BEND.end[k]) / 2 == pytest.approx([0.023, 0])
+
+
+def test_shear_box_is_split_at_half_its_height() -> None:
+    assert lengths(shear_box(2, 1)) == {
+        "bottom": 2, "right_lower": 0.5, "right_upper": 0.5, "top": 2, "left_upper": 0.5, "left_lower": 0.5,
+    }  # fmt: skip
+    assert lengths(shear_box(2, 1, gap=0.25))["left_gap"] == 0.25
+
+
+@pytest.mark.parametrize(
+    ("shape", "arguments", "message"),
+    [
+        (disc, {"diameter": 0}, r"disc: diameter = 0 m is not allowed, it must be a finite number above 0"),
+        (disc, {"diameter": 1, "loaded": 180}, "disc: loaded = 180 degrees is not allowed, .* below 180"),
+        (disc, {"diameter": 1, "sides": 7}, "disc: sides = 7 is not allowed, it must be a whole number, at least 8"),
+        (shear_box, {"width": 1, "height": 1, "gap": -0.1}, "gap = -0.1 m is not allowed, .* at least 0"),
+        (shear_box, {"width": 1, "height": 1, "gap": 1}, "gap = 1 m is not allowed, .* below 1"),
+        (notched_beam, {"notch_depth": 1}, "notched_beam: notch_depth = 1 m is not allowed, .* below 1"),
+        (notched_beam, {"span": 3.95}, "notched_beam: bearing = 0.1 m is not allowed, .* below 0.05"),
+        (notched_beam, {"notch_width": 3}, "notched_beam: notch_width = 3 m is not allowed, .* below 2.9"),
+        (semi_disc, {"notch_depth": 2}, "semi_disc: notch_depth = 2 m is not allowed, .* below 2"),
+        (semi_disc, {"span": np.nan}, "semi_disc: span = nan m is not allowed, .* below 4"),
+    ],
+)
+def test_shapes_refuse(shape, arguments: dict, message: str) -> None:
+    common = {"notch_depth": 0.3, "notch_width": 0.01, "span": 3, "bearing": 0.1}
+    if shape is notched_beam:
+        arguments = {"length": 4, "height": 1} | common | arguments
+    elif shape is semi_disc:
+        arguments = {"diameter": 4} | common | arguments
+    with pytest.raises(ParameterError, match=message):
+        shape(**arguments)
+
+
+def test_all_shapes_are_tried() -> None:
+    shapes = {disc, notched_beam, polygon, rectangle, semi_disc, shear_box}
+    assert shapes == {getattr(geometry, name) for name in geometry.__all__} - {Bricks, Hexagonal, Voronoi}
