@@ -46,10 +46,7 @@ def test_compare_laws(example, tmp_path, monkeypatch, capsys):
     force = (stiffness_matrix(rock, kn * springs, ks * springs) @ u.ravel()).reshape(-1, 2)
     modulus = -force[rock.mesh.boundaries["top"], 1].sum() / (20 * mm) / 1e-4
     assert numbers["linear"]["apparent_modulus"] == pytest.approx(modulus, rel=2e-3)
-    # The linear law loses nothing, a brittle one in tension at most what its springs can hold.
     assert numbers["linear"]["lost_opening"] == numbers["linear"]["lost_slip"] == 0
-    edges = np.hypot(*rock.mesh.interface_edges.T).sum()
-    assert 0 < numbers["Mohr-Coulomb"]["lost_opening"] < edges * 13e6**2 / (2 * kn)
 
 
 def test_the_study_is_of_the_laws_of_the_command_line(example):
