@@ -4,6 +4,14 @@ from grainlaw.characteristics import Characteristics, Mode, characteristics, plo
 from grainlaw.comparison import Comparison, compare
 from grainlaw.conformance import Entry, Report, check_law
 from grainlaw.contact import ContactLaw, Trace, trace
+from grainlaw.envelope import (
+    HoekBrownFit,
+    MohrCoulombFit,
+    StrengthEnvelope,
+    fit_hoek_brown,
+    fit_mohr_coulomb,
+    strength_envelope,
+)
 from grainlaw.integration import (
     AdaptiveRelaxation,
     CentralDifference,
@@ -61,6 +69,7 @@ __all__ = [
     "Frame",
     "FrameRecorder",
     "GaussPoints",
+    "HoekBrownFit",
     "Hold",
     "InsetPoints",
     "InstabilityError",
@@ -70,6 +79,7 @@ __all__ = [
     "LocalDamping",
     "MassDamping",
     "Mode",
+    "MohrCoulombFit",
     "Motion",
     "Observer",
     "ParameterError",
@@ -86,6 +96,7 @@ __all__ = [
     "Stage",
     "StageError",
     "State",
+    "StrengthEnvelope",
     "Tessellation",
     "Tessellator",
     "TilingError",
@@ -94,11 +105,14 @@ __all__ = [
     "characteristics",
     "check_law",
     "compare",
+    "fit_hoek_brown",
+    "fit_mohr_coulomb",
     "parameter",
     "parameters",
     "part",
     "plot_law",
     "simulate",
+    "strength_envelope",
     "trace",
 ]
 

@@ -6,9 +6,7 @@ import csv
 import io
 import json
 import os
-import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,14 +14,13 @@ import attrs
 import numpy as np
 
 from grainlaw.assembly import Laws
-from grainlaw.files import file_name, writable_folder, write_atomically
-from grainlaw.loading import LoadingProtocol, Stage
+from grainlaw.files import file_name, without_nan, writable_folder, write_atomically
+from grainlaw.loading import LoadingProtocol
 from grainlaw.observation import Observer
+from grainlaw.parallel import Run, simulate_all
 from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
-from grainlaw.simulation import simulate
 from grainlaw.specimen import Specimen
-from grainlaw.state import State
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -87,7 +84,7 @@ class Comparison(Mapping[str, Result]):
 
         path = writable_folder(folder)
         content = {"laws": self.summary, **(record or {})}
-        text = json.dumps(_without_nan(content), indent=2, allow_nan=False) + "\n"
+        text = json.dumps(without_nan(content), indent=2, allow_nan=False) + "\n"
         write_atomically(path / "summary.json", lambda file: file.write_text(text, encoding="utf-8"))
         write_atomically(path / "curves.csv", self._write_curves)
         write_atomically(path / "comparison.png", lambda file: self.plot().savefig(file, dpi=150))
@@ -105,17 +102,6 @@ class Comparison(Mapping[str, Result]):
             table = [result.curves.get(column, np.full(count, np.nan)) for column in columns]
             writer.writerows([name, *(f"{value:.9g}" for value in row)] for row in zip(*table, strict=True))
         file.write_text(text.getvalue(), encoding="utf-8")
-
-
-def _without_nan(value: Any) -> Any:
-    """The same with null for what is not a finite number, as JSON has no other way."""
-    if isinstance(value, Mapping):
-        return {key: _without_nan(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_without_nan(entry) for entry in value]
-    if isinstance(value, (float, np.floating)):
-        return float(value) if np.isfinite(value) else None
-    return int(value) if isinstance(value, np.integer) else value
 
 
 def compare(
@@ -136,37 +122,5 @@ def compare(
         raise ParameterError(f"compare: laws = {laws!r} is not allowed, it must be a mapping from names to laws")
     if not laws:
         raise ParameterError("compare: laws is empty, it must name at least one law")
-    threads = (os.cpu_count() or 1) if threads is None else threads
-    if threads < 1:
-        raise ParameterError(f"compare: threads = {threads} is not allowed, it must be a whole number from 1")
-    workers = min(threads, len(laws))
-
-    stop = _Stop()
-
-    def run(name: str) -> Result:
-        share = max(1, threads // workers)
-        watchers = [*observers(name), stop]
-        return simulate(specimen, laws[name], protocol, threads=share, observers=watchers, **options)
-
-    _ = specimen.mesh, specimen.zone_constants, specimen.node_masses  # made once, before threads share them
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            return Comparison(dict(zip(laws, pool.map(run, laws), strict=True)))
-        except BaseException:  # Ctrl-C, or one run has failed: the others need not go on
-            stop.asked.set()
-            raise
-
-
-class _Stopped(Exception):
-    """Ends a run that nobody waits for any more."""
-
-
-@attrs.frozen
-class _Stop(Observer):
-    """Ends runs at their next sample once it is asked to."""
-
-    asked: threading.Event = attrs.field(factory=threading.Event)
-
-    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
-        if self.asked.is_set():
-            raise _Stopped
+    runs = {name: Run(specimen, law, protocol) for name, law in laws.items()}
+    return Comparison(simulate_all(runs, threads=threads, observers=observers, **options))

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
@@ -34,3 +37,14 @@ def writable_folder(folder: str | os.PathLike[str]) -> Path:
     except OSError as error:
         raise OSError(f"cannot write to the folder '{path}': {error.strerror or error}") from None
     return path
+
+
+def without_nan(value: Any) -> Any:
+    """The same with null for what is not a finite number, as JSON has no other way."""
+    if isinstance(value, Mapping):
+        return {key: without_nan(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [without_nan(entry) for entry in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if np.isfinite(value) else None
+    return int(value) if isinstance(value, np.integer) else value

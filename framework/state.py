@@ -52,6 +52,7 @@ class State:
         self.drive([])
         self.broken_time = np.full(self.contacts.opening.shape[1], np.nan)  #: (p,) s, nan where unbroken
         self.broken_mode = self.broken_time.copy()  #: (p,) share of shear at breaking
+        self.broken_work = self.broken_time.copy()  #: (p,) J/m2 spent until the break
 
     # --- boundary conditions ---------------------------------------------------------------------------------------
 
@@ -153,6 +154,16 @@ class State:
             if row is not None:
                 values.reshape(2, -1)[:, group.first : group.last] = row
         return values
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """(2, p) Pa/m: kn and ks of the first response, as the laws declare them."""
+        rows = np.empty((2, 2 * len(self.order)))
+        for group in self.groups:
+            for row, value in zip(rows, group.law.stiffness, strict=True):
+                spread = np.broadcast_to(value, 2 * group.size).reshape(2, -1)
+                row.reshape(2, -1)[:, group.first : group.last] = spread
+        return rows
 
     @cached_property
     def contact_lengths(self) -> np.ndarray:
@@ -272,10 +283,11 @@ class State:
         self.arrays.displacement[1] = y + np.sin(angle) * arm_x + (np.cos(angle) - 1) * arm_y
 
     def unbalanced(self) -> float:
-        """Mean force out of balance over mean contact force: 0 at rest."""
+        """Mean force out of balance over mean contact force (mean reaction, if there are no contacts): 0 at rest."""
         free = self.freedoms.free[:2] > 0
-        contact = float(np.mean(np.hypot(self.normal, self.shear) * self.contact_lengths)) if len(self.order) else 0.0
-        return float(np.mean(np.abs(self.freedoms.force[:2][free]))) / contact if contact > 0 else 1.0
+        carried = np.hypot(self.normal, self.shear) * self.contact_lengths if len(self.order) else self.driven.reaction
+        scale = float(np.mean(np.abs(carried))) if len(carried) else 0.0
+        return float(np.mean(np.abs(self.freedoms.force[:2][free]))) / scale if scale > 0 else 1.0
 
     def closure_tangents(self) -> np.ndarray:
         """(p,) Pa/m: normal stiffness against a little more closure, tried without being committed."""
@@ -348,7 +360,13 @@ class State:
         self.time += steps * self.time_step
 
     def note_breaks(self) -> None:
-        """Remember when and how contact points broke, to within one sample."""
+        """Remember when and how contact points broke, to within one sample, and the work it took.
+
+        What the springs of closure and friction store at that moment is no part of it.
+        """
         fresh = np.isnan(self.broken_time) & (self.memory("damage") >= 1)
         self.broken_time[fresh] = self.time
         self.broken_mode[fresh] = self.mode[fresh]
+        kn, ks = self.stiffness[:, fresh]
+        springs = self.normal[fresh] ** 2 / (2 * kn) + self.shear[fresh] ** 2 / (2 * ks)
+        self.broken_work[fresh] = np.maximum(self.contacts.work[:, fresh].sum(axis=0) - springs, 0.0)

@@ -9,11 +9,20 @@ import grainlaw as gl
 from grainlaw import protocols
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
-from grainlaw.protocols import DirectShear, JointTension, Moving, Platens, UniaxialCompression, UniaxialTension
+from grainlaw.protocols import (
+    BiaxialCompression,
+    DirectShear,
+    JointTension,
+    Moving,
+    Platens,
+    UniaxialCompression,
+    UniaxialTension,
+)
 
 COMPRESSION = UniaxialCompression(maximum_strain=2e-4, samples=50, speed=0.02)
 TENSION = UniaxialTension(maximum_strain=2e-4, samples=50, speed=0.02)
-PROTOCOLS = [COMPRESSION, TENSION]
+BIAXIAL = BiaxialCompression(confinement=5e6, maximum_strain=2e-4, samples=50, speed=0.02)
+PROTOCOLS = [COMPRESSION, TENSION, BIAXIAL]
 
 
 ON_A_JOINT = {DirectShear, JointTension}  #: have no modulus: test_joint.py compares them with the law itself

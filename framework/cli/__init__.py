@@ -8,6 +8,7 @@ import click
 
 from grainlaw.cli.check import check
 from grainlaw.cli.compare import compare
+from grainlaw.cli.envelope import envelope
 from grainlaw.cli.law import law
 from grainlaw.cli.verify import verify
 
@@ -18,5 +19,5 @@ def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 
-for command in (compare, law, check, verify):
+for command in (compare, envelope, law, check, verify):
     main.add_command(command)

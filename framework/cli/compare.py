@@ -3,63 +3,24 @@
 from __future__ import annotations
 
 import os
-import platform
-from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import click
-import numpy as np
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from grainlaw.cli.running import ProgressBar, described, progress_bars, versions
 from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
 from grainlaw.comparison import compare as compare_laws
 from grainlaw.files import writable_folder
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.kernels.batch import CompilationError
-from grainlaw.loading import Stage, StageError
-from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError, parameters
+from grainlaw.loading import StageError
+from grainlaw.parameter import ParameterError
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.simulation import MOST_THREADS, InstabilityError
 from grainlaw.specimen import Specimen
-from grainlaw.state import State
-from grainlaw.units import MPa
 from grainlaw.vtk import VtkWriter
 
 COMPARED = "linear,mohr-coulomb,cohesive-crack"
-
-
-class ProgressBar(Observer):
-    """A run's line: stage, strain, stress, time left."""
-
-    def __init__(self, progress: Progress, name: str) -> None:
-        self.progress = progress
-        self.task = progress.add_task(name, total=1.0, stage="starting", strain="", stress="")
-
-    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
-        self.progress.update(
-            self.task,
-            completed=progress,
-            stage=stage.name if progress < 1 else "done",
-            strain=f"{curves['strain'][-1] * 100:7.4f} %",
-            stress=f"{curves['stress'][-1] / MPa:7.1f} MPa",
-        )
-
-
-def _progress() -> Progress:
-    return Progress(
-        TextColumn("{task.description:<14}"), BarColumn(16), TextColumn("{task.percentage:>3.0f}%"),
-        TextColumn("{task.fields[stage]:<11}{task.fields[strain]:>9}{task.fields[stress]:>11}"),
-        TimeRemainingColumn(compact=True), console=Console(stderr=True), refresh_per_second=4,
-    )  # fmt: skip
-
-
-def _versions() -> dict[str, str]:
-    packages = ("grainlaw", "numpy", "scipy", "numba", "llvmlite", "meshio", "attrs")
-    return {"python": platform.python_version(), **{name: version(name) for name in packages}}
 
 
 @click.command()
@@ -89,21 +50,21 @@ def compare(
         tessellator = Voronoi(grains=count if grains is None else grains, seed=seed)
         specimen = Specimen(tessellator.tessellate(rectangle(width, height)), ROCK)
         folder = writable_folder(out)  # only now: what is refused leaves no folder behind
-        with _progress() as progress:
+        with progress_bars() as progress:
             comparison = compare_laws(
                 specimen, chosen, test, threads=threads,
                 observers=lambda name: [ProgressBar(progress, name), VtkWriter(folder / name)],
             )  # fmt: skip
         record = {
             "seed": seed,
-            "versions": _versions(),
+            "versions": versions(),
             "parameters": {
                 "region": {"width": width, "height": height},
-                "tessellator": _described(tessellator),
-                "material": _described(ROCK),
-                "contact_points": _described(specimen.contact_points),
-                "protocol": _described(test),
-                "laws": {name: _described(law) for name, law in chosen.items()},
+                "tessellator": described(tessellator),
+                "material": described(ROCK),
+                "contact_points": described(specimen.contact_points),
+                "protocol": described(test),
+                "laws": {name: described(law) for name, law in chosen.items()},
             },
         }
         comparison.write(folder, record)
@@ -112,7 +73,3 @@ def compare(
     click.echo(comparison)
     files = "comparison.png, cracks_<law>.png, summary.json, curves.csv, <law>/*.pvd"
     click.echo(f"\nwritten to {os.fspath(folder)}{os.sep}: {files}")
-
-
-def _described(component: Any) -> dict[str, Any]:
-    return {"type": type(component).__name__, **parameters(component)}

@@ -1,0 +1,55 @@
+"""What the commands that run tests share: a line of progress for each run, and the record of what was run."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from grainlaw.loading import Stage
+from grainlaw.observation import Observer
+from grainlaw.parameter import parameters
+from grainlaw.state import State
+from grainlaw.units import MPa
+
+
+class ProgressBar(Observer):
+    """A run's line: stage, strain, stress, time left."""
+
+    def __init__(self, progress: Progress, name: str) -> None:
+        self.progress = progress
+        self.task = progress.add_task(name, total=1.0, stage="starting", strain="", stress="")
+
+    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
+        self.progress.update(
+            self.task,
+            completed=progress,
+            stage=stage.name if progress < 1 else "done",
+            strain=f"{curves['strain'][-1] * 100:7.4f} %",
+            stress=f"{curves['stress'][-1] / MPa:7.1f} MPa",
+        )
+
+
+def progress_bars() -> Progress:
+    """Lines for :class:`ProgressBar`, on the error stream."""
+    return Progress(
+        TextColumn("{task.description:<14}"), BarColumn(16), TextColumn("{task.percentage:>3.0f}%"),
+        TextColumn("{task.fields[stage]:<11}{task.fields[strain]:>9}{task.fields[stress]:>11}"),
+        TimeRemainingColumn(compact=True), console=Console(stderr=True), refresh_per_second=4,
+    )  # fmt: skip
+
+
+def versions() -> dict[str, str]:
+    """Of Python and of the packages that results depend on."""
+    packages = ("grainlaw", "numpy", "scipy", "numba", "llvmlite", "meshio", "attrs")
+    return {"python": platform.python_version(), **{name: version(name) for name in packages}}
+
+
+def described(component: Any) -> dict[str, Any]:
+    """A component's type and parameters, for a record."""
+    return {"type": type(component).__name__, **parameters(component)}

@@ -1,0 +1,141 @@
+"""Strength over confinement: the fits by closed forms, the intervals by an independent computation, the command."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import curve_fit
+from support import STIFF, STRONG, small_sample
+
+import grainlaw as gl
+from grainlaw.cli import main
+from grainlaw.laws import Linear, MohrCoulomb
+from grainlaw.protocols import BiaxialCompression
+
+CONFINEMENTS = np.arange(5) * 1e6
+
+
+@given(c=st.floats(1e5, 1e8), phi=st.floats(1, 70))
+def test_a_mohr_coulomb_rock_gives_its_cohesion_and_angle(c, phi):
+    """s1 = s3 (1 + sin phi)/(1 - sin phi) + 2 c cos phi/(1 - sin phi)."""
+    s = math.sin(math.radians(phi))
+    fit = gl.fit_mohr_coulomb(CONFINEMENTS, CONFINEMENTS * (1 + s) / (1 - s) + 2 * c * math.sqrt(1 - s * s) / (1 - s))
+    assert fit.cohesion == pytest.approx(c, rel=1e-6)
+    assert fit.friction_angle == pytest.approx(phi, rel=1e-6)
+    assert fit.cohesion_interval == pytest.approx((c, c), rel=1e-4)
+    assert fit.r_squared == pytest.approx(1)
+
+
+def test_the_papers_line():
+    fit = gl.fit_mohr_coulomb(CONFINEMENTS, 126.65e6 + 11.909 * CONFINEMENTS)
+    assert fit.slope == pytest.approx(11.909)
+    assert fit.cohesion == pytest.approx(18.35e6, rel=1e-4)
+    assert fit.friction_angle == pytest.approx(57.68, abs=0.005)
+
+
+@given(ucs=st.floats(1e6, 3e8), m=st.floats(0.5, 40))
+def test_a_hoek_brown_rock_gives_its_constants(ucs, m):
+    fit = gl.fit_hoek_brown(CONFINEMENTS, CONFINEMENTS + np.sqrt(m * ucs * CONFINEMENTS + ucs**2))
+    assert fit.ucs == pytest.approx(ucs, rel=1e-6)
+    assert fit.m == pytest.approx(m, rel=1e-6)
+
+
+def test_intervals_agree_with_a_fit_of_the_constants_themselves():
+    """The same criterion fitted in c and phi by Gauss-Newton: its covariance is, to first order, the propagated one."""
+    random = np.random.default_rng(2)
+    x = np.repeat(CONFINEMENTS, 3)
+    y = 126.65e6 + 11.909 * x + random.normal(0, 3e6, len(x))
+
+    def criterion(s3, c, phi):
+        s = np.sin(phi)
+        return (s3 * (1 + s) + 2e6 * c * np.cos(phi)) / (1 - s)
+
+    (c, phi), covariance = curve_fit(criterion, x, y, p0=(20, 1.0))
+    fit = gl.fit_mohr_coulomb(x, y)
+    assert fit.cohesion == pytest.approx(c * 1e6, rel=1e-5)
+    assert fit.friction_angle == pytest.approx(np.degrees(phi), rel=1e-5)
+    student = 2.1604  # 97.5 % of Student's distribution with 13 degrees of freedom, from a table
+    for low, high, error in (
+        (*fit.cohesion_interval, 1e6 * np.sqrt(covariance[0, 0])),
+        (*fit.friction_angle_interval, np.degrees(np.sqrt(covariance[1, 1]))),
+    ):
+        assert (high - low) / 2 == pytest.approx(student * error, rel=1e-3)
+    slope_error = 3e6 / np.sqrt(np.sum((x - x.mean()) ** 2))  # of the noise that was put in
+    assert np.ptp(fit.slope_interval) / 2 == pytest.approx(student * slope_error, rel=0.5)
+
+
+def test_two_tests_have_no_interval_and_no_friction_no_angle():
+    assert np.isnan(gl.fit_mohr_coulomb([0, 1e6], [1e8, 1.1e8]).slope_interval).all()
+    falling = gl.fit_mohr_coulomb([0, 1e6], [1e8, 0.9e8])
+    assert math.isnan(falling.friction_angle)
+    assert math.isnan(falling.cohesion)
+    assert falling.slope == pytest.approx(-10)
+
+
+@pytest.mark.parametrize("peaks", [[1e8], [1e8, 2e8], [1e8, math.nan, 1e8]])
+@pytest.mark.parametrize("fit", [gl.fit_mohr_coulomb, gl.fit_hoek_brown])
+def test_peaks_that_cannot_be_fitted_are_refused(fit, peaks):
+    confinement = [0, 1e6, 2e6] if len(peaks) == 3 else [1e6] * len(peaks)
+    with pytest.raises(gl.ParameterError, match=rf"{fit.__name__}: \d confinements and \d peak stresses"):
+        fit(confinement, peaks)
+
+
+def press(confinement):
+    return BiaxialCompression(confinement=confinement, maximum_strain=0.004, samples=200)
+
+
+def test_a_series_of_tests():
+    specimens = {seed: small_sample(20, seed=seed) for seed in (1, 2)}
+    found = gl.strength_envelope(specimens, MohrCoulomb(**STRONG), [0, 5e6], press, threads=2)
+    assert list(found.results) == [(1, 0.0), (1, 5e6), (2, 0.0), (2, 5e6)]
+    alone = gl.simulate(specimens[2], MohrCoulomb(**STRONG), press(5e6))
+    assert found.results[2, 5e6].summary["peak_stress"] == alone.summary["peak_stress"]
+    assert found.summary["peak_stress"][1] == pytest.approx(found.peaks[[1, 3], 2].mean())
+    assert found.summary["slope"] == found.mohr_coulomb.slope > 1
+    assert len(found.plot().axes) == 2
+
+
+def test_one_confinement_makes_no_envelope():
+    with pytest.raises(gl.ParameterError, match=r"confinements = \[1000000.0\] is not allowed, .* two different"):
+        gl.strength_envelope({1: small_sample(5)}, Linear(**STIFF), [1e6], press)
+
+
+def test_the_command(tmp_path):
+    out = tmp_path / "out"
+    small = ["--quick", "--grains", "20", "--max-strain", "0.002", "--law", "mohr-coulomb"]
+    arguments = ["envelope", *small, "--confinement", "0,2", "--out", str(out)]
+    done = CliRunner().invoke(main, arguments)
+    assert done.exit_code == 0, done.output
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["confinement"] == [0, 2e6]
+    expected = {"peak_stress", "cohesion", "friction_angle", "ucs", "slope", "slope_interval", "ucs_interval",
+                "cohesion_interval", "friction_angle_interval", "hoek_brown", "tests", "parameters"}  # fmt: skip
+    assert expected <= set(summary)
+    assert summary["ucs"] == pytest.approx(summary["peak_stress"][0])  # a line through two points
+    assert summary["slope"] == pytest.approx(np.diff(summary["peak_stress"])[0] / 2e6)
+    assert summary["slope_interval"] == [None, None]
+    assert (out / "envelope.png").stat().st_size > 10_000
+    assert "friction angle" in done.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--confinement", "1"], "--confinement = 1 is not allowed, it must name at least two"),
+        (["--confinement", "a,b"], "--confinement = a,b is not allowed, it must be numbers"),
+        (["--confinement", "0,-1"], "confinement = -1e+06"),
+        (["--confinement", "0,0"], "each once"),
+        (["--seeds", "1.5"], "--seeds = 1.5 is not allowed, it must be whole numbers"),
+        (["--speed", "-1"], "speed = -1"),
+        (["--law", "mohr"], "did you mean 'mohr-coulomb'?"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_any_work(arguments, says, tmp_path):
+    done = CliRunner().invoke(main, ["envelope", "--out", str(tmp_path / "out"), *arguments])
+    assert done.exit_code != 0
+    assert says in " ".join(done.output.split())
+    assert not (tmp_path / "out").exists()
