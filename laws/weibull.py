@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import attrs
 import numpy as np
@@ -44,7 +44,7 @@ class WeibullField:
         phases = np.sort(specimen.grains.phase[specimen.mesh.interface_grains], axis=1)
         return {pair: self._scattered(law, factors[(phases == sorted(pair)).all(axis=1)]) for pair, law in laws.items()}
 
-    def _scattered(self, law: ContactLaw, factors: np.ndarray) -> ContactLaw:
+    def _scattered(self, law: Any, factors: np.ndarray) -> Any:
         numbers = {field.name for field in attrs.fields(type(law)) if "unit" in field.metadata}
         missing = [name for name in self.names if name not in numbers]
         if missing:
