@@ -2,37 +2,30 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
-import numpy as np
 
 from grainlaw.assembly import Laws
-from grainlaw.files import file_name, without_nan, writable_folder, write_atomically
+from grainlaw.files import file_name, writable_folder, write_atomically
 from grainlaw.loading import LoadingProtocol
+from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.parallel import Run, simulate_all
 from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
 from grainlaw.specimen import Specimen
+from grainlaw.tables import write_curves, write_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: rows of the table: heading, name in the summary, factor, format
+#: rows of the table
 TABLE = (
-    ("peak stress (MPa)", "peak_stress", 1e-6, ".2f"), ("strain at peak (%)", "peak_strain", 1e2, ".4f"),
-    ("E* (GPa)", "apparent_modulus", 1e-9, ".2f"), ("nu*", "apparent_poisson", 1, ".3f"),
-    ("E (GPa)", "modulus", 1e-9, ".2f"), ("nu", "poisson", 1, ".3f"),
-    ("tensile cracks", "tensile_cracks", 1, ".0f"), ("shear cracks", "shear_cracks", 1, ".0f"),
-    ("kinetic ratio", "kinetic_ratio", 1, ".1e"), ("platen imbalance (%)", "platen_imbalance", 1e2, ".2f"),
-    ("energy error", "energy_error", 1, ".1e"), ("steps", "steps", 1, ".0f"), ("seconds", "seconds", 1, ".1f"),
+    "peak_stress", "peak_strain", "apparent_modulus", "apparent_poisson", "modulus", "poisson", "tensile_cracks",
+    "shear_cracks", "kinetic_ratio", "platen_imbalance", "energy_error", "steps", "seconds",
 )  # fmt: skip
 
 
@@ -58,9 +51,7 @@ class Comparison(Mapping[str, Result]):
 
     def __str__(self) -> str:
         rows = [["", *self.results]]
-        for heading, key, factor, form in TABLE:
-            values = [summary.get(key) for summary in self.summary.values()]
-            rows.append([heading, *("-" if v is None else f"{v * factor:{form}}" for v in values)])
+        rows += [[shown(n).heading, *(shown(n).text(s.get(n)) for s in self.summary.values())] for n in TABLE]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines = [
             "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
@@ -83,25 +74,20 @@ class Comparison(Mapping[str, Result]):
         from grainlaw.view import plot_cracks
 
         path = writable_folder(folder)
-        content = {"laws": self.summary, **(record or {})}
-        text = json.dumps(without_nan(content), indent=2, allow_nan=False) + "\n"
-        write_atomically(path / "summary.json", lambda file: file.write_text(text, encoding="utf-8"))
-        write_atomically(path / "curves.csv", self._write_curves)
+        write_json(path / "summary.json", {"laws": self.summary, **(record or {})})
+        write_curves(path / "curves.csv", {name: result.curves for name, result in self.results.items()})
         write_atomically(path / "comparison.png", lambda file: self.plot().savefig(file, dpi=150))
         for name, result in self.results.items():
             figure = plot_cracks(result, name)
             write_atomically(path / f"cracks_{file_name(name)}.png", lambda file, f=figure: f.savefig(file, dpi=150))  # type: ignore[misc]
 
-    def _write_curves(self, file: Path) -> None:
-        columns = list(dict.fromkeys(name for result in self.results.values() for name in result.curves))
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["law", *columns])
-        for name, result in self.results.items():
-            count = len(result.curves["time"])
-            table = [result.curves.get(column, np.full(count, np.nan)) for column in columns]
-            writer.writerows([name, *(f"{value:.9g}" for value in row)] for row in zip(*table, strict=True))
-        file.write_text(text.getvalue(), encoding="utf-8")
+    def write_report(
+        self, file: str | os.PathLike[str], *, title: str = "", record: Mapping[str, Any] | None = None
+    ) -> None:
+        """Write the laboratory report of all laws as a page of HTML; see :func:`grainlaw.report.write_report`."""
+        from grainlaw.report import write_report
+
+        write_report(self.results, file, title=title, record=record)
 
 
 def compare(

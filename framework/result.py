@@ -99,6 +99,20 @@ class Result:
 
         return plot_result(self)
 
+    def write_report(
+        self,
+        file: str | os.PathLike[str],
+        *,
+        title: str = "",
+        record: Mapping[str, Any] | None = None,
+        incomplete: str = "",
+    ) -> None:
+        """Write the laboratory report as a page of HTML; see :func:`grainlaw.report.write_report`."""
+        from grainlaw.report import write_report
+
+        name = type(self.law).__name__ if not isinstance(self.law, Mapping) else "laws"
+        write_report({name: self}, file, title=title, record=record, incomplete=incomplete)
+
     def show(self) -> None:
         """Look at the last moment in a window (pyvista)."""
         from grainlaw.view import show_result

@@ -111,9 +111,9 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
 def test_the_progress_fits_a_terminal_of_80_columns():
     from rich.console import Console
 
-    from grainlaw.cli.compare import _progress
+    from grainlaw.cli.running import progress_bars
 
-    progress = _progress()
+    progress = progress_bars()
     progress.add_task("cohesive-crack", total=1.0, stage="compression", strain=" 0.5000 %", stress="  250.0 MPa")
     console = Console(width=80, record=True, file=open("/dev/null", "w"))
     console.print(progress.get_renderable())

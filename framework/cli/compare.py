@@ -16,6 +16,7 @@ from grainlaw.kernels.batch import CompilationError
 from grainlaw.loading import StageError
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import UniaxialCompression
+from grainlaw.quantity import written
 from grainlaw.simulation import MOST_THREADS, InstabilityError
 from grainlaw.specimen import Specimen
 from grainlaw.vtk import VtkWriter
@@ -38,8 +39,9 @@ def compare(
 ) -> None:  # fmt: skip
     """Compress one rock sample to failure under several contact laws, and compare them.
 
-    Writes comparison.png, cracks_LAW.png, summary.json and curves.csv, and for each law a folder with grains.pvd and
-    cracks.pvd for ParaView. The sample and the parameters are those of a published study (docs/validation.md).
+    Writes report.html, comparison.png, cracks_LAW.png, summary.json and curves.csv, and for each law a folder with
+    grains.pvd and cracks.pvd for ParaView. The sample and the parameters are those of a published study
+    (docs/validation.md).
     """
     width, height, count = QUICK if quick else SAMPLE
     try:
@@ -68,8 +70,10 @@ def compare(
             },
         }
         comparison.write(folder, record)
+        sample = {**described(tessellator), "width": written(width, "m"), "height": written(height, "m")}
+        comparison.write_report(folder / "report.html", record={"sample": sample, "versions": versions()})
     except (ParameterError, OSError, CompilationError, InstabilityError, StageError, MemoryError) as error:
         raise click.ClickException(str(error)) from None
     click.echo(comparison)
-    files = "comparison.png, cracks_<law>.png, summary.json, curves.csv, <law>/*.pvd"
+    files = "report.html, comparison.png, cracks_<law>.png, summary.json, curves.csv, <law>/*.pvd"
     click.echo(f"\nwritten to {os.fspath(folder)}{os.sep}: {files}")

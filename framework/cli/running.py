@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
@@ -12,14 +12,17 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from grainlaw.loading import Stage
+from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.parameter import parameters
 from grainlaw.state import State
-from grainlaw.units import MPa
+
+COURSE = ("strain", "displacement", "time")  #: how far a test is: the first of these that it records
+LOAD = ("stress", "shear_stress", "load", "force", "unbalanced")
 
 
 class ProgressBar(Observer):
-    """A run's line: stage, strain, stress, time left."""
+    """A run's line: stage, strain, stress (or what the test has instead), time left."""
 
     def __init__(self, progress: Progress, name: str) -> None:
         self.progress = progress
@@ -30,9 +33,14 @@ class ProgressBar(Observer):
             self.task,
             completed=progress,
             stage=stage.name if progress < 1 else "done",
-            strain=f"{curves['strain'][-1] * 100:7.4f} %",
-            stress=f"{curves['stress'][-1] / MPa:7.1f} MPa",
+            strain=_last(curves, COURSE),
+            stress=_last(curves, LOAD),
         )
+
+
+def _last(curves: Mapping[str, np.ndarray], names: Sequence[str]) -> str:
+    name = next(name for name in names if name in curves)
+    return f"{shown(name).text(float(curves[name][-1]))} {shown(name).unit}"
 
 
 def progress_bars() -> Progress:

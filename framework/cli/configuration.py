@@ -1,0 +1,82 @@
+"""A test that is ready to run, from sections of names and quantities."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+
+from grainlaw.cli.components import choices, component, evolved, nearest, settings
+from grainlaw.cli.sample import sample
+from grainlaw.cli.sections import SECTIONS, Sections
+from grainlaw.cli.setups import SETUPS
+from grainlaw.cli.table1 import LAWS, ROCK
+from grainlaw.contact import ContactLaw
+from grainlaw.loading import LoadingProtocol
+from grainlaw.parameter import ParameterError, parameter, whole_number
+from grainlaw.script import LawReferenceError, find_law
+from grainlaw.specimen import Elastic, Rigid, Specimen
+
+
+@attrs.frozen(kw_only=True)
+class Numerics:
+    """How a test is computed, and how much of it is kept."""
+
+    time_step_factor: float = parameter("1", default=1.0, above=0, at_most=1)
+    mass_scaling: float = parameter("1", default=1.0, at_least=1, at_most=100)
+    refinement: int = whole_number(default=0, at_least=0)
+    frames: int = whole_number(default=30, at_least=1)
+    threads: int = whole_number(default=1, at_least=1)
+
+
+@attrs.frozen(kw_only=True)
+class Configuration:
+    """A test that is ready to run, and the sections that make the same one again."""
+
+    specimen: Specimen
+    law: ContactLaw
+    protocol: LoadingProtocol
+    numerics: Numerics
+    sections: Sections
+
+
+def configured(name: str, sections: Sections, quick: bool = False) -> Configuration:
+    """The test of a name, with what the sections give in place of the defaults.
+
+    Raises :class:`~grainlaw.parameter.ParameterError` for what is unknown, missing, of another unit or out of bounds.
+    """
+    if name not in SETUPS:
+        raise ParameterError(f"there is no test '{name}'{nearest(name, SETUPS)} (tests: {', '.join(SETUPS)})")
+    setup = SETUPS[name]
+    given = {section: dict(sections.get(section, {})) for section in SECTIONS}
+    if (other := given["test"].pop("type", name)) != name:
+        raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
+    test = evolved(setup.protocol, given["test"], "test")
+    reference, law = _law(given["law"])
+    rock = component((Elastic, Rigid), given["rock"], "rock", ROCK)
+    numerics = evolved(Numerics, given["numerics"], "numerics")
+    section, specimen = sample(setup.quick if quick else setup.sample, given["sample"], rock, numerics.refinement)
+    test.stages(specimen)  # refuses a specimen that it cannot hold
+    made = {
+        "sample": section,
+        "rock": settings(rock),
+        "law": settings(law, ContactLaw) | {"type": reference},
+        "test": settings(test) | {"type": name},
+        "numerics": {key: value for key, value in settings(numerics).items() if key != "type"},
+    }
+    return Configuration(specimen=specimen, law=law, protocol=test, numerics=numerics, sections=made)
+
+
+def _law(given: dict[str, Any]) -> tuple[str, ContactLaw]:
+    """A law, and what it is called: a name in Table 1's laws, of another class, or FILE.py:LAW."""
+    name = str(given.pop("type", "cohesive-crack"))
+    if ".py" in name:
+        try:
+            return name, evolved(find_law(name), given, "law")
+        except LawReferenceError as error:
+            raise ParameterError(f"law.type: {error}") from None
+    others = {short: cls for short, cls in choices(ContactLaw).items() if cls not in map(type, LAWS.values())}
+    known: dict[str, Any] = LAWS | others
+    if name not in known:
+        raise ParameterError(f"there is no law '{name}'{nearest(name, known)} (laws: {', '.join(known)})")
+    return name, evolved(known[name], given, "law")

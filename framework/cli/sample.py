@@ -1,0 +1,79 @@
+"""The section [sample]: a region, the grains that fill it, and where they touch."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import attrs
+
+import grainlaw.geometry
+from grainlaw.cli.components import choices, component, evolved, nearest, refuse_unknown, settings
+from grainlaw.parameter import ParameterError
+from grainlaw.quantity import quantity, written
+from grainlaw.specimen import ContactPoints, Elastic, GaussPoints, Rigid, Specimen
+from grainlaw.tessellation import Region, Tessellator
+
+REGIONS: dict[str, Callable[..., Region]] = {
+    name.replace("_", "-"): function
+    for name, function in inspect.getmembers(grainlaw.geometry, inspect.isfunction)
+    if inspect.signature(function, eval_str=True).return_annotation is Region
+}
+ANGLES = ("loaded",)  #: numbers of regions that are no lengths
+
+
+def sample(
+    default: Mapping[str, Any], given: Mapping[str, Any], rock: Elastic | Rigid, refinement: int
+) -> tuple[dict[str, Any], Specimen]:
+    """A specimen, and the section that makes its grains again. Raises :class:`~grainlaw.parameter.ParameterError`.
+
+    ``default`` counts as far as the given region and tessellator know it.
+    """
+    shape = _named(given.get("region", default["region"]), REGIONS, "sample.region")
+    filling = _named(given.get("tessellator", default["tessellator"]), choices(Tessellator), "sample.tessellator")
+    lengths = inspect.signature(REGIONS[shape], eval_str=True).parameters
+    fields = [field.name for field in attrs.fields(choices(Tessellator)[filling])]
+    refuse_unknown("sample", given, ["region", *lengths, "tessellator", *fields, "contact_points"])
+
+    values = {**default, **given}
+    if "grain_size" in given and "grains" not in given:
+        values.pop("grains", None)
+    size = {name: _size(parameter, values, shape) for name, parameter in lengths.items()}
+    grains = evolved(choices(Tessellator)[filling], {key: values[key] for key in fields if key in values}, "sample")
+    points = component(ContactPoints, given.get("contact_points", {}), "sample.contact_points", GaussPoints())
+
+    specimen = Specimen(grains.tessellate(REGIONS[shape](**size)), rock, contact_points=points, refinement=refinement)
+    section = {
+        "region": shape,
+        **{name: _written(name, value) for name, value in size.items() if value is not None},
+        "tessellator": filling,
+        **{key: value for key, value in settings(grains).items() if key != "type"},
+        "contact_points": settings(points, ContactPoints),
+    }
+    return section, specimen
+
+
+def _named(name: Any, known: Mapping[str, Any], where: str) -> str:
+    short = str(name).lower().replace("_", "-")
+    if short not in known:
+        raise ParameterError(f"{where}: there is no '{name}'{nearest(short, known)} (there are: {', '.join(known)})")
+    return short
+
+
+def _size(parameter: inspect.Parameter, values: Mapping[str, Any], shape: str) -> Any:
+    where = f"sample.{parameter.name}"
+    if parameter.name not in values:
+        if parameter.default is inspect.Parameter.empty:
+            raise ParameterError(f"{where} is missing: the region {shape} needs it")
+        return parameter.default
+    value = values[parameter.name]
+    return quantity(value, _unit(parameter.name), where) if parameter.annotation is float else value
+
+
+def _unit(name: str) -> str:
+    return "deg" if name in ANGLES else "m"
+
+
+def _written(name: str, value: Any) -> Any:
+    return written(value, _unit(name)) if isinstance(value, float) else value

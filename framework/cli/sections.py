@@ -1,0 +1,82 @@
+"""The sections of a configuration as text: read from TOML, set one by one, written."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from grainlaw.cli.components import nearest
+from grainlaw.parameter import ParameterError
+
+Sections = dict[str, dict[str, Any]]
+SECTIONS = ("sample", "rock", "law", "test", "numerics")
+
+
+def read_file(file: Path) -> Sections:
+    """The sections of a TOML file. Raises :class:`ParameterError` for what is no section, OSError."""
+    try:
+        sections = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ParameterError(f"{file} is no TOML: {error}") from None
+    for name, section in sections.items():
+        _check_section(name, file)
+        if not isinstance(section, dict):
+            raise ParameterError(f"{file}: {name} = {section!r} is not allowed, it must be a section [{name}]")
+    return sections
+
+
+def assign(sections: Sections, assignment: str) -> None:
+    """Set one value from ``section.key=value``; the value is TOML, or a string without its quotes."""
+    path, sign, text = assignment.partition("=")
+    section, *keys = path.strip().split(".")
+    if not sign or not keys or not all(keys):
+        raise ParameterError(f"'{assignment}' is not allowed, it must be like law.tensile_strength=\"13 MPa\"")
+    _check_section(section, assignment)
+    table: dict[str, Any] = sections.setdefault(section, {})
+    for key in keys[:-1]:
+        inner = table.get(key, {})  # a name alone is the component with its defaults
+        table[key] = dict(inner) if isinstance(inner, Mapping) else {"type": inner}
+        table = table[key]
+    table[keys[-1]] = _parsed(text)
+
+
+def _parsed(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text.strip()
+
+
+def _check_section(name: str, place: object) -> None:
+    if name not in SECTIONS:
+        known = f"sections: {', '.join(SECTIONS)}"
+        raise ParameterError(f"{place}: there is no section '{name}'{nearest(name, SECTIONS)} ({known})")
+
+
+def toml(sections: Mapping[str, Mapping[str, Any]]) -> str:
+    """Sections as TOML, what is inside of them as inline tables."""
+    blocks = (
+        "\n".join([f"[{name}]", *(f"{_key(key)} = {_toml(value)}" for key, value in section.items())])
+        for name, section in sections.items()
+    )
+    return "\n\n".join(blocks) + "\n"
+
+
+def _key(key: str) -> str:
+    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else json.dumps(key)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return repr(float(value)) if math.isfinite(value) else str(value)
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_key(key)} = {_toml(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return json.dumps(value)

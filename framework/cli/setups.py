@@ -1,0 +1,49 @@
+"""The tests that the command line knows by name, each with the sample that it is run on unless told otherwise."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+
+from grainlaw.cli.components import name_of
+from grainlaw.cli.table1 import QUICK, SAMPLE
+from grainlaw.cli.verify import PULLED, SHEARED, WIDTH
+from grainlaw.loading import LoadingProtocol
+from grainlaw.protocols import BiaxialCompression, DirectShear, JointTension, UniaxialCompression, UniaxialTension
+
+
+def _prism(width: float, height: float, grains: int) -> dict[str, Any]:
+    size = {"width": width, "height": height}
+    return {"region": "rectangle", **size, "tessellator": "voronoi", "grains": grains, "seed": 1}
+
+
+PRISM, SMALL_PRISM = _prism(*SAMPLE), _prism(*QUICK)
+
+
+def _blocks(height: float) -> dict[str, Any]:
+    return {"region": "rectangle", "width": WIDTH, "height": height, "tessellator": "bricks", "rows": 2}
+
+
+PULLED_BLOCKS, SHEARED_BLOCKS = _blocks(PULLED), _blocks(SHEARED)
+
+
+@attrs.frozen
+class Setup:
+    """A test and its samples, as in the section [sample] of a configuration."""
+
+    protocol: type[LoadingProtocol]
+    sample: dict[str, Any]
+    quick: dict[str, Any]
+
+
+SETUPS = {
+    name_of(setup.protocol): setup
+    for setup in (
+        Setup(UniaxialCompression, PRISM, SMALL_PRISM),
+        Setup(UniaxialTension, PRISM, SMALL_PRISM),
+        Setup(BiaxialCompression, PRISM, SMALL_PRISM),
+        Setup(DirectShear, SHEARED_BLOCKS, SHEARED_BLOCKS),
+        Setup(JointTension, PULLED_BLOCKS, PULLED_BLOCKS),
+    )
+}

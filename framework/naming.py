@@ -1,0 +1,75 @@
+"""How recorded quantities are shown: words, a usual unit, digits."""
+
+from __future__ import annotations
+
+import math
+import re
+from numbers import Real
+from typing import Any
+
+import attrs
+
+
+@attrs.frozen
+class Shown:
+    """How a quantity is shown: a value in SI times ``factor`` is one in ``unit``."""
+
+    words: str
+    unit: str = ""
+    factor: float = 1.0
+    form: str = ".4g"
+
+    @property
+    def heading(self) -> str:
+        return f"{self.words} ({self.unit})" if self.unit else self.words
+
+    def text(self, value: Any) -> str:
+        """A value in SI in the unit shown, without it; a dash for what does not exist."""
+        if value is None or (isinstance(value, Real) and math.isnan(value)):
+            return "-"
+        return f"{value * self.factor:{self.form}}" if isinstance(value, Real) else str(value)
+
+
+NAMED = {
+    "peak_stress": Shown("peak stress", "MPa", 1e-6, ".2f"),
+    "peak_strain": Shown("strain at peak", "%", 1e2, ".4f"),
+    "apparent_modulus": Shown("E*", "GPa", 1e-9, ".2f"),
+    "apparent_poisson": Shown("nu*", "", 1, ".3f"),
+    "modulus": Shown("E", "GPa", 1e-9, ".2f"),
+    "poisson": Shown("nu", "", 1, ".3f"),
+    "tensile_cracks": Shown("tensile cracks", "", 1, ".0f"),
+    "shear_cracks": Shown("shear cracks", "", 1, ".0f"),
+    "kinetic_ratio": Shown("kinetic ratio", "", 1, ".1e"),
+    "platen_imbalance": Shown("platen imbalance", "%", 1e2, ".2f"),
+    "energy_error": Shown("energy error", "", 1, ".1e"),
+    "steps": Shown("steps", "", 1, ".0f"),
+    "seconds": Shown("seconds", "", 1, ".1f"),
+    "time_step": Shown("time step", "s", 1, ".3e"),
+    "mass_added": Shown("mass added", "%", 1e2, ".3g"),
+    "normal": Shown("normal traction", "MPa", 1e-6),
+    "shear": Shown("shear traction", "MPa", 1e-6),
+}
+#: by the last of these words in a name that is not listed above
+USUAL = {
+    r"stress|strength|pressure|confinement|deviator": ("MPa", 1e-6, ".2f"),
+    r"modulus": ("GPa", 1e-9, ".2f"),
+    r"strain": ("%", 1e2, ".4f"),
+    r"slip|opening|displacement|dilation|deflection": ("µm", 1e6, ".4g"),
+    r"toughness": ("MPa √m", 1e-6, ".3f"),
+    r"angle": ("deg", 1.0, ".1f"),
+    r"load|force": ("kN/m", 1e-3, ".4g"),
+    r"time": ("s", 1.0, ".4g"),
+}
+
+
+def shown(name: str) -> Shown:
+    """How the quantity of a name in a summary or in curves is shown; in plain SI if nothing is known of it."""
+    if name in NAMED:
+        return NAMED[name]
+    words = name.replace("_", " ")
+    if name.startswith("energy_"):
+        return Shown(words, "J/m")  # of thickness
+    for pattern, usual in USUAL.items():
+        if re.search(rf"(^|_)({pattern})(_|$)", name):
+            return Shown(words, *usual)
+    return Shown(words)

@@ -1,0 +1,217 @@
+"""The laboratory report: a page that stands alone, holds all numbers, and says what did not hold."""
+
+import base64
+import re
+import struct
+from html.parser import HTMLParser
+from pathlib import Path
+
+import attrs
+import numpy as np
+import pytest
+from support import ROCK, STIFF, STRONG, small_sample
+
+import grainlaw as gl
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
+from grainlaw.naming import shown
+from grainlaw.protocols import DirectShear, UniaxialCompression
+from grainlaw.report import LIMITS, write_report
+from grainlaw.units import mm
+
+LAW = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300, closure=BandisClosure(maximum_closure=5e-6))
+SHORT = UniaxialCompression(speed=0.2, maximum_strain=0.0005, samples=20)
+EMPTY = {"img", "meta"}
+
+
+class Page(HTMLParser):
+    """Text of the cells of each row, by the row's heading; fails where tags do not balance."""
+
+    def __init__(self, file):
+        super().__init__()
+        self.open, self.tags, self.rows, self.images, self.text = [], set(), {}, [], ""
+        self.source = Path(file).read_text("utf-8")
+        self.feed(self.source)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.add(tag)
+        if tag == "img":
+            self.images.append(dict(attributes)["src"])
+        if tag not in EMPTY:
+            self.open.append(tag)
+        if tag == "tr":
+            self.row = []
+        if tag in ("td", "th"):
+            self.row.append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+        if tag == "tr" and "thead" not in self.open:
+            self.rows.setdefault(self.row[0], []).append(self.row[1:])
+
+    def handle_data(self, data):
+        self.text += data
+        if self.open and self.open[-1] in ("td", "th"):
+            self.row[-1] += data
+
+
+@pytest.fixture(scope="module")
+def result():
+    return gl.simulate(small_sample(), LAW, SHORT)
+
+
+@pytest.fixture
+def page(result, tmp_path):
+    record = {"seed": 7, "sample": {"type": "Voronoi", "size <&>": "20 mm"}, "versions": {"numba": "1.2.3"}}
+    result.write_report(tmp_path / "report.html", title="Block 7 <granite>", record=record)
+    return Page(tmp_path / "report.html")
+
+
+def test_the_page_stands_alone(page):
+    assert not page.tags & {"script", "link", "iframe", "object"}
+    assert not re.search(r"(src|href)=\"(?!data:)", page.source)
+    assert "url(" not in page.source
+    assert "@media print" in page.source
+    for image in page.images:
+        kind, data = image.split(",")
+        assert kind == "data:image/png;base64"
+        content = base64.b64decode(data, validate=True)
+        assert content[:8] == b"\x89PNG\r\n\x1a\n"
+        width, height = struct.unpack(">II", content[16:24])
+        assert min(width, height) > 200
+    assert len(page.images) >= 2
+
+
+def test_titles_and_records_are_text_not_tags(page):
+    assert "Block 7 <granite>" in page.text
+    assert page.rows["size <&>"] == [["20 mm"]]
+    assert page.rows["seed"][0] == ["7"]
+    assert page.rows["numba"] == [["1.2.3"]]
+
+
+def test_properties_have_units(page, result):
+    assert page.rows["peak stress (MPa)"] == [[f"{result.summary['peak_stress'] / 1e6:.2f}"]]
+    assert page.rows["strain at peak (%)"] == [[f"{result.summary['peak_strain'] * 100:.4f}"]]
+    assert page.rows["E (GPa)"] == [[f"{result.summary['modulus'] / 1e9:.2f}"]]
+    named = {shown(name).heading for name in result.summary}
+    assert named <= set(page.rows)
+
+
+def test_parameters_have_units_and_parts_their_own(page):
+    assert ["13 MPa"] in page.rows["tensile_strength"]
+    assert ["BandisClosure"] in page.rows["closure"]
+    assert page.rows["closure.maximum_closure"] == [["5 um"]]
+    assert page.rows["youngs_modulus"] == [["60 GPa"]]
+    assert page.rows["speed"] == [["200 mm/s"]]
+    assert page.rows["integrator.damping.fraction"] == [["0.8"]]
+
+
+def test_a_test_that_ends_before_failure_says_so(page):
+    assert "the highest stress is the last one" in page.text
+
+
+@pytest.mark.parametrize("name", LIMITS)
+def test_the_certificate_passes_at_its_limit_and_fails_above(result, name, tmp_path):
+    limit, cure = LIMITS[name]
+    for value, verdict in ((limit, "pass"), (limit * 1.01, "FAIL")):
+        changed = attrs.evolve(result, summary=result.summary | {name: value})
+        changed.write_report(tmp_path / "report.html")
+        page = Page(tmp_path / "report.html")
+        assert page.rows[shown(name).heading][0][1].split()[1] == verdict
+        assert (cure in page.text) == (verdict == "FAIL")
+
+
+def test_the_limits_are_those_of_the_documents():
+    theory = (Path(__file__).parents[1] / "docs" / "theory.md").read_text("utf-8")
+    stated = {name: float(limit) for name, limit in re.findall(r"^\| `(\w+)` \|.*\| at most ([\d.]+) \|", theory, re.M)}
+    assert stated == {name: limit for name, (limit, _) in LIMITS.items()}
+
+
+def test_an_incomplete_test_is_marked_with_the_reason(result, page, tmp_path):
+    assert "Incomplete" not in page.text
+    result.write_report(tmp_path / "report.html", incomplete="the run became unstable at step 7")
+    assert "Incomplete: the run became unstable at step 7" in Page(tmp_path / "report.html").text
+
+
+def test_a_run_that_recorded_nothing_has_a_report(result, tmp_path):
+    nothing = attrs.evolve(result, curves={}, summary={"steps": 0})
+    nothing.write_report(tmp_path / "report.html", incomplete="unstable at once")
+    assert Page(tmp_path / "report.html").rows["steps"] == [["0"]]
+
+
+def test_laws_stand_side_by_side(tmp_path):
+    comparison = gl.compare(small_sample(), {"stiff": Linear(**STIFF), "Mohr & Coulomb": MohrCoulomb(**STRONG)}, SHORT)
+    comparison.write_report(tmp_path / "report.html")
+    page = Page(tmp_path / "report.html")
+    peaks = [f"{r.summary['peak_stress'] / 1e6:.2f}" for r in comparison.values()]
+    assert page.rows["peak stress (MPa)"] == [peaks]
+    assert "Mohr & Coulomb (MohrCoulomb)" in page.text
+    assert page.rows["kn"] == [["105 TPa/m"]] * 2
+
+
+def test_laws_of_phases_and_scattered_strength(tmp_path):
+    blocks = Bricks(rows=2).tessellate(rectangle(20 * mm, 4 * mm))
+    mixed = gl.Specimen(attrs.evolve(blocks, phase=np.array([0, 1])), {0: ROCK, 1: ROCK})
+    weak = attrs.evolve(LAW, tensile_strength=np.array([6e6, 8e6]))
+    shear = DirectShear(normal_stress=1e6, maximum_slip=1e-6)
+    gl.simulate(mixed, {(0, 1): weak}, shear).write_report(tmp_path / "report.html")
+    page = Page(tmp_path / "report.html")
+    assert "between phases 0 and 1" in page.text
+    assert page.rows["tensile_strength"] == [["6 MPa to 8 MPa in 2 contacts"]]
+    assert page.rows["youngs_modulus"] == [["60 GPa"]] * 2
+
+
+def test_a_test_of_ones_own_has_its_columns_drawn(tmp_path):
+    """Without stress and strain: whatever it measures."""
+
+    @attrs.frozen(kw_only=True)
+    class Pull(gl.LoadingProtocol):
+        def stages(self, specimen):
+            drives = [gl.Drive(boundary="top", axis=1, speed=0.1), gl.Drive(boundary="bottom", axis=1, speed=0)]
+            return [gl.Stage(name="pull", drives=drives, until=[gl.Reaches("time", 1e-5)], interval=1e-6)]
+
+        def measure(self, state):
+            return {"force": state.reaction("top")[1]}
+
+        def summary(self, curves, specimen):
+            return {"strength": curves["force"].max(), "never": float("nan")}
+
+    result = gl.simulate(small_sample(), LAW, Pull())
+    write_report({"law": result}, tmp_path / "report.html")
+    page = Page(tmp_path / "report.html")
+    assert page.rows["never"] == [["-"]]
+    assert page.text.strip().startswith("Pull: law")
+    from grainlaw.report_figures import plot_report_curves
+
+    assert "force (kN/m)" in [axes.get_ylabel() for axes in plot_report_curves({"law": result}).axes]
+
+
+def test_figures_show_the_recorded_numbers(result):
+    from grainlaw.report_figures import plot_report_curves
+
+    upper = plot_report_curves({"law": result}).axes[0]
+    assert (upper.get_xlabel(), upper.get_ylabel()) == ("strain (%)", "stress (MPa)")
+    x, y = upper.lines[0].get_data()
+    assert x == pytest.approx(result.curves["strain"] * 100)
+    assert y == pytest.approx(result.curves["stress"] / 1e6)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "heading", "text"),
+    [
+        ("confinement", 4e6, "confinement (MPa)", "4.00"),
+        ("peak_slip", 1.25e-6, "peak slip (µm)", "1.25"),
+        ("lateral_strain", -0.001, "lateral strain (%)", "-0.1000"),
+        ("secant_modulus", 60e9, "secant modulus (GPa)", "60.00"),
+        ("fracture_toughness", 1.5e6, "fracture toughness (MPa √m)", "1.500"),
+        ("energy_damping", 3.0, "energy damping (J/m)", "3"),
+        ("tensile_cracks", np.int64(7), "tensile cracks", "7"),
+        ("anything", 0.25, "anything", "0.25"),
+        ("anything", "words", "anything", "words"),
+        ("peak_stress", None, "peak stress (MPa)", "-"),
+    ],
+)
+def test_names_tell_how_they_are_shown(name, value, heading, text):
+    assert (shown(name).heading, shown(name).text(value)) == (heading, text)
