@@ -24,7 +24,9 @@ class Shown:
         return f"{self.words} ({self.unit})" if self.unit else self.words
 
     def text(self, value: Any) -> str:
-        """A value in SI in the unit shown, without it; a dash for what does not exist."""
+        """A value in SI, or some, in the unit shown, without it; a dash for what does not exist."""
+        if isinstance(value, (list, tuple)):
+            return ", ".join(map(self.text, value)) or "-"
         if value is None or (isinstance(value, Real) and math.isnan(value)):
             return "-"
         return f"{value * self.factor:{self.form}}" if isinstance(value, Real) else str(value)
@@ -46,13 +48,14 @@ NAMED = {
     "seconds": Shown("seconds", "", 1, ".1f"),
     "time_step": Shown("time step", "s", 1, ".3e"),
     "mass_added": Shown("mass added", "%", 1e2, ".3g"),
+    "work_of_fracture": Shown("work of fracture", "J/m2"),
     "normal": Shown("normal traction", "MPa", 1e-6),
     "shear": Shown("shear traction", "MPa", 1e-6),
 }
 #: by the last of these words in a name that is not listed above
 USUAL = {
     r"stress|strength|pressure|confinement|deviator": ("MPa", 1e-6, ".2f"),
-    r"modulus": ("GPa", 1e-9, ".2f"),
+    r"modulus|moduli": ("GPa", 1e-9, ".2f"),
     r"strain": ("%", 1e2, ".4f"),
     r"slip|opening|displacement|dilation|deflection": ("µm", 1e6, ".4g"),
     r"toughness": ("MPa √m", 1e-6, ".3f"),

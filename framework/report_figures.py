@@ -38,9 +38,10 @@ CURVES = (
         Panel("strain", ["volumetric_strain", "lateral_strain"], "strain, extension positive"),
     ),
     (Panel("strain", ["stress"]),),
+    (Panel("deflection", ["force"]),),
 )
 ENGINE = ("time", "step", "stage", "tensile_cracks", "shear_cracks", "unbalanced")  #: recorded in every test
-COURSE = ("strain", "displacement", "opening", "time")  #: along which cracks and energies are drawn
+COURSE = ("strain", "displacement", "opening", "deflection", "time")  #: along which cracks and energies are drawn
 ENERGIES = ("external", "zones", "contacts_normal", "contacts_shear", "kinetic", "damping")
 
 

@@ -17,7 +17,7 @@ from grainlaw.observation import Observer
 from grainlaw.parameter import parameters
 from grainlaw.state import State
 
-COURSE = ("strain", "displacement", "time")  #: how far a test is: the first of these that it records
+COURSE = ("strain", "displacement", "deflection", "time")  #: how far a test is: the first of these that it records
 LOAD = ("stress", "shear_stress", "load", "force", "unbalanced")
 
 

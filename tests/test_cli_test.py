@@ -1,0 +1,287 @@
+"""grainlaw test: configurations that reach the run, refusals before any work, what is left of a test that fails."""
+
+import csv
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from test_report import Page
+
+import grainlaw as gl
+from grainlaw import laws, protocols
+from grainlaw.cli import main
+from grainlaw.cli.components import choices, name_of
+from grainlaw.cli.configuration import configured
+from grainlaw.cli.sections import assign, toml
+from grainlaw.cli.setups import SETUPS
+from grainlaw.cli.table1 import LAWS
+from grainlaw.geometry import Hexagonal
+
+DOCS = Path(__file__).parents[1] / "docs"
+NEEDED = {"biaxial-compression": {"confinement": "4 MPa"}, "direct-shear": {"normal_stress": "1 MPa"}}
+SMALL = ["--quick", "--grains", "20", "--set", "test.maximum_strain=0.0002", "--set", "test.samples=20"]
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def blocks(name):
+    """The TOML that a page shows."""
+    return re.findall(r"^```toml\n(.*?)^```", (DOCS / name).read_text("utf-8"), re.M | re.S)
+
+
+# --- a whole run -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run") / "new" / "out"
+    config = folder.parents[1] / "mine.toml"
+    config.write_text('[law]\ntensile_strength = "10 MPa"\ncohesion = "30 MPa"\n[test]\nspeed = "0.2 m/s"\n')
+    given = ("--config", config, *SMALL, "--seed", 3, "--set", "law.cohesion = 25e6")
+    return invoke("test", "uniaxial-compression", *given, "--out", folder), folder
+
+
+def test_a_run_prints_the_properties_and_writes_the_folder(done):
+    result, folder = done
+    assert result.exit_code == 0, result.output
+    assert re.search(r"^peak stress \(MPa\) +\d+\.\d\d$", result.output, re.M)
+    assert re.search(r"^time step \(s\) +\d\.\d+e-0\d$", result.output, re.M)
+    names = {"report.html", "summary.json", "curves.csv", "grains.pvd", "cracks.pvd", "config.toml"}
+    assert names <= {file.name for file in folder.iterdir()}
+
+
+def test_file_options_and_single_values_reach_the_run_in_this_order(done):
+    content = json.loads((done[1] / "summary.json").read_text())
+    made = content["configuration"]
+    assert made["law"]["tensile_strength"] == "10 MPa"
+    assert made["law"]["cohesion"] == "25 MPa"
+    assert made["law"]["mode_i_energy"] == "150 J/m2"
+    assert made["test"]["speed"] == "200 mm/s"
+    assert (made["sample"]["grains"], made["sample"]["seed"]) == (20, 3)
+    assert content["versions"]["grainlaw"]
+    with (done[1] / "curves.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    # 0.0002 of 50 mm at 0.2 m/s are 50 us in 20 samples; the strain, a mean over a sample, is late by half of one
+    assert 50e-6 < float(rows[-1]["time"]) < 50e-6 * (1 + 2 / 20)
+    assert rows[0]["law"] == "cohesive-crack"
+    page = Page(done[1] / "report.html")
+    assert ["10 MPa"] in page.rows["tensile_strength"]
+    assert ["3"] in page.rows["seed"]
+
+
+def test_the_written_configuration_runs_the_same_test_again(done, tmp_path):
+    again = invoke("test", "uniaxial-compression", "--config", done[1] / "config.toml", "--out", tmp_path)
+    assert again.exit_code == 0, again.output
+    assert (tmp_path / "config.toml").read_text() == (done[1] / "config.toml").read_text()
+    assert (tmp_path / "curves.csv").read_text() == (done[1] / "curves.csv").read_text()
+
+
+# --- configurations --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", SETUPS)
+@pytest.mark.parametrize("quick", [True, False])
+def test_what_is_configured_is_configured_again_by_its_own_sections(name, quick):
+    if not quick and SETUPS[name].sample == SETUPS[name].quick:
+        return
+    first = configured(name, {"test": NEEDED.get(name, {}), "sample": {} if quick else {"grain_size": 0.012}}, quick)
+    again = configured(name, tomllib.loads(toml(first.sections)))
+    assert again.sections == first.sections
+    for part in ("law", "protocol", "numerics"):
+        assert getattr(again, part) == getattr(first, part)
+    assert again.specimen.material == first.specimen.material
+    assert (again.specimen.grains.vertices == first.specimen.grains.vertices).all()
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_every_law_of_the_table_is_a_type(name):
+    chosen = configured("joint-tension", {"law": {"type": name}})
+    assert chosen.law == LAWS[name]
+    assert configured("joint-tension", tomllib.loads(toml(chosen.sections))).law == LAWS[name]
+
+
+def test_the_example_of_the_configuration_page_means_what_it_says():
+    (text,) = blocks("configuration.md")
+    made = configured("uniaxial-compression", tomllib.loads(text))
+    law = made.law
+    assert isinstance(law, laws.MunjizaJoint)
+    assert law.softening == laws.ExponentialSoftening(rate=4)
+    assert law.closure == laws.BandisClosure(maximum_closure=5e-6)
+    assert law.unloading is laws.Unloading.RETRACED
+    assert law.tensile_strength == 13e6
+    assert made.protocol.platens is protocols.Platens.ROUGH
+    assert made.protocol.ramp == 1e-4
+    assert made.protocol.integrator == gl.CentralDifference(damping=gl.LocalDamping(fraction=0.7))
+    assert made.specimen.contact_points == gl.InsetPoints(inset=2e-4)
+    assert made.specimen.material.plane is gl.Plane.STRESS
+    region = made.specimen.grains.region
+    assert made.specimen.grains.count == Hexagonal(grain_size=0.01).tessellate(region).count
+    assert (made.numerics.mass_scaling, made.numerics.frames) == (2, 10)
+    assert configured("uniaxial-compression", tomllib.loads(toml(made.sections))).sections == made.sections
+
+
+def test_the_example_of_getting_started_runs(tmp_path):
+    (text,) = blocks("getting-started.md")
+    (tmp_path / "granite.toml").write_text(text)
+    result = invoke("test", "uniaxial-tension", "--config", tmp_path / "granite.toml", "--quick", *SMALL[1:],
+                    "--out", tmp_path / "granite")  # fmt: skip
+    assert result.exit_code == 0, result.output
+    law = json.loads((tmp_path / "granite" / "summary.json").read_text())["configuration"]["law"]
+    assert law["softening"]["type"] == "hordijk"
+    assert law["tensile_strength"] == "10 MPa"
+
+
+def test_parts_are_set_one_by_one():
+    sections = {"law": {"closure": "bandis"}}
+    for text in ('law.closure.maximum_closure="5 um"', "law.softening = {type = \"exponential\", rate = 3}",
+                 "law.pre_peak=linear", "test.speed=20 mm/s", "law.softening.rate=4"):  # fmt: skip
+        assign(sections, text)
+    made = configured("joint-tension", sections)
+    assert made.law.closure == laws.BandisClosure(maximum_closure=5e-6)
+    assert made.law.softening == laws.ExponentialSoftening(rate=4)
+    assert made.law.pre_peak is laws.PrePeak.LINEAR
+    assert made.protocol.speed == 0.02
+
+
+def test_names_are_those_of_the_classes():
+    assert name_of(laws.HordijkSoftening, laws.Softening) == "hordijk"
+    assert name_of(laws.EvansMarathe, laws.Softening) == "evans-marathe"
+    assert {"linear", "bandis"} == set(choices(laws.Closure))
+    assert choices(gl.Relaxation) == {"adaptive": gl.AdaptiveRelaxation, "kinetic": gl.KineticRelaxation}
+    for name in ("hordijk", "HordijkSoftening", "hordijk-softening", "Hordijk_Softening"):
+        assert configured("joint-tension", {"law": {"softening": name}}).law.softening == laws.HordijkSoftening()
+
+
+def test_setups_are_of_public_protocols():
+    public = [getattr(protocols, name) for name in protocols.__all__]
+    known = {setup.protocol for setup in SETUPS.values()}
+    tests = {c for c in public if isinstance(c, type) and issubclass(c, gl.LoadingProtocol)}
+    assert known <= tests
+
+
+def test_the_page_lists_every_test():
+    page = (DOCS / "configuration.md").read_text("utf-8")
+    listed = set(re.findall(r"`([\w-]+)`", " ".join(re.findall(r"^\| (`[^|]*) \|", page.split("## Tests")[1], re.M))))
+    assert set(SETUPS) <= listed
+
+
+# --- refusals --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["uniaxial-compresion"], "there is no test 'uniaxial-compresion'; did you mean 'uniaxial-compression'?"),
+        (["biaxial-compression"], "test.confinement (Pa) is missing"),
+        (["uniaxial-compression", "--law", "cohesive-crak"], "did you mean 'cohesive-crack'?"),
+        (["uniaxial-compression", "--law", "none.py:LAW"], "there is no file none.py"),
+        (["uniaxial-compression", "--set", "test.speed=-0.1"], "speed = -0.1 m/s is not allowed"),
+        (["uniaxial-compression", "--set", "test.speed=10 MPa"], "'MPa' is not one of m/s"),
+        (["uniaxial-compression", "--set", "test.sped=1"], "there is no 'test.sped'; did you mean 'speed'?"),
+        (["uniaxial-compression", "--set", "tests.speed=1"], "there is no section 'tests'; did you mean 'test'?"),
+        (["uniaxial-compression", "--set", "speed=1"], "it must be like law.tensile_strength="),
+        (["uniaxial-compression", "--set", "test.platens=rouh"], "did you mean 'rough'? (one of: smooth, rough)"),
+        (["uniaxial-compression", "--set", "law.softening=hordik"], "did you mean 'hordijk'?"),
+        (["uniaxial-compression", "--set", "law.closure=bandis"], "law.closure.maximum_closure (m) is missing"),
+        (["uniaxial-compression", "--set", "law.closure.kn=1"], "there is no 'law.closure.kn'"),
+        (["uniaxial-compression", "--set", "law.closure=3"], "must be a name or a table"),
+        (["uniaxial-compression", "--set", "sample.grainz=9"], "did you mean 'grains'?"),
+        (["uniaxial-compression", "--set", "sample.region=disk"], "did you mean 'disc'?"),
+        (["uniaxial-compression", "--set", "sample.region=disc"], "sample.diameter is missing"),
+        (["uniaxial-compression", "--set", "rock.type=rigid"], "rock.density (kg/m3) is missing"),
+        (["uniaxial-compression", "--set", "test.type=direct-shear"], "test.type = 'direct-shear' is not allowed"),
+        (["uniaxial-compression", "--threads", "0"], "threads = 0 is not allowed"),
+        (["uniaxial-compression", "--grains", "0"], "grains = 0 is not allowed"),
+        (["uniaxial-compression", "--set", "numerics.mass_scaling=0.5"], "mass_scaling = 0.5 is not allowed"),
+        (["joint-tension", "--grains", "4"], "there is no 'sample.grains'"),
+        (["uniaxial-compression", "--config", "none.toml"], "none.toml"),
+        (["uniaxial-compression", "--config", "broken.toml"], "broken.toml is no TOML"),
+        (["uniaxial-compression", "--config", "sections.toml"], "there is no section 'laws'; did you mean 'law'?"),
+        (["uniaxial-compression", "--config", "flat.toml"], "it must be a section [law]"),
+    ],
+    ids=lambda value: " ".join(value[-2:]) if isinstance(value, list) else "",
+)  # fmt: skip
+def test_refusals_are_one_message_and_leave_nothing(arguments, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("broken.toml").write_text("[law\n")
+    Path("sections.toml").write_text("[laws]\n")
+    Path("flat.toml").write_text('law = "linear"\n')
+    result = invoke("test", *arguments, "--quick", "--out", "out")
+    assert result.exit_code == 2
+    assert words in " ".join(result.output.split())
+    assert "Traceback" not in result.output
+    assert isinstance(result.exception, SystemExit)
+    assert not Path("out").exists()
+
+
+def test_a_specimen_that_does_not_fit_the_test_is_refused(tmp_path):
+    disc = ("--set", "sample.region=disc", "--set", "sample.diameter=20 mm")
+    result = invoke("test", "uniaxial-compression", "--quick", *disc, "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "the specimen has no boundary named left or right" in result.output
+    assert not (tmp_path / "out").exists()
+
+
+# --- tests that cannot end -------------------------------------------------------------------------------------------
+
+STIFFER = """
+import attrs
+import grainlaw as gl
+
+@attrs.frozen(kw_only=True)
+class Stiffer(gl.ContactLaw):
+    kn: float = gl.parameter("Pa/m", default=1e14)
+    stiffness = property(lambda self: (self.kn / 100, self.kn / 100))
+
+    def traction(self, opening, slip):
+        return 1.0e2 * self.kn * opening, self.kn * slip
+"""
+
+
+def test_an_unstable_run_keeps_what_it_recorded(tmp_path):
+    (tmp_path / "mine.py").write_text(STIFFER)
+    result = invoke(
+        "test", "uniaxial-compression", *SMALL, "--law", f"{tmp_path / 'mine.py'}:Stiffer", "--out", tmp_path
+    )
+    assert result.exit_code == 1
+    assert "the run became unstable at step" in result.output
+    assert "Traceback" not in result.output
+    assert "Incomplete: the run became unstable" in Page(tmp_path / "report.html").text
+    content = json.loads((tmp_path / "summary.json").read_text())
+    assert "unstable" in content["incomplete"]
+    assert content["configuration"]["law"]["kn"] == "100 TPa/m"
+    assert (tmp_path / "curves.csv").exists()
+
+
+def test_a_specimen_that_breaks_under_the_confinement_keeps_what_it_recorded(tmp_path):
+    (tmp_path / "soil.toml").write_text(
+        '[law]\ntype = "mohr-coulomb"\ntensile_strength = "1 Pa"\ncohesion = "2 Pa"\nfriction_angle = 0.5\n'
+        'residual_friction_angle = 0.1\n[test]\nconfinement = "30 MPa"\n'
+    )
+    result = invoke("test", "biaxial-compression", *SMALL, "--config", tmp_path / "soil.toml", "--out", tmp_path)
+    assert result.exit_code == 1
+    assert "broke under the confinement of 30 MPa alone" in " ".join(result.output.split())
+    page = Page(tmp_path / "report.html")
+    assert "Incomplete" in page.text
+    with (tmp_path / "curves.csv").open() as file:
+        assert len(list(csv.DictReader(file))) > 0
+
+
+def test_a_law_of_ones_own_runs_with_its_parameters_and_parts(tmp_path):
+    text = "from grainlaw.laws import CohesiveCrack\nlaw = CohesiveCrack(kn=1e14, ks=9e13, tensile_strength=5e6, "
+    text += "cohesion=2e7, friction_angle=30, residual_friction_angle=5, mode_i_energy=20, mode_ii_energy=40)\n"
+    (tmp_path / "mine.py").write_text(text)
+    reference = f"{tmp_path / 'mine.py'}:law"
+    result = invoke("test", "joint-tension", "--law", reference, "--set", "law.tensile_strength=4 MPa",
+                    "--set", "law.closure.type=bandis", "--set", "law.closure.maximum_closure=1 mm",
+                    "--set", "sample.height=2 mm", "--out", tmp_path)  # fmt: skip
+    assert result.exit_code == 0, result.output
+    content = json.loads((tmp_path / "summary.json").read_text())
+    assert content["configuration"]["law"]["type"] == reference
+    assert content["configuration"]["law"]["kn"] == "100 TPa/m"
+    assert content["properties"]["peak_stress"] == pytest.approx(4e6, rel=0.01)
