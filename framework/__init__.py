@@ -1,9 +1,11 @@
 """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
+from grainlaw.acoustic import AcousticEvents, acoustic_events
 from grainlaw.characteristics import Characteristics, Mode, characteristics, plot_law
 from grainlaw.comparison import Comparison, compare
 from grainlaw.conformance import Entry, Report, check_law
 from grainlaw.contact import ContactLaw, Trace, trace
+from grainlaw.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
 from grainlaw.envelope import (
     HoekBrownFit,
     MohrCoulombFit,
@@ -12,6 +14,7 @@ from grainlaw.envelope import (
     fit_mohr_coulomb,
     strength_envelope,
 )
+from grainlaw.fragments import Fragments, fragments
 from grainlaw.integration import (
     AdaptiveRelaxation,
     CentralDifference,
@@ -26,6 +29,7 @@ from grainlaw.integration import (
     Undamped,
 )
 from grainlaw.kernels.batch import CompilationError
+from grainlaw.laboratory import MEASURES, Laboratory, Measure, mean_stress
 from grainlaw.loading import (
     AtRest,
     Condition,
@@ -46,8 +50,11 @@ from grainlaw.simulation import InstabilityError, simulate
 from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
 from grainlaw.state import State
 from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
+from grainlaw.window import Window, within_circle, within_polygon, within_rectangle
 
 __all__ = [
+    "MEASURES",
+    "AcousticEvents",
     "AdaptiveRelaxation",
     "AtRest",
     "CentralDifference",
@@ -65,7 +72,9 @@ __all__ = [
     "Elastic",
     "EndPoints",
     "Entry",
+    "FailurePlane",
     "FallsTo",
+    "Fragments",
     "Frame",
     "FrameRecorder",
     "GaussPoints",
@@ -75,9 +84,11 @@ __all__ = [
     "InstabilityError",
     "Integrator",
     "KineticRelaxation",
+    "Laboratory",
     "LoadingProtocol",
     "LocalDamping",
     "MassDamping",
+    "Measure",
     "Mode",
     "MohrCoulombFit",
     "Motion",
@@ -92,6 +103,7 @@ __all__ = [
     "Report",
     "Result",
     "Rigid",
+    "Rose",
     "Specimen",
     "Stage",
     "StageError",
@@ -102,11 +114,18 @@ __all__ = [
     "TilingError",
     "Trace",
     "Undamped",
+    "Window",
+    "acoustic_events",
     "characteristics",
     "check_law",
     "compare",
+    "crack_lengths",
+    "crack_rose",
+    "failure_plane",
     "fit_hoek_brown",
     "fit_mohr_coulomb",
+    "fragments",
+    "mean_stress",
     "parameter",
     "parameters",
     "part",
@@ -114,6 +133,9 @@ __all__ = [
     "simulate",
     "strength_envelope",
     "trace",
+    "within_circle",
+    "within_polygon",
+    "within_rectangle",
 ]
 
 __version__ = "0.1.0"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from grainlaw.assembly import Laws
+    from grainlaw.laboratory import Laboratory
     from grainlaw.loading import LoadingProtocol
     from grainlaw.observation import Frame
     from grainlaw.state import State
@@ -33,9 +35,14 @@ class Cracks:
     opening: np.ndarray  #: (k,) m
     slip: np.ndarray  #: (k,) m
     grains: np.ndarray  #: (k, 2) numbers of the two grains
+    spent: np.ndarray  #: (k,) J/m2, work done on it until it broke, less what its springs stored then
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def __getitem__(self, chosen: np.ndarray) -> Cracks:
+        """Some of them: a mask or numbers, such as ``cracks[cracks.tensile]``."""
+        return Cracks(**{field.name: getattr(self, field.name)[chosen] for field in attrs.fields(Cracks)})
 
     @property
     def tensile(self) -> np.ndarray:
@@ -84,6 +91,13 @@ class Result:
     def mesh(self) -> Mesh:
         """Nodes, zones and interfaces of the specimen."""
         return self.specimen.mesh
+
+    @cached_property
+    def laboratory(self) -> Laboratory:
+        """What a laboratory reports: thresholds, moduli, crack pattern, fragments, acoustic events, energy lost."""
+        from grainlaw.laboratory import Laboratory
+
+        return Laboratory(self)
 
     def write_vtk(self, folder: str | os.PathLike[str]) -> None:
         """Write ``grains.pvd`` and ``cracks.pvd`` with their .vtu series. Raises OSError where it cannot."""
@@ -142,4 +156,5 @@ def _cracks(state: State) -> Cracks:
         opening=state.opening[broken].copy(),
         slip=state.slip[broken].copy(),
         grains=state.mesh.interface_grains[interface],
+        spent=state.broken_work[broken],
     )

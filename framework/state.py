@@ -365,6 +365,8 @@ class State:
         What the springs of closure and friction store at that moment is no part of it.
         """
         fresh = np.isnan(self.broken_time) & (self.memory("damage") >= 1)
+        if not fresh.any():
+            return
         self.broken_time[fresh] = self.time
         self.broken_mode[fresh] = self.mode[fresh]
         kn, ks = self.stiffness[:, fresh]

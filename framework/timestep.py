@@ -16,13 +16,8 @@ class StableStep:
 
     def __init__(self, state: State, mass_scaling: float = 1.0) -> None:
         self.state = state
-        self.stiffness = np.empty((2, 2 * len(state.order)))  #: (2, p) Pa/m: kn, ks, in the engine's order
-        for group in state.groups:
-            for row, value in zip(self.stiffness, group.law.stiffness, strict=True):
-                spread = np.broadcast_to(value, 2 * group.size).reshape(2, -1)
-                row.reshape(2, -1)[:, group.first : group.last] = spread
         self.allowed = 1.0  #: closure stiffness over kn that the present step allows for
-        matrix, mass = self._matrix(self.stiffness[0]), self._masses()
+        matrix, mass = self._matrix(self.state.stiffness[0]), self._masses()
         self.frequency = highest_frequency(matrix, mass)  #: 1/s
         if mass_scaling > 1:
             scaled = scale_masses(matrix, mass, mass_scaling, self._sharing())
@@ -32,12 +27,12 @@ class StableStep:
     def has_changed(self) -> bool:
         """Whether a closure has become stiffer than the step allows for (Bandis); the frequency has followed then."""
         tangents = self.state.closure_tangents()
-        ratio = float(np.max(tangents / self.stiffness[0], initial=1.0))
+        ratio = float(np.max(tangents / self.state.stiffness[0], initial=1.0))
         if not (np.isfinite(ratio) and ratio > 1.05 * self.allowed):
             return False
         self.allowed = AHEAD * ratio
         self.frequency = highest_frequency(
-            self._matrix(np.maximum(self.stiffness[0], AHEAD * tangents)), self._masses()
+            self._matrix(np.maximum(self.state.stiffness[0], AHEAD * tangents)), self._masses()
         )
         return True
 
@@ -45,7 +40,7 @@ class StableStep:
         """Stiffness over the freedoms: node components in pairs, or all x, all y, all angles of rigid grains."""
         specimen, order = self.state.specimen, self.state.order
         rows = [np.empty((2, len(order))) for _ in range(2)]
-        for row, values in zip(rows, (kn, self.stiffness[1]), strict=True):
+        for row, values in zip(rows, (kn, self.state.stiffness[1]), strict=True):
             row[:, order] = values.reshape(2, -1)
         matrix = stiffness_matrix(specimen, *rows)
         if not specimen.is_rigid:

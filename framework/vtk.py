@@ -25,8 +25,9 @@ class VtkSeries:
 
     Points lie on the deformed specimen. Grains: zones with grain number, phase, mean stress of their grain (Pa);
     displacement (m) and velocity (m/s) at nodes. Cracks: each contact point with damage as a line along its half of
-    the interface, with damage, mode (share of shear), opening and slip (m), normal and shear traction (Pa), time of
-    breaking (s, nan where not broken) and the two grains. Raises OSError where it cannot write.
+    the interface, with damage, mode (share of shear), opening and slip (m), normal and shear traction (Pa), energy lost
+    in opening and in slip (J/m2), time of breaking (s, nan where not broken) and the two grains. Raises OSError where
+    it cannot write.
     """
 
     def __init__(self, folder: str | os.PathLike[str], specimen: Specimen, interfaces: np.ndarray) -> None:

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from grainlaw.specimen import Elastic, Plane, Specimen
+from grainlaw.moduli import converted, slope
+from grainlaw.specimen import Specimen
 from grainlaw.state import State
+from grainlaw.window import window_mean, within_rectangle
 
 
 def size(specimen: Specimen) -> tuple[float, float]:
@@ -46,13 +48,16 @@ def axial_strain(state: State) -> float:
 
 
 def window_stress(state: State, share: float = 0.5) -> np.ndarray:
-    """(3,) Pa, xx, yy, xy: area mean over the grains whose centroid lies in the middle ``share`` of both sides."""
+    """(3,) Pa, xx, yy, xy: area mean over the grains whose centroid lies in the middle ``share`` of both sides.
+
+    Over all grains where none does.
+    """
     grains = state.specimen.grains
     low, high = grains.region.bounds
-    inside = (np.abs(grains.centroids - (low + high) / 2) <= share * (high - low) / 2).all(axis=1)
-    if not inside.any():
-        inside[:] = True
-    return np.average(state.grain_stress()[inside], axis=0, weights=grains.areas[inside])
+    middle, half = (low + high) / 2, share * (high - low) / 2
+    stress = state.grain_stress()
+    mean = window_mean(grains, stress, within_rectangle(middle - half, middle + half))
+    return mean if np.isfinite(mean).all() else np.average(stress, axis=0, weights=grains.areas)
 
 
 def elastic_moduli(
@@ -70,16 +75,10 @@ def elastic_moduli(
     if len(chosen) < 2:
         return dict.fromkeys(("apparent_modulus", "apparent_poisson", "modulus", "poisson"), float("nan"))
     strain = curves["strain"][chosen]
-    young = float(np.polyfit(strain, stress[chosen], 1)[0])
-    poisson = -float(np.polyfit(strain, curves["lateral_strain"][chosen], 1)[0]) * sign
-    plane_stress = isinstance(specimen.material, Elastic) and specimen.material.plane is Plane.STRESS
-    true = poisson if plane_stress else poisson / (1 + poisson)
-    return {
-        "apparent_modulus": young,
-        "apparent_poisson": poisson,
-        "modulus": young if plane_stress else young * (1 - true**2),
-        "poisson": true,
-    }
+    young = slope(strain, stress[chosen])
+    poisson = -slope(strain, curves["lateral_strain"][chosen]) * sign
+    modulus, true = converted(young, poisson, specimen)
+    return {"apparent_modulus": young, "apparent_poisson": poisson, "modulus": modulus, "poisson": true}
 
 
 def certificate(curves: Mapping[str, np.ndarray]) -> dict[str, float]:

@@ -22,7 +22,7 @@ COMPONENTS = ("laws", "geometry", "protocols")
 #: What a component may see of the framework: interfaces and data.
 INTERFACES = {
     "parameter", "units", "contact", "elementary", "tessellation", "polygon", "specimen", "mesh", "loading",
-    "integration", "state",
+    "integration", "state", "moduli", "window",
 }  # fmt: skip
 
 

@@ -1,0 +1,23 @@
+"""Elastic constants from curves of stress and strain."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grainlaw.specimen import Elastic, Plane, Specimen
+
+
+def slope(x: np.ndarray, y: np.ndarray) -> float:
+    """Of the regression of y on x; nan from fewer than two points or where x does not change."""
+    return float(np.polyfit(x, y, 1)[0]) if len(x) > 1 and np.ptp(x) > 0 else float("nan")
+
+
+def converted(young: float, poisson: float, specimen: Specimen) -> tuple[float, float]:
+    """E and nu of the material from those of its plane problem: nu = nu*/(1 + nu*), E = E* (1 - nu^2).
+
+    Equal to them where the specimen's material is in plane stress.
+    """
+    if isinstance(specimen.material, Elastic) and specimen.material.plane is Plane.STRESS:
+        return young, poisson
+    true = poisson / (1 + poisson)
+    return young * (1 - true**2), true

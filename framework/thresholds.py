@@ -1,0 +1,165 @@
+"""Stresses at which cracking begins and becomes unstable, and moduli, from the curves of a compression test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import attrs
+import numpy as np
+
+from grainlaw.moduli import slope
+from grainlaw.parameter import ParameterError
+
+NAN = float("nan")
+
+
+@attrs.frozen(eq=False)
+class Path:
+    """The way to the peak: samples whose load is higher than any before, from the start of the stage that leads there.
+
+    Strains count extension positive, from that start on; nan where a test does not record them.
+    """
+
+    load: np.ndarray  #: (t,) Pa, beyond the confinement
+    axial: np.ndarray  #: (t,)
+    lateral: np.ndarray  #: (t,)
+    confinement: float  #: Pa, to be added to a load for the axial stress
+
+    @property
+    def volumetric(self) -> np.ndarray:
+        """(t,) of the area; in plane strain that of the volume."""
+        return self.axial + self.lateral
+
+    @property
+    def is_compression(self) -> bool:
+        """Whether the specimen has become shorter."""
+        return len(self.load) > 2 and bool(self.axial[-1] < 0)
+
+    def between(self, low: float, high: float) -> np.ndarray:
+        """Numbers of the samples between two shares of the peak load."""
+        if not 0 <= low < high <= 1:
+            raise ParameterError(f"shares of the peak = {low:g}, {high:g} are not allowed, they must rise from 0 to 1")
+        if not len(self.load):
+            return np.array([], dtype=int)
+        return np.flatnonzero((self.load >= low * self.load[-1]) & (self.load <= high * self.load[-1]))
+
+
+def path_to_peak(curves: Mapping[str, np.ndarray]) -> Path:
+    """Of the curves of a test; empty where there is no ``stress`` or it never rises above zero.
+
+    The path starts with the stage in which the load first reaches half of its peak: confinement comes before it. The
+    load is the ``deviator`` where there is one.
+    """
+    load = curves.get("deviator", curves.get("stress", np.array([])))
+    if not len(load) or not load.max() > 0:
+        none = np.zeros(0)
+        return Path(none, none, none, NAN)
+    peak = int(np.argmax(load))
+    stage = curves["stage"]
+    first = int(np.argmax(stage == stage[np.argmax(load >= 0.5 * load[peak])]))
+    highest = np.maximum.accumulate(load[first : peak + 1])
+    chosen = first + np.flatnonzero(np.r_[True, highest[1:] > highest[:-1]])
+    lateral = curves.get("lateral_strain", np.full(len(load), NAN))
+    axial = curves.get("volumetric_strain", np.full(len(load), NAN)) - lateral
+    return Path(
+        load=load[chosen],
+        axial=axial[chosen] - axial[first],
+        lateral=lateral[chosen] - lateral[first],
+        confinement=float(curves["stress"][peak] - load[peak]),
+    )
+
+
+def tangent_constants(path: Path, centre: float = 0.5, width: float = 0.2) -> tuple[float, float]:
+    """E* (Pa) and nu*: regression over ``width`` of the peak load round a share of it (ISRM 1979, 1999)."""
+    chosen = path.between(centre - width / 2, centre + width / 2)
+    young = slope(path.axial[chosen], path.load[chosen])
+    return abs(young), -slope(path.axial[chosen], path.lateral[chosen])
+
+
+def secant_constants(path: Path, share: float = 0.5) -> tuple[float, float]:
+    """E* (Pa) and nu* from the start to a share of the peak load (ISRM 1979, 1999)."""
+    if not len(path.load):
+        return NAN, NAN
+    wanted = share * path.load[-1]
+    axial, lateral = (float(np.interp(wanted, path.load, values)) for values in (path.axial, path.lateral))
+    return (abs(wanted / axial), -lateral / axial) if axial else (NAN, NAN)
+
+
+def crack_damage(path: Path) -> float:
+    """CD (Pa): axial stress at the largest contraction, where the volumetric strain turns round before the peak.
+
+    nan where the contraction lasts until the peak. (Bieniawski 1967; Martin and Chandler 1994.)
+    """
+    turn = _reversal(path)
+    return float(path.load[turn]) + path.confinement if turn else NAN
+
+
+def _reversal(path: Path) -> int:
+    """Number of the sample at which the volumetric strain turns round; 0 where it does not."""
+    if not path.is_compression:
+        return 0
+    turn = int(np.argmin(path.volumetric))
+    return turn if turn < len(path.load) - 1 else 0
+
+
+def initiation_by_lateral_strain(path: Path, least: float = 0.01) -> float:
+    """CI (Pa) by the lateral strain response (Nicksiar and Martin 2012, doi:10.1007/s00603-012-0221-6).
+
+    Where the lateral strain falls short the most of the straight line, over load, from the start to crack damage. nan
+    without crack damage, or if it never falls short by the share ``least`` of the lateral strain there.
+    """
+    turn = _reversal(path)
+    if not turn:
+        return NAN
+    load, lateral = path.load[: turn + 1], path.lateral[: turn + 1]
+    line = lateral[0] + (lateral[-1] - lateral[0]) * (load - load[0]) / (load[-1] - load[0])
+    short = line - lateral
+    most = int(np.argmax(short))
+    return float(load[most]) + path.confinement if short[most] > least * abs(lateral[-1]) else NAN
+
+
+def crack_volumetric_strain(path: Path, low: float = 0.1, high: float = 0.3) -> np.ndarray:
+    """(t,) volumetric less elastic volumetric strain (Martin and Chandler 1994, doi:10.1016/0148-9062(94)90014-0).
+
+    The elastic part is the regression on the load between two shares of the peak; its slope is -(1 - nu*)/E*, in plane
+    strain -(1 - 2 nu)(1 + nu)/E. nan where fewer than two samples lie there.
+    """
+    chosen = path.between(low, high)
+    if len(chosen) < 2:
+        return np.full(len(path.load), NAN)
+    return path.volumetric - np.polyval(np.polyfit(path.load[chosen], path.volumetric[chosen], 1), path.load)
+
+
+def initiation_by_crack_volume(path: Path, tolerance: float = 0.01, low: float = 0.1, high: float = 0.3) -> float:
+    """CI (Pa) by the crack-volumetric strain (Martin and Chandler 1994, doi:10.1016/0148-9062(94)90014-0).
+
+    Where it leaves zero for good: exceeds ``tolerance`` times the elastic volumetric strain at the peak from there to
+    the peak. nan where it never does.
+    """
+    if not path.is_compression:
+        return NAN
+    opened = crack_volumetric_strain(path, low, high)
+    limit = tolerance * abs(path.volumetric[-1] - opened[-1])
+    if not opened[-1] > limit:
+        return NAN
+    last = int(np.flatnonzero(~(opened > limit))[-1])  # the regression leaves some sample at or below zero
+    share = (limit - opened[last]) / (opened[last + 1] - opened[last])
+    return float(path.load[last] + share * (path.load[last + 1] - path.load[last])) + path.confinement
+
+
+def stress_at_share(curves: Mapping[str, np.ndarray], time: np.ndarray, count: np.ndarray, share: float) -> float:
+    """Axial stress (Pa) when a growing count (n,) at times (n,) s first reached a share of what it was at the peak.
+
+    nan where it was zero there, or where no stress is recorded.
+    """
+    stress = curves.get("stress")
+    if stress is None or not len(stress) or not len(time):
+        return NAN
+    peak = curves["time"][np.argmax(curves.get("deviator", stress))]
+    at_peak = np.interp(peak, time, count)
+    if not at_peak > 0:
+        return NAN
+    reached = int(np.argmax(count >= share * at_peak))
+    before = max(reached - 1, 0)
+    when = np.interp(share * at_peak, count[before : reached + 1], time[before : reached + 1])
+    return float(np.interp(when, curves["time"], stress))

@@ -1,0 +1,86 @@
+"""Lengths, orientations and acoustic events of cracks made by hand."""
+
+import numpy as np
+import pytest
+
+import grainlaw as gl
+from grainlaw.acoustic import clustered
+
+
+def cracks_of(count, **columns):
+    """Cracks with the columns given, the others zero, 1 m long."""
+    plain = {name: np.zeros(count) for name in ("orientation", "mode", "time", "opening", "slip", "spent")}
+    plain |= {"position": np.zeros((count, 2)), "grains": np.zeros((count, 2), int), "length": np.ones(count)}
+    return gl.Cracks(**(plain | {name: np.array(values, float) for name, values in columns.items()}))
+
+
+def test_lengths_by_mode_over_time():
+    cracks = cracks_of(4, time=[1, 2, 2, 3], mode=[0, 0.49, 0.5, 1], length=[1, 2, 4, 8])
+    tensile, shear = gl.crack_lengths(cracks, np.array([0.5, 1, 2.5, 3]))
+    assert tensile.tolist() == [0, 1, 3, 3]
+    assert shear.tolist() == [0, 0, 4, 12]
+
+
+def test_rose_is_weighted_by_length():
+    cracks = cracks_of(4, orientation=np.radians([5, 95, 99, 175]), length=[1, 2, 4, 8], mode=[0, 0, 1, 0])
+    rose = gl.crack_rose(cracks)
+    assert rose.edges == pytest.approx(np.radians(np.arange(0, 181, 10)))
+    assert np.flatnonzero(rose.tensile).tolist() == [0, 9, 17]
+    assert rose.tensile[[0, 9, 17]].tolist() == [1, 2, 8]
+    assert rose.shear.tolist() == [0] * 9 + [4] + [0] * 8
+    assert gl.crack_rose(cracks, bins=2).tensile.tolist() == [1, 10]
+    with pytest.raises(gl.ParameterError, match="bins = 0 is not allowed"):
+        gl.crack_rose(cracks, bins=0)
+
+
+def test_failure_plane_is_a_mean_of_axes():
+    plane = gl.failure_plane(cracks_of(2, orientation=np.radians([10, 178])))  # 10 and -2
+    assert np.degrees(plane.angle) == pytest.approx(4)
+    assert plane.strength == pytest.approx(np.cos(np.radians(12)))
+    crossed = gl.failure_plane(cracks_of(2, orientation=np.radians([60, 150]), length=[3, 1]))
+    assert np.degrees(crossed.angle) == pytest.approx(60)
+    assert crossed.strength == pytest.approx(0.5)  # (3 - 1) / 4
+    assert gl.failure_plane(cracks_of(2, orientation=np.radians([30, 120]))).strength == pytest.approx(0)
+    none = gl.failure_plane(cracks_of(0))
+    assert np.isnan([none.angle, none.strength]).all()
+
+
+#: a chain a, b, c; d where a was, but later; e at the time of a, but far
+BREAKS = {
+    "position": [(0, 0), (50e-3, 0), (1e-3, 0), (2e-3, 0), (0, 0)], "time": [0, 0, 0.5e-6, 1e-6, 10e-6],
+    "spent": [10, 100, 20, 10, 5], "length": [1e-3, 2e-3, 1e-3, 1e-3, 1e-3], "mode": [0, 1, 1, 0, 0],
+}  # fmt: skip
+
+
+def test_breaks_near_in_space_and_time_are_one_event():
+    events = clustered(cracks_of(5, **BREAKS), distance=1.5e-3, duration=0.6e-6, thickness=2.0)
+    assert events.time.tolist() == [0, 0, 10e-6]
+    assert events.breaks.tolist() == [3, 1, 1]
+    assert events.energy == pytest.approx([80e-3, 400e-3, 10e-3])
+    assert events.tensile == pytest.approx([0.5, 0, 1])
+    assert events.position == pytest.approx(np.array([(1e-3, 0), (50e-3, 0), (0, 0)]))
+    assert clustered(cracks_of(5, **BREAKS), 0.9e-3, 1e-6).breaks.tolist() == [1, 1, 1, 1, 1]
+    assert clustered(cracks_of(5, **BREAKS), 1.5e-3, 0.4e-6).breaks.tolist() == [1, 1, 1, 1, 1]
+    assert clustered(cracks_of(5, **BREAKS), 1.5e-3, 9.6e-6).breaks.tolist() == [4, 1]
+    assert len(clustered(cracks_of(0), 1, 1)) == 0
+
+
+def events_of(magnitudes):
+    energy = 10 ** (4.8 + 1.5 * np.array(magnitudes, float))
+    zeros = np.zeros(len(energy))
+    return gl.AcousticEvents(zeros, np.zeros((len(energy), 2)), energy, zeros, zeros)
+
+
+def test_magnitude_and_b_value():
+    assert events_of([0, -3]).energy == pytest.approx([10**4.8, 10**0.3])
+    events = events_of(np.linspace(-4, -3, 11))
+    assert events.magnitude == pytest.approx(np.linspace(-4, -3, 11))
+    b, error = events.b_value()
+    assert b == pytest.approx(0.4342944819 / 0.5)  # the mean lies 0.5 above the least
+    assert error == pytest.approx(b / np.sqrt(11))
+    assert events.b_value(completeness=-3.95)[0] == pytest.approx(0.4342944819 / 0.5)  # ten from -3.9, mean -3.45
+    assert np.isnan(events.b_value(completeness=-3.85)).all()  # nine
+    assert np.isnan(events_of([-3] * 20).b_value()).all()
+    assert np.isnan(events_of([]).b_value()).all()
+    silent = gl.AcousticEvents(*np.zeros((1, 1)), np.zeros((1, 2)), np.zeros(1), np.ones(1), np.ones(1))
+    assert np.isnan(silent.magnitude).all()

@@ -1,0 +1,130 @@
+"""Moduli, crack initiation and crack damage of curves whose kinks are known."""
+
+import attrs
+import numpy as np
+import pytest
+from support import ROCK
+
+import grainlaw as gl
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.moduli import converted
+from grainlaw.thresholds import (
+    crack_damage,
+    crack_volumetric_strain,
+    initiation_by_crack_volume,
+    initiation_by_lateral_strain,
+    path_to_peak,
+    secant_constants,
+    stress_at_share,
+    tangent_constants,
+)
+
+MPA, E = 1e6, 50e9
+LOAD = np.linspace(0, 100, 201) * MPA
+
+
+def lateral_of(load):
+    """Slopes 0.25, 0.6 and 1.5 over E, with kinks at 40 and 80 MPa."""
+    return np.interp(load, np.array([0, 40, 80, 100]) * MPA, np.array([0, 10, 34, 64]) * MPA / E)
+
+
+def curves_of(load, lateral, stage=0, confinement=0.0):
+    """Columns of a compression test with the modulus E."""
+    axial = -load / E
+    return {
+        "time": np.arange(len(load)) * 1.0, "stage": np.full(len(load), stage), "strain": -axial,
+        "stress": load + confinement, "lateral_strain": lateral, "volumetric_strain": axial + lateral,
+    }  # fmt: skip
+
+
+KINKED = curves_of(LOAD, lateral_of(LOAD))
+
+
+def test_constants_of_a_kinked_curve():
+    path = path_to_peak(KINKED)
+    assert tangent_constants(path) == pytest.approx((E, 0.6))  # 40 to 60 MPa lie on the second branch
+    assert tangent_constants(path, centre=0.2) == pytest.approx((E, 0.25))
+    assert secant_constants(path) == pytest.approx((E, 16 / 50))  # 10 + 0.6 x 10 at 50 MPa
+    assert secant_constants(path, 0.2) == pytest.approx((E, 0.25))
+
+
+def test_conversion_from_plane_strain():
+    bricks = Bricks(rows=1).tessellate(rectangle(0.01, 0.02))
+    strain = gl.Specimen(bricks, ROCK)
+    # E 60 GPa and nu 0.25 make E* = E/(1 - nu^2) = 64 GPa and nu* = nu/(1 - nu) = 1/3 in plane strain.
+    assert converted(64e9, 1 / 3, strain) == pytest.approx((60e9, 0.25))
+    stress = gl.Specimen(bricks, attrs.evolve(ROCK, plane=gl.Plane.STRESS))
+    assert converted(64e9, 1 / 3, stress) == (64e9, 1 / 3)
+
+
+def test_thresholds_of_a_kinked_curve():
+    path = path_to_peak(KINKED)
+    assert crack_damage(path) == pytest.approx(80 * MPA)
+    assert initiation_by_lateral_strain(path) == pytest.approx(40 * MPA)
+    # Beyond 40 MPa it opens by 0.35/E per load; a hundredth of the elastic 0.75 x 100 MPa/E is passed 0.75/0.35 later.
+    assert initiation_by_crack_volume(path) == pytest.approx((40 + 0.75 / 0.35) * MPA)
+    assert initiation_by_crack_volume(path, tolerance=0.02) == pytest.approx((40 + 1.5 / 0.35) * MPA)
+    opened = crack_volumetric_strain(path)
+    assert opened[[80, 160, 200]] == pytest.approx(np.array([0, 14, 39]) * MPA / E, abs=1e-9)
+
+
+def test_confinement_is_added_and_what_came_before_is_left_out():
+    before = curves_of(np.zeros(50), np.linspace(1e-3, 2e-3, 50), stage=0, confinement=10 * MPA)
+    after = curves_of(LOAD, 2e-3 + lateral_of(LOAD), stage=1, confinement=10 * MPA)
+    curves = {name: np.concatenate([before[name], after[name]]) for name in before}
+    curves |= {"deviator": curves["stress"] - 10 * MPA, "time": np.arange(251.0)}
+    path = path_to_peak(curves)
+    assert crack_damage(path) == pytest.approx(90 * MPA)
+    assert initiation_by_lateral_strain(path) == pytest.approx(50 * MPA)
+    assert initiation_by_crack_volume(path) == pytest.approx((50 + 0.75 / 0.35) * MPA)
+    assert secant_constants(path) == pytest.approx((E, 16 / 50))
+
+
+def test_drops_before_the_peak_and_what_follows_it_do_not_count():
+    load = np.concatenate([LOAD[:150], LOAD[100:150], LOAD[150:], LOAD[::-1]])
+    lateral = lateral_of(load)
+    lateral[150:200] += 1e-3
+    lateral[-201:] += 5e-3
+    path = path_to_peak(curves_of(load, lateral))
+    assert np.array_equal(path.load, LOAD)
+    assert crack_damage(path) == pytest.approx(80 * MPA)
+    assert initiation_by_lateral_strain(path) == pytest.approx(40 * MPA)
+
+
+def test_what_does_not_exist_is_nan():
+    straight = path_to_peak(curves_of(LOAD, 0.25 * LOAD / E))
+    for measure in (crack_damage, initiation_by_lateral_strain, initiation_by_crack_volume):
+        assert np.isnan(measure(straight))
+    bent = path_to_peak(curves_of(LOAD[:161], lateral_of(LOAD[:161])))  # ends at 80 MPa, before the strain turns
+    assert np.isnan(crack_damage(bent))
+    assert np.isnan(initiation_by_lateral_strain(bent))
+    assert initiation_by_crack_volume(bent) == pytest.approx((40 + 0.6 / 0.35) * MPA)
+    tension = {**KINKED, "volumetric_strain": LOAD / E - lateral_of(LOAD), "lateral_strain": -lateral_of(LOAD)}
+    assert np.isnan(crack_damage(path_to_peak(tension)))
+    assert secant_constants(path_to_peak(tension)) == pytest.approx((E, 16 / 50))
+    for curves in (
+        {},
+        {"time": LOAD},
+        {**KINKED, "stress": 0 * LOAD},
+        {k: KINKED[k] for k in ("time", "stage", "stress")},
+    ):
+        path = path_to_peak(curves)
+        values = [*tangent_constants(path), *secant_constants(path), crack_damage(path)]
+        assert np.isnan([*values, initiation_by_lateral_strain(path), initiation_by_crack_volume(path)]).all()
+
+
+def test_first_hundredth_of_the_cracks_at_the_peak():
+    curves = curves_of(np.concatenate([LOAD, LOAD[::-1]]), np.zeros(402))
+    count = np.concatenate([np.zeros(101), np.arange(1, 101) * 2, np.full(201, 1000)])  # 200 at the peak, 2 at 50.5 MPa
+    assert stress_at_share(curves, curves["time"], count, 0.01) == pytest.approx(50.5 * MPA)
+    assert stress_at_share(curves, curves["time"], count, 0.1) == pytest.approx(55 * MPA)
+    # Known at four moments only: between 25 and 75 MPa it rises linearly, to 1 of 100 at 25.5 MPa.
+    rare = np.array([0.0, 50, 150, 200])
+    assert stress_at_share(curves, rare, np.array([0, 0, 100, 100]), 0.01) == pytest.approx(25.5 * MPA)
+    assert np.isnan(stress_at_share(curves, curves["time"], np.zeros(402), 0.01))
+    assert np.isnan(stress_at_share({"time": LOAD}, LOAD, LOAD, 0.01))
+
+
+def test_bad_shares_are_refused():
+    with pytest.raises(gl.ParameterError, match=r"shares of the peak = 0\.5, 0\.5 are not allowed"):
+        initiation_by_crack_volume(path_to_peak(KINKED), low=0.5, high=0.5)
