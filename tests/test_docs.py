@@ -64,9 +64,21 @@ def check_workbench(page):
     assert Path("probe.png").exists()
 
 
+def check_measures(page):
+    named = set(re.findall(r"`(\w+)`", PAGES["docs/measures.md"]))
+    assert {name for name in gl.MEASURES if not {name, f"apparent_{name}"} & named} == set()  # the tables explain all
+    properties, grains = page["report"].properties, page["grains"]
+    assert properties["crack_initiation_count"] <= page["result"].summary["peak_stress"]
+    assert page["lower_half"][1] < 0  # compressed
+    assert page["stress"].shape == (len(page["result"].frames), 3)
+    assert page["report"].fragments.areas.sum() == pytest.approx(grains.areas.sum())
+    assert page["events"].energy.sum() == pytest.approx(0.02 * page["report"].events.energy.sum())  # 20 mm of 1 m
+    assert Path("laboratory.png").exists()
+
+
 CHECKS = {
     "README.md": check_readme, "docs/getting-started.md": check_getting_started, "docs/add-a-law.md": check_add_a_law,
-    "docs/workbench.md": check_workbench,
+    "docs/workbench.md": check_workbench, "docs/measures.md": check_measures,
 }  # fmt: skip
 
 
