@@ -15,7 +15,8 @@ import numpy as np
 
 from grainlaw import html
 from grainlaw.files import write_atomically
-from grainlaw.naming import shown
+from grainlaw.laboratory import MEASURES
+from grainlaw.naming import Shown, shown
 from grainlaw.quantity import written
 from grainlaw.report_figures import plot_report_cracks, plot_report_curves
 
@@ -60,6 +61,8 @@ def _parts(title: str, results: Mapping[str, Result], record: Mapping[str, Any],
         yield html.text("p", warning, "warning")
     yield html.text("h2", "Properties")
     yield _properties(results)
+    if "apparent_modulus" in first.summary:
+        yield html.text("p", "E* and nu* are slopes as measured in the plane; E and nu are those of the rock.")
     yield html.text("h2", "Certificate")
     yield _certificate(results)
     if first.curves:
@@ -67,6 +70,12 @@ def _parts(title: str, results: Mapping[str, Result], record: Mapping[str, Any],
         yield html.picture(plot_report_curves(results), "What was measured, broken contact points, and energies")
     yield html.text("h2", "Cracks")
     yield html.picture(plot_report_cracks(results), "Broken contacts on the deformed specimen: tensile red, shear blue")
+    if first.curves:
+        yield html.text("h2", "Laboratory measures")
+        yield _measures(results)
+        for name, result in results.items():
+            caption = f"Thresholds, orientation of cracks, fragments, acoustic events and energy lost: {name}"
+            yield html.picture(result.laboratory.plot(), caption)
     yield html.text("h2", "Specimen, law and test")
     yield html.side_by_side(_components(results))
     if record:
@@ -108,6 +117,18 @@ def _verdict(name: str, value: float | None, limit: float) -> str:
         return ""
     passed = value <= limit
     return html.Cell(f"{shown(name).text(value)} {'pass' if passed else 'FAIL'}", "pass" if passed else "fail")
+
+
+def _measures(results: Mapping[str, Result]) -> str:
+    """What a laboratory derives, with the sources of the definitions; without what does not exist in this test."""
+    found = {name: result.laboratory.properties for name, result in results.items()}
+    rows = []
+    for name, measure in MEASURES.items():
+        values = [properties[name] for properties in found.values()]
+        if not np.isnan(values).all():
+            how = Shown(measure.meaning, "" if measure.unit == "1" else measure.unit, measure.factor)
+            rows.append([how.heading, *(_number(how.text(float(value))) for value in values), measure.source])
+    return html.table(rows, ["", *results, "source"])
 
 
 def _number(text: str) -> str:

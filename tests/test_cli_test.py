@@ -272,6 +272,21 @@ def test_a_specimen_that_breaks_under_the_confinement_keeps_what_it_recorded(tmp
         assert len(list(csv.DictReader(file))) > 0
 
 
+def test_a_part_of_ones_own_is_known_by_its_name(tmp_path):
+    text = "import attrs\nfrom grainlaw import parameter\nfrom grainlaw.laws import *\n"
+    text += "@attrs.frozen(kw_only=True)\nclass StiffClosure(LinearClosure.__base__):\n"
+    text += "    times: float = parameter('1', default=2)\n"
+    text += "    def pressure(self, kn, closure): return self.times * kn * closure\n"
+    text += "    def tangent(self, kn, closure): return self.times * kn\n"
+    text += "law = CohesiveCrack(kn=1e14, ks=9e13, tensile_strength=5e6, cohesion=2e7, friction_angle=30, "
+    text += "residual_friction_angle=5, mode_i_energy=20, mode_ii_energy=40, closure=StiffClosure())\n"
+    (tmp_path / "mine.py").write_text(text)
+    given = {"type": f"{tmp_path / 'mine.py'}:law", "closure": {"type": "stiff", "times": 3}}
+    made = configured("joint-tension", {"law": given})
+    assert made.law.closure.times == 3
+    assert made.sections["law"]["closure"] == {"type": "stiff", "times": 3.0}
+
+
 def test_a_law_of_ones_own_runs_with_its_parameters_and_parts(tmp_path):
     text = "from grainlaw.laws import CohesiveCrack\nlaw = CohesiveCrack(kn=1e14, ks=9e13, tensile_strength=5e6, "
     text += "cohesion=2e7, friction_angle=30, residual_friction_angle=5, mode_i_energy=20, mode_ii_energy=40)\n"
