@@ -35,7 +35,7 @@ def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
     """Load over axial, lateral and volumetric strain on the way to the peak, extension positive."""
     path = laboratory.path
     if not np.isfinite(path.axial).any():
-        axes.set_title("no strains recorded")
+        axes.set_axis_off()
         return
     for values, label, style in (
         (path.axial, "axial", "-"), (path.lateral, "lateral", "--"), (path.volumetric, "volumetric", ":")

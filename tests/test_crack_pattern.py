@@ -63,6 +63,8 @@ def test_breaks_near_in_space_and_time_are_one_event():
     assert clustered(cracks_of(5, **BREAKS), 1.5e-3, 0.4e-6).breaks.tolist() == [1, 1, 1, 1, 1]
     assert clustered(cracks_of(5, **BREAKS), 1.5e-3, 9.6e-6).breaks.tolist() == [4, 1]
     assert len(clustered(cracks_of(0), 1, 1)) == 0
+    silent = clustered(cracks_of(2, position=[(0, 0), (2e-3, 0)]), 3e-3, 0)
+    assert silent.position == pytest.approx(np.array([(1e-3, 0)]))
 
 
 def events_of(magnitudes):

@@ -6,6 +6,7 @@ import pytest
 from support import ROCK, STIFF, STRONG, Hillerborg, nodal_forces, small_sample
 
 import grainlaw as gl
+from grainlaw.acoustic import shear_wave_speed
 from grainlaw.dissipation import lost
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, Linear, MohrCoulomb
@@ -22,8 +23,8 @@ def blocks(height=4e-3):
 # --- energy lost -----------------------------------------------------------------------------------------------------
 
 
-def lost_after(law, *places, steps=400):
-    """(2,) J/m2 lost in opening and in slip by a joint taken straight from place to place (opening, slip), m."""
+def joint_after(law, *places, steps=400):
+    """State of a joint taken straight from place to place (opening, slip), m."""
     specimen = blocks()
     state = gl.State(specimen, law)
     upper = specimen.mesh.node_grain == 1
@@ -32,7 +33,12 @@ def lost_after(law, *places, steps=400):
         for way in np.linspace(start, end, steps)[1:]:
             nodal_forces(state, np.outer(upper, [-way[1], way[0]]))  # the joint's tangent runs to the left
         start = end
-    found = lost(state)
+    return state
+
+
+def lost_after(law, *places, steps=400):
+    """(2,) J/m2 lost in opening and in slip."""
+    found = lost(joint_after(law, *places, steps=steps))
     assert found[:, 0] == pytest.approx(found[:, 1])
     return found[:, 0]
 
@@ -71,6 +77,16 @@ def test_a_brittle_joint_loses_what_its_spring_held():
     law = MohrCoulomb(**STRONG)
     held = 13e6**2 / (2 * STIFF["kn"])
     assert lost_after(law, (1e-6, 0), steps=4000) == pytest.approx([held, 0], rel=1e-2, abs=1e-9)
+
+
+def test_what_a_break_spends_leaves_out_closure_and_the_spring_of_friction():
+    pressed, slip = -40e6 / STIFF["kn"], 10e-6
+    state = joint_after(COHESIVE, (pressed, 0), (pressed, slip), steps=2000)
+    state.note_breaks()
+    path = gl.trace(COHESIVE, pressed, np.linspace(0, slip, 2000))  # closed from the start: without the work of closing
+    assert path.damage[-1] == 1
+    friction = 40e6 * np.tan(np.radians(5))
+    assert state.broken_work == pytest.approx(path.work[-1] - friction**2 / (2 * STIFF["ks"]), rel=1e-4)
 
 
 def test_a_joint_pulled_apart_has_spent_its_fracture_energy():
@@ -179,6 +195,14 @@ def test_every_measure_is_explained_and_none_crashes(parted, tmp_path):
     assert elastic["fragments"] == 1
     assert elastic["lost_opening"] == pytest.approx(0, abs=1e-9)
     assert results[0].laboratory is parted.laboratory
+
+
+def test_shear_waves_travel_through_the_slowest_mineral():
+    assert shear_wave_speed(blocks()) == pytest.approx(2782.4, rel=1e-4)  # 60 GPa, 0.25, 3100 kg/m3
+    grains = attrs.evolve(blocks().grains, phase=[0, 1])
+    heavy = attrs.evolve(ROCK, density=4 * 3100)
+    assert shear_wave_speed(gl.Specimen(grains, {0: ROCK, 1: heavy})) == pytest.approx(2782.4 / 2, rel=1e-4)
+    assert shear_wave_speed(attrs.evolve(blocks(), material=gl.Rigid(density=3100))) == 0
 
 
 def test_the_default_event_is_as_wide_as_two_grains(parted):
