@@ -33,8 +33,7 @@ Test = tuple[int, float]  #: seed, or any number of the specimen, and confinemen
 class MohrCoulombFit:
     """Peak stress = ucs + slope * confinement by least squares, with the angle and the cohesion that follow from it.
 
-    phi = asin((m - 1)/(m + 1)), c = b (1 - sin phi)/(2 cos phi) with the slope m and the intercept b (the paper's
-    Eqs. 13, 14). Intervals (95 %) are Student's for slope and intercept; those of the angle and the cohesion follow
+    phi = asin((m - 1)/(m + 1)), c = b (1 - sin phi)/(2 cos phi) with the slope m and the intercept b. Intervals (95 %) are Student's for slope and intercept; those of the angle and the cohesion follow
     by the first-order propagation of both, with their covariance. They are nan with fewer than three tests.
     """
 
@@ -88,7 +87,7 @@ def fit_mohr_coulomb(confinement: Sequence[float], peak_stress: Sequence[float])
 
 
 def _angle_and_cohesion(slope: float, ucs: float) -> tuple[float, float]:
-    """Eqs. (13, 14) of the paper: deg and Pa; nan for a slope that no friction gives."""
+    """Angle (deg) and cohesion (Pa) of a line; nan for a slope that no friction gives."""
     if not slope > 0:
         return math.nan, math.nan
     phi = math.asin((slope - 1) / (slope + 1))

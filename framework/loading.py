@@ -42,13 +42,17 @@ def _rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray
 
 @attrs.frozen(kw_only=True)
 class Drive:
-    """A boundary that is moved: the velocity of all its nodes along one axis."""
+    """A boundary that is moved: the velocity of all its nodes along one axis, or of its middle alone (a ``roller``).
+
+    A roller lets the boundary turn; it drives the node nearest to the middle, on each grain that has a node there.
+    """
 
     boundary: str
     axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
     speed: float = parameter("m/s", above=-math.inf)  #: with its sign
     start: float = parameter("m/s", default=0.0, above=-math.inf)  #: from which the speed changes in the time ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)
+    roller: bool = part(bool, False)
 
     def course(self, time: np.ndarray) -> np.ndarray:
         """m/s at times (s) since the stage began."""
@@ -127,6 +131,19 @@ class FallsTo(Condition):
     def progress(self, curves: Curves) -> float:
         values = curves[self.column]
         return float(values[-1] <= self.fraction * values.max() and values.max() > 0)
+
+
+@attrs.frozen
+class FailsTo(Condition):
+    """As :class:`FallsTo`, once a contact has broken: what vibrates at the start of a test has not failed."""
+
+    column: str
+    fraction: float
+
+    def progress(self, curves: Curves) -> float:
+        if curves["tensile_cracks"][-1] + curves["shear_cracks"][-1] == 0:
+            return 0.0
+        return FallsTo(self.column, self.fraction).progress(curves)
 
 
 @attrs.frozen

@@ -34,6 +34,14 @@ class Mesh:
         """Nodes on each named boundary, ascending."""
         return {name: np.unique(edges) for name, edges in self.boundary_edges.items()}
 
+    def middle(self, boundary: str) -> np.ndarray:
+        """Nodes nearest to the middle of the box round a boundary: one, or those of all grains that meet there."""
+        nodes = self.boundaries[boundary]
+        place = self.nodes[nodes]
+        distance = np.hypot(*(place - (place.min(axis=0) + place.max(axis=0)) / 2).T)
+        nearest = place[np.argmin(distance)]
+        return nodes[np.hypot(*(place - nearest).T) <= 1e-9 * float(np.ptp(self.nodes))]
+
     @cached_property
     def zone_areas(self) -> np.ndarray:
         """(z,) m2."""

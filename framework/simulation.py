@@ -182,6 +182,7 @@ class _Run:
         row |= {
             "tensile_cracks": int(np.sum(state.broken_mode < 0.5)),
             "shear_cracks": int(np.sum(state.broken_mode >= 0.5)),
+            "damaged": int(np.count_nonzero(state.memory("damage") > 0)),
             "unbalanced": state.unbalanced(),
         }
         row |= {f"energy_{name}": value for name, value in energies.items()}

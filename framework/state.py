@@ -68,10 +68,11 @@ class State:
         freedoms, rigid = self.freedoms, self.rigid.grains > 0
         held: dict[tuple[int, int], int] = {}
         for column, drive in enumerate(drives):
-            nodes = self.mesh.boundaries[drive.boundary]
+            roller = isinstance(drive, Drive) and drive.roller
+            nodes = self.mesh.middle(drive.boundary) if roller else self.mesh.boundaries[drive.boundary]
             places = np.unique(self.mesh.node_grain[nodes]) if rigid else nodes
             held.update({(drive.axis, int(place)): column for place in places})
-            if rigid:  # a platen that lies against a grain's edge keeps it from turning
+            if rigid and not roller:  # a platen that lies against a grain's edge keeps it from turning
                 held.update({(2, int(place)): len(drives) for place in places})
         rows = sorted(held, key=lambda place: (place[1], place[0]))
         row, index = np.array(rows, dtype=np.int64).reshape(-1, 2).T.copy()
@@ -338,7 +339,9 @@ class State:
         per_point = self.contact_lengths * self.contacts.work
         half = 0.5 * self.time_step
         return {
-            "external": self.adopted_work + float(driven.work.sum() + self.pressed.work.sum()) + self.initial_energy
+            "external": self.adopted_work
+            + float(driven.work.sum() + self.pressed.work.sum())
+            + self.initial_energy
             - half * supplied,
             "kinetic": self._kinetic_energy() - half * power,
             "zones": 0.0 if self.rigid.grains else float(self.zone_state()[1] @ self.mesh.zone_areas),

@@ -1,18 +1,26 @@
 """Laboratory tests."""
 
 from grainlaw.protocols.biaxial_compression import BiaxialCompression
+from grainlaw.protocols.brazilian import Brazilian
+from grainlaw.protocols.cyclic import Cyclic
 from grainlaw.protocols.direct_shear import DirectShear
 from grainlaw.protocols.joint_tension import JointTension
 from grainlaw.protocols.platens import Moving, Platens
+from grainlaw.protocols.semi_circular_bend import SemiCircularBend
+from grainlaw.protocols.three_point_bending import ThreePointBending
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
 from grainlaw.protocols.uniaxial_tension import UniaxialTension
 
 __all__ = [
     "BiaxialCompression",
+    "Brazilian",
+    "Cyclic",
     "DirectShear",
     "JointTension",
     "Moving",
     "Platens",
+    "SemiCircularBend",
+    "ThreePointBending",
     "UniaxialCompression",
     "UniaxialTension",
 ]

@@ -18,10 +18,12 @@ from grainlaw.state import State
 
 @attrs.frozen(kw_only=True)
 class DirectShear(LoadingProtocol):
-    """Two blocks with one horizontal joint: press, shear to ``maximum_slip``, and back to ``reverse_to`` of it.
+    """Press, shear to ``maximum_slip``, and back to ``reverse_to`` of it.
 
-    The upper end is a platen that does not turn: it is held at the normal stress, free to rise and sink, while it moves
-    to the right. With a ``normal_stiffness`` (constant normal stiffness) the stress grows as the joint dilates.
+    Either along the horizontal joint of two blocks, or through a specimen in a shear box, whose upper and lower halves
+    hold its sides as well (see :func:`~grainlaw.geometry.shear_box`). The upper end is a platen that does not turn: it
+    is held at the normal stress, free to rise and sink, while it moves to the right. With a ``normal_stiffness``
+    (constant normal stiffness) the stress grows as the specimen dilates.
     """
 
     normal_stress: float = parameter("Pa", at_least=0)  #: compression
@@ -35,47 +37,52 @@ class DirectShear(LoadingProtocol):
     integrator: Integrator = part(Integrator, CentralDifference())
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        require_joint(specimen, type(self).__name__)
+        if not _boxed(specimen, "upper"):
+            require_joint(specimen, type(self).__name__)
         press = Hold(boundary="top", axis=1, stress=-self.normal_stress, ramp=self.ramp)
         stages = [
             Stage(
                 name="press",
-                drives=[press, *self._across(0.0, 0.0)],
+                drives=[press, *self._across(specimen, 0.0, 0.0)],
                 until=[AtRest(1e-4) if self.normal_stress > 0 else Reaches("time", self.ramp)],
                 interval=self.ramp,
                 integrator=self.integrator,
             ),
-            self._shear("shear", 0.0, self.speed, Reaches("displacement", self.maximum_slip)),
+            self._shear(specimen, "shear", 0.0, self.speed, Reaches("displacement", self.maximum_slip)),
         ]
         if self.reverse_to < 1:
-            stages.append(self._shear("reverse", self.speed, -self.speed, FallsTo("displacement", self.reverse_to)))
+            back = FallsTo("displacement", self.reverse_to)
+            stages.append(self._shear(specimen, "reverse", self.speed, -self.speed, back))
         return stages
 
-    def _shear(self, name: str, before: float, speed: float, until: Condition) -> Stage:
+    def _shear(self, specimen: Specimen, name: str, before: float, speed: float, until: Condition) -> Stage:
         press = Hold(boundary="top", axis=1, stress=-self.normal_stress, ramp=0.0, stiffness=self.normal_stiffness)
         return Stage(
             name=name,
-            drives=[press, *self._across(before, speed)],
+            drives=[press, *self._across(specimen, before, speed)],
             until=[until],
             interval=self.resolution / self.speed,
             integrator=self.integrator,
         )
 
-    def _across(self, before: float, speed: float) -> list[Drive]:
+    def _across(self, specimen: Specimen, before: float, speed: float) -> list[Drive]:
+        moved, held = ("top", *_boxed(specimen, "upper")), ("bottom", *_boxed(specimen, "lower"))
         return [
-            Drive(boundary="top", axis=0, start=before, speed=speed, ramp=self.turn),
-            *(Drive(boundary="bottom", axis=axis, speed=0.0) for axis in (0, 1)),
+            *(Drive(boundary=name, axis=0, start=before, speed=speed, ramp=self.turn) for name in moved),
+            *(Drive(boundary=name, axis=0, speed=0.0) for name in held),
+            Drive(boundary="bottom", axis=1, speed=0.0),
         ]
 
     def measure(self, state: State) -> dict[str, float]:
-        """The joint's means; from the platens ``displacement``, ``dilation`` (m), ``shear_stress``, ``normal_stress``.
+        """From the platens ``displacement``, ``dilation`` (m), ``shear_stress``, ``normal_stress``; a joint's means.
 
         Stresses are reactions over the width at the start, compression positive.
         """
         width, _ = size(state.specimen)
-        (x, y), (force_x, force_y) = state.moved("top"), state.reaction("top")
+        (x, y), force_y = state.moved("top"), state.reaction("top")[1]
+        force_x = sum(state.reaction(name)[0] for name in ("top", *_boxed(state.specimen, "upper")))
         return {
-            **joint_means(state),
+            **({} if _boxed(state.specimen, "upper") else joint_means(state)),
             "displacement": float(x),
             "dilation": float(y),
             "shear_stress": float(force_x) / width,
@@ -83,10 +90,15 @@ class DirectShear(LoadingProtocol):
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Largest shear stress, the slip at it, and the shear stress at the end of the way out."""
+        """Largest shear stress, the slip at it (of the platens, in a box), and the stress at the end of the way out."""
         peak, end = int(curves["shear_stress"].argmax()), int(curves["displacement"].argmax())
         return {
             "peak_stress": float(curves["shear_stress"][peak]),
-            "peak_slip": float(curves["slip"][peak]),
+            "peak_slip": float(curves["slip" if "slip" in curves else "displacement"][peak]),
             "residual_stress": float(curves["shear_stress"][end]),
         }
+
+
+def _boxed(specimen: Specimen, half: str) -> list[str]:
+    """Sides that a half of the shear box holds."""
+    return [name for name in (f"left_{half}", f"right_{half}") if name in specimen.mesh.boundaries]

@@ -30,9 +30,7 @@ def joint_means(state: State) -> dict[str, float]:
     share = state.contact_lengths / state.contact_lengths.sum()
     return {
         "opening": float(share @ state.opening),
-        "slip": -float(
-            share @ state.slip
-        ),  # the tangent runs counter-clockwise round the first block
+        "slip": -float(share @ state.slip),  # the tangent runs counter-clockwise round the first block
         "normal": float(share @ state.normal),
         "shear": -float(share @ state.shear),
         "broken": float(share @ (state.memory("damage") >= 1)),

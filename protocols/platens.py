@@ -86,11 +86,18 @@ def uniaxial_summary(curves: Curves, specimen: Specimen, sign: float) -> dict[st
     }
 
 
+def require_boundaries(specimen: Specimen, test: str, *names: str) -> None:
+    """Raise ParameterError unless the specimen has boundaries of these names."""
+    missing, has = set(names) - set(specimen.mesh.boundaries), ", ".join(sorted(specimen.mesh.boundaries))
+    if missing:
+        raise ParameterError(
+            f"{test}: the specimen has no boundary named {' or '.join(sorted(missing))}, only {has}"
+        )  # fmt: skip
+
+
 def require_ends(specimen: Specimen, test: str) -> None:
     """Raise ParameterError unless the specimen has flat ends and two sides."""
-    missing = {"top", "bottom", "left", "right"} - set(specimen.mesh.boundaries)
-    if missing:
-        raise ParameterError(f"{test}: the specimen has no boundary named {' or '.join(sorted(missing))}")
+    require_boundaries(specimen, test, "top", "bottom", "left", "right")
     for name in ("top", "bottom"):
         if np.ptp(specimen.mesh.nodes[specimen.mesh.boundaries[name], 1]) > 1e-9 * size(specimen)[1]:
             raise ParameterError(f"{test}: the {name} of the specimen is not flat and level")

@@ -11,10 +11,14 @@ from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import (
     BiaxialCompression,
+    Brazilian,
+    Cyclic,
     DirectShear,
     JointTension,
     Moving,
     Platens,
+    SemiCircularBend,
+    ThreePointBending,
     UniaxialCompression,
     UniaxialTension,
 )
@@ -23,14 +27,13 @@ COMPRESSION = UniaxialCompression(maximum_strain=2e-4, samples=50, speed=0.02)
 TENSION = UniaxialTension(maximum_strain=2e-4, samples=50, speed=0.02)
 BIAXIAL = BiaxialCompression(confinement=5e6, maximum_strain=2e-4, samples=50, speed=0.02)
 PROTOCOLS = [COMPRESSION, TENSION, BIAXIAL]
-
-
-ON_A_JOINT = {DirectShear, JointTension}  #: have no modulus: test_joint.py compares them with the law itself
+#: These have no modulus: test_joint.py compares the first with the law itself, test_laboratory_tests.py has the others.
+OTHERS = {DirectShear, JointTension, Brazilian, Cyclic, SemiCircularBend, ThreePointBending}
 
 
 def test_list_holds_every_exported_protocol():
     exported = {getattr(protocols, name) for name in protocols.__all__}
-    assert {c for c in exported if issubclass(c, gl.LoadingProtocol)} == {type(p) for p in PROTOCOLS} | ON_A_JOINT
+    assert {c for c in exported if issubclass(c, gl.LoadingProtocol)} == {type(p) for p in PROTOCOLS} | OTHERS
 
 
 def one_block(width=10e-3, height=20e-3, material=ROCK, refinement=0):

@@ -10,7 +10,18 @@ from grainlaw.cli.components import name_of
 from grainlaw.cli.table1 import QUICK, SAMPLE
 from grainlaw.cli.verify import PULLED, SHEARED, WIDTH
 from grainlaw.loading import LoadingProtocol
-from grainlaw.protocols import BiaxialCompression, DirectShear, JointTension, UniaxialCompression, UniaxialTension
+from grainlaw.protocols import (
+    BiaxialCompression,
+    Brazilian,
+    Cyclic,
+    DirectShear,
+    JointTension,
+    SemiCircularBend,
+    ThreePointBending,
+    UniaxialCompression,
+    UniaxialTension,
+)
+from grainlaw.units import mm
 
 
 def _prism(width: float, height: float, grains: int) -> dict[str, Any]:
@@ -28,6 +39,16 @@ def _blocks(height: float) -> dict[str, Any]:
 PULLED_BLOCKS, SHEARED_BLOCKS = _blocks(PULLED), _blocks(SHEARED)
 
 
+def _grains(count: int) -> dict[str, Any]:
+    return {"tessellator": "voronoi", "grains": count, "seed": 1}
+
+
+DISC = {"region": "disc", "diameter": 50 * mm}
+NOTCHED = {"notch_width": 0.5 * mm, "bearing": 3 * mm}
+BEAM = {"region": "notched_beam", "length": 100 * mm, "height": 25 * mm, "span": 80 * mm, "notch_depth": 8 * mm}
+HALF_DISC = {"region": "semi_disc", "diameter": 75 * mm, "span": 45 * mm, "notch_depth": 18 * mm}
+
+
 @attrs.frozen
 class Setup:
     """A test and its samples, as in the section [sample] of a configuration."""
@@ -43,6 +64,10 @@ SETUPS = {
         Setup(UniaxialCompression, PRISM, SMALL_PRISM),
         Setup(UniaxialTension, PRISM, SMALL_PRISM),
         Setup(BiaxialCompression, PRISM, SMALL_PRISM),
+        Setup(Brazilian, DISC | _grains(400), DISC | _grains(80)),
+        Setup(Cyclic, PRISM, SMALL_PRISM),
+        Setup(ThreePointBending, BEAM | NOTCHED | _grains(400), BEAM | NOTCHED | _grains(80)),
+        Setup(SemiCircularBend, HALF_DISC | NOTCHED | _grains(400), HALF_DISC | NOTCHED | _grains(80)),
         Setup(DirectShear, SHEARED_BLOCKS, SHEARED_BLOCKS),
         Setup(JointTension, PULLED_BLOCKS, PULLED_BLOCKS),
     )

@@ -1,0 +1,87 @@
+"""The Brazilian test: a disc split by pressing it between two jaws."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import Curves, Drive, FailsTo, LoadingProtocol, Reaches, Stage
+from grainlaw.parameter import parameter, part, whole_number
+from grainlaw.protocols.measures import certificate, size
+from grainlaw.protocols.platens import Platens, require_boundaries
+from grainlaw.specimen import Specimen
+from grainlaw.state import State
+from grainlaw.window import window_mean, within_circle
+
+
+@attrs.frozen(kw_only=True)
+class Brazilian(LoadingProtocol):
+    """Press a disc at its boundaries top and bottom (see :func:`~grainlaw.geometry.disc`) until it has split.
+
+    ``stress`` is the tensile stress in the middle of an elastic disc, ``shape_factor`` times 2 P/(pi D). The factor is
+    1 for a load over a narrow arc; for flat ends of 20 and 30 degrees it is 0.9644 and 0.9205 (Wang, Jia, Kou, Zhang
+    and Lindqvist 2004). The upper jaw moves, the lower one is held.
+    """
+
+    speed: float = parameter("m/s", default=0.02)  #: at which the jaws approach each other
+    ramp: float = parameter("s", default=2e-4, at_least=0)  #: time in which the speed rises from zero
+    jaws: Platens = part(Platens, Platens.ROUGH)
+    shape_factor: float = parameter("1", default=1.0)
+    maximum_strain: float = parameter("1", default=0.005, above=0, below=0.5)  #: approach over the diameter
+    stop_fraction: float = parameter("1", default=0.5, at_least=0, below=1)  #: of the peak load
+    samples: int = whole_number(default=1000, at_least=10)
+    integrator: Integrator = part(Integrator, CentralDifference())
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        require_boundaries(specimen, type(self).__name__, "top", "bottom")
+        across = [Drive(boundary=jaw, axis=0, speed=0.0) for jaw in ("top", "bottom") if self.jaws is Platens.ROUGH]
+        interval = self.maximum_strain * size(specimen)[1] / self.speed / self.samples
+        return [
+            Stage(
+                name="split",
+                drives=[
+                    Drive(boundary="top", axis=1, speed=-self.speed, ramp=self.ramp),
+                    Drive(boundary="bottom", axis=1, speed=0.0),
+                    *across,
+                ],
+                until=[Reaches("strain", self.maximum_strain), FailsTo("stress", self.stop_fraction)],
+                interval=interval,
+                integrator=self.integrator,
+                sample_limit=2 * self.samples + math.ceil(self.ramp / interval),
+            )
+        ]
+
+    def measure(self, state: State) -> dict[str, float]:
+        """Approach over the diameter, load (N/m), ``stress``, and the stresses (Pa) across and along the load.
+
+        Those are means over the grains within a tenth of the diameter from the middle, tension positive.
+        """
+        width, height = size(state.specimen)
+        top, bottom = -state.reaction("top")[1], state.reaction("bottom")[1]
+        factor = self.shape_factor * 2 / (math.pi * width)
+        low, high = state.specimen.grains.region.bounds
+        middle = window_mean(state.specimen.grains, state.grain_stress(), within_circle((low + high) / 2, 0.1 * width))
+        return {
+            "strain": -float(state.moved("top")[1] - state.moved("bottom")[1]) / height,
+            "force": (top + bottom) / 2,
+            "stress": factor * (top + bottom) / 2,
+            "stress_top": factor * top,
+            "stress_bottom": factor * bottom,
+            "middle_across": float(middle[0]),
+            "middle_along": float(middle[1]),
+        }
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Brazilian tensile strength, peak load, approach at it, and the certificate."""
+        peak = int(np.argmax(curves["stress"]))
+        return {
+            "peak_stress": float(curves["stress"][peak]),
+            "peak_force": float(curves["force"][peak]),
+            "peak_strain": float(curves["strain"][peak]),
+            **certificate(curves),
+        }

@@ -1,0 +1,82 @@
+"""Loading and unloading in loops under any other test."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.loading import Curves, Drive, FallsTo, LoadingProtocol, Reaches, Stage
+from grainlaw.parameter import ParameterError, parameter, part
+from grainlaw.protocols.uniaxial_compression import UniaxialCompression
+from grainlaw.specimen import Specimen
+from grainlaw.state import State
+
+
+def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:
+    numbers = isinstance(value, tuple) and all(isinstance(level, (int, float)) for level in value)
+    if not numbers or not value or list(value) != sorted(set(value)) or value[0] <= 0:
+        raise ParameterError(
+            f"Cyclic: levels = {value!r} is not allowed, it must be positive numbers, each above the last"
+        )
+
+
+@attrs.frozen(kw_only=True)
+class Cyclic(LoadingProtocol):
+    """Another test, whose last stage is interrupted: at each level its drives turn round until the load has fallen.
+
+    A level is a value of the column ``displacement``, such as the strain at which to unload; unloading ends where the
+    column ``load`` has fallen to ``unload_to`` of what it was.
+    """
+
+    test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())
+    levels: tuple[float, ...] = attrs.field(validator=_is_growing)
+    displacement: str = "strain"
+    load: str = "stress"
+    unload_to: float = parameter("1", default=0.1, at_least=0, below=1)
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        *before, main = self.test.stages(specimen)
+        back = [
+            attrs.evolve(drive, speed=-drive.speed, start=0.0, ramp=0.0) if isinstance(drive, Drive) else drive
+            for drive in main.drives
+        ]
+        forth = [attrs.evolve(d, start=0.0, ramp=0.0) if isinstance(d, Drive) else d for d in main.drives]
+        field = main.initial_velocity
+        turn = None if field is None else 2 * field  # from one homogeneous motion to its opposite, without a shock
+        stages = list(before)
+        for number, level in enumerate(self.levels, 1):
+            load = attrs.evolve(main, name=f"load {number}", until=[Reaches(self.displacement, level), *main.until])
+            if number > 1:
+                load = attrs.evolve(load, drives=forth, initial_velocity=turn)
+            unload = attrs.evolve(
+                main, name=f"unload {number}", drives=back, until=[FallsTo(self.load, self.unload_to)],
+                initial_velocity=None if turn is None else -turn,
+            )  # fmt: skip
+            stages += [load, unload]
+        return [*stages, attrs.evolve(main, drives=forth, initial_velocity=turn)]
+
+    def measure(self, state: State) -> dict[str, float]:
+        return self.test.measure(state)
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """That of the other test, and for each loop the modulus on unloading (Pa) and the lost work (J/m3).
+
+        Lost is the area between unloading and reloading up to the level.
+        """
+        x, y, stage = (curves[name] for name in (self.displacement, self.load, "stage"))
+        found = dict(self.test.summary(curves, specimen))
+        first = int(stage.max()) - 2 * len(self.levels) if stage.max() >= 2 * len(self.levels) else 0
+        moduli, lost = [], []
+        for number in range(len(self.levels)):
+            unload = np.flatnonzero(stage == first + 2 * number + 1)
+            reload = np.flatnonzero(stage == first + 2 * number + 2)
+            if len(unload) < 2 or len(reload) < 2:
+                break
+            moduli.append(float((y[unload[-1]] - y[unload[0]]) / (x[unload[-1]] - x[unload[0]])))
+            at = np.linspace(x[unload].min(), self.levels[number], 400)
+            down = np.interp(at, x[unload][::-1], y[unload][::-1])
+            lost.append(float(np.mean(np.interp(at, x[reload], y[reload]) - down) * np.ptp(at)))
+        return {**found, "unloading_moduli": moduli, "lost_work": lost}

@@ -1,0 +1,56 @@
+"""Bending of a beam between three points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import Curves, LoadingProtocol, Stage
+from grainlaw.parameter import parameter, part, whole_number
+from grainlaw.protocols.bending import bending_stage, ligament, measure_bending, span, work_of_fracture
+from grainlaw.protocols.measures import certificate
+from grainlaw.specimen import Specimen
+from grainlaw.state import State
+
+
+@attrs.frozen(kw_only=True)
+class ThreePointBending(LoadingProtocol):
+    """Bend a beam, notched or not, until it has parted (see :func:`~grainlaw.geometry.notched_beam`).
+
+    Boundaries load, support_left and support_right; the load is also held across. Gives the flexural strength of the
+    ligament, 3 P S/(2 h^2), and its fracture energy by the work of fracture.
+    """
+
+    speed: float = parameter("m/s", default=0.01)  #: of the load
+    ramp: float = parameter("s", default=2e-4, at_least=0)  #: time in which the speed rises from zero
+    maximum_deflection: float = parameter("m", default=2e-4)
+    stop_fraction: float = parameter("1", default=0.05, at_least=0, below=1)  #: of the peak load
+    samples: int = whole_number(default=1000, at_least=10)
+    integrator: Integrator = part(Integrator, CentralDifference())
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        return [
+            bending_stage(
+                specimen, type(self).__name__, self.speed, self.ramp, self.maximum_deflection, self.stop_fraction,
+                self.samples, self.integrator,
+            )
+        ]  # fmt: skip
+
+    def measure(self, state: State) -> dict[str, float]:
+        return measure_bending(state)
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Peak load (N/m) and deflection at it, flexural strength (Pa), work of fracture (J/m2), certificate."""
+        peak = int(np.argmax(curves["force"]))
+        force = float(curves["force"][peak])
+        return {
+            "peak_force": force,
+            "peak_deflection": float(curves["deflection"][peak]),
+            "flexural_strength": 1.5 * force * span(specimen) / ligament(specimen) ** 2,
+            "work_of_fracture": work_of_fracture(curves, specimen),
+            **certificate({**curves, "stress": curves["force"]}),
+        }

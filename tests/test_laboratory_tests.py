@@ -1,0 +1,208 @@
+"""Splitting, bending, shearing and cycling: elastic answers, fracture energy along a straight joint, refusals."""
+
+import attrs
+import numpy as np
+import pytest
+from scipy.sparse.linalg import spsolve
+from support import ROCK, STIFF, STRONG, small_sample
+
+import grainlaw as gl
+from grainlaw.geometry import Bricks, Voronoi, disc, polygon, rectangle, semi_disc, shear_box
+from grainlaw.laws import CohesiveCrack, Friction, Linear, MohrCoulomb
+from grainlaw.protocols import (
+    BiaxialCompression,
+    Brazilian,
+    Cyclic,
+    DirectShear,
+    Platens,
+    SemiCircularBend,
+    ThreePointBending,
+    UniaxialCompression,
+)
+from grainlaw.protocols.semi_circular_bend import shape_factor
+from grainlaw.stability import stiffness_matrix
+from grainlaw.units import mm
+
+LINEAR = Linear(**STIFF)
+
+
+def disc_stress(x, y, half):
+    """Stresses across and along over 2 P/(pi D), at places over the radius, under pressure on arcs of 2 ``half`` rad.
+
+    Point loads (Timoshenko and Goodier), times what Hondros 1959 gives for arcs in the middle.
+    """
+    r1, r2 = x**2 + (1 - y) ** 2, x**2 + (1 + y) ** 2
+    across = 1 - 2 * ((1 - y) * x**2 / r1**2 + (1 + y) * x**2 / r2**2)
+    along = 1 - 2 * ((1 - y) ** 3 / r1**2 + (1 + y) ** 3 / r2**2)
+    wide = np.sin(2 * half) / half
+    return across * (wide - 1), along / 3 * (wide + 1)
+
+
+def test_the_middle_of_an_elastic_disc():
+    grains = Voronoi(grains=2000, seed=1).tessellate(disc(50 * mm, loaded=10, flat=False, sides=144))
+    test = Brazilian(speed=0.02, ramp=2e-4, maximum_strain=2e-4, samples=200, jaws=Platens.SMOOTH)
+    found = gl.simulate(gl.Specimen(grains, ROCK), LINEAR, test).curves
+    places = np.random.default_rng(0).uniform(-0.2, 0.2, (4000, 2))
+    across, along = (s.mean() for s in disc_stress(*places[np.hypot(*places.T) < 0.2].T, np.radians(5)))
+    assert found["middle_across"][-1] / found["stress"][-1] == pytest.approx(across, rel=0.02)
+    assert found["middle_along"][-1] / found["stress"][-1] == pytest.approx(along, rel=0.02)
+    assert (across, along) == pytest.approx((1, -3), rel=0.06)
+    assert found["stress_top"][-1] == pytest.approx(found["stress_bottom"][-1], rel=0.02)
+
+
+LENGTH, SPAN, BEARING = 50 * mm, 40 * mm, 4 * mm
+
+
+def beam_outline(height):
+    """Corners and side names of a beam whose bottom and top have a corner in the middle."""
+    middle, b = LENGTH / 2, BEARING / 2
+    left, right = middle - SPAN / 2, middle + SPAN / 2
+    corners = [
+        (0, 0), (left - b, 0), (left + b, 0), (middle, 0), (right - b, 0), (right + b, 0), (LENGTH, 0),
+        (LENGTH, height), (middle + b, height), (middle, height), (middle - b, height), (0, height),
+    ]  # fmt: skip
+    names = ["bottom", "support_left", "bottom", "bottom", "support_right", "bottom", "right", "top", "load", "load",
+             "top", "left"]  # fmt: skip
+    return corners, names
+
+
+def static_bending(specimen):
+    """N/m per m of deflection of an elastic beam on rollers, by a sparse solve: independent of the engine's loop."""
+    mesh, count = specimen.mesh, len(specimen.mesh.interfaces)
+    matrix = stiffness_matrix(specimen, np.full((2, count), STIFF["kn"]), np.full((2, count), STIFF["ks"]))
+    held = {2 * int(mesh.middle(name)[0]) + 1: 0.0 for name in ("support_left", "support_right")}
+    load = mesh.middle("load")
+    held |= {2 * int(i) + axis: value for i in load for axis, value in ((0, 0.0), (1, -1.0))}
+    fixed = np.array(sorted(held))
+    free = np.setdiff1d(np.arange(2 * len(mesh.nodes)), fixed)
+    u = np.zeros(2 * len(mesh.nodes))
+    u[fixed] = [held[k] for k in fixed]
+    u[free] = spsolve(matrix[free][:, free].tocsc(), -matrix[free][:, fixed] @ u[fixed])
+    return -(matrix @ u)[2 * load + 1].sum()
+
+
+def beam(height, grains, **options):
+    return gl.Specimen(Voronoi(grains=grains, seed=1).tessellate(polygon(*beam_outline(height))), ROCK, **options)
+
+
+def test_an_elastic_beam_bends_as_its_zones_do():
+    specimen = beam(10 * mm, 150)
+    result = gl.simulate(specimen, LINEAR, ThreePointBending(speed=0.05, maximum_deflection=1.5e-5, samples=400))
+    found = result.curves["force"][-1] / result.curves["deflection"][-1]
+    assert found == pytest.approx(static_bending(specimen), rel=0.01)
+    assert result.summary["energy_error"] < 1e-4
+    assert result.curves["stress_top"][-1] == pytest.approx(result.curves["stress_bottom"][-1], rel=0.02)
+
+
+def test_zones_bend_as_a_slender_beam_does():
+    """Timoshenko's beam of the modulus that grains and contacts have together in plane strain, 1/E' + 1/(k h)."""
+    height = 2.5 * mm
+    specimen = beam(height, 500, refinement=1)
+    young = 1 / (1 / 64e9 + 1 / (1.05e14 * np.sqrt(LENGTH * height / specimen.grains.count)))
+    slender = SPAN**3 / (48 * young * height**3 / 12) + SPAN / (4 * 5 / 6 * young / 2.6 * height)
+    assert static_bending(specimen) == pytest.approx(1 / slender, rel=0.05)
+
+
+def test_bending_along_a_straight_joint_spends_the_fracture_energy():
+    height = 10 * mm
+    corners, names = beam_outline(height)
+    halves = np.array([0, 1, 2, 3, 9, 10, 11, 3, 4, 5, 6, 7, 8, 9])
+    grains = gl.Tessellation(polygon(corners, names), np.array(corners), halves, np.array([0, 7, 14]))
+    law = CohesiveCrack(**STRONG, mode_i_energy=60, mode_ii_energy=120)
+    test = ThreePointBending(maximum_deflection=3e-4, stop_fraction=0, speed=0.01)
+    result = gl.simulate(gl.Specimen(grains, ROCK, refinement=1), law, test)
+    rise = (1 - 2 / np.e) * law.kn * law.peak_opening**2
+    assert result.curves["tensile_cracks"][-1] == 4  # all contact points of the ligament
+    spent = (result.curves["energy_contacts_normal"][-1] + result.curves["energy_contacts_shear"][-1]) / height
+    assert spent - rise == pytest.approx(60, rel=1e-3)
+    assert result.summary["work_of_fracture"] - rise == pytest.approx(60, rel=0.03)  # with what the damping took
+    assert result.summary["energy_error"] < 1e-6
+
+
+def test_toughness_of_a_half_disc():
+    """Y' = 5.85 at a/R = 0.5 and s/2R = 0.8 by hand: -1.297 + 7.6128 - 6.8178 + 7.14795."""
+    assert shape_factor(0.5, 0.8) == pytest.approx(6.64595, abs=1e-4)
+    region = semi_disc(40 * mm, notch_depth=8 * mm, notch_width=1 * mm, span=24 * mm, bearing=3 * mm)
+    specimen = gl.Specimen(Voronoi(grains=60, seed=1).tessellate(region), ROCK)
+    result = gl.simulate(specimen, LINEAR, SemiCircularBend(speed=0.02, maximum_deflection=6e-6, samples=50))
+    found = result.summary
+    expected = shape_factor(0.4, 0.6) * found["peak_force"] * np.sqrt(np.pi * 8 * mm) / (40 * mm)
+    assert found["toughness"] == pytest.approx(expected, rel=1e-9)
+    assert result.curves["mouth"][-1] > 0
+    assert result.curves["stress_top"][-1] == pytest.approx(result.curves["stress_bottom"][-1], rel=0.05)
+
+
+def test_a_shear_box_shears_a_specimen_through_the_middle():
+    """Less stiff than the gap alone in simple shear, for its ends are free and the halves give way, but not by far."""
+    gap, height = 4 * mm, 8 * mm
+    specimen = gl.Specimen(Voronoi(grains=200, seed=1).tessellate(shear_box(30 * mm, height, gap)), ROCK)
+    test = DirectShear(normal_stress=5e6, maximum_slip=4e-6, speed=0.1, resolution=1e-7)
+    result = gl.simulate(specimen, LINEAR, test)
+    curves = result.curves
+    assert curves["normal_stress"][-1] == pytest.approx(5e6, rel=0.02)
+    shear = 53.2e9 / (2 * 1.28)
+    stiffness = curves["shear_stress"][-1] / curves["displacement"][-1]
+    assert 0.4 * shear / gap < stiffness < shear / gap
+    strong = gl.simulate(specimen, MohrCoulomb(**STRONG), attrs.evolve(test, maximum_slip=6e-5, speed=0.2))
+    assert strong.curves["shear_stress"].max() < 0.9 * stiffness * 6e-5
+    assert len(strong.cracks) > 5
+
+
+def test_cycles_of_an_elastic_specimen_lose_nothing():
+    press = UniaxialCompression(maximum_strain=4e-4, samples=100)
+    cycles = Cyclic(test=press, levels=(1e-4, 2e-4))
+    result = gl.simulate(small_sample(20), LINEAR, cycles)
+    assert result.curves["stage"].max() == 4
+    assert result.summary["unloading_moduli"] == pytest.approx([result.summary["apparent_modulus"]] * 2, rel=0.01)
+    stored = 0.5 * 53e9 * np.array([1e-4, 2e-4]) ** 2
+    assert np.abs(result.summary["lost_work"]) == pytest.approx(0 * stored, abs=0.02 * stored[1])
+    stress = result.curves["stress"]
+    turned = [stress[result.curves["stage"] == stage] for stage in range(5)]
+    assert turned[1][-1] < 0.12 * turned[1][0]
+    assert turned[4][-1] == pytest.approx(gl.simulate(small_sample(20), LINEAR, press).curves["stress"][-1], rel=0.01)
+
+
+def test_cycles_of_grains_that_slide_lose_work():
+    """Friction alone under confinement: every loop costs, and more the farther it goes."""
+    press = BiaxialCompression(confinement=10e6, maximum_strain=1.2e-3, samples=200, stop_fraction=0)
+    cycles = Cyclic(test=press, levels=(4e-4, 8e-4), load="deviator", unload_to=0.0)
+    result = gl.simulate(small_sample(30), Friction(**STIFF, friction_angle=15), cycles)
+    assert result.curves["stage"].max() == 5
+    first, second = result.summary["lost_work"]
+    assert 0 < first < second
+
+
+@pytest.mark.parametrize(
+    ("region", "test", "says"),
+    [
+        (disc(20 * mm), UniaxialCompression(), "no boundary named left or right, only bottom, rim, top"),
+        (disc(20 * mm), BiaxialCompression(confinement=1e6), "no boundary named left or right"),
+        (rectangle(10 * mm, 20 * mm), ThreePointBending(), "no boundary named load or support_left or support_right"),
+        (rectangle(10 * mm, 20 * mm), SemiCircularBend(), "no boundary named load"),
+        (rectangle(10 * mm, 20 * mm), DirectShear(normal_stress=0), "it must have two, one on the other"),
+        (semi_disc(20 * mm, notch_depth=4 * mm, notch_width=1 * mm, span=12 * mm, bearing=2 * mm), Brazilian(),
+         "no boundary named top, only bottom, load, notch"),
+    ],
+)  # fmt: skip
+def test_a_specimen_that_does_not_fit_is_refused(region, test, says):
+    specimen = gl.Specimen(Voronoi(grains=12, seed=1).tessellate(region), ROCK)
+    with pytest.raises(gl.ParameterError, match=says):
+        gl.simulate(specimen, LINEAR, test)
+
+
+@pytest.mark.parametrize("levels", [(), (0.2, 0.1), (-0.1,), [0.1]])
+def test_levels_must_grow(levels):
+    with pytest.raises(gl.ParameterError, match="Cyclic: levels"):
+        Cyclic(levels=levels)
+
+
+def test_a_specimen_that_breaks_under_its_confinement_is_reported():
+    """Weak joints of a pile that is free to slide inside: the confining stage ends with the data so far."""
+    specimen = gl.Specimen(Bricks(rows=4, columns=2).tessellate(rectangle(10 * mm, 20 * mm)), ROCK)
+    tilted = small_sample(40)
+    weak = MohrCoulomb(**STIFF, tensile_strength=1e3, cohesion=1e4, friction_angle=1, residual_friction_angle=0)
+    with pytest.raises(gl.StageError, match=r"contact points broke under the confinement of 200 MPa alone") as caught:
+        gl.simulate(tilted, weak, BiaxialCompression(confinement=200e6))
+    assert len(caught.value.result.cracks) > 1
+    assert np.isfinite(caught.value.result.curves["stress"]).all()
+    assert gl.simulate(specimen, LINEAR, BiaxialCompression(confinement=1e6, maximum_strain=1e-4)).summary
