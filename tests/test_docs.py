@@ -76,7 +76,15 @@ def check_measures(page):
     assert Path("laboratory.png").exists()
 
 
+def check_compose_a_test(page):
+    """Pulled under pressure along the joints: the specimen fails by the contacts' tension, within their strength."""
+    assert 0 < page["result"].summary["axial_at_failure"] < 13e6
+    assert page["result"].cracks.tensile.mean() > 0.5
+    assert page["result"].curves["axial"][page["result"].curves["stage"] == 0][-1] == pytest.approx(-20e6, rel=0.01)
+
+
 CHECKS = {
+    "docs/compose-a-test.md": check_compose_a_test,
     "README.md": check_readme, "docs/getting-started.md": check_getting_started, "docs/add-a-law.md": check_add_a_law,
     "docs/workbench.md": check_workbench, "docs/measures.md": check_measures,
 }  # fmt: skip
