@@ -25,8 +25,8 @@ class Brazilian(LoadingProtocol):
 
     ``stress`` is the tensile stress in the middle of an elastic disc, ``shape_factor`` times 2 P/(pi D). The factor is
     1 for a load over a narrow arc; for flat ends of 20 and 30 degrees it is 0.9644 and 0.9205 (Wang, Jia, Kou, Zhang
-    and Lindqvist 2004). The upper jaw moves, the lower one is held. The test ends when the load has fallen by a tenth: the
-    halves of a split disc carry on, and more than the disc did, as columns.
+    and Lindqvist 2004). The upper jaw moves, the lower one is held. The test ends when the load has fallen by a tenth:
+    the halves of a split disc carry on, and more than the disc did, as columns.
     """
 
     speed: float = parameter("m/s", default=0.02)  #: at which the jaws approach each other
