@@ -11,7 +11,7 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import AtRest, Condition, Curves, Drive, FallsTo, Hold, LoadingProtocol, Reaches, Stage
 from grainlaw.parameter import parameter, part
 from grainlaw.protocols.joint import joint_means, require_joint
-from grainlaw.protocols.measures import size
+from grainlaw.protocols.measures import certificate, size
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 
@@ -80,22 +80,28 @@ class DirectShear(LoadingProtocol):
         """
         width, _ = size(state.specimen)
         (x, y), force_y = state.moved("top"), state.reaction("top")[1]
-        force_x = sum(state.reaction(name)[0] for name in ("top", *_boxed(state.specimen, "upper")))
+        top, bottom = (
+            float(sum(state.reaction(name)[0] for name in (end, *_boxed(state.specimen, half)))) / width
+            for end, half in (("top", "upper"), ("bottom", "lower"))
+        )
         return {
             **({} if _boxed(state.specimen, "upper") else joint_means(state)),
             "displacement": float(x),
             "dilation": float(y),
-            "shear_stress": float(force_x) / width,
+            "shear_stress": (top - bottom) / 2,
+            "stress_top": top,
+            "stress_bottom": -bottom,
             "normal_stress": -float(force_y) / width,
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Largest shear stress, the slip at it (of the platens, in a box), and the stress at the end of the way out."""
+        """Largest shear stress, the slip at it (in a box the platens'), the stress at the end of the way, certificate."""
         peak, end = int(curves["shear_stress"].argmax()), int(curves["displacement"].argmax())
         return {
             "peak_stress": float(curves["shear_stress"][peak]),
             "peak_slip": float(curves["slip" if "slip" in curves else "displacement"][peak]),
             "residual_stress": float(curves["shear_stress"][end]),
+            **certificate({**curves, "stress": curves["shear_stress"]}),
         }
 
 

@@ -11,7 +11,7 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Condition, Curves, Drive, FallsTo, LoadingProtocol, Reaches, Stage
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocols.joint import joint_means, require_joint
-from grainlaw.protocols.measures import size
+from grainlaw.protocols.measures import certificate, size
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 
@@ -63,14 +63,17 @@ class JointTension(LoadingProtocol):
         )
 
     def measure(self, state: State) -> dict[str, float]:
-        """The joint's means; ``strain`` is the way of the upper end over the height, ``stress`` its reaction."""
+        """The joint's means; ``strain`` is the way of the upper end over the height, ``stress`` the mean reaction."""
         width, height = size(state.specimen)
         joint = joint_means(state)
+        top, bottom = float(state.reaction("top")[1]) / width, -float(state.reaction("bottom")[1]) / width
         return {
             **joint,
             "pressure": -joint["normal"],
             "strain": float(state.moved("top")[1]) / height,
-            "stress": float(state.reaction("top")[1]) / width,
+            "stress": (top + bottom) / 2,
+            "stress_top": top,
+            "stress_bottom": bottom,
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
@@ -81,4 +84,5 @@ class JointTension(LoadingProtocol):
             "peak_stress": float(curves["normal"][top]),
             "peak_opening": float(curves["opening"][top]),
             "breaking_opening": float(broken[0]) if len(broken) else float("nan"),
+            **certificate(curves),
         }
