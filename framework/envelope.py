@@ -33,8 +33,9 @@ Test = tuple[int, float]  #: seed, or any number of the specimen, and confinemen
 class MohrCoulombFit:
     """Peak stress = ucs + slope * confinement by least squares, with the angle and the cohesion that follow from it.
 
-    phi = asin((m - 1)/(m + 1)), c = b (1 - sin phi)/(2 cos phi) with the slope m and the intercept b. Intervals (95 %) are Student's for slope and intercept; those of the angle and the cohesion follow
-    by the first-order propagation of both, with their covariance. They are nan with fewer than three tests.
+    phi = asin((m - 1)/(m + 1)), c = b (1 - sin phi)/(2 cos phi) with the slope m and the intercept b. Intervals (95 %)
+    are Student's for slope and intercept; those of the angle and the cohesion follow by the first-order propagation of
+    both, with their covariance. They are nan with fewer than three tests.
     """
 
     slope: float

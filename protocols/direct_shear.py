@@ -95,7 +95,7 @@ class DirectShear(LoadingProtocol):
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Largest shear stress, the slip at it (in a box the platens'), the stress at the end of the way, certificate."""
+        """Largest shear stress, the slip at it (in a box the platens'), the stress at the end, certificate."""
         peak, end = int(curves["shear_stress"].argmax()), int(curves["displacement"].argmax())
         return {
             "peak_stress": float(curves["shear_stress"][peak]),

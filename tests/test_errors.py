@@ -207,8 +207,6 @@ class Wait(gl.LoadingProtocol):
 
 
 def test_a_stage_that_does_not_end_is_stopped():
-    with pytest.raises(
-        gl.StageError, match=r"stage 'wait' did not end within 7 samples; .*Reaches.*kinetic"
-    ) as caught:
+    with pytest.raises(gl.StageError, match=r"stage 'wait' did not end within 7 samples; .*Reaches.*kinetic") as caught:
         run(protocol=Wait())
     assert caught.value.result.summary["samples"] == 7
