@@ -37,10 +37,24 @@ def merge_short_edges(tiling: Tiling, limit: float, smallest: float = 0.0) -> Ti
     """
     sides = region_sides(tiling.region)
     while True:
+        tiling = _without_idle(tiling)
         merges = _possible(tiling, sides, *_short_edges(tiling, limit), _may_vanish(tiling, smallest))
         if len(merges) == 0:
             return tiling
         tiling = _merged(tiling, merges[_first_in_all_grains(tiling, merges)])
+
+
+def _without_idle(tiling: Tiling) -> Tiling:
+    """Drop vertices inside a side of the region where only one grain has a corner: nothing turns or meets there.
+
+    They are left by cuts whose pieces were joined again.
+    """
+    times = np.bincount(tiling.corners, minlength=len(tiling.vertices))
+    idle = ((times == 1) & (tiling.on[:, 0] >= 0) & (tiling.on[:, 1] < 0))[tiling.corners]
+    if not idle.any():
+        return tiling
+    first = np.concatenate([[0], np.cumsum(~idle)])[tiling.first]
+    return attrs.evolve(tiling, corners=tiling.corners[~idle], first=first)
 
 
 def _short_edges(tiling: Tiling, limit: float) -> tuple[np.ndarray, np.ndarray]:

@@ -13,6 +13,7 @@ import grainlaw as gl
 from grainlaw.kernels import loop, passes
 from grainlaw.kernels.batch import compile_integrator, compile_law
 from grainlaw.kernels.fingerprint import fingerprint
+from grainlaw.kernels.loop import LANES
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialTension
 
@@ -187,27 +188,39 @@ def test_a_branch_that_is_not_chosen_may_be_nan():
     [Linear(**STIFF), MohrCoulomb(**STRONG), COHESIVE, HILLERBORG, EVERYTHING],
     ids=lambda law: type(law).__name__,
 )
-def test_an_uneven_split_gives_the_same_bits(law):
-    """Vector body and tail alike: threads may cut the contacts anywhere."""
+def test_a_split_at_whole_lanes_gives_the_same_bits(law):
+    """Threads cut the contacts there: the compiler may round those that do not fill a vector in another way."""
     compiled = compile_law(law)
-    count = len(compiled.memory)
-    whole = np.zeros((count, 40)), *(np.random.default_rng(1).normal(size=(2, 40)) * 1e-6)
+    count, size = len(compiled.memory), 5 * LANES + 37
+    opening, slip = np.random.default_rng(1).normal(size=(2, size)) * 1e-6
     answers = []
-    for cuts in [[], *([n] for n in range(1, 40)), [1, 2, 5, 8, 9, 17, 33]]:
-        memory = whole[0].copy()
+    for cuts in [[], *([n * LANES] for n in range(1, 6)), [LANES, 2 * LANES, 5 * LANES]]:
+        memory = np.zeros((count, size))
         pieces = []
         for step in (1.0, 1.7):  # the second with a memory that is not zero
             pieces = []
-            for part in np.split(np.arange(40), cuts):
+            for part in np.split(np.arange(size), cuts):
                 rows = np.ascontiguousarray(memory[:, part]) if count else np.zeros((1, len(part)))
-                pieces.append(compiled.batch(step * whole[1][part], step * whole[2][part], rows))
+                pieces.append(compiled.batch(step * opening[part], step * slip[part], rows))
                 memory[:, part] = rows[:count]
         answers.append(np.vstack([np.hstack(pieces), memory]))
     for answer in answers[1:]:
         assert np.array_equal(answer, answers[0])
-    one = np.array([compiled.respond(o, s, *m) for o, s, *m in zip(*whole[1:], *whole[0], strict=True)]).T
-    alone = compiled.batch(*whole[1:], whole[0])
-    assert np.array_equal(np.vstack([alone, whole[0]]), one)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [Linear(**STIFF), MohrCoulomb(**STRONG), COHESIVE, HILLERBORG, EVERYTHING],
+    ids=lambda law: type(law).__name__,
+)
+def test_one_contact_alone_answers_as_among_others(law):
+    """To rounding: one by one contacts do not fill a vector."""
+    compiled = compile_law(law)
+    opening, slip = np.random.default_rng(1).normal(size=(2, 40)) * 1e-6
+    memory = np.zeros((len(compiled.memory), 40))
+    one = np.array([compiled.respond(o, s, *m) for o, s, *m in zip(opening, slip, *memory, strict=True)]).T
+    together = np.vstack([compiled.batch(opening, slip, memory), memory])
+    assert together == pytest.approx(one, rel=1e-12, abs=1e-12 * np.abs(one).max())
 
 
 def varied(law, count, **names):
