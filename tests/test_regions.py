@@ -25,6 +25,7 @@ from grainlaw.geometry import (
 from grainlaw.geometry.any_voronoi import Cells
 from grainlaw.parameter import ParameterError
 from grainlaw.tessellation import Region
+from grainlaw.units import mm
 
 every = pytest.mark.parametrize("tessellator", [Hexagonal, Voronoi])
 
@@ -340,7 +341,7 @@ def test_all_shapes_are_tried() -> None:
 
 def test_no_vertex_is_left_where_nothing_meets() -> None:
     """Cuts that are joined again leave none on a side of the region: such a one shortened the time step a hundredfold."""
-    region = semi_disc(75e-3, notch_depth=18e-3, notch_width=0.5e-3, span=45e-3, bearing=3e-3)
+    region = semi_disc(75 * mm, notch_depth=18 * mm, notch_width=0.5 * mm, span=45 * mm, bearing=3 * mm)
     made = Voronoi(grains=400, seed=1).tessellate(region)
     grains_at = np.bincount(made.corners, minlength=len(made.vertices))
     alone = made.vertices[grains_at == 1]
