@@ -340,7 +340,7 @@ def test_all_shapes_are_tried() -> None:
 
 
 def test_no_vertex_is_left_where_nothing_meets() -> None:
-    """Cuts that are joined again leave none on a side of the region: such a one shortened the time step a hundredfold."""
+    """Cuts that are joined again leave none on a side of the region: one of them made the time step tiny."""
     region = semi_disc(75 * mm, notch_depth=18 * mm, notch_width=0.5 * mm, span=45 * mm, bearing=3 * mm)
     made = Voronoi(grains=400, seed=1).tessellate(region)
     grains_at = np.bincount(made.corners, minlength=len(made.vertices))
