@@ -174,8 +174,8 @@ def held_arrays(
         motion[0, 1, k] = np.average(freedoms.velocity[driven.row[mine], driven.place[mine]], weights=mass)
         motion[0, 3, k] = mass.sum()
     motion[0, 4] = 1.0
-    lengths = [boundary_length(specimen, drive.boundary) for _, drive in holds]
-    stiffness = np.array([drive.stiffness * length for (_, drive), length in zip(holds, lengths, strict=True)])
+    lengths = specimen.mesh.boundary_lengths
+    stiffness = np.array([drive.stiffness * lengths[drive.boundary] for _, drive in holds])
     return loop.Held(np.array([column for column, _ in holds], dtype=np.int64), stiffness, motion)
 
 
@@ -191,12 +191,6 @@ def pressed_arrays(
     vector = np.diff(specimen.mesh.nodes[node], axis=0)[0].T.copy()
     moved = displacement[:, node].mean(axis=1)
     return loop.Pressed(column[order], node, vector, np.zeros_like(vector), moved, np.zeros(node.shape[1]))
-
-
-def boundary_length(specimen: Specimen, boundary: str) -> float:
-    """m, undeformed."""
-    ends = specimen.mesh.nodes[specimen.mesh.boundary_edges[boundary]]
-    return float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum())
 
 
 def share_out(

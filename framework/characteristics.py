@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.parameter import parameters
-from grainlaw.probing import FAR, Contact, measure, peak_along
+from grainlaw.naming import aligned
+from grainlaw.probing import FAR, Contact, alone, measure, peak_along
 from grainlaw.shear_box import pulled, sheared
 
 if TYPE_CHECKING:
@@ -53,13 +53,10 @@ class Characteristics:
             under = f"shear under {mode.pressure * 1e-6:.4g} MPa" if mode.pressure else "shear, no pressure"
             declared = math.nan if mode.pressure else self.fracture_energies.get("mode_ii", math.nan)
             rows.append(_row(under, mode, declared))
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        lines = [
-            "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
-            for row in rows
-        ]
         normal, shear = self.stiffness
-        return "\n".join([f"{self.name}: first stiffness {normal:.4g} Pa/m normal, {shear:.4g} Pa/m shear", *lines])
+        return "\n".join(
+            [f"{self.name}: first stiffness {normal:.4g} Pa/m normal, {shear:.4g} Pa/m shear", aligned(rows)]
+        )
 
 
 def _row(name: str, mode: Mode, declared: float) -> tuple[str, ...]:
@@ -89,17 +86,6 @@ def characteristics(law: ContactLaw) -> Characteristics:
         shear=shear,
         fracture_energies=energies,
     )
-
-
-def alone(law: Any) -> Contact:
-    """One contact of a law. Raises TypeError, ValueError."""
-    if not isinstance(law, ContactLaw) or not attrs.has(type(law)):
-        raise TypeError(f"this takes an instance of an attrs class that is a gl.ContactLaw, not {law!r}")
-    if any(isinstance(value, list) for value in parameters(law).values()):
-        raise ValueError(f"{type(law).__name__} has arrays of numbers: give the law of one contact")
-    if not all(math.isfinite(k) and k > 0 for k in law.stiffness):
-        raise ValueError(f"{type(law).__name__}.stiffness must be two positive numbers (Pa/m), not {law.stiffness!r}")
-    return Contact(law)
 
 
 def fitting_pressures(contact: Contact) -> tuple[float, ...]:

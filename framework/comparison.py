@@ -11,7 +11,7 @@ import attrs
 from grainlaw.assembly import Laws
 from grainlaw.files import file_name, writable_folder, write_atomically
 from grainlaw.loading import LoadingProtocol
-from grainlaw.naming import shown
+from grainlaw.naming import aligned, shown
 from grainlaw.observation import Observer
 from grainlaw.parallel import Run, simulate_all
 from grainlaw.parameter import ParameterError
@@ -52,13 +52,7 @@ class Comparison(Mapping[str, Result]):
     def __str__(self) -> str:
         rows = [["", *self.results]]
         rows += [[shown(n).heading, *(shown(n).text(s.get(n)) for s in self.summary.values())] for n in TABLE]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        lines = [
-            "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
-            for row in rows
-        ]
-        lines.insert(1, "  ".join("-" * width for width in widths))
-        return "\n".join(lines)
+        return aligned(rows, rule=True)
 
     def plot(self) -> Figure:
         """Stress-strain curves of all laws."""

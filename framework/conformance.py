@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.parameter import parameters
+from grainlaw.probing import alone
 from grainlaw.properties import PROPERTIES, Bench
 
 EXCUSABLE = ("energy", "fracture energies", "continuity")  #: properties a law may declare that it breaks
@@ -66,12 +65,7 @@ def check_law(law: ContactLaw, *, compiled: bool = True) -> Report:
     slide and close, mixed ratios. ``compiled=False`` leaves out the comparison with machine code. Raises TypeError for
     what is no law, ValueError for a law whose numbers differ from contact to contact or whose stiffness is no number.
     """
-    if not isinstance(law, ContactLaw) or not attrs.has(type(law)):
-        raise TypeError(f"check_law takes an instance of an attrs class that is a gl.ContactLaw, not {law!r}")
-    if any(isinstance(value, list) for value in parameters(law).values()):
-        raise ValueError("check_law takes a law of one contact: give single numbers instead of arrays")
-    if not all(math.isfinite(k) and k > 0 for k in law.stiffness):
-        raise ValueError(f"{type(law).__name__}.stiffness must be two positive numbers (Pa/m), not {law.stiffness!r}")
+    alone(law)
     bench = Bench(law)
     chosen = (name for name in PROPERTIES if compiled or name != "compiled")
     with np.errstate(all="ignore"):

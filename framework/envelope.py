@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -13,13 +12,14 @@ import numpy as np
 from scipy.stats import linregress, t
 
 from grainlaw.assembly import Laws
-from grainlaw.files import without_nan, writable_folder, write_atomically
+from grainlaw.files import writable_folder, write_atomically
 from grainlaw.loading import LoadingProtocol
 from grainlaw.observation import Observer
 from grainlaw.parallel import Run, simulate_all
 from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
 from grainlaw.specimen import Specimen
+from grainlaw.tables import write_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,13 +68,7 @@ def fit_mohr_coulomb(confinement: Sequence[float], peak_stress: Sequence[float])
     """Fit peaks (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements."""
     m, b, spread = _line("fit_mohr_coulomb", confinement, peak_stress)
     angle, c = _angle_and_cohesion(m.value, b.value)
-    if not m.value > 0:
-        return MohrCoulombFit(
-            slope=m.value, slope_interval=m.interval, ucs=b.value, ucs_interval=b.interval, friction_angle=math.nan,
-            friction_angle_interval=(math.nan,) * 2, cohesion=math.nan, cohesion_interval=(math.nan,) * 2,
-            r_squared=spread.r_squared,
-        )  # fmt: skip
-    root = math.sqrt(m.value)
+    root = math.sqrt(m.value) if m.value > 0 else math.nan
     by_slope, by_ucs = -b.value / (4 * root**3), 1 / (2 * root)  # c = b / (2 sqrt(m))
     error = math.sqrt(
         (by_slope * m.error) ** 2 + (by_ucs * b.error) ** 2 + 2 * by_slope * by_ucs * spread.covariance
@@ -102,12 +96,7 @@ def fit_hoek_brown(confinement: Sequence[float], peak_stress: Sequence[float]) -
     """
     x, y = np.asarray(confinement, dtype=float), np.asarray(peak_stress, dtype=float)
     slope, square, spread = _line("fit_hoek_brown", x, (y - x) ** 2)
-    if not square.value > 0:
-        nothing = (math.nan, math.nan)
-        return HoekBrownFit(
-            ucs=math.nan, ucs_interval=nothing, m=math.nan, m_interval=nothing, r_squared=spread.r_squared
-        )
-    ucs = math.sqrt(square.value)
+    ucs = math.sqrt(square.value) if square.value > 0 else math.nan
     m = slope.value / ucs
     by_slope, by_square = 1 / ucs, -slope.value / (2 * ucs**3)
     error = math.sqrt(
@@ -219,8 +208,7 @@ class StrengthEnvelope:
     def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
         """Write ``envelope.png`` and ``summary.json``, to which ``record`` is added. Raises OSError where it cannot."""
         path = writable_folder(folder)
-        text = json.dumps(without_nan({**self.summary, **(record or {})}), indent=2, allow_nan=False) + "\n"
-        write_atomically(path / "summary.json", lambda file: file.write_text(text, encoding="utf-8"))
+        write_json(path / "summary.json", {**self.summary, **(record or {})})
         write_atomically(path / "envelope.png", lambda file: self.plot().savefig(file, dpi=150))
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from grainlaw.characteristics import Characteristics, Envelope, alone, characteristics, envelope
+from grainlaw.characteristics import Characteristics, Envelope, characteristics, envelope
 from grainlaw.contact import ContactLaw, Trace
-from grainlaw.probing import REACH, Contact, find_closure
+from grainlaw.probing import REACH, Contact, alone, find_closure
 from grainlaw.shear_box import as_trace, pulled, sheared
 
 Curve = tuple[np.ndarray, np.ndarray, str, str]  #: displacement (m), traction (Pa), colour, name

@@ -34,6 +34,12 @@ class Mesh:
         """Nodes on each named boundary, ascending."""
         return {name: np.unique(edges) for name, edges in self.boundary_edges.items()}
 
+    @cached_property
+    def boundary_lengths(self) -> dict[str, float]:
+        """m, undeformed, of each named boundary."""
+        ends = {name: self.nodes[edges] for name, edges in self.boundary_edges.items()}
+        return {name: float(np.hypot(*(place[:, 1] - place[:, 0]).T).sum()) for name, place in ends.items()}
+
     def middle(self, boundary: str) -> np.ndarray:
         """Nodes nearest to the middle of the box round a boundary: one, or those of all grains that meet there."""
         nodes = self.boundaries[boundary]

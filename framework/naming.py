@@ -1,9 +1,10 @@
-"""How recorded quantities are shown: words, a usual unit, digits."""
+"""How recorded quantities are shown: words, a usual unit, digits, and lines of a table."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable, Sequence
 from numbers import Real
 from typing import Any
 
@@ -76,3 +77,16 @@ def shown(name: str) -> Shown:
         if re.search(rf"(^|_)({pattern})(_|$)", name):
             return Shown(words, *usual)
     return Shown(words)
+
+
+def aligned(rows: Iterable[Sequence[str]], *, rule: bool = False) -> str:
+    """A table of texts, the first column to the left, the others to the right; with a ``rule`` below the first row."""
+    rows = list(rows)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = [
+        "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
+        for row in rows
+    ]
+    if rule:
+        lines.insert(1, "  ".join("-" * width for width in widths))
+    return "\n".join(lines)

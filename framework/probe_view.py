@@ -11,9 +11,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from grainlaw.characteristics import QUICK, alone, envelope, fitting_pressures, shear_mode, tensile_mode
+from grainlaw.characteristics import QUICK, envelope, fitting_pressures, shear_mode, tensile_mode
 from grainlaw.law_view import MPA, UM, Reach, along, draw_envelope, reach
-from grainlaw.probing import Contact
+from grainlaw.probing import Contact, alone
 from grainlaw.shear_box import pulled, sheared
 
 if TYPE_CHECKING:

@@ -15,6 +15,7 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw, memory_names
+from grainlaw.parameter import parameters
 
 Corners = Sequence[tuple[float, float]]
 COARSEST, FINEST = 1 / 12, 2.0**-22  #: steps, as shares of a leg
@@ -54,6 +55,18 @@ class Contact:
             state = answer[2:]
             rows.append(answer)
         return np.array(rows)
+
+
+def alone(law: Any) -> Contact:
+    """One contact of a law. Raises TypeError for what is no law, ValueError where its numbers are not single ones."""
+    if not isinstance(law, ContactLaw) or not attrs.has(type(law)):
+        raise TypeError(f"this takes an instance of an attrs class that is a gl.ContactLaw, not {law!r}")
+    if any(isinstance(value, list) for value in parameters(law).values()):
+        name = type(law).__name__
+        raise ValueError(f"{name}: give the law of one contact, and give single numbers instead of arrays")
+    if not all(math.isfinite(k) and k > 0 for k in law.stiffness):
+        raise ValueError(f"{type(law).__name__}.stiffness must be two positive numbers (Pa/m), not {law.stiffness!r}")
+    return Contact(law)
 
 
 @attrs.frozen

@@ -6,6 +6,7 @@ import difflib
 import importlib.util
 import sys
 import traceback
+from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -32,13 +33,17 @@ def find_law(reference: str) -> ContactLaw:
     if not name:
         raise LawReferenceError(f"name the law, as in {file}:{next(iter(laws), 'MyLaw')} ({known})")
     if not hasattr(module, name):
-        near = difflib.get_close_matches(name, laws, n=1, cutoff=0.3)
-        hint = f"; did you mean '{near[0]}'?" if near else ""
-        raise LawReferenceError(f"there is no '{name}' in {file}{hint} ({known})")
+        raise LawReferenceError(f"there is no '{name}' in {file}{nearest(name, laws, 0.3)} ({known})")
     found = getattr(module, name)
     if not _is_law(found):
         raise LawReferenceError(f"'{name}' in {file} is no contact law but {_described(found)} ({known})")
     return _made(found, file) if isinstance(found, type) else found
+
+
+def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str:
+    """A question that suggests the nearest known name, or nothing where none is as like (0 to 1)."""
+    near = difflib.get_close_matches(name, list(known), n=1, cutoff=likeness)
+    return f"; did you mean '{near[0]}'?" if near else ""
 
 
 def _is_law(value: Any) -> bool:

@@ -9,7 +9,6 @@ import numpy as np
 
 from grainlaw.assembly import (
     Laws,
-    boundary_length,
     contact_arrays,
     freedom_arrays,
     group_interfaces,
@@ -91,7 +90,7 @@ class State:
         """(t, columns) what the drives, nothing (the rotation of rigid grains), and the pressures are at times (s)."""
         table = np.zeros((len(times), len(self.drives) + 1 + len(self.pressures)))
         for column, drive in enumerate(self.drives):
-            length = boundary_length(self.specimen, drive.boundary) if isinstance(drive, Hold) else 1.0
+            length = self.mesh.boundary_lengths[drive.boundary] if isinstance(drive, Hold) else 1.0
             table[:, column] = drive.course(times) * length
         for column, pressure in enumerate(self.pressures, len(self.drives) + 1):
             table[:, column] = pressure.course(times)

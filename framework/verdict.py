@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grainlaw.characteristics import QUICK, alone, shear_mode, tensile_mode
+from grainlaw.characteristics import QUICK, shear_mode, tensile_mode
 from grainlaw.contact import memory_names
-from grainlaw.probing import words
+from grainlaw.probing import alone, words
 
 if TYPE_CHECKING:
     from grainlaw.probe import ContactPath

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import numpy as np
 
@@ -15,24 +16,38 @@ from grainlaw.state import State
 SUPPORTS = ("support_left", "support_right")
 
 
-def bending_stage(
-    specimen: Specimen, test: str, speed: float, ramp: float, deflection: float, fraction: float, samples: int,
-    integrator: Integrator,
-) -> Stage:  # fmt: skip
+class BetweenRollers(Protocol):
+    """What the bending tests have in common."""
+
+    @property
+    def speed(self) -> float: ...
+    @property
+    def ramp(self) -> float: ...
+    @property
+    def maximum_deflection(self) -> float: ...
+    @property
+    def stop_fraction(self) -> float: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def integrator(self) -> Integrator: ...
+
+
+def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
     """The load comes down between the supports, all rollers, to a deflection, or until the force has fallen."""
-    require_boundaries(specimen, test, "load", *SUPPORTS)
-    interval = deflection / speed / samples
+    require_boundaries(specimen, type(test).__name__, "load", *SUPPORTS)
+    interval = test.maximum_deflection / test.speed / test.samples
     return Stage(
         name="bend",
         drives=[
-            Drive(boundary="load", axis=1, speed=-speed, ramp=ramp, roller=True),
+            Drive(boundary="load", axis=1, speed=-test.speed, ramp=test.ramp, roller=True),
             Drive(boundary="load", axis=0, speed=0.0, roller=True),
             *(Drive(boundary=support, axis=1, speed=0.0, roller=True) for support in SUPPORTS),
         ],
-        until=[Reaches("deflection", deflection), FailsTo("force", fraction)],
+        until=[Reaches("deflection", test.maximum_deflection), FailsTo("force", test.stop_fraction)],
         interval=interval,
-        integrator=integrator,
-        sample_limit=2 * samples + math.ceil(ramp / interval),
+        integrator=test.integrator,
+        sample_limit=2 * test.samples + math.ceil(test.ramp / interval),
     )
 
 

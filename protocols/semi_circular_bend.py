@@ -35,12 +35,7 @@ class SemiCircularBend(LoadingProtocol):
     integrator: Integrator = part(Integrator, CentralDifference())
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        return [
-            bending_stage(
-                specimen, type(self).__name__, self.speed, self.ramp, self.maximum_deflection, self.stop_fraction,
-                self.samples, self.integrator,
-            )
-        ]  # fmt: skip
+        return [bending_stage(self, specimen)]
 
     def measure(self, state: State) -> dict[str, float]:
         return measure_bending(state)

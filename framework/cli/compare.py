@@ -7,17 +7,13 @@ from pathlib import Path
 
 import click
 
-from grainlaw.cli.running import ProgressBar, described, progress_bars, versions
+from grainlaw.cli.running import FAILURES, ProgressBar, check_threads, described, progress_bars, versions
 from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
 from grainlaw.comparison import compare as compare_laws
 from grainlaw.files import writable_folder
 from grainlaw.geometry import Voronoi, rectangle
-from grainlaw.kernels.batch import CompilationError
-from grainlaw.loading import StageError
-from grainlaw.parameter import ParameterError
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.quantity import written
-from grainlaw.simulation import MOST_THREADS, InstabilityError
 from grainlaw.specimen import Specimen
 from grainlaw.vtk import VtkWriter
 
@@ -46,8 +42,7 @@ def compare(
     width, height, count = QUICK if quick else SAMPLE
     try:
         chosen = {name.strip(): law_named(name.strip()) for name in laws.split(",")}
-        if threads is not None and not 1 <= threads <= MOST_THREADS:
-            raise ParameterError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
+        check_threads(threads)
         test = UniaxialCompression(speed=speed, maximum_strain=max_strain)
         tessellator = Voronoi(grains=count if grains is None else grains, seed=seed)
         specimen = Specimen(tessellator.tessellate(rectangle(width, height)), ROCK)
@@ -72,7 +67,7 @@ def compare(
         comparison.write(folder, record)
         sample = {**described(tessellator), "width": written(width, "m"), "height": written(height, "m")}
         comparison.write_report(folder / "report.html", record={"sample": sample, "versions": versions()})
-    except (ParameterError, OSError, CompilationError, InstabilityError, StageError, MemoryError) as error:
+    except FAILURES as error:
         raise click.ClickException(str(error)) from None
     click.echo(comparison)
     files = "report.html, comparison.png, cracks_<law>.png, summary.json, curves.csv, <law>/*.pvd"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import enum
 import inspect
 import re
@@ -20,6 +19,7 @@ import grainlaw.laws
 import grainlaw.protocols
 from grainlaw.parameter import ParameterError
 from grainlaw.quantity import quantity, written
+from grainlaw.script import nearest
 
 PACKAGES: tuple[ModuleType, ...] = (grainlaw, grainlaw.laws, grainlaw.geometry, grainlaw.protocols)
 Kind = type | tuple[type, ...]
@@ -43,12 +43,6 @@ def choices(kind: Kind) -> dict[str, type]:
     public = [getattr(package, name) for package in PACKAGES for name in package.__all__]
     found = [c for c in public if isinstance(c, type) and issubclass(c, kind) and attrs.has(c)]
     return {name_of(c, kind): c for c in dict.fromkeys(found) if not inspect.isabstract(c)}
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """A question that suggests the nearest known name, or nothing."""
-    near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
-    return f"; did you mean '{near[0]}'?" if near else ""
 
 
 def refuse_unknown(where: str, given: Iterable[str], known: Iterable[str]) -> None:

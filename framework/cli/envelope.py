@@ -8,17 +8,14 @@ from pathlib import Path
 
 import click
 
-from grainlaw.cli.running import ProgressBar, described, progress_bars, versions
+from grainlaw.cli.running import FAILURES, ProgressBar, check_threads, described, progress_bars, versions
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
 from grainlaw.envelope import strength_envelope
 from grainlaw.files import writable_folder
 from grainlaw.geometry import Voronoi, rectangle
-from grainlaw.kernels.batch import CompilationError
-from grainlaw.loading import StageError
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import BiaxialCompression
 from grainlaw.script import LawReferenceError, find_law
-from grainlaw.simulation import MOST_THREADS, InstabilityError
 from grainlaw.specimen import Specimen
 from grainlaw.units import MPa
 
@@ -47,8 +44,7 @@ def envelope(
     numbers = _seeds(seeds)
     try:
         chosen = find_law(law) if ".py" in law else law_named(law)
-        if threads is not None and not 1 <= threads <= MOST_THREADS:
-            raise ParameterError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
+        check_threads(threads)
         test = BiaxialCompression(confinement=max(pressures), speed=speed, maximum_strain=max_strain)
         tests = {p: BiaxialCompression(confinement=p, speed=speed, maximum_strain=max_strain) for p in pressures}
         if len(tests) < 2:
@@ -76,7 +72,7 @@ def envelope(
         found.write(folder, record)
     except LawReferenceError as error:
         raise click.BadParameter(str(error)) from None
-    except (ParameterError, OSError, CompilationError, InstabilityError, StageError, MemoryError) as error:
+    except FAILURES as error:
         raise click.ClickException(str(error)) from None
     click.echo(found)
     click.echo(f"\nwritten to {os.fspath(folder)}{os.sep}: envelope.png, summary.json")

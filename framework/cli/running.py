@@ -11,14 +11,24 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from grainlaw.loading import Stage
+from grainlaw.kernels.batch import CompilationError
+from grainlaw.loading import Stage, StageError
 from grainlaw.naming import shown
 from grainlaw.observation import Observer
-from grainlaw.parameter import parameters
+from grainlaw.parameter import ParameterError, parameters
+from grainlaw.simulation import MOST_THREADS, InstabilityError
 from grainlaw.state import State
 
 COURSE = ("strain", "displacement", "deflection", "time")  #: how far a test is: the first of these that it records
 LOAD = ("stress", "shear_stress", "load", "force", "unbalanced")
+#: What ends a command with its own words.
+FAILURES = (ParameterError, OSError, CompilationError, InstabilityError, StageError, MemoryError)
+
+
+def check_threads(threads: int | None) -> None:
+    """Refuse a number of threads before any work is done."""
+    if threads is not None and not 1 <= threads <= MOST_THREADS:
+        raise ParameterError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
 
 
 class ProgressBar(Observer):

@@ -9,9 +9,10 @@ from typing import Any
 import attrs
 
 import grainlaw.geometry
-from grainlaw.cli.components import choices, component, evolved, nearest, refuse_unknown, settings
+from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
 from grainlaw.parameter import ParameterError
 from grainlaw.quantity import quantity, written
+from grainlaw.script import nearest
 from grainlaw.specimen import ContactPoints, Elastic, GaussPoints, Rigid, Specimen
 from grainlaw.tessellation import Region, Tessellator
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import Any
 
 import click
@@ -19,6 +18,7 @@ from grainlaw.laws import (
     MunjizaJoint,
     XuNeedleman,
 )
+from grainlaw.script import nearest
 from grainlaw.specimen import Elastic
 from grainlaw.units import GPa, MPa, mm
 
@@ -47,7 +47,5 @@ LAWS: dict[str, ContactLaw] = {
 def law_named(name: str) -> ContactLaw:
     """The law of a name. Raises click.BadParameter that suggests the nearest one."""
     if name not in LAWS:
-        near = difflib.get_close_matches(name, LAWS, n=1, cutoff=0.3)
-        hint = f"; did you mean '{near[0]}'?" if near else ""
-        raise click.BadParameter(f"there is no law '{name}'{hint} (laws: {', '.join(LAWS)})")
+        raise click.BadParameter(f"there is no law '{name}'{nearest(name, LAWS, 0.3)} (laws: {', '.join(LAWS)})")
     return LAWS[name]

@@ -16,7 +16,7 @@ from grainlaw.cli.setups import SETUPS
 from grainlaw.files import writable_folder, write_atomically
 from grainlaw.kernels.batch import CompilationError
 from grainlaw.loading import StageError
-from grainlaw.naming import shown
+from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
 from grainlaw.simulation import InstabilityError, simulate
@@ -102,5 +102,4 @@ def _write(result: Result, sections: Sections, folder: Path, reason: str) -> Non
 
 def _table(summary: Mapping[str, Any]) -> str:
     rows = [(shown(name).heading, shown(name).text(value)) for name, value in summary.items()]
-    left, right = (max(map(len, column)) for column in zip(*rows, strict=True))
-    return "\n".join(f"{heading:<{left}}  {value:>{right}}" for heading, value in rows)
+    return aligned(rows)

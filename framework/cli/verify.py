@@ -19,6 +19,7 @@ from grainlaw.files import writable_folder, write_atomically
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, SofteningLength
 from grainlaw.loading import StageError
+from grainlaw.naming import aligned
 from grainlaw.protocols import DirectShear, JointTension
 from grainlaw.simulation import InstabilityError, simulate
 from grainlaw.specimen import Specimen
@@ -181,11 +182,7 @@ def _table(rows: list[Row]) -> str:
     for quantity, paper, theory, program in rows:
         off = f"{100 * (program / theory - 1):+.2f} %" if theory else "-"
         cells.append((quantity, "-" if math.isnan(paper) else f"{paper:.4f}", f"{theory:.4f}", f"{program:.4f}", off))
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return "\n".join(
-        "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))]).rstrip()
-        for row in cells
-    )
+    return aligned(cells)
 
 
 # --- the figures -----------------------------------------------------------------------------------------------------
