@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import attrs
 import numpy as np
 
-from grainlaw.contact import ContactLaw
+from grainlaw.contact import ContactLaw, Laws, check_laws
 from grainlaw.kernels import loop
 from grainlaw.kernels.batch import Compiled, compile_law
 from grainlaw.loading import Drive, Hold, Pressure
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 from grainlaw.stability import shape_functions
-
-Laws = ContactLaw | Mapping[tuple[int, int], ContactLaw]  #: one law, or one for each pair of phases
+from grainlaw.touching import Touches
 
 
 @attrs.frozen(eq=False)
@@ -44,15 +43,10 @@ def group_interfaces(specimen: Specimen, laws: Laws) -> tuple[np.ndarray, list[t
 
     Raises :class:`ParameterError` for what is not a law, and for a pair of phases without one.
     """
+    check_laws("law", laws)
     count = len(specimen.mesh.interfaces)
     if isinstance(laws, ContactLaw):
         return np.arange(count), [(laws, count)]
-    if not isinstance(laws, Mapping) or not all(
-        isinstance(law, ContactLaw) and isinstance(pair, tuple) and len(pair) == 2 for pair, law in laws.items()
-    ):
-        raise ParameterError(
-            f"law = {laws!r} is not allowed, it must be a ContactLaw or a mapping of phase pairs to them"
-        )
     number = {tuple(sorted(pair)): k for k, pair in enumerate(laws)}
     phases = np.sort(specimen.grains.phase[specimen.mesh.interface_grains], axis=1)
     pairs, place = np.unique(phases, axis=0, return_inverse=True)
@@ -139,7 +133,7 @@ def freedom_arrays(specimen: Specimen, mesh: loop.Mesh) -> tuple[loop.Freedoms, 
     arm = geometry.nodes - specimen.grains.centroids[geometry.node_grain]
     rigid = loop.Rigid(grains if specimen.is_rigid else 0, geometry.first_node, np.ascontiguousarray(arm.T))
     freedoms = loop.Freedoms(
-        force, np.zeros(shape), displacement, masses, np.ones(shape), np.zeros(shape), np.zeros(shape)
+        force, np.zeros(shape), displacement, masses, *(np.full(shape, value) for value in (1.0, 0.0, 0.0, 0.0))
     )
     return freedoms, rigid
 
@@ -152,14 +146,14 @@ def _inertia(specimen: Specimen) -> np.ndarray:
     return np.bincount(mesh.zone_grain, specimen.zone_masses * squares / 6, specimen.grains.count)
 
 
-def _interface_cuts(groups: Sequence[Group], count: int, threads: int) -> list[int]:
-    """Where the threads' interfaces begin: whole ``LANES`` from the first of a group."""
+def _cuts(firsts: Sequence[int], count: int, threads: int) -> np.ndarray:
+    """(threads + 1,) where the threads' contacts begin: whole ``LANES`` from the first of a group."""
     cuts = []
     for thread in range(threads):
         cut = thread * count // threads
-        first = max((group.first for group in groups if group.first <= cut), default=0)
+        first = max((first for first in firsts if first <= cut), default=0)
         cuts.append(first + (cut - first) // loop.LANES * loop.LANES)
-    return cuts
+    return np.array([*cuts, count])
 
 
 def held_arrays(
@@ -194,21 +188,26 @@ def pressed_arrays(
 
 
 def share_out(
-    specimen: Specimen, groups: Sequence[Group], driven: loop.Driven, pressed: loop.Pressed, threads: int
-) -> loop.Parts:
-    """Which grains, interfaces and driven freedoms each thread works on; grains by their number of nodes."""
+    specimen: Specimen, groups: Sequence[Group], driven: loop.Driven, pressed: loop.Pressed, touches: Touches | None,
+    threads: int,
+) -> loop.Parts:  # fmt: skip
+    """Which grains, contacts and driven freedoms each thread works on; grains by their number of nodes."""
     mesh = specimen.mesh
     ends = mesh.first_node[1:]
     cuts = np.searchsorted(ends, np.arange(1, threads) * ends[-1] / threads)
     grain = np.array([0, *cuts, specimen.grains.count])
     node = mesh.first_node[grain]
     freedom = grain if specimen.is_rigid else node
+    firsts = [] if touches is None else touches.firsts
+    touched = np.zeros(0) if touches is None else touches.arrays.touched
     return loop.Parts(
         zone=mesh.first_zone[grain],
         node=node,
-        interface=np.array([*_interface_cuts(groups, len(mesh.interfaces), threads), len(mesh.interfaces)]),
+        interface=_cuts([group.first for group in groups], len(mesh.interfaces), threads),
         freedom=freedom,
         driven=np.searchsorted(driven.place, freedom),
         pressed=np.searchsorted(pressed.node[0], node),
         grain=grain,
+        touch=_cuts(firsts, 0 if touches is None else len(touches), threads),
+        touched=np.searchsorted(touched, node),
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from grainlaw.assembly import Laws
+from grainlaw.contact import Laws
 from grainlaw.files import file_name, writable_folder, write_atomically
 from grainlaw.loading import LoadingProtocol
 from grainlaw.naming import aligned, shown

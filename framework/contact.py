@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any
 
 import attrs
 import numpy as np
+
+from grainlaw.parameter import ParameterError
 
 
 class ContactLaw(ABC):
@@ -67,6 +70,27 @@ class ContactLaw(ABC):
         tangent. The arguments after ``slip`` are the memory, by name, zero at the start. The framework knows
         ``damage`` (0 intact to 1 broken, never decreasing) and ``mode`` (share of shear in the damage, 0 to 1).
         """
+
+
+Laws = ContactLaw | Mapping[tuple[int, int], ContactLaw]  #: one law, or one for each pair of phases
+
+
+def check_laws(where: str, laws: Any) -> None:
+    """Raise :class:`ParameterError` for what is neither a law nor a mapping of phase pairs to laws."""
+    pairs = isinstance(laws, Mapping) and all(
+        isinstance(law, ContactLaw) and isinstance(pair, tuple) and len(pair) == 2 for pair, law in laws.items()
+    )
+    if not (isinstance(laws, ContactLaw) or pairs):
+        raise ParameterError(
+            f"{where} = {laws!r} is not allowed, it must be a ContactLaw or a mapping of phase pairs to them"
+        )
+
+
+def law_of_pair(laws: Laws, one: int, other: int) -> ContactLaw | None:
+    """The law between two phases, or None."""
+    if isinstance(laws, ContactLaw):
+        return laws
+    return laws.get((one, other)) or laws.get((other, one))
 
 
 def memory_names(law: ContactLaw) -> tuple[str, ...]:

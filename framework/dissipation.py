@@ -25,6 +25,7 @@ def lost(state: State) -> np.ndarray:
         places = np.r_[group.first : group.last, count + group.first : count + group.last]
         for axis in (0, 1) if group.size else ():
             stored[axis, places] = _given_back(group, axis, places, state)
+    stored[:, np.tile(state.retired, 2)] = 0.0  # what was stored went over to the contact that took the bond's place
     return np.maximum(state.contacts.work - stored, 0.0)
 
 

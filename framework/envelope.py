@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 from scipy.stats import linregress, t
 
-from grainlaw.assembly import Laws
+from grainlaw.contact import Laws
 from grainlaw.files import writable_folder, write_atomically
 from grainlaw.loading import LoadingProtocol
 from grainlaw.observation import Observer

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -38,6 +39,23 @@ def _rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray
         return np.full(len(time), end)
     x = np.clip(time / ramp, 0, 1)
     return start + (end - start) * x**3 * (10 - 15 * x + 6 * x**2)
+
+
+def _vector(value: Any) -> tuple[float, float]:
+    try:
+        x, y = (float(entry) for entry in value)
+    except (TypeError, ValueError):
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ParameterError(f"Stage: gravity = {value!r} m/s2 is not allowed, it must be two finite numbers (x, y)")
+    return x, y
+
+
+def _numbers(value: Any) -> tuple[int, ...]:
+    try:
+        return tuple(operator.index(entry) for entry in value)
+    except TypeError:
+        raise ParameterError(f"Stage: fixed = {value!r} is not allowed, it must be a list of grain numbers") from None
 
 
 @attrs.frozen(kw_only=True)
@@ -167,6 +185,8 @@ class Stage:
     interval: float = parameter("s")  #: time between samples
     integrator: Integrator = part(Integrator, CentralDifference())
     initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes
+    gravity: tuple[float, float] = attrs.field(default=(0.0, 0.0), converter=_vector)  #: m/s2
+    fixed: Sequence[int] = attrs.field(default=(), converter=_numbers)  #: grains that neither move nor turn
     sample_limit: int = whole_number(default=100_000, at_least=1)  #: more samples stop the run with an error
 
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import attrs
 import numpy as np
 
-from grainlaw.assembly import Laws
+from grainlaw.contact import Laws
 from grainlaw.loading import LoadingProtocol, Stage
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError

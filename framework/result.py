@@ -16,7 +16,7 @@ from grainlaw.specimen import Specimen
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from grainlaw.assembly import Laws
+    from grainlaw.contact import Laws
     from grainlaw.laboratory import Laboratory
     from grainlaw.loading import LoadingProtocol
     from grainlaw.observation import Frame

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import attrs
 import numpy as np
 
-from grainlaw.assembly import Laws, share_out
+from grainlaw.bonds import hand_over
+from grainlaw.contact import Laws
+from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.diagnosis import fastest, first_fault
 from grainlaw.integration import Integrator, Motion
-from grainlaw.kernels import loop
 from grainlaw.kernels.batch import compile_integrator
+from grainlaw.ledger import energies
 from grainlaw.loading import Drive, LoadingProtocol, Stage, StageError
 from grainlaw.observation import Columns, FrameClock, FrameRecorder, Observer, take_frame
 from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
 from grainlaw.specimen import Specimen
 from grainlaw.state import Saved, State
+from grainlaw.stepping import InstabilityError, OverlapError, advance
 from grainlaw.timestep import StableStep
 
 CALL = 4_000_000  #: zones times steps of one call of the engine, some tenths of a second: Ctrl-C waits no longer
@@ -26,17 +30,12 @@ MOST_THREADS = 128
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
 
-class InstabilityError(ArithmeticError):
-    """A run that left the finite numbers or made energy; ``result`` holds what was recorded before."""
-
-    result: Result
-
-
 def simulate(
     specimen: Specimen,
     law: Laws,
     protocol: LoadingProtocol,
     *,
+    detection: Detection | None = EVERYWHERE,
     threads: int = 1,
     time_step_factor: float = 1.0,
     mass_scaling: float = 1.0,
@@ -45,19 +44,25 @@ def simulate(
 ) -> Result:
     """Put a specimen through a test.
 
-    ``law`` is one contact law, or a mapping from pairs of phases to laws. ``threads`` share one model (several models
-    at a time, as in :func:`compare`, use cores better). ``time_step_factor`` shortens the integrator's stable step;
-    ``mass_scaling`` lengthens it so many times by raising the mass of the nodes that alone govern it. ``frames`` is
-    the number of moments kept for pictures and VTK. Raises :class:`ParameterError` before any work is done,
-    :class:`InstabilityError` with the step, contact, grain and likely cause, :class:`StageError`.
+    ``law`` is one contact law, or a mapping from pairs of phases to laws. ``detection`` says how grains that no bond
+    joins find each other, and by which law they meet; with None grains touch only the neighbours they were born with.
+    ``threads`` share one model (several models at a time, as in :func:`compare`, use cores better).
+    ``time_step_factor`` shortens the integrator's stable step; ``mass_scaling`` lengthens it so many times by raising
+    the mass of the nodes that alone govern it. ``frames`` is the number of moments kept for pictures and VTK. Raises
+    :class:`ParameterError` before any work is done,
+    :class:`InstabilityError` with the step, contact, grain and likely cause (:class:`OverlapError` where grains run
+    into each other), :class:`StageError`.
     """
-    _check(specimen, law, protocol, threads, time_step_factor, mass_scaling)
-    return _Run(specimen, law, protocol, threads, time_step_factor, mass_scaling, observers, frames).go()
+    _check(specimen, law, protocol, threads, time_step_factor, mass_scaling, detection)
+    stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
+    state = State(specimen, law, detection)
+    return _Run(state, law, protocol, stages, threads, time_step_factor, mass_scaling, observers, frames).go()
 
 
 def _check(
-    specimen: Specimen, law: Laws, protocol: LoadingProtocol, threads: int, factor: float, scaling: float
-) -> None:
+    specimen: Specimen, law: Laws, protocol: LoadingProtocol, threads: int, factor: float, scaling: float,
+    detection: Any,
+) -> None:  # fmt: skip
     if not isinstance(specimen, Specimen):
         raise ParameterError(f"simulate: specimen = {specimen!r} is not allowed, it must be a Specimen")
     if not isinstance(protocol, LoadingProtocol):
@@ -66,6 +71,8 @@ def _check(
         raise ParameterError(
             f"simulate: threads = {threads!r} is not allowed, it must be a whole number from 1 to {MOST_THREADS}"
         )
+    if not (detection is None or isinstance(detection, Detection)):
+        raise ParameterError(f"simulate: detection = {detection!r} is not allowed, it must be a Detection or None")
     if not 0 < factor <= 1:
         raise ParameterError(f"simulate: time_step_factor = {factor!r} is not allowed, it must be above 0, at most 1")
     if not 1 <= scaling <= 100:
@@ -77,19 +84,18 @@ class _Run:
 
     def __init__(
         self,
-        specimen: Specimen,
+        state: State,
         law: Laws,
         protocol: LoadingProtocol,
+        stages: Sequence[Stage],
         threads: int,
         factor: float,
         scaling: float,
         observers: Sequence[Observer],
         frames: int,
     ) -> None:
-        self.protocol, self.threads, self.factor = protocol, threads, factor
-        self.stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
-        self.state = State(specimen, law)
-        self.law = law
+        self.state, self.law, self.protocol, self.stages = state, law, protocol, stages
+        self.threads, self.factor = threads, factor
         self.recorder = FrameRecorder(FrameClock(frames))
         self.observers = [self.recorder, *observers]
         self.columns = Columns()
@@ -104,22 +110,20 @@ class _Run:
         for number, stage in enumerate(self.stages):
             try:
                 self._run_stage(number, stage)
-            except StageError as error:
+            except (StageError, OverlapError) as error:
                 error.result = self._result(stage.name)
                 raise
         return self._result(self.stages[-1].name)
 
     def _run_stage(self, number: int, stage: Stage) -> None:
         state = self.state
-        state.stage = stage.name
-        state.drive(stage.drives, stage.pressures)
+        state.begin(stage)
         fastest = max((abs(drive.speed) for drive in stage.drives if isinstance(drive, Drive)), default=0.0)
         self.supplied = max(self.supplied, 0.5 * float(state.freedoms.mass[0].sum()) * fastest**2)
-        state.give_velocity(stage.initial_velocity)
         integrator, before = stage.integrator, None
         state.time_step = self.factor * integrator.stable_step(self.stability.frequency)
         began, first = state.time, self.columns.count
-        self._steps(stage, integrator, 0, began)  # compiles, so that the clock sees the time loop alone
+        self._steps(integrator, 0, began)  # compiles, so that the clock sees the time loop alone
         for _ in range(stage.sample_limit):
             steps = max(1, round(stage.interval / state.time_step))
             saved = state.save()
@@ -127,9 +131,9 @@ class _Run:
             integrator, before = self._advance(stage, integrator, before, steps, began)
             self.seconds += time.perf_counter() - start
             with np.errstate(all="ignore"):  # what is not finite is found by the check
-                energies = state.energies()
-            self._check(energies, saved, stage, integrator, steps, began)
-            self._record(number, energies)
+                found = energies(state)
+            self._check(found, saved, stage, integrator, steps, began)
+            self._record(number, found)
             curves = self.columns.since(first)
             progress = max(condition.progress(curves) for condition in stage.until)
             for observer in self.observers:
@@ -155,29 +159,20 @@ class _Run:
                 if halt:
                     before = attrs.evolve(motion, velocity=np.zeros_like(motion.velocity))
                     self.state.stop()
-                    self._steps(stage, integrator, 1, began)
+                    self._steps(integrator, 1, began)
                     self.state.start_from_rest(motion.velocity)
                     burst -= 1
             if burst:
-                self._steps(stage, integrator, burst, began)
+                self._steps(integrator, burst, began)
         return integrator, before
 
-    def _steps(self, stage: Stage, integrator: Integrator, steps: int, began: float) -> None:
-        state = self.state
-        compiled = compile_integrator(integrator)
-        parameters = np.append(compiled.numbers, state.time_step)
-        times = state.time - began + state.time_step * (np.arange(steps) + 1)
-        parts = share_out(state.specimen, state.groups, state.driven, state.pressed, self.threads)
-        loop.run(
-            self.threads, steps, state.steps, state.time_step, state.arrays, state.contacts, state.table,
-            state.freedoms, state.driven, state.held, state.pressed, state.schedule(times), state.rigid, parts,
-            compiled.address, parameters.ctypes.data,
-        )  # fmt: skip
-        state.count_steps(steps)
+    def _steps(self, integrator: Integrator, steps: int, began: float) -> None:
+        advance(self.state, compile_integrator(integrator), steps, began=began, threads=self.threads)
 
     def _record(self, number: int, energies: dict[str, float]) -> None:
         state = self.state
         state.note_breaks()
+        hand_over(state)
         row = {"time": state.time, "step": state.steps, "stage": number, **self.protocol.measure(state)}
         row |= {
             "tensile_cracks": int(np.sum(state.broken_mode < 0.5)),
@@ -209,7 +204,7 @@ class _Run:
         state = self.state
         state.restore(saved)
         for _ in range(steps):
-            self._steps(stage, integrator, 1, began)
+            self._steps(integrator, 1, began)
             if place := first_fault(state):
                 break
         else:

@@ -44,6 +44,20 @@ def _contact_triplets(specimen: Specimen, kn: np.ndarray, ks: np.ndarray) -> tup
     return _triplets(values, mesh.interfaces)
 
 
+def _edge_triplets(
+    specimen: Specimen, edges: np.ndarray, kn: float, ks: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stiffness of edges (e, 2) each pressed all along against its mirror image, which moves the other way."""
+    vectors = specimen.mesh.nodes[edges[:, 1]] - specimen.mesh.nodes[edges[:, 0]]
+    lengths = np.hypot(*vectors.T)
+    tangent = vectors / lengths[:, None]
+    normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+    ends = np.array([[1 / 3, 1 / 6], [1 / 6, 1 / 3]])  # of a pressure that is linear along the edge
+    directions = sum(k * d[:, :, None] * d[:, None, :] for k, d in ((kn, normal), (ks, tangent)))
+    values = 2 * lengths[:, None, None, None, None] * ends[:, None, :, None] * directions[:, None, :, None, :]
+    return _triplets(values.reshape(-1, 4, 4), edges)
+
+
 def _triplets(values: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     freedoms = (2 * nodes[:, :, None] + np.arange(2)).reshape(len(nodes), 2 * nodes.shape[1])
     size = freedoms.shape[1]
@@ -57,9 +71,16 @@ def shape_functions(nodes: np.ndarray, zones: np.ndarray) -> np.ndarray:
     return np.stack([by - cy, cy - ay, ay - by, cx - bx, ax - cx, bx - ax, double * double / 2]) / double
 
 
-def stiffness_matrix(specimen: Specimen, kn: np.ndarray, ks: np.ndarray) -> csr_matrix:
-    """Stiffness (N/m) of zones and contact points over node components (2 i); ``kn``, ``ks`` are (2, c) Pa/m."""
+def stiffness_matrix(
+    specimen: Specimen, kn: np.ndarray, ks: np.ndarray, rim: tuple[np.ndarray, float, float] | None = None
+) -> csr_matrix:
+    """Stiffness (N/m) of zones and contact points over node components (2 i); ``kn``, ``ks`` are (2, c) Pa/m.
+
+    ``rim`` are edges (e, 2) that may come to touch others, and the stiffness (Pa/m) they meet.
+    """
     parts = [_contact_triplets(specimen, kn, ks)]
+    if rim is not None:
+        parts.append(_edge_triplets(specimen, *rim))
     if not specimen.is_rigid:
         parts.append(_zone_triplets(specimen))
     values, rows, columns = (np.concatenate(pieces) for pieces in zip(*parts, strict=True))

@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 
 from grainlaw.assembly import (
-    Laws,
     contact_arrays,
     freedom_arrays,
     group_interfaces,
@@ -17,13 +16,17 @@ from grainlaw.assembly import (
     mesh_arrays,
     pressed_arrays,
 )  # fmt: skip
+from grainlaw.bonds import motion_of_points
+from grainlaw.contact import Laws
+from grainlaw.detection import Detection
 from grainlaw.integration import Motion
-from grainlaw.kernels import loop
-from grainlaw.loading import Drive, Hold, Pressure
+from grainlaw.kernels import loop, touch
+from grainlaw.loading import Drive, Hold, Pressure, Stage
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
+from grainlaw.touching import Touches, no_touching
 
-Saved = tuple[list[np.ndarray], int, float, int, float]
+Saved = tuple[list[np.ndarray], int, float, int, float, Touches | None, np.ndarray]
 
 
 class State:
@@ -33,7 +36,7 @@ class State:
     interfaces, then the second.
     """
 
-    def __init__(self, specimen: Specimen, laws: Laws) -> None:
+    def __init__(self, specimen: Specimen, laws: Laws, detection: Detection | None = None) -> None:
         self.specimen, self.mesh = specimen, specimen.mesh
         self.time, self.steps, self.stage = 0.0, 0, ""
         self.time_step, self.mass_added = 0.0, 0.0
@@ -48,15 +51,34 @@ class State:
         self.freedoms, self.rigid = freedom_arrays(specimen, self.arrays)
         self.driven = loop.Driven(*np.zeros((3, 0), dtype=np.int64), *np.zeros((3, 0)))
         self.pressed = pressed_arrays(specimen, [], 1, self.arrays.displacement)
-        self.drive([])
+        self.weighed = False
+        self._weighed_from = self.freedoms.displacement.copy()
+        self.impose([])
+        self.retired = np.zeros(len(self.order), dtype=bool)  #: (c,) interfaces that were handed over to touches
+        self.touches = None
+        if detection is not None:
+            self.touches = Touches(specimen, laws, detection, self.order, np.ascontiguousarray(self.mesh.nodes.T))
+            self.search()
         self.broken_time = np.full(self.contacts.opening.shape[1], np.nan)  #: (p,) s, nan where unbroken
         self.broken_mode = self.broken_time.copy()  #: (p,) share of shear at breaking
         self.broken_work = self.broken_time.copy()  #: (p,) J/m2 spent until the break
 
     # --- boundary conditions ---------------------------------------------------------------------------------------
 
-    def drive(self, drives: Sequence[Drive | Hold], pressures: Sequence[Pressure] = ()) -> None:
-        """Impose what a stage says on boundaries from now on; work done so far is kept."""
+    def begin(self, stage: Stage) -> None:
+        """Impose what a stage says from now on; work done so far is kept."""
+        self.stage = stage.name
+        self.adopted_work += self.work_of_gravity()
+        self._weighed_from = self._freedoms_at_forces()
+        self.freedoms.weight[:2] = np.array(stage.gravity)[:, None] * self._true_mass
+        self.weighed = bool(np.any(self.freedoms.weight))
+        self.impose(stage.drives, stage.pressures, stage.fixed)
+        self.give_velocity(stage.initial_velocity)
+
+    def impose(
+        self, drives: Sequence[Drive | Hold], pressures: Sequence[Pressure] = (), fixed: Sequence[int] = ()
+    ) -> None:
+        """Drive and press boundaries, and hold ``fixed`` grains."""
         self.adopted_work += float(self.driven.work.sum() + self.pressed.work.sum())
         for imposed in (*drives, *pressures):
             if imposed.boundary not in self.mesh.boundaries:
@@ -73,6 +95,9 @@ class State:
             held.update({(drive.axis, int(place)): column for place in places})
             if rigid and not roller:  # a platen that lies against a grain's edge keeps it from turning
                 held.update({(2, int(place)): len(drives) for place in places})
+        held.update(
+            {(row, place): len(drives) for place in self._freedoms_of(fixed) for row in range(len(freedoms.mass))}
+        )
         rows = sorted(held, key=lambda place: (place[1], place[0]))
         row, index = np.array(rows, dtype=np.int64).reshape(-1, 2).T.copy()
         columns = np.array([held[key] for key in rows], dtype=np.int64)
@@ -85,6 +110,29 @@ class State:
         self.pressed = pressed_arrays(self.specimen, self.pressures, len(drives) + 1, self.arrays.displacement)
         self._start = {name: self._mean_displacement(name) for name in self.mesh.boundaries}
         self._samples = 0
+
+    def _freedoms_of(self, grains: Sequence[int]) -> list[int]:
+        count = self.specimen.grains.count
+        wrong = [grain for grain in grains if not 0 <= grain < count]
+        if wrong:
+            raise ParameterError(
+                f"Stage: fixed = {wrong[0]!r} is not allowed, grains are numbered from 0 to {count - 1}"
+            )
+        if self.rigid.grains:
+            return [int(grain) for grain in grains]
+        return np.flatnonzero(np.isin(self.mesh.node_grain, np.asarray(grains, dtype=int))).tolist()
+
+    @cached_property
+    def _true_mass(self) -> np.ndarray:
+        """(n,) kg of each node or rigid grain, without what mass scaling adds."""
+        nodes = self.specimen.node_masses
+        return np.bincount(self.mesh.node_grain, nodes) if self.rigid.grains else nodes
+
+    def work_of_gravity(self) -> float:
+        """J since the present stage began, until the last forces."""
+        if not self.weighed:
+            return 0.0
+        return float(np.sum(self.freedoms.weight * (self._freedoms_at_forces() - self._weighed_from)))
 
     def schedule(self, times: np.ndarray) -> np.ndarray:
         """(t, columns) what the drives, nothing (the rotation of rigid grains), and the pressures are at times (s)."""
@@ -126,22 +174,29 @@ class State:
     @property
     def opening(self) -> np.ndarray:
         """(p,) m."""
-        return self.contacts.opening[self._now]
+        return self._at_points(self.contacts.opening, 0)
 
     @property
     def slip(self) -> np.ndarray:
         """(p,) m."""
-        return self.contacts.slip[self._now]
+        return self._at_points(self.contacts.slip, 1)
 
     @property
     def normal(self) -> np.ndarray:
-        """(p,) Pa, tension positive."""
-        return self.contacts.normal[self._now]
+        """(p,) Pa, tension positive; 0 at interfaces that were handed over."""
+        return self._at_points(self.contacts.normal)
 
     @property
     def shear(self) -> np.ndarray:
-        """(p,) Pa."""
-        return self.contacts.shear[self._now]
+        """(p,) Pa; 0 at interfaces that were handed over."""
+        return self._at_points(self.contacts.shear)
+
+    def _at_points(self, rows: np.ndarray, motion: int | None = None) -> np.ndarray:
+        """(p,) as the engine has it, but at interfaces that were handed over the motion of their points, or nothing."""
+        row = rows[self._now]
+        if not self.retired.any():
+            return row
+        return np.where(np.tile(self.retired, 2), 0.0 if motion is None else motion_of_points(self)[motion], row)
 
     def memory(self, name: str) -> np.ndarray:
         """(p,) of one name of the laws' memory; zero where a law has no such memory."""
@@ -190,11 +245,15 @@ class State:
         Of the moment of the last forces, like the tractions: nodes have moved on by one step since.
         """
         if self._zone_state is None or self._zone_state[0] != self.steps:
-            self._zone_state = self.steps, *loop.zone_state(self.arrays, self._displacement_at_forces())
+            self._zone_state = self.steps, *loop.zone_state(self.arrays, self.displacement_at_forces())
         return self._zone_state[1:]
 
-    def _displacement_at_forces(self) -> np.ndarray:
-        return self.arrays.displacement - self.freedoms.velocity[:2] * self.time_step
+    def _freedoms_at_forces(self) -> np.ndarray:
+        return self.freedoms.displacement - self.freedoms.velocity * self.time_step
+
+    def displacement_at_forces(self) -> np.ndarray:
+        freedoms = self._freedoms_at_forces()
+        return self._carried(freedoms) if self.rigid.grains else freedoms
 
     def grain_stress(self) -> np.ndarray:
         """(g, 3) Pa, xx, yy, xy: mean over zones, or of the forces on a rigid grain's rim (Love's formula)."""
@@ -233,22 +292,46 @@ class State:
         """(2,) m: mean displacement of a boundary, averaged over the steps since the last sample."""
         return (self._start[boundary] + self._mean_displacement(boundary)) / 2
 
+    # --- neighbours --------------------------------------------------------------------------------------------------
+
+    def search(self) -> None:
+        """Search neighbours anew."""
+        assert self.touches is not None
+        self.touches.update(self.arrays.displacement, self.displacement_at_forces())
+
+    def touching(self, threads: int) -> tuple[touch.Touching, np.ndarray]:
+        """Contacts that are no interfaces, for the engine, and the table of their laws."""
+        if self.touches is None:
+            return no_touching(), np.zeros((0, 9), dtype=np.int64)
+        self.touches.arrays = self.touches.arrays._replace(stop=np.zeros((threads, 8), dtype=np.int64))
+        return self.touches.arrays, self.touches.table
+
     # --- for the engine ----------------------------------------------------------------------------------------------
 
     def give_velocity(self, velocity: np.ndarray | None) -> None:
-        """Add a velocity field (i, 2) m/s, of which rigid grains take the mean and keep from turning."""
+        """Add a velocity field (i, 2) m/s, of which rigid grains take the mean and the spin, unless they are held."""
         if velocity is None:
             return
-        before = self._kinetic_energy()
+        before = self.kinetic_energy
         rows = np.asarray(velocity, dtype=float).T
         if self.rigid.grains:
-            size = np.diff(self.mesh.first_node)
-            rows = np.stack([np.bincount(self.mesh.node_grain, row) / size for row in rows])
-        self.freedoms.velocity[:2] += rows
+            rows = self._of_rigid(rows)
+        self.freedoms.velocity[: len(rows)] += rows
         self.held = held_arrays(self.specimen, self.drives, self.driven, self.freedoms)
-        self.initial_energy += self._kinetic_energy() - before
+        self.initial_energy += self.kinetic_energy - before
 
-    def _kinetic_energy(self) -> float:
+    def _of_rigid(self, field: np.ndarray) -> np.ndarray:
+        """(3, g) velocities of rigid grains: mean and spin of a field (2, i) of corners."""
+        grain = self.mesh.node_grain
+        mean = np.stack([np.bincount(grain, row) for row in field]) / np.bincount(grain)
+        arm = (self.positions - (self.specimen.grains.centroids + self.freedoms.displacement[:2].T)[grain]).T
+        x, y = field - mean[:, grain]
+        spin = np.bincount(grain, arm[0] * y - arm[1] * x) / np.bincount(grain, (arm**2).sum(axis=0))
+        return np.stack([*mean, spin * self.freedoms.free[2]])
+
+    @property
+    def kinetic_energy(self) -> float:
+        """J, of the velocities half a step after the last forces."""
         return float(0.5 * np.sum(self.freedoms.mass * self.freedoms.velocity**2))
 
     def motion(self) -> Motion:
@@ -271,83 +354,51 @@ class State:
         f.velocity[:] -= gained / 2
         f.displacement[:] -= gained / 2 * dt
         if self.rigid.grains:
-            self._place_nodes()
+            self.arrays.displacement[:] = self._carried(f.displacement)
         lost = lost * f.free
         self.halted_energy += float(np.sum(f.mass * lost**2 / 2 + f.force * (lost / 2 + gained / 8) * dt))
 
-    def _place_nodes(self) -> None:
-        """Put the nodes of rigid grains where their grains are."""
-        x, y, angle = self.freedoms.displacement[:, self.mesh.node_grain]
+    def _carried(self, freedoms: np.ndarray) -> np.ndarray:
+        """(2, i) m, displacement of the nodes of rigid grains whose freedoms (3, g) are given."""
+        x, y, angle = freedoms[:, self.mesh.node_grain]
         arm_x, arm_y = self.rigid.arm
-        self.arrays.displacement[0] = x + (np.cos(angle) - 1) * arm_x - np.sin(angle) * arm_y
-        self.arrays.displacement[1] = y + np.sin(angle) * arm_x + (np.cos(angle) - 1) * arm_y
+        sine, versed = np.sin(angle), 2 * np.sin(angle / 2) ** 2
+        return np.stack([x - versed * arm_x - sine * arm_y, y + sine * arm_x - versed * arm_y])
 
     def unbalanced(self) -> float:
         """Mean force out of balance over mean contact force (mean reaction, if there are no contacts): 0 at rest."""
         free = self.freedoms.free[:2] > 0
-        carried = np.hypot(self.normal, self.shear) * self.contact_lengths if len(self.order) else self.driven.reaction
+        carried = np.hypot(self.normal, self.shear) * self.contact_lengths
+        if self.touches is not None:
+            carried = np.append(carried, np.hypot(*self.touches.arrays.carried[:2]))
+        carried = carried if len(carried) else self.driven.reaction
         scale = float(np.mean(np.abs(carried))) if len(carried) else 0.0
         return float(np.mean(np.abs(self.freedoms.force[:2][free]))) / scale if scale > 0 else 1.0
-
-    def closure_tangents(self) -> np.ndarray:
-        """(p,) Pa/m: normal stiffness against a little more closure, tried without being committed."""
-        little = 1e-3 * max(-float(self.opening.min(initial=0.0)), 1e-12)
-        count = len(self.order)
-        tangents = np.empty(2 * count)
-        for group in self.groups:
-            places = np.r_[group.first : group.last, count + group.first : count + group.last]
-            closed = np.minimum(self.opening[places], 0.0)
-            slip = self.slip[places]
-            now, _ = group.compiled.batch(closed, slip, group.memory.copy())
-            more, _ = group.compiled.batch(closed - little, slip, group.memory.copy())
-            tangents[places] = (now - more) / little
-        return tangents
 
     def _mutable(self) -> list[np.ndarray]:
         freedoms, contacts, driven = self.freedoms, self.contacts, self.driven
         nodes = (self.arrays.displacement, self.arrays.force) if self.rigid.grains else ()  # else the freedoms' own
         return [
             *nodes, freedoms.displacement, freedoms.velocity, freedoms.force, freedoms.loss, freedoms.imposed,
-            contacts.opening, contacts.slip, contacts.normal, contacts.shear, contacts.work,
+            contacts.opening, contacts.slip, contacts.normal, contacts.shear, contacts.work, contacts.force,
+            contacts.node, self.arrays.slots,
             driven.reaction, driven.total, driven.work, self.held.motion,
             self.pressed.force, self.pressed.moved, self.pressed.work, *(group.memory for group in self.groups),
         ]  # fmt: skip
 
     def save(self) -> Saved:
         """Copy what steps change."""
-        return [array.copy() for array in self._mutable()], self.steps, self.time, self._samples, self.halted_energy
+        touches = None if self.touches is None else self.touches.copy()
+        arrays = [array.copy() for array in self._mutable()]
+        return arrays, self.steps, self.time, self._samples, self.halted_energy, touches, self.retired.copy()
 
     def restore(self, saved: Saved) -> None:
         """Go back to where ``save`` was called."""
         self._zone_state = None
-        arrays, self.steps, self.time, self._samples, self.halted_energy = saved
+        arrays, self.steps, self.time, self._samples, self.halted_energy, touches, retired = saved
+        self.touches, self.retired = None if touches is None else touches.copy(), retired.copy()
         for array, copy in zip(self._mutable(), arrays, strict=True):
             array[:] = copy
-
-    # --- energy ------------------------------------------------------------------------------------------------------
-
-    def energies(self) -> dict[str, float]:
-        """The energy ledger (J per metre of thickness), Eq. (12), at the moment of the last forces.
-
-        Velocities live half a step later, so that half a step of power is taken back from what they have gained.
-        """
-        f, driven = self.freedoms, self.driven
-        driven_velocity = f.velocity[driven.row, driven.place]
-        supplied = float(driven.reaction @ driven_velocity)
-        power = float(np.sum(f.force * f.velocity)) + supplied  # forces of drives cancel where they do not accelerate
-        per_point = self.contact_lengths * self.contacts.work
-        half = 0.5 * self.time_step
-        return {
-            "external": self.adopted_work
-            + float(driven.work.sum() + self.pressed.work.sum())
-            + self.initial_energy
-            - half * supplied,
-            "kinetic": self._kinetic_energy() - half * power,
-            "zones": 0.0 if self.rigid.grains else float(self.zone_state()[1] @ self.mesh.zone_areas),
-            "contacts_normal": float(per_point[0].sum()),
-            "contacts_shear": float(per_point[1].sum()),
-            "damping": float(f.loss.sum()) + self.halted_energy,
-        }
 
     def new_sample(self) -> None:
         """Begin a new interval of means."""

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse.csgraph import connected_components
 
 from grainlaw.stability import highest_frequency, rigid_map, scale_masses, stiffness_matrix
 from grainlaw.state import State
 
 AHEAD = 1.2  #: stiffness that a shorter step allows for beyond the present one, so that shortening is rare
+
+
+def _in_one_piece(state: State) -> bool:
+    """Whether interfaces join all grains, so that nothing can meet at the rim soon."""
+    a, b = state.mesh.interface_grains.T
+    count = state.specimen.grains.count
+    bonds = coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
+    return len(a) > 0 and connected_components(bonds, directed=False)[0] == 1
 
 
 class StableStep:
@@ -17,6 +26,7 @@ class StableStep:
     def __init__(self, state: State, mass_scaling: float = 1.0) -> None:
         self.state = state
         self.allowed = 1.0  #: closure stiffness over kn that the present step allows for
+        self.touching = self._touching or not _in_one_piece(state)  #: whether the step allows for contacts at the rim
         matrix, mass = self._matrix(self.state.stiffness[0]), self._masses()
         self.frequency = highest_frequency(matrix, mass)  #: 1/s
         if mass_scaling > 1:
@@ -24,17 +34,50 @@ class StableStep:
             state.mass_added, self.frequency = scaled.added, scaled.frequency
             self._set_masses(scaled.mass)
 
+    @property
+    def _touching(self) -> bool:
+        return self.state.touches is not None and len(self.state.touches) > 0
+
     def has_changed(self) -> bool:
-        """Whether a closure has become stiffer than the step allows for (Bandis); the frequency has followed then."""
-        tangents = self.state.closure_tangents()
-        ratio = float(np.max(tangents / self.state.stiffness[0], initial=1.0))
-        if not (np.isfinite(ratio) and ratio > 1.05 * self.allowed):
+        """Whether the frequency has followed a change: contacts at the rim came to be, or a closure stiffened (Bandis).
+
+        A contact elsewhere takes the place of a bond, and is no stiffer.
+        """
+        tangents = self._closure_tangents()
+        ratio = float(np.max(tangents / self.state.stiffness[0], initial=self._touch_ratio()))
+        stiffer = bool(np.isfinite(ratio) and ratio > 1.05 * self.allowed)
+        if not stiffer and self.touching == self._touching:
             return False
-        self.allowed = AHEAD * ratio
-        self.frequency = highest_frequency(
-            self._matrix(np.maximum(self.state.stiffness[0], AHEAD * tangents)), self._masses()
-        )
+        self.touching = self.touching or self._touching
+        self.allowed = AHEAD * ratio if stiffer else self.allowed
+        kn = np.maximum(self.state.stiffness[0], AHEAD * tangents) if self.allowed > 1 else self.state.stiffness[0]
+        self.frequency = highest_frequency(self._matrix(kn), self._masses())
         return True
+
+    def _touch_ratio(self) -> float:
+        """Secant stiffness of contacts at the rim over the first, at most."""
+        touches = self.state.touches
+        if touches is None or not len(touches):
+            return 1.0
+        arrays = touches.arrays
+        closed = np.flatnonzero(arrays.opening < 0)
+        secant = arrays.normal[closed] / arrays.opening[closed]
+        first = np.array([float(np.mean(group.law.stiffness[0])) for group in touches.groups])
+        return float(np.max(secant / first[touches.groups_of(touches.keys[closed])], initial=1.0))
+
+    def _closure_tangents(self) -> np.ndarray:
+        """(p,) Pa/m: normal stiffness against a little more closure, tried without being committed."""
+        little = 1e-3 * max(-float(self.state.opening.min(initial=0.0)), 1e-12)
+        count = len(self.state.order)
+        tangents = np.empty(2 * count)
+        for group in self.state.groups:
+            places = np.r_[group.first : group.last, count + group.first : count + group.last]
+            closed = np.minimum(self.state.opening[places], 0.0)
+            slip = self.state.slip[places]
+            now, _ = group.compiled.batch(closed, slip, group.memory.copy())
+            more, _ = group.compiled.batch(closed - little, slip, group.memory.copy())
+            tangents[places] = (now - more) / little
+        return tangents
 
     def _matrix(self, kn: np.ndarray) -> csr_matrix:
         """Stiffness over the freedoms: node components in pairs, or all x, all y, all angles of rigid grains."""
@@ -42,11 +85,19 @@ class StableStep:
         rows = [np.empty((2, len(order))) for _ in range(2)]
         for row, values in zip(rows, (kn, self.state.stiffness[1]), strict=True):
             row[:, order] = values.reshape(2, -1)
-        matrix = stiffness_matrix(specimen, *rows)
+        matrix = stiffness_matrix(specimen, rows[0], rows[1], self._rim())
         if not specimen.is_rigid:
             return matrix
         carry = rigid_map(specimen)
         return (carry.T @ matrix @ carry).tocsr()
+
+    def _rim(self) -> tuple[np.ndarray, float, float] | None:
+        """Edges that were never bonded, and the stiffness of the stiffest law they may meet."""
+        touches = self.state.touches
+        if touches is None or not self.touching:
+            return None
+        kn, ks = (max(float(np.max(group.law.stiffness[k])) for group in touches.groups) for k in (0, 1))
+        return touches.edges[2 * len(self.state.order) :], self.allowed * kn, ks
 
     def _masses(self) -> np.ndarray:
         """Mass of each freedom, in the order of the matrix."""

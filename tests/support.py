@@ -5,9 +5,8 @@ import numpy as np
 from scipy.sparse.linalg import spsolve
 
 import grainlaw as gl
-from grainlaw.assembly import share_out
+from grainlaw import stepping
 from grainlaw.geometry import Voronoi, rectangle
-from grainlaw.kernels import loop
 from grainlaw.kernels.batch import compile_integrator
 from grainlaw.stability import stiffness_matrix
 from grainlaw.units import GPa, MPa, mm
@@ -44,16 +43,10 @@ def small_sample(grains=40, seed=1, width=20 * mm, height=40 * mm, material=ROCK
 
 def advance(state, steps=1, time_step=1e-30, integrator=None, threads=1):
     """Let the engine do steps on a state by itself, without driven boundaries; undamped if not told otherwise."""
-    compiled = compile_integrator(integrator or gl.CentralDifference(damping=gl.Undamped()))
     state.time_step = time_step
-    parameters = np.append(compiled.numbers, time_step)
-    parts = share_out(state.specimen, state.groups, state.driven, state.pressed, threads)
-    loop.run(
-        threads, steps, state.steps, time_step, state.arrays, state.contacts, state.table, state.freedoms,
-        state.driven, state.held, state.pressed, state.schedule(np.zeros(steps)), state.rigid, parts,
-        compiled.address, parameters.ctypes.data,
-    )  # fmt: skip
-    state.count_steps(steps)
+    stepping.advance(
+        state, compile_integrator(integrator or gl.CentralDifference(damping=gl.Undamped())), steps, threads=threads
+    )
 
 
 def nodal_forces(state, displacement):

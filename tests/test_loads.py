@@ -106,13 +106,13 @@ def test_pressure_all_round_a_free_specimen_leaves_it_where_it_is():
     specimen = small_sample(15)
     state = State(specimen, Linear(**STIFF))
     pressures = [gl.Pressure(boundary=side, pressure=10e6) for side in ("left", "right", "top", "bottom")]
-    state.drive([], pressures)
+    state.impose([], pressures)
     place = specimen.mesh.nodes
     bent = np.stack([place[:, 1] * 0.3 - 5 * place[:, 0] ** 2, -0.2 * place[:, 0] + 4 * place[:, 1] ** 2], axis=1)
     state.arrays.displacement[:] = bent.T
     advance(state)
     force = state.arrays.force.T.copy()
-    state.drive([], [])
+    state.impose([], [])
     advance(state)
     inside = force - state.arrays.force.T
     x, y = (place + bent).T
@@ -126,7 +126,7 @@ def test_pressure_follows_the_side():
     """A quarter turn carries the force along."""
     specimen = block()
     state = State(specimen, Linear(**STIFF))
-    state.drive([], [gl.Pressure(boundary="top", pressure=10e6)])
+    state.impose([], [gl.Pressure(boundary="top", pressure=10e6)])
     x, y = specimen.mesh.nodes.T
     state.arrays.displacement[:] = np.array([-y - x, x - y])  # (x, y) to (-y, x)
     advance(state)

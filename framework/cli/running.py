@@ -16,8 +16,9 @@ from grainlaw.loading import Stage, StageError
 from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, parameters
-from grainlaw.simulation import MOST_THREADS, InstabilityError
+from grainlaw.simulation import MOST_THREADS
 from grainlaw.state import State
+from grainlaw.stepping import InstabilityError
 
 COURSE = ("strain", "displacement", "deflection", "time")  #: how far a test is: the first of these that it records
 LOAD = ("stress", "shear_stress", "load", "force", "unbalanced")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import functools
 import threading
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from grainlaw.kernels import barrier, passes
-from grainlaw.kernels.cache import OPTIONS, keyed_njit
-from grainlaw.kernels.fingerprint import fingerprint
+from grainlaw.kernels import barrier, passes, touch
+from grainlaw.kernels.cache import OPTIONS
+from grainlaw.kernels.entry import compiled
 from grainlaw.kernels.foreign import call
 
 BLOCK = 4096  #: zones, or interfaces, that go through their passes together: their scratch stays in the cache
@@ -59,6 +59,7 @@ class Freedoms(NamedTuple):
     mass: np.ndarray  #: (r, n)
     free: np.ndarray  #: (r, n) 1, or 0 where the velocity is imposed
     imposed: np.ndarray  #: (r, n) velocity of driven freedoms
+    weight: np.ndarray  #: (r, n) N, of gravity
     loss: np.ndarray  #: (r, n) J, taken by damping
 
 
@@ -110,19 +111,8 @@ class Parts(NamedTuple):
     driven: np.ndarray
     pressed: np.ndarray
     grain: np.ndarray
-
-
-@njit(forceinline=True, **OPTIONS)
-def _respond(group, g, first, last, opening, slip, normal, shear):
-    """Let the law of row ``g`` answer for contact points ``first`` to ``last``."""
-    offset = 8 * (first - group[g, 8])
-    call(
-        group[g, 0],
-        (
-            group[g, 1], group[g, 2] + offset, group[g, 3], group[g, 4] + offset, group[g, 5],
-            opening + 8 * first, slip + 8 * first, normal + 8 * first, shear + 8 * first, last - first,
-        ),
-    )  # fmt: skip
+    touch: np.ndarray
+    touched: np.ndarray
 
 
 @njit(**OPTIONS)
@@ -171,8 +161,8 @@ def _group(mesh, contacts, group, g, new, old, first, last):
             d1x, d1y, d2x, d2y, ex, ey, contacts.edge[0, c:e], contacts.edge[1, c:e], weight, nx, ny, inverse,
             o1, o2, s1, s2,
         )  # fmt: skip
-        _respond(group, g, c, e, *addresses)
-        _respond(group, g + 1, k, m, *addresses)
+        touch.respond(group, g, c, e, *addresses)
+        touch.respond(group, g + 1, k, m, *addresses)
         n1, n2, t1, t2 = normal[c:e], normal[k:m], shear[c:e], shear[k:m]
         passes.contact_work(o1, o_old[c:e], n1, n_old[c:e], o_work[c:e])
         passes.contact_work(o2, o_old[k:m], n2, n_old[k:m], o_work[k:m])
@@ -219,14 +209,18 @@ def _hold(held, motion, schedule, rate, freedoms, driven, integrator, parameters
 
 def _steps(
     thread, threads, meeting, pause, steps, now, time_step, mesh, contacts, group, freedoms, driven, held, pressed,
-    schedule, rigid, parts, integrator, parameters,
+    schedule, rigid, parts, integrator, parameters, touching, touch_group, weighed,
 ):  # fmt: skip
+    """Returns how many steps were done: fewer where contacts must be searched anew, or overlap too much."""
     # A thread works on the zones and nodes of its grains, on its interfaces, and on its freedoms.
     i0, i1 = parts.node[thread], parts.node[thread + 1]
     f0, f1 = parts.freedom[thread], parts.freedom[thread + 1]
     d0, d1 = parts.driven[thread], parts.driven[thread + 1]
     e0, e1 = parts.pressed[thread], parts.pressed[thread + 1]
     g0, g1 = parts.grain[thread], parts.grain[thread + 1]
+    c0, c1 = parts.touch[thread], parts.touch[thread + 1]
+    t0, t1 = parts.touched[thread], parts.touched[thread + 1]
+    searching = touching.built.shape[1] > 0
     ux, uy = mesh.displacement[0], mesh.displacement[1]
     fx, fy = mesh.force[0], mesh.force[1]
     my_fx, my_fy = fx[i0:i1], fy[i0:i1]
@@ -240,8 +234,13 @@ def _steps(
         if rigid.grains == 0:
             _zones(mesh, parts.zone[thread], parts.zone[thread + 1])
         _interfaces(mesh, contacts, group, new, old, parts.interface[thread], parts.interface[thread + 1])
+        deep = 0
+        if c0 < c1:
+            deep = touch.touch(touching, touch_group, ux, uy, time_step, c0, c1)
         barrier.wait(meeting, threads, pause)
         passes.gather_forces(slot1, slot2, cx, cy, my_fx, my_fy)
+        if t0 < t1:
+            touch.gather_touching(touching, ux, uy, fx, fy, t0, t1)
         if e0 < e1:
             passes.press(
                 schedule[step], pressed.column[e0:e1], pressed.node[0, e0:e1], pressed.node[1, e0:e1],
@@ -253,6 +252,9 @@ def _steps(
                 rigid.first, rigid.arm[0], rigid.arm[1], freedoms.displacement[2], fx, fy,
                 freedoms.force[0], freedoms.force[1], freedoms.force[2], g0, g1,
             )  # fmt: skip
+        if weighed:
+            for row in range(freedoms.force.shape[0]):
+                freedoms.force[row, f0:f1] += freedoms.weight[row, f0:f1]
         rate[:] = schedule[step]
         if held.column.shape[0] > 0:
             barrier.wait(meeting, threads, pause)  # forces on all of a platen's freedoms
@@ -278,7 +280,19 @@ def _steps(
                 rigid.first, rigid.arm[0], rigid.arm[1], freedoms.displacement[2],
                 freedoms.displacement[0], freedoms.displacement[1], ux, uy, g0, g1,
             )  # fmt: skip
+        if searching:
+            touching.stop[thread, 0] = touch.moved_far(
+                ux[i0:i1], uy[i0:i1], touching.built[0, i0:i1], touching.built[1, i0:i1], touching.reach
+            )
+            touching.stop[thread, 1] = deep
         barrier.wait(meeting, threads, pause)
+        if searching:  # all threads read the same: the next barrier comes before anything is written
+            stop = 0
+            for other in range(threads):
+                stop += touching.stop[other, 0] + touching.stop[other, 1]
+            if stop > 0:
+                return step + 1
+    return steps
 
 
 def _zone_state(mesh, displacement, rows):
@@ -292,15 +306,10 @@ def _zone_state(mesh, displacement, rows):
     )  # fmt: skip
 
 
-@functools.cache
-def _compiled(function: Any) -> Any:
-    return keyed_njit(function, fingerprint(function, extra=("loop", 1)))
-
-
 def zone_state(mesh: Mesh, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, and strain energy density (z,) J/m3, at (2, i) m."""
     rows = np.empty((4, mesh.corner.shape[1]))
-    _compiled(_zone_state)(mesh, displacement, rows)
+    compiled(_zone_state)(mesh, displacement, rows)
     return rows[:3].T, rows[3]
 
 
@@ -310,24 +319,26 @@ _pause = functools.cache(barrier.pause_address)
 def run(
     threads: int, steps: int, now: int, time_step: float, mesh: Mesh, contacts: Contacts, group: np.ndarray,
     freedoms: Freedoms, driven: Driven, held: Held, pressed: Pressed, schedule: np.ndarray, rigid: Rigid, parts: Parts,
-    integrator: int, parameters: int,
-) -> None:  # fmt: skip
+    integrator: int, parameters: int, touching: touch.Touching, touch_group: np.ndarray, weighed: bool,
+) -> int:  # fmt: skip
     """Advance by a chunk of steps in ``threads`` threads; the result is the same bit for bit for any number.
 
-    ``group`` is the table of laws, ``integrator`` and ``parameters`` are addresses. The interpreter lock is released
-    meanwhile.
+    ``group`` and ``touch_group`` are the tables of laws, ``integrator`` and ``parameters`` are addresses. The
+    interpreter lock is released meanwhile. Returns how many steps were done: fewer where something has moved so far
+    that contacts must be searched anew, or where they overlap too much (``touching.stop``).
     """
-    loop = _compiled(_steps)
+    loop = compiled(_steps)
     meeting = np.zeros(barrier.SIZE, dtype=np.int64)
     own = held._replace(motion=np.repeat(held.motion, threads, axis=0))
     arguments = (
         threads, meeting, _pause(), steps, now, time_step, mesh, contacts, group, freedoms, driven, own, pressed,
-        schedule, rigid, parts, integrator, parameters,
+        schedule, rigid, parts, integrator, parameters, touching, touch_group, weighed,
     )  # fmt: skip
     helpers = [threading.Thread(target=loop, args=(thread, *arguments)) for thread in range(1, threads)]
     for helper in helpers:
         helper.start()
-    loop(0, *arguments)
+    done: int = loop(0, *arguments)
     for helper in helpers:
         helper.join()
     held.motion[:] = own.motion[:1]
+    return done

@@ -1,0 +1,33 @@
+"""How grains that no bond joins find each other, and what acts between them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+
+from grainlaw.contact import Laws, check_laws
+from grainlaw.parameter import parameter
+
+
+def _laws_or_none(detection: Detection, attribute: attrs.Attribute, value: Any) -> None:
+    if value is not None:
+        check_laws("Detection: law", value)
+
+
+@attrs.frozen(kw_only=True)
+class Detection:
+    """Contacts between edges of grains that were never neighbours, or whose bond has broken and slid.
+
+    Without a ``law`` of their own such contacts follow the law of the bonds between their phases as it is after it has
+    broken. A bond is handed over once it is broken at both points and its ends have moved apart by ``hand_over``.
+    """
+
+    law: Laws | None = attrs.field(default=None, validator=_laws_or_none)
+    skin: float = parameter("1", default=0.1, above=0, at_most=1)  #: over the grain size: how far the search looks
+    hand_over: float = parameter("1", default=0.05, above=0, at_most=1)  #: over the length of the interface
+    largest_overlap: float = parameter("1", default=0.1, above=0, at_most=0.5)  #: over the smaller grain's width
+    damping: float = parameter("1", default=0.0, at_least=0, at_most=1)  #: viscous, over the critical, along the normal
+
+
+EVERYWHERE = Detection()  #: the default

@@ -1,0 +1,36 @@
+"""The energy ledger of a running specimen, Eq. (12) of docs/theory.md."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from grainlaw.state import State
+
+
+def energies(state: State) -> dict[str, float]:
+    """J per metre of thickness by kind, at the moment of the last forces.
+
+    Velocities live half a step later, so that half a step of power is taken back from what they have gained.
+    """
+    f, driven = state.freedoms, state.driven
+    driven_velocity = f.velocity[driven.row, driven.place]
+    supplied = float(driven.reaction @ driven_velocity)
+    power = float(np.sum(f.force * f.velocity)) + supplied  # forces of drives cancel where they do not accelerate
+    per_point = state.contact_lengths * state.contacts.work
+    touching = np.zeros(3) if state.touches is None else state.touches.work
+    half = 0.5 * state.time_step
+    return {
+        "external": state.adopted_work
+        + float(driven.work.sum() + state.pressed.work.sum())
+        + state.work_of_gravity()
+        + state.initial_energy
+        - half * supplied,
+        "kinetic": state.kinetic_energy - half * power,
+        "zones": 0.0 if state.rigid.grains else float(state.zone_state()[1] @ state.mesh.zone_areas),
+        "contacts_normal": float(per_point[0].sum() + touching[0]),
+        "contacts_shear": float(per_point[1].sum() + touching[1]),
+        "damping": float(f.loss.sum() + touching[2]) + state.halted_energy,
+    }

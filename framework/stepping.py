@@ -1,0 +1,50 @@
+"""Steps of the engine: the compiled loop, and a search of neighbours whenever it asks for one."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from grainlaw.assembly import share_out
+from grainlaw.kernels import loop
+from grainlaw.kernels.batch import Compiled
+from grainlaw.state import State
+
+
+class InstabilityError(ArithmeticError):
+    """A run that left the finite numbers or made energy; ``result`` holds what was recorded before."""
+
+    result: Any
+
+
+class OverlapError(InstabilityError):
+    """Grains overlap more than is allowed; the message names the pair and what to do."""
+
+
+def advance(state: State, integrator: Compiled, steps: int, *, began: float = 0.0, threads: int = 1) -> None:
+    """Do ``steps`` in a stage that ``began`` (s). Raises :class:`OverlapError`."""
+    parameters = np.append(integrator.numbers, state.time_step)
+    while True:
+        times = state.time - began + state.time_step * (np.arange(steps) + 1)
+        parts = share_out(state.specimen, state.groups, state.driven, state.pressed, state.touches, threads)
+        touching, table = state.touching(threads)
+        done = loop.run(
+            threads, steps, state.steps, state.time_step, state.arrays, state.contacts, state.table, state.freedoms,
+            state.driven, state.held, state.pressed, state.schedule(times), state.rigid, parts, integrator.address,
+            parameters.ctypes.data, touching, table, state.weighed,
+        )  # fmt: skip
+        state.count_steps(done)
+        steps -= done
+        if state.touches is not None:
+            moved, deep = touching.stop[:, :2].sum(axis=0)
+            if deep:
+                where = f"the run stopped at step {state.steps} (t = {state.time:.4g} s, stage '{state.stage}')"
+                raise OverlapError(f"{where}: {state.touches.deepest()}")
+            if moved:
+                start = time.perf_counter()
+                state.search()
+                state.touches.seconds += time.perf_counter() - start
+        if steps <= 0:
+            return

@@ -1,0 +1,237 @@
+"""The contacts of a running specimen that are no bonded interfaces: found, kept up to date, and read."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.contact import ContactLaw, Laws, law_of_pair
+from grainlaw.detection import Detection
+from grainlaw.kernels import search, touch
+from grainlaw.kernels.batch import Compiled, compile_law
+from grainlaw.kernels.entry import compiled
+from grainlaw.parameter import ParameterError
+from grainlaw.specimen import Specimen
+
+PER_CONTACT = ("limit", "dashpot", "offset", "shift", "opening", "slip", "normal", "shear", "length")
+
+
+def uniform(component: Any) -> Any:
+    """The component with the mean of each parameter that differs between contacts."""
+    changes = {}
+    for field in attrs.fields(type(component)):
+        value = getattr(component, field.name)
+        if isinstance(value, np.ndarray):
+            changes[field.name] = float(value.mean())
+        elif attrs.has(type(value)) and uniform(value) is not value:
+            changes[field.name] = uniform(value)
+    return attrs.evolve(component, **changes) if changes else component
+
+
+def broken_memory(law: Compiled) -> np.ndarray:
+    """(m,) memory of a contact that was pulled apart and put back."""
+    memory = np.zeros((len(law.memory) or 1, 1))
+    for opening in (0.0, *np.geomspace(1e-9, 1.0, 28), 0.0):
+        law.batch(np.array([opening]), np.zeros(1), memory)
+    return memory[:, 0]
+
+
+def no_touching(count: int = 0) -> touch.Touching:
+    """Contacts that are apart, and are not followed."""
+    none = np.zeros(0, dtype=np.int64)
+    return touch.Touching(
+        node=np.zeros((4, count), dtype=np.int32), **{name: np.zeros(count) for name in PER_CONTACT},
+        frame=np.zeros((9, count)), force=np.zeros((2, 4, count)), carried=np.zeros((3, count)),
+        work=np.zeros((3, count)), memory=np.zeros((1, count)), fresh=np.zeros((1, 1)), origin=np.zeros((2, 0)),
+        seen=np.zeros((2, 0)), built=np.zeros((2, 0)), touched=none, first=np.zeros(1, dtype=np.int64), slot=none,
+        reach=np.inf, stop=np.zeros((1, 8), dtype=np.int64),
+    )  # fmt: skip
+
+
+@attrs.frozen(eq=False)
+class TouchGroup:
+    """Contacts between two phases, which follow one law."""
+
+    phases: tuple[int, int]
+    law: ContactLaw
+    compiled: Compiled
+    broken: np.ndarray  #: (m,)
+
+
+def touch_groups(specimen: Specimen, laws: Laws, detection: Detection) -> list[TouchGroup]:
+    """The laws of all pairs of phases that can meet. Raises :class:`ParameterError` for a pair without one."""
+    phases, counts = np.unique(specimen.grains.phase, return_counts=True)
+    groups = []
+    for k, one in enumerate(phases.tolist()):
+        for other in phases[k + (counts[k] < 2) :].tolist():
+            own = None if detection.law is None else law_of_pair(detection.law, one, other)
+            law = own or law_of_pair(laws, one, other)
+            if law is None:
+                raise ParameterError(
+                    f"law: no law is given for contacts between the phases {(one, other)}, which may come to touch; "
+                    f"give one in law or in Detection(law=...)"
+                )
+            batch = compile_law(uniform(law))
+            groups.append(TouchGroup((one, other), law, batch, broken_memory(batch)))
+    return groups
+
+
+class Touches:
+    """The table of contacts, the search that fills it, and what is booked of contacts that have gone."""
+
+    def __init__(self, specimen: Specimen, laws: Laws, detection: Detection, order: np.ndarray, origin: np.ndarray):
+        mesh, grains = specimen.mesh, specimen.grains
+        self.detection, self.origin = detection, origin
+        self.groups = touch_groups(specimen, laws, detection)
+        bonded = mesh.interfaces[order]
+        rim = np.concatenate([np.zeros((0, 2), dtype=np.int64), *mesh.boundary_edges.values()])
+        rim = np.unique(rim, axis=0)
+        self.edges = np.concatenate([bonded[:, [0, 1]], bonded[:, [3, 2]], rim])  #: (e, 2) nodes, grain on the left
+        self.exposed = np.arange(len(self.edges)) >= 2 * len(bonded)  #: (e,) whether anything may touch the edge
+        self.edge_grain = mesh.node_grain[self.edges[:, 0]]
+        self.interfaces = len(bonded)
+        size = float(np.median(np.sqrt(grains.areas)))
+        self.skin = detection.skin * size  #: m
+        corners = grains.vertices[grains.corners]
+        width = compiled(search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), grains.first)
+        self.limits = np.minimum(detection.largest_overlap * width, self.skin)  #: (g,) m
+        lengths = np.hypot(*(origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]))
+        self.cell = float(2 * self.skin + (np.median(lengths) if len(lengths) else 1.0))
+        nodes = np.concatenate([specimen.node_masses, [0.0]])
+        mass = np.bincount(mesh.node_grain, specimen.node_masses)[self.edge_grain]
+        self.edge_mass = mass if specimen.is_rigid else nodes[self.edges].sum(axis=1)
+        phase = grains.phase[self.edge_grain]
+        table = {pair: k for k, pair in enumerate(group.phases for group in self.groups)}
+        self._phases, self._phase = np.unique(phase, return_inverse=True)
+        self._group = np.array([
+            [table.get((min(a, b), max(a, b)), 0) for b in self._phases.tolist()] for a in self._phases.tolist()
+        ]).reshape(len(self._phases), len(self._phases))  # fmt: skip
+        self.keys = np.zeros(0, dtype=np.int64)
+        self.pairs = np.zeros((0, 2), dtype=np.int64)  #: (c, 2) edges a and b
+        self.gone = np.zeros(3)  #: J, work on contacts that are no more
+        self.searches = 0
+        self.seconds = 0.0  #: spent in searches
+        self.arrays = self._empty(0)
+        self._bounds = np.zeros(len(self.groups) + 1, dtype=np.int64)
+        self.table = self._table()
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    @property
+    def firsts(self) -> list[int]:
+        """The first contact of each law."""
+        return self._bounds[:-1].tolist()
+
+    @property
+    def work(self) -> np.ndarray:
+        """(3,) J done on contacts: in opening, in slip, on dashpots."""
+        return self.gone + self.arrays.work.sum(axis=1)
+
+    @property
+    def grains(self) -> np.ndarray:
+        """(c, 2) grains A and B."""
+        return self.edge_grain[self.pairs]
+
+    def deepest(self) -> str:
+        """The contact that overlaps most, over what is allowed, in words."""
+        arrays = self.arrays
+        c = int(np.argmax(-arrays.opening * (arrays.length > 0.3 * -arrays.opening) / arrays.limit))
+        (a, b), place = self.grains[c], self.origin[:, arrays.node[0, c]] + arrays.seen[:, arrays.node[0, c]]
+        return (
+            f"grains {a} and {b} overlap by {-arrays.opening[c]:.4g} m near ({place[0]:.4g}, {place[1]:.4g}) m, more "
+            f"than the {arrays.limit[c]:.4g} m allowed (largest_overlap = {self.detection.largest_overlap:g} of the "
+            "smaller grain's width, at most the skin): give contacts a higher normal stiffness, load more slowly, or "
+            "allow more with Detection(largest_overlap=..., skin=...)"
+        )
+
+    def copy(self) -> Touches:
+        """The same with arrays of its own."""
+        twin = copy.copy(self)
+        rows: list[Any] = [np.copy(row) if np.ndim(row) else row for row in self.arrays]
+        twin.arrays = touch.Touching(*rows)
+        twin.exposed, twin.gone = self.exposed.copy(), self.gone.copy()
+        twin.table = twin._table()
+        return twin
+
+    # --- the search ---------------------------------------------------------------------------------------------------
+
+    def update(self, displacement: np.ndarray, before: np.ndarray) -> None:
+        """Search neighbours at a displacement (2, i); contacts keep their state.
+
+        ``before`` is the displacement at the last forces.
+        """
+        pairs, keys = self._near(displacement)
+        old, there = self.arrays, np.searchsorted(self.keys, keys)
+        there = np.minimum(there, max(len(self.keys) - 1, 0))
+        kept = np.flatnonzero(self.keys[there] == keys) if len(self.keys) else np.zeros(0, dtype=np.int64)
+        from_old = there[kept]
+        lost = np.ones(len(self.keys), dtype=bool)
+        lost[from_old] = False
+        self.gone += old.work[:, lost].sum(axis=1)
+        new = self._empty(len(keys))
+        a, b = pairs.T
+        new.node[:] = self.edges[np.column_stack([a, b])].reshape(-1, 4).T
+        grain = self.edge_grain
+        new.limit[:] = np.minimum(self.limits[grain[a]], self.limits[grain[b]])
+        mass = self.edge_mass
+        new.dashpot[:] = 2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b]))
+        groups = self.groups_of(keys)
+        new.memory[:] = new.fresh[:, groups]
+        for name in (*PER_CONTACT[2:], "frame", "force", "carried", "work", "memory"):
+            getattr(new, name)[..., kept] = getattr(old, name)[..., from_old]
+        nodes = new.node.ravel()
+        slot = np.argsort(nodes, kind="stable")
+        touched, first = np.unique(nodes[slot], return_index=True)
+        self.keys, self.pairs = keys, pairs
+        self._bounds = np.searchsorted(groups, np.arange(len(self.groups) + 1))
+        self.arrays = new._replace(
+            seen=before.copy(), built=displacement.copy(), touched=touched, first=np.append(first, len(slot)), slot=slot
+        )
+        self.table = self._table()
+        self.searches += 1
+
+    def _near(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pairs of exposed edges nearer than the skin, and their keys, ascending: by law, edge a, edge b."""
+        chosen = np.flatnonzero(self.exposed)
+        place = self.origin + displacement
+        (x0, x1), (y0, y1) = (row[self.edges[chosen].T].copy() for row in place)
+        if not np.isfinite(place).all():
+            return self.pairs, self.keys  # the check of the energies tells where it went wrong
+        found = compiled(search.near_pairs)(x0, y0, x1, y1, self.edge_grain[chosen], self.skin, self.cell)
+        a, b = chosen[found].T.reshape(2, -1)
+        size = len(self.edges)
+        keys = np.unique(self.key(a, b))
+        return np.column_stack([keys // size % size, keys % size]), keys
+
+    def _empty(self, count: int) -> touch.Touching:
+        depth = max((len(group.broken) for group in self.groups), default=1)
+        fresh = np.zeros((depth, max(len(self.groups), 1)))
+        for g, group in enumerate(self.groups):
+            fresh[: len(group.broken), g] = group.broken
+        return no_touching(count)._replace(
+            memory=np.zeros((depth, count)), fresh=fresh, origin=self.origin, reach=self.skin / 2
+        )
+
+    def _table(self) -> np.ndarray:
+        """Rows by which the loop calls the laws, like those of the interfaces."""
+        memory, rows = self.arrays.memory, []
+        for group, begin, end in zip(self.groups, self._bounds[:-1].tolist(), self._bounds[1:].tolist(), strict=True):
+            law = group.compiled
+            rows.append((
+                law.address, law.numbers.ctypes.data, law.rows.ctypes.data, law.rows.shape[1], memory.ctypes.data,
+                memory.shape[1], begin, end, 0,
+            ))  # fmt: skip
+        return np.array(rows, dtype=np.int64).reshape(-1, 9)
+
+    def key(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """(c,) what contacts of edges a and b are sorted by: law, edge a, edge b."""
+        size = len(self.edges)
+        return (self._group[self._phase[a], self._phase[b]] * size + a) * size + b
+
+    def groups_of(self, keys: np.ndarray) -> np.ndarray:
+        """(c,) number of the law of each key."""
+        return keys // len(self.edges) ** 2
