@@ -14,6 +14,7 @@ from grainlaw.parameter import ParameterError
 from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following
 
 ROUNDING = 1e-9  #: of a length: nearer than this to a side is on the side, flatter than this is straight
+LOOSE = "grains"  #: the boundary of all sides that loose grains have inside their region
 
 
 class TilingError(ValueError):
@@ -22,6 +23,10 @@ class TilingError(ValueError):
 
 def _names(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(names)
+
+
+def _regions(regions: Iterable[Region]) -> tuple[Region, ...]:
+    return tuple(regions)
 
 
 def _rings(rings: Iterable[Any]) -> tuple[np.ndarray, ...]:
@@ -150,6 +155,21 @@ class Region:
         """(n,) whether points (n, 2) m lie inside; on a side either."""
         return enclosed(points, self.start, self.end)
 
+    def side_at(self, ends: np.ndarray) -> np.ndarray:
+        """(b,) the first side on which an edge with these ends (b, 2, 2) m lies; -1 without."""
+        found = [self._side_at(block) for block in np.array_split(ends, 1 + len(ends) * len(self.start) // 1_000_000)]
+        return np.concatenate(found)
+
+    def _side_at(self, ends: np.ndarray) -> np.ndarray:
+        along = self.end - self.start
+        length = np.hypot(*along.T)
+        offset = ends[:, :, None] - self.start
+        reach = ROUNDING * length.max()
+        share = (offset * along).sum(axis=-1) / length
+        on = (abs(cross(along, offset)) <= reach * length) & (share >= -reach) & (share <= length + reach)
+        both = on.all(axis=1)
+        return np.where(both.any(axis=1), both.argmax(axis=1), -1)
+
 
 def _ring_fault(name: str, ring: np.ndarray, names: tuple[str, ...]) -> str | None:
     if ring.ndim != 2 or ring.shape[1] != 2 or len(ring) < 3:
@@ -187,8 +207,9 @@ class Tessellation:
     """Convex polygons that cover a region without gap or overlap and meet along whole edges.
 
     Index letters: ``v`` vertex, ``g`` grain. The corners of grain g are ``corners[first[g]:first[g + 1]]``,
-    counter-clockwise. Arrays that do not fit each other raise :class:`TilingError`; whether the polygons tile the
-    region, :meth:`check` tells.
+    counter-clockwise. Further ``bodies`` may stand beside the region: they share no vertex with it or each other, also
+    where they touch. Loose grains need not fill their region; their sides inside it are the boundary "grains". Arrays
+    that do not fit each other raise :class:`TilingError`; whether the polygons tile the regions, :meth:`check` tells.
     """
 
     region: Region
@@ -196,10 +217,21 @@ class Tessellation:
     corners: np.ndarray = _array(int)  #: vertex numbers of all grains in a row
     first: np.ndarray = _array(int)  #: (g + 1,)
     phase: np.ndarray = _array(int)  #: (g,) mineral phase of each grain, all 0 unless given
+    bodies: tuple[Region, ...] = attrs.field(default=(), converter=_regions)  #: regions beside the first
+    body: np.ndarray = _array(int)  #: (g,) number into ``regions`` of the region each grain fills, all 0 unless given
+    loose: np.ndarray = _array(bool)  #: (g,) whether a grain may leave room round it, none unless given
 
     @phase.default
     def _one_phase(self) -> np.ndarray:
         return np.zeros(self.count, dtype=int)
+
+    @body.default
+    def _one_body(self) -> np.ndarray:
+        return np.zeros(self.count, dtype=int)
+
+    @loose.default
+    def _none_loose(self) -> np.ndarray:
+        return np.zeros(self.count, dtype=bool)
 
     def __attrs_post_init__(self) -> None:
         if self.vertices.ndim != 2 or self.vertices.shape[1] != 2 or not np.isfinite(self.vertices).all():
@@ -210,13 +242,29 @@ class Tessellation:
             raise TilingError(f"grain {np.argmin(np.diff(self.first))} has less than 3 corners")
         if self.corners.min() < 0 or self.corners.max() >= len(self.vertices):
             raise TilingError(f"corners must be vertex numbers below {len(self.vertices)}")
-        if self.phase.shape != (self.count,):
-            raise TilingError(f"phase has the shape {self.phase.shape} for {self.count} grains")
+        for name in ("phase", "body", "loose"):
+            if getattr(self, name).shape != (self.count,):
+                raise TilingError(f"{name} has the shape {getattr(self, name).shape} for {self.count} grains")
+        if not np.array_equal(np.unique(self.body), np.arange(len(self.regions))):
+            raise TilingError(f"body must give each of the {len(self.regions)} regions grains, by numbers from 0")
+        if self.loose.any() and any(LOOSE in region.names for region in self.regions):
+            raise TilingError(f"a region has a side named {LOOSE}, that is the boundary of loose grains")
 
     @property
     def count(self) -> int:
         """Number of grains."""
         return len(self.first) - 1
+
+    @property
+    def regions(self) -> tuple[Region, ...]:
+        """Of all bodies, ``region`` first."""
+        return (self.region, *self.bodies)
+
+    @cached_property
+    def boundary_names(self) -> tuple[str, ...]:
+        """Names of the boundaries of all bodies, each once; last that of loose grains."""
+        names = dict.fromkeys(name for region in self.regions for name in region.names)
+        return (*names, LOOSE) if self.loose.any() else tuple(names)
 
     @cached_property
     def areas(self) -> np.ndarray:
@@ -241,7 +289,7 @@ class Tessellation:
         e = np.flatnonzero((twin < 0) | (twin > np.arange(len(twin))))
         t = twin[e]
         side = np.full(len(e), -1)
-        side[t < 0] = self._boundary(self.vertices[np.column_stack([start[e], end[e]])[t < 0]])
+        side[t < 0] = self._boundary(self.vertices[np.column_stack([start[e], end[e]])[t < 0]], grain[e[t < 0]])
         return Edges(
             start=start[e],
             end=end[e],
@@ -251,24 +299,25 @@ class Tessellation:
             left_corners=np.column_stack([e, next_corner[e]]),
             right_corners=np.where(t[:, None] < 0, -1, np.column_stack([next_corner[t], t])),
             length=np.hypot(*(self.vertices[end[e]] - self.vertices[start[e]]).T),
-            boundary_names=self.region.boundary_names,
+            boundary_names=self.boundary_names,
         )
 
-    def _boundary(self, ends: np.ndarray) -> np.ndarray:
-        """Boundary on which edges with these ends (b, 2, 2) lie: that of the first side that has both; -1 without."""
-        region = self.region
-        along = region.end - region.start
-        length = np.hypot(*along.T)
-        offset = ends[:, :, None] - region.start
-        reach = ROUNDING * length.max()
-        share = (offset * along).sum(axis=-1) / length
-        on = (abs(cross(along, offset)) <= reach * length) & (share >= -reach) & (share <= length + reach)
-        both = on.all(axis=1)
-        names = np.array([region.boundary_names.index(name) for name in region.names])
-        return np.where(both.any(axis=1), names[both.argmax(axis=1)], -1)
+    def _boundary(self, ends: np.ndarray, grain: np.ndarray) -> np.ndarray:
+        """Boundary on which edges with these ends (b, 2, 2) of grains (b,) lie; -1 without."""
+        number = {name: k for k, name in enumerate(self.boundary_names)}
+        boundary = np.where(self.loose[grain], number.get(LOOSE, -1), -1)
+        order = np.argsort(self.body[grain], kind="stable")
+        parted = np.split(order, np.searchsorted(self.body[grain][order], np.arange(1, len(self.regions))))
+        for region, mine in zip(self.regions, parted, strict=True):
+            side = region.side_at(ends[mine])
+            boundary[mine] = np.where(side < 0, boundary[mine], np.array([number[name] for name in region.names])[side])
+        return boundary
 
     def check(self) -> None:
-        """Raise :class:`TilingError` unless the grains are convex and tile the region, edge to edge."""
+        """Raise :class:`TilingError` unless the grains are convex and those of each body tile its region, edge to edge.
+
+        Loose grains must have room in it.
+        """
         self._check_convex()
         key = self.corners * len(self.vertices) + self.corners[following(self.first)]
         run, times = np.unique(key, return_counts=True)
@@ -283,9 +332,20 @@ class Tessellation:
                 f"the edge between vertices {edges.start[e]} and {edges.end[e]} of grain {edges.left[e]} "
                 "has neither a second grain nor a side of the region"
             )
-        total = float(self.areas.sum())
-        if abs(total - self.region.area) > 1e-12 * self.region.area:
-            raise TilingError(f"the areas of the grains add up to {total} m2, the region has {self.region.area} m2")
+        shared = (edges.right >= 0) & (self.body[edges.left] != self.body[edges.right])
+        if shared.any():
+            e = shared.argmax()
+            raise TilingError(f"grains {edges.left[e]} and {edges.right[e]} share an edge, but are of different bodies")
+        for number, region in enumerate(self.regions):
+            self._check_area(region, self.body == number, f" of body {number}" if self.bodies else "")
+
+    def _check_area(self, region: Region, mine: np.ndarray, which: str) -> None:
+        total = float(self.areas[mine].sum())
+        missing = region.area - total
+        perimeter = np.hypot(*(region.end - region.start).T).sum()
+        placed = 2 * np.finfo(float).eps * abs(region.bounds).max() * perimeter  # what corners far from zero lose
+        if abs(missing) > 1e-12 * region.area + placed and not (missing > 0 and self.loose[mine].any()):
+            raise TilingError(f"the areas of the grains{which} add up to {total} m2, the region has {region.area} m2")
 
     def _check_convex(self) -> None:
         if self.areas.min() <= 0:

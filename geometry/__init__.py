@@ -1,7 +1,10 @@
-"""Regions and tessellators."""
+"""Regions, tessellators, and specimens of several bodies."""
 
+from grainlaw.geometry.bodies import block, moved, together
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.hexagonal import Hexagonal
+from grainlaw.geometry.loose import apart, wall
+from grainlaw.geometry.platens import between_platens
 from grainlaw.geometry.region import polygon, rectangle, shear_box
 from grainlaw.geometry.rock_tests import disc, notched_beam, semi_disc
 from grainlaw.geometry.voronoi import Voronoi
@@ -10,10 +13,16 @@ __all__ = [
     "Bricks",
     "Hexagonal",
     "Voronoi",
+    "apart",
+    "between_platens",
+    "block",
     "disc",
+    "moved",
     "notched_beam",
     "polygon",
     "rectangle",
     "semi_disc",
     "shear_box",
+    "together",
+    "wall",
 ]

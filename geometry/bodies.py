@@ -1,0 +1,116 @@
+"""Specimens of several bodies that share no edge: single blocks, moved and turned, put side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from numbers import Real
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.geometry.region import polygon
+from grainlaw.geometry.sides import is_convex, turns
+from grainlaw.parameter import ParameterError
+from grainlaw.tessellation import Region, Tessellation
+
+
+def together(*bodies: Tessellation) -> Tessellation:
+    """Bodies side by side, their grains in this order; they share no vertex, also where they touch.
+
+    Boundaries of one name become one boundary, and ``region`` is that of the first. That bodies do not overlap is not
+    checked. A block that will slide down an incline of 30 degrees::
+
+        base = block([(0, -1), (4, -1), (4, 0), (0, 0)], "base")
+        slider = block([(3, 0), (4, 0), (4, 0.5), (3, 0.5)], "slider")
+        grains = moved(together(base, slider), turn=30)
+
+    Raises :class:`~grainlaw.parameter.ParameterError`.
+    """
+    wrong = [type(body).__name__ for body in bodies if not isinstance(body, Tessellation)]
+    if wrong or not bodies:
+        given = f"a {wrong[0]}" if wrong else "nothing"
+        raise ParameterError(f"together: bodies must be one or more Tessellations, {given} is not allowed")
+    vertex, corner, number = (
+        np.cumsum([0, *counts])
+        for counts in zip(*((len(b.vertices), len(b.corners), len(b.regions)) for b in bodies), strict=True)
+    )
+    region, *others = [region for body in bodies for region in body.regions]
+    return Tessellation(
+        region,
+        np.concatenate([body.vertices for body in bodies]),
+        np.concatenate([body.corners + v for body, v in zip(bodies, vertex, strict=False)]),
+        np.concatenate([[0], *(body.first[1:] + c for body, c in zip(bodies, corner, strict=False))]),
+        np.concatenate([body.phase for body in bodies]),
+        others,
+        np.concatenate([body.body + k for body, k in zip(bodies, number, strict=False)]),
+        np.concatenate([body.loose for body in bodies]),
+    )
+
+
+def block(corners: Any, name: str | Sequence[str] = "block", phase: int = 0) -> Tessellation:
+    """A single convex grain with ``corners`` (n, 2) m, either way round.
+
+    ``name`` is that of the boundary of all its sides, or has one for the side from each corner to the next. A base
+    whose upper side is a boundary of its own::
+
+        grains = block([(0, 0), (2, 0), (2, 1), (0, 1)], ["base", "base", "incline", "base"])
+
+    Raises :class:`~grainlaw.parameter.ParameterError`.
+    """
+    checked_phase("block", phase)
+    region = polygon(corners, name)
+    if not is_convex(region):
+        x, y = region.end[turns(region).argmin()]
+        raise ParameterError(f"block: corners must be convex, they do not turn left at {x:g}, {y:g}")
+    count = len(region.outline)
+    return Tessellation(region, region.outline, np.arange(count), np.array([0, count]), np.array([phase]))
+
+
+def moved(grains: Tessellation, by: Any = (0.0, 0.0), turn: float = 0.0) -> Tessellation:
+    """Grains and their regions, turned about the origin by ``turn`` (degrees, counter-clockwise), then moved ``by`` m.
+
+    A sample that stands on another like it::
+
+        lower = Voronoi(grains=100).tessellate(rectangle(0.1, 0.1))
+        grains = together(lower, moved(lower, by=(0, 0.1)))
+
+    Raises :class:`~grainlaw.parameter.ParameterError`.
+    """
+    try:
+        way = np.array(by, dtype=float)
+    except (TypeError, ValueError):
+        way = np.full(2, np.nan)
+    if way.shape != (2,) or not np.isfinite(way).all():
+        raise ParameterError(f"moved: by = {by!r} m is not allowed, it must be two finite numbers")
+    if not isinstance(turn, Real) or isinstance(turn, bool) or not math.isfinite(turn):
+        raise ParameterError(f"moved: turn = {turn!r} degrees is not allowed, it must be a finite number")
+    cosine, sine = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+
+    def placed(points: np.ndarray) -> np.ndarray:
+        x, y = points.T
+        return np.column_stack([cosine * x - sine * y, sine * x + cosine * y]) + way
+
+    regions = [
+        attrs.evolve(each, outline=placed(each.outline), holes=[placed(hole) for hole in each.holes])
+        for each in grains.regions
+    ]
+    return attrs.evolve(grains, region=regions[0], bodies=regions[1:], vertices=placed(grains.vertices))
+
+
+def renamed(grains: Tessellation, names: Mapping[str, str]) -> Tessellation:
+    """Grains whose regions have other names for some boundaries, old to new."""
+
+    def named(region: Region) -> Region:
+        sides, *holes = (tuple(names.get(name, name) for name in ring) for ring in (region.sides, *region.hole_sides))
+        return attrs.evolve(region, sides=sides, hole_sides=tuple(holes))
+
+    region, *others = (named(each) for each in grains.regions)
+    return attrs.evolve(grains, region=region, bodies=others)
+
+
+def checked_phase(shape: str, phase: Any) -> None:
+    """Refuse what is no number of a mineral phase."""
+    if not isinstance(phase, (int, np.integer)) or isinstance(phase, bool) or phase < 0:
+        raise ParameterError(f"{shape}: phase = {phase!r} is not allowed, it must be a whole number, at least 0")

@@ -1,0 +1,47 @@
+"""Steel plates between a sample and what loads it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.geometry.bodies import checked_phase, renamed, together
+from grainlaw.geometry.bricks import Bricks
+from grainlaw.geometry.region import checked
+from grainlaw.tessellation import Region, Tessellation
+
+
+def between_platens(
+    grains: Tessellation, thickness: float, overhang: float = 0.0, phase: int = 1, columns: int = 1
+) -> Tessellation:
+    """A sample between two platens (m) that touch the box round it, above and below, as bodies of their own.
+
+    Boundaries top and bottom become the outer sides of the platens, so that tests load through them; those of the
+    sample are then rock_top and rock_bottom. The inner sides of the platens are platen_top and platen_bottom, their
+    ends platen_side. Platens are as wide as the sample and an ``overhang`` on either side, each of ``columns`` bonded
+    bricks, and of a mineral phase of their own::
+
+        sample = Voronoi(grains=500).tessellate(rectangle(0.05, 0.1))
+        specimen = gl.Specimen(between_platens(sample, 0.02, columns=4), {0: rock, 1: steel})
+
+    Raises :class:`~grainlaw.parameter.ParameterError`.
+    """
+    checked("between_platens", thickness=thickness)
+    checked("between_platens", zero=True, overhang=overhang)
+    checked_phase("between_platens", phase)
+    low = np.min([region.bounds[0] for region in grains.regions], axis=0)
+    high = np.max([region.bounds[1] for region in grains.regions], axis=0)
+    left, right = low[0] - overhang, high[0] + overhang
+
+    def platen(bottom: float, top: float, *sides: str) -> Tessellation:
+        region = Region(np.array([(left, bottom), (right, bottom), (right, top), (left, top)]), sides)
+        made: Any = Bricks(rows=1, columns=columns).tessellate(region)
+        return attrs.evolve(made, phase=np.full(made.count, phase))
+
+    return together(
+        renamed(grains, {"top": "rock_top", "bottom": "rock_bottom"}),
+        platen(high[1], high[1] + thickness, "platen_top", "platen_side", "top", "platen_side"),
+        platen(low[1] - thickness, low[1], "bottom", "platen_side", "platen_bottom", "platen_side"),
+    )
