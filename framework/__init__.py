@@ -6,6 +6,7 @@ from grainlaw.comparison import Comparison, compare
 from grainlaw.conformance import Entry, Report, check_law
 from grainlaw.contact import ContactLaw, Trace, trace
 from grainlaw.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
+from grainlaw.detection import Detection
 from grainlaw.envelope import (
     HoekBrownFit,
     MohrCoulombFit,
@@ -47,9 +48,10 @@ from grainlaw.observation import Frame, FrameRecorder, Observer
 from grainlaw.parameter import ParameterError, parameter, parameters, part
 from grainlaw.probe import ContactPath, Probe
 from grainlaw.result import Cracks, Result
-from grainlaw.simulation import InstabilityError, simulate
+from grainlaw.simulation import simulate
 from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
 from grainlaw.state import State
+from grainlaw.stepping import InstabilityError, OverlapError
 from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
 from grainlaw.window import Window, within_circle, within_polygon, within_rectangle
 
@@ -68,6 +70,7 @@ __all__ = [
     "ContactPoints",
     "Cracks",
     "Damping",
+    "Detection",
     "Drive",
     "DynamicRelaxation",
     "Elastic",
@@ -95,6 +98,7 @@ __all__ = [
     "MohrCoulombFit",
     "Motion",
     "Observer",
+    "OverlapError",
     "ParameterError",
     "Plane",
     "Pressure",

@@ -38,8 +38,7 @@ def _motion_of_ends(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def hand_over(state: State) -> None:
     """Turn interfaces that are broken and have moved apart into contacts of their edges, without a jump of force.
 
-    What such a contact is more open, and acts elsewhere, than its edges are, is kept as an offset and a shift that fade
-    as it slides.
+    How much more or less open such a contact is than its edges is kept as an offset, until it parts.
     """
     touches = state.touches
     if touches is None:
@@ -121,7 +120,7 @@ def _take_over(
     wanted = force[:, :2].sum(axis=1)  # (2, n) on A
 
     def normal_force(offset: np.ndarray) -> np.ndarray:
-        trial.offset[:], trial.shift[:], trial.memory[:], trial.slip[:] = offset, 0.0, memory, slip
+        trial.offset[:], trial.memory[:], trial.slip[:] = offset, memory, slip
         compiled(touch.geometry_of)(trial, g)
         apart = trial.length == 0
         trial.memory[:, apart] = memory[:, apart]
@@ -149,7 +148,6 @@ def _take_over(
     held_open = np.flatnonzero(along("normal") >= 0)
     table.offset[place[held_open]] = np.maximum(opened[held_open], 0.0)
     into = place[carrying]
-    table.shift[into] = _shift(trial, table.origin + table.seen, force)[carrying]
     for name in ("offset", "opening", "length"):
         getattr(table, name)[into] = getattr(trial, name)[carrying]
     table.slip[into], table.normal[into], table.shear[into] = slip[carrying], normal[carrying], shear[carrying]
@@ -157,17 +155,3 @@ def _take_over(
     table.force[:, :, into] = force[:, :, carrying]
     table.carried[0, into], table.carried[1, into] = along("normal")[carrying], along("shear")[carrying]
     table.memory[: len(memory), into] = memory[:, carrying]
-
-
-def _shift(trial: touch.Touching, positions: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """(n,) m along the contact, from where its depth has its centre to where the forces (2, 4, n) on A act."""
-    start, end = positions[:, trial.node[0]], positions[:, trial.node[1]]
-    moment = (end - start)[0] * force[1, 1] - (end - start)[1] * force[0, 1]  # about the start of edge a
-    tx, ty, share, half = trial.frame[0], trial.frame[1], trial.frame[2], trial.frame[4]
-    normal = force[0, :2].sum(axis=0) * ty - force[1, :2].sum(axis=0) * tx
-    shear = force[0, :2].sum(axis=0) * tx + force[1, :2].sum(axis=0) * ty
-    x, y = share * (end - start) - half * np.stack([ty, -tx])  # where the contact acts
-    along, across = x * tx + y * ty, x * ty - y * tx
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shift = np.where(normal < 0, (across * shear - moment) / normal - along, 0.0)
-    return np.clip(shift, -trial.length / 2, trial.length / 2)

@@ -16,7 +16,7 @@ from grainlaw.kernels.entry import compiled
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
-PER_CONTACT = ("limit", "dashpot", "offset", "shift", "opening", "slip", "normal", "shear", "length")
+PER_CONTACT = ("limit", "dashpot", "offset", "opening", "slip", "normal", "shear", "length")
 
 
 def uniform(component: Any) -> Any:
@@ -192,6 +192,8 @@ class Touches:
             seen=before.copy(), built=displacement.copy(), touched=touched, first=np.append(first, len(slot)), slot=slot
         )
         self.table = self._table()
+        born = np.delete(np.arange(len(keys)), kept)
+        compiled(touch.forgive)(self.arrays, displacement[0], displacement[1], born)
         self.searches += 1
 
     def _near(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -19,7 +19,8 @@ from grainlaw.loading import StageError
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.result import Result
-from grainlaw.simulation import InstabilityError, simulate
+from grainlaw.simulation import simulate
+from grainlaw.stepping import InstabilityError
 from grainlaw.tables import write_curves, write_json
 from grainlaw.vtk import VtkWriter
 

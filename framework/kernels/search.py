@@ -10,7 +10,7 @@ from numba import njit
 
 from grainlaw.kernels.cache import OPTIONS
 
-FACING = 0.3  #: cosine between outward normals beyond which edges cannot come to touch before the next search
+FACING = -0.05  #: cosine between outward normals beyond which edges share next to nothing of a contact
 
 
 @njit(forceinline=True, **OPTIONS)

@@ -14,7 +14,6 @@ from grainlaw.kernels.cache import OPTIONS
 from grainlaw.kernels.foreign import call
 
 u32 = np.uint32
-FADE = 0.1  #: slip, over the length of the shorter edge, in which what was left of a handed-over bond fades by e
 STEEPEST = 1e-3  #: cosine between an edge and the tangent: steeper ones carry nothing
 STOPS = 2  #: places of a thread's entry in ``stop``: nodes that have moved too far, contacts that overlap too much
 
@@ -25,8 +24,7 @@ class Touching(NamedTuple):
     node: np.ndarray  #: (4, c) start and end of edge a, start and end of edge b, counter-clockwise round their grains
     limit: np.ndarray  #: (c,) largest overlap (m)
     dashpot: np.ndarray  #: (c,) sqrt(kg/m): damping force over rate and root of stiffness
-    offset: np.ndarray  #: (c,) m, what a handed-over bond was more open than its edges are
-    shift: np.ndarray  #: (c,) m, where its force acted, along the contact
+    offset: np.ndarray  #: (c,) m, how much more open the contact is than its edges
     opening: np.ndarray  #: (c,) m, the mean over the contact, negative; 0 where apart
     slip: np.ndarray  #: (c,) m
     normal: np.ndarray  #: (c,) Pa
@@ -81,38 +79,43 @@ def strip(tx, ty, ax, ay, bx, by, wx, wy, offset):
     return begin, end, d1, d2, h2 - h1, 1.0 * to_a - 1.0 * by_a
 
 
+@njit(forceinline=True, **OPTIONS)
+def _edges(t, c, ux, uy):
+    """Edge a, edge b the same way, the way from the first corner of a to that of b, and the mean tangent."""
+    x0, y0 = t.origin[0], t.origin[1]
+    i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
+    ix, iy, mx, my = x0[i] + ux[i], y0[i] + uy[i], x0[m] + ux[m], y0[m] + uy[m]
+    ax, ay, bx, by = x0[j] + ux[j] - ix, y0[j] + uy[j] - iy, x0[k] + ux[k] - mx, y0[k] + uy[k] - my
+    qa, qb = 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by)
+    tx, ty = qa * ax + qb * bx, qa * ay + qb * by
+    r = 1 / math.sqrt(max(tx * tx + ty * ty, 1e-30))
+    return ax, ay, bx, by, mx - ix, my - iy, r * tx, r * ty
+
+
 @njit(**OPTIONS)
 def touch_geometry(g, t, ux, uy, first, last):
     """Frame, mean opening, length and slip of contacts, Eqs. (15, 16); returns how many overlap too much."""
-    x0, y0, sx, sy = t.origin[0], t.origin[1], t.seen[0], t.seen[1]
+    sx, sy = t.seen[0], t.seen[1]
     deep = 0
     for c in range(first, last):
-        i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
-        ix, iy, jx, jy = x0[i] + ux[i], y0[i] + uy[i], x0[j] + ux[j], y0[j] + uy[j]
-        kx, ky, mx, my = x0[k] + ux[k], y0[k] + uy[k], x0[m] + ux[m], y0[m] + uy[m]
-        ax, ay, bx, by, wx, wy = jx - ix, jy - iy, kx - mx, ky - my, mx - ix, my - iy
-        la, lb = 1 / (ax * ax + ay * ay), 1 / (bx * bx + by * by)
-        tx, ty = ax * math.sqrt(la) + bx * math.sqrt(lb), ay * math.sqrt(la) + by * math.sqrt(lb)
-        r = 1 / math.sqrt(max(tx * tx + ty * ty, 1e-30))
-        tx, ty = r * tx, r * ty
-        begin, end, d1, d2, rise, ends = strip(tx, ty, ax, ay, bx, by, wx, wy, t.offset[c])
+        ax, ay, bx, by, wx, wy, tx, ty = _edges(t, c, ux, uy)
+        offset = t.offset[c]
+        begin, end, d1, d2, rise, ends = strip(tx, ty, ax, ay, bx, by, wx, wy, offset)
         if begin < end:  # once more along the chord
             run = end - begin
             q = 1 / math.sqrt(run * run + rise * rise)
             tx, ty = q * (run * tx + rise * ty), q * (run * ty - rise * tx)
-            begin, end, d1, d2, rise, ends = strip(tx, ty, ax, ay, bx, by, wx, wy, t.offset[c])
+            begin, end, d1, d2, rise, ends = strip(tx, ty, ax, ay, bx, by, wx, wy, offset)
         run = end - begin
         low = min(d1, d2)
         mean = 0.5 * (d1 + d2)
         t.frame[7, c] = t.length[c]
         if run <= 0 or mean <= 0 or mean > 2 * t.limit[c]:
+            if offset != 0:  # parting without a force, the edges take back what they were more open than they are
+                _, _, d1, d2, _, _ = strip(tx, ty, ax, ay, bx, by, wx, wy, 0.0)
+                t.offset[c] = max(min(offset, max(d1, d2)), 0.0)
             t.length[c] = 0.0
             t.opening[c] = 0.0
-            if t.offset[c] > 0:  # held open by it: what remains of an open bond must not snap shut
-                begin, end, d1, d2, rise, ends = strip(tx, ty, ax, ay, bx, by, wx, wy, 0.0)
-            if t.offset[c] <= 0 or begin >= end or mean > 2 * t.limit[c]:
-                t.offset[c] = 0.0
-            t.shift[c] = 0.0
             t.slip[c] = 0.0
             t.frame[5, c] = 0.0
             for n in range(t.memory.shape[0]):
@@ -122,21 +125,19 @@ def touch_geometry(g, t, ux, uy, first, last):
         deep += mean > t.limit[c] and share > 0.5 and run > 0.3 * mean
         t.length[c] = run * share
         t.opening[c] = -mean
-        s = begin + run * (d1 + 2 * d2) / (3 * (d1 + d2)) + t.shift[c]
+        s = begin + run * (d1 + 2 * d2) / (3 * (d1 + d2))
         start = wx * tx + wy * ty
         xa, xb = s / (ax * tx + ay * ty), (s - start) / (bx * tx + by * ty)
-        half = 0.5 * (d1 + (d2 - d1) * (s - begin) / run + t.offset[c])
+        half = 0.5 * (d1 + (d2 - d1) * (s - begin) / run + offset)
+        i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
         dix, diy, djx, djy = ux[i] - sx[i], uy[i] - sy[i], ux[j] - sx[j], uy[j] - sy[j]
         dkx, dky, dmx, dmy = ux[k] - sx[k], uy[k] - sy[k], ux[m] - sx[m], uy[m] - sy[m]
-        turn_a = (ax * (djy - diy) - ay * (djx - dix)) * la
-        turn_b = (bx * (dky - dmy) - by * (dkx - dmx)) * lb
+        turn_a = (ax * (djy - diy) - ay * (djx - dix)) / (ax * ax + ay * ay)
+        turn_b = (bx * (dky - dmy) - by * (dkx - dmx)) / (bx * bx + by * by)
         rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix)
         ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy)
         slid = rx * tx + ry * ty + half * (turn_a + turn_b)
         t.slip[c] += slid
-        fade = math.exp(-abs(slid) * math.sqrt(max(la, lb)) / FADE) if t.offset[c] != 0 or t.shift[c] != 0 else 1.0
-        t.offset[c] *= fade
-        t.shift[c] *= fade
         t.frame[0, c] = tx
         t.frame[1, c] = ty
         t.frame[2, c] = xa
@@ -146,6 +147,14 @@ def touch_geometry(g, t, ux, uy, first, last):
         t.frame[6, c] = slid
         t.frame[8, c] = 0.5 * ends * d1 * d2 / mean
     return deep
+
+
+def forgive(t, ux, uy, fresh):
+    """Let contacts ``fresh`` begin without a force: what they overlap already becomes their offset."""
+    for c in fresh:
+        ax, ay, bx, by, wx, wy, tx, ty = _edges(t, c, ux, uy)
+        _, _, d1, d2, _, _ = strip(tx, ty, ax, ay, bx, by, wx, wy, 0.0)
+        t.offset[c] = max(d1, d2)
 
 
 def geometry_of(t, g):
