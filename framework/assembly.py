@@ -156,6 +156,42 @@ def _cuts(firsts: Sequence[int], count: int, threads: int) -> np.ndarray:
     return np.array([*cuts, count])
 
 
+def check_boundaries(specimen: Specimen, imposed: Sequence[Drive | Hold | Pressure]) -> None:
+    """Raise :class:`ParameterError` for something imposed on a boundary that the specimen does not have."""
+    for one in imposed:
+        if one.boundary not in specimen.mesh.boundaries:
+            names = ", ".join(sorted(specimen.mesh.boundaries))
+            raise ParameterError(
+                f"{type(one).__name__}: boundary = {one.boundary!r} is not one of the specimen's: {names}"
+            )
+
+
+def driven_arrays(specimen: Specimen, drives: Sequence[Drive | Hold], fixed: Sequence[int]) -> loop.Driven:
+    """Freedoms on driven boundaries and of ``fixed`` grains; the latter follow the column after those of the drives."""
+    mesh, still = specimen.mesh, len(drives)
+    held: dict[tuple[int, int], int] = {}
+    for column, drive in enumerate(drives):
+        roller = isinstance(drive, Drive) and drive.roller
+        nodes = mesh.middle(drive.boundary) if roller else mesh.boundaries[drive.boundary]
+        places = np.unique(mesh.node_grain[nodes]) if specimen.is_rigid else nodes
+        held.update({(drive.axis, place): column for place in places.tolist()})
+        if specimen.is_rigid and not roller:  # a platen that lies against a grain's edge keeps it from turning
+            held.update({(2, place): still for place in places.tolist()})
+    wrong = [grain for grain in fixed if not 0 <= grain < specimen.grains.count]
+    if wrong:
+        raise ParameterError(
+            f"Stage: fixed = {wrong[0]} is not allowed, grains are numbered from 0 to {specimen.grains.count - 1}"
+        )
+    places = np.asarray(fixed, dtype=int)
+    if not specimen.is_rigid:
+        places = np.flatnonzero(np.isin(mesh.node_grain, places))
+    held.update({(row, place): still for place in places.tolist() for row in range(3 if specimen.is_rigid else 2)})
+    rows = sorted(held, key=lambda place: (place[1], place[0]))
+    row, index = np.array(rows, dtype=np.int64).reshape(-1, 2).T.copy()
+    columns = np.array([held[key] for key in rows], dtype=np.int64)
+    return loop.Driven(row, index, columns, *np.zeros((3, len(rows))))
+
+
 def held_arrays(
     specimen: Specimen, drives: Sequence[Drive | Hold], driven: loop.Driven, freedoms: loop.Freedoms
 ) -> loop.Held:

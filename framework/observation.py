@@ -44,6 +44,7 @@ class Frame:
     velocity: np.ndarray  #: (i, 2) m/s
     stress: np.ndarray  #: (g, 3) Pa, xx, yy, xy
     contacts: dict[str, np.ndarray]  #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*
+    touches: dict[str, np.ndarray]  #: (k,) closed contacts between edges that no bond joins; empty without detection
 
 
 def take_frame(state: State) -> Frame:
@@ -53,7 +54,8 @@ def take_frame(state: State) -> Frame:
     contacts["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)
     contacts["damage"] = state.memory("damage")
     contacts["lost_opening"], contacts["lost_slip"] = lost(state)
-    return Frame(state.time, state.displacement.copy(), state.velocity.copy(), state.grain_stress(), contacts)
+    touches = {} if state.touches is None else state.touches.closed()
+    return Frame(state.time, state.displacement.copy(), state.velocity.copy(), state.grain_stress(), contacts, touches)
 
 
 @attrs.define

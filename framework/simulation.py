@@ -121,7 +121,7 @@ class _Run:
         fastest = max((abs(drive.speed) for drive in stage.drives if isinstance(drive, Drive)), default=0.0)
         self.supplied = max(self.supplied, 0.5 * float(state.freedoms.mass[0].sum()) * fastest**2)
         integrator, before = stage.integrator, None
-        state.time_step = self.factor * integrator.stable_step(self.stability.frequency)
+        state.time_step = self._time_step(stage, integrator)
         began, first = state.time, self.columns.count
         self._steps(integrator, 0, began)  # compiles, so that the clock sees the time loop alone
         for _ in range(stage.sample_limit):
@@ -141,10 +141,13 @@ class _Run:
             if progress >= 1:
                 return
             if self.stability.has_changed():
-                state.time_step = self.factor * integrator.stable_step(self.stability.frequency)
+                state.time_step = self._time_step(stage, integrator)
         raise StageError(
             f"stage '{stage.name}' did not end within {stage.sample_limit} samples; it waits for {list(stage.until)}"
         )
+
+    def _time_step(self, stage: Stage, integrator: Integrator) -> float:
+        return min(self.factor * integrator.stable_step(self.stability.frequency), stage.interval)
 
     def _advance(
         self, stage: Stage, integrator: Integrator, before: Motion | None, steps: int, began: float

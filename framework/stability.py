@@ -9,6 +9,8 @@ from scipy.sparse.linalg import eigsh
 
 from grainlaw.specimen import Specimen
 
+TINY = 1e-300
+
 
 def _zone_triplets(specimen: Specimen) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stiffness of the undeformed zones: values (z, 6, 6) and the freedoms (z, 6) they couple."""
@@ -101,13 +103,16 @@ def rigid_map(specimen: Specimen) -> csr_matrix:
 
 
 def highest_frequency(stiffness: csr_matrix, mass: np.ndarray) -> float:
-    """Highest angular frequency (1/s) of freedoms with lumped ``mass`` (kg), by Lanczos' method, within 0.1 %."""
+    """Highest angular frequency (1/s) of freedoms with lumped ``mass`` (kg), by Lanczos' method, within 0.1 %.
+
+    Without any stiffness it is the smallest number above 0.
+    """
     scale = 1 / np.sqrt(mass)
     scaled = csr_matrix(stiffness.multiply(scale[:, None]).multiply(scale[None, :]))
     if scaled.shape[0] < 20:
-        return float(np.sqrt(np.linalg.eigvalsh(scaled.toarray())[-1]))
+        return float(np.sqrt(max(np.linalg.eigvalsh(scaled.toarray())[-1], TINY)))
     start = np.random.default_rng(0).normal(size=len(mass))
-    return float(np.sqrt(eigsh(scaled, k=1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0]))
+    return float(np.sqrt(max(eigsh(scaled, k=1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0], TINY)))
 
 
 @attrs.frozen

@@ -8,7 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from grainlaw.assembly import (
+    check_boundaries,
     contact_arrays,
+    driven_arrays,
     freedom_arrays,
     group_interfaces,
     held_arrays,
@@ -22,7 +24,6 @@ from grainlaw.detection import Detection
 from grainlaw.integration import Motion
 from grainlaw.kernels import loop, touch
 from grainlaw.loading import Drive, Hold, Pressure, Stage
-from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 from grainlaw.touching import Touches, no_touching
 
@@ -80,47 +81,16 @@ class State:
     ) -> None:
         """Drive and press boundaries, and hold ``fixed`` grains."""
         self.adopted_work += float(self.driven.work.sum() + self.pressed.work.sum())
-        for imposed in (*drives, *pressures):
-            if imposed.boundary not in self.mesh.boundaries:
-                names = ", ".join(sorted(self.mesh.boundaries))
-                raise ParameterError(
-                    f"{type(imposed).__name__}: boundary = {imposed.boundary!r} is not one of the specimen's: {names}"
-                )
-        freedoms, rigid = self.freedoms, self.rigid.grains > 0
-        held: dict[tuple[int, int], int] = {}
-        for column, drive in enumerate(drives):
-            roller = isinstance(drive, Drive) and drive.roller
-            nodes = self.mesh.middle(drive.boundary) if roller else self.mesh.boundaries[drive.boundary]
-            places = np.unique(self.mesh.node_grain[nodes]) if rigid else nodes
-            held.update({(drive.axis, int(place)): column for place in places})
-            if rigid and not roller:  # a platen that lies against a grain's edge keeps it from turning
-                held.update({(2, int(place)): len(drives) for place in places})
-        held.update(
-            {(row, place): len(drives) for place in self._freedoms_of(fixed) for row in range(len(freedoms.mass))}
-        )
-        rows = sorted(held, key=lambda place: (place[1], place[0]))
-        row, index = np.array(rows, dtype=np.int64).reshape(-1, 2).T.copy()
-        columns = np.array([held[key] for key in rows], dtype=np.int64)
+        check_boundaries(self.specimen, [*drives, *pressures])
         self.drives, self.pressures = list(drives), list(pressures)
-        self.driven = loop.Driven(row, index, columns, *np.zeros((3, len(rows))))
-        freedoms.free[:] = 1.0
-        freedoms.imposed[:] = 0.0
-        freedoms.free[row, index] = 0.0
-        self.held = held_arrays(self.specimen, self.drives, self.driven, freedoms)
+        self.driven = driven_arrays(self.specimen, drives, fixed)
+        self.freedoms.free[:] = 1.0
+        self.freedoms.imposed[:] = 0.0
+        self.freedoms.free[self.driven.row, self.driven.place] = 0.0
+        self.held = held_arrays(self.specimen, self.drives, self.driven, self.freedoms)
         self.pressed = pressed_arrays(self.specimen, self.pressures, len(drives) + 1, self.arrays.displacement)
         self._start = {name: self._mean_displacement(name) for name in self.mesh.boundaries}
         self._samples = 0
-
-    def _freedoms_of(self, grains: Sequence[int]) -> list[int]:
-        count = self.specimen.grains.count
-        wrong = [grain for grain in grains if not 0 <= grain < count]
-        if wrong:
-            raise ParameterError(
-                f"Stage: fixed = {wrong[0]!r} is not allowed, grains are numbered from 0 to {count - 1}"
-            )
-        if self.rigid.grains:
-            return [int(grain) for grain in grains]
-        return np.flatnonzero(np.isin(self.mesh.node_grain, np.asarray(grains, dtype=int))).tolist()
 
     @cached_property
     def _true_mass(self) -> np.ndarray:

@@ -94,7 +94,7 @@ class StableStep:
     def _rim(self) -> tuple[np.ndarray, float, float] | None:
         """Edges that were never bonded, and the stiffness of the stiffest law they may meet."""
         touches = self.state.touches
-        if touches is None or not self.touching:
+        if touches is None or not self.touching or not touches.groups:
             return None
         kn, ks = (max(float(np.max(group.law.stiffness[k])) for group in touches.groups) for k in (0, 1))
         return touches.edges[2 * len(self.state.order) :], self.allowed * kn, ks

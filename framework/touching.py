@@ -136,6 +136,15 @@ class Touches:
         """(c, 2) grains A and B."""
         return self.edge_grain[self.pairs]
 
+    def closed(self) -> dict[str, np.ndarray]:
+        """Contacts (k) that are closed: position, tangent (k, 2), length, opening, slip (m), tractions (Pa), grains."""
+        arrays = self.arrays
+        chosen = np.flatnonzero(arrays.length > 0)
+        start, end = (self.origin + arrays.seen)[:, arrays.node[:2, chosen]].transpose(1, 2, 0)
+        rows = {name: getattr(arrays, name)[chosen] for name in ("length", "opening", "slip", "normal", "shear")}
+        position = start + arrays.frame[2, chosen, None] * (end - start)
+        return {"position": position, "tangent": arrays.frame[:2, chosen].T, **rows, "grains": self.grains[chosen]}
+
     def deepest(self) -> str:
         """The contact that overlaps most, over what is allowed, in words."""
         arrays = self.arrays

@@ -1,4 +1,4 @@
-"""Moments of a run as VTK files: ``grains.pvd`` and ``cracks.pvd``, time series that ParaView opens directly."""
+"""Moments of a run as VTK files: grains, cracks and contacts, time series (.pvd) that ParaView opens directly."""
 
 from __future__ import annotations
 
@@ -26,19 +26,22 @@ class VtkSeries:
     Points lie on the deformed specimen. Grains: zones with grain number, phase, mean stress of their grain (Pa);
     displacement (m) and velocity (m/s) at nodes. Cracks: each contact point with damage as a line along its half of
     the interface, with damage, mode (share of shear), opening and slip (m), normal and shear traction (Pa), energy lost
-    in opening and in slip (J/m2), time of breaking (s, nan where not broken) and the two grains. Raises OSError where
-    it cannot write.
+    in opening and in slip (J/m2), time of breaking (s, nan where not broken) and the two grains. Contacts, where they
+    are detected: those of edges that no bond joins as lines along what touches, with mean opening (negative) and slip
+    (m), normal and shear traction (Pa) and the two grains. Raises OSError where it cannot write.
     """
 
     def __init__(self, folder: str | os.PathLike[str], specimen: Specimen, interfaces: np.ndarray) -> None:
         self.folder = writable_folder(folder)
         self.specimen, self.interfaces = specimen, interfaces
-        self.entries: dict[str, list[tuple[float, str]]] = {"grains": [], "cracks": []}
+        self.entries: dict[str, list[tuple[float, str]]] = {"grains": [], "cracks": [], "contacts": []}
 
     def write(self, frame: Frame) -> None:
         """Add one frame."""
         self._add("grains", frame.time, self._grains(frame))
         self._add("cracks", frame.time, self._cracks(frame))
+        if frame.touches:
+            self._add("contacts", frame.time, self._contacts(frame))
 
     def _grains(self, frame: Frame) -> meshio.Mesh:
         mesh, grains = self.specimen.mesh, self.specimen.grains
@@ -66,6 +69,18 @@ class VtkSeries:
         data = {name: [values[chosen]] for name, values in frame.contacts.items()}
         data |= {"grain_a": [grain[:, 0]], "grain_b": [grain[:, 2]]}
         return meshio.Mesh(_in_space(points), [("line", np.arange(2 * count).reshape(-1, 2))], cell_data=data)
+
+    def _contacts(self, frame: Frame) -> meshio.Mesh:
+        touches = dict(frame.touches)
+        position, tangent, grains = (touches.pop(name) for name in ("position", "tangent", "grains"))
+        half = tangent * touches.pop("length")[:, None] / 2
+        data = {**touches, "grain_a": grains[:, 0], "grain_b": grains[:, 1]}
+        if not len(position):  # as above
+            position = half = np.zeros((1, 2))
+            data = {name: np.zeros(1, dtype=row.dtype) for name, row in data.items()}
+        points = np.stack([position - half, position + half], axis=1).reshape(-1, 2)
+        lines = np.arange(len(points)).reshape(-1, 2)
+        return meshio.Mesh(_in_space(points), [("line", lines)], cell_data={name: [row] for name, row in data.items()})
 
     def _add(self, name: str, time: float, mesh: meshio.Mesh) -> None:
         file = f"{name}_{len(self.entries[name]):04d}.vtu"
