@@ -4,6 +4,7 @@ from grainlaw.protocols.biaxial_compression import BiaxialCompression
 from grainlaw.protocols.brazilian import Brazilian
 from grainlaw.protocols.cyclic import Cyclic
 from grainlaw.protocols.direct_shear import DirectShear
+from grainlaw.protocols.free_motion import FreeMotion
 from grainlaw.protocols.joint_tension import JointTension
 from grainlaw.protocols.platens import Moving, Platens
 from grainlaw.protocols.semi_circular_bend import SemiCircularBend
@@ -16,6 +17,7 @@ __all__ = [
     "Brazilian",
     "Cyclic",
     "DirectShear",
+    "FreeMotion",
     "JointTension",
     "Moving",
     "Platens",

@@ -1,0 +1,157 @@
+"""Bodies that fall, slide, roll and collide: no platens, only gravity and what they are thrown with."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
+from grainlaw.loading import Condition, Curves, LoadingProtocol, Stage
+from grainlaw.parameter import ParameterError, parameter, part, whole_number
+from grainlaw.specimen import Specimen
+from grainlaw.state import State
+
+
+@attrs.frozen
+class _Lasts(Condition):
+    """A time has passed."""
+
+    began: float
+    duration: float
+
+    def progress(self, curves: Curves) -> float:
+        return float((curves["time"][-1] - self.began) / self.duration)
+
+
+def _grains() -> Any:
+    def convert(value: Any, field: Any) -> tuple[int, ...]:
+        try:
+            return tuple(operator.index(grain) for grain in value)
+        except TypeError:
+            raise ParameterError(
+                f"FreeMotion: {field.name} = {value!r} is not allowed, it must be a list of grain numbers"
+            ) from None
+
+    return attrs.field(default=(), converter=attrs.Converter(convert, takes_field=True))
+
+
+def _velocities(value: Any) -> dict[int, tuple[float, float]]:
+    try:
+        made = {operator.index(grain): (float(vx), float(vy)) for grain, (vx, vy) in dict(value).items()}
+    except (TypeError, ValueError):
+        made = {0: (np.nan, np.nan)}
+    if not np.isfinite(list(made.values())).all():
+        raise ParameterError(
+            f"FreeMotion: velocity = {value!r} m/s is not allowed, it must give grain numbers two finite numbers (x, y)"
+        )
+    return made
+
+
+@attrs.frozen(kw_only=True)
+class FreeMotion(LoadingProtocol):
+    """Bodies move for a time under gravity, some of them thrown.
+
+    Before that, for the time ``settle``, they come to rest under gravity with ``LocalDamping``, while grains with a
+    ``velocity`` wait where they are. Refuses grain numbers that the specimen does not have.
+    """
+
+    duration: float = parameter("s")
+    settle: float = parameter("s", default=0.0, at_least=0)
+    gravity: tuple[float, float] = (0.0, -9.81)  #: m/s2
+    fixed: Sequence[int] = _grains()  #: grains that neither move nor turn
+    velocity: Mapping[int, tuple[float, float]] = attrs.field(factory=dict, converter=_velocities)  #: m/s, by grain
+    tracked: Sequence[int] = _grains()  #: grains whose way is recorded
+    samples: int = whole_number(default=200, at_least=2)
+    integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped()))
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        for name in ("fixed", "velocity", "tracked"):
+            wrong = [grain for grain in getattr(self, name) if not 0 <= grain < specimen.grains.count]
+            if wrong:
+                raise ParameterError(
+                    f"FreeMotion: {name} = {wrong[0]} is not allowed, grains are numbered from 0 to "
+                    f"{specimen.grains.count - 1}"
+                )
+        thrown = np.zeros((specimen.grains.count, 2))
+        for grain, velocity in self.velocity.items():
+            thrown[grain] = velocity
+        move = Stage(
+            name="move", until=[_Lasts(self.settle, self.duration)], interval=self.duration / self.samples,
+            integrator=self.integrator, gravity=self.gravity, fixed=self.fixed,
+            initial_velocity=thrown[specimen.mesh.node_grain],
+        )  # fmt: skip
+        if not self.settle:
+            return [move]
+        damped = CentralDifference(damping=LocalDamping())
+        settle = attrs.evolve(
+            move, name="settle", until=[_Lasts(0.0, self.settle)], interval=self.settle / self.samples,
+            integrator=damped, fixed=[*self.fixed, *self.velocity], initial_velocity=None,
+        )  # fmt: skip
+        return [settle, move]
+
+    def measure(self, state: State) -> dict[str, float]:
+        """Of all grains that are not fixed: mean and largest speed of their centres, and their centre of mass.
+
+        ``energy_kinetic`` is recorded in every test. Of each tracked grain k the place of its centre of mass ``x_k``,
+        ``y_k`` (m) and its rotation ``rotation_k`` (rad, counter-clockwise); that of grains that deform is the
+        rotation of the polar decomposition, from -pi to pi.
+        """
+        place, speed = grain_motion(state)
+        free = np.setdiff1d(np.arange(len(place)), self.fixed)
+        speeds, mass = np.hypot(*speed[free].T), grain_masses(state.specimen)[free]
+        centre = mass @ place[free] / mass.sum() if len(free) else np.full(2, np.nan)
+        row = {
+            "mean_speed": float(speeds.mean()) if len(free) else 0.0,
+            "largest_speed": float(speeds.max(initial=0.0)),
+            "centre_x": float(centre[0]),
+            "centre_y": float(centre[1]),
+        }
+        for k in self.tracked:
+            row |= {f"x_{k}": place[k, 0], f"y_{k}": place[k, 1], f"rotation_{k}": rotation(state, k)}
+        return row
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Largest speed of all (m/s), mean speed at the end (m/s), way (m) of the centre of mass since the start."""
+        mass, moving = grain_masses(specimen), np.setdiff1d(np.arange(specimen.grains.count), self.fixed)
+        start = np.average(specimen.grains.centroids[moving], axis=0, weights=mass[moving])
+        return {
+            "largest_speed": float(curves["largest_speed"].max()),
+            "last_mean_speed": float(curves["mean_speed"][-1]),
+            "centre_moved_x": float(curves["centre_x"][-1] - start[0]),
+            "centre_moved_y": float(curves["centre_y"][-1] - start[1]),
+        }
+
+
+def grain_masses(specimen: Specimen) -> np.ndarray:
+    """(g,) kg per metre of thickness."""
+    return np.bincount(specimen.mesh.node_grain, specimen.node_masses, specimen.grains.count)
+
+
+def grain_motion(state: State) -> tuple[np.ndarray, np.ndarray]:
+    """Centres of mass (g, 2) m and their velocities (g, 2) m/s."""
+    specimen = state.specimen
+    if specimen.is_rigid:
+        return specimen.grains.centroids + state.freedoms.displacement[:2].T, state.freedoms.velocity[:2].T
+    of, mass = specimen.mesh.node_grain, specimen.node_masses
+    rows = [
+        np.stack([np.bincount(of, mass * x, specimen.grains.count) for x in field.T], axis=1)
+        for field in (state.positions, state.velocity)
+    ]
+    centre, speed = (row / grain_masses(specimen)[:, None] for row in rows)
+    return centre, speed
+
+
+def rotation(state: State, grain: int) -> float:
+    """rad, counter-clockwise, since the specimen was made; of a grain that deforms, from -pi to pi."""
+    if state.specimen.is_rigid:
+        return float(state.freedoms.displacement[2, grain])
+    nodes = np.flatnonzero(state.mesh.node_grain == grain)
+    mass = state.specimen.node_masses[nodes]
+    before, now = (p[nodes] - mass @ p[nodes] / mass.sum() for p in (state.mesh.nodes, state.positions))
+    along = mass @ (before * now).sum(axis=1)
+    across = mass @ (before[:, 0] * now[:, 1] - before[:, 1] * now[:, 0])
+    return float(np.arctan2(across, along))
