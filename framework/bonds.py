@@ -114,8 +114,9 @@ def _take_over(
     table, law = touches.arrays, touches.groups[g].compiled
     count = len(place)
     trial = no_touching(count)._replace(
-        node=np.ascontiguousarray(table.node[:, place]), limit=np.full(count, np.inf), origin=table.origin,
-        seen=table.seen, memory=memory.copy(), fresh=table.fresh[: len(memory)],
+        node=np.ascontiguousarray(table.node[:, place]), inverse=np.ascontiguousarray(table.inverse[:, place]),
+        limit=np.full(count, np.inf), place=table.place - table.way, way=np.zeros_like(table.way),
+        memory=memory.copy(), fresh=table.fresh[: len(memory)],
     )  # fmt: skip
     wanted = force[:, :2].sum(axis=1)  # (2, n) on A
 

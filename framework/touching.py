@@ -43,11 +43,12 @@ def no_touching(count: int = 0) -> touch.Touching:
     """Contacts that are apart, and are not followed."""
     none = np.zeros(0, dtype=np.int64)
     return touch.Touching(
-        node=np.zeros((4, count), dtype=np.int32), **{name: np.zeros(count) for name in PER_CONTACT},
+        node=np.zeros((4, count), dtype=np.int32), inverse=np.ones((2, count)),
+        **{name: np.zeros(count) for name in PER_CONTACT},
         frame=np.zeros((9, count)), force=np.zeros((2, 4, count)), carried=np.zeros((3, count)),
-        work=np.zeros((3, count)), memory=np.zeros((1, count)), fresh=np.zeros((1, 1)), origin=np.zeros((2, 0)),
-        seen=np.zeros((2, 0)), built=np.zeros((2, 0)), touched=none, first=np.zeros(1, dtype=np.int64), slot=none,
-        reach=np.inf, stop=np.zeros((1, 8), dtype=np.int64),
+        work=np.zeros((3, count)), memory=np.zeros((1, count)), fresh=np.zeros((1, 1)), touched=none,
+        **{name: np.zeros((2, 0)) for name in ("origin", "place", "seen", "way", "built")},
+        first=np.zeros(1, dtype=np.int64), slot=none, reach=np.inf, stop=np.zeros((1, 8), dtype=np.int64),
     )  # fmt: skip
 
 
@@ -98,8 +99,8 @@ class Touches:
         corners = grains.vertices[grains.corners]
         width = compiled(search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), grains.first)
         self.limits = np.minimum(detection.largest_overlap * width, self.skin)  #: (g,) m
-        lengths = np.hypot(*(origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]))
-        self.cell = float(2 * self.skin + (np.median(lengths) if len(lengths) else 1.0))
+        self.lengths = np.hypot(*(origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]))  #: (e,) m, undeformed
+        self.cell = float(2 * self.skin + (np.median(self.lengths) if len(self.lengths) else 1.0))
         nodes = np.concatenate([specimen.node_masses, [0.0]])
         mass = np.bincount(mesh.node_grain, specimen.node_masses)[self.edge_grain]
         self.edge_mass = mass if specimen.is_rigid else nodes[self.edges].sum(axis=1)
@@ -140,7 +141,7 @@ class Touches:
         """Contacts (k) that are closed: position, tangent (k, 2), length, opening, slip (m), tractions (Pa), grains."""
         arrays = self.arrays
         chosen = np.flatnonzero(arrays.length > 0)
-        start, end = (self.origin + arrays.seen)[:, arrays.node[:2, chosen]].transpose(1, 2, 0)
+        start, end = arrays.place[:, arrays.node[:2, chosen]].transpose(1, 2, 0)
         rows = {name: getattr(arrays, name)[chosen] for name in ("length", "opening", "slip", "normal", "shear")}
         position = start + arrays.frame[2, chosen, None] * (end - start)
         return {"position": position, "tangent": arrays.frame[:2, chosen].T, **rows, "grains": self.grains[chosen]}
@@ -149,7 +150,7 @@ class Touches:
         """The contact that overlaps most, over what is allowed, in words."""
         arrays = self.arrays
         c = int(np.argmax(-arrays.opening * (arrays.length > 0.3 * -arrays.opening) / arrays.limit))
-        (a, b), place = self.grains[c], self.origin[:, arrays.node[0, c]] + arrays.seen[:, arrays.node[0, c]]
+        (a, b), place = self.grains[c], arrays.place[:, arrays.node[0, c]]
         return (
             f"grains {a} and {b} overlap by {-arrays.opening[c]:.4g} m near ({place[0]:.4g}, {place[1]:.4g}) m, more "
             f"than the {arrays.limit[c]:.4g} m allowed (largest_overlap = {self.detection.largest_overlap:g} of the "
@@ -174,35 +175,27 @@ class Touches:
         ``before`` is the displacement at the last forces.
         """
         pairs, keys = self._near(displacement)
-        old, there = self.arrays, np.searchsorted(self.keys, keys)
-        there = np.minimum(there, max(len(self.keys) - 1, 0))
-        kept = np.flatnonzero(self.keys[there] == keys) if len(self.keys) else np.zeros(0, dtype=np.int64)
-        from_old = there[kept]
+        old, found = self.arrays, compiled(search.matches)(keys, self.keys)
         lost = np.ones(len(self.keys), dtype=bool)
-        lost[from_old] = False
+        lost[found[found >= 0]] = False
         self.gone += old.work[:, lost].sum(axis=1)
-        new = self._empty(len(keys))
         a, b = pairs.T
-        new.node[:] = self.edges[np.column_stack([a, b])].reshape(-1, 4).T
-        grain = self.edge_grain
-        new.limit[:] = np.minimum(self.limits[grain[a]], self.limits[grain[b]])
-        mass = self.edge_mass
-        new.dashpot[:] = 2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b]))
-        groups = self.groups_of(keys)
-        new.memory[:] = new.fresh[:, groups]
-        for name in (*PER_CONTACT[2:], "frame", "force", "carried", "work", "memory"):
-            getattr(new, name)[..., kept] = getattr(old, name)[..., from_old]
-        nodes = new.node.ravel()
-        slot = np.argsort(nodes, kind="stable")
-        touched, first = np.unique(nodes[slot], return_index=True)
+        nodes = np.ascontiguousarray(np.concatenate([self.edges[a], self.edges[b]], axis=1).T)
+        touched, node, first, slot = compiled(search.adjacency)(nodes, self.origin.shape[1])
+        seen, origin = displacement[:, touched], self.origin[:, touched]
+        groups, grain, mass = self.groups_of(keys), self.edge_grain, self.edge_mass
+        new = self._empty(len(keys))
+        self.arrays = new._replace(
+            node=node, inverse=1 / np.stack([self.lengths[a], self.lengths[b]]),
+            limit=np.minimum(self.limits[grain[a]], self.limits[grain[b]]),
+            dashpot=2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b])),
+            memory=new.fresh[:, groups], touched=touched, origin=origin, place=origin + seen, seen=seen,
+            way=seen - before[:, touched], first=first, slot=slot, built=displacement.copy(),
+        )  # fmt: skip
+        compiled(touch.carry_over)(self.arrays, old, found)
         self.keys, self.pairs = keys, pairs
         self._bounds = np.searchsorted(groups, np.arange(len(self.groups) + 1))
-        self.arrays = new._replace(
-            seen=before.copy(), built=displacement.copy(), touched=touched, first=np.append(first, len(slot)), slot=slot
-        )
         self.table = self._table()
-        born = np.delete(np.arange(len(keys)), kept)
-        compiled(touch.forgive)(self.arrays, displacement[0], displacement[1], born)
         self.searches += 1
 
     def _near(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -223,9 +216,7 @@ class Touches:
         fresh = np.zeros((depth, max(len(self.groups), 1)))
         for g, group in enumerate(self.groups):
             fresh[: len(group.broken), g] = group.broken
-        return no_touching(count)._replace(
-            memory=np.zeros((depth, count)), fresh=fresh, origin=self.origin, reach=self.skin / 2
-        )
+        return no_touching(count)._replace(memory=np.zeros((depth, count)), fresh=fresh, reach=self.skin / 2)
 
     def _table(self) -> np.ndarray:
         """Rows by which the loop calls the laws, like those of the interfaces."""

@@ -236,11 +236,11 @@ def _steps(
         _interfaces(mesh, contacts, group, new, old, parts.interface[thread], parts.interface[thread + 1])
         deep = 0
         if c0 < c1:
-            deep = touch.touch(touching, touch_group, ux, uy, time_step, c0, c1)
+            deep = touch.touch(touching, touch_group, time_step, c0, c1)
         barrier.wait(meeting, threads, pause)
         passes.gather_forces(slot1, slot2, cx, cy, my_fx, my_fy)
         if t0 < t1:
-            touch.gather_touching(touching, ux, uy, fx, fy, t0, t1)
+            touch.gather_touching(touching, fx, fy, t0, t1)
         if e0 < e1:
             passes.press(
                 schedule[step], pressed.column[e0:e1], pressed.node[0, e0:e1], pressed.node[1, e0:e1],
@@ -280,6 +280,8 @@ def _steps(
                 rigid.first, rigid.arm[0], rigid.arm[1], freedoms.displacement[2],
                 freedoms.displacement[0], freedoms.displacement[1], ux, uy, g0, g1,
             )  # fmt: skip
+        if t0 < t1:
+            touch.follow(touching, ux, uy, t0, t1)
         if searching:
             touching.stop[thread, 0] = touch.moved_far(
                 ux[i0:i1], uy[i0:i1], touching.built[0, i0:i1], touching.built[1, i0:i1], touching.reach

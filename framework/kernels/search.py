@@ -132,3 +132,47 @@ def widths(x, y, first):
             least = min(least, farthest / math.sqrt(ax * ax + ay * ay))
         result[g] = least
     return result
+
+
+def adjacency(nodes, count):
+    """Nodes in use (k,), ascending; the place of each of ``nodes`` (4, c) there; the slots of each (k + 1,), (4 c,).
+
+    Slots are the positions in ``nodes``, read row by row; ``count`` is the number of all nodes.
+    """
+    flat = nodes.reshape(-1)
+    number = np.zeros(count, dtype=np.int64)
+    for s in range(flat.shape[0]):
+        number[flat[s]] += 1
+    used = 0
+    for i in range(count):
+        used += number[i] > 0
+    touched, first = np.empty(used, dtype=np.int64), np.zeros(used + 1, dtype=np.int64)
+    used = 0
+    for i in range(count):
+        if number[i] > 0:
+            touched[used], first[used + 1] = i, first[used] + number[i]
+            number[i] = used
+            used += 1
+    place, slot, fill = (
+        np.empty(nodes.shape, dtype=np.int32),
+        np.empty(flat.shape[0], dtype=np.int64),
+        first[:-1].copy(),
+    )
+    rows = place.reshape(-1)
+    for s in range(flat.shape[0]):
+        k = number[flat[s]]
+        rows[s] = k
+        slot[fill[k]] = s
+        fill[k] += 1
+    return touched, place, first, slot
+
+
+def matches(keys, old):
+    """For each of ``keys`` its place in ``old``, or -1; both ascending."""
+    found, k = np.full(keys.shape[0], -1), 0
+    for c in range(keys.shape[0]):
+        while k < old.shape[0] and old[k] < keys[c]:
+            k += 1
+        if k < old.shape[0] and old[k] == keys[c]:
+            found[c] = k
+    return found

@@ -14,14 +14,16 @@ from grainlaw.kernels.cache import OPTIONS
 from grainlaw.kernels.foreign import call
 
 u32 = np.uint32
-STEEPEST = 1e-3  #: cosine between an edge and the tangent: steeper ones carry nothing
+BLOCK = 512  #: contacts that go through geometry, law and forces together; a multiple of the loop's ``LANES``
+STEEPEST = 1e-3  #: cosine (about) between an edge and the tangent: steeper ones carry nothing
 STOPS = 2  #: places of a thread's entry in ``stop``: nodes that have moved too far, contacts that overlap too much
 
 
 class Touching(NamedTuple):
     """Pairs of edges (c) of different grains that touch or may soon; rows of scratch pass from pass to pass."""
 
-    node: np.ndarray  #: (4, c) start and end of edge a, start and end of edge b, counter-clockwise round their grains
+    node: np.ndarray  #: (4, c) places in ``touched``: start and end of edge a, of edge b, each counter-clockwise
+    inverse: np.ndarray  #: (2, c) inverse lengths of both edges, undeformed (1/m)
     limit: np.ndarray  #: (c,) largest overlap (m)
     dashpot: np.ndarray  #: (c,) sqrt(kg/m): damping force over rate and root of stiffness
     offset: np.ndarray  #: (c,) m, how much more open the contact is than its edges
@@ -36,37 +38,41 @@ class Touching(NamedTuple):
     work: np.ndarray  #: (3, c) J done in opening, in slip, on the dashpot
     memory: np.ndarray  #: (m, c) of the laws
     fresh: np.ndarray  #: (m, groups) memory of a contact that has just come to be
-    origin: np.ndarray  #: (2, i) undeformed places of all nodes (m)
-    seen: np.ndarray  #: (2, i) displacement at the last step (m)
-    built: np.ndarray  #: (2, i) displacement when the neighbours were last searched (m)
-    touched: np.ndarray  #: (k,) nodes that may have forces, ascending
-    first: np.ndarray  #: (k + 1,) where the forces of each begin in ``slot``
+    touched: np.ndarray  #: (k,) nodes of these edges, ascending
+    origin: np.ndarray  #: (2, k) undeformed places (m)
+    place: np.ndarray  #: (2, k) present places (m)
+    seen: np.ndarray  #: (2, k) displacements there (m)
+    way: np.ndarray  #: (2, k) way of the last step (m)
+    first: np.ndarray  #: (k + 1,) where the forces of each node begin in ``slot``
     slot: np.ndarray  #: (4 c,) places in the rows of ``force``
+    built: np.ndarray  #: (2, i) displacement of all nodes when neighbours were last searched (m); none: do not search
     reach: float  #: m, a node that has moved farther asks for a new search
     stop: np.ndarray  #: (threads, 8) counts of ``STOPS`` kinds, in a cache line for each thread
 
 
 @njit(forceinline=True, **OPTIONS)
-def strip(tx, ty, ax, ay, bx, by, wx, wy, offset):
-    """Where two edges overlap, seen along the tangent: begin, end, depths there, how the chord leads, whose ends.
+def strip(tx, ty, ax, ay, bx, by, wx, wy, offset, qa, qb):
+    """Where two edges overlap, seen along a tangent of any length; all results are so many times larger.
 
-    ``a`` runs from the first corner of A, ``b`` the same way from the second corner of B, which lies at ``w``. The
-    chord joins where the outlines cross: at a corner of A on b, at a corner of B on a, Eq. (15). No overlap: begin is
-    end. The last is 1 where it begins at a corner of B and ends at one of A, -1 the other way round.
+    Begin and end, depths there, how the chord rises, whose ends, and inverse spans. ``a`` runs from the first corner of
+    A, ``b`` the same way from the second corner of B, which lies at ``w``; ``qa``, ``qb`` are inverse lengths. The
+    chord joins where the outlines cross: at a corner of A on b, at a corner of B on a, Eq. (15). Whose ends: 1 where it
+    begins at a corner of B and ends at one of A, -1 the other way round. No overlap: begin is end.
     """
     span_a, span_b = ax * tx + ay * ty, bx * tx + by * ty
-    if span_a <= STEEPEST * math.sqrt(ax * ax + ay * ay) or span_b <= STEEPEST * math.sqrt(bx * bx + by * by):
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if span_a * qa <= STEEPEST or span_b * qb <= STEEPEST:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     start = wx * tx + wy * ty
-    slope_a, slope_b = (ax * ty - ay * tx) / span_a, (bx * ty - by * tx) / span_b
-    level = wx * ty - wy * tx + offset - slope_b * start  # height of b, where the tangent passes the corner of A
     begin, end = max(0.0, start), min(span_a, start + span_b)
     if begin >= end:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    inverse_a, inverse_b = 1 / span_a, 1 / span_b
+    slope_a, slope_b = (ax * ty - ay * tx) * inverse_a, (bx * ty - by * tx) * inverse_b
+    level = wx * ty - wy * tx + offset - slope_b * start  # height of b, where the tangent passes the corner of A
     d1 = slope_a * begin - level - slope_b * begin
     d2 = slope_a * end - level - slope_b * end
     if d1 <= 0 and d2 <= 0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     by_a, to_a = start <= 0, span_a <= start + span_b  # whether it begins, and ends, at a corner of A
     h1 = slope_a * begin - (d1 if by_a else 0.0)
     h2 = slope_a * end - (d2 if to_a else 0.0)
@@ -76,48 +82,54 @@ def strip(tx, ty, ax, ay, bx, by, wx, wy, offset):
     if d2 < 0:
         end += d2 * (end - begin) / (d1 - d2)
         d2, h2 = 0.0, slope_a * end
-    return begin, end, d1, d2, h2 - h1, 1.0 * to_a - 1.0 * by_a
+    return begin, end, d1, d2, h2 - h1, 1.0 * to_a - 1.0 * by_a, inverse_a, inverse_b
 
 
 @njit(forceinline=True, **OPTIONS)
-def _edges(t, c, ux, uy):
-    """Edge a, edge b the same way, the way from the first corner of a to that of b, and the mean tangent."""
-    x0, y0 = t.origin[0], t.origin[1]
+def _edges(t, c):
+    """Edge a, edge b the same way, and the way from the first corner of a to that of b."""
+    x, y = t.place[0], t.place[1]
     i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
-    ix, iy, mx, my = x0[i] + ux[i], y0[i] + uy[i], x0[m] + ux[m], y0[m] + uy[m]
-    ax, ay, bx, by = x0[j] + ux[j] - ix, y0[j] + uy[j] - iy, x0[k] + ux[k] - mx, y0[k] + uy[k] - my
-    qa, qb = 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by)
-    tx, ty = qa * ax + qb * bx, qa * ay + qb * by
-    r = 1 / math.sqrt(max(tx * tx + ty * ty, 1e-30))
-    return ax, ay, bx, by, mx - ix, my - iy, r * tx, r * ty
+    return x[j] - x[i], y[j] - y[i], x[k] - x[m], y[k] - y[m], x[m] - x[i], y[m] - y[i]
+
+
+@njit(forceinline=True, **OPTIONS)
+def _in_front(ax, ay, bx, by, wx, wy):
+    """Whether one edge lies on the outer side of the other's line: then they do not overlap."""
+    first, second = ax * wy - ay * wx, ax * (wy + by) - ay * (wx + bx)  # of b over a, against a's inner side
+    third, fourth = bx * wy - by * wx, bx * (wy - ay) - by * (wx - ax)  # of a under b
+    return max(first, second) <= 0 or max(third, fourth) <= 0
 
 
 @njit(**OPTIONS)
-def touch_geometry(g, t, ux, uy, first, last):
+def touch_geometry(g, t, first, last):
     """Frame, mean opening, length and slip of contacts, Eqs. (15, 16); returns how many overlap too much."""
-    sx, sy = t.seen[0], t.seen[1]
+    vx, vy = t.way[0], t.way[1]
     deep = 0
     for c in range(first, last):
-        ax, ay, bx, by, wx, wy, tx, ty = _edges(t, c, ux, uy)
-        offset = t.offset[c]
-        begin, end, d1, d2, rise, ends = strip(tx, ty, ax, ay, bx, by, wx, wy, offset)
-        if begin < end:  # once more along the chord
+        ax, ay, bx, by, wx, wy = _edges(t, c)
+        offset, qa, qb = t.offset[c], t.inverse[0, c], t.inverse[1, c]
+        t.frame[7, c] = t.length[c]
+        if offset == 0 and t.length[c] == 0 and _in_front(ax, ay, bx, by, wx, wy):
+            continue
+        tx, ty = qa * ax + qb * bx, qa * ay + qb * by  # about the mean of both edges, about 2 long
+        scale = 2.0 if offset == 0 else math.sqrt(tx * tx + ty * ty)
+        begin, end, d1, d2, rise, ends, ia, ib = strip(tx, ty, ax, ay, bx, by, wx, wy, scale * offset, qa, qb)
+        if begin < end:  # once more along the chord, as a unit vector
             run = end - begin
-            q = 1 / math.sqrt(run * run + rise * rise)
-            tx, ty = q * (run * tx + rise * ty), q * (run * ty - rise * tx)
-            begin, end, d1, d2, rise, ends = strip(tx, ty, ax, ay, bx, by, wx, wy, offset)
+            x, y = run * tx + rise * ty, run * ty - rise * tx
+            q = 1 / math.sqrt(x * x + y * y)
+            tx, ty = q * x, q * y
+            begin, end, d1, d2, rise, ends, ia, ib = strip(tx, ty, ax, ay, bx, by, wx, wy, offset, qa, qb)
         run = end - begin
         low = min(d1, d2)
         mean = 0.5 * (d1 + d2)
-        t.frame[7, c] = t.length[c]
         if run <= 0 or mean <= 0 or mean > 2 * t.limit[c]:
             if offset != 0:  # parting without a force, the edges take back what they were more open than they are
-                _, _, d1, d2, _, _ = strip(tx, ty, ax, ay, bx, by, wx, wy, 0.0)
-                t.offset[c] = max(min(offset, max(d1, d2)), 0.0)
+                t.offset[c] = max(min(offset, _overlap(ax, ay, bx, by, wx, wy, qa, qb)), 0.0)
             t.length[c] = 0.0
             t.opening[c] = 0.0
             t.slip[c] = 0.0
-            t.frame[5, c] = 0.0
             for n in range(t.memory.shape[0]):
                 t.memory[n, c] = t.fresh[n, g]
             continue
@@ -125,15 +137,15 @@ def touch_geometry(g, t, ux, uy, first, last):
         deep += mean > t.limit[c] and share > 0.5 and run > 0.3 * mean
         t.length[c] = run * share
         t.opening[c] = -mean
-        s = begin + run * (d1 + 2 * d2) / (3 * (d1 + d2))
-        start = wx * tx + wy * ty
-        xa, xb = s / (ax * tx + ay * ty), (s - start) / (bx * tx + by * ty)
-        half = 0.5 * (d1 + (d2 - d1) * (s - begin) / run + offset)
+        half_inverse = 1 / (d1 + d2)
+        centre = (d1 + 2 * d2) * half_inverse * (1 / 3)
+        s = begin + run * centre
+        xa, xb = s * ia, (s - wx * tx - wy * ty) * ib
+        half = 0.5 * (d1 + (d2 - d1) * centre + offset)
         i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
-        dix, diy, djx, djy = ux[i] - sx[i], uy[i] - sy[i], ux[j] - sx[j], uy[j] - sy[j]
-        dkx, dky, dmx, dmy = ux[k] - sx[k], uy[k] - sy[k], ux[m] - sx[m], uy[m] - sy[m]
-        turn_a = (ax * (djy - diy) - ay * (djx - dix)) / (ax * ax + ay * ay)
-        turn_b = (bx * (dky - dmy) - by * (dkx - dmx)) / (bx * bx + by * by)
+        dix, diy, djx, djy, dkx, dky, dmx, dmy = vx[i], vy[i], vx[j], vy[j], vx[k], vy[k], vx[m], vy[m]
+        turn_a = (ax * (djy - diy) - ay * (djx - dix)) * (qa * qa)
+        turn_b = (bx * (dky - dmy) - by * (dkx - dmx)) * (qb * qb)
         rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix)
         ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy)
         slid = rx * tx + ry * ty + half * (turn_a + turn_b)
@@ -145,27 +157,48 @@ def touch_geometry(g, t, ux, uy, first, last):
         t.frame[4, c] = half
         t.frame[5, c] = rx * ty - ry * tx
         t.frame[6, c] = slid
-        t.frame[8, c] = 0.5 * ends * d1 * d2 / mean
+        t.frame[8, c] = ends * d1 * d2 * half_inverse
     return deep
 
 
-def forgive(t, ux, uy, fresh):
-    """Let contacts ``fresh`` begin without a force: what they overlap already becomes their offset."""
-    for c in fresh:
-        ax, ay, bx, by, wx, wy, tx, ty = _edges(t, c, ux, uy)
-        _, _, d1, d2, _, _ = strip(tx, ty, ax, ay, bx, by, wx, wy, 0.0)
-        t.offset[c] = max(d1, d2)
+@njit(**OPTIONS)
+def _overlap(ax, ay, bx, by, wx, wy, qa, qb):
+    """The larger of the depths at both ends (m), seen along the mean tangent."""
+    tx, ty = qa * ax + qb * bx, qa * ay + qb * by
+    r = 1 / math.sqrt(max(tx * tx + ty * ty, 1e-30))
+    _, _, d1, d2, _, _, _, _ = strip(r * tx, r * ty, ax, ay, bx, by, wx, wy, 0.0, qa, qb)
+    return max(d1, d2)
+
+
+def carry_over(t, old, found):
+    """Give contacts the state of those they were before (c,); -1 is new.
+
+    New ones begin without a force: what they overlap already becomes their offset.
+    """
+    for c in range(found.shape[0]):
+        k = found[c]
+        if k >= 0:
+            t.offset[c], t.opening[c], t.slip[c] = old.offset[k], old.opening[k], old.slip[k]
+            t.normal[c], t.shear[c], t.length[c] = old.normal[k], old.shear[k], old.length[k]
+            t.frame[:, c] = old.frame[:, k]
+            t.force[:, :, c] = old.force[:, :, k]
+            t.carried[:, c] = old.carried[:, k]
+            t.work[:, c] = old.work[:, k]
+            t.memory[:, c] = old.memory[:, k]
+            continue
+        ax, ay, bx, by, wx, wy = _edges(t, c)
+        t.offset[c] = _overlap(ax, ay, bx, by, wx, wy, t.inverse[0, c], t.inverse[1, c])
 
 
 def geometry_of(t, g):
-    """:func:`touch_geometry` of all contacts, where nodes were seen last."""
-    return touch_geometry(g, t, t.seen[0], t.seen[1], 0, t.length.shape[0])
+    """:func:`touch_geometry` of all contacts."""
+    return touch_geometry(g, t, 0, t.length.shape[0])
 
 
 @njit(**OPTIONS)
-def touch_forces(t, ux, uy, time_step, first, last):
+def touch_forces(t, time_step, first, last):
     """Nodal forces of contacts, Eq. (17), and their work by the trapezoidal rule, Eq. (12)."""
-    x0, y0, sx, sy = t.origin[0], t.origin[1], t.seen[0], t.seen[1]
+    vx, vy = t.way[0], t.way[1]
     for c in range(first, last):
         length = t.length[c]
         if length == 0 and t.frame[7, c] == 0:
@@ -181,16 +214,14 @@ def touch_forces(t, ux, uy, time_step, first, last):
         push = normal + damping
         pull = shear - min(t.normal[c], 0.0) * t.frame[8, c]  # the length that slides in or out of contact is loaded
         px, py = push * ty + pull * tx, pull * ty - push * tx  # on A; the reverse acts on B
-        ax, ay = x0[j] + ux[j] - x0[i] - ux[i], y0[j] + uy[j] - y0[i] - uy[i]
-        bx, by = x0[k] + ux[k] - x0[m] - ux[m], y0[k] + uy[k] - y0[m] - uy[m]
+        ax, ay, bx, by, _, _ = _edges(t, c)
         couple = -half * pull
         qa, qb = couple / (ax * ax + ay * ay), couple / (bx * bx + by * by)
         fx = (1 - xa) * px + qa * ay, xa * px - qa * ay, qb * (-by) - xb * px, (xb - 1) * px + qb * by
         fy = (1 - xa) * py - qa * ax, xa * py + qa * ax, qb * bx - xb * py, (xb - 1) * py - qb * bx
         total = 0.0
         for n, node in enumerate((i, j, k, m)):
-            total -= (t.force[0, n, c] + fx[n]) * (ux[node] - sx[node])
-            total -= (t.force[1, n, c] + fy[n]) * (uy[node] - sy[node])
+            total -= (t.force[0, n, c] + fx[n]) * vx[node] + (t.force[1, n, c] + fy[n]) * vy[node]
             t.force[0, n, c] = fx[n]
             t.force[1, n, c] = fy[n]
         slid, opened = (t.frame[6, c], t.frame[5, c]) if length > 0 else (0.0, 0.0)
@@ -218,30 +249,42 @@ def respond(group, g, first, last, opening, slip, normal, shear):
 
 
 @njit(**OPTIONS)
-def touch(t, group, ux, uy, time_step, first, last):
+def touch(t, group, time_step, first, last):
     """Contacts ``first`` to ``last``, law by law; returns how many overlap too much."""
     deep = 0
     addresses = t.opening.ctypes.data, t.slip.ctypes.data, t.normal.ctypes.data, t.shear.ctypes.data
     for g in range(group.shape[0]):
-        begin, end = max(first, group[g, 6]), min(last, group[g, 7])
-        if begin < end:
-            deep += touch_geometry(g, t, ux, uy, begin, end)
+        final = min(last, group[g, 7])
+        for begin in range(max(first, group[g, 6]), final, BLOCK):
+            end = min(begin + BLOCK, final)
+            deep += touch_geometry(g, t, begin, end)
             respond(group, g, begin, end, *addresses)
-            touch_forces(t, ux, uy, time_step, begin, end)
+            touch_forces(t, time_step, begin, end)
     return deep
 
 
 @njit(**OPTIONS)
-def gather_touching(t, ux, uy, fx, fy, first, last):
-    """Add the forces of contacts to their nodes, in a fixed order, and remember where the nodes are."""
+def gather_touching(t, fx, fy, first, last):
+    """Add the forces of contacts to their nodes, in a fixed order."""
     cx, cy = t.force[0].reshape(-1), t.force[1].reshape(-1)
     for k in range(first, last):
-        i = t.touched[k]
+        x, y = 0.0, 0.0
         for s in range(t.first[k], t.first[k + 1]):
-            fx[i] += cx[t.slot[s]]
-            fy[i] += cy[t.slot[s]]
-        t.seen[0, i] = ux[i]
-        t.seen[1, i] = uy[i]
+            x += cx[t.slot[s]]
+            y += cy[t.slot[s]]
+        fx[t.touched[k]] += x
+        fy[t.touched[k]] += y
+
+
+@njit(**OPTIONS)
+def follow(t, ux, uy, first, last):
+    """Take over where nodes have moved."""
+    for k in range(first, last):
+        i = t.touched[k]
+        x, y = ux[i], uy[i]
+        t.way[0, k], t.way[1, k] = x - t.seen[0, k], y - t.seen[1, k]
+        t.seen[0, k], t.seen[1, k] = x, y
+        t.place[0, k], t.place[1, k] = t.origin[0, k] + x, t.origin[1, k] + y
 
 
 @njit(**OPTIONS)
