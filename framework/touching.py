@@ -16,6 +16,7 @@ from grainlaw.kernels.entry import compiled
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
+REACH = 0.5  #: of the skin: when a node has moved so far, two grains may have come as near as the skin
 PER_CONTACT = ("limit", "dashpot", "offset", "opening", "slip", "normal", "shear", "length")
 
 
@@ -182,15 +183,15 @@ class Touches:
         a, b = pairs.T
         nodes = np.ascontiguousarray(np.concatenate([self.edges[a], self.edges[b]], axis=1).T)
         touched, node, first, slot = compiled(search.adjacency)(nodes, self.origin.shape[1])
-        seen, origin = displacement[:, touched], self.origin[:, touched]
+        seen, origin = displacement.take(touched, axis=1), self.origin.take(touched, axis=1)
         groups, grain, mass = self.groups_of(keys), self.edge_grain, self.edge_mass
         new = self._empty(len(keys))
         self.arrays = new._replace(
             node=node, inverse=1 / np.stack([self.lengths[a], self.lengths[b]]),
             limit=np.minimum(self.limits[grain[a]], self.limits[grain[b]]),
             dashpot=2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b])),
-            memory=new.fresh[:, groups], touched=touched, origin=origin, place=origin + seen, seen=seen,
-            way=seen - before[:, touched], first=first, slot=slot, built=displacement.copy(),
+            memory=new.fresh.take(groups, axis=1), touched=touched, origin=origin, place=origin + seen, seen=seen,
+            way=seen - before.take(touched, axis=1), first=first, slot=slot, built=displacement.copy(),
         )  # fmt: skip
         compiled(touch.carry_over)(self.arrays, old, found)
         self.keys, self.pairs = keys, pairs
@@ -216,7 +217,7 @@ class Touches:
         fresh = np.zeros((depth, max(len(self.groups), 1)))
         for g, group in enumerate(self.groups):
             fresh[: len(group.broken), g] = group.broken
-        return no_touching(count)._replace(memory=np.zeros((depth, count)), fresh=fresh, reach=self.skin / 2)
+        return no_touching(count)._replace(memory=np.zeros((depth, count)), fresh=fresh, reach=REACH * self.skin)
 
     def _table(self) -> np.ndarray:
         """Rows by which the loop calls the laws, like those of the interfaces."""
