@@ -56,7 +56,7 @@ def strip(tx, ty, ax, ay, bx, by, wx, wy, offset, qa, qb):
 
     Begin and end, depths there, how the chord rises, whose ends, and inverse spans. ``a`` runs from the first corner of
     A, ``b`` the same way from the second corner of B, which lies at ``w``; ``qa``, ``qb`` are inverse lengths. The
-    chord joins where the outlines cross: at a corner of A on b, at a corner of B on a, Eq. (15). Whose ends: 1 where it
+    chord joins where the outlines cross: at a corner of A on b, at a corner of B on a, Eq. (13). Whose ends: 1 where it
     begins at a corner of B and ends at one of A, -1 the other way round. No overlap: begin is end.
     """
     span_a, span_b = ax * tx + ay * ty, bx * tx + by * ty
@@ -103,7 +103,7 @@ def _in_front(ax, ay, bx, by, wx, wy):
 
 @njit(**OPTIONS)
 def touch_geometry(g, t, first, last):
-    """Frame, mean opening, length and slip of contacts, Eqs. (15, 16); returns how many overlap too much."""
+    """Frame, mean opening, length and slip of contacts, Eqs. (13, 14); returns how many overlap too much."""
     vx, vy = t.way[0], t.way[1]
     deep = 0
     for c in range(first, last):
@@ -197,7 +197,7 @@ def geometry_of(t, g):
 
 @njit(**OPTIONS)
 def touch_forces(t, time_step, first, last):
-    """Nodal forces of contacts, Eq. (17), and their work by the trapezoidal rule, Eq. (12)."""
+    """Nodal forces of contacts, Eq. (15), and their work by the trapezoidal rule, Eq. (12)."""
     vx, vy = t.way[0], t.way[1]
     for c in range(first, last):
         length = t.length[c]
