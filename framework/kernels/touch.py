@@ -102,24 +102,6 @@ def _in_front(ax, ay, bx, by, wx, wy):
 
 
 @njit(**OPTIONS)
-def _corners(run, d1, d2):
-    """Share of the length, centre and end effect of an overlap between a corner of A and one of B, Eqs. (14, 15).
-
-    All are derivatives of one energy, so that a corner which digs into another gets out with what it took.
-    """
-    squares, product = 1 / (d1 * d1 + d2 * d2), d1 * d2
-    height = 2 * product * product * squares  # square of what the shallower depth stands for
-    share = run * run / (run * run + height)
-    k = (d1 * d1 + product + d2 * d2) * share / (6 * run * run)
-    x, y = 4 * k * d2**4 * squares * squares, 4 * k * d1**4 * squares * squares
-    first, second = (2 * d1 + d2) / 6 - x * d1, (d1 + 2 * d2) / 6 - y * d2
-    total = max(first + second, 1e-300)
-    mean = 0.5 * (d1 + d2)
-    z = 0.25 / squares + k * (2 * height + 2 * product * (d1 - d2) * (d1**3 - d2**3) * squares * squares)
-    return share * total / mean, second / total, -share * z / mean
-
-
-@njit(**OPTIONS)
 def touch_geometry(g, t, first, last):
     """Frame, mean opening, length and slip of contacts, Eqs. (13, 14); returns how many overlap too much."""
     vx, vy = t.way[0], t.way[1]
@@ -135,13 +117,12 @@ def touch_geometry(g, t, first, last):
         begin, end, d1, d2, rise, ends, ia, ib = strip(tx, ty, ax, ay, bx, by, wx, wy, scale * offset, qa, qb)
         if begin < end:  # once more along the chord, as a unit vector
             run = end - begin
-            if ends != 0 and d1 > 0 and d2 > 0:
-                rise = 0.0
             x, y = run * tx + rise * ty, run * ty - rise * tx
             q = 1 / math.sqrt(x * x + y * y)
             tx, ty = q * x, q * y
             begin, end, d1, d2, rise, ends, ia, ib = strip(tx, ty, ax, ay, bx, by, wx, wy, offset, qa, qb)
         run = end - begin
+        low = min(d1, d2)
         mean = 0.5 * (d1 + d2)
         if run <= 0 or mean <= 0 or mean > 2 * t.limit[c]:
             if offset != 0:  # parting without a force, the edges take back what they were more open than they are
@@ -152,10 +133,12 @@ def touch_geometry(g, t, first, last):
             for n in range(t.memory.shape[0]):
                 t.memory[n, c] = t.fresh[n, g]
             continue
-        share, centre, effect = _corners(run, d1, d2) if ends != 0 else (1.0, (d1 + 2 * d2) / (6 * mean), 0.0)
-        deep += mean > t.limit[c] and run > 0.3 * mean
+        share = run * run / (run * run + low * low)
+        deep += mean > t.limit[c] and share > 0.5 and run > 0.3 * mean
         t.length[c] = run * share
         t.opening[c] = -mean
+        half_inverse = 1 / (d1 + d2)
+        centre = (d1 + 2 * d2) * half_inverse * (1 / 3)
         s = begin + run * centre
         xa, xb = s * ia, (s - wx * tx - wy * ty) * ib
         half = 0.5 * (d1 + (d2 - d1) * centre + offset)
@@ -174,7 +157,7 @@ def touch_geometry(g, t, first, last):
         t.frame[4, c] = half
         t.frame[5, c] = rx * ty - ry * tx
         t.frame[6, c] = slid
-        t.frame[8, c] = ends * effect
+        t.frame[8, c] = ends * d1 * d2 * half_inverse
     return deep
 
 
