@@ -17,7 +17,7 @@ from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
 REACH = 0.5  #: of the skin: when a node has moved so far, two grains may have come as near as the skin
-PER_CONTACT = ("limit", "dashpot", "offset", "opening", "slip", "normal", "shear", "length")
+PER_CONTACT = ("limit", "dashpot", "ease", "offset", "opening", "slip", "normal", "shear", "length")
 
 
 def uniform(component: Any) -> Any:
@@ -97,6 +97,7 @@ class Touches:
         self.interfaces = len(bonded)
         size = float(np.median(np.sqrt(grains.areas)))
         self.skin = detection.skin * size  #: m
+        self._ease = np.array([1 / np.mean(group.law.stiffness[1]) for group in self.groups], dtype=float)
         corners = grains.vertices[grains.corners]
         width = compiled(search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), grains.first)
         self.limits = np.minimum(detection.largest_overlap * width, self.skin)  #: (g,) m
@@ -188,7 +189,7 @@ class Touches:
         new = self._empty(len(keys))
         self.arrays = new._replace(
             node=node, inverse=1 / np.stack([self.lengths[a], self.lengths[b]]),
-            limit=np.minimum(self.limits[grain[a]], self.limits[grain[b]]),
+            ease=self._ease[groups], limit=np.minimum(self.limits[grain[a]], self.limits[grain[b]]),
             dashpot=2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b])),
             memory=new.fresh.take(groups, axis=1), touched=touched, origin=origin, place=origin + seen, seen=seen,
             way=seen - before.take(touched, axis=1), first=first, slot=slot, built=displacement.copy(),

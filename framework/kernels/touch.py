@@ -26,6 +26,7 @@ class Touching(NamedTuple):
     inverse: np.ndarray  #: (2, c) inverse lengths of both edges, undeformed (1/m)
     limit: np.ndarray  #: (c,) largest overlap (m)
     dashpot: np.ndarray  #: (c,) sqrt(kg/m): damping force over rate and root of stiffness
+    ease: np.ndarray  #: (c,) 1 / ks, m/Pa
     offset: np.ndarray  #: (c,) m, how much more open the contact is than its edges
     opening: np.ndarray  #: (c,) m, the mean over the contact, negative; 0 where apart
     slip: np.ndarray  #: (c,) m
@@ -149,6 +150,9 @@ def touch_geometry(g, t, first, last):
         rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix)
         ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy)
         slid = rx * tx + ry * ty + half * (turn_a + turn_b)
+        grown = 1 - t.frame[7, c] / t.length[c]
+        if grown > 0:  # what has just come into contact has not slipped: else it would be given elastic energy
+            t.slip[c] -= grown * t.ease[c] * t.shear[c]
         t.slip[c] += slid
         t.frame[0, c] = tx
         t.frame[1, c] = ty
