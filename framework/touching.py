@@ -46,7 +46,7 @@ def no_touching(count: int = 0) -> touch.Touching:
     return touch.Touching(
         node=np.zeros((4, count), dtype=np.int32), inverse=np.ones((2, count)),
         **{name: np.zeros(count) for name in PER_CONTACT},
-        frame=np.zeros((9, count)), force=np.zeros((2, 4, count)), carried=np.zeros((3, count)),
+        frame=np.zeros((10, count)), force=np.zeros((2, 4, count)), carried=np.zeros((3, count)),
         work=np.zeros((3, count)), memory=np.zeros((1, count)), fresh=np.zeros((1, 1)), touched=none,
         **{name: np.zeros((2, 0)) for name in ("origin", "place", "seen", "way", "built")},
         first=np.zeros(1, dtype=np.int64), slot=none, reach=np.inf, stop=np.zeros((1, 8), dtype=np.int64),

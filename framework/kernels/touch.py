@@ -33,7 +33,9 @@ class Touching(NamedTuple):
     normal: np.ndarray  #: (c,) Pa
     shear: np.ndarray  #: (c,) Pa
     length: np.ndarray  #: (c,) m in contact, 0 where apart
-    frame: np.ndarray  #: (9, c) tangent, shares of both edges, half depth, opened and slid now, old length, end effect
+    frame: (
+        np.ndarray
+    )  #: (10, c) tangent, shares of edges, half depth across, opened, slid, old length, half depth along, twist
     force: np.ndarray  #: (2, 4, c) N on the four nodes
     carried: np.ndarray  #: (3, c) N: normal, shear, damping of the last step
     work: np.ndarray  #: (3, c) J done in opening, in slip, on the dashpot
@@ -52,38 +54,56 @@ class Touching(NamedTuple):
 
 
 @njit(forceinline=True, **OPTIONS)
-def strip(tx, ty, ax, ay, bx, by, wx, wy, offset, qa, qb):
-    """Where two edges overlap, seen along a tangent of any length; all results are so many times larger.
+def _strip(tx, ty, ax, ay, bx, by, wx, wy, offset, qa, qb):
+    """Where two edges overlap, seen along a tangent: begin, end, depths there, whose ends, inverse spans.
 
-    Begin and end, depths there, how the chord rises, whose ends, and inverse spans. ``a`` runs from the first corner of
-    A, ``b`` the same way from the second corner of B, which lies at ``w``; ``qa``, ``qb`` are inverse lengths. The
-    chord joins where the outlines cross: at a corner of A on b, at a corner of B on a, Eq. (13). Whose ends: 1 where it
-    begins at a corner of B and ends at one of A, -1 the other way round. No overlap: begin is end.
+    ``a`` runs from the first corner of A, ``b`` the same way from the second corner of B, which lies at ``w``; ``qa``,
+    ``qb`` are inverse lengths. An end is 1 at a corner of A, -1 at one of B, 0 where the edges cross. No overlap: begin
+    is end.
     """
     span_a, span_b = ax * tx + ay * ty, bx * tx + by * ty
     if span_a * qa <= STEEPEST or span_b * qb <= STEEPEST:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0
     start = wx * tx + wy * ty
     begin, end = max(0.0, start), min(span_a, start + span_b)
     if begin >= end:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0
     inverse_a, inverse_b = 1 / span_a, 1 / span_b
-    slope_a, slope_b = (ax * ty - ay * tx) * inverse_a, (bx * ty - by * tx) * inverse_b
-    level = wx * ty - wy * tx + offset - slope_b * start  # height of b, where the tangent passes the corner of A
-    d1 = slope_a * begin - level - slope_b * begin
-    d2 = slope_a * end - level - slope_b * end
+    slope = (ax * ty - ay * tx) * inverse_a - (bx * ty - by * tx) * inverse_b
+    level = wx * ty - wy * tx + offset - (bx * ty - by * tx) * inverse_b * start  # of b, beside the corner of A
+    d1, d2 = slope * begin - level, slope * end - level
     if d1 <= 0 and d2 <= 0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    by_a, to_a = start <= 0, span_a <= start + span_b  # whether it begins, and ends, at a corner of A
-    h1 = slope_a * begin - (d1 if by_a else 0.0)
-    h2 = slope_a * end - (d2 if to_a else 0.0)
+        return 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0
+    first, last = 1 if start <= 0 else -1, 1 if span_a <= start + span_b else -1
     if d1 < 0:
-        begin -= d1 * (end - begin) / (d2 - d1)
-        d1, h1 = 0.0, slope_a * begin
+        begin -= d1 / slope
+        d1, first = 0.0, 0
     if d2 < 0:
-        end += d2 * (end - begin) / (d1 - d2)
-        d2, h2 = 0.0, slope_a * end
-    return begin, end, d1, d2, h2 - h1, 1.0 * to_a - 1.0 * by_a, inverse_a, inverse_b
+        end -= d2 / slope
+        d2, last = 0.0, 0
+    return begin, end, d1, d2, first, last, inverse_a, inverse_b
+
+
+@njit(forceinline=True, **OPTIONS)
+def _gradient(run, d1, d2, first, last):
+    """Derivatives of the energy of an overlap over the stiffness, Eqs. (13, 14): by closure, slip; centre; by turning.
+
+    The energy is kn/2 J^3 D^2 / (J^2 + D^2): of an elastic foundation where the overlap is long, and small where it is
+    deep, because then other sides of the same corners touch.
+    """
+    squares = d1 * d1 + d1 * d2 + d2 * d2
+    share = run * run / (run * run + squares * (1 / 3))
+    f = share * share * (1 / 6)
+    in_length = f * squares * (1 + squares / (run * run))
+    at_first, at_last = f * run * (2 * d1 + d2), f * run * (d1 + 2 * d2)
+    tilt = 0.5 * (d2 - d1) / run
+    along = 0.5 * (first - last) * in_length - tilt * (first * at_first + last * at_last)
+    if first == 0:
+        at_first = in_length * run / d2
+    if last == 0:
+        at_last = in_length * run / d1
+    across = at_first + at_last
+    return across, along, at_last / across, 0.25 * (d2 - d1) * in_length, share
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -102,9 +122,16 @@ def _in_front(ax, ay, bx, by, wx, wy):
     return max(first, second) <= 0 or max(third, fourth) <= 0
 
 
+@njit(forceinline=True, **OPTIONS)
+def _mean_tangent(ax, ay, bx, by, qa, qb):
+    tx, ty = qa * ax + qb * bx, qa * ay + qb * by
+    r = 1 / math.sqrt(max(tx * tx + ty * ty, 1e-30))
+    return r * tx, r * ty
+
+
 @njit(**OPTIONS)
 def touch_geometry(g, t, first, last):
-    """Frame, mean opening, length and slip of contacts, Eqs. (13, 14); returns how many overlap too much."""
+    """Frame, opening, length and slip of contacts, Eqs. (13, 14); returns how many overlap too much."""
     vx, vy = t.way[0], t.way[1]
     deep = 0
     for c in range(first, last):
@@ -113,18 +140,9 @@ def touch_geometry(g, t, first, last):
         t.frame[7, c] = t.length[c]
         if offset == 0 and t.length[c] == 0 and _in_front(ax, ay, bx, by, wx, wy):
             continue
-        tx, ty = qa * ax + qb * bx, qa * ay + qb * by  # about the mean of both edges, about 2 long
-        scale = 2.0 if offset == 0 else math.sqrt(tx * tx + ty * ty)
-        begin, end, d1, d2, rise, ends, ia, ib = strip(tx, ty, ax, ay, bx, by, wx, wy, scale * offset, qa, qb)
-        if begin < end:  # once more along the chord, as a unit vector
-            run = end - begin
-            x, y = run * tx + rise * ty, run * ty - rise * tx
-            q = 1 / math.sqrt(x * x + y * y)
-            tx, ty = q * x, q * y
-            begin, end, d1, d2, rise, ends, ia, ib = strip(tx, ty, ax, ay, bx, by, wx, wy, offset, qa, qb)
-        run = end - begin
-        low = min(d1, d2)
-        mean = 0.5 * (d1 + d2)
+        tx, ty = _mean_tangent(ax, ay, bx, by, qa, qb)
+        begin, end, d1, d2, one, other, ia, ib = _strip(tx, ty, ax, ay, bx, by, wx, wy, offset, qa, qb)
+        run, mean = end - begin, 0.5 * (d1 + d2)
         if run <= 0 or mean <= 0 or mean > 2 * t.limit[c]:
             if offset != 0:  # parting without a force, the edges take back what they were more open than they are
                 t.offset[c] = max(min(offset, _overlap(ax, ay, bx, by, wx, wy, qa, qb)), 0.0)
@@ -134,43 +152,43 @@ def touch_geometry(g, t, first, last):
             for n in range(t.memory.shape[0]):
                 t.memory[n, c] = t.fresh[n, g]
             continue
-        share = run * run / (run * run + low * low)
-        deep += mean > t.limit[c] and share > 0.5 and run > 0.3 * mean
-        t.length[c] = run * share
-        t.opening[c] = -mean
-        half_inverse = 1 / (d1 + d2)
-        centre = (d1 + 2 * d2) * half_inverse * (1 / 3)
+        across, along, centre, twist, share = _gradient(run, d1, d2, one, other)
+        size = math.sqrt(across * across + along * along)
+        depth = mean * math.sqrt(share)
+        deep += depth > t.limit[c]
+        t.length[c] = size / depth
+        t.opening[c] = -depth
         s = begin + run * centre
         xa, xb = s * ia, (s - wx * tx - wy * ty) * ib
         half = 0.5 * (d1 + (d2 - d1) * centre + offset)
+        up, side = across / size, along / size  # the force of the overlap is along the normal, across it friction
+        nx, ny = up * ty - side * tx, -up * tx - side * ty
         i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
         dix, diy, djx, djy, dkx, dky, dmx, dmy = vx[i], vy[i], vx[j], vy[j], vx[k], vy[k], vx[m], vy[m]
         turn_a = (ax * (djy - diy) - ay * (djx - dix)) * (qa * qa)
         turn_b = (bx * (dky - dmy) - by * (dkx - dmx)) * (qb * qb)
-        rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix)
-        ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy)
-        slid = rx * tx + ry * ty + half * (turn_a + turn_b)
-        grown = 1 - t.frame[7, c] / t.length[c]
-        if grown > 0:  # what has just come into contact has not slipped: else it would be given elastic energy
-            t.slip[c] -= grown * t.ease[c] * t.shear[c]
+        turn = half * (turn_a + turn_b)  # moves the surfaces along the mean tangent
+        rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix) + turn * tx
+        ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy) + turn * ty
+        slid = ry * nx - rx * ny
         t.slip[c] += slid
-        t.frame[0, c] = tx
-        t.frame[1, c] = ty
+        t.frame[0, c] = -ny
+        t.frame[1, c] = nx
         t.frame[2, c] = xa
         t.frame[3, c] = xb
-        t.frame[4, c] = half
-        t.frame[5, c] = rx * ty - ry * tx
+        t.frame[4, c] = half * up
+        t.frame[8, c] = half * side
+        t.frame[9, c] = twist / size
+        t.frame[5, c] = rx * nx + ry * ny
         t.frame[6, c] = slid
-        t.frame[8, c] = ends * d1 * d2 * half_inverse
     return deep
 
 
 @njit(**OPTIONS)
 def _overlap(ax, ay, bx, by, wx, wy, qa, qb):
     """The larger of the depths at both ends (m), seen along the mean tangent."""
-    tx, ty = qa * ax + qb * bx, qa * ay + qb * by
-    r = 1 / math.sqrt(max(tx * tx + ty * ty, 1e-30))
-    _, _, d1, d2, _, _, _, _ = strip(r * tx, r * ty, ax, ay, bx, by, wx, wy, 0.0, qa, qb)
+    tx, ty = _mean_tangent(ax, ay, bx, by, qa, qb)
+    _, _, d1, d2, _, _, _, _ = _strip(tx, ty, ax, ay, bx, by, wx, wy, 0.0, qa, qb)
     return max(d1, d2)
 
 
@@ -208,7 +226,7 @@ def touch_forces(t, time_step, first, last):
         if length == 0 and t.frame[7, c] == 0:
             continue
         i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
-        tx, ty, xa, xb, half = t.frame[0, c], t.frame[1, c], t.frame[2, c], t.frame[3, c], t.frame[4, c]
+        tx, ty, xa, xb = t.frame[0, c], t.frame[1, c], t.frame[2, c], t.frame[3, c]
         normal, shear = min(t.normal[c], 0.0) * length, t.shear[c] * length
         damping = 0.0
         if t.dashpot[c] > 0 and length > 0:
@@ -216,11 +234,11 @@ def touch_forces(t, time_step, first, last):
             rate = t.frame[5, c] / time_step
             damping = min(t.dashpot[c] * math.sqrt(max(stiffness, 0.0)) * rate, -normal)  # never pulls
         push = normal + damping
-        pull = shear - min(t.normal[c], 0.0) * t.frame[8, c]  # the length that slides in or out of contact is loaded
-        px, py = push * ty + pull * tx, pull * ty - push * tx  # on A; the reverse acts on B
+        px, py = push * ty + shear * tx, shear * ty - push * tx  # on A; the reverse acts on B
         ax, ay, bx, by, _, _ = _edges(t, c)
-        couple = -half * pull
-        qa, qb = couple / (ax * ax + ay * ay), couple / (bx * bx + by * by)
+        couple = t.frame[8, c] * push - t.frame[4, c] * shear
+        twist = t.frame[9, c] * normal
+        qa, qb = (couple + twist) / (ax * ax + ay * ay), (couple - twist) / (bx * bx + by * by)
         fx = (1 - xa) * px + qa * ay, xa * px - qa * ay, qb * (-by) - xb * px, (xb - 1) * px + qb * by
         fy = (1 - xa) * py - qa * ax, xa * py + qa * ax, qb * bx - xb * py, (xb - 1) * py - qb * bx
         total = 0.0
