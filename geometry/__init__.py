@@ -3,6 +3,7 @@
 from grainlaw.geometry.bodies import block, moved, together
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.hexagonal import Hexagonal
+from grainlaw.geometry.joint_sets import JointSet, JointSets
 from grainlaw.geometry.loose import apart, wall
 from grainlaw.geometry.platens import between_platens
 from grainlaw.geometry.region import polygon, rectangle, shear_box
@@ -12,6 +13,8 @@ from grainlaw.geometry.voronoi import Voronoi
 __all__ = [
     "Bricks",
     "Hexagonal",
+    "JointSet",
+    "JointSets",
     "Voronoi",
     "apart",
     "between_platens",

@@ -83,7 +83,17 @@ def check_compose_a_test(page):
     assert page["result"].curves["axial"][page["result"].curves["stage"] == 0][-1] == pytest.approx(-20e6, rel=0.01)
 
 
+def check_contacts(page):
+    slope, phi = np.radians([30, 20])
+    slides = 9.81 * (np.sin(slope) - np.tan(phi) * np.cos(slope))
+    result = page["result"]  # its weight comes all at once, so that it is shaken a little
+    assert result.summary["largest_speed"] == pytest.approx(slides * result.curves["time"][-1], rel=5e-3)
+    assert len(page["last"]["length"]) > 0
+    assert "soft" in page
+
+
 CHECKS = {
+    "docs/contacts.md": check_contacts,
     "docs/compose-a-test.md": check_compose_a_test,
     "README.md": check_readme, "docs/getting-started.md": check_getting_started, "docs/add-a-law.md": check_add_a_law,
     "docs/workbench.md": check_workbench, "docs/measures.md": check_measures,

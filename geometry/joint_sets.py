@@ -1,0 +1,88 @@
+"""Jointed rock: blocks that families of parallel joints cut out of a region."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.geometry.any_voronoi import NEAR, frame
+from grainlaw.geometry.convex import Polygon, split
+from grainlaw.geometry.cutting import Cutter
+from grainlaw.geometry.joining import tiling_of
+from grainlaw.geometry.merging import merge_short_edges
+from grainlaw.parameter import ParameterError, parameter
+from grainlaw.tessellation import Region, Tessellation, Tessellator
+
+MOST = 1_000_000  #: joints of a set
+
+
+@attrs.frozen(kw_only=True)
+class JointSet:
+    """Parallel joints without end; ``dip`` counts from the x axis, negative where they fall to the right."""
+
+    dip: float = parameter("deg", above=-90, at_most=90)
+    spacing: float = parameter("m")  #: between joints, at right angles to them
+    through: tuple[float, float] = (0.0, 0.0)  #: m, a point on one of them
+
+    @property
+    def along(self) -> tuple[float, float]:
+        """Unit vector."""
+        return math.cos(math.radians(self.dip)), math.sin(math.radians(self.dip))
+
+    def cut(self, polygon: Polygon, near: float) -> list[Polygon]:
+        """The strips of a convex polygon between the joints, across them from right to left."""
+        tx, ty = self.along
+        height = [((y - self.through[1]) * tx - (x - self.through[0]) * ty) / self.spacing for x, y in polygon]
+        strips, rest = [], polygon
+        for number in range(math.ceil(min(height)), math.floor(max(height)) + 1):
+            offset = number * self.spacing
+            rest, right = split(rest, (self.through[0] - offset * ty, self.through[1] + offset * tx), (tx, ty), near)
+            strips += [right] if right else []
+            if not rest:
+                break
+        return [*strips, rest] if rest else strips
+
+
+def _sets(value: Any) -> tuple[JointSet, ...]:
+    made = tuple(value) if isinstance(value, Sequence) else (value,)
+    if not made or not all(isinstance(each, JointSet) for each in made):
+        raise ParameterError(f"JointSets: sets = {value!r} is not allowed, it must be a list of at least one JointSet")
+    return made
+
+
+@attrs.frozen(kw_only=True)
+class JointSets(Tessellator):
+    """Blocks between the joints of one or more sets; at the sides of a region they may be thin.
+
+    Bedding that dips out of a slope by 35 degrees, and cross joints at right angles to it::
+
+        slope = polygon([(0, 0), (40, 0), (40, 10), (20, 10), (10, 30), (0, 30)])
+        bedding, cross = JointSet(dip=-35, spacing=2.0), JointSet(dip=55, spacing=3.0)
+        grains = JointSets(sets=[bedding, cross]).tessellate(slope)
+    """
+
+    sets: Sequence[JointSet] = attrs.field(converter=_sets)
+
+    def tessellate(self, region: Region) -> Tessellation:
+        """Fill a region, strip by strip.
+
+        Raises ParameterError for a spacing too small for it, TilingError for joints that all but coincide with a side.
+        """
+        near = NEAR * min(each.spacing for each in self.sets)
+        for each in self.sets:
+            if np.hypot(*np.ptp(region.bounds, axis=0)) > MOST * each.spacing:
+                raise ParameterError(
+                    f"JointSets: spacing = {each.spacing:g} m is not allowed, it gives too many joints"
+                )
+        cells: list[Polygon] = [[(x, y) for x, y in frame(region).outline.tolist()]]
+        for each in self.sets:
+            cells = [strip for cell in cells for strip in each.cut(cell, near)]
+        cutter, sides = Cutter(region, near), list(range(len(region.start)))
+        pieces = [piece for cell in cells for piece in cutter.pieces(cell, sides)]
+        points = np.array([corner for piece in pieces for corner in piece])
+        made = tiling_of(region, points, np.cumsum([0, *map(len, pieces)]), near)
+        return merge_short_edges(made, 0.0).tessellation()  # drops what the cuts of joined pieces left

@@ -1,0 +1,243 @@
+"""Bodies in motion: FreeMotion and JointSets against theory, and the examples of contact with their numbers."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from support import STRONG
+from tiling import assert_sides_complete, assert_tiles
+
+import grainlaw as gl
+from grainlaw.geometry import JointSet, JointSets, block, moved, polygon, rectangle, together
+from grainlaw.laws import Friction, MohrCoulomb
+from grainlaw.parameter import ParameterError
+from grainlaw.protocols import FreeMotion
+from grainlaw.protocols.free_motion import rotation
+from grainlaw.state import State
+
+EXAMPLES = Path(__file__).parents[1] / "docs" / "examples"
+G = 9.81
+RIGID, SOFT = gl.Rigid(density=2600), gl.Elastic(youngs_modulus=1e9, poissons_ratio=0.2, density=2600)
+LAW = Friction(kn=1e9, ks=1e9, friction_angle=30)
+materials = pytest.mark.parametrize("material", [RIGID, SOFT], ids=["rigid", "elastic"])
+
+
+@pytest.fixture
+def example(monkeypatch):
+    """Imports an example by its name, as if from its folder."""
+    monkeypatch.syspath_prepend(EXAMPLES)
+    yield importlib.import_module
+    for file in EXAMPLES.glob("*.py"):
+        sys.modules.pop(file.stem, None)
+
+
+def box(width, height, left=0.0, bottom=0.0):
+    right, top = left + width, bottom + height
+    return block([(left, bottom), (right, bottom), (right, top), (left, top)])
+
+
+# --- free motion -----------------------------------------------------------------------------------------------------
+
+
+@materials
+def test_a_thrown_body_flies_along_a_parabola(material):
+    specimen = gl.Specimen(together(box(9, 1, 0, -9), box(1, 1), box(1, 2, 5)), material)
+    motion = FreeMotion(duration=0.3, fixed=[0], velocity={1: (2, 1)}, tracked=[1])
+    result = gl.simulate(specimen, LAW, motion)
+    curves, t, dt = result.curves, result.curves["time"], result.summary["time_step"]
+    assert curves["x_1"] == pytest.approx(0.5 + 2 * t, abs=1e-12)
+    # Velocities live half a step from places, so that a start is late by half a step.
+    assert curves["y_1"] == pytest.approx(0.5 + t - G * t**2 / 2, abs=1.01 * G * dt * t[-1] / 2)
+    assert curves["centre_y"] == pytest.approx((0.5 + 2 * 1 + t) / 3 - G * t**2 / 2, abs=1.01 * G * dt * t[-1] / 2)
+    assert curves["rotation_1"] == pytest.approx(0, abs=1e-12)
+    assert result.summary["largest_speed"] == pytest.approx(G * 0.3, rel=0.01)  # of the one that only falls
+    assert result.summary["centre_moved_x"] == pytest.approx(2 * t[-1] / 3, rel=1e-9)
+
+
+@materials
+def test_a_collision_keeps_the_motion_of_the_centre_of_mass(material):
+    specimen = gl.Specimen(together(box(1, 1), box(1, 2, 1.01, 0.3)), material)
+    motion = FreeMotion(duration=0.1, gravity=(0, 0), velocity={0: (1, 0.2)}, tracked=[0, 1])
+    curves = gl.simulate(specimen, LAW, motion).curves
+    t = curves["time"]
+    assert curves["centre_x"] == pytest.approx((0.5 + 2 * 1.51 + t) / 3, rel=1e-10)
+    assert curves["centre_y"] == pytest.approx((0.5 + 2 * 1.3 + 0.2 * t) / 3, rel=1e-10)
+    assert curves["x_1"][-1] > 1.51 + 0.02  # it was hit
+    assert abs(curves["rotation_1"][-1]) > 1e-3
+
+
+@settings(deadline=None)
+@given(angle=st.floats(-3.1, 3.1), stretch=st.floats(0.9, 1.1), x=st.floats(-5, 5))
+def test_rotation_of_a_grain_that_deforms(angle, stretch, x):
+    state = State(gl.Specimen(moved(box(1, 2), turn=20), SOFT), LAW)
+    turn = np.array([(np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))])
+    nodes = state.mesh.nodes
+    state.arrays.displacement[:] = (nodes @ (stretch * turn).T + (x, -x) - nodes).T
+    assert rotation(state, 0) == pytest.approx(angle, abs=1e-12)
+
+
+def test_what_is_thrown_waits_while_the_others_settle():
+    specimen = gl.Specimen(together(box(9, 1, 0, -1), box(1, 1, 3), box(1, 1, 6, 4)), RIGID)
+    motion = FreeMotion(duration=0.05, settle=0.4, fixed=[0], velocity={2: (1, 0)}, tracked=[1, 2])
+    curves = gl.simulate(specimen, LAW, motion).curves
+    settled = curves["stage"] == 0
+    assert curves["y_2"][settled] == pytest.approx(4.5, abs=1e-12)
+    # The other has sunk by its weight over the stiffness of its side.
+    assert 0.5 - curves["y_1"][settled][-1] == pytest.approx(2600 * G / 1e9, rel=1e-6)
+    assert curves["x_2"][-1] == pytest.approx(6.5 + curves["time"][-1] - curves["time"][settled][-1], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"duration": 0}, "duration = 0 s is not allowed"),
+        ({"fixed": 3}, "fixed = 3 is not allowed, it must be a list of grain numbers"),
+        ({"tracked": ["a"]}, "tracked = .* is not allowed, it must be a list of grain numbers"),
+        ({"velocity": {0: 3}}, "velocity = .* m/s is not allowed, it must give grain numbers two finite numbers"),
+        ({"velocity": {0: (np.inf, 0)}}, "velocity = .* is not allowed"),
+        ({"velocity": {7: (1, 0)}}, "velocity = 7 is not allowed, grains are numbered from 0 to 0"),
+        ({"gravity": (0, np.nan)}, "gravity = .* is not allowed, it must be two finite numbers"),
+    ],
+)
+def test_what_free_motion_refuses(changes, said):
+    with pytest.raises(ParameterError, match=said):
+        FreeMotion(**({"duration": 1.0} | changes)).stages(gl.Specimen(box(1, 1), RIGID))
+
+
+# --- joint sets ------------------------------------------------------------------------------------------------------
+
+REGIONS = {
+    "rectangle": rectangle(5, 3),
+    "slope": polygon([(0, 0), (4, 0), (4, 1), (2, 1), (1, 3), (0, 3)]),
+    "hole": polygon([(0, 0), (4, 0), (4, 4), (0, 4)], holes={"hole": [(1, 1), (3, 1.2), (2.5, 3)]}),
+}
+#: In tenths of a degree and centimetres: joints that all but coincide with a side are refused as no tiling.
+places = st.integers(-900, 900).map(lambda cm: cm / 100)
+joints = st.builds(
+    JointSet, dip=st.integers(-899, 900).map(lambda dip: dip / 10), through=st.tuples(places, places),
+    spacing=st.integers(20, 200).map(lambda cm: cm / 100),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS)
+@settings(max_examples=40, deadline=None)
+@given(sets=st.lists(joints, min_size=1, max_size=3))
+def test_joints_tile_a_region(region, sets):
+    made = JointSets(sets=sets).tessellate(region)
+    made.check()
+    assert_tiles(made)
+    assert_sides_complete(made)
+
+
+@settings(max_examples=40, deadline=None)
+@given(sets=st.lists(joints, min_size=1, max_size=3))
+def test_every_edge_inside_lies_on_a_joint(sets):
+    made = JointSets(sets=sets).tessellate(REGIONS["rectangle"])
+    inner = made.edges.right >= 0
+    ends = made.vertices[np.stack([made.edges.start, made.edges.end], axis=1)[inner]]
+    on = np.zeros(len(ends), dtype=bool)
+    for each in sets:
+        dip = np.radians(each.dip)
+        number = ((ends - each.through) @ (-np.sin(dip), np.cos(dip))) / each.spacing
+        on |= (abs(number - np.round(number)) < 1e-7).all(axis=1) & (abs(np.diff(number)[:, 0]) < 1e-7)
+    assert on.all()
+
+
+def test_joints_at_right_angles_give_bricks():
+    made = JointSets(sets=[JointSet(dip=0, spacing=0.5), JointSet(dip=90, spacing=1)]).tessellate(REGIONS["rectangle"])
+    assert made.count == 30
+    assert made.areas == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("sets", [[], [3], "dip", None])
+def test_what_joint_sets_refuse(sets):
+    with pytest.raises(ParameterError, match=r"sets = .* is not allowed, it must be a list of at least one JointSet"):
+        JointSets(sets=sets)
+
+
+def test_too_many_joints_are_refused():
+    with pytest.raises(ParameterError, match="spacing = 1e-07 m is not allowed"):
+        JointSets(sets=[JointSet(dip=0, spacing=1e-7)]).tessellate(REGIONS["rectangle"])
+
+
+# --- examples --------------------------------------------------------------------------------------------------------
+
+
+def test_incline(example):
+    study = example("incline")
+    assert study.ACCELERATION == pytest.approx(1.812815, abs=1e-6)
+    acceleration, rotation, way = study.measured(study.run(0.5))
+    assert acceleration == pytest.approx(1.812815, rel=1e-4)
+    assert rotation > 5  # downhill
+    assert way < 1e-9
+
+
+def test_rocking_block(example):
+    study = example("rocking_block")
+    alpha, start, p = np.arctan(0.5), np.arctan(0.5) / 2, np.sqrt(3 * G / (2 * np.sqrt(5)))
+    assert pytest.approx(np.arccosh(2) / p) == study.HOUSNER
+
+    def slowness(s):  # of the angle start - s^2, from the block's energy
+        return 2 * s / (p * np.sqrt(2 * (np.cos(alpha - start) - np.cos(alpha - start + s**2))))
+
+    exact = quad(slowness, 0, np.sqrt(start))[0]
+    times = np.linspace(0, 0.7, 2000)
+    assert study.passages(times, study.theory(times, 0.7))[0] == pytest.approx(exact, rel=1e-4)
+    late = []
+    for stiffness in (1e9, 1e11):
+        result, angle = study.run(0.7, 0.0, stiffness)
+        late.append(study.passages(result.curves["time"], angle)[0] / exact - 1)
+    assert 0 < late[1] < 2e-3
+    assert late[1] < 0.2 * late[0]  # the corner sinks in by the root of the stiffness
+
+
+def test_brick_wall(example):
+    study = example("brick_wall")
+    result = study.run(2, 3, speed=10, duration=0.1)
+    settled = result.curves["time"][result.curves["stage"] == 0][-1]
+    assert study.on_the_floor(result, settled) == pytest.approx(2000 * G * 0.48 * 0.24, rel=1e-6)
+    assert result.summary["largest_speed"] >= 10
+    assert result.curves["mean_speed"][-1] > 0.5
+    assert result.summary["energy_error"] < 1e-3
+
+
+@pytest.mark.parametrize(("friction", "slides"), [(30, True), (34, True), (36, False)])
+def test_jointed_slope(example, friction, slides):
+    result, way, found = example("jointed_slope").run(friction, 0.5)
+    dip, phi = np.radians(35), np.radians(friction)
+    if slides:
+        assert found == pytest.approx(G * (np.sin(dip) - np.tan(phi) * np.cos(dip)), rel=2e-3)
+        assert way > 0.01
+    else:
+        assert way < 1e-9
+    assert result.summary["energy_error"] < 1e-4
+
+
+def test_crushed_sample(example, tmp_path):
+    study = example("crushed_sample")
+    brittle = MohrCoulomb(**STRONG)
+    result, watcher = study.run(40, 12e-3, 30e-3, strain=0.02, law=brittle)
+    curves = result.curves
+    assert curves["strain"][-1] > 0.01  # it ends where no piece touches a platen
+    assert result.summary["energy_error"] < 1e-3
+    assert watcher.handed_over > 0
+    assert 0 < watcher.deepest < 0.1 * np.sqrt(result.specimen.grains.areas.min())
+    assert study.residual(curves) < 0.2 * result.summary["peak_stress"]
+    assert study.imbalance(curves) < 0.1
+    study.picture(result).savefig(tmp_path / "crushed.png")
+    result.write_vtk(tmp_path)
+    assert (tmp_path / "contacts.pvd").exists()
+
+
+def test_pictures_of_moments_show_the_grains(example):
+    moments = example("moments")
+    result = gl.simulate(gl.Specimen(box(1, 1), RIGID), LAW, FreeMotion(duration=0.1))
+    (outline,) = moments.outlines(result, result.frames[0])
+    assert outline[:, 0] == pytest.approx([0, 1, 1, 0])
+    figure = moments.moments(result, [0, 0.05, 0.1], ["0.5"], columns=2)
+    assert len(figure.axes) == 4
