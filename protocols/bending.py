@@ -9,7 +9,7 @@ import numpy as np
 
 from grainlaw.integration import Integrator
 from grainlaw.loading import Curves, Drive, FailsTo, Reaches, Stage
-from grainlaw.protocols.platens import require_boundaries
+from grainlaw.protocols.platens import refuse_platens, require_boundaries
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 
@@ -36,6 +36,9 @@ class BetweenRollers(Protocol):
 def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
     """The load comes down between the supports, all rollers, to a deflection, or until the force has fallen."""
     require_boundaries(specimen, type(test).__name__, "load", *SUPPORTS)
+    refuse_platens(
+        specimen, type(test).__name__, "it is loaded at its own boundaries load and support, without platens"
+    )
     interval = test.maximum_deflection / test.speed / test.samples
     return Stage(
         name="bend",

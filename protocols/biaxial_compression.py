@@ -11,6 +11,7 @@ import numpy as np
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import AtRest, Condition, Curves, Drive, Hold, LoadingProtocol, Pressure, Stage, StageError
 from grainlaw.parameter import parameter, part, whole_number
+from grainlaw.protocols.measures import end_share, has_platens
 from grainlaw.protocols.platens import (
     Moving,
     Platens,
@@ -74,11 +75,14 @@ class BiaxialCompression(LoadingProtocol):
     def _confine(self, specimen: Specimen) -> Stage:
         require_ends(specimen, type(self).__name__)
         points = 2 * len(specimen.mesh.interfaces)
+        stress = -self.confinement * end_share(specimen)
+        bodies = ("top", "bottom") if has_platens(specimen) else ()
         return Stage(
             name="confine",
             drives=[
-                Hold(boundary="top", axis=1, stress=-self.confinement, ramp=self.confining_ramp),
+                Hold(boundary="top", axis=1, stress=stress, ramp=self.confining_ramp),
                 Drive(boundary="bottom", axis=1, speed=0.0),
+                *(Drive(boundary=platen, axis=0, speed=0.0) for platen in bodies),
             ],
             pressures=self._sides(self.confining_ramp),
             until=[IntactAtRest(AtRest(1e-4), points, self.confinement)],

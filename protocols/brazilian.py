@@ -12,8 +12,8 @@ import numpy as np
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Curves, Drive, FailsTo, LoadingProtocol, Reaches, Stage
 from grainlaw.parameter import parameter, part, whole_number
-from grainlaw.protocols.measures import certificate, size
-from grainlaw.protocols.platens import Platens, require_boundaries
+from grainlaw.protocols.measures import certificate, ends, size
+from grainlaw.protocols.platens import Platens, held_across, require_platens
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 from grainlaw.window import window_mean, within_circle
@@ -26,7 +26,8 @@ class Brazilian(LoadingProtocol):
     ``stress`` is the tensile stress in the middle of an elastic disc, ``shape_factor`` times 2 P/(pi D). The factor is
     1 for a load over a narrow arc; for flat ends of 20 and 30 degrees it is 0.9644 and 0.9205 (Wang, Jia, Kou, Zhang
     and Lindqvist 2004). The upper jaw moves, the lower one is held. The test ends when the load has fallen by a tenth:
-    the halves of a split disc carry on, and more than the disc did, as columns.
+    the halves of a split disc carry on, and more than the disc did, as columns. Between platens that are bodies of
+    their own (see :func:`~grainlaw.geometry.between_platens`) those are moved and held instead.
     """
 
     speed: float = parameter("m/s", default=0.02)  #: at which the jaws approach each other
@@ -39,8 +40,9 @@ class Brazilian(LoadingProtocol):
     integrator: Integrator = part(Integrator, CentralDifference())
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        require_boundaries(specimen, type(self).__name__, "top", "bottom")
-        across = [Drive(boundary=jaw, axis=0, speed=0.0) for jaw in ("top", "bottom") if self.jaws is Platens.ROUGH]
+        require_platens(specimen, type(self).__name__)
+        held = held_across(specimen, self.jaws) is Platens.ROUGH
+        across = [Drive(boundary=jaw, axis=0, speed=0.0) for jaw in ("top", "bottom") if held]
         interval = self.maximum_strain * size(specimen)[1] / self.speed / self.samples
         return [
             Stage(
@@ -58,17 +60,18 @@ class Brazilian(LoadingProtocol):
         ]
 
     def measure(self, state: State) -> dict[str, float]:
-        """Approach over the diameter, load (N/m), ``stress``, and the stresses (Pa) across and along the load.
+        """Approach of the disc's ends over the diameter, load (N/m), ``stress``, and stresses (Pa) in the middle.
 
-        Those are means over the grains within a tenth of the diameter from the middle, tension positive.
+        Those, across and along the load and tension positive, are means over the grains within a tenth of the diameter.
         """
         width, height = size(state.specimen)
         top, bottom = -state.reaction("top")[1], state.reaction("bottom")[1]
         factor = self.shape_factor * 2 / (math.pi * width)
         low, high = state.specimen.grains.region.bounds
         middle = window_mean(state.specimen.grains, state.grain_stress(), within_circle((low + high) / 2, 0.1 * width))
+        upper, lower = (state.moved(end)[1] for end in ends(state.specimen))
         return {
-            "strain": -float(state.moved("top")[1] - state.moved("bottom")[1]) / height,
+            "strain": -float(upper - lower) / height,
             "force": (top + bottom) / 2,
             "stress": factor * (top + bottom) / 2,
             "stress_top": factor * top,

@@ -11,7 +11,8 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import AtRest, Condition, Curves, Drive, FallsTo, Hold, LoadingProtocol, Reaches, Stage
 from grainlaw.parameter import parameter, part
 from grainlaw.protocols.joint import joint_means, require_joint
-from grainlaw.protocols.measures import certificate, size
+from grainlaw.protocols.measures import certificate, end_share, ends, size
+from grainlaw.protocols.platens import require_platens
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 
@@ -23,7 +24,8 @@ class DirectShear(LoadingProtocol):
     Either along the horizontal joint of two blocks, or through a specimen in a shear box, whose upper and lower halves
     hold its sides as well (see :func:`~grainlaw.geometry.shear_box`). The upper end is a platen that does not turn: it
     is held at the normal stress, free to rise and sink, while it moves to the right. With a ``normal_stiffness``
-    (constant normal stiffness) the stress grows as the specimen dilates.
+    (constant normal stiffness) the stress grows as the specimen dilates. Platens that are bodies of their own (see
+    :func:`~grainlaw.geometry.between_platens`) carry the blocks along by what friction there is between them.
     """
 
     normal_stress: float = parameter("Pa", at_least=0)  #: compression
@@ -37,9 +39,11 @@ class DirectShear(LoadingProtocol):
     integrator: Integrator = part(Integrator, CentralDifference())
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        require_platens(specimen, type(self).__name__)
         if not _boxed(specimen, "upper"):
             require_joint(specimen, type(self).__name__)
-        press = Hold(boundary="top", axis=1, stress=-self.normal_stress, ramp=self.ramp)
+        stress = -self.normal_stress * end_share(specimen)
+        press = Hold(boundary="top", axis=1, stress=stress, ramp=self.ramp)
         stages = [
             Stage(
                 name="press",
@@ -56,7 +60,8 @@ class DirectShear(LoadingProtocol):
         return stages
 
     def _shear(self, specimen: Specimen, name: str, before: float, speed: float, until: Condition) -> Stage:
-        press = Hold(boundary="top", axis=1, stress=-self.normal_stress, ramp=0.0, stiffness=self.normal_stiffness)
+        stress, stiffness = (value * end_share(specimen) for value in (-self.normal_stress, self.normal_stiffness))
+        press = Hold(boundary="top", axis=1, stress=stress, ramp=0.0, stiffness=stiffness)
         return Stage(
             name=name,
             drives=[press, *self._across(specimen, before, speed)],
@@ -76,10 +81,12 @@ class DirectShear(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         """From the platens ``displacement``, ``dilation`` (m), ``shear_stress``, ``normal_stress``; a joint's means.
 
-        Stresses are reactions over the width at the start, compression positive.
+        Dilation is that of the specimen without platens. Stresses are reactions over the width at the start,
+        compression positive.
         """
         width, _ = size(state.specimen)
-        (x, y), force_y = state.moved("top"), state.reaction("top")[1]
+        x, force_y = state.moved("top")[0], state.reaction("top")[1]
+        upper, lower = (state.moved(end)[1] for end in ends(state.specimen))
         top, bottom = (
             float(sum(state.reaction(name)[0] for name in (end, *_boxed(state.specimen, half)))) / width
             for end, half in (("top", "upper"), ("bottom", "lower"))
@@ -87,7 +94,7 @@ class DirectShear(LoadingProtocol):
         return {
             **({} if _boxed(state.specimen, "upper") else joint_means(state)),
             "displacement": float(x),
-            "dilation": float(y),
+            "dilation": float(upper - lower),
             "shear_stress": (top - bottom) / 2,
             "stress_top": top,
             "stress_bottom": -bottom,

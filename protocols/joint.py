@@ -5,21 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from grainlaw.parameter import ParameterError
+from grainlaw.protocols.measures import is_rock
+from grainlaw.protocols.platens import require_platens
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 
 
 def require_joint(specimen: Specimen, test: str) -> None:
-    """Raise ParameterError unless the specimen is two blocks, one on the other."""
-    missing = {"top", "bottom"} - set(specimen.mesh.boundaries)
-    if missing:
-        raise ParameterError(f"{test}: the specimen has no boundary named {' or '.join(sorted(missing))}")
-    level = specimen.grains.count == 2 and np.ptp(specimen.grains.centroids[:, 1]) > 0
-    if not level or not len(specimen.mesh.interfaces):
+    """Raise ParameterError unless the specimen is two blocks, one on the other, with or without platens."""
+    require_platens(specimen, test)
+    rock = is_rock(specimen)
+    count, heights = int(rock.sum()), specimen.grains.centroids[rock, 1]
+    if count != 2 or np.ptp(heights) == 0 or not _in_joint(specimen).any():
         raise ParameterError(
-            f"{test}: the specimen has {specimen.grains.count} grains, it must have two, one on the other, such as "
-            "Bricks(rows=2) makes"
+            f"{test}: the specimen has {count} grains, it must have two, one on the other, such as Bricks(rows=2) makes"
         )
+
+
+def _in_joint(specimen: Specimen) -> np.ndarray:
+    """(c,) whether an interface is of the joint; the others join the bricks of a platen."""
+    return is_rock(specimen)[specimen.mesh.interface_grains].all(axis=1)
 
 
 def joint_means(state: State) -> dict[str, float]:
@@ -27,7 +32,8 @@ def joint_means(state: State) -> dict[str, float]:
 
     ``broken`` is the share of the joint that has broken.
     """
-    share = state.contact_lengths / state.contact_lengths.sum()
+    lengths = state.contact_lengths * np.tile(_in_joint(state.specimen)[state.order], 2)
+    share = lengths / lengths.sum()
     return {
         "opening": float(share @ state.opening),
         "slip": -float(share @ state.slip),  # the tangent runs counter-clockwise round the first block

@@ -12,6 +12,7 @@ from grainlaw.loading import Condition, Curves, Drive, FallsTo, LoadingProtocol,
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocols.joint import joint_means, require_joint
 from grainlaw.protocols.measures import certificate, size
+from grainlaw.protocols.platens import NO_TENSION, refuse_platens
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 
@@ -41,6 +42,7 @@ class JointTension(LoadingProtocol):
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_joint(specimen, type(self).__name__)
+        refuse_platens(specimen, type(self).__name__, NO_TENSION)
         open_wide = Reaches("opening", self.maximum_opening)
         return [
             self._stage("pull", 0, 1, Reaches("opening", self.unload_at), Reaches("broken", 1.0)),

@@ -18,6 +18,30 @@ def size(specimen: Specimen) -> tuple[float, float]:
     return float(high[0] - low[0]), float(high[1] - low[1])
 
 
+def has_platens(specimen: Specimen) -> bool:
+    """Whether platens are bodies of their own: the sample's ends are then the boundaries rock_top and rock_bottom."""
+    return "rock_top" in specimen.mesh.boundaries
+
+
+def ends(specimen: Specimen) -> tuple[str, str]:
+    """Boundaries at the upper and the lower end of the sample itself."""
+    return ("rock_top", "rock_bottom") if has_platens(specimen) else ("top", "bottom")
+
+
+def is_rock(specimen: Specimen) -> np.ndarray:
+    """(g,) whether a grain is of the sample; platens are the bodies with the boundaries top and bottom."""
+    grains, mesh = specimen.grains, specimen.mesh
+    if not has_platens(specimen):
+        return np.ones(grains.count, dtype=bool)
+    driven = np.concatenate([mesh.boundaries["top"], mesh.boundaries["bottom"]])
+    return ~np.isin(grains.body, grains.body[mesh.node_grain[driven]])
+
+
+def end_share(specimen: Specimen) -> float:
+    """Width of the sample over the length of the boundary top, through which platens load it; 1 without platens."""
+    return size(specimen)[0] / specimen.mesh.boundary_lengths["top"] if has_platens(specimen) else 1.0
+
+
 def points_on(state: State, boundary: str, count: int, share: float = 1.0) -> np.ndarray:
     """(k,) nodes of a boundary nearest to ``count`` places, spread evenly along the middle ``share`` of it."""
     nodes = state.mesh.boundaries[boundary]
@@ -37,27 +61,34 @@ def lateral_strain(state: State, points: int = 12) -> float:
 
 
 def axial_strain_of_points(state: State, points: int = 9) -> float:
-    """Change of height over height, from points on top and bottom (the paper's 9)."""
-    top, bottom = (state.displacement[points_on(state, side, points), 1].mean() for side in ("top", "bottom"))
+    """Change of height over height, from points on both ends (the paper's 9)."""
+    top, bottom = (state.displacement[points_on(state, side, points), 1].mean() for side in ends(state.specimen))
     return float(top - bottom) / size(state.specimen)[1]
 
 
 def axial_strain(state: State) -> float:
-    """Change of height over height from the platens, mean over the interval in which the reactions are averaged."""
-    return float(state.moved("top")[1] - state.moved("bottom")[1]) / size(state.specimen)[1]
+    """Change of height over height from the ends, mean over the interval in which the reactions are averaged.
+
+    Those of the sample: how much platens and the contacts with them give is not in it.
+    """
+    top, bottom = (state.moved(end)[1] for end in ends(state.specimen))
+    return float(top - bottom) / size(state.specimen)[1]
 
 
 def window_stress(state: State, share: float = 0.5) -> np.ndarray:
     """(3,) Pa, xx, yy, xy: area mean over the grains whose centroid lies in the middle ``share`` of both sides.
 
-    Over all grains where none does.
+    Over all grains of the sample where none does.
     """
     grains = state.specimen.grains
     low, high = grains.region.bounds
     middle, half = (low + high) / 2, share * (high - low) / 2
     stress = state.grain_stress()
     mean = window_mean(grains, stress, within_rectangle(middle - half, middle + half))
-    return mean if np.isfinite(mean).all() else np.average(stress, axis=0, weights=grains.areas)
+    if np.isfinite(mean).all():
+        return mean
+    rock = is_rock(state.specimen)
+    return np.average(stress[rock], axis=0, weights=grains.areas[rock])
 
 
 def elastic_moduli(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,16 +16,26 @@ from grainlaw.protocols.measures import (
     axial_strain_of_points,
     certificate,
     elastic_moduli,
+    ends,
+    has_platens,
+    is_rock,
     lateral_strain,
     size,
     window_stress,
 )
-from grainlaw.specimen import Elastic, Specimen
+from grainlaw.specimen import Elastic, Rigid, Specimen
 from grainlaw.state import State
+
+NO_TENSION = "tension does not pass the contact between two bodies; pull the sample at ends of its own, without platens"
 
 
 class Platens(enum.Enum):
-    """How the ends of a specimen are held across the load."""
+    """How the ends of a specimen are held across the load.
+
+    Platens that are bodies of their own (see :func:`~grainlaw.geometry.between_platens`) are always held, lest they
+    slide away; whether the sample slides on them is for the law between the two phases. Smooth then only means that a
+    test without a ramp begins with the sample growing wider.
+    """
 
     SMOOTH = enum.auto()  #: free to slide
     ROUGH = enum.auto()  #: held
@@ -61,12 +72,14 @@ class BetweenPlatens(Protocol):
 def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float, falls: str = "stress") -> Stage:
     """Platens part (``sign`` 1) or approach (-1) until the strain is reached or the column ``falls`` has fallen."""
     require_ends(specimen, type(test).__name__)
+    if sign > 0:
+        refuse_platens(specimen, type(test).__name__, NO_TENSION)
     duration = test.maximum_strain * size(specimen)[1] / test.speed
     interval = duration / test.samples
     field = None if test.ramp > 0 else homogeneous_velocity(specimen, sign * test.speed, test.platens, test.moving)
     return Stage(
         name=name,
-        drives=platen_drives(sign * test.speed, test.ramp, test.platens, test.moving),
+        drives=platen_drives(sign * test.speed, test.ramp, held_across(specimen, test.platens), test.moving),
         until=[Reaches("strain", test.maximum_strain), FallsTo(falls, test.stop_fraction)],
         interval=interval,
         integrator=test.integrator,
@@ -95,10 +108,33 @@ def require_boundaries(specimen: Specimen, test: str, *names: str) -> None:
         )  # fmt: skip
 
 
+def require_platens(specimen: Specimen, test: str) -> None:
+    """Raise ParameterError unless the specimen has the boundaries top and bottom, and with platens ends of its own."""
+    bodies = {"rock_top", "rock_bottom", "platen_top", "platen_bottom"} & set(specimen.mesh.boundaries)
+    require_boundaries(specimen, test, "top", "bottom", *(("rock_top", "rock_bottom") if bodies else ()))
+
+
+def refuse_platens(specimen: Specimen, test: str, why: str) -> None:
+    """Raise ParameterError if platens are bodies of their own."""
+    if has_platens(specimen):
+        raise ParameterError(f"{test}: the specimen has platens of its own (the boundary rock_top): {why}")
+
+
+def held_across(specimen: Specimen, platens: Platens) -> Platens:
+    """How the boundaries top and bottom are held; platens that are bodies of their own must not slide away."""
+    return Platens.ROUGH if has_platens(specimen) else platens
+
+
 def require_ends(specimen: Specimen, test: str) -> None:
-    """Raise ParameterError unless the specimen has flat ends and two sides."""
-    require_boundaries(specimen, test, "top", "bottom", "left", "right")
-    for name in ("top", "bottom"):
+    """Raise ParameterError unless the specimen has flat ends and two sides; its platens must be flat on both sides.
+
+    The rim of a rigid platen is not looked at.
+    """
+    require_platens(specimen, test)
+    require_boundaries(specimen, test, "left", "right")
+    inner = tuple(name for name in ("platen_top", "platen_bottom") if name in specimen.mesh.boundaries)
+    outer = ("top", "bottom") if inner or not has_platens(specimen) else ()
+    for name in dict.fromkeys((*ends(specimen), *inner, *outer)):
         if np.ptp(specimen.mesh.nodes[specimen.mesh.boundaries[name], 1]) > 1e-9 * size(specimen)[1]:
             raise ParameterError(f"{test}: the {name} of the specimen is not flat and level")
 
@@ -118,17 +154,30 @@ def platen_drives(speed: float, ramp: float, platens: Platens, moving: Moving) -
 def homogeneous_velocity(specimen: Specimen, speed: float, platens: Platens, moving: Moving) -> np.ndarray:
     """(i, 2) m/s: linear in height, and in width by the grains' Poisson effect between smooth platens.
 
-    With it the stress grows everywhere at once and no wave leaves the platen.
+    With it the stress grows everywhere at once and no wave leaves the platen. Platens that are bodies of their own
+    move with their drives; how much they and the contacts with them give is left to a small wave.
     """
     low, high = specimen.grains.region.bounds
     place = (specimen.mesh.nodes - low) / (high - low)
+    steel = ~is_rock(specimen)[specimen.mesh.node_grain]
+    place[steel, 1] = np.clip(place[steel, 1], 0, 1)
     field = np.zeros_like(place)
     field[:, 1] = speed * (place[:, 1] - (0.5 if moving is Moving.BOTH else 0.0))
-    if platens is Platens.SMOOTH and isinstance(specimen.material, Elastic):
-        along, across, _ = specimen.material.constants
+    rock = _rock(specimen)
+    if platens is Platens.SMOOTH and isinstance(rock, Elastic):
+        along, across, _ = rock.constants
         width, height = high - low
         field[:, 0] = -speed * across / along * width / height * (place[:, 0] - 0.5)
+        field[steel, 0] = 0.0
     return field
+
+
+def _rock(specimen: Specimen) -> Elastic | Rigid | None:
+    """What the sample is made of; None where it is of several phases."""
+    if not isinstance(specimen.material, Mapping):
+        return specimen.material
+    phases = np.unique(specimen.grains.phase[is_rock(specimen)])
+    return specimen.material[int(phases[0])] if len(phases) == 1 and has_platens(specimen) else None
 
 
 def measure_between_platens(state: State, sign: float) -> dict[str, float]:
