@@ -35,7 +35,7 @@ class Touching(NamedTuple):
     length: np.ndarray  #: (c,) m in contact, 0 where apart
     frame: (
         np.ndarray
-    )  #: (10, c) tangent, shares of edges, half depth across, opened, slid, old length, half depth along, twist
+    )  #: (10, c) tangent, shares of both edges, half depth, opened, slid, old length, tilt, twist
     force: np.ndarray  #: (2, 4, c) N on the four nodes
     carried: np.ndarray  #: (3, c) N: normal, shear, damping of the last step
     work: np.ndarray  #: (3, c) J done in opening, in slip, on the dashpot
@@ -171,6 +171,9 @@ def touch_geometry(g, t, first, last):
         rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix) + turn * tx
         ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy) + turn * ty
         slid = ry * nx - rx * ny
+        grown = 1 - t.frame[7, c] / t.length[c]
+        if grown > 0:  # what has just come into contact has not slipped: else it would be given elastic energy
+            t.slip[c] -= grown * t.ease[c] * t.shear[c]
         t.slip[c] += slid
         t.frame[0, c] = -ny
         t.frame[1, c] = nx
