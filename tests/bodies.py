@@ -1,0 +1,102 @@
+"""Bodies in motion: a State that is driven directly, and what mechanics says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+import grainlaw as gl
+from grainlaw.bonds import hand_over
+from grainlaw.geometry import block, moved, together
+from grainlaw.kernels.batch import compile_integrator
+from grainlaw.ledger import energies
+from grainlaw.state import State
+from grainlaw.stepping import advance
+from grainlaw.timestep import StableStep
+
+RIGID = gl.Rigid(density=2600)
+SOFT = gl.Elastic(youngs_modulus=1e9, poissons_ratio=0.2, density=2600)
+GRAVITY = 9.81  #: m/s2
+
+
+def box(width, height, left=0.0, bottom=0.0, name="box"):
+    """A rectangle whose lower left corner is at ``left, bottom``."""
+    right, top = left + width, bottom + height
+    return block([(left, bottom), (right, bottom), (right, top), (left, top)], name)
+
+
+def turned(width, height, degrees, centre=(0.0, 0.0), name="box"):
+    """A rectangle about its ``centre``."""
+    return moved(box(width, height, -width / 2, -height / 2, name), by=centre, turn=degrees)
+
+
+class Motion:
+    """Bodies, what acts on them, and the engine that moves them; ``safety`` is the share of the stable step."""
+
+    def __init__(
+        self, grains, law, *, material=RIGID, detection=None, gravity=(0.0, 0.0), fixed=(), drives=(), velocity=None,
+        damping=None, safety=0.9, threads=1,
+    ):  # fmt: skip
+        specimen = gl.Specimen(grains, material)
+        self.state, self.threads = State(specimen, law, detection or gl.Detection()), threads
+        self.integrator = gl.CentralDifference(damping=damping or gl.Undamped(), safety=safety)
+        stable = StableStep(self.state)
+        self.stage = gl.Stage(
+            name="motion", drives=drives, until=[gl.Reaches("time", 1)], interval=1, integrator=self.integrator,
+            gravity=gravity, fixed=fixed, initial_velocity=None if velocity is None else velocity(specimen),
+        )  # fmt: skip
+        self.state.begin(self.stage)
+        self.state.time_step = self.integrator.stable_step(stable.frequency)
+
+    def steps(self, count):
+        advance(self.state, compile_integrator(self.integrator), count, threads=self.threads)
+
+    def run(self, seconds, samples=1, **measures: Callable[[State], float]):
+        """(samples,) of each measure, of ``time``, and of each kind of energy."""
+        rows, count = [], max(1, round(seconds / samples / self.state.time_step))
+        for _ in range(samples):
+            self.state.new_sample()
+            self.steps(count)
+            row = {"time": self.state.time, **{name: read(self.state) for name, read in measures.items()}}
+            rows.append(row | energies(self.state))
+            hand_over(self.state)
+        return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def each(*velocities):
+    """Velocity field that gives each grain a mean (x, y) m/s, and a spin (1/s) where a third number is given."""
+
+    def field(specimen):
+        centre = specimen.grains.centroids[specimen.mesh.node_grain]
+        x, y = (specimen.mesh.nodes - centre).T
+        rows = np.array([(*v, 0.0)[:3] for v in velocities])[specimen.mesh.node_grain].T
+        return np.column_stack([rows[0] - rows[2] * y, rows[1] + rows[2] * x])
+
+    return field
+
+
+def momentum(state):
+    """(3,) linear and angular momentum about the origin, after the last step."""
+    mass, velocity = state.freedoms.mass, state.freedoms.velocity
+    if state.rigid.grains:
+        x, y = state.specimen.grains.centroids.T + state.freedoms.displacement[:2]
+    else:
+        x, y = state.positions.T
+    px, py = mass[:2] * velocity[:2]
+    spin = np.sum(mass[2] * velocity[2]) if state.rigid.grains else 0.0
+    return np.array([px.sum(), py.sum(), np.sum(x * py - y * px) + spin])
+
+
+def gap(row):
+    """J that the ledger does not account for, over all rows of a run."""
+    kinds = ("kinetic", "zones", "contacts_normal", "contacts_shear", "damping")
+    return np.abs(row["external"] - sum(row[kind] for kind in kinds))
+
+
+def total(row):
+    """J, kinetic and stored less the external work."""
+    return row["kinetic"] + row["zones"] + row["contacts_normal"] + row["contacts_shear"] - row["external"]
+
+
+__all__ = ["GRAVITY", "RIGID", "SOFT", "Motion", "box", "each", "gap", "momentum", "together", "total", "turned"]

@@ -1,0 +1,100 @@
+"""Broken interfaces that slide away become contacts of their edges: no jump, friction goes on, places are geometric."""
+
+import math
+
+import attrs
+import numpy as np
+import pytest
+
+import grainlaw as gl
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.laws import CohesiveCrack, Friction, MohrCoulomb
+from grainlaw.protocols import DirectShear
+
+WIDTH, PRESSURE, ANGLE = 0.02, 5e6, 25
+JOINT = {"kn": 1e12, "ks": 1e12, "tensile_strength": 1e6, "cohesion": 2e6, "friction_angle": 40,
+         "residual_friction_angle": ANGLE}  # fmt: skip
+LAWS = {
+    "brittle": MohrCoulomb(**JOINT),
+    "cohesive": CohesiveCrack(**JOINT, mode_i_energy=1.5, mode_ii_energy=5),
+    "friction": Friction(kn=1e12, ks=1e12, friction_angle=ANGLE),
+}
+MATERIALS = {
+    "rigid": gl.Rigid(density=2600), "deformable": gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.2, density=2600)
+}  # fmt: skip
+KINDS = ("kinetic", "zones", "contacts_normal", "contacts_shear", "damping")
+
+
+def sheared(law, material, detection):
+    specimen = gl.Specimen(Bricks(rows=2).tessellate(rectangle(WIDTH, WIDTH)), material)
+    test = DirectShear(normal_stress=PRESSURE, speed=1.0, maximum_slip=0.1 * WIDTH, resolution=5e-4 * WIDTH)
+    return gl.simulate(specimen, law, test, detection=detection)
+
+
+def unaccounted(curves):
+    return curves["energy_external"] - sum(curves[f"energy_{kind}"] for kind in KINDS)
+
+
+@pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_sliding_goes_on_after_the_hand_over(law, material):
+    """Against the same run without detection, from just before the hand-over to just after, and on."""
+    alone = sheared(law, material, None).curves
+    result = sheared(law, material, gl.Detection(hand_over=0.05))
+    with_it = result.curves
+    at = int(np.searchsorted(with_it["displacement"], 0.05 * WIDTH))
+    friction = PRESSURE * math.tan(math.radians(ANGLE))
+    assert with_it["shear_stress"][: at - 3] == pytest.approx(alone["shear_stress"][: at - 3])
+    around = slice(at - 3, at + 10)
+    # The even traction of a bond becomes that of one point on a shorter length: 2 % ring in a deformable block.
+    assert np.abs(with_it["shear_stress"][around] - alone["shear_stress"][around]).max() < 0.04 * friction
+    assert np.abs(with_it["normal_stress"][around] - PRESSURE).max() < 0.01 * PRESSURE
+    assert with_it["shear_stress"][at + 20 :].mean() == pytest.approx(friction, rel=5e-3)
+    step = np.max(np.diff(with_it["time"]) / np.diff(with_it["step"]))
+    jumps = np.abs(np.diff(unaccounted(with_it)))
+    assert jumps.max() < 1.1 * friction * WIDTH * 1.0 * step  # the work of friction in one step
+
+
+@attrs.frozen(kw_only=True)
+class PartAndReturn(gl.LoadingProtocol):
+    """Pull the upper block off, carry it sideways, and put it back."""
+
+    lift: float = gl.parameter("m")
+    aside: float = gl.parameter("m")
+    press: float = gl.parameter("m")
+    turn: float = 2e-4  #: s for each way
+
+    def stages(self, specimen):
+        def stage(name, x, y):
+            drives = [gl.Drive(boundary="bottom", axis=0, speed=0), gl.Drive(boundary="bottom", axis=1, speed=0)]
+            drives += [gl.Drive(boundary="top", axis=k, speed=way / self.turn) for k, way in enumerate((x, y))]
+            column = "x" if x else ("down" if y < 0 else "up")
+            until = [gl.Reaches(column, abs(x) + abs(y))]
+            return gl.Stage(name=name, drives=drives, until=until, interval=self.turn / 1000)
+
+        return [
+            stage("lift", 0, self.lift), stage("aside", self.aside, 0), stage("down", 0, -self.lift - self.press),
+        ]  # fmt: skip
+
+    def measure(self, state):
+        x, y = state.moved("top")
+        return {"x": float(x), "up": float(y), "down": float(self.lift - y), "force": -float(state.reaction("top")[1])}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.3, 0.8])
+def test_what_has_parted_meets_again_where_its_edges_are(aside):
+    """A closure of 0.1 mm on what is left of the width, at 1e12 Pa/m; no force before the edges meet."""
+    specimen = gl.Specimen(Bricks(rows=2).tessellate(rectangle(WIDTH, WIDTH)), gl.Rigid(density=2600))
+    lift = 0.2 * WIDTH
+    way = PartAndReturn(lift=lift, aside=aside * WIDTH or 1e-9, press=1e-4)
+    curves = gl.simulate(specimen, LAWS["brittle"], way, detection=gl.Detection()).curves
+    back = np.flatnonzero(curves["stage"] == 2)[5:]  # the platen has turned round
+    closure = curves["down"][back] - lift
+    above = closure < -0.02 * lift
+    assert above.sum() > 10
+    assert np.abs(curves["force"][back][above]).max() < 1
+    stiffness = 1e12 * (1 - aside) * WIDTH
+    assert curves["force"][-1] == pytest.approx(stiffness * closure[-1], rel=0.05)
