@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -27,6 +28,7 @@ from grainlaw.timestep import StableStep
 
 CALL = 4_000_000  #: zones times steps of one call of the engine, some tenths of a second: Ctrl-C waits no longer
 MOST_THREADS = 128
+ROUNDING = 1e-9  #: of the work of gravity over the size of the specimen: no run is judged by less
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
 
@@ -119,9 +121,12 @@ class _Run:
         state = self.state
         state.begin(stage)
         fastest = max((abs(drive.speed) for drive in stage.drives if isinstance(drive, Drive)), default=0.0)
-        self.supplied = max(self.supplied, 0.5 * float(state.freedoms.mass[0].sum()) * fastest**2)
+        size = float(np.hypot(*np.ptp(state.mesh.nodes, axis=0)))
+        rounding = ROUNDING * size * float(np.abs(state.freedoms.weight).sum())
+        self.supplied = max(self.supplied, 0.5 * float(state.freedoms.mass[0].sum()) * fastest**2, rounding)
         integrator, before = stage.integrator, None
         state.time_step = self._time_step(stage, integrator)
+        state.take_back_half_a_step_of_gravity()
         began, first = state.time, self.columns.count
         self._steps(integrator, 0, began)  # compiles, so that the clock sees the time loop alone
         for _ in range(stage.sample_limit):
@@ -147,7 +152,11 @@ class _Run:
         )
 
     def _time_step(self, stage: Stage, integrator: Integrator) -> float:
-        return min(self.factor * integrator.stable_step(self.stability.frequency), stage.interval)
+        step = self.factor * integrator.stable_step(self.stability.frequency)
+        if self.state.touches is not None:
+            damping = self.state.touches.detection.damping  # its force lags half a step behind
+            step *= math.sqrt(1 + damping**2) - damping
+        return min(step, stage.interval)
 
     def _advance(
         self, stage: Stage, integrator: Integrator, before: Motion | None, steps: int, began: float

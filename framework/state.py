@@ -71,10 +71,19 @@ class State:
         self.stage = stage.name
         self.adopted_work += self.work_of_gravity()
         self._weighed_from = self._freedoms_at_forces()
+        before = self.freedoms.weight.copy()
         self.freedoms.weight[:2] = np.array(stage.gravity)[:, None] * self._true_mass
+        self._new_weight = self.freedoms.weight - before
         self.weighed = bool(np.any(self.freedoms.weight))
         self.impose(stage.drives, stage.pressures, stage.fixed)
         self.give_velocity(stage.initial_velocity)
+
+    def take_back_half_a_step_of_gravity(self) -> None:
+        """Velocities live half a step before what is given of them; of a new weight this shows in time."""
+        f = self.freedoms
+        gain = self.time_step * f.free * self._new_weight / f.mass
+        f.velocity[:] -= gain / 2
+        self.initial_energy -= float(np.sum(f.mass * gain**2)) / 8  # energy is the product of both half steps
 
     def impose(
         self, drives: Sequence[Drive | Hold], pressures: Sequence[Pressure] = (), fixed: Sequence[int] = ()

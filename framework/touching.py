@@ -44,7 +44,8 @@ def no_touching(count: int = 0) -> touch.Touching:
     """Contacts that are apart, and are not followed."""
     none = np.zeros(0, dtype=np.int64)
     return touch.Touching(
-        node=np.zeros((4, count), dtype=np.int32), inverse=np.ones((2, count)),
+        node=np.zeros((4, count), dtype=np.int32), 
+        acute=np.zeros((4, count)),
         **{name: np.zeros(count) for name in PER_CONTACT},
         frame=np.zeros((10, count)), force=np.zeros((2, 4, count)), carried=np.zeros((3, count)),
         work=np.zeros((3, count)), memory=np.zeros((1, count)), fresh=np.zeros((1, 1)), touched=none,
@@ -101,8 +102,9 @@ class Touches:
         corners = grains.vertices[grains.corners]
         width = compiled(search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), grains.first)
         self.limits = np.minimum(detection.largest_overlap * width, self.skin)  #: (g,) m
-        self.lengths = np.hypot(*(origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]))  #: (e,) m, undeformed
-        self.cell = float(2 * self.skin + (np.median(self.lengths) if len(self.lengths) else 1.0))
+        lengths = np.hypot(*(origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]))
+        self._acute = self._cotangents(origin)
+        self.cell = float(2 * self.skin + (np.median(lengths) if len(lengths) else 1.0))
         nodes = np.concatenate([specimen.node_masses, [0.0]])
         mass = np.bincount(mesh.node_grain, specimen.node_masses)[self.edge_grain]
         self.edge_mass = mass if specimen.is_rigid else nodes[self.edges].sum(axis=1)
@@ -123,6 +125,18 @@ class Touches:
 
     def __len__(self) -> int:
         return len(self.keys)
+
+    def _cotangents(self, origin: np.ndarray) -> np.ndarray:
+        """(2, e) of the grain's angles at both ends of each edge; 0 where they are not acute."""
+        follower = np.zeros(origin.shape[1], dtype=np.int64)
+        follower[self.edges[:, 0]] = np.arange(len(self.edges))
+        after = follower[self.edges[:, 1]]  # a node begins one edge
+        x, y = origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]
+        turn, ahead = x * y[after] - y * x[after], x * x[after] + y * y[after]
+        cotangent = np.where(ahead < 0, -ahead / np.maximum(turn, 1e-300), 0.0)
+        result = np.zeros((2, len(self.edges)))
+        result[1], result[0, after] = cotangent, cotangent
+        return result
 
     @property
     def firsts(self) -> list[int]:
@@ -188,8 +202,9 @@ class Touches:
         groups, grain, mass = self.groups_of(keys), self.edge_grain, self.edge_mass
         new = self._empty(len(keys))
         self.arrays = new._replace(
-            node=node, inverse=1 / np.stack([self.lengths[a], self.lengths[b]]),
-            ease=self._ease[groups], limit=np.minimum(self.limits[grain[a]], self.limits[grain[b]]),
+            node=node, 
+            ease=self._ease[groups], acute=np.stack([*self._acute[:, a], *self._acute[:, b]]),
+            limit=np.minimum(self.limits[grain[a]], self.limits[grain[b]]),
             dashpot=2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b])),
             memory=new.fresh.take(groups, axis=1), touched=touched, origin=origin, place=origin + seen, seen=seen,
             way=seen - before.take(touched, axis=1), first=first, slot=slot, built=displacement.copy(),
@@ -210,7 +225,7 @@ class Touches:
         found = compiled(search.near_pairs)(x0, y0, x1, y1, self.edge_grain[chosen], self.skin, self.cell)
         a, b = chosen[found].T.reshape(2, -1)
         size = len(self.edges)
-        keys = np.unique(self.key(a, b))
+        keys = np.union1d(self.key(a, b), self.keys[self.arrays.length > 0])
         return np.column_stack([keys // size % size, keys % size]), keys
 
     def _empty(self, count: int) -> touch.Touching:

@@ -39,7 +39,8 @@ class VtkSeries:
     def write(self, frame: Frame) -> None:
         """Add one frame."""
         self._add("grains", frame.time, self._grains(frame))
-        self._add("cracks", frame.time, self._cracks(frame))
+        if len(self.interfaces):
+            self._add("cracks", frame.time, self._cracks(frame))
         if frame.touches:
             self._add("contacts", frame.time, self._contacts(frame))
 

@@ -80,7 +80,10 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
     return Stage(
         name=name,
         drives=platen_drives(sign * test.speed, test.ramp, held_across(specimen, test.platens), test.moving),
-        until=[Reaches("strain", test.maximum_strain), FallsTo(falls, test.stop_fraction)],
+        until=[
+            Reaches("strain", test.maximum_strain),
+            *([FallsTo(falls, test.stop_fraction)] if test.stop_fraction else []),
+        ],
         interval=interval,
         integrator=test.integrator,
         initial_velocity=field,

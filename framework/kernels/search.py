@@ -10,7 +10,7 @@ from numba import njit
 
 from grainlaw.kernels.cache import OPTIONS
 
-FACING = -0.05  #: cosine between outward normals beyond which edges share next to nothing of a contact
+FACING = 0.3  #: cosine between outward normals beyond which edges cannot come to touch before the next search
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -44,6 +44,13 @@ def _to_segment(px, py, x0, y0, x1, y1):
     return dx * dx + dy * dy
 
 
+@njit(forceinline=True, **OPTIONS)
+def _behind(ax, ay, cx, cy, bx, by, reach):
+    """Whether an edge b, which begins at c, lies on the inner side of the line of edge a, and not all along it."""
+    first, second = ax * cy - ay * cx, ax * (cy + by) - ay * (cx + bx)
+    return min(first, second) >= 0 and max(first, second) > reach * math.sqrt(ax * ax + ay * ay)
+
+
 @njit(**OPTIONS)
 def _near(x0, y0, x1, y1, e, f, reach):
     """Whether two edges face each other and come nearer than ``reach``."""
@@ -51,6 +58,8 @@ def _near(x0, y0, x1, y1, e, f, reach):
     if ax * bx + ay * by > FACING * math.sqrt((ax * ax + ay * ay) * (bx * bx + by * by)):
         return False
     cx, cy = x0[f] - x0[e], y0[f] - y0[e]
+    if _behind(ax, ay, cx, cy, bx, by, reach) and _behind(bx, by, -cx, -cy, ax, ay, reach):
+        return False  # the two sides of a corner that grains make together
     denominator = ax * by - ay * bx
     if denominator != 0:
         s, r = (cx * by - cy * bx) / denominator, (cx * ay - cy * ax) / denominator

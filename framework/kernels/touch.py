@@ -15,7 +15,8 @@ from grainlaw.kernels.foreign import call
 
 u32 = np.uint32
 BLOCK = 512  #: contacts that go through geometry, law and forces together; a multiple of the loop's ``LANES``
-STEEPEST = 1e-3  #: cosine (about) between an edge and the tangent: steeper ones carry nothing
+NARROW = 1e-9  #: square of the length over that of the depth: narrower overlaps are those of other faces
+LEAST = 1e-13  #: depth over length of an overlap: what is less is rounding
 STOPS = 2  #: places of a thread's entry in ``stop``: nodes that have moved too far, contacts that overlap too much
 
 
@@ -23,7 +24,7 @@ class Touching(NamedTuple):
     """Pairs of edges (c) of different grains that touch or may soon; rows of scratch pass from pass to pass."""
 
     node: np.ndarray  #: (4, c) places in ``touched``: start and end of edge a, of edge b, each counter-clockwise
-    inverse: np.ndarray  #: (2, c) inverse lengths of both edges, undeformed (1/m)
+    acute: np.ndarray  #: (4, c) cotangents of the corners at these nodes, 0 where they are not acute
     limit: np.ndarray  #: (c,) largest overlap (m)
     dashpot: np.ndarray  #: (c,) sqrt(kg/m): damping force over rate and root of stiffness
     ease: np.ndarray  #: (c,) 1 / ks, m/Pa
@@ -33,9 +34,7 @@ class Touching(NamedTuple):
     normal: np.ndarray  #: (c,) Pa
     shear: np.ndarray  #: (c,) Pa
     length: np.ndarray  #: (c,) m in contact, 0 where apart
-    frame: (
-        np.ndarray
-    )  #: (10, c) tangent, shares of both edges, half depth, opened, slid, old length, tilt, twist
+    frame: np.ndarray  #: (10, c) tangent, shares of both edges, distances from both, opened, slid, old length, twist
     force: np.ndarray  #: (2, 4, c) N on the four nodes
     carried: np.ndarray  #: (3, c) N: normal, shear, damping of the last step
     work: np.ndarray  #: (3, c) J done in opening, in slip, on the dashpot
@@ -54,56 +53,40 @@ class Touching(NamedTuple):
 
 
 @njit(forceinline=True, **OPTIONS)
-def _strip(tx, ty, ax, ay, bx, by, wx, wy, offset, qa, qb):
-    """Where two edges overlap, seen along a tangent: begin, end, depths there, whose ends, inverse spans.
+def _strip(tx, ty, ax, ay, bx, by, wx, wy):
+    """Where two edges overlap, seen along a tangent: the shares of edge a at begin and end, and whose ends they are.
 
-    ``a`` runs from the first corner of A, ``b`` the same way from the second corner of B, which lies at ``w``; ``qa``,
-    ``qb`` are inverse lengths. An end is 1 at a corner of A, -1 at one of B, 0 where the edges cross. No overlap: begin
-    is end.
+    ``a`` runs from the first corner of A, ``b`` the same way from the second corner of B, which lies at ``w``. An end
+    is 1 at a corner of A, -1 at one of B, 0 where the edges cross. No overlap: begin is end.
     """
     span_a, span_b = ax * tx + ay * ty, bx * tx + by * ty
-    if span_a * qa <= STEEPEST or span_b * qb <= STEEPEST:
-        return 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0
     start = wx * tx + wy * ty
     begin, end = max(0.0, start), min(span_a, start + span_b)
-    if begin >= end:
-        return 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0
-    inverse_a, inverse_b = 1 / span_a, 1 / span_b
-    slope = (ax * ty - ay * tx) * inverse_a - (bx * ty - by * tx) * inverse_b
-    level = wx * ty - wy * tx + offset - (bx * ty - by * tx) * inverse_b * start  # of b, beside the corner of A
+    if span_a <= 0 or span_b <= 0 or begin >= end:
+        return 0.0, 0.0, 0, 0
+    inverse, slope_b = 1 / span_a, (bx * ty - by * tx) / span_b
+    slope = (ax * ty - ay * tx) * inverse - slope_b
+    level = wx * ty - wy * tx - slope_b * start  # of b, beside the corner of A
     d1, d2 = slope * begin - level, slope * end - level
     if d1 <= 0 and d2 <= 0:
-        return 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0
+        return 0.0, 0.0, 0, 0
     first, last = 1 if start <= 0 else -1, 1 if span_a <= start + span_b else -1
     if d1 < 0:
-        begin -= d1 / slope
-        d1, first = 0.0, 0
+        begin, first = begin - d1 / slope, 0
     if d2 < 0:
-        end -= d2 / slope
-        d2, last = 0.0, 0
-    return begin, end, d1, d2, first, last, inverse_a, inverse_b
+        end, last = end - d2 / slope, 0
+    return begin * inverse, end * inverse, first, last
 
 
 @njit(forceinline=True, **OPTIONS)
-def _gradient(run, d1, d2, first, last):
-    """Derivatives of the energy of an overlap over the stiffness, Eqs. (13, 14): by closure, slip; centre; by turning.
-
-    The energy is kn/2 J^3 D^2 / (J^2 + D^2): of an elastic foundation where the overlap is long, and small where it is
-    deep, because then other sides of the same corners touch.
-    """
-    squares = d1 * d1 + d1 * d2 + d2 * d2
-    share = run * run / (run * run + squares * (1 / 3))
-    f = share * share * (1 / 6)
-    in_length = f * squares * (1 + squares / (run * run))
-    at_first, at_last = f * run * (2 * d1 + d2), f * run * (d1 + 2 * d2)
-    tilt = 0.5 * (d2 - d1) / run
-    along = 0.5 * (first - last) * in_length - tilt * (first * at_first + last * at_last)
-    if first == 0:
-        at_first = in_length * run / d2
-    if last == 0:
-        at_last = in_length * run / d1
-    across = at_first + at_last
-    return across, along, at_last / across, 0.25 * (d2 - d1) * in_length, share
+def _end(kind, sign, depth, length_a, length_b, ax, ay, bx, by):
+    """Gradient of the energy by the motion of B at one end of an overlap, from those by its depth and both lengths."""
+    if kind > 0:  # a corner of A, against edge b
+        return -depth * by - sign * length_b * bx, depth * bx - sign * length_b * by
+    if kind < 0:  # a corner of B, against edge a
+        return -depth * ay + sign * length_a * ax, depth * ax + sign * length_a * ay
+    q = (length_a + length_b * (ax * bx + ay * by)) / (ay * bx - ax * by)
+    return sign * (-q * by - length_b * bx), sign * (q * bx - length_b * by)
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -136,42 +119,74 @@ def touch_geometry(g, t, first, last):
     deep = 0
     for c in range(first, last):
         ax, ay, bx, by, wx, wy = _edges(t, c)
-        offset, qa, qb = t.offset[c], t.inverse[0, c], t.inverse[1, c]
-        t.frame[7, c] = t.length[c]
+        offset = t.offset[c]
+        t.frame[8, c] = t.length[c]
         if offset == 0 and t.length[c] == 0 and _in_front(ax, ay, bx, by, wx, wy):
             continue
+        qa, qb = 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by)
         tx, ty = _mean_tangent(ax, ay, bx, by, qa, qb)
-        begin, end, d1, d2, one, other, ia, ib = _strip(tx, ty, ax, ay, bx, by, wx, wy, offset, qa, qb)
-        run, mean = end - begin, 0.5 * (d1 + d2)
-        if run <= 0 or mean <= 0 or mean > 2 * t.limit[c]:
+        ux, uy = wx + offset * ty, wy - offset * tx
+        begin, end, first_end, last_end = _strip(tx, ty, ax, ay, bx, by, ux, uy)
+        ex, ey, fx, fy = qa * ax, qa * ay, qb * bx, qb * by  # unit vectors of both edges
+        # Both ends: a corner of A, one of B, or a crossing, and its distance from the other edge.
+        x1, y1 = (ux, uy) if first_end < 0 else (begin * ax, begin * ay)
+        x2, y2 = (ux + bx, uy + by) if last_end < 0 else (end * ax, end * ay)
+        d1 = ex * y1 - ey * x1 if first_end < 0 else (fy * (x1 - ux) - fx * (y1 - uy) if first_end > 0 else 0.0)
+        d2 = ex * y2 - ey * x2 if last_end < 0 else (fy * (x2 - ux) - fx * (y2 - uy) if last_end > 0 else 0.0)
+        along_a, along_b = ex * (x2 - x1) + ey * (y2 - y1), fx * (x2 - x1) + fy * (y2 - y1)
+        cut_a, cut_b = 0.0, 0.0  # where corners of A and B dig into each other: acute ones hold less
+        if first_end * last_end < 0:
+            cut_a, cut_b = (t.acute[0, c], t.acute[2, c]) if first_end > 0 else (t.acute[1, c], t.acute[3, c])
+            along_a -= cut_a * (d2 if first_end > 0 else d1)
+            along_b -= cut_b * (d1 if first_end > 0 else d2)
+        mean, square, squares = 0.5 * (d1 + d2), along_a * along_b, d1 * d1 + d1 * d2 + d2 * d2
+        apart = begin >= end or along_a <= 0 or along_b <= 0 or mean <= LEAST * along_a
+        if apart or square < NARROW * squares or mean > 2 * t.limit[c]:
+            deep += -t.opening[c] > 0.5 * t.limit[c] and mean > 2 * t.limit[c]
             if offset != 0:  # parting without a force, the edges take back what they were more open than they are
-                t.offset[c] = max(min(offset, _overlap(ax, ay, bx, by, wx, wy, qa, qb)), 0.0)
+                t.offset[c] = max(min(offset, _overlap(ax, ay, bx, by, wx, wy)), 0.0)
             t.length[c] = 0.0
             t.opening[c] = 0.0
             t.slip[c] = 0.0
             for n in range(t.memory.shape[0]):
                 t.memory[n, c] = t.fresh[n, g]
             continue
-        across, along, centre, twist, share = _gradient(run, d1, d2, one, other)
-        size = math.sqrt(across * across + along * along)
+        run = math.sqrt(square)
+        share = square / (square + squares * (1 / 3))
+        f = share * share * (1 / 6)
+        by_length = 0.5 * f * squares * (1 + squares / square) / run
+        by_a, by_b = by_length * along_b, by_length * along_a
+        by_1, by_2 = f * run * (2 * d1 + d2), f * run * (d1 + 2 * d2)
+        by_1 -= cut_b * by_b if first_end > 0 else cut_a * by_a
+        by_2 -= cut_a * by_a if first_end > 0 else cut_b * by_b
+        g1x, g1y = _end(first_end, -1.0, by_1, by_a, by_b, ex, ey, fx, fy)
+        g2x, g2y = _end(last_end, 1.0, by_2, by_a, by_b, ex, ey, fx, fy)
+        nx, ny = -g1x - g2x, -g1y - g2y  # the energy of the overlap pushes along the normal
+        size = math.sqrt(nx * nx + ny * ny)
+        nx, ny = nx / size, ny / size
         depth = mean * math.sqrt(share)
         deep += depth > t.limit[c]
         t.length[c] = size / depth
         t.opening[c] = -depth
-        s = begin + run * centre
-        xa, xb = s * ia, (s - wx * tx - wy * ty) * ib
-        half = 0.5 * (d1 + (d2 - d1) * centre + offset)
-        up, side = across / size, along / size  # the force of the overlap is along the normal, across it friction
-        nx, ny = up * ty - side * tx, -up * tx - side * ty
+        centre = -(g2x * nx + g2y * ny) / size
+        # It acts half-way between the edges.
+        p1, q1, p2, q2 = (1 - centre) * x1, (1 - centre) * y1, centre * x2, centre * y2
+        h1, h2 = 0.5 * (1 - centre) * d1, 0.5 * centre * d2
+        p1, q1 = (p1 + h1 * ey, q1 - h1 * ex) if first_end < 0 else (p1 - h1 * fy, q1 + h1 * fx)
+        p2, q2 = (p2 + h2 * ey, q2 - h2 * ex) if last_end < 0 else (p2 - h2 * fy, q2 + h2 * fx)
+        x, y = p1 + p2, q1 + q2
+        twist = (x1 - x) * g1y - (y1 - y) * g1x + (x2 - x) * g2y - (y2 - y) * g2x
+        x, y = x - 0.5 * offset * ty, y + 0.5 * offset * tx
+        xa, xb = (x * ex + y * ey) * qa, ((x - wx) * fx + (y - wy) * fy) * qb
+        off_a, off_b = x * ey - y * ex, (y - wy) * fx - (x - wx) * fy
         i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
         dix, diy, djx, djy, dkx, dky, dmx, dmy = vx[i], vy[i], vx[j], vy[j], vx[k], vy[k], vx[m], vy[m]
         turn_a = (ax * (djy - diy) - ay * (djx - dix)) * (qa * qa)
         turn_b = (bx * (dky - dmy) - by * (dkx - dmx)) * (qb * qb)
-        turn = half * (turn_a + turn_b)  # moves the surfaces along the mean tangent
-        rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix) + turn * tx
-        ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy) + turn * ty
+        rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix) - off_b * turn_b * fx - off_a * turn_a * ex
+        ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy) - off_b * turn_b * fy - off_a * turn_a * ey
         slid = ry * nx - rx * ny
-        grown = 1 - t.frame[7, c] / t.length[c]
+        grown = 1 - t.frame[8, c] / t.length[c]
         if grown > 0:  # what has just come into contact has not slipped: else it would be given elastic energy
             t.slip[c] -= grown * t.ease[c] * t.shear[c]
         t.slip[c] += slid
@@ -179,20 +194,22 @@ def touch_geometry(g, t, first, last):
         t.frame[1, c] = nx
         t.frame[2, c] = xa
         t.frame[3, c] = xb
-        t.frame[4, c] = half * up
-        t.frame[8, c] = half * side
-        t.frame[9, c] = twist / size
-        t.frame[5, c] = rx * nx + ry * ny
-        t.frame[6, c] = slid
+        t.frame[4, c] = off_a * qa
+        t.frame[5, c] = off_b * qb
+        t.frame[6, c] = rx * nx + ry * ny
+        t.frame[7, c] = slid
+        t.frame[9, c] = -twist / size
     return deep
 
 
 @njit(**OPTIONS)
-def _overlap(ax, ay, bx, by, wx, wy, qa, qb):
+def _overlap(ax, ay, bx, by, wx, wy):
     """The larger of the depths at both ends (m), seen along the mean tangent."""
-    tx, ty = _mean_tangent(ax, ay, bx, by, qa, qb)
-    _, _, d1, d2, _, _, _, _ = _strip(tx, ty, ax, ay, bx, by, wx, wy, 0.0, qa, qb)
-    return max(d1, d2)
+    tx, ty = _mean_tangent(ax, ay, bx, by, 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by))
+    begin, end, _, _ = _strip(tx, ty, ax, ay, bx, by, wx, wy)
+    slope = (ax * ty - ay * tx) - (bx * ty - by * tx) / (bx * tx + by * ty) * (ax * tx + ay * ty)
+    level = wx * ty - wy * tx - (bx * ty - by * tx) / (bx * tx + by * ty) * (wx * tx + wy * ty)
+    return max(slope * begin, slope * end) - level if begin < end else 0.0
 
 
 def carry_over(t, old, found):
@@ -212,7 +229,7 @@ def carry_over(t, old, found):
             t.memory[:, c] = old.memory[:, k]
             continue
         ax, ay, bx, by, wx, wy = _edges(t, c)
-        t.offset[c] = _overlap(ax, ay, bx, by, wx, wy, t.inverse[0, c], t.inverse[1, c])
+        t.offset[c] = _overlap(ax, ay, bx, by, wx, wy)
 
 
 def geometry_of(t, g):
@@ -226,7 +243,7 @@ def touch_forces(t, time_step, first, last):
     vx, vy = t.way[0], t.way[1]
     for c in range(first, last):
         length = t.length[c]
-        if length == 0 and t.frame[7, c] == 0:
+        if length == 0 and t.frame[8, c] == 0:
             continue
         i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
         tx, ty, xa, xb = t.frame[0, c], t.frame[1, c], t.frame[2, c], t.frame[3, c]
@@ -234,14 +251,14 @@ def touch_forces(t, time_step, first, last):
         damping = 0.0
         if t.dashpot[c] > 0 and length > 0:
             stiffness = -normal / max(-t.opening[c], 1e-300)
-            rate = t.frame[5, c] / time_step
+            rate = t.frame[6, c] / time_step
             damping = min(t.dashpot[c] * math.sqrt(max(stiffness, 0.0)) * rate, -normal)  # never pulls
         push = normal + damping
         px, py = push * ty + shear * tx, shear * ty - push * tx  # on A; the reverse acts on B
         ax, ay, bx, by, _, _ = _edges(t, c)
-        couple = t.frame[8, c] * push - t.frame[4, c] * shear
         twist = t.frame[9, c] * normal
-        qa, qb = (couple + twist) / (ax * ax + ay * ay), (couple - twist) / (bx * bx + by * by)
+        qa = (t.frame[4, c] * (ax * px + ay * py) + twist) / (ax * ax + ay * ay)
+        qb = (t.frame[5, c] * (bx * px + by * py) - twist) / (bx * bx + by * by)
         fx = (1 - xa) * px + qa * ay, xa * px - qa * ay, qb * (-by) - xb * px, (xb - 1) * px + qb * by
         fy = (1 - xa) * py - qa * ax, xa * py + qa * ax, qb * bx - xb * py, (xb - 1) * py - qb * bx
         total = 0.0
@@ -249,7 +266,7 @@ def touch_forces(t, time_step, first, last):
             total -= (t.force[0, n, c] + fx[n]) * vx[node] + (t.force[1, n, c] + fy[n]) * vy[node]
             t.force[0, n, c] = fx[n]
             t.force[1, n, c] = fy[n]
-        slid, opened = (t.frame[6, c], t.frame[5, c]) if length > 0 else (0.0, 0.0)
+        slid, opened = (t.frame[7, c], t.frame[6, c]) if length > 0 else (0.0, 0.0)
         in_slip = 0.5 * (t.carried[1, c] + shear) * slid
         on_dashpot = 0.5 * (t.carried[2, c] + damping) * opened
         t.work[0, c] += 0.5 * total - in_slip - on_dashpot

@@ -1,0 +1,114 @@
+"""Forces of a contact between two edges are the gradient of one energy, for every way in which edges can overlap."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grainlaw.kernels import touch
+from grainlaw.touching import no_touching
+
+KN = 2.5e9
+STEP = 1e-6
+
+
+def unit(vector):
+    return vector / np.hypot(*vector)
+
+
+def energy(edges):
+    """kn/2 J^3 D^2 / (J^2 + D^2) of Eq. (14); corners are not acute."""
+    a1, a2, b1, b2 = edges
+    along_a, along_b = unit(a2 - a1), unit(b1 - b2)
+    tangent = unit(along_a + along_b)
+    ends = {"a": sorted([a1 @ tangent, a2 @ tangent]), "b": sorted([b1 @ tangent, b2 @ tangent])}
+    begin, end = max(e[0] for e in ends.values()), min(e[1] for e in ends.values())
+    if begin >= end:
+        return 0.0
+
+    def point_and_depth(s):
+        """The corner that lies at a place along the tangent, and how deep it lies behind the other edge."""
+        for corner in (a1, a2):
+            if abs(corner @ tangent - s) < 1e-12:
+                return corner, along_b[1] * (corner - b2)[0] - along_b[0] * (corner - b2)[1]
+        corner = min((b1, b2), key=lambda point: abs(point @ tangent - s))
+        return corner, along_a[0] * (corner - a1)[1] - along_a[1] * (corner - a1)[0]
+
+    (p, d1), (q, d2) = point_and_depth(begin), point_and_depth(end)
+    if max(d1, d2) <= 0:
+        return 0.0
+    if min(d1, d2) < 0:  # lines that cross
+        share = np.linalg.solve(np.column_stack([a2 - a1, b2 - b1]), b2 - a1)[0]
+        crossing = a1 + share * (a2 - a1)
+        p, d1, q, d2 = (p, d1, crossing, 0.0) if d2 < 0 else (crossing, 0.0, q, d2)
+    runs = (q - p) @ along_a, (q - p) @ along_b
+    if min(runs) <= 0:
+        return 0.0
+    run, square = np.sqrt(runs[0] * runs[1]), (d1**2 + d1 * d2 + d2**2) / 3
+    return KN / 2 * run**3 * square / (run**2 + square)
+
+
+def contact_forces(edges):
+    """Nodal forces (4, 2) N by the engine, for a linear closure without friction."""
+    table = no_touching(1)._replace(
+        node=np.arange(4, dtype=np.int32).reshape(4, 1),
+        limit=np.array([np.inf]), place=np.ascontiguousarray(np.transpose(edges)), way=np.zeros((2, 4)),
+    )  # fmt: skip
+    touch.touch_geometry(0, table, 0, 1)
+    table.normal[:] = KN * table.opening
+    touch.touch_forces(table, 1.0, 0, 1)
+    return table.force[:, :, 0].T
+
+
+@settings(max_examples=400, deadline=None)
+@given(
+    turn=st.floats(-1.3, 1.3),
+    length=st.floats(0.2, 2.0),
+    x=st.floats(-1.0, 1.0).filter(lambda x: abs(x) > 1e-3),
+    y=st.floats(-0.3, 0.3).filter(lambda y: abs(y) > 1e-3),
+    way=st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)),
+)
+def test_forces_and_moments_are_the_gradient_of_the_energy(turn, length, x, y, way):
+    start = np.array([x, y])
+    edges = np.array([[0, 0], [1, 0], start + length * np.array([np.cos(turn), np.sin(turn)]), start])
+    stored = energy(edges)
+    if stored < 1e-4 * KN * length**3:  # next to nothing
+        return
+    forces = contact_forces(edges)
+    resultant = forces.sum(axis=0)
+    moment = (edges[:, 0] * forces[:, 1] - edges[:, 1] * forces[:, 0]).sum()
+    scale = np.abs(forces).sum()
+    assert np.abs(resultant).max() <= 1e-12 * scale
+    assert abs(moment) <= 1e-12 * scale
+
+    def moved(step):
+        cosine, sine = np.cos(step * way[2]), np.sin(step * way[2])
+        other = edges[2:] @ np.array([[cosine, sine], [-sine, cosine]]) + step * np.array(way[:2])
+        return np.concatenate([edges[:2], other])
+
+    motion = (moved(STEP) - moved(-STEP)) / (2 * STEP)
+    before, after = (stored - energy(moved(-STEP))) / STEP, (energy(moved(STEP)) - stored) / STEP
+    if abs(after - before) > 2e-5 * scale:  # a corner passes the end of the other edge: the slope has a kink
+        return
+    assert -np.sum(forces * motion) == pytest.approx((before + after) / 2, abs=2e-5 * scale)
+
+
+def test_a_face_on_a_face_is_an_elastic_foundation():
+    """Two faces that overlap by a wedge: kn times the mean depth, at the centre of the wedge."""
+    d1, d2 = 1e-4, 3e-4
+    edges = np.array([[0, 0], [1, 0], [2, 2 * d2 - d1], [-1, 2 * d1 - d2]])
+    forces = contact_forces(edges)
+    on_a = forces[:2].sum(axis=0)
+    assert np.hypot(*on_a) == pytest.approx(KN * (d1 + d2) / 2, rel=1e-6)
+    centre = forces[1, 1] / on_a[1]
+    assert centre == pytest.approx((d1 + 2 * d2) / (3 * (d1 + d2)), rel=1e-3)
+
+
+def test_side_faces_of_corners_that_overlap_carry_next_to_nothing():
+    """Half a block rests on another one, a micrometre deep: the faces beside it see half a block as their overlap."""
+    deep, wide = 1e-6, 0.5
+    resting = np.array([[0, 0], [1, 0], [1.5, deep], [0.5, deep]])  # lower side of A on the upper side of B
+    sides = np.array([[1, 0], [1, 1], [0.5, deep], [0.5, -1]])  # right side of A against the left side of B
+    carried = np.hypot(*contact_forces(resting)[:2].sum(axis=0))
+    assert carried == pytest.approx(KN * deep * wide, rel=1e-5)
+    assert np.hypot(*contact_forces(sides)[:2].sum(axis=0)) < 10 * deep / wide * carried
