@@ -114,7 +114,7 @@ def _take_over(
     table, law = touches.arrays, touches.groups[g].compiled
     count = len(place)
     trial = no_touching(count)._replace(
-        node=np.ascontiguousarray(table.node[:, place]), 
+        node=np.ascontiguousarray(table.node[:, place]),
         acute=np.ascontiguousarray(table.acute[:, place]), ease=table.ease[place],
         limit=np.full(count, np.inf), place=table.place - table.way, way=np.zeros_like(table.way),
         memory=memory.copy(), fresh=table.fresh[: len(memory)],

@@ -17,6 +17,7 @@ from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
 REACH = 0.5  #: of the skin: when a node has moved so far, two grains may have come as near as the skin
+TORN = 10.0  #: times its length that an edge cannot be in a run that is stable
 PER_CONTACT = ("limit", "dashpot", "ease", "offset", "opening", "slip", "normal", "shear", "length")
 
 
@@ -44,8 +45,7 @@ def no_touching(count: int = 0) -> touch.Touching:
     """Contacts that are apart, and are not followed."""
     none = np.zeros(0, dtype=np.int64)
     return touch.Touching(
-        node=np.zeros((4, count), dtype=np.int32), 
-        acute=np.zeros((4, count)),
+        node=np.zeros((4, count), dtype=np.int32), acute=np.zeros((4, count)),
         **{name: np.zeros(count) for name in PER_CONTACT},
         frame=np.zeros((10, count)), force=np.zeros((2, 4, count)), carried=np.zeros((3, count)),
         work=np.zeros((3, count)), memory=np.zeros((1, count)), fresh=np.zeros((1, 1)), touched=none,
@@ -95,25 +95,23 @@ class Touches:
         self.edges = np.concatenate([bonded[:, [0, 1]], bonded[:, [3, 2]], rim])  #: (e, 2) nodes, grain on the left
         self.exposed = np.arange(len(self.edges)) >= 2 * len(bonded)  #: (e,) whether anything may touch the edge
         self.edge_grain = mesh.node_grain[self.edges[:, 0]]
-        self.interfaces = len(bonded)
         size = float(np.median(np.sqrt(grains.areas)))
         self.skin = detection.skin * size  #: m
         self._ease = np.array([1 / np.mean(group.law.stiffness[1]) for group in self.groups], dtype=float)
         corners = grains.vertices[grains.corners]
         width = compiled(search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), grains.first)
         self.limits = np.minimum(detection.largest_overlap * width, self.skin)  #: (g,) m
-        lengths = np.hypot(*(origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]))
+        self._lengths = np.hypot(*(origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]))  #: (e,) m, undeformed
         self._acute = self._cotangents(origin)
-        self.cell = float(2 * self.skin + (np.median(lengths) if len(lengths) else 1.0))
+        self.cell = float(2 * self.skin + (np.median(self._lengths) if len(self._lengths) else 1.0))
         nodes = np.concatenate([specimen.node_masses, [0.0]])
         mass = np.bincount(mesh.node_grain, specimen.node_masses)[self.edge_grain]
         self.edge_mass = mass if specimen.is_rigid else nodes[self.edges].sum(axis=1)
-        phase = grains.phase[self.edge_grain]
-        table = {pair: k for k, pair in enumerate(group.phases for group in self.groups)}
-        self._phases, self._phase = np.unique(phase, return_inverse=True)
-        self._group = np.array([
-            [table.get((min(a, b), max(a, b)), 0) for b in self._phases.tolist()] for a in self._phases.tolist()
-        ]).reshape(len(self._phases), len(self._phases))  # fmt: skip
+        phases, self._phase = np.unique(grains.phase[self.edge_grain], return_inverse=True)
+        self._group = np.zeros((len(phases), len(phases)), dtype=np.int64)  #: law of each pair of phases
+        for k, group in enumerate(self.groups):
+            one, other = np.searchsorted(phases, group.phases)
+            self._group[one, other] = self._group[other, one] = k
         self.keys = np.zeros(0, dtype=np.int64)
         self.pairs = np.zeros((0, 2), dtype=np.int64)  #: (c, 2) edges a and b
         self.gone = np.zeros(3)  #: J, work on contacts that are no more
@@ -165,7 +163,7 @@ class Touches:
     def deepest(self) -> str:
         """The contact that overlaps most, over what is allowed, in words."""
         arrays = self.arrays
-        c = int(np.argmax(-arrays.opening * (arrays.length > 0.3 * -arrays.opening) / arrays.limit))
+        c = int(np.argmax(-arrays.opening / arrays.limit))
         (a, b), place = self.grains[c], arrays.place[:, arrays.node[0, c]]
         return (
             f"grains {a} and {b} overlap by {-arrays.opening[c]:.4g} m near ({place[0]:.4g}, {place[1]:.4g}) m, more "
@@ -202,8 +200,7 @@ class Touches:
         groups, grain, mass = self.groups_of(keys), self.edge_grain, self.edge_mass
         new = self._empty(len(keys))
         self.arrays = new._replace(
-            node=node, 
-            ease=self._ease[groups], acute=np.stack([*self._acute[:, a], *self._acute[:, b]]),
+            node=node, acute=np.stack([*self._acute[:, a], *self._acute[:, b]]), ease=self._ease[groups],
             limit=np.minimum(self.limits[grain[a]], self.limits[grain[b]]),
             dashpot=2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b])),
             memory=new.fresh.take(groups, axis=1), touched=touched, origin=origin, place=origin + seen, seen=seen,
@@ -220,7 +217,9 @@ class Touches:
         chosen = np.flatnonzero(self.exposed)
         place = self.origin + displacement
         (x0, x1), (y0, y1) = (row[self.edges[chosen].T].copy() for row in place)
-        if not np.isfinite(place).all():
+        with np.errstate(invalid="ignore", over="ignore"):
+            sound = np.hypot(x1 - x0, y1 - y0) < TORN * self._lengths[chosen]
+        if not sound.all():
             return self.pairs, self.keys  # the check of the energies tells where it went wrong
         found = compiled(search.near_pairs)(x0, y0, x1, y1, self.edge_grain[chosen], self.skin, self.cell)
         a, b = chosen[found].T.reshape(2, -1)
