@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from grainlaw.specimen import Elastic, Plane, Specimen
@@ -17,7 +19,9 @@ def converted(young: float, poisson: float, specimen: Specimen) -> tuple[float, 
 
     Equal to them where the specimen's material is in plane stress.
     """
-    if isinstance(specimen.material, Elastic) and specimen.material.plane is Plane.STRESS:
+    material = specimen.material
+    rock = material[int(specimen.grains.phase[0])] if isinstance(material, Mapping) else material
+    if isinstance(rock, Elastic) and rock.plane is Plane.STRESS:
         return young, poisson
     true = poisson / (1 + poisson)
     return young * (1 - true**2), true

@@ -92,7 +92,8 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
 
 def plot_report_cracks(results: Mapping[str, Result]) -> Figure:
     """Crack patterns side by side."""
-    low, high = next(iter(results.values())).specimen.grains.region.bounds
+    corners = next(iter(results.values())).specimen.grains.vertices
+    low, high = corners.min(axis=0), corners.max(axis=0)
     width, height = high - low
     each = float(np.clip(6.0 * width / height, 2.4, 9.0 / len(results)))
     figure = Figure(figsize=(each * len(results) + 0.8, each * height / width + 1.3), layout="constrained")

@@ -89,7 +89,8 @@ def plot_curves(results: Mapping[str, Result]) -> Figure:
 
 def plot_cracks(result: Result, title: str = "") -> Figure:
     """Crack pattern on the deformed specimen."""
-    low, high = result.specimen.grains.region.bounds
+    corners = result.specimen.grains.vertices
+    low, high = corners.min(axis=0), corners.max(axis=0)
     width, height = high - low
     figure = Figure(figsize=(min(10.0, 6.5 * width / height + 1.6), 8.0), layout="constrained")
     axes = figure.subplots()
