@@ -1,10 +1,12 @@
 """A sample crushed to 5 % of strain: the load after the peak, and the pieces.
 
-    python docs/examples/crushed_sample.py [--quick] [--out FOLDER]
+    python docs/examples/crushed_sample.py [--quick] [--confinement MPA] [--out FOLDER]
 
 755 grains of the rock of the paper, minutes; --quick: 120 grains, half a minute. Grains that have come loose find each
-other and rub: the load falls to a residual instead of nothing, or to grains that pass through each other. Writes
-crushed_sample.png, and files for ParaView to crushed_sample/.
+other and rub. Without confinement the pieces fall apart and carry next to nothing. A membrane with a pressure p at the
+sides keeps them together, and they go on carrying p (1 + sin(phi)) / (1 - sin(phi)), after Rankine; phi is more than
+the friction angle of the broken contacts, as the pieces also interlock. Writes crushed_sample.png, and files for
+ParaView to crushed_sample/.
 """
 
 import attrs
@@ -16,7 +18,7 @@ import grainlaw as gl
 from grainlaw.fragments import fragments
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack
-from grainlaw.protocols import UniaxialCompression
+from grainlaw.protocols import BiaxialCompression
 from grainlaw.units import GPa, MPa, mm
 
 ROCK = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
@@ -24,6 +26,8 @@ LAW = CohesiveCrack(
     kn=1.05e14, ks=9.45e13, tensile_strength=13 * MPa, cohesion=29 * MPa, friction_angle=54, residual_friction_angle=5,
     mode_i_energy=150, mode_ii_energy=300,
 )  # fmt: skip
+FULL, QUICK = (755, 50 * mm, 125 * mm), (120, 20 * mm, 50 * mm)  #: grains, width, height
+OTHERS = np.array(["#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377"])  #: the largest piece is blue
 
 
 @attrs.define
@@ -42,17 +46,28 @@ class Overlap(gl.Observer):
         self.searches, self.handed_over = state.touches.searches, int(state.retired.sum())
 
 
-def run(grains, width, height, strain=0.05, law=LAW, seed=1, **options):
-    """Result and what the observer saw."""
+def run(grains, width, height, confinement=0.0, strain=0.05, law=LAW, seed=1):
+    """Result and what the observer saw; ``confinement`` in Pa."""
     rock = gl.Specimen(Voronoi(grains=grains, seed=seed).tessellate(rectangle(width, height)), ROCK)
     watcher = Overlap()
-    test = UniaxialCompression(maximum_strain=strain, stop_fraction=0.0, samples=2000)
-    return gl.simulate(rock, law, test, observers=[watcher], frames=60, **options), watcher
+    test = BiaxialCompression(confinement=confinement, maximum_strain=strain, stop_fraction=0.0, samples=2000)
+    return gl.simulate(rock, law, test, observers=[watcher], frames=60), watcher
 
 
 def residual(curves):
     """Pa, mean over the last fifth of the strain."""
     return float(curves["stress"][curves["strain"] > 0.8 * curves["strain"][-1]].mean())
+
+
+def rankine(confinement, friction_angle):
+    """Pa, axial stress of a sample without cohesion that yields under a confinement (Pa)."""
+    sine = np.sin(np.radians(friction_angle))
+    return confinement * (1 + sine) / (1 - sine)
+
+
+def mobilised(stress, confinement):
+    """Friction angle (degrees) of a sample without cohesion that carries this axial stress (Pa)."""
+    return float(np.degrees(np.arcsin((stress - confinement) / (stress + confinement))))
 
 
 def imbalance(curves):
@@ -61,6 +76,11 @@ def imbalance(curves):
     difference = (curves["stress_top"] - curves["stress_bottom"])[peak:]
     means = np.convolve(difference, np.full(20, 1 / 20), mode="valid")
     return float(np.abs(means).max() / curves["stress"][peak])
+
+
+def drift(result, frame):
+    """m to the right, mean of the mass: a torn side is no closed membrane, and its pressure has a resultant."""
+    return float(frame.displacement[:, 0] @ result.specimen.node_masses / result.specimen.node_masses.sum())
 
 
 def picture(result):
@@ -73,26 +93,40 @@ def picture(result):
     axes.plot(curves["strain"] * 100, curves["stress"] / MPa, lw=0.8)
     axes.set(xlabel="axial strain (%)", ylabel="axial stress (MPa)", xlim=0, ylim=0)
     axes.grid(alpha=0.25)
+    tail = axes.inset_axes((0.5, 0.45, 0.48, 0.5))
+    tail.plot(curves["strain"] * 100, curves["stress"] / MPa, lw=0.8)
+    highest = 4 * max(residual(curves) / MPa, 0.1)
+    tail.set(xlim=(100 * curves["strain"][np.argmax(curves["stress"])], None), ylim=(0, highest), title="residual")
     times = np.array([frame.time for frame in result.frames])
     peak = curves["time"][np.argmax(curves["stress"])]
-    colors = np.array(["#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377"] * 200)
-    for panel, time in zip(panels, (peak, times[-1] / 5, times[-1] / 2, times[-1]), strict=True):
+    for panel, time in zip(panels, np.linspace(peak, times[-1], 4), strict=True):
         k = int(np.argmin(abs(times - time)))
         pieces = fragments(result, k)
-        single = pieces.grains[pieces.of_grain] == 1
-        draw(panel, result, result.frames[k], np.where(single, "#e8e4da", colors[pieces.of_grain % 1200]), rim=0.2)
-        panel.set(xlim=(left - margin, right + margin), ylim=(low, high))
+        colors = np.where(pieces.grains == 1, "#e8e4da", OTHERS[np.arange(len(pieces)) % len(OTHERS)])
+        colors[0] = "#4477aa"
+        draw(panel, result, result.frames[k], colors[pieces.of_grain], rim=0.2)
+        away = drift(result, result.frames[k])
+        panel.set(xlim=(left - margin + away, right + margin + away), ylim=(low, high))
         strain = 100 * np.interp(times[k], curves["time"], curves["strain"])
-        panel.set_title(f"{strain:.2f} %, {len(pieces)} fragments", fontsize=9)
+        panel.set_title(f"{strain:.2f} %, pieces: {len(pieces)}", fontsize=9)
     return figure
 
 
 def main():
-    options = command_line(__doc__)
-    result, watcher = run(*((120, 20 * mm, 50 * mm) if options.quick else (755, 50 * mm, 125 * mm)))
+    confinement = {"type": float, "default": 0.0, "metavar": "MPA", "help": "pressure of a membrane at the sides (MPa)"}
+    options = command_line(__doc__, confinement=confinement)
+    confined = options.confinement * MPa
+    result, watcher = run(*(QUICK if options.quick else FULL), confined)
     curves, summary = result.curves, result.summary
     size = float(np.median(np.sqrt(result.specimen.grains.areas)))
-    print(f"peak {summary['peak_stress'] / MPa:.2f} MPa, residual {residual(curves) / MPa:.2f} MPa")
+    left = residual(curves)
+    print(f"peak {summary['peak_stress'] / MPa:.2f} MPa, residual {left / MPa:.2f} MPa")
+    if confined:
+        angle = LAW.residual_friction_angle
+        print(f"residual of a sample of {angle:g} degrees {rankine(confined, angle) / MPa:.2f} MPa (Rankine)")
+        print(f"friction angle of the sample {mobilised(left, confined):.1f} degrees")
+        width = np.ptp(result.specimen.grains.region.bounds[:, 0])
+        print(f"it has moved sideways by {abs(drift(result, result.frames[-1])) / width:.2f} of its width")
     print(f"energy error {summary['energy_error']:.1e}")
     print(f"deepest mean overlap {watcher.deepest * 1e6:.1f} um, {watcher.deepest / size:.1e} of the grain size")
     print(f"platen imbalance {summary['platen_imbalance']:.1e} before the peak, {imbalance(curves):.2f} after it")

@@ -66,11 +66,12 @@ def run(friction, duration, bedding=2.5, cross=5.0):
 
 def main():
     options = command_line(__doc__)
-    figure = Figure(figsize=(12, 7), layout="constrained")
+    figure = Figure(figsize=(12, 5.8), layout="constrained")
     print("friction  factor of safety  way of all (m)  acceleration of the lowest block (m/s2, theory)  energy error")
     for friction, axes in zip(FRICTION, figure.subplots(2, 3).flat, strict=True):
         result, way, found = run(friction, 0.5 if options.quick else 3.0)
         safety, error = factor_of_safety(friction), result.summary["energy_error"]
+        found = round(found, 4) + 0.0  # never -0
         print(
             f"{friction:8d}  {safety:16.3f}  {way:14.1e}  {found:35.4f}  {acceleration(friction):10.4f}  {error:12.1e}"
         )

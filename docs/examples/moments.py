@@ -9,11 +9,13 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 
-def command_line(description):
-    """Options ``quick`` and ``out``, a folder that exists."""
+def command_line(description, **more):
+    """Options ``quick`` and ``out``, a folder that exists, and ``more`` by their names."""
     parser = argparse.ArgumentParser(description=description.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="smaller or shorter, some seconds")
     parser.add_argument("--out", type=Path, default="out", help="folder of the picture and the files for ParaView")
+    for name, settings in more.items():
+        parser.add_argument(f"--{name}", **settings)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     return options
