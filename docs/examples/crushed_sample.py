@@ -4,8 +4,8 @@
 
 755 grains of the rock of the paper, minutes; --quick: 120 grains, half a minute. Grains that have come loose find each
 other and rub. Without confinement the pieces fall apart and carry next to nothing. A membrane with a pressure p at the
-sides keeps them together, and they go on carrying p (1 + sin(phi)) / (1 - sin(phi)), after Rankine; phi is more than
-the friction angle of the broken contacts, as the pieces also interlock. Writes crushed_sample.png, and files for
+sides keeps them together, and they go on carrying p (1 + sin(phi)) / (1 - sin(phi)), after Rankine; phi is at least the
+friction angle of the broken contacts, and more where pieces interlock. Writes crushed_sample.png, and files for
 ParaView to crushed_sample/.
 """
 
