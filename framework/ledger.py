@@ -1,4 +1,4 @@
-"""The energy ledger of a running specimen, Eq. (12) of docs/theory.md."""
+"""The energy ledger of a running specimen, Eq. (12) of docs/theory.md, and how far it is from rest."""
 
 from __future__ import annotations
 
@@ -34,3 +34,14 @@ def energies(state: State) -> dict[str, float]:
         "contacts_shear": float(per_point[1].sum() + touching[1]),
         "damping": float(f.loss.sum() + touching[2]) + state.halted_energy,
     }
+
+
+def unbalanced(state: State) -> float:
+    """Mean force out of balance over mean contact force (mean reaction, if there are no contacts): 0 at rest."""
+    free = state.freedoms.free[:2] > 0
+    carried = np.hypot(state.normal, state.shear) * state.contact_lengths
+    if state.touches is not None:
+        carried = np.append(carried, np.hypot(*state.touches.arrays.carried[:2]))
+    carried = carried if len(carried) else state.driven.reaction
+    scale = float(np.mean(np.abs(carried))) if len(carried) else 0.0
+    return float(np.mean(np.abs(state.freedoms.force[:2][free]))) / scale if scale > 0 and free.any() else 1.0

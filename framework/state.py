@@ -231,6 +231,7 @@ class State:
         return self.freedoms.displacement - self.freedoms.velocity * self.time_step
 
     def displacement_at_forces(self) -> np.ndarray:
+        """(2, i) m, at the moment of the last forces."""
         freedoms = self._freedoms_at_forces()
         return self._carried(freedoms) if self.rigid.grains else freedoms
 
@@ -343,16 +344,6 @@ class State:
         arm_x, arm_y = self.rigid.arm
         sine, versed = np.sin(angle), 2 * np.sin(angle / 2) ** 2
         return np.stack([x - versed * arm_x - sine * arm_y, y + sine * arm_x - versed * arm_y])
-
-    def unbalanced(self) -> float:
-        """Mean force out of balance over mean contact force (mean reaction, if there are no contacts): 0 at rest."""
-        free = self.freedoms.free[:2] > 0
-        carried = np.hypot(self.normal, self.shear) * self.contact_lengths
-        if self.touches is not None:
-            carried = np.append(carried, np.hypot(*self.touches.arrays.carried[:2]))
-        carried = carried if len(carried) else self.driven.reaction
-        scale = float(np.mean(np.abs(carried))) if len(carried) else 0.0
-        return float(np.mean(np.abs(self.freedoms.force[:2][free]))) / scale if scale > 0 else 1.0
 
     def _mutable(self) -> list[np.ndarray]:
         freedoms, contacts, driven = self.freedoms, self.contacts, self.driven

@@ -1,6 +1,6 @@
 """Cost of contact detection: in a sample that stays sound, and in rigid grains that are poured.
 
-    python tests/benchmarks/touch_cost.py [--grains 100000] [--steps 10000] [--threads 1]
+    python tests/benchmarks/touch_cost.py [--grains 100000] [--steps 10000] [--threads 1] [--skin 0.15]
 
 The first figure is the ratio of medians of CPU time over alternating rounds, with detection against without. The second
 part lets grains fall into a box: microseconds per step, the share of the search, contacts, and the memory at its peak.
@@ -50,12 +50,12 @@ def sound_sample(rounds):
     print(f"sound sample: {1e6 * without / STEPS:.1f} us per step, with detection {with_detection / without:.3f} of it")
 
 
-def pour(count, steps, threads):
+def pour(count, steps, threads, skin):
     """Loose grains fall into a box that is a little wider than they are."""
     size = 0.01
     width = size * np.sqrt(2 * count)
     start = time.perf_counter()
-    grains = apart(Hexagonal(grains=count).tessellate(rectangle(width, width / 2)), 0.1 * size)
+    grains = apart(Hexagonal(grains=count).tessellate(rectangle(width, width / 2)), 0.03 * size)
     thick, gap = 4 * size, 0.05 * size
     left, right, top = -gap, width + gap, 2 * width
     walls = [
@@ -67,9 +67,9 @@ def pour(count, steps, threads):
     ]
     specimen = gl.Specimen(together(grains, *walls), gl.Rigid(density=2600))
     total = specimen.grains.count
-    law = Friction(kn=1e9, ks=1e9, friction_angle=30)
-    state = State(specimen, law, gl.Detection(damping=0.2))
-    integrator = gl.CentralDifference(damping=gl.Undamped(), safety=0.5)
+    law = Friction(kn=1e10, ks=1e10, friction_angle=30)
+    state = State(specimen, law, gl.Detection(damping=0.2, skin=skin))
+    integrator = gl.CentralDifference(damping=gl.Undamped(), safety=0.8)
     state.begin(
         gl.Stage(
             name="pour", until=[gl.Reaches("time", 1)], interval=1, gravity=(0, -9.81), fixed=range(total - 3, total)
@@ -101,10 +101,11 @@ def main():
     parser.add_argument("--grains", type=int, default=2000)
     parser.add_argument("--steps", type=int, default=10000)
     parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--skin", type=float, default=0.15)
     parser.add_argument("--rounds", type=int, default=9)
     options = parser.parse_args()
     sound_sample(options.rounds)
-    pour(options.grains, options.steps, options.threads)
+    pour(options.grains, options.steps, options.threads, options.skin)
 
 
 if __name__ == "__main__":
