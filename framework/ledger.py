@@ -39,9 +39,11 @@ def energies(state: State) -> dict[str, float]:
 def unbalanced(state: State) -> float:
     """Mean force out of balance over mean contact force (mean reaction, if there are no contacts): 0 at rest."""
     free = state.freedoms.free[:2] > 0
+    if not free.any():
+        return 0.0
     carried = np.hypot(state.normal, state.shear) * state.contact_lengths
     if state.touches is not None:
         carried = np.append(carried, np.hypot(*state.touches.arrays.carried[:2]))
     carried = carried if len(carried) else state.driven.reaction
     scale = float(np.mean(np.abs(carried))) if len(carried) else 0.0
-    return float(np.mean(np.abs(state.freedoms.force[:2][free]))) / scale if scale > 0 and free.any() else 1.0
+    return float(np.mean(np.abs(state.freedoms.force[:2][free]))) / scale if scale > 0 else 1.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from typing import Any
 
 import attrs
@@ -19,6 +20,7 @@ from grainlaw.specimen import Specimen
 REACH = 0.5  #: of the skin: when a node has moved so far, two grains may have come as near as the skin
 TORN = 10.0  #: times its length that an edge cannot be in a run that is stable
 PER_CONTACT = ("limit", "dashpot", "ease", "offset", "opening", "slip", "normal", "shear", "length")
+CARRIED = (*PER_CONTACT[3:], "frame", "force", "carried", "work", "memory")
 
 
 def uniform(component: Any) -> Any:
@@ -189,28 +191,39 @@ class Touches:
         ``before`` is the displacement at the last forces.
         """
         pairs, keys = self._near(displacement)
-        old, found = self.arrays, compiled(search.matches)(keys, self.keys)
+        found = compiled(search.matches)(keys, self.keys)
         lost = np.ones(len(self.keys), dtype=bool)
         lost[found[found >= 0]] = False
-        self.gone += old.work[:, lost].sum(axis=1)
+        self.gone += self.arrays.work[:, lost].sum(axis=1)
+        carried = self._carried(found)
         a, b = pairs.T
         nodes = np.ascontiguousarray(np.concatenate([self.edges[a], self.edges[b]], axis=1).T)
         touched, node, first, slot = compiled(search.adjacency)(nodes, self.origin.shape[1])
         seen, origin = displacement.take(touched, axis=1), self.origin.take(touched, axis=1)
         groups, grain, mass = self.groups_of(keys), self.edge_grain, self.edge_mass
-        new = self._empty(len(keys))
-        self.arrays = new._replace(
-            node=node, acute=np.stack([*self._acute[:, a], *self._acute[:, b]]), ease=self._ease[groups],
+        self.arrays = self._empty(0)._replace(
+            **carried, node=node, acute=np.stack([*self._acute[:, a], *self._acute[:, b]]), ease=self._ease[groups],
             limit=np.minimum(self.limits[grain[a]], self.limits[grain[b]]),
             dashpot=2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b])),
-            memory=new.fresh.take(groups, axis=1), touched=touched, origin=origin, place=origin + seen, seen=seen,
-            way=seen - before.take(touched, axis=1), first=first, slot=slot, built=displacement.copy(),
+            touched=touched, origin=origin, place=origin + seen, seen=seen, way=seen - before.take(touched, axis=1),
+            first=first, slot=slot, built=displacement.copy(),
         )  # fmt: skip
-        compiled(touch.carry_over)(self.arrays, old, found)
+        compiled(touch.begin)(self.arrays, found, groups)
         self.keys, self.pairs = keys, pairs
         self._bounds = np.searchsorted(groups, np.arange(len(self.groups) + 1))
         self.table = self._table()
         self.searches += 1
+
+    def _carried(self, found: np.ndarray) -> dict[str, Any]:
+        """State of contacts that were in these places; what was is let go field by field, as it is much."""
+        count, rows = len(self.keys), self.arrays._asdict()
+        self.arrays = self._empty(0)
+        result: dict[str, Any] = {}
+        for name in CARRIED:
+            old = rows.pop(name)
+            result[name] = compiled(touch.carry)(old.reshape(math.prod(old.shape[:-1]), count), found)
+            result[name] = result[name].reshape(*old.shape[:-1], len(found))
+        return result
 
     def _near(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Pairs of exposed edges nearer than the skin, and their keys, ascending: by law, edge a, edge b."""

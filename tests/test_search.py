@@ -141,8 +141,6 @@ def corner_on_face(detection=None):
     return Motion(body, FACES, velocity=each((1, 0.2), (0, 0)), detection=detection)
 
 
-
-
 @pytest.mark.parametrize("make", [corner_on_face, pile])
 def test_how_often_neighbours_are_searched_changes_nothing(make):
     """A skin as thin as the overlaps allow, with which few steps go by without a search."""

@@ -212,24 +212,24 @@ def _overlap(ax, ay, bx, by, wx, wy):
     return max(slope * begin, slope * end) - level if begin < end else 0.0
 
 
-def carry_over(t, old, found):
-    """Give contacts the state of those they were before (c,); -1 is new.
+def carry(rows, found):
+    """Rows (r, c) of contacts that were in these places (c,) before; zero where they are new, -1."""
+    new = np.zeros((rows.shape[0], found.shape[0]))
+    for r in range(rows.shape[0]):
+        for c in range(found.shape[0]):
+            if found[c] >= 0:
+                new[r, c] = rows[r, found[c]]
+    return new
 
-    New ones begin without a force: what they overlap already becomes their offset.
-    """
+
+def begin(t, found, groups):
+    """Let new contacts begin without a force: what they overlap already becomes their offset."""
     for c in range(found.shape[0]):
-        k = found[c]
-        if k >= 0:
-            t.offset[c], t.opening[c], t.slip[c] = old.offset[k], old.opening[k], old.slip[k]
-            t.normal[c], t.shear[c], t.length[c] = old.normal[k], old.shear[k], old.length[k]
-            t.frame[:, c] = old.frame[:, k]
-            t.force[:, :, c] = old.force[:, :, k]
-            t.carried[:, c] = old.carried[:, k]
-            t.work[:, c] = old.work[:, k]
-            t.memory[:, c] = old.memory[:, k]
-            continue
-        ax, ay, bx, by, wx, wy = _edges(t, c)
-        t.offset[c] = _overlap(ax, ay, bx, by, wx, wy)
+        if found[c] < 0:
+            ax, ay, bx, by, wx, wy = _edges(t, c)
+            t.offset[c] = _overlap(ax, ay, bx, by, wx, wy)
+            for n in range(t.memory.shape[0]):
+                t.memory[n, c] = t.fresh[n, groups[c]]
 
 
 def geometry_of(t, g):

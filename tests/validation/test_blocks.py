@@ -13,6 +13,8 @@ from grainlaw.laws import Friction
 
 pytestmark = pytest.mark.slow
 SMOOTH = Friction(kn=1e9, ks=1e9, friction_angle=0)
+
+
 def test_many_collisions_keep_the_energy():
     changes = []
     for seed in range(200):
