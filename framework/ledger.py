@@ -43,7 +43,8 @@ def unbalanced(state: State) -> float:
         return 0.0
     carried = np.hypot(state.normal, state.shear) * state.contact_lengths
     if state.touches is not None:
-        carried = np.append(carried, np.hypot(*state.touches.arrays.carried[:2]))
+        closed = state.touches.arrays.length > 0
+        carried = np.append(carried, np.hypot(*state.touches.arrays.carried[:2, closed]))
     carried = carried if len(carried) else state.driven.reaction
     scale = float(np.mean(np.abs(carried))) if len(carried) else 0.0
     return float(np.mean(np.abs(state.freedoms.force[:2][free]))) / scale if scale > 0 else 1.0
