@@ -152,11 +152,13 @@ class _Run:
         )
 
     def _time_step(self, stage: Stage, integrator: Integrator) -> float:
+        if self.stability.frequency == 0:  # grains that nothing holds and nothing can meet
+            return stage.interval
         step = self.factor * integrator.stable_step(self.stability.frequency)
         if self.state.touches is not None:
             damping = self.state.touches.detection.damping  # its force lags half a step behind
             step *= math.sqrt(1 + damping**2) - damping
-        return min(step, stage.interval)
+        return step
 
     def _advance(
         self, stage: Stage, integrator: Integrator, before: Motion | None, steps: int, began: float

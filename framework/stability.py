@@ -9,8 +9,6 @@ from scipy.sparse.linalg import eigsh
 
 from grainlaw.specimen import Specimen
 
-TINY = 1e-300
-
 
 def _zone_triplets(specimen: Specimen) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stiffness of the undeformed zones: values (z, 6, 6) and the freedoms (z, 6) they couple."""
@@ -105,14 +103,14 @@ def rigid_map(specimen: Specimen) -> csr_matrix:
 def highest_frequency(stiffness: csr_matrix, mass: np.ndarray) -> float:
     """Highest angular frequency (1/s) of freedoms with lumped ``mass`` (kg), by Lanczos' method, within 0.1 %.
 
-    Without any stiffness it is the smallest number above 0.
+    0 where nothing is stiff.
     """
     scale = 1 / np.sqrt(mass)
     scaled = csr_matrix(stiffness.multiply(scale[:, None]).multiply(scale[None, :]))
     if scaled.shape[0] < 20:
-        return float(np.sqrt(max(np.linalg.eigvalsh(scaled.toarray())[-1], TINY)))
+        return float(np.sqrt(max(np.linalg.eigvalsh(scaled.toarray())[-1], 0.0)))
     start = np.random.default_rng(0).normal(size=len(mass))
-    return float(np.sqrt(max(eigsh(scaled, k=1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0], TINY)))
+    return float(np.sqrt(max(eigsh(scaled, k=1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0], 0.0)))
 
 
 @attrs.frozen

@@ -29,7 +29,7 @@ class StableStep:
         self.touching = self._touching or not _in_one_piece(state)  #: whether the step allows for contacts at the rim
         matrix, mass = self._matrix(self.state.stiffness[0]), self._masses()
         self.frequency = highest_frequency(matrix, mass)  #: 1/s
-        if mass_scaling > 1:
+        if mass_scaling > 1 and self.frequency > 0:
             scaled = scale_masses(matrix, mass, mass_scaling, self._sharing())
             state.mass_added, self.frequency = scaled.added, scaled.frequency
             self._set_masses(scaled.mass)
