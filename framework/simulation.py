@@ -152,13 +152,8 @@ class _Run:
         )
 
     def _time_step(self, stage: Stage, integrator: Integrator) -> float:
-        if self.stability.frequency == 0:  # grains that nothing holds and nothing can meet
-            return stage.interval
-        step = self.factor * integrator.stable_step(self.stability.frequency)
-        if self.state.touches is not None:
-            damping = self.state.touches.detection.damping  # its force lags half a step behind
-            step *= math.sqrt(1 + damping**2) - damping
-        return step
+        step = self.factor * self.stability.step(integrator)
+        return step if math.isfinite(step) else stage.interval
 
     def _advance(
         self, stage: Stage, integrator: Integrator, before: Motion | None, steps: int, began: float

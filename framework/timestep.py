@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from grainlaw.integration import Integrator
 from grainlaw.stability import highest_frequency, rigid_map, scale_masses, stiffness_matrix
 from grainlaw.state import State
 
@@ -33,6 +36,17 @@ class StableStep:
             scaled = scale_masses(matrix, mass, mass_scaling, self._sharing())
             state.mass_added, self.frequency = scaled.added, scaled.frequency
             self._set_masses(scaled.mass)
+
+    def step(self, integrator: Integrator) -> float:
+        """Stable time step (s) of an integrator: infinite for grains that nothing holds and nothing can meet.
+
+        A contact's dashpot shortens it by sqrt(1 + b^2) - b, where b is its share of the critical damping: its force
+        is that of the velocity half a step ago.
+        """
+        if self.frequency == 0:
+            return math.inf
+        damping = 0.0 if self.state.touches is None else self.state.touches.detection.damping
+        return integrator.stable_step(self.frequency) * (math.sqrt(1 + damping**2) - damping)
 
     @property
     def _touching(self) -> bool:

@@ -47,7 +47,7 @@ class Motion:
             gravity=gravity, fixed=fixed, initial_velocity=None if velocity is None else velocity(specimen),
         )  # fmt: skip
         self.state.begin(self.stage)
-        self.state.time_step = self.integrator.stable_step(stable.frequency)
+        self.state.time_step = stable.step(self.integrator)
 
     def steps(self, count):
         advance(self.state, compile_integrator(self.integrator), count, threads=self.threads)

@@ -213,20 +213,12 @@ def test_contact_damping_is_a_share_of_the_critical(share):
 
 
 @BOTH
-@pytest.mark.parametrize(
-    ("share", "safety"),
-    [
-        (0.5, 0.9),
-        pytest.param(1.0, 0.9, marks=pytest.mark.xfail(reason="the step does not allow for dashpots", strict=True)),
-        (1.0, 0.9 * (math.sqrt(2) - 1)),
-    ],
-)
-def test_a_tower_with_contact_damping_comes_to_rest(material, share, safety):
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_a_tower_with_contact_damping_comes_to_rest(material, share):
     """Dashpots shorten the stable step of central differences by sqrt(1 + share^2) - share."""
     tower = together(box(3, 1, -1, -1, "floor"), *(box(1, 0.5, 0.02 * k, 0.5 * k) for k in range(4)))
     motion = Motion(
-        tower, faces(30), material=material, gravity=DOWN, fixed=[0], safety=safety,
-        detection=gl.Detection(damping=share),
+        tower, faces(30), material=material, gravity=DOWN, fixed=[0], detection=gl.Detection(damping=share),
     )  # fmt: skip
     run = motion.run(2.0, 20)
     sunk = 2600 * 2 * GRAVITY * 1e-4  # J of weight over some static closure

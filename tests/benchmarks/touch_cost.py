@@ -75,7 +75,7 @@ def pour(count, steps, threads, skin):
             name="pour", until=[gl.Reaches("time", 1)], interval=1, gravity=(0, -9.81), fixed=range(total - 3, total)
         )
     )
-    state.time_step = integrator.stable_step(StableStep(state).frequency)
+    state.time_step = StableStep(state).step(integrator)
     print(f"{total} rigid grains, set up in {time.perf_counter() - start:.1f} s, step {state.time_step:.3g} s")
     compiled = compile_integrator(integrator)
     stepping.advance(state, compiled, 1, threads=threads)
