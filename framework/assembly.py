@@ -26,6 +26,7 @@ class Group:
     first: int
     last: int
     memory: np.ndarray  #: (m, 2 (last - first)): first points, then second points
+    bonded: bool  #: whether the law resists opening at first
 
     @property
     def size(self) -> int:
@@ -102,13 +103,18 @@ def contact_arrays(specimen: Specimen, order: np.ndarray) -> loop.Contacts:
     )
 
 
+def _resists_opening(law: Compiled, memory: np.ndarray) -> bool:
+    opening = np.full(memory.shape[1], 1e-10)
+    return bool(np.any(law.batch(opening, 0 * opening, memory.copy())[0] > 0))
+
+
 def law_groups(laws: Sequence[tuple[ContactLaw, int]], count: int) -> tuple[list[Group], np.ndarray]:
     """Compiled laws with their memory, and the table by which the loop calls them for ``count`` interfaces."""
     groups, rows, first = [], [], 0
     for law, size in laws:
         compiled = compile_law(law, 2 * size)
         memory = np.zeros((len(compiled.memory) or 1, 2 * size))
-        groups.append(Group(law, compiled, first, first + size, memory))
+        groups.append(Group(law, compiled, first, first + size, memory, _resists_opening(compiled, memory)))
         for begin, base in ((first, first), (count + first, count + first - size)):  # first points, second points
             rows.append((
                 compiled.address, compiled.numbers.ctypes.data, compiled.rows.ctypes.data, compiled.rows.shape[1],

@@ -11,7 +11,6 @@ from grainlaw.kernels.entry import compiled
 from grainlaw.touching import Touches, no_touching
 
 if TYPE_CHECKING:
-    from grainlaw.assembly import Group
     from grainlaw.state import State
 
 HALVINGS = 60  #: of the offset's bracket
@@ -73,16 +72,9 @@ def _unbonded(state: State) -> np.ndarray:
     """(c,) whether an interface is broken at both points, or was never bonded."""
     unbonded = state.memory("damage").reshape(2, -1).min(axis=0) >= 1
     for group in state.groups:
-        if not _pulls(group):
+        if not group.bonded:
             unbonded[group.first : group.last] = True
     return unbonded
-
-
-def _pulls(group: Group) -> bool:
-    """Whether the law of a group resists opening at first."""
-    memory = np.zeros((group.memory.shape[0], 2 * group.size))
-    opening = np.full(2 * group.size, 1e-10)
-    return bool(np.any(group.compiled.batch(opening, 0 * opening, memory)[0] > 0))
 
 
 def _memories(state: State, chosen: np.ndarray, point: np.ndarray) -> list[tuple[tuple[str, ...], np.ndarray]]:
