@@ -183,11 +183,7 @@ def driven_arrays(specimen: Specimen, drives: Sequence[Drive | Hold], fixed: Seq
         held.update({(drive.axis, place): column for place in places.tolist()})
         if specimen.is_rigid and not roller:  # a platen that lies against a grain's edge keeps it from turning
             held.update({(2, place): still for place in places.tolist()})
-    wrong = [grain for grain in fixed if not 0 <= grain < specimen.grains.count]
-    if wrong:
-        raise ParameterError(
-            f"Stage: fixed = {wrong[0]} is not allowed, grains are numbered from 0 to {specimen.grains.count - 1}"
-        )
+    specimen.check_grain_numbers("Stage: fixed", fixed)
     places = np.asarray(fixed, dtype=int)
     if not specimen.is_rigid:
         places = np.flatnonzero(np.isin(mesh.node_grain, places))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.parameter import ParameterError, parameter, part, whole_number
+from grainlaw.parameter import ParameterError, grain_numbers, parameter, part, whole_number
 
 if TYPE_CHECKING:
     from grainlaw.specimen import Specimen
@@ -49,13 +48,6 @@ def _vector(value: Any) -> tuple[float, float]:
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ParameterError(f"Stage: gravity = {value!r} m/s2 is not allowed, it must be two finite numbers (x, y)")
     return x, y
-
-
-def _numbers(value: Any) -> tuple[int, ...]:
-    try:
-        return tuple(operator.index(entry) for entry in value)
-    except TypeError:
-        raise ParameterError(f"Stage: fixed = {value!r} is not allowed, it must be a list of grain numbers") from None
 
 
 @attrs.frozen(kw_only=True)
@@ -186,7 +178,7 @@ class Stage:
     integrator: Integrator = part(Integrator, CentralDifference())
     initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes
     gravity: tuple[float, float] = attrs.field(default=(0.0, 0.0), converter=_vector)  #: m/s2
-    fixed: Sequence[int] = attrs.field(default=(), converter=_numbers)  #: grains that neither move nor turn
+    fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
     sample_limit: int = whole_number(default=100_000, at_least=1)  #: more samples stop the run with an error
 
 

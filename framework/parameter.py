@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any
 
 import attrs
@@ -110,6 +111,21 @@ def whole_number(*, default: int, at_least: int) -> Any:
             )
 
     return attrs.field(default=default, validator=check)
+
+
+def grain_numbers() -> Any:
+    """Declare grains of a component by their numbers, none by default: ``fixed: Sequence[int] = grain_numbers()``."""
+
+    def convert(value: Any, component: Any, attribute: Any) -> tuple[int, ...]:
+        try:
+            return tuple(operator.index(entry) for entry in value)
+        except TypeError:
+            raise ParameterError(
+                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
+                "it must be a list of grain numbers"
+            ) from None
+
+    return attrs.field(default=(), converter=attrs.Converter(convert, takes_self=True, takes_field=True))
 
 
 def part(kind: Any, default: Any) -> Any:

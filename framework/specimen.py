@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import attrs
 import numpy as np
@@ -115,6 +115,14 @@ class Specimen:
     def is_rigid(self) -> bool:
         """Whether the grains do not deform."""
         return isinstance(self.material, Rigid)
+
+    def check_grain_numbers(self, where: str, numbers: Iterable[int]) -> None:
+        """Raise :class:`ParameterError` for the number of a grain that there is not."""
+        for number in numbers:
+            if not 0 <= number < self.grains.count:
+                raise ParameterError(
+                    f"{where} = {number} is not allowed, grains are numbered from 0 to {self.grains.count - 1}"
+                )
 
     @functools.cached_property
     def mesh(self) -> Mesh:

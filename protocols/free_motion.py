@@ -11,7 +11,7 @@ import numpy as np
 
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
 from grainlaw.loading import Condition, Curves, LoadingProtocol, Stage
-from grainlaw.parameter import ParameterError, parameter, part, whole_number
+from grainlaw.parameter import ParameterError, grain_numbers, parameter, part, whole_number
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 
@@ -25,18 +25,6 @@ class _Lasts(Condition):
 
     def progress(self, curves: Curves) -> float:
         return float((curves["time"][-1] - self.began) / self.duration)
-
-
-def _grains() -> Any:
-    def convert(value: Any, field: Any) -> tuple[int, ...]:
-        try:
-            return tuple(operator.index(grain) for grain in value)
-        except TypeError:
-            raise ParameterError(
-                f"FreeMotion: {field.name} = {value!r} is not allowed, it must be a list of grain numbers"
-            ) from None
-
-    return attrs.field(default=(), converter=attrs.Converter(convert, takes_field=True))
 
 
 def _velocities(value: Any) -> dict[int, tuple[float, float]]:
@@ -62,20 +50,15 @@ class FreeMotion(LoadingProtocol):
     duration: float = parameter("s")
     settle: float = parameter("s", default=0.0, at_least=0)
     gravity: tuple[float, float] = (0.0, -9.81)  #: m/s2
-    fixed: Sequence[int] = _grains()  #: grains that neither move nor turn
+    fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
     velocity: Mapping[int, tuple[float, float]] = attrs.field(factory=dict, converter=_velocities)  #: m/s, by grain
-    tracked: Sequence[int] = _grains()  #: grains whose way is recorded
+    tracked: Sequence[int] = grain_numbers()  #: grains whose way is recorded
     samples: int = whole_number(default=200, at_least=2)
     integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped()))
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         for name in ("fixed", "velocity", "tracked"):
-            wrong = [grain for grain in getattr(self, name) if not 0 <= grain < specimen.grains.count]
-            if wrong:
-                raise ParameterError(
-                    f"FreeMotion: {name} = {wrong[0]} is not allowed, grains are numbered from 0 to "
-                    f"{specimen.grains.count - 1}"
-                )
+            specimen.check_grain_numbers(f"FreeMotion: {name}", getattr(self, name))
         thrown = np.zeros((specimen.grains.count, 2))
         for grain, velocity in self.velocity.items():
             thrown[grain] = velocity
