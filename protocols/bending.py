@@ -2,35 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from typing import Protocol
 
 import numpy as np
 
-from grainlaw.integration import Integrator
 from grainlaw.loading import Curves, Drive, FailsTo, Reaches, Stage
-from grainlaw.protocols.platens import refuse_platens, require_boundaries
+from grainlaw.protocols.platens import AtSpeed, refuse_platens, require_boundaries, sample_limit
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 
 SUPPORTS = ("support_left", "support_right")
 
 
-class BetweenRollers(Protocol):
+class BetweenRollers(AtSpeed, Protocol):
     """What the bending tests have in common."""
 
     @property
-    def speed(self) -> float: ...
-    @property
-    def ramp(self) -> float: ...
-    @property
     def maximum_deflection(self) -> float: ...
-    @property
-    def stop_fraction(self) -> float: ...
-    @property
-    def samples(self) -> int: ...
-    @property
-    def integrator(self) -> Integrator: ...
 
 
 def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
@@ -50,7 +38,7 @@ def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
         until=[Reaches("deflection", test.maximum_deflection), FailsTo("force", test.stop_fraction)],
         interval=interval,
         integrator=test.integrator,
-        sample_limit=2 * test.samples + math.ceil(test.ramp / interval),
+        sample_limit=sample_limit(test, interval),
     )
 
 

@@ -13,7 +13,7 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Curves, Drive, FailsTo, LoadingProtocol, Reaches, Stage
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocols.measures import certificate, ends, size
-from grainlaw.protocols.platens import Platens, held_across, require_platens
+from grainlaw.protocols.platens import Platens, held_across, require_platens, sample_limit
 from grainlaw.specimen import Specimen
 from grainlaw.state import State
 from grainlaw.window import window_mean, within_circle
@@ -55,7 +55,7 @@ class Brazilian(LoadingProtocol):
                 until=[Reaches("strain", self.maximum_strain), FailsTo("stress", self.stop_fraction)],
                 interval=interval,
                 integrator=self.integrator,
-                sample_limit=2 * self.samples + math.ceil(self.ramp / interval),
+                sample_limit=sample_limit(self, interval),
             )
         ]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Mapping
 from typing import Any, Protocol
 
@@ -48,25 +49,35 @@ class Moving(enum.Enum):
     BOTH = enum.auto()  #: each at half the speed
 
 
-class BetweenPlatens(Protocol):
-    """What the uniaxial tests have in common."""
+class AtSpeed(Protocol):
+    """What tests have in common that load at a speed until the load has fallen."""
 
     @property
     def speed(self) -> float: ...
     @property
     def ramp(self) -> float: ...
     @property
-    def platens(self) -> Platens: ...
-    @property
-    def moving(self) -> Moving: ...
-    @property
-    def maximum_strain(self) -> float: ...
-    @property
     def stop_fraction(self) -> float: ...
     @property
     def samples(self) -> int: ...
     @property
     def integrator(self) -> Integrator: ...
+
+
+class BetweenPlatens(AtSpeed, Protocol):
+    """What the uniaxial tests have in common."""
+
+    @property
+    def platens(self) -> Platens: ...
+    @property
+    def moving(self) -> Moving: ...
+    @property
+    def maximum_strain(self) -> float: ...
+
+
+def sample_limit(test: AtSpeed, interval: float) -> int:
+    """How many samples a test may take: twice those it is to take, and those of its ramp."""
+    return 2 * test.samples + math.ceil(test.ramp / interval)
 
 
 def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float, falls: str = "stress") -> Stage:
@@ -87,7 +98,7 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
         interval=interval,
         integrator=test.integrator,
         initial_velocity=field,
-        sample_limit=2 * test.samples + int(np.ceil(test.ramp / interval)),
+        sample_limit=sample_limit(test, interval),
     )
 
 
