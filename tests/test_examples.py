@@ -1,9 +1,7 @@
 """The examples of the documents run, on a small sample, and their numbers are those of theory."""
 
-import importlib
 import json
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,17 +14,6 @@ from grainlaw.laws import CamachoOrtiz, MohrCoulomb, PrePeak
 from grainlaw.protocols import DirectShear, UniaxialTension
 from grainlaw.stability import stiffness_matrix
 from grainlaw.units import mm
-
-EXAMPLES = Path(__file__).parents[1] / "docs" / "examples"
-
-
-@pytest.fixture
-def example(monkeypatch):
-    """Imports an example by its name, as if from its folder."""
-    monkeypatch.syspath_prepend(EXAMPLES)
-    yield importlib.import_module
-    for file in EXAMPLES.glob("*.py"):
-        sys.modules.pop(file.stem, None)
 
 
 def test_compare_laws(example, tmp_path, monkeypatch, capsys):

@@ -1,14 +1,13 @@
 """Bodies in motion: FreeMotion and JointSets against theory, and the examples of contact with their numbers."""
 
-import importlib
 import re
 import sys
 from functools import partial
-from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
+from bodies import GRAVITY, RIGID, SOFT, box
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
@@ -16,32 +15,15 @@ from support import STRONG
 from tiling import assert_sides_complete, assert_tiles
 
 import grainlaw as gl
-from grainlaw.geometry import JointSet, JointSets, block, moved, polygon, rectangle, together
+from grainlaw.geometry import JointSet, JointSets, moved, polygon, rectangle, together
 from grainlaw.laws import Friction, MohrCoulomb
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import FreeMotion
 from grainlaw.protocols.free_motion import rotation
 from grainlaw.state import State
 
-EXAMPLES = Path(__file__).parents[1] / "docs" / "examples"
-G = 9.81
-RIGID, SOFT = gl.Rigid(density=2600), gl.Elastic(youngs_modulus=1e9, poissons_ratio=0.2, density=2600)
 LAW = Friction(kn=1e9, ks=1e9, friction_angle=30)
 materials = pytest.mark.parametrize("material", [RIGID, SOFT], ids=["rigid", "elastic"])
-
-
-@pytest.fixture
-def example(monkeypatch):
-    """Imports an example by its name, as if from its folder."""
-    monkeypatch.syspath_prepend(EXAMPLES)
-    yield importlib.import_module
-    for file in EXAMPLES.glob("*.py"):
-        sys.modules.pop(file.stem, None)
-
-
-def box(width, height, left=0.0, bottom=0.0):
-    right, top = left + width, bottom + height
-    return block([(left, bottom), (right, bottom), (right, top), (left, top)])
 
 
 # --- free motion -----------------------------------------------------------------------------------------------------
@@ -55,10 +37,12 @@ def test_a_thrown_body_flies_along_a_parabola(material):
     curves, t, dt = result.curves, result.curves["time"], result.summary["time_step"]
     assert curves["x_1"] == pytest.approx(0.5 + 2 * t, abs=1e-12)
     # Velocities live half a step from places, so that a start is late by half a step.
-    assert curves["y_1"] == pytest.approx(0.5 + t - G * t**2 / 2, abs=1.01 * G * dt * t[-1] / 2)
-    assert curves["centre_y"] == pytest.approx((0.5 + 2 * 1 + t) / 3 - G * t**2 / 2, abs=1.01 * G * dt * t[-1] / 2)
+    assert curves["y_1"] == pytest.approx(0.5 + t - GRAVITY * t**2 / 2, abs=1.01 * GRAVITY * dt * t[-1] / 2)
+    assert curves["centre_y"] == pytest.approx(
+        (0.5 + 2 * 1 + t) / 3 - GRAVITY * t**2 / 2, abs=1.01 * GRAVITY * dt * t[-1] / 2
+    )
     assert curves["rotation_1"] == pytest.approx(0, abs=1e-12)
-    assert result.summary["largest_speed"] == pytest.approx(G * 0.3, rel=0.01)  # of the one that only falls
+    assert result.summary["largest_speed"] == pytest.approx(GRAVITY * 0.3, rel=0.01)  # of the one that only falls
     assert result.summary["centre_moved_x"] == pytest.approx(2 * t[-1] / 3, rel=1e-9)
 
 
@@ -91,7 +75,7 @@ def test_what_is_thrown_waits_while_the_others_settle():
     settled = curves["stage"] == 0
     assert curves["y_2"][settled] == pytest.approx(4.5, abs=1e-12)
     # The other has sunk by its weight over the stiffness of its side.
-    assert 0.5 - curves["y_1"][settled][-1] == pytest.approx(2600 * G / 1e9, rel=1e-6)
+    assert 0.5 - curves["y_1"][settled][-1] == pytest.approx(2600 * GRAVITY / 1e9, rel=1e-6)
     assert curves["x_2"][-1] == pytest.approx(6.5 + curves["time"][-1] - curves["time"][settled][-1], rel=1e-9)
 
 
@@ -215,7 +199,7 @@ def test_incline(main):
 
 def test_rocking_block(main):
     study, runs = main("rocking_block")
-    alpha, start, p = np.arctan(0.5), np.arctan(0.5) / 2, np.sqrt(3 * G / (2 * np.sqrt(5)))
+    alpha, start, p = np.arctan(0.5), np.arctan(0.5) / 2, np.sqrt(3 * GRAVITY / (2 * np.sqrt(5)))
     assert pytest.approx(np.arccosh(2) / p) == study.HOUSNER
 
     def slowness(s):  # of the angle start - s^2, from the block's energy
@@ -236,7 +220,7 @@ def test_rocking_block(main):
 def test_brick_wall(main):
     study, (result,) = main("brick_wall")
     settled = result.curves["time"][result.curves["stage"] == 0][-1]
-    assert study.on_the_floor(result, settled) == pytest.approx(2000 * G * 0.48 * 0.32, rel=1e-6)
+    assert study.on_the_floor(result, settled) == pytest.approx(2000 * GRAVITY * 0.48 * 0.32, rel=1e-6)
     assert result.summary["largest_speed"] >= 20
     assert result.curves["mean_speed"][-1] > 0.5
     assert result.summary["energy_error"] < 1e-3
@@ -247,7 +231,7 @@ def test_jointed_slope(main):
     for friction, (result, way, found) in zip(study.FRICTION, runs, strict=True):
         dip, phi = np.radians(35), np.radians(friction)
         if friction < 35:
-            assert found == pytest.approx(G * (np.sin(dip) - np.tan(phi) * np.cos(dip)), rel=1e-3)
+            assert found == pytest.approx(GRAVITY * (np.sin(dip) - np.tan(phi) * np.cos(dip)), rel=1e-3)
             assert way > 0.01
         else:
             assert way < 1e-9
