@@ -116,10 +116,7 @@ def law_groups(laws: Sequence[tuple[ContactLaw, int]], count: int) -> tuple[list
         memory = np.zeros((len(compiled.memory) or 1, 2 * size))
         groups.append(Group(law, compiled, first, first + size, memory, _resists_opening(compiled, memory)))
         for begin, base in ((first, first), (count + first, count + first - size)):  # first points, second points
-            rows.append((
-                compiled.address, compiled.numbers.ctypes.data, compiled.rows.ctypes.data, compiled.rows.shape[1],
-                memory.ctypes.data, memory.shape[1], begin, begin + size, base,
-            ))  # fmt: skip
+            rows.append(compiled.table_row(memory, begin, begin + size, base))
         first += size
     return groups, np.array(rows, dtype=np.int64).reshape(-1, 9)
 

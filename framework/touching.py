@@ -249,13 +249,11 @@ class Touches:
 
     def _table(self) -> np.ndarray:
         """Rows by which the loop calls the laws, like those of the interfaces."""
-        memory, rows = self.arrays.memory, []
-        for group, begin, end in zip(self.groups, self._bounds[:-1].tolist(), self._bounds[1:].tolist(), strict=True):
-            law = group.compiled
-            rows.append((
-                law.address, law.numbers.ctypes.data, law.rows.ctypes.data, law.rows.shape[1], memory.ctypes.data,
-                memory.shape[1], begin, end, 0,
-            ))  # fmt: skip
+        bounds, memory = self._bounds.tolist(), self.arrays.memory
+        rows = [
+            group.compiled.table_row(memory, first, last, 0)
+            for group, first, last in zip(self.groups, bounds[:-1], bounds[1:], strict=True)
+        ]
         return np.array(rows, dtype=np.int64).reshape(-1, 9)
 
     def key(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:

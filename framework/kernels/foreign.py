@@ -1,13 +1,15 @@
-"""Calls from compiled code to compiled code that is known only by its address."""
+"""Calls from compiled code to compiled code that is known only by its address: laws and integrators."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from llvmlite import ir
-from numba import types
+from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
+
+from grainlaw.kernels.cache import OPTIONS
 
 
 @intrinsic
@@ -21,3 +23,20 @@ def call(typing: Any, address: Any, arguments: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(types.int64, arguments), generate
+
+
+@njit(forceinline=True, **OPTIONS)
+def respond(group, g, first, last, opening, slip, normal, shear):
+    """Let the law of row ``g`` of a table answer for contact points ``first`` to ``last``.
+
+    A row: address, parameters, per-contact parameters and their stride, memory and its stride, the first and the last
+    contact point, and the point that the first of the parameters and of the memory belong to.
+    """
+    offset = 8 * (first - group[g, 8])
+    call(
+        group[g, 0],
+        (
+            group[g, 1], group[g, 2] + offset, group[g, 3], group[g, 4] + offset, group[g, 5],
+            opening + 8 * first, slip + 8 * first, normal + 8 * first, shear + 8 * first, last - first,
+        ),
+    )  # fmt: skip

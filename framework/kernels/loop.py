@@ -12,7 +12,7 @@ from numba import njit
 from grainlaw.kernels import barrier, passes, touch
 from grainlaw.kernels.cache import OPTIONS
 from grainlaw.kernels.entry import compiled
-from grainlaw.kernels.foreign import call
+from grainlaw.kernels.foreign import call, respond
 
 BLOCK = 4096  #: zones, or interfaces, that go through their passes together: their scratch stays in the cache
 #: A law is called for a multiple of so many contacts but for the last of its group: whether the compiler rounds the
@@ -161,8 +161,8 @@ def _group(mesh, contacts, group, g, new, old, first, last):
             d1x, d1y, d2x, d2y, ex, ey, contacts.edge[0, c:e], contacts.edge[1, c:e], weight, nx, ny, inverse,
             o1, o2, s1, s2,
         )  # fmt: skip
-        touch.respond(group, g, c, e, *addresses)
-        touch.respond(group, g + 1, k, m, *addresses)
+        respond(group, g, c, e, *addresses)
+        respond(group, g + 1, k, m, *addresses)
         n1, n2, t1, t2 = normal[c:e], normal[k:m], shear[c:e], shear[k:m]
         passes.contact_work(o1, o_old[c:e], n1, n_old[c:e], o_work[c:e])
         passes.contact_work(o2, o_old[k:m], n2, n_old[k:m], o_work[k:m])

@@ -11,13 +11,12 @@ import numpy as np
 from numba import njit
 
 from grainlaw.kernels.cache import OPTIONS
-from grainlaw.kernels.foreign import call
+from grainlaw.kernels.foreign import respond
 
 u32 = np.uint32
 BLOCK = 512  #: contacts that go through geometry, law and forces together; a multiple of the loop's ``LANES``
 NARROW = 1e-9  #: square of the length over that of the depth: narrower overlaps are those of other faces
 LEAST = 1e-13  #: depth over length of an overlap: what is less is rounding
-STOPS = 2  #: places of a thread's entry in ``stop``: nodes that have moved too far, contacts that overlap too much
 
 
 class Touching(NamedTuple):
@@ -49,33 +48,34 @@ class Touching(NamedTuple):
     slot: np.ndarray  #: (4 c,) places in the rows of ``force``
     built: np.ndarray  #: (2, i) displacement of all nodes when neighbours were last searched (m); none: do not search
     reach: float  #: m, a node that has moved farther asks for a new search
-    stop: np.ndarray  #: (threads, 8) counts of ``STOPS`` kinds, in a cache line for each thread
+    stop: np.ndarray  #: (threads, 8) nodes moved too far, contacts too deep; a cache line for each thread
 
 
 @njit(forceinline=True, **OPTIONS)
 def _strip(tx, ty, ax, ay, bx, by, wx, wy):
-    """Where two edges overlap, seen along a tangent: the shares of edge a at begin and end, and whose ends they are.
+    """Where two edges overlap, seen along a tangent: shares of edge a at begin and end, whose ends they are, and depth.
 
     ``a`` runs from the first corner of A, ``b`` the same way from the second corner of B, which lies at ``w``. An end
-    is 1 at a corner of A, -1 at one of B, 0 where the edges cross. No overlap: begin is end.
+    is 1 at a corner of A, -1 at one of B, 0 where the edges cross. The depth (m) is the larger of both ends. Without an
+    overlap begin is end.
     """
     span_a, span_b = ax * tx + ay * ty, bx * tx + by * ty
     start = wx * tx + wy * ty
     begin, end = max(0.0, start), min(span_a, start + span_b)
     if span_a <= 0 or span_b <= 0 or begin >= end:
-        return 0.0, 0.0, 0, 0
+        return 0.0, 0.0, 0, 0, 0.0
     inverse, slope_b = 1 / span_a, (bx * ty - by * tx) / span_b
     slope = (ax * ty - ay * tx) * inverse - slope_b
     level = wx * ty - wy * tx - slope_b * start  # of b, beside the corner of A
     d1, d2 = slope * begin - level, slope * end - level
     if d1 <= 0 and d2 <= 0:
-        return 0.0, 0.0, 0, 0
+        return 0.0, 0.0, 0, 0, 0.0
     first, last = 1 if start <= 0 else -1, 1 if span_a <= start + span_b else -1
     if d1 < 0:
         begin, first = begin - d1 / slope, 0
     if d2 < 0:
         end, last = end - d2 / slope, 0
-    return begin * inverse, end * inverse, first, last
+    return begin * inverse, end * inverse, first, last, max(d1, d2)
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -126,7 +126,7 @@ def touch_geometry(g, t, first, last):
         qa, qb = 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by)
         tx, ty = _mean_tangent(ax, ay, bx, by, qa, qb)
         ux, uy = wx + offset * ty, wy - offset * tx
-        begin, end, first_end, last_end = _strip(tx, ty, ax, ay, bx, by, ux, uy)
+        begin, end, first_end, last_end, _ = _strip(tx, ty, ax, ay, bx, by, ux, uy)
         ex, ey, fx, fy = qa * ax, qa * ay, qb * bx, qb * by  # unit vectors of both edges
         # Both ends: a corner of A, one of B, or a crossing, and its distance from the other edge.
         x1, y1 = (ux, uy) if first_end < 0 else (begin * ax, begin * ay)
@@ -204,12 +204,9 @@ def touch_geometry(g, t, first, last):
 
 @njit(**OPTIONS)
 def _overlap(ax, ay, bx, by, wx, wy):
-    """The larger of the depths at both ends (m), seen along the mean tangent."""
+    """How deep two edges overlap (m), seen along the mean tangent."""
     tx, ty = _mean_tangent(ax, ay, bx, by, 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by))
-    begin, end, _, _ = _strip(tx, ty, ax, ay, bx, by, wx, wy)
-    slope = (ax * ty - ay * tx) - (bx * ty - by * tx) / (bx * tx + by * ty) * (ax * tx + ay * ty)
-    level = wx * ty - wy * tx - (bx * ty - by * tx) / (bx * tx + by * ty) * (wx * tx + wy * ty)
-    return max(slope * begin, slope * end) - level if begin < end else 0.0
+    return _strip(tx, ty, ax, ay, bx, by, wx, wy)[4]
 
 
 def carry(rows, found):
@@ -275,19 +272,6 @@ def touch_forces(t, time_step, first, last):
         t.carried[0, c] = normal
         t.carried[1, c] = shear
         t.carried[2, c] = damping
-
-
-@njit(forceinline=True, **OPTIONS)
-def respond(group, g, first, last, opening, slip, normal, shear):
-    """Let the law of row ``g`` answer for contact points ``first`` to ``last``."""
-    offset = 8 * (first - group[g, 8])
-    call(
-        group[g, 0],
-        (
-            group[g, 1], group[g, 2] + offset, group[g, 3], group[g, 4] + offset, group[g, 5],
-            opening + 8 * first, slip + 8 * first, normal + 8 * first, shear + 8 * first, last - first,
-        ),
-    )  # fmt: skip
 
 
 @njit(**OPTIONS)
