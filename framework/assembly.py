@@ -10,6 +10,7 @@ import numpy as np
 from grainlaw.contact import ContactLaw, Laws, check_laws
 from grainlaw.kernels import loop
 from grainlaw.kernels.batch import Compiled, compile_law
+from grainlaw.kernels.foreign import LANES
 from grainlaw.loading import Drive, Hold, Pressure
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
@@ -155,7 +156,7 @@ def _cuts(firsts: Sequence[int], count: int, threads: int) -> np.ndarray:
     for thread in range(threads):
         cut = thread * count // threads
         first = max((first for first in firsts if first <= cut), default=0)
-        cuts.append(first + (cut - first) // loop.LANES * loop.LANES)
+        cuts.append(first + (cut - first) // LANES * LANES)
     return np.array([*cuts, count])
 
 

@@ -53,7 +53,7 @@ def hand_over(state: State) -> None:
     memories = _memories(state, chosen, pressure.argmax(axis=0))
     _retire(state, chosen)
     touches.exposed[chosen] = touches.exposed[count + chosen] = True
-    state.search()
+    state.search(touches.arrays.before)
     keys = touches.key(chosen, count + chosen)
     place = np.minimum(np.searchsorted(touches.keys, keys), max(len(touches.keys) - 1, 0))
     found = touches.keys[place] == keys if len(touches.keys) else np.zeros(len(chosen), dtype=bool)

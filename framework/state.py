@@ -274,10 +274,10 @@ class State:
 
     # --- neighbours --------------------------------------------------------------------------------------------------
 
-    def search(self) -> None:
-        """Search neighbours anew."""
+    def search(self, before: np.ndarray | None = None) -> None:
+        """Search neighbours anew; ``before`` is the displacement a step ago, if it is known to the last digit."""
         assert self.touches is not None
-        self.touches.update(self.arrays.displacement, self.displacement_at_forces())
+        self.touches.update(self.arrays.displacement, self.displacement_at_forces() if before is None else before)
 
     def touching(self, threads: int) -> tuple[touch.Touching, np.ndarray]:
         """Contacts that are no interfaces, for the engine, and the table of their laws."""
@@ -376,11 +376,11 @@ class State:
         self._samples = 0
         self._start = {name: self._mean_displacement(name) for name in self.mesh.boundaries}
 
-    def count_steps(self, steps: int) -> None:
-        """Book steps that the engine has done."""
+    def count_steps(self, steps: int, time: float) -> None:
+        """Book steps that the engine has done until ``time`` (s)."""
         self.steps += steps
         self._samples += steps
-        self.time += steps * self.time_step
+        self.time = time
 
     def note_breaks(self) -> None:
         """Remember when and how contact points broke, to within one sample, and the work it took.

@@ -26,25 +26,26 @@ class OverlapError(InstabilityError):
 def advance(state: State, integrator: Compiled, steps: int, *, began: float = 0.0, threads: int = 1) -> None:
     """Do ``steps`` in a stage that ``began`` (s). Raises :class:`OverlapError`."""
     parameters = np.append(integrator.numbers, state.time_step)
+    start, done = state.time, 0
+    schedule = state.schedule(start - began + state.time_step * (np.arange(steps) + 1))
     while True:
-        times = state.time - began + state.time_step * (np.arange(steps) + 1)
         parts = share_out(state.specimen, state.groups, state.driven, state.pressed, state.touches, threads)
         touching, table = state.touching(threads)
-        done = loop.run(
-            threads, steps, state.steps, state.time_step, state.arrays, state.contacts, state.table, state.freedoms,
-            state.driven, state.held, state.pressed, state.schedule(times), state.rigid, parts, integrator.address,
-            parameters.ctypes.data, touching, table, state.weighed,
+        now = loop.run(
+            threads, steps - done, state.steps, state.time_step, state.arrays, state.contacts, state.table,
+            state.freedoms, state.driven, state.held, state.pressed, schedule[done:], state.rigid, parts,
+            integrator.address, parameters.ctypes.data, touching, table, state.weighed,
         )  # fmt: skip
-        state.count_steps(done)
-        steps -= done
+        done += now
+        state.count_steps(now, start + done * state.time_step)
         if state.touches is not None:
             moved, deep = touching.stop[:, :2].sum(axis=0)
             if deep:
                 where = f"the run stopped at step {state.steps} (t = {state.time:.4g} s, stage '{state.stage}')"
                 raise OverlapError(f"{where}: {state.touches.deepest()}")
             if moved:
-                start = time.perf_counter()
+                clock = time.perf_counter()
                 state.search()
-                state.touches.seconds += time.perf_counter() - start
-        if steps <= 0:
+                state.touches.seconds += time.perf_counter() - clock
+        if done == steps:
             return

@@ -55,8 +55,11 @@ class StableStep:
     def has_changed(self) -> bool:
         """Whether the frequency has followed a change: contacts at the rim came to be, or a closure stiffened (Bandis).
 
-        A contact elsewhere takes the place of a bond, and is no stiffer.
+        A contact elsewhere takes the place of a bond, and is no stiffer. As long as the rim has none, neighbours are
+        searched here, so that the step depends on where grains are and not on when they were last searched.
         """
+        if self.state.touches is not None and not self.touching:
+            self.state.search(self.state.touches.arrays.before)
         tangents = self._closure_tangents()
         ratio = float(np.max(tangents / self.state.stiffness[0], initial=self._touch_ratio()))
         stiffer = bool(np.isfinite(ratio) and ratio > 1.05 * self.allowed)

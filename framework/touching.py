@@ -51,7 +51,7 @@ def no_touching(count: int = 0) -> touch.Touching:
         **{name: np.zeros(count) for name in PER_CONTACT},
         frame=np.zeros((10, count)), force=np.zeros((2, 4, count)), carried=np.zeros((3, count)),
         work=np.zeros((3, count)), memory=np.zeros((1, count)), fresh=np.zeros((1, 1)), touched=none,
-        **{name: np.zeros((2, 0)) for name in ("origin", "place", "seen", "way", "built")},
+        **{name: np.zeros((2, 0)) for name in ("origin", "place", "seen", "way", "before", "built")},
         first=np.zeros(1, dtype=np.int64), slot=none, reach=np.inf, stop=np.zeros((1, 8), dtype=np.int64),
     )  # fmt: skip
 
@@ -188,8 +188,9 @@ class Touches:
     def update(self, displacement: np.ndarray, before: np.ndarray) -> None:
         """Search neighbours at a displacement (2, i); contacts keep their state.
 
-        ``before`` is the displacement at the last forces.
+        ``before`` is the displacement a step ago.
         """
+        last = self.arrays
         pairs, keys = self._near(displacement)
         found = compiled(search.matches)(keys, self.keys)
         lost = np.ones(len(self.keys), dtype=bool)
@@ -200,13 +201,16 @@ class Touches:
         nodes = np.ascontiguousarray(np.concatenate([self.edges[a], self.edges[b]], axis=1).T)
         touched, node, first, slot = compiled(search.adjacency)(nodes, self.origin.shape[1])
         seen, origin = displacement.take(touched, axis=1), self.origin.take(touched, axis=1)
+        way = seen - before.take(touched, axis=1)
+        _, now, then = np.intersect1d(touched, last.touched, assume_unique=True, return_indices=True)
+        way[:, now] = last.way[:, then]  # the same to the last digit, however often neighbours are searched
         groups, grain, mass = self.groups_of(keys), self.edge_grain, self.edge_mass
         self.arrays = self._empty(0)._replace(
             **carried, node=node, acute=np.stack([*self._acute[:, a], *self._acute[:, b]]), ease=self._ease[groups],
             limit=np.minimum(self.limits[grain[a]], self.limits[grain[b]]),
             dashpot=2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b])),
-            touched=touched, origin=origin, place=origin + seen, seen=seen, way=seen - before.take(touched, axis=1),
-            first=first, slot=slot, built=displacement.copy(),
+            touched=touched, origin=origin, place=origin + seen, seen=seen, way=way, first=first, slot=slot,
+            before=before.copy(), built=displacement.copy(),
         )  # fmt: skip
         compiled(touch.begin)(self.arrays, found, groups)
         self.keys, self.pairs = keys, pairs

@@ -13,7 +13,7 @@ import grainlaw as gl
 from grainlaw.kernels import loop, passes
 from grainlaw.kernels.batch import compile_integrator, compile_law
 from grainlaw.kernels.fingerprint import fingerprint
-from grainlaw.kernels.loop import LANES
+from grainlaw.kernels.foreign import LANES
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialTension
 

@@ -15,9 +15,6 @@ from grainlaw.kernels.entry import compiled
 from grainlaw.kernels.foreign import call, respond
 
 BLOCK = 4096  #: zones, or interfaces, that go through their passes together: their scratch stays in the cache
-#: A law is called for a multiple of so many contacts but for the last of its group: whether the compiler rounds the
-#: few that do not fill its vectors in another order, as it may, then does not depend on the number of threads.
-LANES = 64
 
 
 class Mesh(NamedTuple):
@@ -264,6 +261,9 @@ def _steps(
             freedoms.force, freedoms.velocity, freedoms.mass, freedoms.imposed,
             driven.reaction[d0:d1], driven.total[d0:d1], driven.work[d0:d1],
         )  # fmt: skip
+        if searching and step == steps - 1:
+            touching.before[0, i0:i1] = ux[i0:i1]
+            touching.before[1, i0:i1] = uy[i0:i1]
         for row in range(freedoms.force.shape[0]):
             offset = 8 * f0
             call(

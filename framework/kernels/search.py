@@ -46,9 +46,13 @@ def _to_segment(px, py, x0, y0, x1, y1):
 
 @njit(forceinline=True, **OPTIONS)
 def _behind(ax, ay, cx, cy, bx, by, reach):
-    """Whether an edge b, which begins at c, lies on the inner side of the line of edge a, and not all along it."""
+    """Whether an edge b, which begins at c, runs from about the line of edge a, or behind it, to far behind it.
+
+    Edges that touch are nowhere farther behind each other than the overlap that is allowed, at most ``reach``.
+    """
     first, second = ax * cy - ay * cx, ax * (cy + by) - ay * (cx + bx)
-    return min(first, second) >= 0 and max(first, second) > reach * math.sqrt(ax * ax + ay * ay)
+    far = reach * math.sqrt(ax * ax + ay * ay)
+    return min(first, second) >= -far and max(first, second) > far
 
 
 @njit(**OPTIONS)

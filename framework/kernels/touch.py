@@ -11,10 +11,10 @@ import numpy as np
 from numba import njit
 
 from grainlaw.kernels.cache import OPTIONS
-from grainlaw.kernels.foreign import respond
+from grainlaw.kernels.foreign import LANES, call, respond
 
 u32 = np.uint32
-BLOCK = 512  #: contacts that go through geometry, law and forces together; a multiple of the loop's ``LANES``
+BLOCK = 512  #: contacts that go through geometry, law and forces together; a multiple of ``LANES``
 NARROW = 1e-9  #: square of the length over that of the depth: narrower overlaps are those of other faces
 LEAST = 1e-13  #: depth over length of an overlap: what is less is rounding
 
@@ -46,6 +46,7 @@ class Touching(NamedTuple):
     way: np.ndarray  #: (2, k) way of the last step (m)
     first: np.ndarray  #: (k + 1,) where the forces of each node begin in ``slot``
     slot: np.ndarray  #: (4 c,) places in the rows of ``force``
+    before: np.ndarray  #: (2, i) displacement of all nodes a step ago (m), where the loop has done all its steps
     built: np.ndarray  #: (2, i) displacement of all nodes when neighbours were last searched (m); none: do not search
     reach: float  #: m, a node that has moved farther asks for a new search
     stop: np.ndarray  #: (threads, 8) nodes moved too far, contacts too deep; a cache line for each thread
@@ -275,16 +276,43 @@ def touch_forces(t, time_step, first, last):
 
 
 @njit(**OPTIONS)
+def _answer(t, group, g, first, last):
+    """Let a law answer for contacts ``first`` to ``last``; how it rounds does not depend on their place in the table.
+
+    The last few, which do not fill the vectors of its code, are answered for among as many at rest as fill them.
+    """
+    whole = first + (last - first) // LANES * LANES
+    respond(
+        group, g, first, whole, t.opening.ctypes.data, t.slip.ctypes.data, t.normal.ctypes.data, t.shear.ctypes.data
+    )
+    few, depth = last - whole, t.memory.shape[0]
+    if few == 0:
+        return
+    rows = np.zeros((4 + depth, LANES))
+    rows[0, :few], rows[1, :few] = t.opening[whole:last], t.slip[whole:last]
+    rows[4:, :few] = t.memory[:, whole:last]
+    start, size = rows.ctypes.data, 8 * LANES
+    call(
+        group[g, 0],
+        (
+            group[g, 1], group[g, 2], group[g, 3], start + 4 * size, LANES,
+            start, start + size, start + 2 * size, start + 3 * size, LANES,
+        ),
+    )  # fmt: skip
+    t.normal[whole:last], t.shear[whole:last] = rows[2, :few], rows[3, :few]
+    t.memory[:, whole:last] = rows[4:, :few]
+
+
+@njit(**OPTIONS)
 def touch(t, group, time_step, first, last):
     """Contacts ``first`` to ``last``, law by law; returns how many overlap too much."""
     deep = 0
-    addresses = t.opening.ctypes.data, t.slip.ctypes.data, t.normal.ctypes.data, t.shear.ctypes.data
     for g in range(group.shape[0]):
         final = min(last, group[g, 7])
         for begin in range(max(first, group[g, 6]), final, BLOCK):
             end = min(begin + BLOCK, final)
             deep += touch_geometry(g, t, begin, end)
-            respond(group, g, begin, end, *addresses)
+            _answer(t, group, g, begin, end)
             touch_forces(t, time_step, begin, end)
     return deep
 
