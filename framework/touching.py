@@ -52,7 +52,7 @@ def no_touching(count: int = 0) -> touch.Touching:
         frame=np.zeros((10, count)), force=np.zeros((2, 4, count)), carried=np.zeros((3, count)),
         work=np.zeros((3, count)), memory=np.zeros((1, count)), fresh=np.zeros((1, 1)), touched=none,
         **{name: np.zeros((2, 0)) for name in ("origin", "place", "seen", "way", "before", "built")},
-        first=np.zeros(1, dtype=np.int64), slot=none, reach=np.inf, stop=np.zeros((1, 8), dtype=np.int64),
+        first=np.zeros(1, dtype=np.int64), slot=none, skin=np.inf, reach=np.inf, stop=np.zeros((1, 8), dtype=np.int64),
     )  # fmt: skip
 
 
@@ -249,7 +249,8 @@ class Touches:
         fresh = np.zeros((depth, max(len(self.groups), 1)))
         for g, group in enumerate(self.groups):
             fresh[: len(group.broken), g] = group.broken
-        return no_touching(count)._replace(memory=np.zeros((depth, count)), fresh=fresh, reach=REACH * self.skin)
+        none, reach = no_touching(count), REACH * self.skin
+        return none._replace(memory=np.zeros((depth, count)), fresh=fresh, skin=self.skin, reach=reach)
 
     def _table(self) -> np.ndarray:
         """Rows by which the loop calls the laws, like those of the interfaces."""

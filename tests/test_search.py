@@ -42,7 +42,7 @@ def corner(p, q, reach):
     """Whether two edges are the sides of a corner: each runs from about the other's line to far behind it."""
     heights = [cross(one[1] - one[0], point - one[0]) / np.hypot(*(one[1] - one[0])) for one, other in ((p, q), (q, p))
                for point in other]  # fmt: skip
-    return all(min(pair) >= -reach and max(pair) > reach for pair in (heights[:2], heights[2:]))
+    return all(min(pair) >= -reach and max(pair) > 2 * reach for pair in (heights[:2], heights[2:]))
 
 
 def cross(a, b):

@@ -10,7 +10,7 @@ from numba import njit
 
 from grainlaw.kernels.cache import OPTIONS
 
-FACING = 0.3  #: cosine between outward normals beyond which edges cannot come to touch before the next search
+FACING = 0.48  #: cosine between outward normals beyond which edges are beside each other until the next search
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -46,13 +46,10 @@ def _to_segment(px, py, x0, y0, x1, y1):
 
 @njit(forceinline=True, **OPTIONS)
 def _behind(ax, ay, cx, cy, bx, by, reach):
-    """Whether an edge b, which begins at c, runs from about the line of edge a, or behind it, to far behind it.
-
-    Edges that touch are nowhere farther behind each other than the overlap that is allowed, at most ``reach``.
-    """
+    """Whether an edge b, which begins at c, runs from about the line of edge a, or behind it, to far behind it."""
     first, second = ax * cy - ay * cx, ax * (cy + by) - ay * (cx + bx)
     far = reach * math.sqrt(ax * ax + ay * ay)
-    return min(first, second) >= -far and max(first, second) > far
+    return min(first, second) >= -far and max(first, second) > 2 * far
 
 
 @njit(**OPTIONS)
@@ -63,7 +60,7 @@ def _near(x0, y0, x1, y1, e, f, reach):
         return False
     cx, cy = x0[f] - x0[e], y0[f] - y0[e]
     if _behind(ax, ay, cx, cy, bx, by, reach) and _behind(bx, by, -cx, -cy, ax, ay, reach):
-        return False  # the two sides of a corner that grains make together
+        return False  # sides of a corner that grains make together: beside each other until the next search
     denominator = ax * by - ay * bx
     if denominator != 0:
         s, r = (cx * by - cy * bx) / denominator, (cx * ay - cy * ax) / denominator

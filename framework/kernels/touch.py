@@ -17,6 +17,8 @@ u32 = np.uint32
 BLOCK = 512  #: contacts that go through geometry, law and forces together; a multiple of ``LANES``
 NARROW = 1e-9  #: square of the length over that of the depth: narrower overlaps are those of other faces
 LEAST = 1e-13  #: depth over length of an overlap: what is less is rounding
+FACING = 0.2  #: cosine between outward normals beyond which edges face the same way
+IN_FRONT, BESIDE, BEHIND = 0, 1, 2  #: how two edges that do not touch stand to each other
 
 
 class Touching(NamedTuple):
@@ -27,7 +29,7 @@ class Touching(NamedTuple):
     limit: np.ndarray  #: (c,) largest overlap (m)
     dashpot: np.ndarray  #: (c,) sqrt(kg/m): damping force over rate and root of stiffness
     ease: np.ndarray  #: (c,) 1 / ks, m/Pa
-    offset: np.ndarray  #: (c,) m, how much more open the contact is than its edges
+    offset: np.ndarray  #: (c,) m, how much more open the contact is than its edges; infinite where beside
     opening: np.ndarray  #: (c,) m, the mean over the contact, negative; 0 where apart
     slip: np.ndarray  #: (c,) m
     normal: np.ndarray  #: (c,) Pa
@@ -48,6 +50,7 @@ class Touching(NamedTuple):
     slot: np.ndarray  #: (4 c,) places in the rows of ``force``
     before: np.ndarray  #: (2, i) displacement of all nodes a step ago (m), where the loop has done all its steps
     built: np.ndarray  #: (2, i) displacement of all nodes when neighbours were last searched (m); none: do not search
+    skin: float  #: m, how far neighbours are searched
     reach: float  #: m, a node that has moved farther asks for a new search
     stop: np.ndarray  #: (threads, 8) nodes moved too far, contacts too deep; a cache line for each thread
 
@@ -99,11 +102,24 @@ def _edges(t, c):
 
 
 @njit(forceinline=True, **OPTIONS)
-def _in_front(ax, ay, bx, by, wx, wy):
-    """Whether one edge lies on the outer side of the other's line: then they do not overlap."""
+def _standing(ax, ay, bx, by, wx, wy, skin):
+    """How two edges that do not touch stand to each other: ``IN_FRONT``, ``BESIDE`` or ``BEHIND``.
+
+    In front, one lies on the outer side of the other's line, so that they do not overlap. Beside each other are edges
+    that face the same way, or away from one corner: each runs from about the other's line to farther behind it than
+    edges that touch can be. What is left may overlap.
+    """
     first, second = ax * wy - ay * wx, ax * (wy + by) - ay * (wx + bx)  # of b over a, against a's inner side
     third, fourth = bx * wy - by * wx, bx * (wy - ay) - by * (wx - ax)  # of a under b
-    return max(first, second) <= 0 or max(third, fourth) <= 0
+    if max(first, second) <= 0 or max(third, fourth) <= 0:
+        return IN_FRONT
+    length_a, length_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
+    if -ax * bx - ay * by > FACING * length_a * length_b:
+        return BESIDE
+    far_a, far_b = skin * length_a, skin * length_b
+    if min(first, second) < -2 * far_a or min(third, fourth) < -2 * far_b:
+        return BEHIND
+    return BESIDE if max(first, second) > far_a and max(third, fourth) > far_b else BEHIND
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -122,8 +138,14 @@ def touch_geometry(g, t, first, last):
         ax, ay, bx, by, wx, wy = _edges(t, c)
         offset = t.offset[c]
         t.frame[8, c] = t.length[c]
-        if offset == 0 and t.length[c] == 0 and _in_front(ax, ay, bx, by, wx, wy):
-            continue
+        if t.length[c] == 0:
+            standing = _standing(ax, ay, bx, by, wx, wy, t.skin)
+            if standing != BEHIND and (standing == BESIDE or offset == 0 or offset == np.inf):
+                t.offset[c] = np.inf if standing == BESIDE else 0.0
+                continue
+            if offset == np.inf:
+                t.offset[c] = _overlap(ax, ay, bx, by, wx, wy)
+                continue
         qa, qb = 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by)
         tx, ty = _mean_tangent(ax, ay, bx, by, qa, qb)
         ux, uy = wx + offset * ty, wy - offset * tx
@@ -225,7 +247,9 @@ def begin(t, found, groups):
     for c in range(found.shape[0]):
         if found[c] < 0:
             ax, ay, bx, by, wx, wy = _edges(t, c)
-            t.offset[c] = _overlap(ax, ay, bx, by, wx, wy)
+            standing = _standing(ax, ay, bx, by, wx, wy, t.skin)
+            overlap = _overlap(ax, ay, bx, by, wx, wy) if standing == BEHIND else 0.0
+            t.offset[c] = np.inf if standing == BESIDE else overlap
             for n in range(t.memory.shape[0]):
                 t.memory[n, c] = t.fresh[n, groups[c]]
 
