@@ -13,7 +13,7 @@ from support import ROCK, STRONG
 import grainlaw as gl
 from grainlaw import touching
 from grainlaw.geometry import Bricks, Voronoi, rectangle
-from grainlaw.kernels import search
+from grainlaw.kernels import search, touch
 from grainlaw.kernels.entry import compiled
 from grainlaw.laws import Friction, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialCompression
@@ -142,6 +142,66 @@ def test_the_same_bits_after_save_and_restore():
 def corner_on_face(detection=None):
     body = together(box(1, 1), turned(1, 1, 20, (1.8, 0.5)))
     return Motion(body, FACES, velocity=each((1, 0.2), (0, 0)), detection=detection)
+
+
+SKIN = 0.1
+
+
+def test_what_the_search_leaves_out_stays_beside_or_in_front_until_the_next():
+    """Edges nearer than the skin, whose ends then move by half of it."""
+    random, left_out = np.random.default_rng(0), 0
+    for _ in range(6000):
+        angle, length = random.uniform(-np.pi, np.pi), random.uniform(8, 30) * SKIN
+        along = length * np.array([np.cos(angle), np.sin(angle)])
+        start = (random.uniform(0, 1), random.uniform(-SKIN, SKIN)) - random.choice([0, 1, random.uniform()]) * along
+        ends = np.array([(0, 0), (1, 0), start, start + along])  # i, j of edge a, k, m of edge b
+        if not search._near(*ends[::2].T, *ends[1::2].T, 0, 1, SKIN):
+            left_out += 1
+            turn = random.uniform(-np.pi, np.pi, 4)
+            i, j, k, m = ends + 0.5 * SKIN * np.column_stack([np.cos(turn), np.sin(turn)])
+            assert touch._standing(*(j - i), *(k - m), *(m - i), SKIN) != touch.BEHIND
+    assert left_out > 1500
+
+
+def pair(i, j, k, m, table):
+    """What becomes of a pair of edges i to j and k to m, as they stand now: offset, and length in contact."""
+    touch.touch_geometry(0, table._replace(place=np.array([i, j, k, m], dtype=float).T.copy()), 0, 1)
+    return table.offset[0], table.length[0]
+
+
+@pytest.fixture
+def waiting():
+    return touching.no_touching(1)._replace(
+        node=np.arange(4, dtype=np.int32).reshape(4, 1), limit=np.array([1.0]), way=np.zeros((2, 4)), skin=SKIN,
+        offset=np.array([np.inf]),
+    )  # fmt: skip
+
+
+def test_a_side_turns_to_the_floor_about_a_corner_that_is_in_it(waiting):
+    """It carries nothing before it leans over the floor; there is nothing to wait for then."""
+
+    def turned_to(degrees):
+        angle = np.radians(degrees)
+        return pair((1, 0), (0, 0), (0.5 + np.cos(angle), np.sin(angle) - 0.01), (0.5, -0.01), waiting)
+
+    assert turned_to(60) == turned_to(75) == (np.inf, 0)
+    assert turned_to(85) == (0, 0)
+    offset, length = turned_to(91)
+    assert offset == 0
+    assert 0 < length < turned_to(120)[1]
+
+
+def test_sides_of_a_corner_that_come_to_face_each_other_begin_without_a_force(waiting):
+    def moved(depth):
+        """Edge a comes from the left, b goes up and to the left from its end; ``depth`` of it lies behind a."""
+        rise, run = depth, 0.3
+        return pair((0, 0), (1, 0), (1, -0.01), (1 - run, rise - 0.01), waiting)
+
+    assert moved(0.2) == (np.inf, 0)
+    offset, length = moved(0.08)
+    assert (offset > 0.02, length) == (True, 0)
+    assert moved(0.08)[1] == 0
+    assert moved(0.081)[1] > 0
 
 
 @pytest.mark.parametrize("make", [corner_on_face, pile])

@@ -29,7 +29,7 @@ class Touching(NamedTuple):
     limit: np.ndarray  #: (c,) largest overlap (m)
     dashpot: np.ndarray  #: (c,) sqrt(kg/m): damping force over rate and root of stiffness
     ease: np.ndarray  #: (c,) 1 / ks, m/Pa
-    offset: np.ndarray  #: (c,) m, how much more open the contact is than its edges; infinite where beside
+    offset: np.ndarray  #: (c,) m, how much more open the contact is than its edges; infinite before it begins
     opening: np.ndarray  #: (c,) m, the mean over the contact, negative; 0 where apart
     slip: np.ndarray  #: (c,) m
     normal: np.ndarray  #: (c,) Pa
@@ -138,14 +138,13 @@ def touch_geometry(g, t, first, last):
         ax, ay, bx, by, wx, wy = _edges(t, c)
         offset = t.offset[c]
         t.frame[8, c] = t.length[c]
+        beginning = offset == np.inf
         if t.length[c] == 0:
             standing = _standing(ax, ay, bx, by, wx, wy, t.skin)
             if standing != BEHIND and (standing == BESIDE or offset == 0 or offset == np.inf):
                 t.offset[c] = np.inf if standing == BESIDE else 0.0
                 continue
-            if offset == np.inf:
-                t.offset[c] = _overlap(ax, ay, bx, by, wx, wy)
-                continue
+        offset = 0.0 if beginning else offset
         qa, qb = 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by)
         tx, ty = _mean_tangent(ax, ay, bx, by, qa, qb)
         ux, uy = wx + offset * ty, wy - offset * tx
@@ -163,8 +162,11 @@ def touch_geometry(g, t, first, last):
             along_a -= cut_a * (d2 if first_end > 0 else d1)
             along_b -= cut_b * (d1 if first_end > 0 else d2)
         mean, square, squares = 0.5 * (d1 + d2), along_a * along_b, d1 * d1 + d1 * d2 + d2 * d2
-        apart = begin >= end or along_a <= 0 or along_b <= 0 or mean <= LEAST * along_a
-        if apart or square < NARROW * squares or mean > 2 * t.limit[c]:
+        apart = begin >= end or along_a <= 0 or along_b <= 0 or mean <= LEAST * along_a or square < NARROW * squares
+        if beginning:  # without a force: what they overlap already becomes their offset
+            t.offset[c] = 0.0 if apart else _overlap(ax, ay, bx, by, wx, wy)
+            continue
+        if apart or mean > 2 * t.limit[c]:
             deep += -t.opening[c] > 0.5 * t.limit[c] and mean > 2 * t.limit[c]
             if offset != 0:  # parting without a force, the edges take back what they were more open than they are
                 t.offset[c] = max(min(offset, _overlap(ax, ay, bx, by, wx, wy)), 0.0)
@@ -243,13 +245,10 @@ def carry(rows, found):
 
 
 def begin(t, found, groups):
-    """Let new contacts begin without a force: what they overlap already becomes their offset."""
+    """Let new contacts begin with the next step."""
     for c in range(found.shape[0]):
         if found[c] < 0:
-            ax, ay, bx, by, wx, wy = _edges(t, c)
-            standing = _standing(ax, ay, bx, by, wx, wy, t.skin)
-            overlap = _overlap(ax, ay, bx, by, wx, wy) if standing == BEHIND else 0.0
-            t.offset[c] = np.inf if standing == BESIDE else overlap
+            t.offset[c] = np.inf
             for n in range(t.memory.shape[0]):
                 t.memory[n, c] = t.fresh[n, groups[c]]
 
