@@ -241,7 +241,8 @@ class Touches:
         found = compiled(search.near_pairs)(x0, y0, x1, y1, self.edge_grain[chosen], self.skin, self.cell)
         a, b = chosen[found].T.reshape(2, -1)
         size = len(self.edges)
-        keys = np.union1d(self.key(a, b), self.keys[self.arrays.length > 0])
+        keys = np.sort(np.concatenate([self.key(a, b), self.keys[self.arrays.length > 0]]))
+        keys = keys[np.diff(keys, prepend=-1) > 0]
         return np.column_stack([keys // size % size, keys % size]), keys
 
     def _empty(self, count: int) -> touch.Touching:
