@@ -49,10 +49,10 @@ def no_touching(count: int = 0) -> touch.Touching:
     return touch.Touching(
         node=np.zeros((4, count), dtype=np.int32), acute=np.zeros((4, count)),
         **{name: np.zeros(count) for name in PER_CONTACT},
-        frame=np.zeros((10, count)), force=np.zeros((2, 4, count)), carried=np.zeros((3, count)),
+        frame=np.zeros((9, count)), force=np.zeros((2, 4, count)), carried=np.zeros((3, count)),
         work=np.zeros((3, count)), memory=np.zeros((1, count)), fresh=np.zeros((1, 1)), touched=none,
         **{name: np.zeros((2, 0)) for name in ("origin", "place", "seen", "way", "before", "built")},
-        first=np.zeros(1, dtype=np.int64), slot=none, skin=np.inf, reach=np.inf, stop=np.zeros((1, 8), dtype=np.int64),
+        active=np.zeros(count, dtype=np.int64), skin=np.inf, reach=np.inf, count=np.zeros((1, 8), dtype=np.int64),
     )  # fmt: skip
 
 
@@ -199,7 +199,7 @@ class Touches:
         carried = self._carried(found)
         a, b = pairs.T
         nodes = np.ascontiguousarray(np.concatenate([self.edges[a], self.edges[b]], axis=1).T)
-        touched, node, first, slot = compiled(search.adjacency)(nodes, self.origin.shape[1])
+        touched, node = compiled(search.in_use)(nodes, self.origin.shape[1])
         seen, origin = displacement.take(touched, axis=1), self.origin.take(touched, axis=1)
         way = seen - before.take(touched, axis=1)
         _, now, then = np.intersect1d(touched, last.touched, assume_unique=True, return_indices=True)
@@ -209,8 +209,8 @@ class Touches:
             **carried, node=node, acute=np.stack([*self._acute[:, a], *self._acute[:, b]]), ease=self._ease[groups],
             limit=np.minimum(self.limits[grain[a]], self.limits[grain[b]]),
             dashpot=2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b])),
-            touched=touched, origin=origin, place=origin + seen, seen=seen, way=way, first=first, slot=slot,
-            before=before.copy(), built=displacement.copy(),
+            touched=touched, origin=origin, place=origin + seen, seen=seen, way=way,
+            active=np.zeros(len(keys), dtype=np.int64), before=before.copy(), built=displacement.copy(),
         )  # fmt: skip
         compiled(touch.begin)(self.arrays, found, groups)
         self.keys, self.pairs = keys, pairs

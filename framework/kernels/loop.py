@@ -233,11 +233,11 @@ def _steps(
         _interfaces(mesh, contacts, group, new, old, parts.interface[thread], parts.interface[thread + 1])
         deep = 0
         if c0 < c1:
-            deep = touch.touch(touching, touch_group, time_step, c0, c1)
+            deep, touching.count[thread, 2] = touch.touch(touching, touch_group, time_step, c0, c1)
         barrier.wait(meeting, threads, pause)
         passes.gather_forces(slot1, slot2, cx, cy, my_fx, my_fy)
         if t0 < t1:
-            touch.gather_touching(touching, fx, fy, t0, t1)
+            touch.gather_touching(touching, parts.touch, fx, fy, t0, t1)
         if e0 < e1:
             passes.press(
                 schedule[step], pressed.column[e0:e1], pressed.node[0, e0:e1], pressed.node[1, e0:e1],
@@ -283,15 +283,15 @@ def _steps(
         if t0 < t1:
             touch.follow(touching, ux, uy, t0, t1)
         if searching:
-            touching.stop[thread, 0] = touch.moved_far(
+            touching.count[thread, 0] = touch.moved_far(
                 ux[i0:i1], uy[i0:i1], touching.built[0, i0:i1], touching.built[1, i0:i1], touching.reach
             )
-            touching.stop[thread, 1] = deep
+            touching.count[thread, 1] = deep
         barrier.wait(meeting, threads, pause)
         if searching:  # all threads read the same: the next barrier comes before anything is written
             stop = 0
             for other in range(threads):
-                stop += touching.stop[other, 0] + touching.stop[other, 1]
+                stop += touching.count[other, 0] + touching.count[other, 1]
             if stop > 0:
                 return step + 1
     return steps
@@ -327,7 +327,7 @@ def run(
 
     ``group`` and ``touch_group`` are the tables of laws, ``integrator`` and ``parameters`` are addresses. The
     interpreter lock is released meanwhile. Returns how many steps were done: fewer where something has moved so far
-    that contacts must be searched anew, or where they overlap too much (``touching.stop``).
+    that contacts must be searched anew, or where they overlap too much (``touching.count``).
     """
     loop = compiled(_steps)
     meeting = np.zeros(barrier.SIZE, dtype=np.int64)

@@ -144,37 +144,19 @@ def widths(x, y, first):
     return result
 
 
-def adjacency(nodes, count):
-    """Nodes in use (k,), ascending; the place of each of ``nodes`` (4, c) there; the slots of each (k + 1,), (4 c,).
-
-    Slots are the positions in ``nodes``, read row by row; ``count`` is the number of all nodes.
-    """
-    flat = nodes.reshape(-1)
-    number = np.zeros(count, dtype=np.int64)
-    for s in range(flat.shape[0]):
-        number[flat[s]] += 1
-    used = 0
-    for i in range(count):
-        used += number[i] > 0
-    touched, first = np.empty(used, dtype=np.int64), np.zeros(used + 1, dtype=np.int64)
-    used = 0
-    for i in range(count):
-        if number[i] > 0:
-            touched[used], first[used + 1] = i, first[used] + number[i]
-            number[i] = used
-            used += 1
-    place, slot, fill = (
-        np.empty(nodes.shape, dtype=np.int32),
-        np.empty(flat.shape[0], dtype=np.int64),
-        first[:-1].copy(),
-    )
-    rows = place.reshape(-1)
-    for s in range(flat.shape[0]):
-        k = number[flat[s]]
-        rows[s] = k
-        slot[fill[k]] = s
-        fill[k] += 1
-    return touched, place, first, slot
+def in_use(nodes, count):
+    """Which of ``count`` nodes are in use (k,), ascending, and the place of each of ``nodes`` (4, c) there."""
+    number = np.zeros(count, dtype=np.int32)
+    for node in nodes.flat:
+        number[node] = 1
+    touched = np.flatnonzero(number)
+    for k in range(touched.shape[0]):
+        number[touched[k]] = k
+    place = np.empty(nodes.shape, dtype=np.int32)
+    for n in range(nodes.shape[0]):
+        for c in range(nodes.shape[1]):
+            place[n, c] = number[nodes[n, c]]
+    return touched, place
 
 
 def matches(keys, old):

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from grainlaw.kernels.cache import OPTIONS
-from grainlaw.kernels.foreign import LANES, call, respond
+from grainlaw.kernels.foreign import LANES, call
 
 u32 = np.uint32
 BLOCK = 512  #: contacts that go through geometry, law and forces together; a multiple of ``LANES``
@@ -35,7 +35,7 @@ class Touching(NamedTuple):
     normal: np.ndarray  #: (c,) Pa
     shear: np.ndarray  #: (c,) Pa
     length: np.ndarray  #: (c,) m in contact, 0 where apart
-    frame: np.ndarray  #: (10, c) tangent, shares of both edges, distances from both, opened, slid, old length, twist
+    frame: np.ndarray  #: (9, c) tangent, shares of both edges, distances from both, opened, slid, twist
     force: np.ndarray  #: (2, 4, c) N on the four nodes
     carried: np.ndarray  #: (3, c) N: normal, shear, damping of the last step
     work: np.ndarray  #: (3, c) J done in opening, in slip, on the dashpot
@@ -46,13 +46,12 @@ class Touching(NamedTuple):
     place: np.ndarray  #: (2, k) present places (m)
     seen: np.ndarray  #: (2, k) displacements there (m)
     way: np.ndarray  #: (2, k) way of the last step (m)
-    first: np.ndarray  #: (k + 1,) where the forces of each node begin in ``slot``
-    slot: np.ndarray  #: (4 c,) places in the rows of ``force``
+    active: np.ndarray  #: (c,) contacts that are closed, or were before this step: each thread lists its own
     before: np.ndarray  #: (2, i) displacement of all nodes a step ago (m), where the loop has done all its steps
     built: np.ndarray  #: (2, i) displacement of all nodes when neighbours were last searched (m); none: do not search
     skin: float  #: m, how far neighbours are searched
     reach: float  #: m, a node that has moved farther asks for a new search
-    stop: np.ndarray  #: (threads, 8) nodes moved too far, contacts too deep; a cache line for each thread
+    count: np.ndarray  #: (threads, 8) nodes moved too far, contacts too deep, active ones; a cache line for each thread
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -130,16 +129,18 @@ def _mean_tangent(ax, ay, bx, by, qa, qb):
 
 
 @njit(**OPTIONS)
-def touch_geometry(g, t, first, last):
-    """Frame, opening, length and slip of contacts, Eqs. (13, 14); returns how many overlap too much."""
+def touch_geometry(g, t, first, last, place):
+    """Frame, opening, length and slip of contacts, Eqs. (13, 14).
+
+    Lists the active ones from ``place`` on; returns where the list ends, and how many overlap too much.
+    """
     vx, vy = t.way[0], t.way[1]
     deep = 0
     for c in range(first, last):
         ax, ay, bx, by, wx, wy = _edges(t, c)
-        offset = t.offset[c]
-        t.frame[8, c] = t.length[c]
+        offset, before = t.offset[c], t.length[c]
         beginning = offset == np.inf
-        if t.length[c] == 0:
+        if before == 0:
             standing = _standing(ax, ay, bx, by, wx, wy, t.skin)
             if standing != BEHIND and (standing == BESIDE or offset == 0 or offset == np.inf):
                 t.offset[c] = np.inf if standing == BESIDE else 0.0
@@ -166,6 +167,9 @@ def touch_geometry(g, t, first, last):
         if beginning:  # without a force: what they overlap already becomes their offset
             t.offset[c] = 0.0 if apart else _overlap(ax, ay, bx, by, wx, wy)
             continue
+        if before > 0:
+            t.active[place] = c
+            place += 1
         if apart or mean > 2 * t.limit[c]:
             deep += -t.opening[c] > 0.5 * t.limit[c] and mean > 2 * t.limit[c]
             if offset != 0:  # parting without a force, the edges take back what they were more open than they are
@@ -176,6 +180,9 @@ def touch_geometry(g, t, first, last):
             for n in range(t.memory.shape[0]):
                 t.memory[n, c] = t.fresh[n, g]
             continue
+        if before == 0:
+            t.active[place] = c
+            place += 1
         run = math.sqrt(square)
         share = square / (square + squares * (1 / 3))
         f = share * share * (1 / 6)
@@ -211,7 +218,7 @@ def touch_geometry(g, t, first, last):
         rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix) - off_b * turn_b * fx - off_a * turn_a * ex
         ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy) - off_b * turn_b * fy - off_a * turn_a * ey
         slid = ry * nx - rx * ny
-        grown = 1 - t.frame[8, c] / t.length[c]
+        grown = 1 - before / t.length[c]
         if grown > 0:  # what has just come into contact has not slipped: else it would be given elastic energy
             t.slip[c] -= grown * t.ease[c] * t.shear[c]
         t.slip[c] += slid
@@ -223,8 +230,8 @@ def touch_geometry(g, t, first, last):
         t.frame[5, c] = off_b * qb
         t.frame[6, c] = rx * nx + ry * ny
         t.frame[7, c] = slid
-        t.frame[9, c] = -twist / size
-    return deep
+        t.frame[8, c] = -twist / size
+    return place, deep
 
 
 @njit(**OPTIONS)
@@ -255,17 +262,15 @@ def begin(t, found, groups):
 
 def geometry_of(t, g):
     """:func:`touch_geometry` of all contacts."""
-    return touch_geometry(g, t, 0, t.length.shape[0])
+    return touch_geometry(g, t, 0, t.length.shape[0], 0)
 
 
 @njit(**OPTIONS)
 def touch_forces(t, time_step, first, last):
-    """Nodal forces of contacts, Eq. (15), and their work by the trapezoidal rule, Eq. (12)."""
+    """Nodal forces of active contacts, Eq. (15), and their work by the trapezoidal rule, Eq. (12)."""
     vx, vy = t.way[0], t.way[1]
-    for c in range(first, last):
+    for c in t.active[first:last]:
         length = t.length[c]
-        if length == 0 and t.frame[8, c] == 0:
-            continue
         i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
         tx, ty, xa, xb = t.frame[0, c], t.frame[1, c], t.frame[2, c], t.frame[3, c]
         normal, shear = min(t.normal[c], 0.0) * length, t.shear[c] * length
@@ -277,7 +282,7 @@ def touch_forces(t, time_step, first, last):
         push = normal + damping
         px, py = push * ty + shear * tx, shear * ty - push * tx  # on A; the reverse acts on B
         ax, ay, bx, by, _, _ = _edges(t, c)
-        twist = t.frame[9, c] * normal
+        twist = t.frame[8, c] * normal
         qa = (t.frame[4, c] * (ax * px + ay * py) + twist) / (ax * ax + ay * ay)
         qb = (t.frame[5, c] * (bx * px + by * py) - twist) / (bx * bx + by * by)
         fx = (1 - xa) * px + qa * ay, xa * px - qa * ay, qb * (-by) - xb * px, (xb - 1) * px + qb * by
@@ -299,58 +304,60 @@ def touch_forces(t, time_step, first, last):
 
 
 @njit(**OPTIONS)
-def _answer(t, group, g, first, last):
-    """Let a law answer for contacts ``first`` to ``last``; how it rounds does not depend on their place in the table.
+def _answer(t, group, g, first, last, rows):
+    """Let a law answer for active contacts, by way of scratch ``rows``.
 
-    The last few, which do not fill the vectors of its code, are answered for among as many at rest as fill them.
+    They fill whole vectors of its code: how a contact is rounded does not depend on its place in the table.
     """
-    whole = first + (last - first) // LANES * LANES
-    respond(
-        group, g, first, whole, t.opening.ctypes.data, t.slip.ctypes.data, t.normal.ctypes.data, t.shear.ctypes.data
-    )
-    few, depth = last - whole, t.memory.shape[0]
-    if few == 0:
-        return
-    rows = np.zeros((4 + depth, LANES))
-    rows[0, :few], rows[1, :few] = t.opening[whole:last], t.slip[whole:last]
-    rows[4:, :few] = t.memory[:, whole:last]
-    start, size = rows.ctypes.data, 8 * LANES
+    count, depth, size = last - first, t.memory.shape[0], 8 * rows.shape[1]
+    for k in range(count):
+        c = t.active[first + k]
+        rows[0, k], rows[1, k] = t.opening[c], t.slip[c]
+        for n in range(depth):
+            rows[4 + n, k] = t.memory[n, c]
+    start = rows.ctypes.data
     call(
         group[g, 0],
         (
-            group[g, 1], group[g, 2], group[g, 3], start + 4 * size, LANES,
-            start, start + size, start + 2 * size, start + 3 * size, LANES,
+            group[g, 1], group[g, 2], group[g, 3], start + 4 * size, rows.shape[1],
+            start, start + size, start + 2 * size, start + 3 * size, (count + LANES - 1) // LANES * LANES,
         ),
     )  # fmt: skip
-    t.normal[whole:last], t.shear[whole:last] = rows[2, :few], rows[3, :few]
-    t.memory[:, whole:last] = rows[4:, :few]
+    for k in range(count):
+        c = t.active[first + k]
+        t.normal[c], t.shear[c] = rows[2, k], rows[3, k]
+        for n in range(depth):
+            t.memory[n, c] = rows[4 + n, k]
 
 
 @njit(**OPTIONS)
 def touch(t, group, time_step, first, last):
-    """Contacts ``first`` to ``last``, law by law; returns how many overlap too much."""
-    deep = 0
+    """Contacts ``first`` to ``last``, law by law; returns how many overlap too much, and how many are active."""
+    deep, listed = 0, first
+    rows = np.zeros((4 + t.memory.shape[0], BLOCK))
     for g in range(group.shape[0]):
         final = min(last, group[g, 7])
         for begin in range(max(first, group[g, 6]), final, BLOCK):
-            end = min(begin + BLOCK, final)
-            deep += touch_geometry(g, t, begin, end)
-            _answer(t, group, g, begin, end)
-            touch_forces(t, time_step, begin, end)
-    return deep
+            before = listed
+            listed, too_deep = touch_geometry(g, t, begin, min(begin + BLOCK, final), listed)
+            deep += too_deep
+            if listed > before:
+                _answer(t, group, g, before, listed, rows)
+                touch_forces(t, time_step, before, listed)
+    return deep, listed - first
 
 
 @njit(**OPTIONS)
-def gather_touching(t, fx, fy, first, last):
-    """Add the forces of contacts to their nodes, in a fixed order."""
-    cx, cy = t.force[0].reshape(-1), t.force[1].reshape(-1)
-    for k in range(first, last):
-        x, y = 0.0, 0.0
-        for s in range(t.first[k], t.first[k + 1]):
-            x += cx[t.slot[s]]
-            y += cy[t.slot[s]]
-        fx[t.touched[k]] += x
-        fy[t.touched[k]] += y
+def gather_touching(t, parts, fx, fy, first, last):
+    """Add the forces of all threads' contacts to the nodes ``first`` to ``last`` of ``touched``, in a fixed order."""
+    for thread in range(t.count.shape[0]):
+        for c in t.active[parts[thread] : parts[thread] + t.count[thread, 2]]:
+            for n in range(4):
+                k = t.node[n, c]
+                if first <= k < last:
+                    i = t.touched[k]
+                    fx[i] += t.force[0, n, c]
+                    fy[i] += t.force[1, n, c]
 
 
 @njit(**OPTIONS)
