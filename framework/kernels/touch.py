@@ -128,13 +128,79 @@ def _mean_tangent(ax, ay, bx, by, qa, qb):
     return r * tx, r * ty
 
 
+@njit(forceinline=True, **OPTIONS)
+def _ends(first, last, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy):
+    """Both ends of an overlap, of the kinds that `_strip` says: their places, and their depths in the other grain."""
+    x1, y1 = (ux, uy) if first < 0 else (begin * ax, begin * ay)
+    x2, y2 = (ux + bx, uy + by) if last < 0 else (end * ax, end * ay)
+    d1 = ex * y1 - ey * x1 if first < 0 else (fy * (x1 - ux) - fx * (y1 - uy) if first > 0 else 0.0)
+    d2 = ex * y2 - ey * x2 if last < 0 else (fy * (x2 - ux) - fx * (y2 - uy) if last > 0 else 0.0)
+    return x1, y1, d1, x2, y2, d2
+
+
+@njit(forceinline=True, **OPTIONS)
+def _gradient(first, last, d1, d2, along_a, along_b, cut_a, cut_b, ex, ey, fx, fy):
+    """Gradient of the energy, Eq. (13) over kn, by the motion of B at both ends; and J^2 / (J^2 + D^2)."""
+    square, squares = along_a * along_b, d1 * d1 + d1 * d2 + d2 * d2
+    run, share = math.sqrt(square), square / (square + squares * (1 / 3))
+    f = share * share * (1 / 6)
+    by_length = 0.5 * f * squares * (1 + squares / square) / run
+    by_a, by_b = by_length * along_b, by_length * along_a
+    by_1, by_2 = f * run * (2 * d1 + d2), f * run * (d1 + 2 * d2)
+    by_1 -= cut_b * by_b if first > 0 else cut_a * by_a
+    by_2 -= cut_a * by_a if first > 0 else cut_b * by_b
+    g1x, g1y = _end(first, -1.0, by_1, by_a, by_b, ex, ey, fx, fy)
+    g2x, g2y = _end(last, 1.0, by_2, by_a, by_b, ex, ey, fx, fy)
+    return g1x, g1y, g2x, g2y, share
+
+
+@njit(forceinline=True, **OPTIONS)
+def _part(t, g, c, overlap):
+    """Forget what a contact of edges that are apart has been through.
+
+    Parting without a force, they take back what they were more open than they are.
+    """
+    t.offset[c] = max(min(t.offset[c], overlap), 0.0)
+    t.length[c] = 0.0
+    t.opening[c] = 0.0
+    t.slip[c] = 0.0
+    for n in range(t.memory.shape[0]):
+        t.memory[n, c] = t.fresh[n, g]
+
+
+@njit(forceinline=True, **OPTIONS)
+def _slide(t, c, x, y, nx, ny, before, ax, ay, bx, by, wx, wy, ex, ey, fx, fy, qa, qb):
+    """Where on both edges a contact at x, y acts, and how it has moved since the last step."""
+    xa, xb = (x * ex + y * ey) * qa, ((x - wx) * fx + (y - wy) * fy) * qb
+    off_a, off_b = x * ey - y * ex, (y - wy) * fx - (x - wx) * fy
+    vx, vy = t.way[0], t.way[1]
+    i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
+    dix, diy, djx, djy, dkx, dky, dmx, dmy = vx[i], vy[i], vx[j], vy[j], vx[k], vy[k], vx[m], vy[m]
+    turn_a = (ax * (djy - diy) - ay * (djx - dix)) * (qa * qa)
+    turn_b = (bx * (dky - dmy) - by * (dkx - dmx)) * (qb * qb)
+    rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix) - off_b * turn_b * fx - off_a * turn_a * ex
+    ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy) - off_b * turn_b * fy - off_a * turn_a * ey
+    slid = ry * nx - rx * ny
+    grown = 1 - before / t.length[c]
+    if grown > 0:  # what has just come into contact has not slipped: else it would be given elastic energy
+        t.slip[c] -= grown * t.ease[c] * t.shear[c]
+    t.slip[c] += slid
+    t.frame[0, c] = -ny
+    t.frame[1, c] = nx
+    t.frame[2, c] = xa
+    t.frame[3, c] = xb
+    t.frame[4, c] = off_a * qa
+    t.frame[5, c] = off_b * qb
+    t.frame[6, c] = rx * nx + ry * ny
+    t.frame[7, c] = slid
+
+
 @njit(**OPTIONS)
 def touch_geometry(g, t, first, last, place):
     """Frame, opening, length and slip of contacts, Eqs. (13, 14).
 
     Lists the active ones from ``place`` on; returns where the list ends, and how many overlap too much.
     """
-    vx, vy = t.way[0], t.way[1]
     deep = 0
     for c in range(first, last):
         ax, ay, bx, by, wx, wy = _edges(t, c)
@@ -142,95 +208,54 @@ def touch_geometry(g, t, first, last, place):
         beginning = offset == np.inf
         if before == 0:
             standing = _standing(ax, ay, bx, by, wx, wy, t.skin)
-            if standing != BEHIND and (standing == BESIDE or offset == 0 or offset == np.inf):
+            if standing != BEHIND and (standing == BESIDE or offset == 0 or beginning):
                 t.offset[c] = np.inf if standing == BESIDE else 0.0
                 continue
         offset = 0.0 if beginning else offset
         qa, qb = 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by)
+        ex, ey, fx, fy = qa * ax, qa * ay, qb * bx, qb * by  # unit vectors of both edges
         tx, ty = _mean_tangent(ax, ay, bx, by, qa, qb)
         ux, uy = wx + offset * ty, wy - offset * tx
         begin, end, first_end, last_end, _ = _strip(tx, ty, ax, ay, bx, by, ux, uy)
-        ex, ey, fx, fy = qa * ax, qa * ay, qb * bx, qb * by  # unit vectors of both edges
-        # Both ends: a corner of A, one of B, or a crossing, and its distance from the other edge.
-        x1, y1 = (ux, uy) if first_end < 0 else (begin * ax, begin * ay)
-        x2, y2 = (ux + bx, uy + by) if last_end < 0 else (end * ax, end * ay)
-        d1 = ex * y1 - ey * x1 if first_end < 0 else (fy * (x1 - ux) - fx * (y1 - uy) if first_end > 0 else 0.0)
-        d2 = ex * y2 - ey * x2 if last_end < 0 else (fy * (x2 - ux) - fx * (y2 - uy) if last_end > 0 else 0.0)
+        x1, y1, d1, x2, y2, d2 = _ends(first_end, last_end, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy)
         along_a, along_b = ex * (x2 - x1) + ey * (y2 - y1), fx * (x2 - x1) + fy * (y2 - y1)
         cut_a, cut_b = 0.0, 0.0  # where corners of A and B dig into each other: acute ones hold less
         if first_end * last_end < 0:
             cut_a, cut_b = (t.acute[0, c], t.acute[2, c]) if first_end > 0 else (t.acute[1, c], t.acute[3, c])
             along_a -= cut_a * (d2 if first_end > 0 else d1)
             along_b -= cut_b * (d1 if first_end > 0 else d2)
-        mean, square, squares = 0.5 * (d1 + d2), along_a * along_b, d1 * d1 + d1 * d2 + d2 * d2
-        apart = begin >= end or along_a <= 0 or along_b <= 0 or mean <= LEAST * along_a or square < NARROW * squares
+        mean, narrow = 0.5 * (d1 + d2), along_a * along_b < NARROW * (d1 * d1 + d1 * d2 + d2 * d2)
+        apart = begin >= end or along_a <= 0 or along_b <= 0 or mean <= LEAST * along_a or narrow
         if beginning:  # without a force: what they overlap already becomes their offset
             t.offset[c] = 0.0 if apart else _overlap(ax, ay, bx, by, wx, wy)
             continue
-        if before > 0:
+        far = mean > 2 * t.limit[c]
+        if before > 0 or not (apart or far):
             t.active[place] = c
             place += 1
-        if apart or mean > 2 * t.limit[c]:
-            deep += -t.opening[c] > 0.5 * t.limit[c] and mean > 2 * t.limit[c]
-            if offset != 0:  # parting without a force, the edges take back what they were more open than they are
-                t.offset[c] = max(min(offset, _overlap(ax, ay, bx, by, wx, wy)), 0.0)
-            t.length[c] = 0.0
-            t.opening[c] = 0.0
-            t.slip[c] = 0.0
-            for n in range(t.memory.shape[0]):
-                t.memory[n, c] = t.fresh[n, g]
+        if apart or far:
+            deep += far and -t.opening[c] > 0.5 * t.limit[c]
+            _part(t, g, c, 0.0 if offset == 0 else _overlap(ax, ay, bx, by, wx, wy))
             continue
-        if before == 0:
-            t.active[place] = c
-            place += 1
-        run = math.sqrt(square)
-        share = square / (square + squares * (1 / 3))
-        f = share * share * (1 / 6)
-        by_length = 0.5 * f * squares * (1 + squares / square) / run
-        by_a, by_b = by_length * along_b, by_length * along_a
-        by_1, by_2 = f * run * (2 * d1 + d2), f * run * (d1 + 2 * d2)
-        by_1 -= cut_b * by_b if first_end > 0 else cut_a * by_a
-        by_2 -= cut_a * by_a if first_end > 0 else cut_b * by_b
-        g1x, g1y = _end(first_end, -1.0, by_1, by_a, by_b, ex, ey, fx, fy)
-        g2x, g2y = _end(last_end, 1.0, by_2, by_a, by_b, ex, ey, fx, fy)
+        g1x, g1y, g2x, g2y, share = _gradient(
+            first_end, last_end, d1, d2, along_a, along_b, cut_a, cut_b, ex, ey, fx, fy
+        )
         nx, ny = -g1x - g2x, -g1y - g2y  # the energy of the overlap pushes along the normal
-        size = math.sqrt(nx * nx + ny * ny)
+        size, depth = math.sqrt(nx * nx + ny * ny), mean * math.sqrt(share)
         nx, ny = nx / size, ny / size
-        depth = mean * math.sqrt(share)
         deep += depth > t.limit[c]
         t.length[c] = size / depth
         t.opening[c] = -depth
-        centre = -(g2x * nx + g2y * ny) / size
         # It acts half-way between the edges.
+        centre = -(g2x * nx + g2y * ny) / size
         p1, q1, p2, q2 = (1 - centre) * x1, (1 - centre) * y1, centre * x2, centre * y2
         h1, h2 = 0.5 * (1 - centre) * d1, 0.5 * centre * d2
         p1, q1 = (p1 + h1 * ey, q1 - h1 * ex) if first_end < 0 else (p1 - h1 * fy, q1 + h1 * fx)
         p2, q2 = (p2 + h2 * ey, q2 - h2 * ex) if last_end < 0 else (p2 - h2 * fy, q2 + h2 * fx)
         x, y = p1 + p2, q1 + q2
-        twist = (x1 - x) * g1y - (y1 - y) * g1x + (x2 - x) * g2y - (y2 - y) * g2x
+        t.frame[8, c] = -((x1 - x) * g1y - (y1 - y) * g1x + (x2 - x) * g2y - (y2 - y) * g2x) / size
         x, y = x - 0.5 * offset * ty, y + 0.5 * offset * tx
-        xa, xb = (x * ex + y * ey) * qa, ((x - wx) * fx + (y - wy) * fy) * qb
-        off_a, off_b = x * ey - y * ex, (y - wy) * fx - (x - wx) * fy
-        i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
-        dix, diy, djx, djy, dkx, dky, dmx, dmy = vx[i], vy[i], vx[j], vy[j], vx[k], vy[k], vx[m], vy[m]
-        turn_a = (ax * (djy - diy) - ay * (djx - dix)) * (qa * qa)
-        turn_b = (bx * (dky - dmy) - by * (dkx - dmx)) * (qb * qb)
-        rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix) - off_b * turn_b * fx - off_a * turn_a * ex
-        ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy) - off_b * turn_b * fy - off_a * turn_a * ey
-        slid = ry * nx - rx * ny
-        grown = 1 - before / t.length[c]
-        if grown > 0:  # what has just come into contact has not slipped: else it would be given elastic energy
-            t.slip[c] -= grown * t.ease[c] * t.shear[c]
-        t.slip[c] += slid
-        t.frame[0, c] = -ny
-        t.frame[1, c] = nx
-        t.frame[2, c] = xa
-        t.frame[3, c] = xb
-        t.frame[4, c] = off_a * qa
-        t.frame[5, c] = off_b * qb
-        t.frame[6, c] = rx * nx + ry * ny
-        t.frame[7, c] = slid
-        t.frame[8, c] = -twist / size
+        _slide(t, c, x, y, nx, ny, before, ax, ay, bx, by, wx, wy, ex, ey, fx, fy, qa, qb)
     return place, deep
 
 
