@@ -13,7 +13,7 @@ from support import ROCK, STRONG
 import grainlaw as gl
 from grainlaw import touching
 from grainlaw.geometry import Bricks, Voronoi, rectangle
-from grainlaw.kernels import search, touch
+from grainlaw.kernels import overlap, search, touch
 from grainlaw.kernels.entry import compiled
 from grainlaw.laws import Friction, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialCompression
@@ -159,7 +159,7 @@ def test_what_the_search_leaves_out_stays_beside_or_in_front_until_the_next():
             left_out += 1
             turn = random.uniform(-np.pi, np.pi, 4)
             i, j, k, m = ends + 0.5 * SKIN * np.column_stack([np.cos(turn), np.sin(turn)])
-            assert touch._standing(*(j - i), *(k - m), *(m - i), SKIN) != touch.BEHIND
+            assert overlap.standing(*(j - i), *(k - m), *(m - i), SKIN) != overlap.BEHIND
     assert left_out > 1500
 
 

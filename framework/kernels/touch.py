@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from grainlaw.kernels import overlap
 from grainlaw.kernels.cache import OPTIONS
 from grainlaw.kernels.foreign import LANES, call
 
@@ -17,8 +18,6 @@ u32 = np.uint32
 BLOCK = 512  #: contacts that go through geometry, law and forces together; a multiple of ``LANES``
 NARROW = 1e-9  #: square of the length over that of the depth: narrower overlaps are those of other faces
 LEAST = 1e-13  #: depth over length of an overlap: what is less is rounding
-FACING = 0.2  #: cosine between outward normals beyond which edges face the same way
-IN_FRONT, BESIDE, BEHIND = 0, 1, 2  #: how two edges that do not touch stand to each other
 
 
 class Touching(NamedTuple):
@@ -55,44 +54,6 @@ class Touching(NamedTuple):
 
 
 @njit(forceinline=True, **OPTIONS)
-def _strip(tx, ty, ax, ay, bx, by, wx, wy):
-    """Where two edges overlap, seen along a tangent: shares of edge a at begin and end, whose ends they are, and depth.
-
-    ``a`` runs from the first corner of A, ``b`` the same way from the second corner of B, which lies at ``w``. An end
-    is 1 at a corner of A, -1 at one of B, 0 where the edges cross. The depth (m) is the larger of both ends. Without an
-    overlap begin is end.
-    """
-    span_a, span_b = ax * tx + ay * ty, bx * tx + by * ty
-    start = wx * tx + wy * ty
-    begin, end = max(0.0, start), min(span_a, start + span_b)
-    if span_a <= 0 or span_b <= 0 or begin >= end:
-        return 0.0, 0.0, 0, 0, 0.0
-    inverse, slope_b = 1 / span_a, (bx * ty - by * tx) / span_b
-    slope = (ax * ty - ay * tx) * inverse - slope_b
-    level = wx * ty - wy * tx - slope_b * start  # of b, beside the corner of A
-    d1, d2 = slope * begin - level, slope * end - level
-    if d1 <= 0 and d2 <= 0:
-        return 0.0, 0.0, 0, 0, 0.0
-    first, last = 1 if start <= 0 else -1, 1 if span_a <= start + span_b else -1
-    if d1 < 0:
-        begin, first = begin - d1 / slope, 0
-    if d2 < 0:
-        end, last = end - d2 / slope, 0
-    return begin * inverse, end * inverse, first, last, max(d1, d2)
-
-
-@njit(forceinline=True, **OPTIONS)
-def _end(kind, sign, depth, length_a, length_b, ax, ay, bx, by):
-    """Gradient of the energy by the motion of B at one end of an overlap, from those by its depth and both lengths."""
-    if kind > 0:  # a corner of A, against edge b
-        return -depth * by - sign * length_b * bx, depth * bx - sign * length_b * by
-    if kind < 0:  # a corner of B, against edge a
-        return -depth * ay + sign * length_a * ax, depth * ax + sign * length_a * ay
-    q = (length_a + length_b * (ax * bx + ay * by)) / (ay * bx - ax * by)
-    return sign * (-q * by - length_b * bx), sign * (q * bx - length_b * by)
-
-
-@njit(forceinline=True, **OPTIONS)
 def _edges(t, c):
     """Edge a, edge b the same way, and the way from the first corner of a to that of b."""
     x, y = t.place[0], t.place[1]
@@ -101,66 +62,12 @@ def _edges(t, c):
 
 
 @njit(forceinline=True, **OPTIONS)
-def _standing(ax, ay, bx, by, wx, wy, skin):
-    """How two edges that do not touch stand to each other: ``IN_FRONT``, ``BESIDE`` or ``BEHIND``.
-
-    In front, one lies on the outer side of the other's line, so that they do not overlap. Beside each other are edges
-    that face the same way, or away from one corner: each runs from about the other's line to farther behind it than
-    edges that touch can be. What is left may overlap.
-    """
-    first, second = ax * wy - ay * wx, ax * (wy + by) - ay * (wx + bx)  # of b over a, against a's inner side
-    third, fourth = bx * wy - by * wx, bx * (wy - ay) - by * (wx - ax)  # of a under b
-    if max(first, second) <= 0 or max(third, fourth) <= 0:
-        return IN_FRONT
-    length_a, length_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
-    if -ax * bx - ay * by > FACING * length_a * length_b:
-        return BESIDE
-    far_a, far_b = skin * length_a, skin * length_b
-    if min(first, second) < -2 * far_a or min(third, fourth) < -2 * far_b:
-        return BEHIND
-    return BESIDE if max(first, second) > far_a and max(third, fourth) > far_b else BEHIND
-
-
-@njit(forceinline=True, **OPTIONS)
-def _mean_tangent(ax, ay, bx, by, qa, qb):
-    tx, ty = qa * ax + qb * bx, qa * ay + qb * by
-    r = 1 / math.sqrt(max(tx * tx + ty * ty, 1e-30))
-    return r * tx, r * ty
-
-
-@njit(forceinline=True, **OPTIONS)
-def _ends(first, last, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy):
-    """Both ends of an overlap, of the kinds that `_strip` says: their places, and their depths in the other grain."""
-    x1, y1 = (ux, uy) if first < 0 else (begin * ax, begin * ay)
-    x2, y2 = (ux + bx, uy + by) if last < 0 else (end * ax, end * ay)
-    d1 = ex * y1 - ey * x1 if first < 0 else (fy * (x1 - ux) - fx * (y1 - uy) if first > 0 else 0.0)
-    d2 = ex * y2 - ey * x2 if last < 0 else (fy * (x2 - ux) - fx * (y2 - uy) if last > 0 else 0.0)
-    return x1, y1, d1, x2, y2, d2
-
-
-@njit(forceinline=True, **OPTIONS)
-def _gradient(first, last, d1, d2, along_a, along_b, cut_a, cut_b, ex, ey, fx, fy):
-    """Gradient of the energy, Eq. (13) over kn, by the motion of B at both ends; and J^2 / (J^2 + D^2)."""
-    square, squares = along_a * along_b, d1 * d1 + d1 * d2 + d2 * d2
-    run, share = math.sqrt(square), square / (square + squares * (1 / 3))
-    f = share * share * (1 / 6)
-    by_length = 0.5 * f * squares * (1 + squares / square) / run
-    by_a, by_b = by_length * along_b, by_length * along_a
-    by_1, by_2 = f * run * (2 * d1 + d2), f * run * (d1 + 2 * d2)
-    by_1 -= cut_b * by_b if first > 0 else cut_a * by_a
-    by_2 -= cut_a * by_a if first > 0 else cut_b * by_b
-    g1x, g1y = _end(first, -1.0, by_1, by_a, by_b, ex, ey, fx, fy)
-    g2x, g2y = _end(last, 1.0, by_2, by_a, by_b, ex, ey, fx, fy)
-    return g1x, g1y, g2x, g2y, share
-
-
-@njit(forceinline=True, **OPTIONS)
-def _part(t, g, c, overlap):
+def _part(t, g, c, deepest):
     """Forget what a contact of edges that are apart has been through.
 
     Parting without a force, they take back what they were more open than they are.
     """
-    t.offset[c] = max(min(t.offset[c], overlap), 0.0)
+    t.offset[c] = max(min(t.offset[c], deepest), 0.0)
     t.length[c] = 0.0
     t.opening[c] = 0.0
     t.slip[c] = 0.0
@@ -207,17 +114,17 @@ def touch_geometry(g, t, first, last, place):
         offset, before = t.offset[c], t.length[c]
         beginning = offset == np.inf
         if before == 0:
-            standing = _standing(ax, ay, bx, by, wx, wy, t.skin)
-            if standing != BEHIND and (standing == BESIDE or offset == 0 or beginning):
-                t.offset[c] = np.inf if standing == BESIDE else 0.0
+            stand = overlap.standing(ax, ay, bx, by, wx, wy, t.skin)
+            if stand != overlap.BEHIND and (stand == overlap.BESIDE or offset == 0 or beginning):
+                t.offset[c] = np.inf if stand == overlap.BESIDE else 0.0
                 continue
         offset = 0.0 if beginning else offset
         qa, qb = 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by)
         ex, ey, fx, fy = qa * ax, qa * ay, qb * bx, qb * by  # unit vectors of both edges
-        tx, ty = _mean_tangent(ax, ay, bx, by, qa, qb)
+        tx, ty = overlap.mean_tangent(ax, ay, bx, by, qa, qb)
         ux, uy = wx + offset * ty, wy - offset * tx
-        begin, end, first_end, last_end, _ = _strip(tx, ty, ax, ay, bx, by, ux, uy)
-        x1, y1, d1, x2, y2, d2 = _ends(first_end, last_end, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy)
+        begin, end, first_end, last_end, _ = overlap.strip(tx, ty, ax, ay, bx, by, ux, uy)
+        x1, y1, d1, x2, y2, d2 = overlap.ends(first_end, last_end, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy)
         along_a, along_b = ex * (x2 - x1) + ey * (y2 - y1), fx * (x2 - x1) + fy * (y2 - y1)
         cut_a, cut_b = 0.0, 0.0  # where corners of A and B dig into each other: acute ones hold less
         if first_end * last_end < 0:
@@ -227,7 +134,7 @@ def touch_geometry(g, t, first, last, place):
         mean, narrow = 0.5 * (d1 + d2), along_a * along_b < NARROW * (d1 * d1 + d1 * d2 + d2 * d2)
         apart = begin >= end or along_a <= 0 or along_b <= 0 or mean <= LEAST * along_a or narrow
         if beginning:  # without a force: what they overlap already becomes their offset
-            t.offset[c] = 0.0 if apart else _overlap(ax, ay, bx, by, wx, wy)
+            t.offset[c] = 0.0 if apart else overlap.deepest(ax, ay, bx, by, wx, wy)
             continue
         far = mean > 2 * t.limit[c]
         if before > 0 or not (apart or far):
@@ -235,9 +142,9 @@ def touch_geometry(g, t, first, last, place):
             place += 1
         if apart or far:
             deep += far and -t.opening[c] > 0.5 * t.limit[c]
-            _part(t, g, c, 0.0 if offset == 0 else _overlap(ax, ay, bx, by, wx, wy))
+            _part(t, g, c, 0.0 if offset == 0 else overlap.deepest(ax, ay, bx, by, wx, wy))
             continue
-        g1x, g1y, g2x, g2y, share = _gradient(
+        g1x, g1y, g2x, g2y, share = overlap.gradient(
             first_end, last_end, d1, d2, along_a, along_b, cut_a, cut_b, ex, ey, fx, fy
         )
         nx, ny = -g1x - g2x, -g1y - g2y  # the energy of the overlap pushes along the normal
@@ -257,13 +164,6 @@ def touch_geometry(g, t, first, last, place):
         x, y = x - 0.5 * offset * ty, y + 0.5 * offset * tx
         _slide(t, c, x, y, nx, ny, before, ax, ay, bx, by, wx, wy, ex, ey, fx, fy, qa, qb)
     return place, deep
-
-
-@njit(**OPTIONS)
-def _overlap(ax, ay, bx, by, wx, wy):
-    """How deep two edges overlap (m), seen along the mean tangent."""
-    tx, ty = _mean_tangent(ax, ay, bx, by, 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by))
-    return _strip(tx, ty, ax, ay, bx, by, wx, wy)[4]
 
 
 def carry(rows, found):
