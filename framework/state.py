@@ -283,7 +283,7 @@ class State:
         """Contacts that are no interfaces, for the engine, and the table of their laws."""
         if self.touches is None:
             return no_touching(), np.zeros((0, 9), dtype=np.int64)
-        self.touches.arrays = self.touches.arrays._replace(count=np.zeros((threads, 8), dtype=np.int64))
+        self.touches.arrays = self.touches.arrays._replace(tally=np.zeros((threads, 8), dtype=np.int64))
         return self.touches.arrays, self.touches.table
 
     # --- for the engine ----------------------------------------------------------------------------------------------

@@ -39,7 +39,7 @@ def advance(state: State, integrator: Compiled, steps: int, *, began: float = 0.
         done += now
         state.count_steps(now, start + done * state.time_step)
         if state.touches is not None:
-            moved, deep = touching.count[:, :2].sum(axis=0)
+            moved, deep = touching.tally[:, :2].sum(axis=0)
             if deep:
                 where = f"the run stopped at step {state.steps} (t = {state.time:.4g} s, stage '{state.stage}')"
                 raise OverlapError(f"{where}: {state.touches.deepest()}")

@@ -52,7 +52,7 @@ def no_touching(count: int = 0) -> touch.Touching:
         frame=np.zeros((9, count)), force=np.zeros((2, 4, count)), carried=np.zeros((3, count)),
         work=np.zeros((3, count)), memory=np.zeros((1, count)), fresh=np.zeros((1, 1)), touched=none,
         **{name: np.zeros((2, 0)) for name in ("origin", "place", "seen", "way", "before", "built")},
-        active=np.zeros(count, dtype=np.int64), skin=np.inf, reach=np.inf, count=np.zeros((1, 8), dtype=np.int64),
+        active=np.zeros(count, dtype=np.int64), skin=np.inf, reach=np.inf, tally=np.zeros((1, 8), dtype=np.int64),
     )  # fmt: skip
 
 

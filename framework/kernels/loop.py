@@ -233,7 +233,7 @@ def _steps(
         _interfaces(mesh, contacts, group, new, old, parts.interface[thread], parts.interface[thread + 1])
         deep = 0
         if c0 < c1:
-            deep, touching.count[thread, 2] = touch.touch(touching, touch_group, time_step, c0, c1)
+            deep, touching.tally[thread, 2] = touch.touch(touching, touch_group, time_step, c0, c1)
         barrier.wait(meeting, threads, pause)
         passes.gather_forces(slot1, slot2, cx, cy, my_fx, my_fy)
         if t0 < t1:
@@ -283,15 +283,15 @@ def _steps(
         if t0 < t1:
             touch.follow(touching, ux, uy, t0, t1)
         if searching:
-            touching.count[thread, 0] = touch.moved_far(
+            touching.tally[thread, 0] = touch.moved_far(
                 ux[i0:i1], uy[i0:i1], touching.built[0, i0:i1], touching.built[1, i0:i1], touching.reach
             )
-            touching.count[thread, 1] = deep
+            touching.tally[thread, 1] = deep
         barrier.wait(meeting, threads, pause)
         if searching:  # all threads read the same: the next barrier comes before anything is written
             stop = 0
             for other in range(threads):
-                stop += touching.count[other, 0] + touching.count[other, 1]
+                stop += touching.tally[other, 0] + touching.tally[other, 1]
             if stop > 0:
                 return step + 1
     return steps
@@ -327,7 +327,7 @@ def run(
 
     ``group`` and ``touch_group`` are the tables of laws, ``integrator`` and ``parameters`` are addresses. The
     interpreter lock is released meanwhile. Returns how many steps were done: fewer where something has moved so far
-    that contacts must be searched anew, or where they overlap too much (``touching.count``).
+    that contacts must be searched anew, or where they overlap too much (``touching.tally``).
     """
     loop = compiled(_steps)
     meeting = np.zeros(barrier.SIZE, dtype=np.int64)

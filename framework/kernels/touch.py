@@ -50,7 +50,7 @@ class Touching(NamedTuple):
     built: np.ndarray  #: (2, i) displacement of all nodes when neighbours were last searched (m); none: do not search
     skin: float  #: m, how far neighbours are searched
     reach: float  #: m, a node that has moved farther asks for a new search
-    count: np.ndarray  #: (threads, 8) nodes moved too far, contacts too deep, active ones; a cache line for each thread
+    tally: np.ndarray  #: (threads, 8) nodes moved too far, contacts too deep, active ones; a cache line for each thread
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -275,8 +275,8 @@ def touch(t, group, time_step, first, last):
 @njit(**OPTIONS)
 def gather_touching(t, parts, fx, fy, first, last):
     """Add the forces of all threads' contacts to the nodes ``first`` to ``last`` of ``touched``, in a fixed order."""
-    for thread in range(t.count.shape[0]):
-        for c in t.active[parts[thread] : parts[thread] + t.count[thread, 2]]:
+    for thread in range(t.tally.shape[0]):
+        for c in t.active[parts[thread] : parts[thread] + t.tally[thread, 2]]:
             for n in range(4):
                 k = t.node[n, c]
                 if first <= k < last:
