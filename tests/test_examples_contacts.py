@@ -57,6 +57,18 @@ def test_a_collision_keeps_the_motion_of_the_centre_of_mass(material):
     assert abs(curves["rotation_1"][-1]) > 1e-3
 
 
+@materials
+@pytest.mark.parametrize("height", [0.0, 0.5])
+def test_a_collision_keeps_the_energy_with_the_step_unless_another_is_given(material, height):
+    """Face on face, the hardest: all of it closes at once."""
+    specimen = gl.Specimen(together(box(1, 1), box(1, 1, 1.3, height)), material)
+    law = Friction(kn=1e9, ks=1e9, friction_angle=0)
+    curves = gl.simulate(specimen, law, FreeMotion(duration=0.6, gravity=(0, 0), velocity={0: (1, 0.2)})).curves
+    energy = curves["energy_kinetic"] + curves["energy_zones"]
+    assert energy.min() < 0.9 * energy[0]  # they met
+    assert energy[-1] == pytest.approx(energy[0], rel=1e-3)
+
+
 @settings(deadline=None)
 @given(angle=st.floats(-3.1, 3.1), stretch=st.floats(0.9, 1.1), x=st.floats(-5, 5))
 def test_rotation_of_a_grain_that_deforms(angle, stretch, x):
