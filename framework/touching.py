@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+import time
 from typing import Any
 
 import attrs
@@ -190,7 +191,7 @@ class Touches:
 
         ``before`` is the displacement a step ago.
         """
-        last = self.arrays
+        clock, known, last_way = time.perf_counter(), self.arrays.touched, self.arrays.way
         pairs, keys = self._near(displacement)
         found = compiled(search.matches)(keys, self.keys)
         lost = np.ones(len(self.keys), dtype=bool)
@@ -202,8 +203,8 @@ class Touches:
         touched, node = compiled(search.in_use)(nodes, self.origin.shape[1])
         seen, origin = displacement.take(touched, axis=1), self.origin.take(touched, axis=1)
         way = seen - before.take(touched, axis=1)
-        _, now, then = np.intersect1d(touched, last.touched, assume_unique=True, return_indices=True)
-        way[:, now] = last.way[:, then]  # the same to the last digit, however often neighbours are searched
+        _, now, then = np.intersect1d(touched, known, assume_unique=True, return_indices=True)
+        way[:, now] = last_way[:, then]  # the same to the last digit, however often neighbours are searched
         groups, grain, mass = self.groups_of(keys), self.edge_grain, self.edge_mass
         self.arrays = self._empty(0)._replace(
             **carried, node=node, acute=np.stack([*self._acute[:, a], *self._acute[:, b]]), ease=self._ease[groups],
@@ -217,6 +218,7 @@ class Touches:
         self._bounds = np.searchsorted(groups, np.arange(len(self.groups) + 1))
         self.table = self._table()
         self.searches += 1
+        self.seconds += time.perf_counter() - clock
 
     def _carried(self, found: np.ndarray) -> dict[str, Any]:
         """State of contacts that were in these places; what was is let go field by field, as it is much."""
