@@ -213,7 +213,9 @@ class Touches:
             touched=touched, origin=origin, place=origin + seen, seen=seen, way=way,
             active=np.zeros(len(keys), dtype=np.int64), before=before.copy(), built=displacement.copy(),
         )  # fmt: skip
-        compiled(touch.begin)(self.arrays, found, groups)
+        new = np.flatnonzero(found < 0)
+        self.arrays.offset[new] = np.inf
+        self.arrays.memory[:, new] = self.arrays.fresh[:, groups[new]]
         self.keys, self.pairs = keys, pairs
         self._bounds = np.searchsorted(groups, np.arange(len(self.groups) + 1))
         self.table = self._table()

@@ -176,15 +176,6 @@ def carry(rows, found):
     return new
 
 
-def begin(t, found, groups):
-    """Let new contacts begin with the next step."""
-    for c in range(found.shape[0]):
-        if found[c] < 0:
-            t.offset[c] = np.inf
-            for n in range(t.memory.shape[0]):
-                t.memory[n, c] = t.fresh[n, groups[c]]
-
-
 def geometry_of(t, g):
     """:func:`touch_geometry` of all contacts."""
     return touch_geometry(g, t, 0, t.length.shape[0], 0)
