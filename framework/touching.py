@@ -104,6 +104,7 @@ class Touches:
         corners = grains.vertices[grains.corners]
         width = compiled(search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), grains.first)
         self.limits = np.minimum(detection.largest_overlap * width, self.skin)  #: (g,) m
+        self._turn = (self.skin / width)[self.edge_grain]  #: (e,) rad, as all nodes move by half the skin
         self._lengths = np.hypot(*(origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]))  #: (e,) m, undeformed
         self._acute = self._cotangents(origin)
         self.cell = float(2 * self.skin + (np.median(self._lengths) if len(self._lengths) else 1.0))
@@ -242,7 +243,8 @@ class Touches:
             sound = np.hypot(x1 - x0, y1 - y0) < TORN * self._lengths[chosen]
         if not sound.all():
             return self.pairs, self.keys  # the check of the energies tells where it went wrong
-        found = compiled(search.near_pairs)(x0, y0, x1, y1, self.edge_grain[chosen], self.skin, self.cell)
+        turn = self._turn[chosen]
+        found = compiled(search.near_pairs)(x0, y0, x1, y1, self.edge_grain[chosen], turn, self.skin, self.cell)
         a, b = chosen[found].T.reshape(2, -1)
         size = len(self.edges)
         keys = np.sort(np.concatenate([self.key(a, b), self.keys[self.arrays.length > 0]]))

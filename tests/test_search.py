@@ -19,6 +19,7 @@ from grainlaw.laws import Friction, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialCompression
 
 FACES = Friction(kn=1e9, ks=1e9, friction_angle=30)
+TURN = 0.15  #: rad that an edge may turn by
 
 
 def distance(p, q):
@@ -55,7 +56,8 @@ def brute_force(edges, grain, reach):
     for e, p in enumerate(edges):
         for f, q in enumerate(edges):
             a, b = p[1] - p[0], q[1] - q[0]
-            facing = a @ b <= search.FACING * np.hypot(*a) * np.hypot(*b)
+            angle = np.arccos(np.clip(a @ b / np.hypot(*a) / np.hypot(*b), -1, 1))
+            facing = angle >= np.arccos(overlap.FACING) - 2 * TURN
             if grain[e] < grain[f] and facing and not corner(p, q, reach) and distance(p, q) < reach:
                 found.add((e, f))
     return found
@@ -63,7 +65,8 @@ def brute_force(edges, grain, reach):
 
 def pairs_of(edges, grain, reach, cell):
     (x0, y0), (x1, y1) = np.ascontiguousarray(edges.transpose(1, 2, 0))
-    found = compiled(search.near_pairs)(x0.copy(), y0.copy(), x1.copy(), y1.copy(), grain, reach, cell)
+    turn = np.full(len(edges), TURN)
+    found = compiled(search.near_pairs)(x0.copy(), y0.copy(), x1.copy(), y1.copy(), grain, turn, reach, cell)
     return {(int(e), int(f)) for e, f in found}
 
 
@@ -151,11 +154,11 @@ def test_what_the_search_leaves_out_stays_beside_or_in_front_until_the_next():
     """Edges nearer than the skin, whose ends then move by half of it."""
     random, left_out = np.random.default_rng(0), 0
     for _ in range(6000):
-        angle, length = random.uniform(-np.pi, np.pi), random.uniform(8, 30) * SKIN
+        angle, length = random.uniform(-np.pi, np.pi), random.uniform(3, 30) * SKIN
         along = length * np.array([np.cos(angle), np.sin(angle)])
         start = (random.uniform(0, 1), random.uniform(-SKIN, SKIN)) - random.choice([0, 1, random.uniform()]) * along
         ends = np.array([(0, 0), (1, 0), start, start + along])  # i, j of edge a, k, m of edge b
-        if not search._near(*ends[::2].T, *ends[1::2].T, 0, 1, SKIN):
+        if not search._near(*ends[::2].T, *ends[1::2].T, np.arcsin([SKIN, SKIN / length]), 0, 1, SKIN):
             left_out += 1
             turn = random.uniform(-np.pi, np.pi, 4)
             i, j, k, m = ends + 0.5 * SKIN * np.column_stack([np.cos(turn), np.sin(turn)])

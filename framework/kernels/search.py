@@ -9,8 +9,9 @@ import numpy as np
 from numba import njit
 
 from grainlaw.kernels.cache import OPTIONS
+from grainlaw.kernels.overlap import FACING
 
-FACING = 0.48  #: cosine between outward normals beyond which edges are beside each other until the next search
+AWAY = math.sqrt(1 - FACING**2)  #: the sine that belongs to it
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -52,11 +53,18 @@ def _behind(ax, ay, cx, cy, bx, by, reach):
     return min(first, second) >= -far and max(first, second) > 2 * far
 
 
+@njit(forceinline=True, **OPTIONS)
+def _turned_away(ax, ay, bx, by, turn):
+    """Whether two edges face the same way, and will when they have turned to each other by ``turn`` (rad)."""
+    product, lengths = ax * bx + ay * by, math.sqrt((ax * ax + ay * ay) * (bx * bx + by * by))
+    return turn < 1 and product > lengths * (FACING * math.cos(turn) + AWAY * math.sin(turn))
+
+
 @njit(**OPTIONS)
-def _near(x0, y0, x1, y1, e, f, reach):
-    """Whether two edges face each other and come nearer than ``reach``."""
+def _near(x0, y0, x1, y1, turn, e, f, reach):
+    """Whether two edges come nearer than ``reach`` and may face each other before the next search."""
     ax, ay, bx, by = x1[e] - x0[e], y1[e] - y0[e], x1[f] - x0[f], y1[f] - y0[f]
-    if ax * bx + ay * by > FACING * math.sqrt((ax * ax + ay * ay) * (bx * bx + by * by)):
+    if _turned_away(ax, ay, bx, by, turn[e] + turn[f]):
         return False
     cx, cy = x0[f] - x0[e], y0[f] - y0[e]
     if _behind(ax, ay, cx, cy, bx, by, reach) and _behind(bx, by, -cx, -cy, ax, ay, reach):
@@ -77,11 +85,12 @@ def _near(x0, y0, x1, y1, e, f, reach):
     return nearest < reach * reach
 
 
-def near_pairs(x0, y0, x1, y1, grain, reach, size):
+def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
     """(n, 2) edges of different grains that are near; the edge of the lower grain first; some pairs may come twice.
 
-    ``reach`` (m) counts between edges; cells are of ``size`` (m). Each edge is in the cells that it passes, hashed to a
-    table, so that neither a long floor nor a far flying grain costs more than its own length.
+    ``reach`` (m) counts between edges, each of which turns by at most ``turn`` (rad) until the next search; cells are
+    of ``size`` (m). Each edge is in the cells that it passes, hashed to a table, so that neither a long floor nor a far
+    flying grain costs more than its own length.
     """
     count = x0.shape[0]
     pad = 0.5 * reach
@@ -118,7 +127,7 @@ def near_pairs(x0, y0, x1, y1, grain, reach, size):
                     continue
                 if grain[e] > grain[f]:
                     e, f = f, e
-                if _near(x0, y0, x1, y1, e, f, reach):
+                if _near(x0, y0, x1, y1, turn, e, f, reach):
                     if size_found == found.shape[0]:
                         longer = np.empty((2 * size_found, 2), dtype=np.int64)
                         longer[:size_found] = found
