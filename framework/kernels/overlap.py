@@ -15,24 +15,40 @@ IN_FRONT, BESIDE, BEHIND = 0, 1, 2  #: how two edges that do not touch stand to 
 
 
 @njit(forceinline=True, **OPTIONS)
+def _behind(ax, ay, bx, by, wx, wy):
+    """How far both corners of b lie behind the line of a, and both of a behind that of b, times its length."""
+    first, second = ax * wy - ay * wx, ax * (wy + by) - ay * (wx + bx)
+    third, fourth = bx * wy - by * wx, bx * (wy - ay) - by * (wx - ax)
+    return first, second, third, fourth
+
+
+@njit(forceinline=True, **OPTIONS)
+def beside(ax, ay, bx, by, wx, wy, facing, out, deep):
+    """Whether two edges face the same way, or away from one corner.
+
+    Their outward normals have a cosine above ``facing``; or each runs from behind the other's line, or in front of it
+    by no more than ``out`` (m), to farther behind it than ``deep`` (m).
+    """
+    length_a, length_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
+    if -ax * bx - ay * by > facing * length_a * length_b:
+        return True
+    first, second, third, fourth = _behind(ax, ay, bx, by, wx, wy)
+    if min(first, second) < -out * length_a or min(third, fourth) < -out * length_b:
+        return False
+    return max(first, second) > deep * length_a and max(third, fourth) > deep * length_b
+
+
+@njit(forceinline=True, **OPTIONS)
 def standing(ax, ay, bx, by, wx, wy, skin):
     """How two edges that do not touch stand to each other: ``IN_FRONT``, ``BESIDE`` or ``BEHIND``.
 
-    In front, one lies on the outer side of the other's line, so that they do not overlap. Beside each other are edges
-    that face the same way, or away from one corner: each runs from about the other's line to farther behind it than
-    edges that touch can be. What is left may overlap.
+    In front, one lies on the outer side of the other's line, so that they do not overlap. Beside each other they carry
+    nothing: edges that touch are nowhere farther behind each other than the skin. What is left may overlap.
     """
-    first, second = ax * wy - ay * wx, ax * (wy + by) - ay * (wx + bx)  # of b over a, against a's inner side
-    third, fourth = bx * wy - by * wx, bx * (wy - ay) - by * (wx - ax)  # of a under b
+    first, second, third, fourth = _behind(ax, ay, bx, by, wx, wy)
     if max(first, second) <= 0 or max(third, fourth) <= 0:
         return IN_FRONT
-    length_a, length_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
-    if -ax * bx - ay * by > FACING * length_a * length_b:
-        return BESIDE
-    far_a, far_b = skin * length_a, skin * length_b
-    if min(first, second) < -2 * far_a or min(third, fourth) < -2 * far_b:
-        return BEHIND
-    return BESIDE if max(first, second) > far_a and max(third, fourth) > far_b else BEHIND
+    return BESIDE if beside(ax, ay, bx, by, wx, wy, FACING, 2 * skin, skin) else BEHIND
 
 
 @njit(forceinline=True, **OPTIONS)

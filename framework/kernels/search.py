@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from grainlaw.kernels.cache import OPTIONS
-from grainlaw.kernels.overlap import FACING
+from grainlaw.kernels.overlap import FACING, beside
 
 AWAY = math.sqrt(1 - FACING**2)  #: the sine that belongs to it
 
@@ -46,29 +46,19 @@ def _to_segment(px, py, x0, y0, x1, y1):
 
 
 @njit(forceinline=True, **OPTIONS)
-def _behind(ax, ay, cx, cy, bx, by, reach):
-    """Whether an edge b, which begins at c, runs from about the line of edge a, or behind it, to far behind it."""
-    first, second = ax * cy - ay * cx, ax * (cy + by) - ay * (cx + bx)
-    far = reach * math.sqrt(ax * ax + ay * ay)
-    return min(first, second) >= -far and max(first, second) > 2 * far
-
-
-@njit(forceinline=True, **OPTIONS)
-def _turned_away(ax, ay, bx, by, turn):
-    """Whether two edges face the same way, and will when they have turned to each other by ``turn`` (rad)."""
-    product, lengths = ax * bx + ay * by, math.sqrt((ax * ax + ay * ay) * (bx * bx + by * by))
-    return turn < 1 and product > lengths * (FACING * math.cos(turn) + AWAY * math.sin(turn))
+def _stay_beside(ax, ay, bx, by, cx, cy, turn, reach):
+    """Whether edges a and b, which begins at c, stay beside each other while they turn by ``turn`` (rad) and move."""
+    facing = FACING * math.cos(turn) + AWAY * math.sin(turn) if turn < 1 else 2.0  # never
+    return beside(ax, ay, -bx, -by, cx + bx, cy + by, facing, reach, 2 * reach)
 
 
 @njit(**OPTIONS)
 def _near(x0, y0, x1, y1, turn, e, f, reach):
-    """Whether two edges come nearer than ``reach`` and may face each other before the next search."""
+    """Whether two edges come nearer than ``reach`` and may overlap before the next search."""
     ax, ay, bx, by = x1[e] - x0[e], y1[e] - y0[e], x1[f] - x0[f], y1[f] - y0[f]
-    if _turned_away(ax, ay, bx, by, turn[e] + turn[f]):
-        return False
     cx, cy = x0[f] - x0[e], y0[f] - y0[e]
-    if _behind(ax, ay, cx, cy, bx, by, reach) and _behind(bx, by, -cx, -cy, ax, ay, reach):
-        return False  # sides of a corner that grains make together: beside each other until the next search
+    if _stay_beside(ax, ay, bx, by, cx, cy, turn[e] + turn[f], reach):
+        return False
     denominator = ax * by - ay * bx
     if denominator != 0:
         s, r = (cx * by - cy * bx) / denominator, (cx * ay - cy * ax) / denominator
