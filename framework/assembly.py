@@ -117,7 +117,10 @@ def law_groups(laws: Sequence[tuple[ContactLaw, int]], count: int) -> tuple[list
         memory = np.zeros((len(compiled.memory) or 1, 2 * size))
         groups.append(Group(law, compiled, first, first + size, memory, _resists_opening(compiled, memory)))
         for begin, base in ((first, first), (count + first, count + first - size)):  # first points, second points
-            rows.append(compiled.table_row(memory, begin, begin + size, base))
+            rows.append((
+                compiled.address, compiled.numbers.ctypes.data, compiled.rows.ctypes.data, compiled.rows.shape[1],
+                memory.ctypes.data, memory.shape[1], begin, begin + size, base,
+            ))  # fmt: skip
         first += size
     return groups, np.array(rows, dtype=np.int64).reshape(-1, 9)
 
@@ -151,7 +154,7 @@ def _inertia(specimen: Specimen) -> np.ndarray:
 
 
 def _cuts(firsts: Sequence[int], count: int, threads: int) -> np.ndarray:
-    """(threads + 1,) where the threads' contacts begin: whole ``LANES`` from the first of a group."""
+    """(threads + 1,) where the threads' interfaces begin: whole ``LANES`` from the first of a group."""
     cuts = []
     for thread in range(threads):
         cut = thread * count // threads
@@ -234,7 +237,7 @@ def share_out(
     grain = np.array([0, *cuts, specimen.grains.count])
     node = mesh.first_node[grain]
     freedom = grain if specimen.is_rigid else node
-    firsts = [] if touches is None else touches.firsts
+    contacts = 0 if touches is None else len(touches)
     touched = np.zeros(0) if touches is None else touches.arrays.touched
     return loop.Parts(
         zone=mesh.first_zone[grain],
@@ -244,6 +247,6 @@ def share_out(
         driven=np.searchsorted(driven.place, freedom),
         pressed=np.searchsorted(pressed.node[0], node),
         grain=grain,
-        touch=_cuts(firsts, 0 if touches is None else len(touches), threads),
+        touch=np.arange(threads + 1) * contacts // threads,
         touched=np.searchsorted(touched, node),
     )

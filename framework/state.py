@@ -282,7 +282,7 @@ class State:
     def touching(self, threads: int) -> tuple[touch.Touching, np.ndarray]:
         """Contacts that are no interfaces, for the engine, and the table of their laws."""
         if self.touches is None:
-            return no_touching(), np.zeros((0, 9), dtype=np.int64)
+            return no_touching(), np.zeros((0, 4), dtype=np.int64)
         self.touches.arrays = self.touches.arrays._replace(tally=np.zeros((threads, 8), dtype=np.int64))
         return self.touches.arrays, self.touches.table
 

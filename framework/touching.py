@@ -123,7 +123,6 @@ class Touches:
         self.seconds = 0.0  #: spent in searches
         self.arrays = self._empty(0)
         self._bounds = np.zeros(len(self.groups) + 1, dtype=np.int64)
-        self.table = self._table()
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -139,11 +138,6 @@ class Touches:
         result = np.zeros((2, len(self.edges)))
         result[1], result[0, after] = cotangent, cotangent
         return result
-
-    @property
-    def firsts(self) -> list[int]:
-        """The first contact of each law."""
-        return self._bounds[:-1].tolist()
 
     @property
     def work(self) -> np.ndarray:
@@ -182,7 +176,6 @@ class Touches:
         rows: list[Any] = [np.copy(row) if np.ndim(row) else row for row in self.arrays]
         twin.arrays = touch.Touching(*rows)
         twin.exposed, twin.gone = self.exposed.copy(), self.gone.copy()
-        twin.table = twin._table()
         return twin
 
     # --- the search ---------------------------------------------------------------------------------------------------
@@ -219,7 +212,6 @@ class Touches:
         self.arrays.memory[:, new] = self.arrays.fresh[:, groups[new]]
         self.keys, self.pairs = keys, pairs
         self._bounds = np.searchsorted(groups, np.arange(len(self.groups) + 1))
-        self.table = self._table()
         self.searches += 1
         self.seconds += time.perf_counter() - clock
 
@@ -259,14 +251,11 @@ class Touches:
         none, reach = no_touching(count), REACH * self.skin
         return none._replace(memory=np.zeros((depth, count)), fresh=fresh, skin=self.skin, reach=reach)
 
-    def _table(self) -> np.ndarray:
-        """Rows by which the loop calls the laws, like those of the interfaces."""
-        bounds, memory = self._bounds.tolist(), self.arrays.memory
-        rows = [
-            group.compiled.table_row(memory, first, last, 0)
-            for group, first, last in zip(self.groups, bounds[:-1], bounds[1:], strict=True)
-        ]
-        return np.array(rows, dtype=np.int64).reshape(-1, 9)
+    @property
+    def table(self) -> np.ndarray:
+        """(g, 4) for the loop: where each law and its parameters are, its first contact, and the next law's."""
+        laws = [(group.compiled.address, group.compiled.numbers.ctypes.data) for group in self.groups]
+        return np.column_stack([np.array(laws, dtype=np.int64).reshape(-1, 2), self._bounds[:-1], self._bounds[1:]])
 
     def key(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """(c,) what contacts of edges a and b are sorted by: law, edge a, edge b."""

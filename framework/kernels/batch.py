@@ -120,16 +120,6 @@ class Compiled:
         )  # fmt: skip
         return normal, shear
 
-    def table_row(self, memory: np.ndarray, first: int, last: int, base: int) -> tuple[int, ...]:
-        """How the loop calls this law for contact points ``first`` to ``last``.
-
-        ``base`` is the point that the first column of ``memory`` and of the per-contact parameters belongs to.
-        """
-        return (
-            self.address, self.numbers.ctypes.data, self.rows.ctypes.data, self.rows.shape[1], memory.ctypes.data,
-            memory.shape[1], first, last, base,
-        )  # fmt: skip
-
     def respond(self, opening: float, slip: float, *memory: float) -> tuple[float, ...]:
         """One contact: opening, slip, memory in; tractions, memory out."""
         rows = np.array([*memory, 0.0])[:, None]

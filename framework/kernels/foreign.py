@@ -11,8 +11,9 @@ from numba.extending import intrinsic
 
 from grainlaw.kernels.cache import OPTIONS
 
-#: A law is called for a multiple of so many contacts but for the last of its group: whether the compiler rounds the
-#: few that do not fill its vectors in another order, as it may, then does not depend on the number of threads.
+#: A law is called for a multiple of so many contacts, but for the last interfaces of its group: whether the compiler
+#: rounds the few that do not fill its vectors in another order, as it may, then does not depend on where threads and
+#: tables begin.
 LANES = 64
 
 

@@ -223,7 +223,8 @@ def touch_forces(t, time_step, first, last):
 def _answer(t, group, g, first, last, rows):
     """Let a law answer for active contacts, by way of scratch ``rows``.
 
-    They fill whole vectors of its code: how a contact is rounded does not depend on its place in the table.
+    They fill whole vectors of its code: how a contact is rounded does not depend on its place in the table. The law has
+    no parameters of single contacts.
     """
     count, depth, size = last - first, t.memory.shape[0], 8 * rows.shape[1]
     for k in range(count):
@@ -235,7 +236,7 @@ def _answer(t, group, g, first, last, rows):
     call(
         group[g, 0],
         (
-            group[g, 1], group[g, 2], group[g, 3], start + 4 * size, rows.shape[1],
+            group[g, 1], group[g, 1], 0, start + 4 * size, rows.shape[1],
             start, start + size, start + 2 * size, start + 3 * size, (count + LANES - 1) // LANES * LANES,
         ),
     )  # fmt: skip
@@ -252,8 +253,8 @@ def touch(t, group, time_step, first, last):
     deep, listed = 0, first
     rows = np.zeros((4 + t.memory.shape[0], BLOCK))
     for g in range(group.shape[0]):
-        final = min(last, group[g, 7])
-        for begin in range(max(first, group[g, 6]), final, BLOCK):
+        final = min(last, group[g, 3])
+        for begin in range(max(first, group[g, 2]), final, BLOCK):
             before = listed
             listed, too_deep = touch_geometry(g, t, begin, min(begin + BLOCK, final), listed)
             deep += too_deep
