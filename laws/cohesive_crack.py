@@ -26,10 +26,10 @@ from grainlaw.parameter import parameter
 class CohesiveCrack(ContactLaw):
     """Tension and shear soften together by one damage over their fracture energies, friction remains.
 
-    Beyond its peak a mode unloads along the secant to the origin. Eq. (5) makes the shear strength follow the
-    pressure; the secant in shear never stiffens, so that a contact pressed after it has softened regains its strength
-    by further slip and not at rest, where it would be a gift of energy. Friction is a spring and slider next to the
-    softening branch, which follows any reversal; intact it carries nothing, broken everything.
+    A mode unloads along the secant to the origin. Eq. (5) makes the shear strength follow the pressure; the secant
+    in shear never stiffens, so that a contact pressed after it has slipped regains its strength by further slip and not
+    at rest, where it would be a gift of energy. Friction is a spring and slider next to the softening branch, which
+    follows any reversal; intact it carries nothing, broken everything.
     """
 
     kn: float = parameter("Pa/m")  #: normal stiffness
@@ -60,7 +60,7 @@ class CohesiveCrack(ContactLaw):
     @property
     def exceptions(self) -> dict[str, str]:
         found = {}
-        if self.pre_peak == PrePeak.EXPONENTIAL and np.max(self.friction_angle) > 0:
+        if self.pre_peak == PrePeak.AS_PRINTED and np.max(self.friction_angle) > 0:
             found["energy"] = (
                 "the peak slip follows the pressure, Eqs. (5, 9): slip, press, unslip, unpress before the peak "
                 "gives energy, less than 0.24 k_s s_p^2 in a cycle up to the peak slip s_p before pressing"
@@ -95,7 +95,7 @@ class CohesiveCrack(ContactLaw):
     @property
     def peak_factor(self) -> float:
         """Peak displacement over strength/stiffness, Eqs. (1, 9)."""
-        return math.e if self.pre_peak == PrePeak.EXPONENTIAL else 1.0
+        return 1.0 if self.pre_peak == PrePeak.LINEAR else math.e
 
     @property
     def peak_opening(self) -> float:
@@ -129,9 +129,11 @@ class CohesiveCrack(ContactLaw):
         """s_res (m), Eq. (8)."""
         return self.peak_slip(strength) + self.softening_work / strength
 
-    def rise(self, x: float) -> float:
-        """Secant before the peak over the first stiffness, at ``x`` times the peak displacement."""
-        return exp_unit(-min(x, 1.0)) if self.pre_peak == PrePeak.EXPONENTIAL else 1.0
+    def rise(self, x: float, farthest: float) -> float:
+        """Secant before the peak over the first stiffness, ``x`` times the peak displacement away, once ``farthest``."""
+        if self.pre_peak == PrePeak.LINEAR:
+            return 1.0
+        return exp_unit(-min(x if self.pre_peak == PrePeak.AS_PRINTED else farthest, 1.0))
 
     def secant(self, rise: float, farthest: float) -> float:
         """Secant over the first stiffness without damage, after ``farthest`` times the peak displacement."""
@@ -156,8 +158,8 @@ class CohesiveCrack(ContactLaw):
         pressure = self.closure.pressure(self.kn, max(-opening, 0.0))
         opened = max(opening, 0.0)
         x = opened * (1 / self.peak_opening)
-        rise = self.rise(x)
         widest = max(widest, x)
+        rise = self.rise(x, widest)
         # Eq. (5) by the tension a sound contact would have: softening must not give shear strength back.
         tension = self.kn * opened * rise if widest <= 1 else self.tensile_strength
         strength = self.shear_strength(pressure, tension if self.tension_shear == TensionShear.EXTENDED else 0.0)
@@ -175,7 +177,7 @@ class CohesiveCrack(ContactLaw):
         share = self.intact_share(widest, damage, remaining)
         normal = share * self.kn * opened * self.secant(rise, widest) - pressure
         share = self.intact_share(farthest, damage, remaining)
-        shear = share * self.ks * slip * self.secant(self.rise(y), farthest)
+        shear = share * self.ks * slip * self.secant(self.rise(y, farthest), farthest)
 
         limit = self.slider_strength(pressure, strength, share, damage)
         anchor = slid(self.ks, slip, anchor, limit)

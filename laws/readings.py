@@ -8,8 +8,9 @@ import enum
 class PrePeak(enum.IntEnum):
     """How a traction rises to its peak."""
 
-    EXPONENTIAL = 0  #: k u exp(-u/u_p), peak at u_p = e f/k, Eqs. (1, 9)
-    LINEAR = 1  #: k u, peak at u_p = f/k
+    EXPONENTIAL = 0  #: k u exp(-u/u_p) on the way out, peak at u_p = e f/k, Eqs. (1, 9); the secant never rises again
+    AS_PRINTED = 1  #: the same on every way, so that the secant follows the pressure; makes energy, flutters
+    LINEAR = 2  #: k u, peak at u_p = f/k
 
 
 class SofteningLength(enum.IntEnum):

@@ -182,7 +182,7 @@ def test_bandis_refuses_a_maximum_closure(wrong):
         ({"closure": "bandis"}, "closure = 'bandis' is not allowed, it must be a Closure"),
         ({"residual": "floor"}, "residual = 'floor' is not allowed, it must be one of Residual.FLOOR, Residual.BLEND"),
         ({"residual": 1}, "residual = 1 is not allowed"),
-        ({"pre_peak": Residual.BLEND}, "it must be one of PrePeak.EXPONENTIAL, PrePeak.LINEAR"),
+        ({"pre_peak": Residual.BLEND}, "it must be one of PrePeak.EXPONENTIAL, PrePeak.AS_PRINTED, PrePeak.LINEAR"),
         ({"residual_friction_angle": 60}, "residual_friction_angle = 60 is above friction_angle = 54"),
         (
             {"tensile_strength": 22e6},
