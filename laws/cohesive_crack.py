@@ -130,7 +130,7 @@ class CohesiveCrack(ContactLaw):
         return self.peak_slip(strength) + self.softening_work / strength
 
     def rise(self, x: float, farthest: float) -> float:
-        """Secant before the peak over the first stiffness, ``x`` times the peak displacement away, once ``farthest``."""
+        """Secant before the peak over the first stiffness, at ``x`` (once ``farthest``) times the peak displacement."""
         if self.pre_peak == PrePeak.LINEAR:
             return 1.0
         return exp_unit(-min(x if self.pre_peak == PrePeak.AS_PRINTED else farthest, 1.0))
