@@ -15,6 +15,7 @@ from grainlaw.envelope import (
     fit_mohr_coulomb,
     strength_envelope,
 )
+from grainlaw.flutter import Flutter, hold
 from grainlaw.fragments import Fragments, fragments
 from grainlaw.integration import (
     AdaptiveRelaxation,
@@ -79,6 +80,7 @@ __all__ = [
     "FailsTo",
     "FailurePlane",
     "FallsTo",
+    "Flutter",
     "Fragments",
     "Frame",
     "FrameRecorder",
@@ -131,6 +133,7 @@ __all__ = [
     "fit_hoek_brown",
     "fit_mohr_coulomb",
     "fragments",
+    "hold",
     "mean_stress",
     "parameter",
     "parameters",

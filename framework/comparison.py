@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 #: rows of the table
 TABLE = (
     "peak_stress", "peak_strain", "apparent_modulus", "apparent_poisson", "modulus", "poisson", "tensile_cracks",
-    "shear_cracks", "kinetic_ratio", "platen_imbalance", "energy_error", "steps", "seconds",
+    "shear_cracks", "kinetic_ratio", "platen_imbalance", "energy_error", "energy_made",
+    "steps", "seconds",
 )  # fmt: skip
 
 

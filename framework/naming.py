@@ -45,6 +45,7 @@ NAMED = {
     "kinetic_ratio": Shown("kinetic ratio", "", 1, ".1e"),
     "platen_imbalance": Shown("platen imbalance", "%", 1e2, ".2f"),
     "energy_error": Shown("energy error", "", 1, ".1e"),
+    "energy_made": Shown("energy made", "", 1, ".1e"),
     "steps": Shown("steps", "", 1, ".0f"),
     "seconds": Shown("seconds", "", 1, ".1f"),
     "time_step": Shown("time step", "s", 1, ".3e"),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
-from grainlaw.dissipation import lost
+from grainlaw.dissipation import lost, made
 from grainlaw.parameter import whole_number
 
 if TYPE_CHECKING:
@@ -43,17 +43,18 @@ class Frame:
     displacement: np.ndarray  #: (i, 2) m
     velocity: np.ndarray  #: (i, 2) m/s
     stress: np.ndarray  #: (g, 3) Pa, xx, yy, xy
-    contacts: dict[str, np.ndarray]  #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*
+    contacts: dict[str, np.ndarray]  #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made
     touches: dict[str, np.ndarray]  #: (k,) closed contacts between edges that no bond joins; empty without detection
 
 
 def take_frame(state: State) -> Frame:
-    """Copy the present moment; ``lost_opening`` and ``lost_slip`` (J/m2) of :func:`~grainlaw.dissipation.lost`."""
+    """Copy the present moment; ``lost_opening``, ``lost_slip`` and ``made`` (J/m2) of :mod:`grainlaw.dissipation`."""
     names = ("opening", "slip", "normal", "shear", "broken_time")
     contacts = {name: np.array(getattr(state, name)) for name in names}
     contacts["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)
     contacts["damage"] = state.memory("damage")
     contacts["lost_opening"], contacts["lost_slip"] = lost(state)
+    contacts["made"] = made(state)
     touches = {} if state.touches is None else state.touches.closed()
     return Frame(state.time, state.displacement.copy(), state.velocity.copy(), state.grain_stress(), contacts, touches)
 

@@ -28,6 +28,7 @@ LIMITS = {
     "kinetic_ratio": (0.01, "the test was not quasi-static: load more slowly, or let the speed rise over a ramp"),
     "platen_imbalance": (0.02, "waves ran through the specimen: load more slowly, or let the speed rise over a ramp"),
     "energy_error": (0.005, "the time steps were too long: lower the time_step_factor"),
+    "energy_made": (1e-4, "intact contacts made energy: the law may flutter, and the strength depend on the damping"),
 }
 COST = ("steps", "time_step", "seconds", "mass_added")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -83,6 +83,7 @@ class Result:
             "time_step": state.time_step,
             "mass_added": state.mass_added,
             "energy_error": energy_error(curves) if curves else 0.0,
+            "energy_made": energy_made(curves, frames, state.contact_lengths) if curves else 0.0,
         }
         interfaces = state.mesh.interfaces[state.order]
         return cls(state.specimen, law, protocol, curves, summary, _cracks(state), frames, interfaces)
@@ -139,6 +140,12 @@ def energy_error(curves: Mapping[str, np.ndarray]) -> float:
     parts = ("kinetic", "zones", "contacts_normal", "contacts_shear", "damping")
     gap = curves["energy_external"] - sum(curves[f"energy_{part}"] for part in parts)
     return float(np.max(np.abs(gap)) / max(np.max(np.abs(curves["energy_external"])), 1e-300))
+
+
+def energy_made(curves: Mapping[str, np.ndarray], frames: Sequence[Frame], lengths: np.ndarray) -> float:
+    """Largest energy that intact contacts, ``lengths`` (p,) m, had made in a frame, over the largest external work."""
+    made = max(float(frame.contacts["made"] @ lengths) for frame in frames)
+    return made / max(float(np.max(np.abs(curves["energy_external"]))), made, 1e-300)
 
 
 def _cracks(state: State) -> Cracks:

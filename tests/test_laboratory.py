@@ -7,9 +7,9 @@ from support import ROCK, STIFF, STRONG, Hillerborg, nodal_forces, small_sample
 
 import grainlaw as gl
 from grainlaw.acoustic import shear_wave_speed
-from grainlaw.dissipation import lost
+from grainlaw.dissipation import lost, made
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, Linear, MohrCoulomb
+from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, Linear, MohrCoulomb, PrePeak
 from grainlaw.protocols import DirectShear, JointTension, UniaxialCompression, UniaxialTension
 from grainlaw.window import window_mean
 
@@ -57,10 +57,40 @@ def test_a_softened_joint_gives_back_along_its_secant():
 @pytest.mark.parametrize("place", [(0.3e-6, 0), (0.15e-6, 0), (-1e-6, 0), (0, 0.8e-6), (0, -0.4e-6)])
 def test_a_sound_joint_has_lost_nothing(place):
     """Also on the curved rise to the peak, in tension (to 0.34 um) and slip (0.83 um), and on a curved closure."""
-    law = attrs.evolve(COHESIVE, closure=BandisClosure(maximum_closure=2e-6))
+    law = attrs.evolve(COHESIVE, closure=BandisClosure(maximum_closure=2e-6), pre_peak=PrePeak.AS_PRINTED)
     stored = gl.trace(law, np.linspace(0, place[0], 400), np.linspace(0, place[1], 400)).work[-1]
     assert stored > 0.1
     assert lost_after(law, place) == pytest.approx([0, 0], abs=0.01 * stored)
+
+
+def test_before_the_peak_the_cohesive_crack_loses_what_lies_above_its_secant():
+    peak, opening = np.e * 13e6 / STIFF["kn"], 0.2e-6
+    x = opening / peak
+    taken = STIFF["kn"] * peak**2 * (1 - (1 + x) * np.exp(-x))
+    expected = taken - STIFF["kn"] * np.exp(-x) * opening**2 / 2
+    assert lost_after(COHESIVE, (opening, 0)) == pytest.approx([expected, 0], rel=1e-3, abs=1e-9)
+
+
+def test_a_contact_that_is_pressed_after_slip_has_made_energy_only_as_printed():
+    """By hand: slip 0.8 um, press to 100 MPa, and it would give back what the stiffer branch holds, 11 J/m2 more."""
+
+    def stored(peak):
+        x = 0.8e-6 / peak
+        return 9.45e13 * peak**2 * (1 - (1 + x) * np.exp(-x))
+
+    strength = 29e6 + 100e6 * np.tan(np.radians(54))
+    expected = stored(np.e * strength / 9.45e13) - stored(np.e * 29e6 / 9.45e13)
+    places = (0, 0.8e-6), (-100e6 / STIFF["kn"], 0.8e-6)
+    printed = attrs.evolve(COHESIVE, pre_peak=PrePeak.AS_PRINTED)
+    assert made(joint_after(printed, *places)) == pytest.approx([expected] * 2, rel=0.01)
+    assert made(joint_after(COHESIVE, *places)) == pytest.approx([0, 0], abs=1e-9)
+
+
+@pytest.mark.parametrize("closure", [BandisClosure(maximum_closure=2e-6), BandisClosure(maximum_closure=1e-5)])
+def test_a_closure_that_stiffens_makes_nothing(closure):
+    law = attrs.evolve(COHESIVE, closure=closure)
+    work = joint_after(law, (-1.5e-6, 0)).contacts.work.sum(axis=0)
+    assert np.all(made(joint_after(law, (-1.5e-6, 0))) < 1e-4 * work)
 
 
 def test_friction_loses_what_it_slides():

@@ -207,7 +207,8 @@ def test_a_writer_writes_what_a_result_holds(tmp_path):
 
 KEYS = {
     "peak_stress", "peak_strain", "apparent_modulus", "apparent_poisson", "modulus", "poisson", "tensile_cracks",
-    "shear_cracks", "steps", "seconds", "time_step", "energy_error", "kinetic_ratio", "platen_imbalance",
+    "shear_cracks", "steps", "seconds", "time_step", "energy_error", "energy_made",
+    "kinetic_ratio", "platen_imbalance",
 }  # fmt: skip
 
 

@@ -1,0 +1,108 @@
+"""A sample held without damping: quiet where the contacts keep an energy, fluttering where they make some."""
+
+import math
+
+import attrs
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from support import ROCK, STRONG, small_sample
+
+import grainlaw as gl
+from grainlaw.cli import main
+from grainlaw.cli.table1 import LAWS
+from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.laws import Friction, MohrCoulomb, PrePeak
+from grainlaw.units import MPa, mm
+
+PRINTED = attrs.evolve(LAWS["cohesive-crack"], pre_peak=PrePeak.AS_PRINTED)
+QUIET = {name: law for name, law in LAWS.items() if name != "munjiza"} | {
+    "friction": Friction(kn=1.05e14, ks=9.45e13, friction_angle=35),
+    "linear-rise": attrs.evolve(LAWS["cohesive-crack"], pre_peak=PrePeak.LINEAR),
+}
+UNBONDED = ("friction", "barton-bandis")
+
+
+def sample():
+    return gl.Specimen(Voronoi(grains=120, seed=1).tessellate(rectangle(20 * mm, 50 * mm)), ROCK)
+
+
+@pytest.mark.parametrize("name", QUIET)
+def test_a_law_that_keeps_an_energy_is_quiet(name):
+    held = gl.hold(sample(), QUIET[name], 58 * MPa, confined=name in UNBONDED)
+    assert not held.flutters
+    assert held.rate == 0
+    assert held.stress == pytest.approx(58 * MPa, rel=0.05)
+    assert held.kinetic.max() < 1e-9
+    assert len(held.time) == 200
+    assert "does not flutter: held at 5" in str(held)
+
+
+@pytest.mark.parametrize("law", [PRINTED, LAWS["munjiza"]], ids=["printed", "munjiza"])
+def test_a_law_whose_rise_follows_the_pressure_flutters(law):
+    """At more pressure it flutters faster, and no contact is damaged while it grows."""
+    rates = []
+    for stress in (58 * MPa, 87 * MPa):
+        held = gl.hold(sample(), law, stress)
+        rates.append(held.rate)
+        grown = held.kinetic[held.damaged == held.damaged[0]]
+        assert grown[-1] > 1e3 * grown[0]
+        assert f"grows tenfold in {math.log(10) / held.rate * 1e6:.3g} us" in str(held)
+    assert 1e4 < 2 * rates[0] < rates[1] < 1e6
+
+
+def test_flutter_does_not_come_from_the_time_step():
+    """With half the step, alike in time: an instability of the integration would depend on it."""
+    rates = []
+    for factor in (1.0, 0.5):
+        rates.append(gl.hold(sample(), PRINTED, 58 * MPa, time_step_factor=factor).rate)
+    assert rates[1] == pytest.approx(rates[0], rel=0.15)
+
+
+def test_the_rate_of_a_known_growth():
+    time = np.linspace(0, 1e-3, 200)
+    kinetic = 1e-12 + 1e-12 * np.exp(2e4 * time)
+    flutter = gl.Flutter(1e6, time, kinetic, np.zeros(200), 1e-7)
+    assert flutter.rate == pytest.approx(2e4, rel=0.02)
+    wobbling = gl.Flutter(1e6, time, 1e-12 * (2 + np.sin(1e5 * time)), np.zeros(200), 1e-7)
+    assert wobbling.rate == 0
+    breaks = np.where(time > 5e-4, 1e-3, 1e-12)  # what a break sets free is no flutter
+    assert gl.Flutter(1e6, time, breaks, np.where(time > 5e-4, 1, 0), 1e-7).rate == 0
+
+
+def test_a_sample_that_fails_before_is_refused_with_its_strength():
+    with pytest.raises(
+        gl.StageError, match=r"the sample failed at \d+.* MPa; stress = 400 MPa must be lower"
+    ) as failed:
+        gl.hold(small_sample(), MohrCoulomb(**STRONG), 400 * MPa)
+    assert failed.value.result.summary["tensile_cracks"] > 0
+    with pytest.raises(gl.ParameterError, match="stress = -1"):
+        gl.hold(small_sample(), PRINTED, -1.0)
+
+
+def test_check_tells_of_flutter(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "import attrs\nfrom grainlaw.laws import PrePeak\nfrom grainlaw.cli.table1 import LAWS\n"
+        "printed = attrs.evolve(LAWS['cohesive-crack'], pre_peak=PrePeak.AS_PRINTED)\n"
+    )
+    for law in (f"{file}:printed", "munjiza"):
+        done = CliRunner().invoke(main, ["check", law])
+        assert done.exit_code == 0  # both declare that they make energy
+        assert "a sample of 120 grains of 0.0029 m flutters: held at 58" in done.output
+        assert "its kinetic energy grows tenfold in" in done.output
+    done = CliRunner().invoke(main, ["check", "mohr-coulomb"])
+    assert done.exit_code == 0
+    assert "does not flutter" in done.output
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stress", [51 * MPa, 99 * MPa])
+def test_the_sample_of_the_paper_is_quiet_under_the_default_and_flutters_as_printed(stress):
+    """12,000 undamped steps of 755 grains, as in docs/flutter.md."""
+    rock = gl.Specimen(Voronoi(grains=755, seed=1).tessellate(rectangle(50 * mm, 125 * mm)), ROCK)
+    held = gl.hold(rock, LAWS["cohesive-crack"], stress, duration=12_000 * 7.6e-8)
+    assert held.time[-1] / held.step > 11_900
+    assert held.kinetic.max() < 1e-8
+    assert held.damaged.max() == 0
+    assert gl.hold(rock, PRINTED, stress).kinetic.max() > 1e-4
