@@ -72,9 +72,9 @@ def test_the_rate_of_a_known_growth():
 
 def test_a_sample_that_fails_before_is_refused_with_its_strength():
     with pytest.raises(
-        gl.StageError, match=r"the sample failed at \d+.* MPa; stress = 400 MPa must be lower"
+        gl.StageError, match=r"it reached \d+\.?\d* MPa and holds .* MPa; stress = 300 MPa must be lower"
     ) as failed:
-        gl.hold(small_sample(), MohrCoulomb(**STRONG), 400 * MPa)
+        gl.hold(sample(), MohrCoulomb(**STRONG), 300 * MPa)
     assert failed.value.result.summary["tensile_cracks"] > 0
     with pytest.raises(gl.ParameterError, match="stress = -1"):
         gl.hold(small_sample(), PRINTED, -1.0)
