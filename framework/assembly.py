@@ -8,9 +8,10 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw, Laws, check_laws
+from grainlaw.detection import Detection
 from grainlaw.kernels import loop
 from grainlaw.kernels.batch import Compiled, compile_law
-from grainlaw.kernels.foreign import LANES
+from grainlaw.kernels.foreign import ALWAYS, LANES, NEVER
 from grainlaw.loading import Drive, Hold, Pressure
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
@@ -27,7 +28,6 @@ class Group:
     first: int
     last: int
     memory: np.ndarray  #: (m, 2 (last - first)): first points, then second points
-    bonded: bool  #: whether the law resists opening at first
 
     @property
     def size(self) -> int:
@@ -83,7 +83,7 @@ def mesh_arrays(specimen: Specimen, order: np.ndarray) -> loop.Mesh:
     )
 
 
-def contact_arrays(specimen: Specimen, order: np.ndarray) -> loop.Contacts:
+def contact_arrays(specimen: Specimen, order: np.ndarray, detection: Detection | None) -> loop.Contacts:
     """Interfaces, undeformed and without load."""
     mesh, count = specimen.mesh, len(order)
     edges = mesh.interface_edges[order]
@@ -93,6 +93,8 @@ def contact_arrays(specimen: Specimen, order: np.ndarray) -> loop.Contacts:
         edge=np.ascontiguousarray(edges.T),
         half=lengths / 2,
         weight=specimen.contact_points.weights(lengths),
+        reach=np.full(count, np.inf if detection is None else detection.hand_over**2) * lengths**2,
+        leaving=np.zeros(count),
         gap=np.zeros((6, count)),
         frame=np.zeros((3, count)),
         opening=np.zeros((2, 2 * count)),
@@ -115,14 +117,16 @@ def law_groups(laws: Sequence[tuple[ContactLaw, int]], count: int) -> tuple[list
     for law, size in laws:
         compiled = compile_law(law, 2 * size)
         memory = np.zeros((len(compiled.memory) or 1, 2 * size))
-        groups.append(Group(law, compiled, first, first + size, memory, _resists_opening(compiled, memory)))
+        names, bonded = compiled.memory, _resists_opening(compiled, memory)
+        damage = names.index("damage") if "damage" in names else NEVER
+        groups.append(Group(law, compiled, first, first + size, memory))
         for begin, base in ((first, first), (count + first, count + first - size)):  # first points, second points
             rows.append((
                 compiled.address, compiled.numbers.ctypes.data, compiled.rows.ctypes.data, compiled.rows.shape[1],
-                memory.ctypes.data, memory.shape[1], begin, begin + size, base,
+                memory.ctypes.data, memory.shape[1], begin, begin + size, base, damage if bonded else ALWAYS,
             ))  # fmt: skip
         first += size
-    return groups, np.array(rows, dtype=np.int64).reshape(-1, 9)
+    return groups, np.array(rows, dtype=np.int64).reshape(-1, 10)
 
 
 def freedom_arrays(specimen: Specimen, mesh: loop.Mesh) -> tuple[loop.Freedoms, loop.Rigid]:

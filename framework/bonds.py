@@ -35,18 +35,13 @@ def _motion_of_ends(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def hand_over(state: State) -> None:
-    """Turn interfaces that are broken and have moved apart into contacts of their edges, without a jump of force.
+    """Turn the interfaces that the loop has marked into contacts of their edges, without a jump of force.
 
     How much more or less open such a contact is than its edges is kept as an offset, until it parts.
     """
-    touches = state.touches
-    if touches is None:
-        return
-    first, second, edge = _motion_of_ends(state)
-    moved = np.maximum(np.hypot(*first.T), np.hypot(*second.T)) > touches.detection.hand_over * np.hypot(*edge.T)
-    chosen = np.flatnonzero(moved & ~state.retired & _unbonded(state))
-    if not len(chosen):
-        return
+    touches, chosen = state.touches, np.flatnonzero(state.contacts.leaving)
+    assert touches is not None
+    state.contacts.leaving[:] = 0
     slip, pressure = state.slip.reshape(2, -1)[:, chosen], -state.normal.reshape(2, -1)[:, chosen]
     count, contacts = len(state.order), state.contacts
     rows = contacts.force[:, np.arange(4)[:, None] * count + chosen]  # (2, 4, n): on A1, A2, B1, B2
@@ -66,15 +61,6 @@ def hand_over(state: State) -> None:
                 [memories[k][1] if equal else law.broken for k, equal in zip(mine, same, strict=True)], axis=1
             )
             _take_over(touches, group, place[mine], rows[:, :, mine][:, [0, 1, 3, 2]], strongest[mine], memory)
-
-
-def _unbonded(state: State) -> np.ndarray:
-    """(c,) whether an interface is broken at both points, or was never bonded."""
-    unbonded = state.memory("damage").reshape(2, -1).min(axis=0) >= 1
-    for group in state.groups:
-        if not group.bonded:
-            unbonded[group.first : group.last] = True
-    return unbonded
 
 
 def _memories(state: State, chosen: np.ndarray, point: np.ndarray) -> list[tuple[tuple[str, ...], np.ndarray]]:
@@ -115,7 +101,7 @@ def _take_over(
 
     def normal_force(offset: np.ndarray) -> np.ndarray:
         trial.offset[:], trial.memory[:], trial.slip[:] = offset, memory, slip
-        compiled(touch.geometry_of)(trial, g)
+        compiled(touch.geometry_of)(trial, g, touches.groups[g].lift)
         apart = trial.length == 0
         trial.memory[:, apart] = memory[:, apart]
         trial.offset[:], trial.slip[:] = offset, slip
@@ -142,10 +128,13 @@ def _take_over(
     held_open = np.flatnonzero(along("normal") >= 0)
     table.offset[place[held_open]] = np.maximum(opened[held_open], 0.0)
     into = place[carrying]
-    for name in ("offset", "opening", "length"):
+    for name in ("offset", "depth", "opening", "length"):
         getattr(table, name)[into] = getattr(trial, name)[carrying]
     table.slip[into], table.normal[into], table.shear[into] = slip[carrying], normal[carrying], shear[carrying]
     table.frame[:, into] = trial.frame[:, carrying]
     table.force[:, :, into] = force[:, :, carrying]
     table.carried[0, into], table.carried[1, into] = along("normal")[carrying], along("shear")[carrying]
     table.memory[: len(memory), into] = memory[:, carrying]
+    lift = touches.groups[g].lift
+    if lift >= 0:  # also of faces that do not touch at this moment
+        table.memory[lift, place] = memory[lift]

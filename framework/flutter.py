@@ -152,8 +152,8 @@ def hold(
     pressed, damaged = result.curves["stress"], result.curves["damaged"][held]
     if pressed.max() < stress or pressed[held][0] < HELD * stress:
         error = StageError(
-            f"hold: the sample failed: it reached {pressed.max() * 1e-6:.4g} MPa and holds {pressed[held][0] * 1e-6:.4g} "
-            f"MPa; stress = {stress * 1e-6:g} MPa must be lower"
+            f"hold: the sample failed: it reached {pressed.max() * 1e-6:.4g} MPa and holds "
+            f"{pressed[held][0] * 1e-6:.4g} MPa; stress = {stress * 1e-6:g} MPa must be lower"
         )
         error.result = result
         raise error

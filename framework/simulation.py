@@ -10,7 +10,6 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.bonds import hand_over
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.diagnosis import fastest, first_fault
@@ -28,6 +27,7 @@ from grainlaw.timestep import StableStep
 
 CALL = 4_000_000  #: zones times steps of one call of the engine, some tenths of a second: Ctrl-C waits no longer
 MOST_THREADS = 128
+LOOK = 100  #: steps between looks at what the stable step must allow for
 ROUNDING = 1e-9  #: of the work of gravity over the size of the specimen: no run is judged by less
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
@@ -102,6 +102,7 @@ class _Run:
         self.observers = [self.recorder, *observers]
         self.columns = Columns()
         self.seconds = 0.0
+        self.first_step, self.next_adapt, self.halts = 0, 0, 0  #: of the present stage, the middle one counted from it
         self.most_steps = max(1, CALL // len(self.state.mesh.zones))
         self.supplied = 1e-300  #: J, largest external work so far, or that of giving all grains the platens' speed
         self.stability = StableStep(self.state, scaling)
@@ -128,6 +129,7 @@ class _Run:
         state.time_step = self._time_step(stage, integrator)
         state.take_back_half_a_step_of_gravity()
         began, first = state.time, self.columns.count
+        self.first_step, self.next_adapt, self.halts = state.steps, 0, 0
         self._steps(integrator, 0, began)  # compiles, so that the clock sees the time loop alone
         for _ in range(stage.sample_limit):
             steps = max(1, round(stage.interval / state.time_step))
@@ -145,8 +147,6 @@ class _Run:
                 observer.observe(state, curves, stage, min(progress, 1.0))
             if progress >= 1:
                 return
-            if self.stability.has_changed():
-                state.time_step = self._time_step(stage, integrator)
         raise StageError(
             f"stage '{stage.name}' did not end within {stage.sample_limit} samples; it waits for {list(stage.until)}"
         )
@@ -158,21 +158,27 @@ class _Run:
     def _advance(
         self, stage: Stage, integrator: Integrator, before: Motion | None, steps: int, began: float
     ) -> tuple[Integrator, Motion | None]:
-        done = 0
-        while done < steps:
-            burst = min(integrator.burst or self.most_steps, steps - done)
-            done += burst
-            if integrator.burst:  # at the start of a burst, so that samples see the motion as the steps left it
-                motion = self.state.motion()
+        """Do ``steps``; what happens between them is counted from the start of the stage, however samples are taken."""
+        state = self.state
+        end = state.steps + steps
+        while state.steps < end:
+            since = state.steps - self.first_step
+            if since and since % LOOK == 0 and self.stability.has_changed():
+                state.time_step = self._time_step(stage, integrator)
+            if integrator.burst and since >= self.next_adapt:
+                motion = state.motion()
                 (integrator, halt), before = integrator.adapt(motion, before), motion
+                # Bursts of one length would meet a mode of that period at rest for ever.
+                self.next_adapt = since + integrator.burst + self.halts % integrator.burst // 2
                 if halt:
+                    self.halts += 1
                     before = attrs.evolve(motion, velocity=np.zeros_like(motion.velocity))
-                    self.state.stop()
+                    state.stop()
                     self._steps(integrator, 1, began)
-                    self.state.start_from_rest(motion.velocity)
-                    burst -= 1
-            if burst:
-                self._steps(integrator, burst, began)
+                    state.start_from_rest(motion.velocity)
+                    continue
+            pause = self.next_adapt - since if integrator.burst else LOOK
+            self._steps(integrator, min(pause, LOOK - since % LOOK, self.most_steps, end - state.steps), began)
         return integrator, before
 
     def _steps(self, integrator: Integrator, steps: int, began: float) -> None:
@@ -181,7 +187,6 @@ class _Run:
     def _record(self, number: int, energies: dict[str, float]) -> None:
         state = self.state
         state.note_breaks()
-        hand_over(state)
         row = {"time": state.time, "step": state.steps, "stage": number, **self.protocol.measure(state)}
         row |= {
             "tensile_cracks": int(np.sum(state.broken_mode < 0.5)),

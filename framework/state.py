@@ -27,7 +27,7 @@ from grainlaw.loading import Drive, Hold, Pressure, Stage
 from grainlaw.specimen import Specimen
 from grainlaw.touching import Touches, no_touching
 
-Saved = tuple[list[np.ndarray], int, float, int, float, Touches | None, np.ndarray]
+Saved = tuple[list[np.ndarray], int, float, int, float, Touches | None, np.ndarray, tuple[float, int, float]]
 
 
 class State:
@@ -41,13 +41,14 @@ class State:
         self.specimen, self.mesh = specimen, specimen.mesh
         self.time, self.steps, self.stage = 0.0, 0, ""
         self.time_step, self.mass_added = 0.0, 0.0
+        self._clock = 0.0, 0, 0.0  #: time, steps and time step when the latter last changed
         self.initial_energy = 0.0  #: J, kinetic, given at the start of stages
         self.halted_energy = 0.0  #: J, taken out by halts
         self.adopted_work = 0.0  #: J, work of drives of earlier stages
         self._zone_state: tuple[int, np.ndarray, np.ndarray] | None = None
         self.order, sizes = group_interfaces(specimen, laws)
         self.arrays = mesh_arrays(specimen, self.order)
-        self.contacts = contact_arrays(specimen, self.order)
+        self.contacts = contact_arrays(specimen, self.order, detection)
         self.groups, self.table = law_groups(sizes, len(self.order))
         self.freedoms, self.rigid = freedom_arrays(specimen, self.arrays)
         self.driven = loop.Driven(*np.zeros((3, 0), dtype=np.int64), *np.zeros((3, 0)))
@@ -282,7 +283,7 @@ class State:
     def touching(self, threads: int) -> tuple[touch.Touching, np.ndarray]:
         """Contacts that are no interfaces, for the engine, and the table of their laws."""
         if self.touches is None:
-            return no_touching(), np.zeros((0, 4), dtype=np.int64)
+            return no_touching(), np.zeros((0, 5), dtype=np.int64)
         self.touches.arrays = self.touches.arrays._replace(tally=np.zeros((threads, 8), dtype=np.int64))
         return self.touches.arrays, self.touches.table
 
@@ -360,12 +361,13 @@ class State:
         """Copy what steps change."""
         touches = None if self.touches is None else self.touches.copy()
         arrays = [array.copy() for array in self._mutable()]
-        return arrays, self.steps, self.time, self._samples, self.halted_energy, touches, self.retired.copy()
+        retired = self.retired.copy()
+        return arrays, self.steps, self.time, self._samples, self.halted_energy, touches, retired, self._clock
 
     def restore(self, saved: Saved) -> None:
         """Go back to where ``save`` was called."""
         self._zone_state = None
-        arrays, self.steps, self.time, self._samples, self.halted_energy, touches, retired = saved
+        arrays, self.steps, self.time, self._samples, self.halted_energy, touches, retired, self._clock = saved
         self.touches, self.retired = None if touches is None else touches.copy(), retired.copy()
         for array, copy in zip(self._mutable(), arrays, strict=True):
             array[:] = copy
@@ -375,6 +377,13 @@ class State:
         self.driven.total[:] = 0.0
         self._samples = 0
         self._start = {name: self._mean_displacement(name) for name in self.mesh.boundaries}
+
+    def next_times(self, count: int) -> np.ndarray:
+        """(count,) s of the next steps; the same to the last digit, however many are asked for at a time."""
+        if self._clock[2] != self.time_step:
+            self._clock = self.time, self.steps, self.time_step
+        since, steps, step = self._clock
+        return since + step * (self.steps - steps + 1 + np.arange(count))
 
     def count_steps(self, steps: int, time: float) -> None:
         """Book steps that the engine has done until ``time`` (s)."""

@@ -1,4 +1,4 @@
-"""Steps of the engine: the compiled loop, and a search of neighbours whenever it asks for one."""
+"""Steps of the engine: the compiled loop, and what it asks for: a search of neighbours, a bond handed over."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.assembly import share_out
+from grainlaw.bonds import hand_over
 from grainlaw.kernels import loop
 from grainlaw.kernels.batch import Compiled
 from grainlaw.state import State
@@ -25,8 +26,8 @@ class OverlapError(InstabilityError):
 def advance(state: State, integrator: Compiled, steps: int, *, began: float = 0.0, threads: int = 1) -> None:
     """Do ``steps`` in a stage that ``began`` (s). Raises :class:`OverlapError`."""
     parameters = np.append(integrator.numbers, state.time_step)
-    start, done = state.time, 0
-    schedule = state.schedule(start - began + state.time_step * (np.arange(steps) + 1))
+    times, done = state.next_times(steps), 0
+    schedule = state.schedule(times - began)
     while True:
         parts = share_out(state.specimen, state.groups, state.driven, state.pressed, state.touches, threads)
         touching, table = state.touching(threads)
@@ -36,13 +37,15 @@ def advance(state: State, integrator: Compiled, steps: int, *, began: float = 0.
             integrator.address, parameters.ctypes.data, touching, table, state.weighed,
         )  # fmt: skip
         done += now
-        state.count_steps(now, start + done * state.time_step)
+        state.count_steps(now, float(times[done - 1]) if done else state.time)
         if state.touches is not None:
-            moved, deep = touching.tally[:, :2].sum(axis=0)
+            moved, deep, _, leaving = touching.tally[:, :4].sum(axis=0)
             if deep:
                 where = f"the run stopped at step {state.steps} (t = {state.time:.4g} s, stage '{state.stage}')"
                 raise OverlapError(f"{where}: {state.touches.deepest()}")
-            if moved:
+            if leaving:
+                hand_over(state)
+            elif moved:
                 state.search()
         if done == steps:
             return

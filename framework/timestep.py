@@ -9,10 +9,14 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from grainlaw.integration import Integrator
+from grainlaw.kernels.batch import Compiled
 from grainlaw.stability import highest_frequency, rigid_map, scale_masses, stiffness_matrix
 from grainlaw.state import State
 
 AHEAD = 1.2  #: stiffness that a shorter step allows for beyond the present one, so that shortening is rare
+EASED = 1.5  #: times less stiff than the step allows for, from which on it grows again
+LITTLE = 1e-3  #: of a closure: what it is tried with
+LEAST = 1e-9  #: of a grain's size: less than that counts as no closure
 
 
 def _in_one_piece(state: State) -> bool:
@@ -23,11 +27,21 @@ def _in_one_piece(state: State) -> bool:
     return len(a) > 0 and connected_components(bonds, directed=False)[0] == 1
 
 
+def _tangent(
+    law: Compiled, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray, little: float | np.ndarray
+) -> np.ndarray:
+    """(n,) Pa/m against a little more closure (m), without being committed."""
+    now, _ = law.batch(opening, slip, memory.copy())
+    more, _ = law.batch(opening - little, slip, memory.copy())
+    return (now - more) / little
+
+
 class StableStep:
     """Highest frequency of a state, from the laws' first stiffness on; raises masses first where it is asked to."""
 
     def __init__(self, state: State, mass_scaling: float = 1.0) -> None:
         self.state = state
+        self._size = float(np.median(np.sqrt(state.specimen.grains.areas)))
         self.allowed = 1.0  #: closure stiffness over kn that the present step allows for
         self.touching = self._touching or not _in_one_piece(state)  #: whether the step allows for contacts at the rim
         matrix, mass = self._matrix(self.state.stiffness[0]), self._masses()
@@ -55,45 +69,54 @@ class StableStep:
     def has_changed(self) -> bool:
         """Whether the frequency has followed a change: contacts at the rim came to be, or a closure stiffened (Bandis).
 
-        A contact elsewhere takes the place of a bond, and is no stiffer. As long as the rim has none, neighbours are
-        searched here, so that the step depends on where grains are and not on when they were last searched.
+        What takes the place of a bond may be as stiff as the stiffest contact that is no bond. As long as the rim has
+        none, neighbours are searched here, so that the step depends on where grains are and not on when they were last
+        searched.
         """
         if self.state.touches is not None and not self.touching:
             self.state.search(self.state.touches.arrays.before)
-        tangents = self._closure_tangents()
-        ratio = float(np.max(tangents / self.state.stiffness[0], initial=self._touch_ratio()))
-        stiffer = bool(np.isfinite(ratio) and ratio > 1.05 * self.allowed)
-        if not stiffer and self.touching == self._touching:
+        touching, retired = self._touch_ratio(), np.tile(self.state.retired, 2)
+        tangents = np.where(retired, touching * self.state.stiffness[0], self._closure_tangents())
+        ratio = float(np.max(tangents / self.state.stiffness[0], initial=touching))
+        if not np.isfinite(ratio):  # the check of the energies tells where it went wrong
+            return False
+        stiffer, softer = ratio > 1.05 * self.allowed, max(AHEAD * ratio, 1.0) * EASED < self.allowed
+        if not (stiffer or softer) and self.touching == self._touching:
             return False
         self.touching = self.touching or self._touching
-        self.allowed = AHEAD * ratio if stiffer else self.allowed
-        kn = np.maximum(self.state.stiffness[0], AHEAD * tangents) if self.allowed > 1 else self.state.stiffness[0]
+        self.allowed = max(AHEAD * ratio, 1.0) if stiffer or softer else self.allowed
+        kn = self.state.stiffness[0]
+        if self.allowed > 1:
+            kn = np.maximum(kn, AHEAD * tangents)
         self.frequency = highest_frequency(self._matrix(kn), self._masses())
         return True
 
     def _touch_ratio(self) -> float:
-        """Secant stiffness of contacts at the rim over the first, at most."""
+        """Tangent stiffness of closed contacts that are no bonds over the first, at most."""
         touches = self.state.touches
         if touches is None or not len(touches):
             return 1.0
-        arrays = touches.arrays
-        closed = np.flatnonzero(arrays.opening < 0)
-        secant = arrays.normal[closed] / arrays.opening[closed]
-        first = np.array([float(np.mean(group.law.stiffness[0])) for group in touches.groups])
-        return float(np.max(secant / first[touches.groups_of(touches.keys[closed])], initial=1.0))
+        arrays, closed = touches.arrays, touches.arrays.depth > 0
+        groups, ratio = touches.groups_of(touches.keys), 1.0
+        for g in np.unique(groups[closed]).tolist():
+            places, group = np.flatnonzero(closed & (groups == g)), touches.groups[g]
+            memory = arrays.memory[: max(len(group.compiled.memory), 1), places]
+            opening, little = arrays.opening[places], LITTLE * arrays.depth[places]
+            tangent = _tangent(group.compiled, opening, arrays.slip[places], memory, little)
+            ratio = max(ratio, float(np.max(tangent)) / float(np.mean(group.law.stiffness[0])))
+        return ratio
 
     def _closure_tangents(self) -> np.ndarray:
-        """(p,) Pa/m: normal stiffness against a little more closure, tried without being committed."""
-        little = 1e-3 * max(-float(self.state.opening.min(initial=0.0)), 1e-12)
+        """(p,) Pa/m: normal stiffness against a little more closure of contacts that are closed, or as they close."""
         count = len(self.state.order)
         tangents = np.empty(2 * count)
         for group in self.state.groups:
             places = np.r_[group.first : group.last, count + group.first : count + group.last]
-            closed = np.minimum(self.state.opening[places], 0.0)
-            slip = self.state.slip[places]
-            now, _ = group.compiled.batch(closed, slip, group.memory.copy())
-            more, _ = group.compiled.batch(closed - little, slip, group.memory.copy())
-            tangents[places] = (now - more) / little
+            lift = group.row("dilation")
+            rest = 0.0 if lift is None else lift.ravel()  # where its faces begin to press
+            closed = np.minimum(self.state.opening[places], rest)
+            little = LITTLE * max(float(np.max(rest - closed, initial=0.0)), LEAST * self._size)
+            tangents[places] = _tangent(group.compiled, closed, self.state.slip[places], group.memory, little)
         return tangents
 
     def _matrix(self, kn: np.ndarray) -> csr_matrix:

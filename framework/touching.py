@@ -20,7 +20,7 @@ from grainlaw.specimen import Specimen
 
 REACH = 0.5  #: of the skin: when a node has moved so far, two grains may have come as near as the skin
 TORN = 10.0  #: times its length that an edge cannot be in a run that is stable
-PER_CONTACT = ("limit", "dashpot", "ease", "offset", "opening", "slip", "normal", "shear", "length")
+PER_CONTACT = ("limit", "dashpot", "ease", "offset", "depth", "opening", "slip", "normal", "shear", "length")
 CARRIED = (*PER_CONTACT[3:], "frame", "force", "carried", "work", "memory")
 
 
@@ -65,6 +65,12 @@ class TouchGroup:
     law: ContactLaw
     compiled: Compiled
     broken: np.ndarray  #: (m,)
+
+    @property
+    def lift(self) -> int:
+        """The row of the memory that says how far slip has lifted the faces, or -1."""
+        names = self.compiled.memory
+        return names.index("dilation") if "dilation" in names else -1
 
 
 def touch_groups(specimen: Specimen, laws: Laws, detection: Detection) -> list[TouchGroup]:
@@ -149,6 +155,12 @@ class Touches:
         """(c, 2) grains A and B."""
         return self.edge_grain[self.pairs]
 
+    @property
+    def lifts(self) -> np.ndarray:
+        """(c,) m, how far slip has lifted the faces of each contact."""
+        rows = np.array([group.lift for group in self.groups], dtype=int)[self.groups_of(self.keys)]
+        return np.where(rows >= 0, self.arrays.memory[rows, np.arange(len(rows))], 0.0)
+
     def closed(self) -> dict[str, np.ndarray]:
         """Contacts (k) that are closed: position, tangent (k, 2), length, opening, slip (m), tractions (Pa), grains."""
         arrays = self.arrays
@@ -161,10 +173,10 @@ class Touches:
     def deepest(self) -> str:
         """The contact that overlaps most, over what is allowed, in words."""
         arrays = self.arrays
-        c = int(np.argmax(-arrays.opening / arrays.limit))
+        c = int(np.argmax(arrays.depth / arrays.limit))
         (a, b), place = self.grains[c], arrays.place[:, arrays.node[0, c]]
         return (
-            f"grains {a} and {b} overlap by {-arrays.opening[c]:.4g} m near ({place[0]:.4g}, {place[1]:.4g}) m, more "
+            f"grains {a} and {b} overlap by {arrays.depth[c]:.4g} m near ({place[0]:.4g}, {place[1]:.4g}) m, more "
             f"than the {arrays.limit[c]:.4g} m allowed (largest_overlap = {self.detection.largest_overlap:g} of the "
             "smaller grain's width, at most the skin): give contacts a higher normal stiffness, load more slowly, or "
             "allow more with Detection(largest_overlap=..., skin=...)"
@@ -239,7 +251,7 @@ class Touches:
         found = compiled(search.near_pairs)(x0, y0, x1, y1, self.edge_grain[chosen], turn, self.skin, self.cell)
         a, b = chosen[found].T.reshape(2, -1)
         size = len(self.edges)
-        keys = np.sort(np.concatenate([self.key(a, b), self.keys[self.arrays.length > 0]]))
+        keys = np.sort(np.concatenate([self.key(a, b), self.keys[(self.arrays.length > 0) | (self.lifts > 0)]]))
         keys = keys[np.diff(keys, prepend=-1) > 0]
         return np.column_stack([keys // size % size, keys % size]), keys
 
@@ -253,9 +265,11 @@ class Touches:
 
     @property
     def table(self) -> np.ndarray:
-        """(g, 4) for the loop: where each law and its parameters are, its first contact, and the next law's."""
+        """(g, 5) for the loop: where each law and its parameters are, its first contact, the next law's, its lift."""
         laws = [(group.compiled.address, group.compiled.numbers.ctypes.data) for group in self.groups]
-        return np.column_stack([np.array(laws, dtype=np.int64).reshape(-1, 2), self._bounds[:-1], self._bounds[1:]])
+        lifts = np.array([group.lift for group in self.groups], dtype=np.int64)
+        rows = np.array(laws, dtype=np.int64).reshape(-1, 2)
+        return np.column_stack([rows, self._bounds[:-1], self._bounds[1:], lifts])
 
     def key(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """(c,) what contacts of edges a and b are sorted by: law, edge a, edge b."""

@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 import grainlaw as gl
-from grainlaw.bonds import hand_over
 from grainlaw.geometry import block, moved, together
 from grainlaw.kernels.batch import compile_integrator
 from grainlaw.ledger import energies
@@ -60,7 +59,6 @@ class Motion:
             self.steps(count)
             row = {"time": self.state.time, **{name: read(self.state) for name, read in measures.items()}}
             rows.append(row | energies(self.state))
-            hand_over(self.state)
         return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 

@@ -168,7 +168,7 @@ def test_what_the_search_leaves_out_stays_beside_or_in_front_until_the_next():
 
 def pair(i, j, k, m, table):
     """What becomes of a pair of edges i to j and k to m, as they stand now: offset, and length in contact."""
-    touch.touch_geometry(0, table._replace(place=np.array([i, j, k, m], dtype=float).T.copy()), 0, 1, 0)
+    touch.touch_geometry(0, table._replace(place=np.array([i, j, k, m], dtype=float).T.copy()), 0, 1, 0, -1)
     return table.offset[0], table.length[0]
 
 

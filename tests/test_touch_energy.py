@@ -54,9 +54,9 @@ def contact_forces(edges):
         node=np.arange(4, dtype=np.int32).reshape(4, 1),
         limit=np.array([np.inf]), place=np.ascontiguousarray(np.transpose(edges)), way=np.zeros((2, 4)),
     )  # fmt: skip
-    touch.touch_geometry(0, table, 0, 1, 0)
+    touch.touch_geometry(0, table, 0, 1, 0, -1)
     table.normal[:] = KN * table.opening
-    touch.touch_forces(table, 1.0, 0, 1)
+    touch.touch_forces(table, 1.0, 0, 1, -1)
     return table.force[:, :, 0].T
 
 

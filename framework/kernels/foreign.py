@@ -30,12 +30,35 @@ def call(typing: Any, address: Any, arguments: Any) -> Any:
     return types.void(types.int64, arguments), generate
 
 
+@intrinsic
+def _load(typing: Any, address: Any) -> Any:
+    """The float at an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.load(builder.inttoptr(args[0], ir.DoubleType().as_pointer()))
+
+    return types.float64(types.int64), generate
+
+
+NEVER, ALWAYS = -1, -2  #: in place of the row of the damage
+
+
+@njit(forceinline=True, **OPTIONS)
+def unbonded(group, g, p):
+    """Whether nothing bonds contact point ``p`` of row ``g`` any more."""
+    row = group[g, 9]
+    if row < 0:
+        return row == ALWAYS
+    return _load(group[g, 4] + 8 * (row * group[g, 5] + p - group[g, 8])) >= 1.0
+
+
 @njit(forceinline=True, **OPTIONS)
 def respond(group, g, first, last, opening, slip, normal, shear):
     """Let the law of row ``g`` of a table answer for contact points ``first`` to ``last``.
 
     A row: address, parameters, per-contact parameters and their stride, memory and its stride, the first and the last
-    contact point, and the point that the first of the parameters and of the memory belong to.
+    contact point, the point that the first of the parameters and of the memory belong to, and the row of the memory
+    that is the damage (``NEVER`` where there is none, ``ALWAYS`` where the law bonds nothing).
     """
     offset = 8 * (first - group[g, 8])
     call(

@@ -12,7 +12,7 @@ from numba import njit
 from grainlaw.kernels import barrier, passes, touch
 from grainlaw.kernels.cache import OPTIONS
 from grainlaw.kernels.entry import compiled
-from grainlaw.kernels.foreign import call, respond
+from grainlaw.kernels.foreign import call, respond, unbonded
 
 BLOCK = 4096  #: zones, or interfaces, that go through their passes together: their scratch stays in the cache
 
@@ -37,6 +37,8 @@ class Contacts(NamedTuple):
     edge: np.ndarray  #: (2, c) vector of the undeformed edge (m)
     half: np.ndarray  #: (c,) half length (m)
     weight: np.ndarray  #: (c,) share of the far end in the motion at a contact point
+    reach: np.ndarray  #: (c,) m2, square of the motion of an end from which on the interface is handed over once broken
+    leaving: np.ndarray  #: (c,) 1 where it is to be handed over now
     gap: np.ndarray  #: (6, c) scratch
     frame: np.ndarray  #: (3, c) normal and inverse length
     opening: np.ndarray  #: (2, p) m, at this and the previous step in turn
@@ -133,8 +135,22 @@ def _zones(mesh, first, last):
 
 
 @njit(**OPTIONS)
+def _leave(contacts, group, g, first, last, d1x, d1y, d2x, d2y):
+    """Mark interfaces that have moved apart and have nothing left that bonds them; returns how many."""
+    count, leaving = contacts.half.shape[0], 0
+    for c in range(first, last):
+        k = c - first
+        if max(d1x[k] ** 2 + d1y[k] ** 2, d2x[k] ** 2 + d2y[k] ** 2) > contacts.reach[c]:
+            if unbonded(group, g, c) and unbonded(group, g + 1, count + c):
+                contacts.leaving[c] = 1
+                leaving += 1
+    return leaving
+
+
+@njit(**OPTIONS)
 def _group(mesh, contacts, group, g, new, old, first, last):
-    count = contacts.half.shape[0]
+    """Interfaces ``first`` to ``last`` of one law; returns how many are to be handed over."""
+    count, leaving = contacts.half.shape[0], 0
     ux, uy = mesh.displacement[0], mesh.displacement[1]
     cx, cy = contacts.force[0], contacts.force[1]
     opening, slip, normal, shear = contacts.opening[new], contacts.slip[new], contacts.normal[new], contacts.shear[new]
@@ -160,6 +176,8 @@ def _group(mesh, contacts, group, g, new, old, first, last):
         )  # fmt: skip
         respond(group, g, c, e, *addresses)
         respond(group, g + 1, k, m, *addresses)
+        if passes.moved_apart(d1x, d1y, d2x, d2y, contacts.reach[c:e]) > 0:
+            leaving += _leave(contacts, group, g, c, e, d1x, d1y, d2x, d2y)
         n1, n2, t1, t2 = normal[c:e], normal[k:m], shear[c:e], shear[k:m]
         passes.contact_work(o1, o_old[c:e], n1, n_old[c:e], o_work[c:e])
         passes.contact_work(o2, o_old[k:m], n2, n_old[k:m], o_work[k:m])
@@ -170,13 +188,19 @@ def _group(mesh, contacts, group, g, new, old, first, last):
             cx[c:e], cx[k:m], cx[count + k : count + m], cx[2 * count + k : 2 * count + m],
             cy[c:e], cy[k:m], cy[count + k : count + m], cy[2 * count + k : 2 * count + m],
         )  # fmt: skip
+    return leaving
 
 
 @njit(**OPTIONS)
 def _interfaces(mesh, contacts, group, new, old, first, last):
-    """Kinematics, tractions, work and forces of interfaces ``first`` to ``last``, law by law, block by block."""
+    """Kinematics, tractions, work and forces of interfaces ``first`` to ``last``, law by law, block by block.
+
+    Returns how many are to be handed over.
+    """
+    leaving = 0
     for g in range(0, group.shape[0], 2):  # a row for the first points of its interfaces, one for the second
-        _group(mesh, contacts, group, g, new, old, max(first, group[g, 6]), min(last, group[g, 7]))
+        leaving += _group(mesh, contacts, group, g, new, old, max(first, group[g, 6]), min(last, group[g, 7]))
+    return leaving
 
 
 @njit(**OPTIONS)
@@ -208,7 +232,7 @@ def _steps(
     thread, threads, meeting, pause, steps, now, time_step, mesh, contacts, group, freedoms, driven, held, pressed,
     schedule, rigid, parts, integrator, parameters, touching, touch_group, weighed,
 ):  # fmt: skip
-    """Returns how many steps were done: fewer where contacts must be searched anew, or overlap too much."""
+    """Returns how many steps were done: fewer where contacts change hands, must be searched anew, or are too deep."""
     # A thread works on the zones and nodes of its grains, on its interfaces, and on its freedoms.
     i0, i1 = parts.node[thread], parts.node[thread + 1]
     f0, f1 = parts.freedom[thread], parts.freedom[thread + 1]
@@ -230,11 +254,17 @@ def _steps(
         my_fy[:] = 0.0
         if rigid.grains == 0:
             _zones(mesh, parts.zone[thread], parts.zone[thread + 1])
-        _interfaces(mesh, contacts, group, new, old, parts.interface[thread], parts.interface[thread + 1])
+        leaving = _interfaces(mesh, contacts, group, new, old, parts.interface[thread], parts.interface[thread + 1])
         deep = 0
+        if searching:
+            touching.tally[thread, 3] = leaving
         if c0 < c1:
             deep, touching.tally[thread, 2] = touch.touch(touching, touch_group, time_step, c0, c1)
         barrier.wait(meeting, threads, pause)
+        if searching:
+            leaving = 0
+            for other in range(threads):
+                leaving += touching.tally[other, 3]
         passes.gather_forces(slot1, slot2, cx, cy, my_fx, my_fy)
         if t0 < t1:
             touch.gather_touching(touching, parts.touch, fx, fy, t0, t1)
@@ -261,7 +291,7 @@ def _steps(
             freedoms.force, freedoms.velocity, freedoms.mass, freedoms.imposed,
             driven.reaction[d0:d1], driven.total[d0:d1], driven.work[d0:d1],
         )  # fmt: skip
-        if searching and step == steps - 1:
+        if searching and (step == steps - 1 or leaving > 0):
             touching.before[0, i0:i1] = ux[i0:i1]
             touching.before[1, i0:i1] = uy[i0:i1]
         for row in range(freedoms.force.shape[0]):
@@ -289,7 +319,7 @@ def _steps(
             touching.tally[thread, 1] = deep
         barrier.wait(meeting, threads, pause)
         if searching:  # all threads read the same: the next barrier comes before anything is written
-            stop = 0
+            stop = leaving
             for other in range(threads):
                 stop += touching.tally[other, 0] + touching.tally[other, 1]
             if stop > 0:

@@ -113,6 +113,16 @@ def contact_kinematics(d1x, d1y, d2x, d2y, ex, ey, edge_x, edge_y, weight, nx, n
 
 
 @njit(**OPTIONS)
+def moved_apart(d1x, d1y, d2x, d2y, reach):
+    """How many interfaces have an end that has moved farther than the root of ``reach``."""
+    count = 0
+    for c in range(d1x.shape[0]):
+        first, second = d1x[c] * d1x[c] + d1y[c] * d1y[c], d2x[c] * d2x[c] + d2y[c] * d2y[c]
+        count += max(first, second) > reach[c]
+    return count
+
+
+@njit(**OPTIONS)
 def contact_work(now, before, traction_now, traction_before, work):
     """Work done on each contact point by the trapezoidal rule, which closes the discrete energy balance, Eq. (12)."""
     for p in range(now.shape[0]):

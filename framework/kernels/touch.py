@@ -29,7 +29,8 @@ class Touching(NamedTuple):
     dashpot: np.ndarray  #: (c,) sqrt(kg/m): damping force over rate and root of stiffness
     ease: np.ndarray  #: (c,) 1 / ks, m/Pa
     offset: np.ndarray  #: (c,) m, how much more open the contact is than its edges; infinite before it begins
-    opening: np.ndarray  #: (c,) m, the mean over the contact, negative; 0 where apart
+    depth: np.ndarray  #: (c,) m, mean overlap of the edges, moved by offset and by the lift of dilation; 0 where apart
+    opening: np.ndarray  #: (c,) m, of the law: the lift less the depth; 0 where apart
     slip: np.ndarray  #: (c,) m
     normal: np.ndarray  #: (c,) Pa
     shear: np.ndarray  #: (c,) Pa
@@ -62,17 +63,20 @@ def _edges(t, c):
 
 
 @njit(forceinline=True, **OPTIONS)
-def _part(t, g, c, deepest):
-    """Forget what a contact of edges that are apart has been through.
+def _part(t, g, c, deepest, row, lift):
+    """Forget what a contact of edges that are apart has been through, but for the ``lift`` of its faces.
 
     Parting without a force, they take back what they were more open than they are.
     """
     t.offset[c] = max(min(t.offset[c], deepest), 0.0)
     t.length[c] = 0.0
+    t.depth[c] = 0.0
     t.opening[c] = 0.0
     t.slip[c] = 0.0
     for n in range(t.memory.shape[0]):
         t.memory[n, c] = t.fresh[n, g]
+    if row >= 0 and lift > 0:
+        t.memory[row, c] = lift
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -103,22 +107,26 @@ def _slide(t, c, x, y, nx, ny, before, ax, ay, bx, by, wx, wy, ex, ey, fx, fy, q
 
 
 @njit(**OPTIONS)
-def touch_geometry(g, t, first, last, place):
+def touch_geometry(g, t, first, last, place, row):
     """Frame, opening, length and slip of contacts, Eqs. (13, 14).
 
-    Lists the active ones from ``place`` on; returns where the list ends, and how many overlap too much.
+    ``row`` of the memory is the lift of dilation, or -1. Lists the active ones from ``place`` on; returns where the
+    list ends, and how many overlap too much.
     """
     deep = 0
     for c in range(first, last):
         ax, ay, bx, by, wx, wy = _edges(t, c)
         offset, before = t.offset[c], t.length[c]
+        lift = t.memory[row, c] if row >= 0 else 0.0
         beginning = offset == np.inf
         if before == 0:
             stand = overlap.standing(ax, ay, bx, by, wx, wy, t.skin)
-            if stand != overlap.BEHIND and (stand == overlap.BESIDE or offset == 0 or beginning):
+            if stand != overlap.BEHIND and (stand == overlap.BESIDE or (offset == 0 and lift == 0) or beginning):
                 t.offset[c] = np.inf if stand == overlap.BESIDE else 0.0
+                if row >= 0:
+                    t.memory[row, c] = t.fresh[row, g]
                 continue
-        offset = 0.0 if beginning else offset
+        offset = (0.0 if beginning else offset) - lift  # lifted faces touch where their edges are apart
         qa, qb = 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by)
         ex, ey, fx, fy = qa * ax, qa * ay, qb * bx, qb * by  # unit vectors of both edges
         tx, ty = overlap.mean_tangent(ax, ay, bx, by, qa, qb)
@@ -141,8 +149,12 @@ def touch_geometry(g, t, first, last, place):
             t.active[place] = c
             place += 1
         if apart or far:
-            deep += far and -t.opening[c] > 0.5 * t.limit[c]
-            _part(t, g, c, 0.0 if offset == 0 else overlap.deepest(ax, ay, bx, by, wx, wy))
+            deep += far and t.depth[c] > 0.5 * t.limit[c]
+            if lift > 0:  # remembered until the faces are apart by more than grains may overlap
+                room = offset - t.limit[c]
+                _, _, _, _, near = overlap.strip(tx, ty, ax, ay, bx, by, wx + room * ty, wy - room * tx)
+                lift = lift if near > 0 else 0.0
+            _part(t, g, c, 0.0 if offset == 0 else overlap.deepest(ax, ay, bx, by, wx, wy), row, lift)
             continue
         g1x, g1y, g2x, g2y, share = overlap.gradient(
             first_end, last_end, d1, d2, along_a, along_b, cut_a, cut_b, ex, ey, fx, fy
@@ -152,7 +164,8 @@ def touch_geometry(g, t, first, last, place):
         nx, ny = nx / size, ny / size
         deep += depth > t.limit[c]
         t.length[c] = size / depth
-        t.opening[c] = -depth
+        t.depth[c] = depth
+        t.opening[c] = lift - depth
         # It acts half-way between the edges.
         centre = -(g2x * nx + g2y * ny) / size
         p1, q1, p2, q2 = (1 - centre) * x1, (1 - centre) * y1, centre * x2, centre * y2
@@ -176,25 +189,30 @@ def carry(rows, found):
     return new
 
 
-def geometry_of(t, g):
+def geometry_of(t, g, row):
     """:func:`touch_geometry` of all contacts."""
-    return touch_geometry(g, t, 0, t.length.shape[0], 0)
+    return touch_geometry(g, t, 0, t.length.shape[0], 0, row)
 
 
 @njit(**OPTIONS)
-def touch_forces(t, time_step, first, last):
-    """Nodal forces of active contacts, Eq. (15), and their work by the trapezoidal rule, Eq. (12)."""
+def touch_forces(t, time_step, first, last, row):
+    """Nodal forces of active contacts, Eq. (15), and their work by the trapezoidal rule, Eq. (12).
+
+    A dashpot resists the closing of lifted faces, and not their lifting.
+    """
     vx, vy = t.way[0], t.way[1]
     for c in t.active[first:last]:
         length = t.length[c]
         i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
         tx, ty, xa, xb = t.frame[0, c], t.frame[1, c], t.frame[2, c], t.frame[3, c]
         normal, shear = min(t.normal[c], 0.0) * length, t.shear[c] * length
-        damping = 0.0
-        if t.dashpot[c] > 0 and length > 0:
-            stiffness = -normal / max(-t.opening[c], 1e-300)
-            rate = t.frame[6, c] / time_step
-            damping = min(t.dashpot[c] * math.sqrt(max(stiffness, 0.0)) * rate, -normal)  # never pulls
+        damping, opened = 0.0, 0.0
+        if length > 0:
+            lifted = t.memory[row, c] - t.opening[c] - t.depth[c] if row >= 0 else 0.0  # in this step
+            opened = t.frame[6, c] - lifted
+            if t.dashpot[c] > 0:
+                stiffness = max(-normal / max(t.depth[c] + lifted, 1e-300), 0.0)
+                damping = min(t.dashpot[c] * math.sqrt(stiffness) * opened / time_step, -normal)  # never pulls
         push = normal + damping
         px, py = push * ty + shear * tx, shear * ty - push * tx  # on A; the reverse acts on B
         ax, ay, bx, by, _, _ = _edges(t, c)
@@ -208,8 +226,7 @@ def touch_forces(t, time_step, first, last):
             total -= (t.force[0, n, c] + fx[n]) * vx[node] + (t.force[1, n, c] + fy[n]) * vy[node]
             t.force[0, n, c] = fx[n]
             t.force[1, n, c] = fy[n]
-        slid, opened = (t.frame[7, c], t.frame[6, c]) if length > 0 else (0.0, 0.0)
-        in_slip = 0.5 * (t.carried[1, c] + shear) * slid
+        in_slip = 0.5 * (t.carried[1, c] + shear) * (t.frame[7, c] if length > 0 else 0.0)
         on_dashpot = 0.5 * (t.carried[2, c] + damping) * opened
         t.work[0, c] += 0.5 * total - in_slip - on_dashpot
         t.work[1, c] += in_slip
@@ -256,11 +273,11 @@ def touch(t, group, time_step, first, last):
         final = min(last, group[g, 3])
         for begin in range(max(first, group[g, 2]), final, BLOCK):
             before = listed
-            listed, too_deep = touch_geometry(g, t, begin, min(begin + BLOCK, final), listed)
+            listed, too_deep = touch_geometry(g, t, begin, min(begin + BLOCK, final), listed, group[g, 4])
             deep += too_deep
             if listed > before:
                 _answer(t, group, g, before, listed, rows)
-                touch_forces(t, time_step, before, listed)
+                touch_forces(t, time_step, before, listed, group[g, 4])
     return deep, listed - first
 
 
