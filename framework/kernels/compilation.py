@@ -89,7 +89,7 @@ class Compilation:
             co_names=tuple(self._mark(name) for name in function.__code__.co_names),
             co_name=f"{function.__name__}_{self.key[:16]}",
         )
-        defaults = self._convert(function.__defaults__, attributes)
+        defaults = tuple(self._convert(value, attributes) for value in function.__defaults__ or ())
         copy = types.FunctionType(code, scope, code.co_name, defaults, tuple(cells) or None)
         copy.__kwdefaults__ = {k: self._convert(v, attributes) for k, v in (function.__kwdefaults__ or {}).items()}
         copy.__qualname__, copy.__module__ = code.co_name, __name__
@@ -99,9 +99,6 @@ class Compilation:
         value = plain(value)
         if isinstance(value, types.FunctionType) and not is_standard(value):
             return self.copy(value)
-        if isinstance(value, tuple) and any(callable(entry) for entry in value):
-            entries = [self._convert(entry, attributes) for entry in value]
-            return type(value)(*entries) if hasattr(value, "_fields") else tuple(entries)
         if isinstance(value, types.ModuleType) and (not is_standard(value) or attributes & self.names):
             module = types.ModuleType(value.__name__)  # `helpers.chi(...)`: a module of jitted functions
             for attribute in attributes:

@@ -117,7 +117,9 @@ class _Hasher:
             self.hash.update(array.tobytes())
         elif isinstance(thing, (tuple, list)):
             self.word(type(thing).__name__, getattr(thing, "_fields", ""), len(thing))
-            for entry in thing:
+            for entry in map(plain, thing):
+                if isinstance(entry, types.FunctionType):
+                    raise NotCompilable(f"{where}: give functions names of their own, not a {type(thing).__name__}")
                 self.feed(entry, where)
         elif isinstance(thing, types.ModuleType):
             self.word("module", is_standard(thing), thing.__name__)

@@ -61,11 +61,14 @@ def _method(kind: type, name: str) -> types.FunctionType | None:
     return member if isinstance(member, types.FunctionType) else None
 
 
-def structure(component: Any, *methods: str) -> Structure:
-    """Take a component apart, beginning with the scalar ``methods`` that are called from outside."""
+def structure(component: Any, *methods: str, asked: frozenset[str] = frozenset()) -> Structure:
+    """Take a component apart, beginning with the scalar ``methods`` that are called from outside.
+
+    ``asked`` are names of attributes that are read from outside.
+    """
     kind = type(component)
     functions: dict[str, types.FunctionType] = {}
-    waiting, names = list(methods), set[str]()
+    waiting, names = list(methods), set(asked)
     while waiting:
         name = waiting.pop()
         functions[name] = plain(getattr(kind, name))
@@ -77,7 +80,8 @@ def structure(component: Any, *methods: str) -> Structure:
     parts = {}
     for name, value in values.items():
         if attrs.has(type(value)):
-            parts[name] = structure(value, *(other for other in sorted(names) if _method(type(value), other)))
+            called = (other for other in sorted(names) if _method(type(value), other))
+            parts[name] = structure(value, *called, asked=frozenset(names))
     return Structure(
         component,
         numbers=tuple(n for n, v in values.items() if isinstance(v, (float, np.floating))),
