@@ -84,9 +84,9 @@ def _pieces(change: Change, s: str) -> dict[str, Piece]:
             f"(E{s}.USED.value * {{v}})", top=f"class E{s}(enum.Enum):\n    {USED}\n    USED = {k}\n"
         ),
         "member that prints alike": Piece(
-            f"({k} * {{v}} if self.e{s} == E{s}.A else 3 * {k} * {{v}} * (1 / 3))",
-            top=f"class E{s}(enum.Enum):\n    A = {k}\n    B = 9.0\n    __repr__ = lambda self: 'E'\n",
-            body=f"    e{s}: E{s} = E{s}.{'A' if k > 0 else 'B'}\n",
+            f"(self.e{s}.value * {{v}})",
+            top=f"class E{s}(enum.Enum):\n    USED = {k}\n    __repr__ = lambda self: 'a member'\n",
+            body=f"    e{s}: E{s} = E{s}.USED\n",
         ),
         "named tuple": Piece(f"(G{s}.a * {{v}})", top=f"class N{s}(NamedTuple):\n    a: float\nG{s} = N{s}({k})\n"),
         "default": Piece(f"f{s}({{v}})", top=f"def f{s}(x, a={k}):\n    return a * x\n"),

@@ -246,6 +246,16 @@ class Stiffer(gl.ContactLaw):
 """
 
 
+def test_a_law_stiffer_than_it_says_is_refused_before_the_test(tmp_path):
+    (tmp_path / "mine.py").write_text(STIFFER.replace("asked > 50", "opening < 1"))
+    law = ("--law", f"{tmp_path / 'mine.py'}:Stiffer")
+    result = invoke("test", "uniaxial-compression", *SMALL, *law, "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "normal traction grows by 1e+16 Pa/m" in " ".join(result.output.replace("│", " ").split())
+    assert "Traceback" not in result.output
+    assert not (tmp_path / "out").exists()
+
+
 def test_an_unstable_run_keeps_what_it_recorded(tmp_path):
     (tmp_path / "mine.py").write_text(STIFFER)
     result = invoke(

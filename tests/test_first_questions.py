@@ -113,6 +113,11 @@ def test_a_sound_law_is_not_refused(law):
     ask_first_questions(law)
 
 
+def test_memory_may_be_what_is_left_of_larger_numbers():
+    """Its last digits differ between the interpreter and code in which products are added without rounding."""
+    ask_first_questions(law_of(f"{K}, {S}, {S} + 1e7 - self.k * (slip + opening)", memory="left"))
+
+
 def test_all_laws_of_a_run_are_asked():
     """Those of pairs of phases, and the one of contacts that are no bonds."""
     sound, wrong = Linear(**STIFF), law_of(f"2 * {K}, {S}")
@@ -135,7 +140,7 @@ def test_a_law_of_different_contacts_is_asked_as_one():
 def test_a_law_is_asked_once_for_its_numbers(monkeypatch):
     asked = []
     monkeypatch.setattr(first_questions._Questions, "ask", lambda self: asked.append(self.law))
-    one, other = Linear(**STIFF), Linear(kn=1e14, ks=1e13)
-    for law in (one, one, other, one, Linear(**STIFF)):
+    one, other = MohrCoulomb(**STRONG), MohrCoulomb(**STRONG | {"cohesion": 28e6})
+    for law in (one, one, other, one, MohrCoulomb(**STRONG)):
         ask_first_questions(law)
     assert asked == [one, other]
