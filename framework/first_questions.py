@@ -32,9 +32,10 @@ def ask_first_questions(laws: Laws, detection: Detection | None = None) -> None:
     are asked. Raises CompilationError too.
     """
     check_laws("law", laws)
-    for given in (laws, detection.law if detection else None):
-        for law in given.values() if isinstance(given, Mapping) else [given] if given else []:
-            _ask(law)
+    for given in (laws, None if detection is None else detection.law):
+        for law in given.values() if isinstance(given, Mapping) else (given,):
+            if law is not None:
+                _ask(law)
 
 
 def _ask(law: ContactLaw) -> None:

@@ -9,7 +9,7 @@ import importlib.util
 import os
 import sys
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -102,9 +102,7 @@ def _helpers_of_its_own(folder: Path) -> Iterator[None]:
     Another file's helpers may have the same names; those of an earlier run may have been edited since.
     """
     path, writes_none = list(sys.path), sys.dont_write_bytecode
-    aside = {name: module for name, module in sys.modules.items() if _is_in_the_way(name, folder)}
-    for name in aside:
-        del sys.modules[name]
+    aside = _take_out(lambda top: _is_in_the_way(top, folder))
     sys.path.insert(0, str(folder))
     sys.dont_write_bytecode = True  # an edit within the second of the first import would be missed
     importlib.invalidate_caches()
@@ -113,14 +111,19 @@ def _helpers_of_its_own(folder: Path) -> Iterator[None]:
     finally:
         sys.path[:], sys.dont_write_bytecode = path, writes_none
         if not _holds_installed(folder):
-            for name in [name for name in sys.modules if _found_in(name) == folder]:
-                del sys.modules[name]
+            _take_out(lambda top: _found_in(top) == folder)
         sys.modules.update(aside)
 
 
-def _is_in_the_way(name: str, folder: Path) -> bool:
+def _take_out(chosen: Callable[[str], bool]) -> dict[str, ModuleType]:
+    """Take modules, and what lies in them, out of those that are loaded."""
+    tops = {top for top in {name.partition(".")[0] for name in sys.modules} if chosen(top)}
+    return {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] in tops}
+
+
+def _is_in_the_way(top: str, folder: Path) -> bool:
     """Whether a loaded module would be taken for one of the folder; Python's own and installed ones may be."""
-    top, found = name.partition(".")[0], _found_in(name)
+    found = _found_in(top)
     if found is None or _holds_installed(found):
         return False
     return (folder / f"{top}.py").exists() or (folder / top).is_dir()
@@ -130,9 +133,8 @@ def _holds_installed(folder: Path) -> bool:
     return folder == _STANDARD or folder.name in ("site-packages", "dist-packages")
 
 
-def _found_in(name: str) -> Path | None:
-    """The folder of the search path in which a loaded module or the package above it was found, if any."""
-    top = name.partition(".")[0]
+def _found_in(top: str) -> Path | None:
+    """The folder of the search path in which a loaded module or package was found, if any."""
     module = sys.modules.get(top)
     if module is None or top in ("__main__", "grainlaw"):
         return None
