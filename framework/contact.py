@@ -72,6 +72,7 @@ class ContactLaw(ABC):
         """
 
 
+BY_POSITION = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
 Laws = ContactLaw | Mapping[tuple[int, int], ContactLaw]  #: one law, or one for each pair of phases
 
 
@@ -94,11 +95,28 @@ def law_of_pair(laws: Laws, one: int, other: int) -> ContactLaw | None:
 
 
 def memory_names(law: ContactLaw) -> tuple[str, ...]:
-    """Names of a law's memory: the arguments of its ``traction`` after ``opening`` and ``slip``."""
-    names = tuple(inspect.signature(law.traction).parameters)
-    if len(names) < 2:
-        raise TypeError(f"{type(law).__name__}.traction must take opening and slip before its memory, not {names}")
-    return names[2:]
+    """Names of a law's memory: the arguments of its ``traction`` after ``opening`` and ``slip``.
+
+    Raises :class:`ParameterError` where there are no such two, and for memory without a name or a start at zero.
+    """
+    arguments = list(inspect.signature(law.traction).parameters.values())
+    where = f"{type(law).__name__}.traction"
+    if len(arguments) < 2 or not all(argument.kind in BY_POSITION for argument in arguments[:2]):
+        raise ParameterError(
+            f"{where} must take opening and slip before its memory, not ({', '.join(map(str, arguments))})"
+        )
+    for argument in arguments[2:]:
+        if argument.kind not in BY_POSITION:
+            raise ParameterError(
+                f"{where}: {argument} is not allowed, the memory after opening and slip is given by position: "
+                "write each number of it as a plain argument"
+            )
+        if argument.default is not argument.empty:
+            raise ParameterError(
+                f"{where}: {argument} is not allowed, an argument after opening and slip is memory and begins at 0: "
+                "leave the default away, or make it a field of the law if it is a constant"
+            )
+    return tuple(argument.name for argument in arguments[2:])
 
 
 @attrs.frozen(eq=False)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
+import importlib
 import importlib.util
+import os
 import sys
 import traceback
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -79,17 +82,65 @@ def _run(file: Path) -> ModuleType:
     if not file.is_file():
         raise LawReferenceError(f"there is no file {file}")
     spec = importlib.util.spec_from_file_location(file.stem, file)
-    if spec is None or spec.loader is None:
+    if spec is None:
         raise LawReferenceError(f"{file} is no Python file")
     module = importlib.util.module_from_spec(spec)
-    path, folder = list(sys.path), str(file.resolve().parent)
-    sys.path.insert(0, folder)
     try:
-        spec.loader.exec_module(module)
+        with _helpers_of_its_own(file.resolve().parent):
+            exec(compile(file.read_bytes(), file, "exec"), vars(module))  # never the byte code of an older file
     except Exception as error:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
         where = f"{file}:{lines[-1]}" if lines else str(file)
         raise LawReferenceError(f"{where} does not run: {type(error).__name__}: {error}") from None
-    finally:
-        sys.path[:] = path
     return module
+
+
+@contextlib.contextmanager
+def _helpers_of_its_own(folder: Path) -> Iterator[None]:
+    """Import what lies in a folder as it is on disk now, and forget it afterwards.
+
+    Another file's helpers may have the same names; those of an earlier run may have been edited since.
+    """
+    path, writes_none = list(sys.path), sys.dont_write_bytecode
+    aside = _take_out(lambda top: _is_in_the_way(top, folder))
+    sys.path.insert(0, str(folder))
+    sys.dont_write_bytecode = True  # an edit within the second of the first import would be missed
+    importlib.invalidate_caches()
+    try:
+        yield
+    finally:
+        sys.path[:], sys.dont_write_bytecode = path, writes_none
+        if not _holds_installed(folder):
+            _take_out(lambda top: _found_in(top) == folder)
+        sys.modules.update(aside)
+
+
+def _take_out(chosen: Callable[[str], bool]) -> dict[str, ModuleType]:
+    """Take modules, and what lies in them, out of those that are loaded."""
+    tops = {top for top in {name.partition(".")[0] for name in sys.modules} if chosen(top)}
+    return {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] in tops}
+
+
+def _is_in_the_way(top: str, folder: Path) -> bool:
+    """Whether a loaded module would be taken for one of the folder; Python's own and installed ones may be."""
+    found = _found_in(top)
+    if found is None or _holds_installed(found):
+        return False
+    return (folder / f"{top}.py").exists() or (folder / top).is_dir()
+
+
+def _holds_installed(folder: Path) -> bool:
+    return folder == _STANDARD or folder.name in ("site-packages", "dist-packages")
+
+
+def _found_in(top: str) -> Path | None:
+    """The folder of the search path in which a loaded module or package was found, if any."""
+    module = sys.modules.get(top)
+    if module is None or top in ("__main__", "grainlaw"):
+        return None
+    places = list(getattr(module, "__path__", ()))
+    file = places[0] if places else getattr(module, "__file__", None)
+    return Path(file).resolve().parent if file else None
+
+
+_STANDARD = Path(os.__file__).resolve().parent

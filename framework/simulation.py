@@ -13,6 +13,7 @@ import numpy as np
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.diagnosis import fastest, first_fault
+from grainlaw.first_questions import ask_first_questions
 from grainlaw.integration import Integrator, Motion
 from grainlaw.kernels.batch import compile_integrator
 from grainlaw.ledger import energies, unbalanced
@@ -56,6 +57,7 @@ def simulate(
     into each other), :class:`StageError`.
     """
     _check(specimen, law, protocol, threads, time_step_factor, mass_scaling, detection)
+    ask_first_questions(law, detection)
     stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
     state = State(specimen, law, detection)
     return _Run(state, law, protocol, stages, threads, time_step_factor, mass_scaling, observers, frames).go()

@@ -1,20 +1,17 @@
 """Compiled code kept on disk: found again from wherever a law comes, and never stale."""
 
-import math
 import os
 import subprocess
 import sys
-import types
 from pathlib import Path
 
 import attrs
-import numpy as np
 import pytest
 
 import grainlaw as gl
 from grainlaw.kernels import batch
 from grainlaw.kernels.cache import _warn
-from grainlaw.kernels.fingerprint import fingerprint, is_standard
+from grainlaw.kernels.fingerprint import fingerprint
 from grainlaw.kernels.loop import _steps
 
 LAW = """
@@ -173,15 +170,6 @@ def test_a_folder_that_cannot_be_written_gives_one_warning(cache, afresh):
     with pytest.warns(UserWarning, match="not kept in .*cache.*: set GRAINLAW_CACHE to a writable folder") as caught:
         assert [afresh(), afresh()] == [3, 3]
     assert len(caught) == 1
-
-
-def test_a_file_named_like_one_of_pythons_is_not_pythons(monkeypatch, tmp_path):
-    assert is_standard(math)
-    assert is_standard(np.linalg)
-    mine = types.ModuleType("chunk")
-    mine.__file__ = str(tmp_path / "chunk.py")
-    monkeypatch.setitem(sys.modules, "chunk", mine)
-    assert not is_standard(mine)
 
 
 def test_the_key_of_the_loop_does_not_depend_on_the_process(tmp_path, cache):

@@ -241,9 +241,19 @@ class Stiffer(gl.ContactLaw):
     kn: float = gl.parameter("Pa/m", default=1e14)
     stiffness = property(lambda self: (self.kn / 100, self.kn / 100))
 
-    def traction(self, opening, slip):
-        return 1.0e2 * self.kn * opening, self.kn * slip
+    def traction(self, opening, slip, asked):
+        return (1.0e2 if asked > 50 else 1.0e-2) * self.kn * opening, 1.0e-2 * self.kn * slip, asked + 1
 """
+
+
+def test_a_law_stiffer_than_it_says_is_refused_before_the_test(tmp_path):
+    (tmp_path / "mine.py").write_text(STIFFER.replace("asked > 50", "opening < 1"))
+    law = ("--law", f"{tmp_path / 'mine.py'}:Stiffer")
+    result = invoke("test", "uniaxial-compression", *SMALL, *law, "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "normal traction grows by 1e+16 Pa/m" in " ".join(result.output.replace("│", " ").split())
+    assert "Traceback" not in result.output
+    assert not (tmp_path / "out").exists()
 
 
 def test_an_unstable_run_keeps_what_it_recorded(tmp_path):

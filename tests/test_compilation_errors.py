@@ -141,7 +141,7 @@ def test_a_traction_without_slip_is_refused():
         def traction(self, opening):
             return opening
 
-    with pytest.raises(TypeError, match=r"Short\.traction must take opening and slip"):
+    with pytest.raises(gl.ParameterError, match=r"Short\.traction must take opening and slip"):
         compile_law(Short())
 
 

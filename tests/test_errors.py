@@ -103,24 +103,28 @@ def test_a_folder_that_cannot_be_written_is_named(write, tmp_path):
 # --- runs that go wrong ----------------------------------------------------------------------------------------------
 
 
+SOFT_FOR = 50  #: calls, more than a law is asked before a run
+
+
 @attrs.frozen(kw_only=True)
 class Breaks(gl.ContactLaw):
-    """Not a number from some closure on."""
+    """Not a number from some closure on, once it has been asked for a while."""
 
     stiffness = (1e14, 1e14)
 
-    def traction(self, opening, slip):
-        return 1e14 * (opening if opening > -2e-7 else math.nan), 1e14 * slip
+    def traction(self, opening, slip, asked):
+        sound = opening > -2e-7 or asked < SOFT_FOR
+        return 1e14 * (opening if sound else math.nan), 1e14 * slip, asked + 1
 
 
 @attrs.frozen(kw_only=True)
 class Stiffer(gl.ContactLaw):
-    """Thirty times as stiff as it says."""
+    """Thirty times as stiff as it says, once it has been asked for a while."""
 
     stiffness = (1e14, 1e14)
 
-    def traction(self, opening, slip):
-        return 3e15 * opening, 1e14 * slip
+    def traction(self, opening, slip, asked):
+        return (1e14 if asked < SOFT_FOR else 3e15) * opening, 1e14 * slip, asked + 1
 
 
 @attrs.frozen(kw_only=True)

@@ -14,6 +14,7 @@ from grainlaw.cli.running import ProgressBar, progress_bars, versions
 from grainlaw.cli.sections import Sections, assign, read_file, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.files import writable_folder, write_atomically
+from grainlaw.first_questions import ask_first_questions
 from grainlaw.kernels.batch import CompilationError
 from grainlaw.loading import StageError
 from grainlaw.naming import aligned, shown
@@ -59,7 +60,8 @@ def test(
         for assignment in assignments:
             assign(sections, assignment)
         chosen = configured(name, sections, quick)
-    except (ParameterError, OSError, MemoryError) as error:
+        ask_first_questions(chosen.law)
+    except (ParameterError, OSError, CompilationError, MemoryError) as error:
         raise click.UsageError(str(error)) from None
     try:
         folder = writable_folder(out)

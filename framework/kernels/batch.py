@@ -25,7 +25,7 @@ from grainlaw.kernels.structure import Structure, spread
 
 __all__ = ["CompilationError", "Compiled", "compile_integrator", "compile_law"]
 
-ABI = 3  #: raise when a component is compiled in another way
+ABI = 4  #: raise when a component is compiled in another way
 
 
 class _Writer:
@@ -108,6 +108,7 @@ class Compiled:
     numbers: np.ndarray
     rows: np.ndarray  #: (r, count) per-contact parameters
     memory: tuple[str, ...]
+    key: str  #: hash of all that went into the code, without the numbers
     keep: Any = attrs.field(repr=False)  #: owns the machine code
 
     def batch(self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -170,7 +171,7 @@ def _compile(
         raise refusal(component, method, str(error)) from None
     code = _done[key]
     address = code.library.get_pointer_to_function(code.fndesc.llvm_cfunc_wrapper_name)
-    return Compiled(address, numbers, rows, memory or (), code)
+    return Compiled(address, numbers, rows, memory or (), key, code)
 
 
 def _build(

@@ -22,7 +22,7 @@ from numba.core.errors import NumbaError
 from numba.extending import overload_method
 
 from grainlaw.kernels.cache import OPTIONS
-from grainlaw.kernels.fingerprint import NotCompilable, code_names, is_standard, plain
+from grainlaw.kernels.fingerprint import NotCompilable, code_names, global_names, is_standard, plain
 from grainlaw.kernels.structure import Structure
 
 MARK = "__method"  #: ending of method names in compiled code, so that no field of any tuple shares one
@@ -35,9 +35,10 @@ class CompilationError(TypeError):
 def refusal(component: Any, method: str, problem: str) -> CompilationError:
     """The error that says why ``component.method`` cannot be compiled."""
     kind = type(component)
-    code = plain(getattr(kind, method)).__code__
+    code = getattr(plain(getattr(kind, method)), "__code__", None)
+    place = f" ({code.co_filename}:{code.co_firstlineno})" if code else ""
     return CompilationError(
-        f"{kind.__name__}.{method} ({code.co_filename}:{code.co_firstlineno}) cannot be compiled:\n"
+        f"{kind.__name__}.{method}{place} cannot be compiled:\n"
         + textwrap.indent(problem, "    ")
         + "\nIt may use its arguments, the numbers, flags and parts of self, math.*, and other plain functions."
     )
@@ -80,16 +81,17 @@ class Compilation:
 
     def _marked(self, function: types.FunctionType) -> types.FunctionType:
         scope = dict(function.__globals__, __name__=__name__)  # numba imports this module when it loads from disk
-        names, attributes = code_names(function.__code__)
-        for name in names & set(scope):
-            scope[self._mark(name)] = self._convert(scope[name], attributes)
+        attributes = code_names(function.__code__)[1]
+        for name, value in global_names(function).items():
+            scope[self._mark(name)] = self._convert(value, attributes)
         cells = [types.CellType(self._convert(c.cell_contents, attributes)) for c in function.__closure__ or ()]
         code = function.__code__.replace(
             co_names=tuple(self._mark(name) for name in function.__code__.co_names),
             co_name=f"{function.__name__}_{self.key[:16]}",
         )
-        copy = types.FunctionType(code, scope, code.co_name, function.__defaults__, tuple(cells) or None)
-        copy.__kwdefaults__ = function.__kwdefaults__
+        defaults = tuple(self._convert(value, attributes) for value in function.__defaults__ or ())
+        copy = types.FunctionType(code, scope, code.co_name, defaults, tuple(cells) or None)
+        copy.__kwdefaults__ = {k: self._convert(v, attributes) for k, v in (function.__kwdefaults__ or {}).items()}
         copy.__qualname__, copy.__module__ = code.co_name, __name__
         return copy
 

@@ -12,7 +12,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.kernels.fingerprint import NotCompilable, code_names, plain, references
+from grainlaw.kernels.fingerprint import NotCompilable, code_names, is_standard, plain, references
 from grainlaw.parameter import ParameterError
 
 
@@ -39,15 +39,14 @@ class Structure:
 
     def describe(self) -> tuple:
         """What of the structure, other than functions, shapes the code."""
-        constants = [(name, type(value).__name__, repr(value)) for name, value in self.constants.items()]
         parts = [(name, part.describe()) for name, part in self.parts.items()]
-        return self.numbers, self.rows, constants, parts, tuple(self.methods)
+        return self.numbers, self.rows, tuple(self.constants.items()), parts, tuple(self.methods)
 
 
 def _reachable_names(function: Any, seen: set[int]) -> set[str]:
     """Attribute names used by a function and by every helper it reaches."""
     function = plain(function)
-    if not isinstance(function, types.FunctionType) or id(function) in seen:
+    if not isinstance(function, types.FunctionType) or id(function) in seen or is_standard(function):
         return set()
     seen.add(id(function))
     names = set(code_names(function.__code__)[1])
@@ -62,11 +61,14 @@ def _method(kind: type, name: str) -> types.FunctionType | None:
     return member if isinstance(member, types.FunctionType) else None
 
 
-def structure(component: Any, *methods: str) -> Structure:
-    """Take a component apart, beginning with the scalar ``methods`` that are called from outside."""
+def structure(component: Any, *methods: str, asked: frozenset[str] = frozenset()) -> Structure:
+    """Take a component apart, beginning with the scalar ``methods`` that are called from outside.
+
+    ``asked`` are names of attributes that are read from outside.
+    """
     kind = type(component)
     functions: dict[str, types.FunctionType] = {}
-    waiting, names = list(methods), set[str]()
+    waiting, names = list(methods), set(asked)
     while waiting:
         name = waiting.pop()
         functions[name] = plain(getattr(kind, name))
@@ -78,7 +80,8 @@ def structure(component: Any, *methods: str) -> Structure:
     parts = {}
     for name, value in values.items():
         if attrs.has(type(value)):
-            parts[name] = structure(value, *(other for other in sorted(names) if _method(type(value), other)))
+            called = (other for other in sorted(names) if _method(type(value), other))
+            parts[name] = structure(value, *called, asked=frozenset(names))
     return Structure(
         component,
         numbers=tuple(n for n, v in values.items() if isinstance(v, (float, np.floating))),

@@ -1,0 +1,146 @@
+"""What a law is asked before its first run, and what of it is refused."""
+
+import math
+import time
+
+import attrs
+import numpy as np
+import pytest
+from support import STIFF, STRONG, Hillerborg, small_sample
+from test_laws_properties import LAWS
+
+import grainlaw as gl
+from grainlaw import first_questions
+from grainlaw.first_questions import ask_first_questions
+from grainlaw.kernels.batch import compile_law
+from grainlaw.laws import Linear, MohrCoulomb, WeibullField
+from grainlaw.protocols import UniaxialTension
+
+
+@pytest.fixture(autouse=True)
+def unseen(monkeypatch):
+    monkeypatch.setattr(first_questions, "_answered", set())
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_every_law_answers_in_milliseconds(law):
+    compile_law(law)
+    times = []
+    for _ in range(3):
+        first_questions._answered.clear()
+        start = time.perf_counter()
+        ask_first_questions(law)
+        times.append(time.perf_counter() - start)
+    assert min(times) < 0.1  # some ms on an idle machine
+
+
+def law_of(respond, stiffness=(1e14, 1e14), memory=""):
+    """A law of a traction written as an expression."""
+    arguments = f"self, opening, slip{', ' + memory if memory else ''}"
+    scope = {"math": math}
+    exec(f"def traction({arguments}):\n    return {respond}", scope)
+
+    @attrs.frozen(kw_only=True)
+    class Own(gl.ContactLaw):
+        k: float = gl.parameter("Pa/m", default=1e14)
+        stiffness = property(lambda self: stiffness)
+        traction = scope["traction"]
+
+    return Own()
+
+
+K, S = "self.k * opening", "self.k * slip"
+REFUSED = {
+    "stiffer in opening": (f"3 * {K}, {S}", r"normal traction grows by 3e\+14 Pa/m, more than 1\.05 times the 1e\+14"),
+    "stiffer in slip": (f"{K}, 1.1 * {S}", r"opening 0 m, slip 9\.27e-13 m the shear traction grows by 1\.1e\+14"),
+    "stiffer later": (f"{K} if opening < 1e-5 else 2 * {K}, {S}", r"opening 1\.\d+e-05 m.* normal traction grows"),
+    "stiffer under pressure": (f"{K}, (1 - 1e6 * min(opening, 0.0)) * {S}", "opening -1e-07 m.* shear traction grows"),
+    "a jump": (f"{K} + (0.0 if opening < 1e-5 else 1e12), {S}", "normal traction grows"),
+    "not a number": (f"{K} if opening > -1e-7 else math.nan, {S}", "normal traction is nan interpreted, it must be"),
+    "an error": (
+        f"{K}, {S} / slip * slip",
+        r"normal traction is nan interpreted \(ZeroDivisionError: .*must be finite",
+    ),
+    "memory that overflows": (f"{K}, {S}, 1e200 + wide * wide", "wide is .* must be finite"),
+    "whole numbers": (
+        f"{K}, {S} * (1.0 if int(3 + 0 * opening) ** 41 > 0 else 0.5)",  # beyond 64 bits
+        "shear traction is .* compiled, .* interpreted, they must be equal",
+    ),
+}
+
+
+@pytest.mark.parametrize(("respond", "words"), REFUSED.values(), ids=REFUSED)
+def test_a_law_that_no_run_can_trust_is_refused(respond, words):
+    law = law_of(respond, memory="wide" if "wide" in respond else "")
+    with pytest.raises(gl.ParameterError, match=r"^Own: at .*" + words) as caught:
+        gl.simulate(small_sample(5), law, UniaxialTension())
+    assert "gl.check_law(law) tells more" in str(caught.value)
+    assert len(str(caught.value)) < 300
+
+
+def test_answers_that_differ_are_shown_both():
+    """A function that says something else to the interpreter: there is no honest law that does."""
+    law = law_of(f"{K}, {S}")
+    ask_first_questions(law)
+    first_questions._answered.clear()
+    compiled = compile_law(law)
+    type(law).traction = law_of(f"{K}, {S} * (1 + 1e-11)").traction.__func__
+    with pytest.raises(gl.ParameterError, match=r"shear traction is .* compiled, .* interpreted, they must be equal"):
+        first_questions._Questions(law, compiled).ask()
+
+
+@pytest.mark.parametrize(
+    "stiffness", [(1e14,), (1e14, 0.0), (-1.0, 1.0), (math.nan, 1.0), (1.0, math.inf), None, ("a", "b")], ids=repr
+)
+def test_a_stiffness_that_is_not_two_positive_numbers_is_refused(stiffness):
+    with pytest.raises(gl.ParameterError, match=r"Own\.stiffness = .* is not allowed, it must be two positive finite"):
+        ask_first_questions(law_of(f"{K}, {S}", stiffness))
+
+
+SOUND = {
+    "brittle": MohrCoulomb(**STRONG),
+    "softening": Hillerborg(**STIFF, strength=13e6, energy=50),
+    "closing stiffens": law_of(f"{K} * (1 + 1e6 * abs(min(opening, 0.0))), {S}"),
+    "just as stiff as steps allow": law_of(f"1.04 * {K}, 1.04 * {S}"),
+    "soft": law_of("opening, slip", (1.0, 1.0)),
+    "very stiff": law_of("1e20 * opening, 1e20 * slip", (1e20, 1e20)),
+    "far from unity": Hillerborg(kn=1e9, ks=1e9, strength=1e3, energy=1e-2),
+}
+
+
+@pytest.mark.parametrize("law", SOUND.values(), ids=SOUND)
+def test_a_sound_law_is_not_refused(law):
+    ask_first_questions(law)
+
+
+def test_memory_may_be_what_is_left_of_larger_numbers():
+    """Its last digits differ between the interpreter and code in which products are added without rounding."""
+    ask_first_questions(law_of(f"{K}, {S}, {S} + 1e7 - self.k * (slip + opening)", memory="left"))
+
+
+def test_all_laws_of_a_run_are_asked():
+    """Those of pairs of phases, and the one of contacts that are no bonds."""
+    sound, wrong = Linear(**STIFF), law_of(f"2 * {K}, {S}")
+    with pytest.raises(gl.ParameterError, match=r"^Own: at"):
+        ask_first_questions({(0, 0): sound, (0, 1): wrong})
+    for law in (wrong, {(0, 0): wrong}):
+        with pytest.raises(gl.ParameterError, match=r"^Own: at"):
+            gl.simulate(small_sample(5), sound, UniaxialTension(), detection=gl.Detection(law=law))
+
+
+def test_a_law_of_different_contacts_is_asked_as_one():
+    specimen = small_sample(5)
+    law = WeibullField(modulus=5.0).scatter(MohrCoulomb(**STRONG), specimen)
+    ask_first_questions(law)
+    assert len(first_questions._answered) == 1
+    with pytest.raises(gl.ParameterError, match=r"stiffness = .* two positive"):
+        ask_first_questions(law_of(f"{K}, {S}", (np.array([1e14, -1.0]), 1e14)))
+
+
+def test_a_law_is_asked_once_for_its_numbers(monkeypatch):
+    asked = []
+    monkeypatch.setattr(first_questions._Questions, "ask", lambda self: asked.append(self.law))
+    one, other = MohrCoulomb(**STRONG), MohrCoulomb(**STRONG | {"cohesion": 28e6})
+    for law in (one, one, other, one, MohrCoulomb(**STRONG)):
+        ask_first_questions(law)
+    assert asked == [one, other]
