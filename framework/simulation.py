@@ -28,7 +28,6 @@ from grainlaw.timestep import StableStep
 
 CALL = 4_000_000  #: zones times steps of one call of the engine, some tenths of a second: Ctrl-C waits no longer
 MOST_THREADS = 128
-LOOK = 100  #: steps between looks at what the stable step must allow for
 ROUNDING = 1e-9  #: of the work of gravity over the size of the specimen: no run is judged by less
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
@@ -162,10 +161,10 @@ class _Run:
     ) -> tuple[Integrator, Motion | None]:
         """Do ``steps``; what happens between them is counted from the start of the stage, however samples are taken."""
         state = self.state
-        end = state.steps + steps
+        end, look = state.steps + steps, self.stability.look
         while state.steps < end:
             since = state.steps - self.first_step
-            if since and since % LOOK == 0 and self.stability.has_changed():
+            if since and since % look == 0 and self.stability.has_changed():
                 state.time_step = self._time_step(stage, integrator)
             if integrator.burst and since >= self.next_adapt:
                 motion = state.motion()
@@ -179,8 +178,8 @@ class _Run:
                     self._steps(integrator, 1, began)
                     state.start_from_rest(motion.velocity)
                     continue
-            pause = self.next_adapt - since if integrator.burst else LOOK
-            self._steps(integrator, min(pause, LOOK - since % LOOK, self.most_steps, end - state.steps), began)
+            pause = self.next_adapt - since if integrator.burst else look
+            self._steps(integrator, min(pause, look - since % look, self.most_steps, end - state.steps), began)
         return integrator, before
 
     def _steps(self, integrator: Integrator, steps: int, began: float) -> None:

@@ -14,6 +14,7 @@ from grainlaw.stability import highest_frequency, rigid_map, scale_masses, stiff
 from grainlaw.state import State
 
 AHEAD = 1.2  #: stiffness that a shorter step allows for beyond the present one, so that shortening is rare
+LOOKS = 20, 100  #: steps between looks at what the step must allow for, with and without a closure that stiffens
 EASED = 1.5  #: times less stiff than the step allows for, from which on it grows again
 LITTLE = 1e-3  #: of a closure: what it is tried with
 LEAST = 1e-9  #: of a grain's size: less than that counts as no closure
@@ -36,12 +37,25 @@ def _tangent(
     return (now - more) / little
 
 
+def _stiffens(law: Compiled, memory: np.ndarray, size: float) -> bool:
+    """Whether a law's closure is stiffer anywhere than at its start, for closures up to a hundredth of a grain."""
+    none = np.zeros(memory.shape[1])
+    tangents = [
+        _tangent(law, none - closure, none, memory, LITTLE * closure) for closure in size * np.geomspace(1e-8, 1e-2, 13)
+    ]
+    return bool(np.any(np.max(tangents, axis=0) > 1.05 * tangents[0]))
+
+
 class StableStep:
     """Highest frequency of a state, from the laws' first stiffness on; raises masses first where it is asked to."""
 
     def __init__(self, state: State, mass_scaling: float = 1.0) -> None:
         self.state = state
         self._size = float(np.median(np.sqrt(state.specimen.grains.areas)))
+        met = state.touches.groups if state.touches is not None else []
+        laws = [(g.compiled, g.memory) for g in state.groups] + [(g.compiled, g.broken[:, None]) for g in met]
+        self._stiffening = any(_stiffens(law, memory, self._size) for law, memory in laws if memory.shape[1])
+        self.look = LOOKS[0] if self._stiffening else LOOKS[1]  #: steps after which to ask ``has_changed``
         self.allowed = 1.0  #: closure stiffness over kn that the present step allows for
         self.touching = self._touching or not _in_one_piece(state)  #: whether the step allows for contacts at the rim
         matrix, mass = self._matrix(self.state.stiffness[0]), self._masses()
@@ -75,6 +89,8 @@ class StableStep:
         """
         if self.state.touches is not None and not self.touching:
             self.state.search(self.state.touches.arrays.before)
+        if not (self._stiffening or self.touching != self._touching):
+            return False
         touching, retired = self._touch_ratio(), np.tile(self.state.retired, 2)
         tangents = np.where(retired, touching * self.state.stiffness[0], self._closure_tangents())
         ratio = float(np.max(tangents / self.state.stiffness[0], initial=touching))

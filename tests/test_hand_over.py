@@ -5,11 +5,12 @@ import math
 import attrs
 import numpy as np
 import pytest
+from support import small_sample
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.laws import CohesiveCrack, Friction, MohrCoulomb
-from grainlaw.protocols import DirectShear
+from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, MohrCoulomb
+from grainlaw.protocols import DirectShear, UniaxialCompression
 
 WIDTH, PRESSURE, ANGLE = 0.02, 5e6, 25
 JOINT = {"kn": 1e12, "ks": 1e12, "tensile_strength": 1e6, "cohesion": 2e6, "friction_angle": 40,
@@ -98,3 +99,36 @@ def test_what_has_parted_meets_again_where_its_edges_are(aside):
     assert np.abs(curves["force"][back][above]).max() < 1
     stiffness = 1e12 * (1 - aside) * WIDTH
     assert curves["force"][-1] == pytest.approx(stiffness * closure[-1], rel=0.05)
+
+
+class Steps(gl.Observer):
+    """Where all nodes are, by step, and how many bonds were handed over."""
+
+    def __init__(self):
+        self.places, self.handed_over = {}, 0
+
+    def observe(self, state, curves, stage, progress):
+        self.places[state.steps] = state.displacement.tobytes()
+        self.handed_over = int(state.retired.sum())
+
+
+@pytest.mark.parametrize("integrator", [gl.CentralDifference(), gl.DynamicRelaxation()], ids=["central", "relaxation"])
+def test_how_often_one_samples_changes_no_bit_of_the_motion(integrator):
+    """Crushed until bonds are handed over, with a platen whose speed rises, and a closure that shortens the step."""
+    specimen = small_sample(16)
+    law = CohesiveCrack(**JOINT | {"kn": 1e14, "ks": 1e14}, mode_i_energy=1, mode_ii_energy=2,
+                        closure=BandisClosure(maximum_closure=2e-6))  # fmt: skip
+    runs = []
+    for samples in (120, 5000):
+        test = UniaxialCompression(
+            speed=4.0, ramp=2e-5, maximum_strain=0.02, stop_fraction=0, samples=samples, integrator=integrator
+        )
+        watch = Steps()
+        gl.simulate(specimen, law, test, detection=gl.Detection(hand_over=0.02), observers=[watch], frames=1)
+        runs.append(watch)
+    one, other = runs
+    common = sorted(set(one.places) & set(other.places))
+    assert len(common) > 60
+    assert len(other.places) > 6 * len(common)  # after every step
+    assert all(one.places[step] == other.places[step] for step in common)
+    assert one.handed_over == other.handed_over > 3
