@@ -49,7 +49,8 @@ class ContactLaw(ABC):
     def exceptions(self) -> dict[str, str]:
         """Properties of :func:`grainlaw.check_law` that the law is known to break: why and by how much.
 
-        "continuity", "energy" or "fracture energies"; the others bear no exception.
+        "continuity", "energy", "fracture energies", or "stiffness" for a law without a finite tangent at the origin;
+        the others bear no exception.
         """
         return {}
 
@@ -57,8 +58,8 @@ class ContactLaw(ABC):
     def fracture_energies(self) -> dict[str, float]:
         """Work (J/m2) from the peak to the break, for a law that promises it: "mode_i" pulled, "mode_ii" sheared.
 
-        Sheared under no pressure. What the rise to the peak takes does not count: a law that includes it, like the
-        one above, returns ``{"mode_i": self.energy - self.strength**2 / (2 * self.kn)}``.
+        Sheared under no pressure; a level peak counts from where it begins. What the rise to it takes does not: a law
+        that includes it, like the one above, returns ``{"mode_i": self.energy - self.strength**2 / (2 * self.kn)}``.
         """
         return {}
 
