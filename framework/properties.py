@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator
@@ -129,9 +128,9 @@ def fracture_energies(bench: Bench) -> Finding | None:
     if unknown:
         return Finding(f"fracture_energies has {', '.join(sorted(unknown))}, it may have mode_i and mode_ii")
     worst = Finding("")
-    modes = {"mode_i": tensile_mode, "mode_ii": functools.partial(shear_mode, pressure=0.0)}
     for name, energy in declared.items():
-        work = modes[name](bench.contact).work_after_peak
+        mode = tensile_mode(bench.contact) if name == "mode_i" else shear_mode(bench.contact, pressure=0.0)
+        work = mode.work_after_peak
         error = abs(work - energy) / abs(energy)
         if math.isnan(error):
             return Finding(f"{name}: no peak and break, declared {words(energy, 'J/m2')}")
