@@ -74,16 +74,34 @@ def test_what_cannot_be_checked_is_refused(wrong, error, said):
         gl.check_law(wrong)
 
 
-def test_a_wrong_number_of_results_is_told():
+@attrs.frozen
+class Short(gl.ContactLaw):
+    stiffness = (1.0, 1.0)
+
+    def traction(self, opening, slip, damage):
+        return opening, slip
+
+
+@pytest.mark.parametrize("answer", [(1.0, 2.0), (1.0, 2.0, 3.0, 4.0), 1.0, None, [1.0, 2.0, 3.0], (1.0, 2.0, None)])
+def test_a_wrong_answer_is_told_with_what_is_missing(answer):
     @attrs.frozen
-    class Short(gl.ContactLaw):
+    class Answers(gl.ContactLaw):
         stiffness = (1.0, 1.0)
 
         def traction(self, opening, slip, damage):
-            return opening, slip
+            return answer
 
-    with pytest.raises(TypeError, match=r"Short.traction must return 3 numbers, .* traction and damage, not \("):
-        gl.check_law(Short())
+    said = "Answers.traction must return 3 numbers, normal and shear traction and damage, not " + re.escape(
+        repr(answer)
+    )
+    for look in (gl.check_law, lambda law: gl.trace(law, 0, 0)):
+        with pytest.raises(TypeError, match=said):
+            look(Answers())
+
+
+def test_a_wrong_number_of_results_is_told_by_the_compiler_too():
+    with pytest.raises(TypeError, match=r"(?s)Short.traction .* must return 3 numbers on every path"):
+        gl.trace(Short(), 0, 0, compiled=True)
 
 
 def test_unknown_names_are_told():
