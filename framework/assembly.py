@@ -105,8 +105,9 @@ def contact_arrays(specimen: Specimen, order: np.ndarray) -> loop.Contacts:
 
 
 def _resists_opening(law: Compiled, memory: np.ndarray) -> bool:
-    opening = np.full(memory.shape[1], 1e-10)
-    return bool(np.any(law.batch(opening, 0 * opening, memory.copy())[0] > 0))
+    rest = np.zeros(memory.shape[1])
+    openings = 2.0 ** np.arange(-100, 0, 10)  # m: some are small for any law, and none is too small for rounding
+    return any(bool(np.any(law.batch(rest + opening, rest, memory.copy())[0] > 0)) for opening in openings)
 
 
 def law_groups(laws: Sequence[tuple[ContactLaw, int]], count: int) -> tuple[list[Group], np.ndarray]:

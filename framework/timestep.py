@@ -84,7 +84,8 @@ class StableStep:
 
     def _closure_tangents(self) -> np.ndarray:
         """(p,) Pa/m: normal stiffness against a little more closure, tried without being committed."""
-        little = 1e-3 * max(-float(self.state.opening.min(initial=0.0)), 1e-12)
+        least = 1e-6 * float(self.state.contact_lengths.mean()) if len(self.state.order) else 1.0
+        little = 1e-3 * max(-float(self.state.opening.min(initial=0.0)), least)
         count = len(self.state.order)
         tangents = np.empty(2 * count)
         for group in self.state.groups:
