@@ -182,6 +182,8 @@ def driven_arrays(specimen: Specimen, drives: Sequence[Drive | Hold], fixed: Seq
         roller = isinstance(drive, Drive) and drive.roller
         nodes = mesh.middle(drive.boundary) if roller else mesh.boundaries[drive.boundary]
         places = np.unique(mesh.node_grain[nodes]) if specimen.is_rigid else nodes
+        if specimen.is_rigid:
+            _check_one_way(drives, column, [(held.get((drive.axis, place)), place) for place in places.tolist()])
         held.update({(drive.axis, place): column for place in places.tolist()})
         if specimen.is_rigid and not roller:  # a platen that lies against a grain's edge keeps it from turning
             held.update({(2, place): still for place in places.tolist()})
@@ -194,6 +196,17 @@ def driven_arrays(specimen: Specimen, drives: Sequence[Drive | Hold], fixed: Seq
     row, index = np.array(rows, dtype=np.int64).reshape(-1, 2).T.copy()
     columns = np.array([held[key] for key in rows], dtype=np.int64)
     return loop.Driven(row, index, columns, *np.zeros((3, len(rows))))
+
+
+def _check_one_way(drives: Sequence[Drive | Hold], column: int, before: Sequence[tuple[int | None, int]]) -> None:
+    """Raise :class:`ParameterError` where a rigid grain would have to move in two ways at once, and so strain."""
+    drive = drives[column]
+    for other, grain in before:
+        if other is not None and attrs.evolve(drives[other], boundary=drive.boundary) != drive:
+            raise ParameterError(
+                f"{type(drive).__name__}: boundary = {drive.boundary!r} is not allowed, rigid grain {grain} lies on "
+                f"{drives[other].boundary!r} too, which is moved along the same axis in another way"
+            )
 
 
 def held_arrays(
