@@ -28,7 +28,7 @@ from grainlaw.timestep import StableStep
 
 CALL = 4_000_000  #: zones times steps of one call of the engine, some tenths of a second: Ctrl-C waits no longer
 MOST_THREADS = 128
-ROUNDING = 1e-9  #: of the work of gravity over the size of the specimen: no run is judged by less
+ROUNDING = 1e-9  #: of kinetic energy, and of gravity's work over the size of the specimen: no run is judged by less
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
 
@@ -198,7 +198,8 @@ class _Run:
     def _check(
         self, energy: dict[str, float], saved: Saved, stage: Stage, integrator: Integrator, steps: int, began: float
     ) -> None:
-        self.supplied = max(self.supplied, abs(energy["external"]))
+        moving = self.state.kinetic_energy + abs(self.state.initial_energy)
+        self.supplied = max(self.supplied, abs(energy["external"]), ROUNDING * moving)
         gap = abs(energy["external"] - sum(value for name, value in energy.items() if name != "external"))
         if gap <= TOLERATED_GAP * self.supplied and np.isfinite(list(energy.values())).all():
             return
