@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,3 +50,15 @@ def unbalanced(state: State) -> float:
     carried = carried if len(carried) else state.driven.reaction
     scale = float(np.mean(np.abs(carried))) if len(carried) else 0.0
     return float(np.mean(np.abs(state.freedoms.force[:2][free]))) / scale if scale > 0 else 1.0
+
+
+def motion(state: State, energy: Mapping[str, float]) -> float:
+    """Root of kinetic over stored energy, up to 1: about the way still to go over that gone so far, 0 at rest.
+
+    1 while a load of the stage still changes, as what follows it slowly is balanced all the time.
+    """
+    ramps = [one.ramp for one in (*state.drives, *state.pressures)]
+    if state.time - state.began < max(ramps, default=0.0):
+        return 1.0
+    stored = sum(energy[name] for name in ("zones", "contacts_normal", "contacts_shear"))
+    return math.sqrt(min(max(energy["kinetic"], 0.0) / stored, 1.0)) if stored > 0 else float(energy["kinetic"] > 0)

@@ -16,7 +16,7 @@ from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.diagnosis import fastest, first_fault
 from grainlaw.integration import Integrator, Motion
 from grainlaw.kernels.batch import compile_integrator
-from grainlaw.ledger import energies, unbalanced
+from grainlaw.ledger import energies, motion, unbalanced
 from grainlaw.loading import Drive, LoadingProtocol, Stage, StageError
 from grainlaw.observation import Columns, FrameClock, FrameRecorder, Observer, take_frame
 from grainlaw.parameter import ParameterError
@@ -188,6 +188,7 @@ class _Run:
             "shear_cracks": int(np.sum(state.broken_mode >= 0.5)),
             "damaged": int(np.count_nonzero(state.memory("damage") > 0)),
             "unbalanced": unbalanced(state),
+            "motion": motion(state, energies),
         }
         row |= {f"energy_{name}": value for name, value in energies.items()}
         self.columns.append(row)
