@@ -55,10 +55,19 @@ def unbalanced(state: State) -> float:
 def motion(state: State, energy: Mapping[str, float]) -> float:
     """Root of kinetic over stored energy, up to 1: about the way still to go over that gone so far, 0 at rest.
 
-    1 while a load of the stage still changes, as what follows it slowly is balanced all the time.
+    1 while a load of the stage still changes, as what follows it slowly is balanced all the time. Along an axis that
+    nothing drives the specimen may drift as a whole.
     """
     ramps = [one.ramp for one in (*state.drives, *state.pressures)]
     if state.time - state.began < max(ramps, default=0.0):
         return 1.0
     stored = sum(energy[name] for name in ("zones", "contacts_normal", "contacts_shear"))
-    return math.sqrt(min(max(energy["kinetic"], 0.0) / stored, 1.0)) if stored > 0 else float(energy["kinetic"] > 0)
+    kinetic = max(state.kinetic_energy - _drift(state), 0.0)
+    return math.sqrt(min(kinetic / stored, 1.0)) if stored > 0 else float(kinetic > 0)
+
+
+def _drift(state: State) -> float:
+    """J, kinetic energy of the mean velocity along axes in which no freedom is driven."""
+    mass, velocity = state.freedoms.mass, state.freedoms.velocity
+    free = [axis for axis in (0, 1) if not np.any(state.driven.row == axis)]
+    return sum(0.5 * float(mass[axis] @ velocity[axis]) ** 2 / float(mass[axis].sum()) for axis in free)

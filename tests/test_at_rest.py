@@ -21,6 +21,7 @@ class Rest(gl.LoadingProtocol):
     ratio: float
     axis: int = 1
     interval: float = 5e-6
+    drift: float = 0.0
     integrator: gl.Integrator = CentralDifference()
 
     def stages(self, specimen):
@@ -29,7 +30,8 @@ class Rest(gl.LoadingProtocol):
         if self.axis == 0:
             held.append(gl.Drive(boundary="top", axis=1, speed=0.0))
         return [gl.Stage(name="rest", drives=[load, *held], until=[gl.AtRest(self.ratio)], interval=self.interval,
-                         integrator=self.integrator)]  # fmt: skip
+                         integrator=self.integrator, sample_limit=5000,
+                         initial_velocity=np.tile([self.drift, 0.0], (len(specimen.mesh.nodes), 1)))]  # fmt: skip
 
     def measure(self, state):
         return {"moved": -float(state.displacement[state.mesh.boundaries["top"], self.axis].mean()),
@@ -60,6 +62,13 @@ def test_a_joint_is_at_rest_where_its_spring_is():
     ks = 1e11
     curves = gl.simulate(column(2, 40e-3), Linear(kn=KN, ks=ks), Rest(axis=0, ramp=2e-3, ratio=2e-4)).curves
     assert abs(curves["slip"][-1]) == pytest.approx(STRESS / ks, rel=2e-3)
+
+
+def test_a_specimen_that_drifts_as_a_whole_is_at_rest():
+    law, test = Linear(kn=KN, ks=KN), Rest(ramp=1e-5, ratio=1e-3)
+    still, drifting = (gl.simulate(column(ROWS, 2e-3), law, attrs.evolve(test, drift=v)).curves for v in (0, 1e-2))
+    assert drifting["moved"][-1] == pytest.approx(still["moved"][-1], rel=0.02)
+    assert drifting["time"][-1] < 3 * still["time"][-1]
 
 
 def rest(unbalanced, motion, ratio=0.1):
