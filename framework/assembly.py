@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import attrs
 import numpy as np
@@ -16,6 +17,8 @@ from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 from grainlaw.stability import shape_functions
 from grainlaw.touching import Touches
+
+LITTLE = 2.0 ** np.arange(-100, 0, 10)  #: m: some are small for any law, and none is too small for rounding
 
 
 @attrs.frozen(eq=False)
@@ -33,6 +36,15 @@ class Group:
     def size(self) -> int:
         """Number of interfaces."""
         return self.last - self.first
+
+    @cached_property
+    def cohesive(self) -> np.ndarray:
+        """(2, size) whether a fresh point resists opening, or slip under no pressure."""
+        rest, held = np.zeros(2 * self.size), np.zeros(2 * self.size, dtype=bool)
+        for little in LITTLE:
+            held |= self.compiled.batch(rest + little, rest, np.zeros_like(self.memory))[0] > 0
+            held |= self.compiled.batch(rest, rest + little, np.zeros_like(self.memory))[1] > 0
+        return held.reshape(2, -1)
 
     def row(self, name: str) -> np.ndarray | None:
         """(2, size) of one name of the law's memory, or None."""
@@ -106,8 +118,7 @@ def contact_arrays(specimen: Specimen, order: np.ndarray) -> loop.Contacts:
 
 def _resists_opening(law: Compiled, memory: np.ndarray) -> bool:
     rest = np.zeros(memory.shape[1])
-    openings = 2.0 ** np.arange(-100, 0, 10)  # m: some are small for any law, and none is too small for rounding
-    return any(bool(np.any(law.batch(rest + opening, rest, memory.copy())[0] > 0)) for opening in openings)
+    return any(bool(np.any(law.batch(rest + little, rest, memory.copy())[0] > 0)) for little in LITTLE)
 
 
 def law_groups(laws: Sequence[tuple[ContactLaw, int]], count: int) -> tuple[list[Group], np.ndarray]:
