@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import attrs
 import numpy as np
@@ -17,6 +18,8 @@ from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 from grainlaw.stability import shape_functions
 from grainlaw.touching import Touches
+
+LITTLE = 2.0 ** np.arange(-100, 0, 10)  #: m: some are small for any law, and none is too small for rounding
 
 
 @attrs.frozen(eq=False)
@@ -33,6 +36,15 @@ class Group:
     def size(self) -> int:
         """Number of interfaces."""
         return self.last - self.first
+
+    @cached_property
+    def cohesive(self) -> np.ndarray:
+        """(2, size) whether a fresh point resists opening, or slip under no pressure."""
+        rest, held = np.zeros(2 * self.size), np.zeros(2 * self.size, dtype=bool)
+        for little in LITTLE:
+            held |= self.compiled.batch(rest + little, rest, np.zeros_like(self.memory))[0] > 0
+            held |= self.compiled.batch(rest, rest + little, np.zeros_like(self.memory))[1] > 0
+        return held.reshape(2, -1)
 
     def row(self, name: str) -> np.ndarray | None:
         """(2, size) of one name of the law's memory, or None."""
@@ -107,8 +119,8 @@ def contact_arrays(specimen: Specimen, order: np.ndarray, detection: Detection |
 
 
 def _resists_opening(law: Compiled, memory: np.ndarray) -> bool:
-    opening = np.full(memory.shape[1], 1e-10)
-    return bool(np.any(law.batch(opening, 0 * opening, memory.copy())[0] > 0))
+    rest = np.zeros(memory.shape[1])
+    return any(bool(np.any(law.batch(rest + little, rest, memory.copy())[0] > 0)) for little in LITTLE)
 
 
 def law_groups(laws: Sequence[tuple[ContactLaw, int]], count: int) -> tuple[list[Group], np.ndarray]:
@@ -185,6 +197,8 @@ def driven_arrays(specimen: Specimen, drives: Sequence[Drive | Hold], fixed: Seq
         roller = isinstance(drive, Drive) and drive.roller
         nodes = mesh.middle(drive.boundary) if roller else mesh.boundaries[drive.boundary]
         places = np.unique(mesh.node_grain[nodes]) if specimen.is_rigid else nodes
+        if specimen.is_rigid:
+            _check_one_way(drives, column, [(held.get((drive.axis, place)), place) for place in places.tolist()])
         held.update({(drive.axis, place): column for place in places.tolist()})
         if specimen.is_rigid and not roller:  # a platen that lies against a grain's edge keeps it from turning
             held.update({(2, place): still for place in places.tolist()})
@@ -197,6 +211,17 @@ def driven_arrays(specimen: Specimen, drives: Sequence[Drive | Hold], fixed: Seq
     row, index = np.array(rows, dtype=np.int64).reshape(-1, 2).T.copy()
     columns = np.array([held[key] for key in rows], dtype=np.int64)
     return loop.Driven(row, index, columns, *np.zeros((3, len(rows))))
+
+
+def _check_one_way(drives: Sequence[Drive | Hold], column: int, before: Sequence[tuple[int | None, int]]) -> None:
+    """Raise :class:`ParameterError` where a rigid grain would have to move in two ways at once, and so strain."""
+    drive = drives[column]
+    for other, grain in before:
+        if other is not None and attrs.evolve(drives[other], boundary=drive.boundary) != drive:
+            raise ParameterError(
+                f"{type(drive).__name__}: boundary = {drive.boundary!r} is not allowed, rigid grain {grain} lies on "
+                f"{drives[other].boundary!r} too, which is moved along the same axis in another way"
+            )
 
 
 def held_arrays(

@@ -11,7 +11,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.probing import alone
 from grainlaw.properties import PROPERTIES, Bench
 
-EXCUSABLE = ("energy", "fracture energies", "continuity")  #: properties a law may declare that it breaks
+EXCUSABLE = ("stiffness", "energy", "fracture energies", "continuity")  #: properties a law may declare that it breaks
 
 
 @attrs.frozen(eq=False)

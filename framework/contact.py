@@ -49,7 +49,8 @@ class ContactLaw(ABC):
     def exceptions(self) -> dict[str, str]:
         """Properties of :func:`grainlaw.check_law` that the law is known to break: why and by how much.
 
-        "continuity", "energy" or "fracture energies"; the others bear no exception.
+        "continuity", "energy", "fracture energies", or "stiffness" for a law without a finite tangent at the origin;
+        the others bear no exception.
         """
         return {}
 
@@ -57,8 +58,8 @@ class ContactLaw(ABC):
     def fracture_energies(self) -> dict[str, float]:
         """Work (J/m2) from the peak to the break, for a law that promises it: "mode_i" pulled, "mode_ii" sheared.
 
-        Sheared under no pressure. What the rise to the peak takes does not count: a law that includes it, like the
-        one above, returns ``{"mode_i": self.energy - self.strength**2 / (2 * self.kn)}``.
+        Sheared under no pressure; a level peak counts from where it begins. What the rise to it takes does not: a law
+        that includes it, like the one above, returns ``{"mode_i": self.energy - self.strength**2 / (2 * self.kn)}``.
         """
         return {}
 
@@ -119,6 +120,19 @@ def memory_names(law: ContactLaw) -> tuple[str, ...]:
     return tuple(argument.name for argument in arguments[2:])
 
 
+def answered(law: ContactLaw, names: tuple[str, ...], answer: Any) -> tuple[float, ...]:
+    """What ``traction`` of a law with a memory of these ``names`` returned, as floats. Raises TypeError."""
+    if isinstance(answer, tuple) and len(answer) == 2 + len(names):
+        try:
+            return tuple(map(float, answer))
+        except (TypeError, ValueError):
+            pass
+    raise TypeError(
+        f"{type(law).__name__}.traction must return {2 + len(names)} numbers, normal and shear traction and "
+        f"{', '.join(names) or 'no memory'}, not {answer!r}"
+    )
+
+
 @attrs.frozen(eq=False)
 class Trace:
     """Answer of one contact along a path: arrays of equal length, the memory under its own names."""
@@ -139,7 +153,8 @@ class Trace:
 def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False) -> Trace:
     """Drive one contact alone along arrays of ``opening`` and ``slip`` (m; either may be a single number).
 
-    Interpreted, or through the ``compiled`` code a simulation runs; both agree to 1e-12.
+    Interpreted, or through the ``compiled`` code a simulation runs; both agree to 1e-12. Raises TypeError for a law
+    that returns anything but its two tractions and its memory.
     """
     opening, slip = (np.array(a, dtype=float) for a in np.broadcast_arrays(np.atleast_1d(opening), np.atleast_1d(slip)))
     names = memory_names(law)
@@ -152,9 +167,9 @@ def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False) -
     rows = np.empty((2 + len(names), len(opening)))
     state = (0.0,) * len(names)
     for i in range(len(opening)):
-        answer = respond(float(opening[i]), float(slip[i]), *state)
+        answer = answered(law, names, respond(float(opening[i]), float(slip[i]), *state))
         rows[:, i] = answer
-        state = tuple(float(entry) for entry in answer[2:])
+        state = answer[2:]
     normal, shear = rows[:2]
     steps = (normal[1:] + normal[:-1]) / 2 * np.diff(opening) + (shear[1:] + shear[:-1]) / 2 * np.diff(slip)
     work = np.concatenate([[0.0], np.cumsum(steps)])

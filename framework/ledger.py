@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,3 +50,24 @@ def unbalanced(state: State) -> float:
     carried = carried if len(carried) else state.driven.reaction
     scale = float(np.mean(np.abs(carried))) if len(carried) else 0.0
     return float(np.mean(np.abs(state.freedoms.force[:2][free]))) / scale if scale > 0 else 1.0
+
+
+def motion(state: State, energy: Mapping[str, float]) -> float:
+    """Root of kinetic over stored energy, up to 1: about the way still to go over that gone so far, 0 at rest.
+
+    1 while a load of the stage still changes, as what follows it slowly is balanced all the time. Along an axis that
+    nothing drives the specimen may drift as a whole.
+    """
+    ramps = [one.ramp for one in (*state.drives, *state.pressures)]
+    if state.time - state.began < max(ramps, default=0.0):
+        return 1.0
+    stored = sum(energy[name] for name in ("zones", "contacts_normal", "contacts_shear"))
+    kinetic = max(state.kinetic_energy - _drift(state), 0.0)
+    return math.sqrt(min(kinetic / stored, 1.0)) if stored > 0 else float(kinetic > 0)
+
+
+def _drift(state: State) -> float:
+    """J, kinetic energy of the mean velocity along axes in which no freedom is driven."""
+    mass, velocity = state.freedoms.mass, state.freedoms.velocity
+    free = [axis for axis in (0, 1) if not np.any(state.driven.row == axis)]
+    return sum(0.5 * float(mass[axis] @ velocity[axis]) ** 2 / float(mass[axis].sum()) for axis in free)

@@ -158,12 +158,20 @@ class FailsTo(Condition):
 
 @attrs.frozen
 class AtRest(Condition):
-    """The mean force out of balance has fallen to a fraction of the mean contact force."""
+    """Loads no longer change, and forces and motion have died away: three samples below a ratio in a row.
+
+    ``unbalanced`` is the mean force out of balance over the mean contact force, ``motion`` the root of kinetic over
+    stored energy. Forces alone pass early, as a slow motion of many nodes needs little on each, and motion alone where
+    it turns round.
+    """
 
     ratio: float = 1e-5
 
     def progress(self, curves: Curves) -> float:
-        return min(1.0, self.ratio / max(float(curves["unbalanced"][-1]), 1e-300)) if len(curves["time"]) > 2 else 0.0
+        if len(curves["time"]) < 3:
+            return 0.0
+        largest = max(float(curves[name][-3:].max()) for name in ("unbalanced", "motion"))
+        return min(1.0, self.ratio / max(largest, 1e-300))
 
 
 @attrs.frozen(kw_only=True)

@@ -14,7 +14,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.contact import ContactLaw, memory_names
+from grainlaw.contact import ContactLaw, answered, memory_names
 from grainlaw.parameter import parameters
 
 Corners = Sequence[tuple[float, float]]
@@ -40,12 +40,7 @@ class Contact:
         except (ArithmeticError, ValueError) as error:
             self.error = f"{type(error).__name__}: {error}"
             return (math.nan,) * (2 + len(self.names))
-        if not isinstance(answer, tuple) or len(answer) != 2 + len(self.names):
-            raise TypeError(
-                f"{type(self.law).__name__}.traction must return {2 + len(self.names)} numbers, normal and shear "
-                f"traction and {', '.join(self.names) or 'no memory'}, not {answer!r}"
-            )
-        return tuple(map(float, answer))
+        return answered(self.law, self.names, answer)
 
     def run(self, path: Iterable[tuple[float, float]]) -> np.ndarray:
         """Answers (i, 2 + m) to a sequence of openings and slips, from a fresh contact."""

@@ -3,85 +3,21 @@
 from __future__ import annotations
 
 import enum
-import functools
 import itertools
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import attrs
 import numpy as np
 
-from grainlaw.contact import ContactLaw
-from grainlaw.probing import (
-    Contact,
-    Corners,
-    Peak,
-    Response,
-    Scale,
-    designed_paths,
-    drive,
-    even_steps,
-    find_peak,
-    measure,
-    random_paths,
-    words,
-)
+from grainlaw.bench import FIRST, LAPS, Bench, Finding, label, place
+from grainlaw.characteristics import shear_mode, tensile_mode
+from grainlaw.first_response import first_response
+from grainlaw.friction_property import friction
+from grainlaw.probing import Response, words
 
 ROUNDING = 1e-12
-LAPS = 3  #: of every path, the last of them settled
-#: What a law is asked before anything else, and once more in the end: pulled and sheared out and back.
-FIRST = [(u * o, u * s) for o, s in ((1, 0), (0, 1), (-1e-3, 1)) for u in (0, 1e-7, 1e-6, 1e-5, 1e-3, 1e-6, 0)]
-
-
-@attrs.frozen
-class Finding:
-    """A broken property: where, and by how much."""
-
-    text: str
-    size: float = 0.0
-
-
-class Bench:
-    """A law with its scale and its answers along all paths, each found once."""
-
-    def __init__(self, law: ContactLaw) -> None:
-        self.law = law
-        self.contact = Contact(law)
-        self.first = self.contact.run(FIRST)
-
-    @functools.cached_property
-    def scale(self) -> Scale:
-        return measure(self.contact)
-
-    @functools.cached_property
-    def paths(self) -> dict[str, Corners]:
-        """All paths in even steps."""
-        corners = designed_paths(self.scale) | random_paths(self.scale, 3)
-        return {name: even_steps(c, 12) for name, c in corners.items()}
-
-    @functools.cached_property
-    def answers(self) -> dict[str, np.ndarray]:
-        """Answers (i, 2 + m) along ``paths``."""
-        return {name: self.contact.run(path) for name, path in self.paths.items()}
-
-    @functools.cached_property
-    def drives(self) -> list[Response]:
-        """Laps of all paths, in steps as fine as the tractions ask for."""
-        corners = designed_paths(self.scale) | random_paths(self.scale, 4)
-        return [drive(self.contact, name, [*c, *list(c[1:]) * (LAPS - 1)], self.scale) for name, c in corners.items()]
-
-    def memory(self, answers: np.ndarray, name: str) -> np.ndarray:
-        return answers[:, 2 + self.contact.names.index(name)]
-
-
-def place(point: Any) -> str:
-    """A point of a path in words."""
-    return f"opening {words(point[0], 'm')}, slip {words(point[1], 'm')}"
-
-
-def label(bench: Bench, column: Any) -> str:
-    """Name of a column of answers."""
-    return ("normal traction", "shear traction", *bench.contact.names)[column]
 
 
 def units(bench: Bench) -> Finding | None:
@@ -99,30 +35,6 @@ def units(bench: Bench) -> Finding | None:
 
     names = list(missing(bench.law, ""))
     return Finding(f'not declared with a unit, as gl.parameter("Pa") does: {", ".join(names)}') if names else None
-
-
-def first_response(bench: Bench) -> Finding | None:
-    """A fresh contact answers little displacements with ``stiffness``, in either direction.
-
-    One that nothing bonds resists closing alone, and slip when it is closed.
-    """
-    at_rest = bench.contact.step(0.0, 0.0, bench.contact.start)[:2]
-    if max(map(abs, at_rest)) > 1e-9 * bench.scale.tension.strength:
-        return Finding(f"traction of {words(at_rest[0], 'Pa')}, {words(at_rest[1], 'Pa')} with nothing imposed")
-    opened, slipped = bench.scale.tension.displacement, bench.scale.shear.displacement
-    bonded = bench.contact.run([(share * opened, 0.0) for share in (1e-6, 1e-3, 1.0)])[:, 0].any()
-    signs, closure = ((1, -1), 0.0) if bonded else ((-1,), opened)
-    probes = [(0, (sign * 1e-6 * opened, 0.0)) for sign in signs]
-    probes += [(1, (-closure, sign * 1e-6 * slipped)) for sign in (1, -1)]
-    worst = Finding("")
-    for mode, point in probes:
-        kind, k, size = ("normal", "shear")[mode], bench.law.stiffness[mode], point[mode]
-        found = bench.contact.step(*point, bench.contact.start)[mode] / size
-        error = abs(found - k) / abs(k)
-        if not error <= max(1e-5, worst.size):
-            text = f"{kind} response {found:.6g} Pa/m at {words(size, 'm')}, stiffness says {k:.6g} Pa/m"
-            worst = Finding(text, error)
-    return worst if worst.text else None
 
 
 def compiled_equals_interpreted(bench: Bench) -> Finding | None:
@@ -216,30 +128,16 @@ def fracture_energies(bench: Bench) -> Finding | None:
     if unknown:
         return Finding(f"fracture_energies has {', '.join(sorted(unknown))}, it may have mode_i and mode_ii")
     worst = Finding("")
-    for mode, name in enumerate(("mode_i", "mode_ii")):
-        if name in declared:
-            work, energy = work_after_peak(bench, mode), declared[name]
-            error = abs(work - energy) / abs(energy)
-            if not error <= max(1e-3, worst.size):
-                text = f"{name}: {words(work, 'J/m2')} from the peak to the break, declared {words(energy, 'J/m2')}"
-                worst = Finding(f"{text} ({100 * (work / energy - 1):+.2f} %)", error)
+    for name, energy in declared.items():
+        mode = tensile_mode(bench.contact) if name == "mode_i" else shear_mode(bench.contact, pressure=0.0)
+        work = mode.work_after_peak
+        error = abs(work - energy) / abs(energy)
+        if math.isnan(error):
+            return Finding(f"{name}: no peak and break, declared {words(energy, 'J/m2')}")
+        if error > max(1e-3, worst.size):
+            text = f"{name}: {words(work, 'J/m2')} from the peak to the break, declared {words(energy, 'J/m2')}"
+            worst = Finding(f"{text} ({100 * (work / energy - 1):+.2f} %)", error)
     return worst if worst.text else None
-
-
-def work_after_peak(bench: Bench, mode: int) -> float:
-    """J/m2 from the largest traction of one mode to its break."""
-    peak = find_peak(bench.contact, mode)
-    tail = np.linspace(0, 1, 801)[1:] ** 1.5 * 1.1 * far(peak)
-    shares = np.concatenate([np.linspace(0, 0.9, 50), np.linspace(0.9, 1.2, 3000), 1.2 + tail])
-    u = shares * peak.displacement
-    traction = bench.contact.run([(x, 0.0) if mode == 0 else (0.0, x) for x in u])[:, mode]
-    top = int(np.nanargmax(traction))
-    return float(np.sum((traction[top + 1 :] + traction[top:-1]) / 2 * np.diff(u[top:])))
-
-
-def far(peak: Peak) -> float:
-    """Way from the peak to the break, in peak displacements."""
-    return float(max(peak.breaking / peak.displacement - 1, 0.1))
 
 
 def no_jump(bench: Bench) -> Finding | None:
@@ -270,89 +168,6 @@ def finite(bench: Bench) -> Finding | None:
             values = bench.memory(answers, "damage")
             if np.any((values < 0) | (values > 1)):
                 return Finding(f"{name}: damage leaves [0, 1]: {values.min():.6g} to {values.max():.6g}")
-    return None
-
-
-def friction(bench: Bench) -> Finding | None:
-    """Shear strength, sound or broken, does not fall as the pressure rises; friction opposes slip."""
-    scale = bench.scale
-    moved = creep(bench)
-    if moved:
-        return moved
-    ways = {"shear": [(0.0, 0.0)], "break by pulling, shear": [(0.0, 0.0), (1.1 * scale.tension.breaking, 0.0)]}
-    for way, before in ways.items():
-        runs = []
-        for closure in scale.closures:
-            corners = [*before, (-closure, 0.0), (-closure, scale.far), (-closure, 0.0), (-closure, -scale.far)]
-            run = drive(bench.contact, way, corners, scale)
-            if not run.complete:
-                return Finding(f"{way}: no finite answer beyond {place(run.points[-1])}")
-            runs.append(run)
-        for finding in itertools.chain(weakening(runs, scale, way), map(functools.partial(gift, scale), runs)):
-            if finding:
-                return finding
-    return pressed_while_sliding(bench)
-
-
-def creep(bench: Bench) -> Finding | None:
-    """Shear traction that goes on changing while nothing moves: plastic slip that does not relax its cause."""
-    scale = bench.scale
-    for closure, peak in zip(scale.closures, scale.sheared_under, strict=True):
-        path = even_steps([(0.0, 0.0), (-closure, 0.0), (-closure, 1.5 * peak.displacement)], 20)
-        answers = bench.contact.run([point for point in path for _ in range(2)])[:, 1]
-        change = np.abs(answers[1::2] - answers[::2])
-        i = int(np.argmax(change > 0.01 * scale.shear.strength))
-        if change[i] > 0.01 * scale.shear.strength:
-            text = f"shear traction goes on from {words(answers[2 * i], 'Pa')} to {words(answers[2 * i + 1], 'Pa')}"
-            return Finding(f"press, shear: {text} at rest, at {place(path[i])}", float(change[i]))
-    return None
-
-
-def weakening(runs: list[Response], scale: Scale, way: str) -> Iterator[Finding | None]:
-    """Peak and last shear traction against pressure."""
-    allowed = 1e-3 * scale.shear.strength
-    for what, value in (("shear strength", largest_shear), ("shear traction after long slip", last_shear)):
-        tractions = [value(run) for run in runs]
-        for (p, a), (q, b) in itertools.pairwise(zip(scale.pressures, tractions, strict=True)):
-            if b < a - allowed:
-                text = f"{way}: {what} falls from {words(a, 'Pa')} under {words(p, 'Pa')} pressure"
-                yield Finding(f"{text} to {words(b, 'Pa')} under {words(q, 'Pa')}", a - b)
-
-
-def largest_shear(run: Response) -> float:
-    return float(run.answers[run.corners[-4] : run.corners[-3] + 1, 1].max())
-
-
-def last_shear(run: Response) -> float:
-    return float(run.answers[run.corners[-3], 1])
-
-
-def gift(scale: Scale, run: Response) -> Finding | None:
-    """Where shear drives the slip it should oppose: on the way out, or back at the start and beyond."""
-    allowed = 1e-3 * scale.shear.strength
-    out = slice(run.corners[-4], run.corners[-3] + 1)
-    back = slice(run.corners[-2], run.corners[-1] + 1)
-    for part, sign, when in ((out, 1, "slip grows"), (back, -1, "slip goes back beyond its start")):
-        wrong = -sign * run.answers[part, 1]
-        i = int(np.argmax(wrong))
-        if wrong[i] > allowed:
-            text = f"{run.name}: shear traction {words(run.answers[part, 1][i], 'Pa')} drives the contact while {when}"
-            return Finding(f"{text}, at {place(run.points[part][i])}", float(wrong[i]))
-    return None
-
-
-def pressed_while_sliding(bench: Bench) -> Finding | None:
-    """A contact that slides holds no less when it is pressed harder and slides on."""
-    scale = bench.scale
-    s, (low, high) = scale.shear.displacement, scale.closures[1::2]
-    corners = [(0.0, 0.0), (-low, 0.0), (-low, scale.far), (-high, scale.far + 2 * s), (-high, 2 * scale.far + 4 * s)]
-    run = drive(bench.contact, "slide, press, slide on", corners, scale)
-    if not run.complete:
-        return Finding(f"{run.name}: no finite answer beyond {place(run.points[-1])}")
-    before, after = run.answers[run.corners[2], 1], run.answers[-1, 1]
-    if after < before - 1e-3 * scale.shear.strength:
-        text = f"{run.name}: shear traction falls from {words(before, 'Pa')} to {words(after, 'Pa')}"
-        return Finding(f"{text} at {place(run.points[-1])}", float(before - after))
     return None
 
 

@@ -40,7 +40,7 @@ CURVES = (
     (Panel("strain", ["stress"]),),
     (Panel("deflection", ["force"]),),
 )
-ENGINE = ("time", "step", "stage", "tensile_cracks", "shear_cracks", "unbalanced")  #: recorded in every test
+ENGINE = ("time", "step", "stage", "tensile_cracks", "shear_cracks", "unbalanced", "motion")  #: recorded in every test
 COURSE = ("strain", "displacement", "opening", "deflection", "time")  #: along which cracks and energies are drawn
 ENERGIES = ("external", "zones", "contacts_normal", "contacts_shear", "kinetic", "damping")
 

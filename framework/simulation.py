@@ -16,7 +16,7 @@ from grainlaw.diagnosis import fastest, first_fault
 from grainlaw.first_questions import ask_first_questions
 from grainlaw.integration import Integrator, Motion
 from grainlaw.kernels.batch import compile_integrator
-from grainlaw.ledger import energies, unbalanced
+from grainlaw.ledger import energies, motion, unbalanced
 from grainlaw.loading import Drive, LoadingProtocol, Stage, StageError
 from grainlaw.observation import Columns, FrameClock, FrameRecorder, Observer, take_frame
 from grainlaw.parameter import ParameterError
@@ -28,7 +28,7 @@ from grainlaw.timestep import StableStep
 
 CALL = 4_000_000  #: zones times steps of one call of the engine, some tenths of a second: Ctrl-C waits no longer
 MOST_THREADS = 128
-ROUNDING = 1e-9  #: of the work of gravity over the size of the specimen: no run is judged by less
+ROUNDING = 1e-9  #: of kinetic energy, and of gravity's work over the size of the specimen: no run is judged by less
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
 
@@ -194,6 +194,7 @@ class _Run:
             "shear_cracks": int(np.sum(state.broken_mode >= 0.5)),
             "damaged": int(np.count_nonzero(state.memory("damage") > 0)),
             "unbalanced": unbalanced(state),
+            "motion": motion(state, energies),
         }
         row |= {f"energy_{name}": value for name, value in energies.items()}
         self.columns.append(row)
@@ -204,7 +205,8 @@ class _Run:
     def _check(
         self, energy: dict[str, float], saved: Saved, stage: Stage, integrator: Integrator, steps: int, began: float
     ) -> None:
-        self.supplied = max(self.supplied, abs(energy["external"]))
+        moving = self.state.kinetic_energy + abs(self.state.initial_energy)
+        self.supplied = max(self.supplied, abs(energy["external"]), ROUNDING * moving)
         gap = abs(energy["external"] - sum(value for name, value in energy.items() if name != "external"))
         if gap <= TOLERATED_GAP * self.supplied and np.isfinite(list(energy.values())).all():
             return

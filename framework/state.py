@@ -39,7 +39,7 @@ class State:
 
     def __init__(self, specimen: Specimen, laws: Laws, detection: Detection | None = None) -> None:
         self.specimen, self.mesh = specimen, specimen.mesh
-        self.time, self.steps, self.stage = 0.0, 0, ""
+        self.time, self.steps, self.stage, self.began = 0.0, 0, "", 0.0
         self.time_step, self.mass_added = 0.0, 0.0
         self._clock = 0.0, 0, 0.0  #: time, steps and time step when the latter last changed
         self.initial_energy = 0.0  #: J, kinetic, given at the start of stages
@@ -69,7 +69,7 @@ class State:
 
     def begin(self, stage: Stage) -> None:
         """Impose what a stage says from now on; work done so far is kept."""
-        self.stage = stage.name
+        self.stage, self.began = stage.name, self.time
         self.adopted_work += self.work_of_gravity()
         self._weighed_from = self._freedoms_at_forces()
         before = self.freedoms.weight.copy()

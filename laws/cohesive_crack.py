@@ -163,7 +163,7 @@ class CohesiveCrack(ContactLaw):
         # Eq. (5) by the tension a sound contact would have: softening must not give shear strength back.
         tension = self.kn * opened * rise if widest <= 1 else self.tensile_strength
         strength = self.shear_strength(pressure, tension if self.tension_shear == TensionShear.EXTENDED else 0.0)
-        peak_slip = max(self.peak_slip(strength), TINY)
+        peak_slip = max(self.peak_slip(strength), TINY * self.peak_opening)
         y = abs(slip) / peak_slip
         farthest = max(farthest, y)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-TINY = 1e-30  # in place of a zero divisor: a strength of nothing gives a peak slip of nothing
+TINY = 1e-30  # of what a law has of its own, in place of a zero divisor: no strength gives a peak slip of nothing
 
 
 def joined(d1: float, d2: float) -> tuple[float, float]:

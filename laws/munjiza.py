@@ -115,7 +115,7 @@ class MunjizaJoint(ContactLaw):
         pressure = self.closure.pressure(self.kn, max(-opening, 0.0))
         opened = max(opening, 0.0)
         strength = self.cohesion + pressure * self.friction
-        peak_slip = max(2 * strength / self.ks, TINY)
+        peak_slip = max(2 * strength / self.ks, TINY * self.peak_opening)
         x = opened * (1 / self.peak_opening)
         y = abs(slip) / peak_slip
         widest, farthest = max(widest, x), max(farthest, y)
