@@ -69,7 +69,8 @@ class ContactLaw(ABC):
 
         ``opening`` and ``slip`` (m) are the relative displacement of grain B against A along the normal and the
         tangent. The arguments after ``slip`` are the memory, by name, zero at the start. The framework knows
-        ``damage`` (0 intact to 1 broken, never decreasing) and ``mode`` (share of shear in the damage, 0 to 1).
+        ``damage`` (0 intact to 1 broken, never decreasing), ``mode`` (share of shear in the damage, 0 to 1) and
+        ``dilation`` (m, how far slip has lifted the faces: they press where the opening is less).
         """
 
 

@@ -108,7 +108,7 @@ def _slide(t, c, x, y, nx, ny, before, ax, ay, bx, by, wx, wy, ex, ey, fx, fy, q
 
 @njit(**OPTIONS)
 def touch_geometry(g, t, first, last, place, row):
-    """Frame, opening, length and slip of contacts, Eqs. (13, 14).
+    """Frame, opening, length and slip of contacts, Eqs. (13, 14, 16).
 
     ``row`` of the memory is the lift of dilation, or -1. Lists the active ones from ``place`` on; returns where the
     list ends, and how many overlap too much.
