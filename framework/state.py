@@ -114,16 +114,6 @@ class State:
             return 0.0
         return float(np.sum(self.freedoms.weight * (self._freedoms_at_forces() - self._weighed_from)))
 
-    def schedule(self, times: np.ndarray) -> np.ndarray:
-        """(t, columns) what the drives, nothing (the rotation of rigid grains), and the pressures are at times (s)."""
-        table = np.zeros((len(times), len(self.drives) + 1 + len(self.pressures)))
-        for column, drive in enumerate(self.drives):
-            length = self.mesh.boundary_lengths[drive.boundary] if isinstance(drive, Hold) else 1.0
-            table[:, column] = drive.course(times) * length
-        for column, pressure in enumerate(self.pressures, len(self.drives) + 1):
-            table[:, column] = pressure.course(times)
-        return table
-
     # --- what may be read ------------------------------------------------------------------------------------------
 
     @property

@@ -10,6 +10,7 @@ from grainlaw.assembly import share_out
 from grainlaw.bonds import hand_over
 from grainlaw.kernels import loop
 from grainlaw.kernels.batch import Compiled
+from grainlaw.loading import Hold
 from grainlaw.state import State
 
 
@@ -23,11 +24,22 @@ class OverlapError(InstabilityError):
     """Grains overlap more than is allowed; the message names the pair and what to do."""
 
 
+def _schedule(state: State, times: np.ndarray) -> np.ndarray:
+    """(t, columns) what the drives, nothing (the rotation of rigid grains), and the pressures are at times (s)."""
+    table = np.zeros((len(times), len(state.drives) + 1 + len(state.pressures)))
+    for column, drive in enumerate(state.drives):
+        length = state.mesh.boundary_lengths[drive.boundary] if isinstance(drive, Hold) else 1.0
+        table[:, column] = drive.course(times) * length
+    for column, pressure in enumerate(state.pressures, len(state.drives) + 1):
+        table[:, column] = pressure.course(times)
+    return table
+
+
 def advance(state: State, integrator: Compiled, steps: int, *, began: float = 0.0, threads: int = 1) -> None:
     """Do ``steps`` in a stage that ``began`` (s). Raises :class:`OverlapError`."""
     parameters = np.append(integrator.numbers, state.time_step)
     times, done = state.next_times(steps), 0
-    schedule = state.schedule(times - began)
+    schedule = _schedule(state, times - began)
     while True:
         parts = share_out(state.specimen, state.groups, state.driven, state.pressed, state.touches, threads)
         touching, table = state.touching(threads)

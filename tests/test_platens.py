@@ -212,7 +212,7 @@ def test_rough_ends_strengthen_a_rock_that_breaks():
     smooth = gl.simulate(gl.Specimen(sample, ROCK), law, test).summary["peak_stress"]
     peaks = [gl.simulate(held(sample), laws(angle, law), test).summary["peak_stress"] for angle in (0, 5, 10)]
     assert peaks[0] == pytest.approx(smooth, rel=0.05)
-    assert min(peaks[1:]) > 1.2 * smooth
+    assert min(peaks[1:]) > 1.1 * smooth  # by more than the scatter of samples, docs/validation.md
 
 
 def test_rigid_grains_between_platens():
