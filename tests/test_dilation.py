@@ -103,6 +103,38 @@ def test_a_block_rides_up_an_incline_it_slides_down(law, material, damping):
     assert acceleration == pytest.approx(expected, rel=0.02)
 
 
+def test_the_step_recovers_when_a_stiff_closure_eases():
+    """Pressed to 200 MPa and let go: shorter by at least the root of the tangent's part in it, then as at the start."""
+    law = attrs.evolve(LAWS["Barton-Bandis"], kn=1e13, ks=1e13, closure=BandisClosure(maximum_closure=1e-5))
+    blocks = gl.Specimen(Bricks(rows=2).tessellate(rectangle(10e-3, 4e-3)), gl.Rigid(density=3000))
+    curves = gl.simulate(blocks, law, _PressAndRelease(), detection=None).curves
+    step = np.diff(curves["time"]) / np.diff(curves["step"])
+    tangent = (1 + 200e6 / (1e13 * 1e-5)) ** 2  # of the hyperbola, over kn
+    assert step.min() < 1.1 * step[0] / math.sqrt(tangent)
+    assert step[-1] > step[0] / math.sqrt(1.5 * 1.2 * 1.03)  # what has eased by less than a third stays
+
+
+@attrs.frozen(kw_only=True)
+class _PressAndRelease(gl.LoadingProtocol):
+    """A platen that presses the upper block, and goes back."""
+
+    def stages(self, specimen):
+        bottom = gl.Drive(boundary="bottom", axis=1, speed=0)
+
+        def stage(name, start, stress):
+            top = gl.Hold(boundary="top", axis=1, stress=-stress, start=-start, ramp=2e-4)
+            return gl.Stage(name=name, drives=[top, bottom], until=[gl.Reaches(name, 3e-4)], interval=2e-6)
+
+        return [stage("pressed", 0.0, 200e6), stage("released", 200e6, 1e6)]
+
+    def measure(self, state):
+        began = state.time - state.began
+        return {"pressed": began, "released": began}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
 def test_lifted_faces_that_part_keep_their_lift_for_a_while():
     """Pulled apart by less than grains may overlap and put back, they meet where they parted; by more, they fall."""
     law = attrs.evolve(LAWS["Mohr-Coulomb"], kn=1e9, ks=1e9)
