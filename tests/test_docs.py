@@ -92,7 +92,20 @@ def check_contacts(page):
     assert "soft" in page
 
 
+def check_flutter(page):
+    def stored(pressure):  # up to 0.8 um, by hand
+        peak = np.e * (29e6 + pressure * np.tan(np.radians(54))) / 9.45e13
+        return 9.45e13 * peak**2 * (1 - (1 + 0.8e-6 / peak) * np.exp(-0.8e-6 / peak))
+
+    assert page["made"] == pytest.approx(stored(100e6) - stored(0.0), rel=1e-3)
+    left = 9.45e13 * np.exp(-0.8e-6 * 9.45e13 / (np.e * 29e6)) * 0.8e-6**2 / 2
+    assert page["kept"] == pytest.approx(stored(0.0) - left, rel=1e-3)
+    assert page["held"].flutters
+    assert not page["quiet"].flutters
+
+
 CHECKS = {
+    "docs/flutter.md": check_flutter,
     "docs/contacts.md": check_contacts,
     "docs/compose-a-test.md": check_compose_a_test,
     "README.md": check_readme, "docs/getting-started.md": check_getting_started, "docs/add-a-law.md": check_add_a_law,
