@@ -13,18 +13,15 @@ if TYPE_CHECKING:
 STEPS = 16  #: of the way back, over each of its two parts; an even number
 
 
-def lost(state: State) -> np.ndarray:
-    """(2, p) J/m2 in opening and in slip: the work done on each point less what it would still give back.
+def balance(state: State) -> tuple[np.ndarray, np.ndarray]:
+    """What became of the work done on each point: lost (2, p) J/m2 in opening and in slip, and made (p,) J/m2.
 
-    Never negative.
+    Lost is the work less what the point would still give back, never negative. Made is what an intact point would give
+    back beyond the work: none, if its law keeps an energy.
     """
-    return np.maximum(state.contacts.work - stored(state), 0.0)
-
-
-def made(state: State) -> np.ndarray:
-    """(p,) J/m2 that an intact point would give back beyond the work done on it: none, if its law keeps an energy."""
-    surplus = (stored(state) - state.contacts.work).sum(axis=0)
-    return np.where((state.memory("damage") > 0) | np.tile(state.retired, 2), 0.0, np.maximum(surplus, 0.0))
+    surplus = stored(state) - state.contacts.work
+    intact = (state.memory("damage") == 0) & ~np.tile(state.retired, 2)
+    return np.maximum(-surplus, 0.0), np.where(intact, np.maximum(surplus.sum(axis=0), 0.0), 0.0)
 
 
 def stored(state: State) -> np.ndarray:

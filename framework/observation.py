@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
-from grainlaw.dissipation import lost, made
+from grainlaw.dissipation import balance
 from grainlaw.parameter import whole_number
 
 if TYPE_CHECKING:
@@ -48,13 +48,12 @@ class Frame:
 
 
 def take_frame(state: State) -> Frame:
-    """Copy the present moment; ``lost_opening``, ``lost_slip`` and ``made`` (J/m2) of :mod:`grainlaw.dissipation`."""
+    """Copy the present moment; what was lost and made (J/m2) is that of :func:`~grainlaw.dissipation.balance`."""
     names = ("opening", "slip", "normal", "shear", "broken_time")
     contacts = {name: np.array(getattr(state, name)) for name in names}
     contacts["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)
     contacts["damage"] = state.memory("damage")
-    contacts["lost_opening"], contacts["lost_slip"] = lost(state)
-    contacts["made"] = made(state)
+    (contacts["lost_opening"], contacts["lost_slip"]), contacts["made"] = balance(state)
     touches = {} if state.touches is None else state.touches.closed()
     return Frame(state.time, state.displacement.copy(), state.velocity.copy(), state.grain_stress(), contacts, touches)
 
