@@ -15,7 +15,7 @@ from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.diagnosis import fastest, first_fault
 from grainlaw.first_questions import ask_first_questions
 from grainlaw.integration import Integrator, Motion
-from grainlaw.kernels.batch import compile_integrator
+from grainlaw.kernels.batch import Compiled, compile_integrator
 from grainlaw.ledger import energies, motion, unbalanced
 from grainlaw.loading import Drive, LoadingProtocol, Stage, StageError
 from grainlaw.observation import Columns, FrameClock, FrameRecorder, Observer, take_frame
@@ -103,6 +103,7 @@ class _Run:
         self.observers = [self.recorder, *observers]
         self.columns = Columns()
         self.seconds = 0.0
+        self.compiled: tuple[Integrator, Compiled] | None = None  #: the integrator of the last steps
         self.first_step, self.next_adapt, self.halts = 0, 0, 0  #: of the present stage, the middle one counted from it
         self.most_steps = max(1, CALL // len(self.state.mesh.zones))
         self.supplied = 1e-300  #: J, largest external work so far, or that of giving all grains the platens' speed
@@ -183,7 +184,9 @@ class _Run:
         return integrator, before
 
     def _steps(self, integrator: Integrator, steps: int, began: float) -> None:
-        advance(self.state, compile_integrator(integrator), steps, began=began, threads=self.threads)
+        if self.compiled is None or self.compiled[0] is not integrator:
+            self.compiled = integrator, compile_integrator(integrator)
+        advance(self.state, self.compiled[1], steps, began=began, threads=self.threads)
 
     def _record(self, number: int, energies: dict[str, float]) -> None:
         state = self.state

@@ -14,7 +14,7 @@ from grainlaw.stability import highest_frequency, rigid_map, scale_masses, stiff
 from grainlaw.state import State
 
 AHEAD = 1.2  #: stiffness that a shorter step allows for beyond the present one, so that shortening is rare
-LOOKS = 20, 100  #: steps between looks at what the step must allow for, with and without a closure that stiffens
+LOOKS = 20, 500  #: steps between looks at what the step must allow for, with and without a closure that stiffens
 EASED = 1.5  #: times less stiff than the step allows for, from which on it grows again
 LITTLE = 1e-3  #: of a closure: what it is tried with
 LEAST = 1e-9  #: of a grain's size: less than that counts as no closure
