@@ -40,11 +40,8 @@ class Group:
     @cached_property
     def cohesive(self) -> np.ndarray:
         """(2, size) whether a fresh point resists opening, or slip under no pressure."""
-        rest, held = np.zeros(2 * self.size), np.zeros(2 * self.size, dtype=bool)
-        for little in LITTLE:
-            held |= self.compiled.batch(rest + little, rest, np.zeros_like(self.memory))[0] > 0
-            held |= self.compiled.batch(rest, rest + little, np.zeros_like(self.memory))[1] > 0
-        return held.reshape(2, -1)
+        fresh = np.zeros_like(self.memory)
+        return (_resists(self.compiled, fresh, 0) | _resists(self.compiled, fresh, 1)).reshape(2, -1)
 
     def row(self, name: str) -> np.ndarray | None:
         """(2, size) of one name of the law's memory, or None."""
@@ -118,9 +115,14 @@ def contact_arrays(specimen: Specimen, order: np.ndarray, detection: Detection |
     )
 
 
-def _resists_opening(law: Compiled, memory: np.ndarray) -> bool:
-    rest = np.zeros(memory.shape[1])
-    return any(bool(np.any(law.batch(rest + little, rest, memory.copy())[0] > 0)) for little in LITTLE)
+def _resists(law: Compiled, memory: np.ndarray, mode: int) -> np.ndarray:
+    """(p,) whether points with a ``memory`` (m, p) resist a little opening (``mode`` 0) or slip (1)."""
+    held = np.zeros(memory.shape[1], dtype=bool)
+    for little in LITTLE:
+        opening, slip = np.zeros((2, memory.shape[1]))
+        (opening, slip)[mode][:] = little
+        held |= law.batch(opening, slip, memory.copy())[mode] > 0
+    return held
 
 
 def law_groups(laws: Sequence[tuple[ContactLaw, int]], count: int) -> tuple[list[Group], np.ndarray]:
@@ -129,7 +131,7 @@ def law_groups(laws: Sequence[tuple[ContactLaw, int]], count: int) -> tuple[list
     for law, size in laws:
         compiled = compile_law(law, 2 * size)
         memory = np.zeros((len(compiled.memory) or 1, 2 * size))
-        names, bonded = compiled.memory, _resists_opening(compiled, memory)
+        names, bonded = compiled.memory, bool(_resists(compiled, memory, 0).any())
         damage = names.index("damage") if "damage" in names else NEVER
         groups.append(Group(law, compiled, first, first + size, memory))
         for begin, base in ((first, first), (count + first, count + first - size)):  # first points, second points

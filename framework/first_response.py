@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from grainlaw.bench import Bench, Finding
-from grainlaw.probing import words
+from grainlaw.probing import is_bonded, words
 
 EXACT = 1e-5
 SMALL = (1e-6, 1e-8, 1e-10)  #: shares of the displacement at the peak; smaller ones would show the rounding of 1 - exp
@@ -22,7 +22,7 @@ def first_response(bench: Bench) -> Finding | None:
     if max(map(abs, at_rest)) > 1e-9 * bench.scale.tension.strength:
         return Finding(f"traction of {words(at_rest[0], 'Pa')}, {words(at_rest[1], 'Pa')} with nothing imposed")
     opened, slipped = bench.scale.tension.displacement, bench.scale.shear.displacement
-    bonded = bench.contact.run([(share * opened, 0.0) for share in (1e-6, 1e-3, 1.0)])[:, 0].any()
+    bonded = is_bonded(bench.contact, bench.scale.tension)
     signs, closure = ((1, -1), 0.0) if bonded else ((-1,), opened)
     probes = [(0, sign * opened, 0.0) for sign in signs] + [(1, sign * slipped, -closure) for sign in (1, -1)]
     found = [finding for probe in probes for finding in (_limit(bench, *probe), _stiffest(bench, *probe)) if finding]
@@ -35,9 +35,8 @@ def _limit(bench: Bench, mode: int, size: float, opening: float) -> Finding | No
     secants = [bench.contact.step(*_point(mode, s * size, opening), bench.contact.start)[mode] for s in SMALL]
     a, b, c = (float(secant) / (share * size) for secant, share in zip(secants, SMALL, strict=True))
     left = (c - b) / (b - a) if b != a else 0.0
-    limit = (
-        c + (c - b) * left / (1 - left) if 0 < left < 1 else c
-    )  # exact where it bends as a power of the displacement
+    # Exact where it bends as a power of the displacement.
+    limit = c + (c - b) * left / (1 - left) if 0 < left < 1 else c
     error = min(abs(limit - k), abs(c - k)) / abs(k)
     if error <= EXACT:
         return None

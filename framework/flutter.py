@@ -93,7 +93,7 @@ class _HeldStill(LoadingProtocol):
         low, high = specimen.grains.region.bounds
         height = float((high - low)[1])
         transit = height / self.wave_speed
-        size = float(np.median(np.sqrt(specimen.grains.areas)))
+        size = specimen.grains.grain_size
         speed = self.stress / self.modulus * height / (PRESS * transit)
         push = np.random.default_rng(0).normal(size=specimen.mesh.nodes.shape) * PUSH * self.wave_speed
         return [
@@ -163,7 +163,7 @@ def hold(
 
 def _scales(specimen: Specimen, law: Laws) -> tuple[float, float, float]:
     """Modulus (Pa) of grains and contacts in series, speed of waves (m/s), and size of a grain (m)."""
-    size = float(np.median(np.sqrt(specimen.grains.areas)))
+    size = specimen.grains.grain_size
     laws = [law] if isinstance(law, ContactLaw) else list(law.values())
     softness = 1 / (size * float(np.mean([np.mean(one.stiffness[0]) for one in laws])))
     if not specimen.is_rigid:

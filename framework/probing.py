@@ -100,6 +100,11 @@ def peak_along(traction: np.ndarray, damage: np.ndarray | None) -> Peak | None:
     return Peak(top, float(FAR[i]), breaking, True)
 
 
+def is_bonded(contact: Contact, tension: Peak) -> bool:
+    """Whether a fresh contact resists opening, on the way to its ``tension`` peak."""
+    return bool(contact.run([(share * tension.displacement, 0.0) for share in (1e-6, 1e-3, 1.0)])[:, 0].any())
+
+
 def find_closure(contact: Contact, pressure: float) -> float:
     """Closure (m) at which a fresh contact resists with ``pressure`` (Pa)."""
 

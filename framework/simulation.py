@@ -130,18 +130,18 @@ class _Run:
         integrator, before = stage.integrator, None
         state.time_step = self._time_step(stage, integrator)
         state.take_back_half_a_step_of_gravity()
-        began, first = state.time, self.columns.count
+        first = self.columns.count
         self.first_step, self.next_adapt, self.halts = state.steps, 0, 0
-        self._steps(integrator, 0, began)  # compiles, so that the clock sees the time loop alone
+        self._steps(integrator, 0)  # compiles, so that the clock sees the time loop alone
         for _ in range(stage.sample_limit):
             steps = max(1, round(stage.interval / state.time_step))
             saved = state.save()
             start = time.perf_counter()
-            integrator, before = self._advance(stage, integrator, before, steps, began)
+            integrator, before = self._advance(stage, integrator, before, steps)
             self.seconds += time.perf_counter() - start
             with np.errstate(all="ignore"):  # what is not finite is found by the check
                 found = energies(state)
-            self._check(found, saved, stage, integrator, steps, began)
+            self._check(found, saved, stage, integrator, steps)
             self._record(number, found)
             curves = self.columns.since(first)
             progress = max(condition.progress(curves) for condition in stage.until)
@@ -158,7 +158,7 @@ class _Run:
         return step if math.isfinite(step) else stage.interval
 
     def _advance(
-        self, stage: Stage, integrator: Integrator, before: Motion | None, steps: int, began: float
+        self, stage: Stage, integrator: Integrator, before: Motion | None, steps: int
     ) -> tuple[Integrator, Motion | None]:
         """Do ``steps``; what happens between them is counted from the start of the stage, however samples are taken."""
         state = self.state
@@ -176,17 +176,17 @@ class _Run:
                     self.halts += 1
                     before = attrs.evolve(motion, velocity=np.zeros_like(motion.velocity))
                     state.stop()
-                    self._steps(integrator, 1, began)
+                    self._steps(integrator, 1)
                     state.start_from_rest(motion.velocity)
                     continue
             pause = self.next_adapt - since if integrator.burst else look
-            self._steps(integrator, min(pause, look - since % look, self.most_steps, end - state.steps), began)
+            self._steps(integrator, min(pause, look - since % look, self.most_steps, end - state.steps))
         return integrator, before
 
-    def _steps(self, integrator: Integrator, steps: int, began: float) -> None:
+    def _steps(self, integrator: Integrator, steps: int) -> None:
         if self.compiled is None or self.compiled[0] is not integrator:
             self.compiled = integrator, compile_integrator(integrator)
-        advance(self.state, self.compiled[1], steps, began=began, threads=self.threads)
+        advance(self.state, self.compiled[1], steps, threads=self.threads)
 
     def _record(self, number: int, energies: dict[str, float]) -> None:
         state = self.state
@@ -205,26 +205,24 @@ class _Run:
 
     # --- failure -----------------------------------------------------------------------------------------------------
 
-    def _check(
-        self, energy: dict[str, float], saved: Saved, stage: Stage, integrator: Integrator, steps: int, began: float
-    ) -> None:
+    def _check(self, energy: dict[str, float], saved: Saved, stage: Stage, integrator: Integrator, steps: int) -> None:
         moving = self.state.kinetic_energy + abs(self.state.initial_energy)
         self.supplied = max(self.supplied, abs(energy["external"]), ROUNDING * moving)
         gap = abs(energy["external"] - sum(value for name, value in energy.items() if name != "external"))
         if gap <= TOLERATED_GAP * self.supplied and np.isfinite(list(energy.values())).all():
             return
         with np.errstate(all="ignore"):
-            error = InstabilityError(self._explain(saved, stage, integrator, steps, began))
+            error = InstabilityError(self._explain(saved, stage, integrator, steps))
         self.state.restore(saved)  # what is kept is the last moment before
         error.result = self._result(stage.name)
         raise error
 
-    def _explain(self, saved: Saved, stage: Stage, integrator: Integrator, steps: int, began: float) -> str:
+    def _explain(self, saved: Saved, stage: Stage, integrator: Integrator, steps: int) -> str:
         """Replay the chunk step by step to find where it went wrong."""
         state = self.state
         state.restore(saved)
         for _ in range(steps):
-            self._steps(integrator, 1, began)
+            self._steps(integrator, 1)
             if place := first_fault(state):
                 break
         else:

@@ -35,11 +35,11 @@ def _schedule(state: State, times: np.ndarray) -> np.ndarray:
     return table
 
 
-def advance(state: State, integrator: Compiled, steps: int, *, began: float = 0.0, threads: int = 1) -> None:
-    """Do ``steps`` in a stage that ``began`` (s). Raises :class:`OverlapError`."""
+def advance(state: State, integrator: Compiled, steps: int, *, threads: int = 1) -> None:
+    """Do ``steps`` of the present stage. Raises :class:`OverlapError`."""
     parameters = np.append(integrator.numbers, state.time_step)
     times, done = state.next_times(steps), 0
-    schedule = _schedule(state, times - began)
+    schedule = _schedule(state, times - state.began)
     while True:
         parts = share_out(state.specimen, state.groups, state.driven, state.pressed, state.touches, threads)
         touching, table = state.touching(threads)

@@ -272,6 +272,11 @@ class Tessellation:
         return areas_and_centroids(self.vertices[self.corners], self.first)[0]
 
     @cached_property
+    def grain_size(self) -> float:
+        """m, the median root of the areas."""
+        return float(np.median(np.sqrt(self.areas)))
+
+    @cached_property
     def centroids(self) -> np.ndarray:
         """(g, 2) m."""
         return areas_and_centroids(self.vertices[self.corners], self.first)[1]

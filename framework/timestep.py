@@ -51,7 +51,7 @@ class StableStep:
 
     def __init__(self, state: State, mass_scaling: float = 1.0) -> None:
         self.state = state
-        self._size = float(np.median(np.sqrt(state.specimen.grains.areas)))
+        self._size = state.specimen.grains.grain_size
         met = state.touches.groups if state.touches is not None else []
         laws = [(g.compiled, g.memory) for g in state.groups] + [(g.compiled, g.broken[:, None]) for g in met]
         self._stiffening = any(_stiffens(law, memory, self._size) for law, memory in laws if memory.shape[1])

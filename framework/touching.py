@@ -110,8 +110,7 @@ class Touches:
         self.edges = np.concatenate([bonded[:, [0, 1]], bonded[:, [3, 2]], rim])  #: (e, 2) nodes, grain on the left
         self.exposed = np.arange(len(self.edges)) >= 2 * len(bonded)  #: (e,) whether anything may touch the edge
         self.edge_grain = mesh.node_grain[self.edges[:, 0]]
-        size = float(np.median(np.sqrt(grains.areas)))
-        self.skin = detection.skin * size  #: m
+        self.skin = detection.skin * grains.grain_size  #: m
         self._ease = np.array([1 / np.mean(group.law.stiffness[1]) for group in self.groups], dtype=float)
         corners = grains.vertices[grains.corners]
         width = compiled(search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), grains.first)

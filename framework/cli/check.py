@@ -11,7 +11,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.flutter import hold
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.loading import StageError
-from grainlaw.probing import alone, measure
+from grainlaw.probing import alone, is_bonded, measure
 from grainlaw.script import LawReferenceError, find_law
 from grainlaw.specimen import Elastic, Specimen
 from grainlaw.stepping import InstabilityError
@@ -46,8 +46,8 @@ def _held(law: ContactLaw) -> bool:
     contact = alone(law)
     with np.errstate(all="ignore"):
         scale = measure(contact)
-    stress, little = scale.pressures[-1], 1e-3 * scale.tension.displacement
-    bonded = contact.step(little, 0.0, contact.start)[0] > 0
+        bonded = is_bonded(contact, scale.tension)
+    stress = scale.pressures[-1]
     size = SOFT * STIFF * stress / float(law.stiffness[0])
     grains = Voronoi(grains=GRAINS, seed=1)
     width = size * (GRAINS / SLENDERNESS) ** 0.5
