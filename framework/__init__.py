@@ -1,22 +1,10 @@
 """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
-from grainlaw.acoustic import AcousticEvents, acoustic_events
-from grainlaw.characteristics import Characteristics, Mode, characteristics, plot_law
-from grainlaw.comparison import Comparison, compare
-from grainlaw.conformance import Entry, Report, check_law
+from grainlaw.compiler.batch import CompilationError
 from grainlaw.contact import ContactLaw, Trace, trace
-from grainlaw.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
 from grainlaw.detection import Detection
-from grainlaw.envelope import (
-    HoekBrownFit,
-    MohrCoulombFit,
-    StrengthEnvelope,
-    fit_hoek_brown,
-    fit_mohr_coulomb,
-    strength_envelope,
-)
-from grainlaw.flutter import Flutter, hold
-from grainlaw.fragments import Fragments, fragments
+from grainlaw.engine.state import State
+from grainlaw.engine.stepping import InstabilityError, OverlapError
 from grainlaw.integration import (
     AdaptiveRelaxation,
     CentralDifference,
@@ -30,9 +18,27 @@ from grainlaw.integration import (
     Relaxation,
     Undamped,
 )
-from grainlaw.kernels.batch import CompilationError
-from grainlaw.laboratory import MEASURES, Laboratory, Measure, mean_stress
-from grainlaw.loading import (
+from grainlaw.observation import Frame, FrameRecorder, Observer
+from grainlaw.parameter import ParameterError, parameter, parameters, part
+from grainlaw.results.acoustic import AcousticEvents, acoustic_events
+from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
+from grainlaw.results.fragments import Fragments, fragments
+from grainlaw.results.laboratory import MEASURES, Laboratory, Measure, mean_stress
+from grainlaw.results.probe import ContactPath, Probe
+from grainlaw.results.result import Cracks, Result
+from grainlaw.runs.comparison import Comparison, compare
+from grainlaw.runs.envelope import (
+    HoekBrownFit,
+    MohrCoulombFit,
+    StrengthEnvelope,
+    fit_hoek_brown,
+    fit_mohr_coulomb,
+    strength_envelope,
+)
+from grainlaw.runs.flutter import Flutter, hold
+from grainlaw.runs.simulation import simulate
+from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
+from grainlaw.stage import (
     AtRest,
     Condition,
     Drive,
@@ -45,16 +51,10 @@ from grainlaw.loading import (
     Stage,
     StageError,
 )
-from grainlaw.observation import Frame, FrameRecorder, Observer
-from grainlaw.parameter import ParameterError, parameter, parameters, part
-from grainlaw.probe import ContactPath, Probe
-from grainlaw.result import Cracks, Result
-from grainlaw.simulation import simulate
-from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
-from grainlaw.state import State
-from grainlaw.stepping import InstabilityError, OverlapError
 from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
 from grainlaw.window import Window, within_circle, within_polygon, within_rectangle
+from grainlaw.workbench.characteristics import Characteristics, Mode, characteristics, plot_law
+from grainlaw.workbench.conformance import Entry, Report, check_law
 
 __all__ = [
     "MEASURES",

@@ -160,7 +160,7 @@ def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False) -
     opening, slip = (np.array(a, dtype=float) for a in np.broadcast_arrays(np.atleast_1d(opening), np.atleast_1d(slip)))
     names = memory_names(law)
     if compiled:
-        from grainlaw.kernels.batch import compile_law
+        from grainlaw.compiler.batch import compile_law
 
         respond = compile_law(law).respond
     else:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
-from grainlaw.dissipation import balance
+from grainlaw.engine.dissipation import balance
 from grainlaw.parameter import whole_number
 
 if TYPE_CHECKING:
-    from grainlaw.loading import Stage
-    from grainlaw.state import State
+    from grainlaw.engine.state import State
+    from grainlaw.stage import Stage
 
 
 class Observer(ABC):
@@ -48,7 +48,7 @@ class Frame:
 
 
 def take_frame(state: State) -> Frame:
-    """Copy the present moment; what was lost and made (J/m2) is that of :func:`~grainlaw.dissipation.balance`."""
+    """Copy the present moment; what was lost and made (J/m2) is that of :mod:`~grainlaw.engine.dissipation`."""
     names = ("opening", "slip", "normal", "shear", "broken_time")
     contacts = {name: np.array(getattr(state, name)) for name in names}
     contacts["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)

@@ -7,7 +7,7 @@ from grainlaw.geometry.joint_sets import JointSet, JointSets
 from grainlaw.geometry.loose import apart, wall
 from grainlaw.geometry.platens import between_platens
 from grainlaw.geometry.region import polygon, rectangle, shear_box
-from grainlaw.geometry.rock_tests import disc, notched_beam, semi_disc
+from grainlaw.geometry.shapes import disc, notched_beam, semi_disc
 from grainlaw.geometry.voronoi import Voronoi
 
 __all__ = [

@@ -10,8 +10,8 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.geometry.cells.sides import is_convex, turns
 from grainlaw.geometry.region import polygon
-from grainlaw.geometry.sides import is_convex, turns
 from grainlaw.parameter import ParameterError
 from grainlaw.tessellation import Region, Tessellation
 

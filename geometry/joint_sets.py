@@ -9,11 +9,11 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.geometry.any_voronoi import NEAR, frame
-from grainlaw.geometry.convex import Polygon, split
-from grainlaw.geometry.cutting import Cutter
-from grainlaw.geometry.joining import tiling_of
-from grainlaw.geometry.merging import merge_short_edges
+from grainlaw.geometry.cells.any_voronoi import NEAR, frame
+from grainlaw.geometry.cells.convex import Polygon, split
+from grainlaw.geometry.cells.cutting import Cutter
+from grainlaw.geometry.cells.joining import tiling_of
+from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.parameter import ParameterError, parameter
 from grainlaw.tessellation import Region, Tessellation, Tessellator
 

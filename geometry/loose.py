@@ -7,7 +7,7 @@ from itertools import pairwise
 import attrs
 import numpy as np
 
-from grainlaw.geometry.convex import Polygon, split
+from grainlaw.geometry.cells.convex import Polygon, split
 from grainlaw.geometry.region import checked, rectangle
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import following

@@ -5,12 +5,12 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from grainlaw.geometry.any_voronoi import SMALL, Cells, frame
-from grainlaw.geometry.bounded_voronoi import bounded_diagram, polygons
-from grainlaw.geometry.grain_size import grain_count, length, require_one, whole_number
-from grainlaw.geometry.merging import merge_short_edges
-from grainlaw.geometry.ordering import hilbert_order
-from grainlaw.geometry.sides import is_convex
+from grainlaw.geometry.cells.any_voronoi import SMALL, Cells, frame
+from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
+from grainlaw.geometry.cells.grain_size import grain_count, length, require_one, whole_number
+from grainlaw.geometry.cells.merging import merge_short_edges
+from grainlaw.geometry.cells.ordering import hilbert_order
+from grainlaw.geometry.cells.sides import is_convex
 from grainlaw.parameter import parameter
 from grainlaw.tessellation import Region, Tessellation, Tessellator
 

@@ -12,7 +12,6 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.elementary import exp_unit
 from grainlaw.laws.checks import kind_of_default, not_above, not_beyond_apex, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
@@ -20,6 +19,7 @@ from grainlaw.laws.mixed import TINY, joined
 from grainlaw.laws.readings import OtherMode, PrePeak, Residual, SofteningLength, TensionShear
 from grainlaw.laws.softening import EvansMarathe, Softening
 from grainlaw.parameter import parameter
+from grainlaw.vector_math import exp_unit
 
 
 @attrs.frozen(kw_only=True)

@@ -10,8 +10,8 @@ from typing import Any
 import attrs
 from scipy.integrate import quad
 
-from grainlaw.elementary import exp_bounded
 from grainlaw.parameter import ParameterError, parameter
+from grainlaw.vector_math import exp_bounded
 
 
 class Softening(ABC):

@@ -9,12 +9,12 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.elementary import exp_bounded, exp_unit
 from grainlaw.laws.checks import kind_of_default, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
 from grainlaw.parameter import parameter
+from grainlaw.vector_math import exp_bounded, exp_unit
 
 END = 8.0  #: n + t at the break
 

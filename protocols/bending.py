@@ -6,10 +6,10 @@ from typing import Protocol
 
 import numpy as np
 
-from grainlaw.loading import Curves, Drive, FailsTo, Reaches, Stage
+from grainlaw.engine.state import State
 from grainlaw.protocols.platens import AtSpeed, refuse_platens, require_boundaries, sample_limit
 from grainlaw.specimen import Specimen
-from grainlaw.state import State
+from grainlaw.stage import Curves, Drive, FailsTo, Reaches, Stage
 
 SUPPORTS = ("support_left", "support_right")
 

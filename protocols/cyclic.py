@@ -8,11 +8,11 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.loading import Curves, Drive, FallsTo, LoadingProtocol, Reaches, Stage
+from grainlaw.engine.state import State
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
 from grainlaw.specimen import Specimen
-from grainlaw.state import State
+from grainlaw.stage import Curves, Drive, FallsTo, LoadingProtocol, Reaches, Stage
 
 
 def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:

@@ -9,11 +9,11 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
-from grainlaw.loading import Condition, Curves, LoadingProtocol, Stage
 from grainlaw.parameter import ParameterError, grain_numbers, parameter, part, whole_number
 from grainlaw.specimen import Specimen
-from grainlaw.state import State
+from grainlaw.stage import Condition, Curves, LoadingProtocol, Stage
 
 
 @attrs.frozen

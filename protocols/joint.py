@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from grainlaw.engine.state import State
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols.measures import is_rock
 from grainlaw.protocols.platens import require_platens
 from grainlaw.specimen import Specimen
-from grainlaw.state import State
 
 
 def require_joint(specimen: Specimen, test: str) -> None:

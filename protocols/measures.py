@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from grainlaw.engine.state import State
 from grainlaw.moduli import converted, slope
 from grainlaw.specimen import Specimen
-from grainlaw.state import State
 from grainlaw.window import window_mean, within_rectangle
 
 

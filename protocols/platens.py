@@ -9,8 +9,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
-from grainlaw.loading import Curves, Drive, FallsTo, Reaches, Stage
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols.measures import (
     axial_strain,
@@ -25,7 +25,7 @@ from grainlaw.protocols.measures import (
     window_stress,
 )
 from grainlaw.specimen import Elastic, Rigid, Specimen
-from grainlaw.state import State
+from grainlaw.stage import Curves, Drive, FallsTo, Reaches, Stage
 
 NO_TENSION = "tension does not pass the contact between two bodies; pull the sample at ends of its own, without platens"
 

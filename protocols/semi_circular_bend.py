@@ -9,13 +9,13 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Curves, LoadingProtocol, Stage
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocols.bending import bending_stage, measure_bending, notch_depth, span, work_of_fracture
 from grainlaw.protocols.measures import certificate
 from grainlaw.specimen import Specimen
-from grainlaw.state import State
+from grainlaw.stage import Curves, LoadingProtocol, Stage
 
 
 @attrs.frozen(kw_only=True)

@@ -7,12 +7,12 @@ from typing import Any
 
 import attrs
 
+from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Curves, LoadingProtocol, Stage
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocols.platens import Moving, Platens, measure_between_platens, uniaxial_stage, uniaxial_summary
 from grainlaw.specimen import Specimen
-from grainlaw.state import State
+from grainlaw.stage import Curves, LoadingProtocol, Stage
 
 
 @attrs.frozen(kw_only=True)

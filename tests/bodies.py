@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 
 import grainlaw as gl
+from grainlaw.compiler.batch import compile_integrator
+from grainlaw.engine.ledger import energies
+from grainlaw.engine.stable_step import StableStep
+from grainlaw.engine.state import State
+from grainlaw.engine.stepping import advance
 from grainlaw.geometry import block, moved, together
-from grainlaw.kernels.batch import compile_integrator
-from grainlaw.ledger import energies
-from grainlaw.state import State
-from grainlaw.stepping import advance
-from grainlaw.timestep import StableStep
 
 RIGID = gl.Rigid(density=2600)
 SOFT = gl.Elastic(youngs_modulus=1e9, poissons_ratio=0.2, density=2600)

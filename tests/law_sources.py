@@ -6,7 +6,7 @@ import sys
 
 import attrs
 
-from grainlaw.script import find_law
+from grainlaw.cli.law_file import find_law
 
 KN, KS = 1e14, 9e13
 

@@ -5,10 +5,10 @@ import numpy as np
 from scipy.sparse.linalg import spsolve
 
 import grainlaw as gl
-from grainlaw import stepping
+from grainlaw.compiler.batch import compile_integrator
+from grainlaw.engine import stepping
+from grainlaw.engine.stability import stiffness_matrix
 from grainlaw.geometry import Voronoi, rectangle
-from grainlaw.kernels.batch import compile_integrator
-from grainlaw.stability import stiffness_matrix
 from grainlaw.units import GPa, MPa, mm
 
 STIFF = {"kn": 1.05e14, "ks": 9.45e13}

@@ -9,10 +9,10 @@ import attrs
 import pytest
 
 import grainlaw as gl
-from grainlaw.kernels import batch
-from grainlaw.kernels.cache import _warn
-from grainlaw.kernels.fingerprint import fingerprint
-from grainlaw.kernels.loop import _steps
+from grainlaw.compiler import batch
+from grainlaw.compiler.cache import _warn
+from grainlaw.compiler.fingerprint import fingerprint
+from grainlaw.engine.step import _steps
 
 LAW = """
 import attrs, sys
@@ -173,5 +173,5 @@ def test_a_folder_that_cannot_be_written_gives_one_warning(cache, afresh):
 
 
 def test_the_key_of_the_loop_does_not_depend_on_the_process(tmp_path, cache):
-    code = "from grainlaw.kernels.loop import _steps\nfrom grainlaw.kernels.fingerprint import fingerprint\n"
+    code = "from grainlaw.engine.step import _steps\nfrom grainlaw.compiler.fingerprint import fingerprint\n"
     assert run(["-"], tmp_path, cache, code + "print(fingerprint(_steps))\n", seed="1") == [fingerprint(_steps)]

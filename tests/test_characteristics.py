@@ -6,10 +6,10 @@ import pytest
 from support import STIFF, STRONG, Hillerborg
 
 import grainlaw as gl
-from grainlaw.characteristics import envelope
 from grainlaw.laws import BandisClosure, BartonBandis, CamachoOrtiz, CohesiveCrack, Friction, Linear, MohrCoulomb
-from grainlaw.probing import Contact
-from grainlaw.shear_box import sheared
+from grainlaw.workbench.characteristics import envelope
+from grainlaw.workbench.driver import Contact
+from grainlaw.workbench.shear_box import sheared
 
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
 BRITTLE = MohrCoulomb(**STRONG)

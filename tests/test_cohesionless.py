@@ -5,10 +5,10 @@ import pytest
 from support import STIFF, STRONG, small_sample
 
 import grainlaw as gl
+from grainlaw.engine.state import State
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BartonBandis, CohesiveCrack, Friction, Linear, LinearClosure, MohrCoulomb
 from grainlaw.protocols import BiaxialCompression
-from grainlaw.state import State
 from grainlaw.units import MPa, mm
 
 FREE = {"tensile_strength": 0, "cohesion": 0}

@@ -10,10 +10,11 @@ import pytest
 from support import STIFF, STRONG, Hillerborg, small_sample
 
 import grainlaw as gl
-from grainlaw.kernels import loop, passes
-from grainlaw.kernels.batch import compile_integrator, compile_law
-from grainlaw.kernels.fingerprint import fingerprint
-from grainlaw.kernels.foreign import LANES
+from grainlaw.compiler.batch import compile_integrator, compile_law
+from grainlaw.compiler.calls import LANES
+from grainlaw.compiler.fingerprint import fingerprint
+from grainlaw.engine import passes
+from grainlaw.engine import step as loop
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialTension
 

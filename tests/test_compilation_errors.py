@@ -7,7 +7,7 @@ import pytest
 from support import small_sample
 
 import grainlaw as gl
-from grainlaw.kernels.batch import compile_integrator, compile_law
+from grainlaw.compiler.batch import compile_integrator, compile_law
 from grainlaw.protocols import UniaxialTension
 
 TABLE = {"a": 1.0}

@@ -11,7 +11,7 @@ from support import STIFF
 import grainlaw as gl
 from grainlaw.cli import main
 from grainlaw.laws import Linear
-from grainlaw.properties import PROPERTIES
+from grainlaw.workbench.properties import PROPERTIES
 
 SOUND = [Hillerborg(), Hillerborg(energy=3.0, strength=1e6), Joint(), Linear(**STIFF)]
 

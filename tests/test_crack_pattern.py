@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import grainlaw as gl
-from grainlaw.acoustic import clustered
+from grainlaw.results.acoustic import clustered
 
 
 def cracks_of(count, **columns):

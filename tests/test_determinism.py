@@ -6,7 +6,7 @@ import pytest
 from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
-from grainlaw.kernels import loop
+from grainlaw.engine import step as loop
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
 

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from grainlaw.elementary import exp_bounded, exp_unit
+from grainlaw.vector_math import exp_bounded, exp_unit
 
 
 @pytest.mark.parametrize(

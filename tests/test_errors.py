@@ -10,11 +10,11 @@ import pytest
 from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
+from grainlaw.engine.ledger import energies
 from grainlaw.geometry import Hexagonal, Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
-from grainlaw.ledger import energies
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.vtk import VtkWriter
+from grainlaw.results.vtk import VtkWriter
 
 LINEAR = Linear(**STIFF)
 PRESS = UniaxialCompression(speed=0.2, maximum_strain=5e-4, samples=50)

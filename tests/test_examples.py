@@ -9,10 +9,10 @@ from support import ROCK, static_solution
 
 import grainlaw as gl
 from grainlaw.cli.table1 import LAWS
+from grainlaw.engine.stability import stiffness_matrix
 from grainlaw.geometry import Bricks, Voronoi, rectangle
 from grainlaw.laws import CamachoOrtiz, MohrCoulomb, PrePeak
 from grainlaw.protocols import DirectShear, UniaxialTension
-from grainlaw.stability import stiffness_matrix
 from grainlaw.units import mm
 
 

@@ -15,12 +15,12 @@ from support import STRONG
 from tiling import assert_sides_complete, assert_tiles
 
 import grainlaw as gl
+from grainlaw.engine.state import State
 from grainlaw.geometry import JointSet, JointSets, moved, polygon, rectangle, together
 from grainlaw.laws import Friction, MohrCoulomb
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import FreeMotion
 from grainlaw.protocols.free_motion import rotation
-from grainlaw.state import State
 
 LAW = Friction(kn=1e9, ks=1e9, friction_angle=30)
 materials = pytest.mark.parametrize("material", [RIGID, SOFT], ids=["rigid", "elastic"])

@@ -20,9 +20,9 @@ import numpy as np
 import pytest
 
 import grainlaw as gl
-from grainlaw.kernels.batch import compile_law
-from grainlaw.kernels.fingerprint import NotCompilable, fingerprint
-from grainlaw.kernels.origin import is_standard
+from grainlaw.compiler.batch import compile_law
+from grainlaw.compiler.fingerprint import NotCompilable, fingerprint
+from grainlaw.compiler.origin import is_standard
 
 
 def made(source, **scope):

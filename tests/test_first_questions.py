@@ -10,11 +10,11 @@ from support import STIFF, STRONG, Hillerborg, small_sample
 from test_laws_properties import LAWS
 
 import grainlaw as gl
-from grainlaw import first_questions
-from grainlaw.first_questions import ask_first_questions
-from grainlaw.kernels.batch import compile_law
+from grainlaw.compiler.batch import compile_law
 from grainlaw.laws import Linear, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialTension
+from grainlaw.runs import first_questions
+from grainlaw.runs.first_questions import ask_first_questions
 
 
 @pytest.fixture(autouse=True)

@@ -6,11 +6,11 @@ import pytest
 from support import ROCK, STIFF, STRONG, Hillerborg, nodal_forces, small_sample
 
 import grainlaw as gl
-from grainlaw.acoustic import shear_wave_speed
-from grainlaw.dissipation import balance
+from grainlaw.engine.dissipation import balance
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, Linear, MohrCoulomb, PrePeak
 from grainlaw.protocols import DirectShear, JointTension, UniaxialCompression, UniaxialTension
+from grainlaw.results.acoustic import shear_wave_speed
 from grainlaw.window import window_mean
 
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=150)

@@ -7,6 +7,7 @@ from scipy.sparse.linalg import spsolve
 from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
+from grainlaw.engine.stability import stiffness_matrix
 from grainlaw.geometry import Bricks, Voronoi, disc, polygon, rectangle, semi_disc, shear_box
 from grainlaw.laws import CohesiveCrack, Friction, Linear, MohrCoulomb
 from grainlaw.protocols import (
@@ -20,7 +21,6 @@ from grainlaw.protocols import (
     UniaxialCompression,
 )
 from grainlaw.protocols.semi_circular_bend import shape_factor
-from grainlaw.stability import stiffness_matrix
 from grainlaw.units import mm
 
 LINEAR = Linear(**STIFF)

@@ -5,7 +5,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from law_sources import CHANGES, KN, KS, LOADERS, PLACES, STANDARD_NAMES, piece, source
 
-from grainlaw.kernels import batch
+from grainlaw.compiler import batch
 
 POINTS = [(3e-7, 2e-7), (-1e-7, -5e-7)]
 

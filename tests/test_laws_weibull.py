@@ -9,8 +9,8 @@ import pytest
 from support import ROCK, STRONG, small_sample
 
 import grainlaw as gl
+from grainlaw.compiler.batch import compile_law
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.kernels.batch import compile_law
 from grainlaw.laws import (
     BilinearMixedMode,
     CamachoOrtiz,

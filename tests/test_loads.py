@@ -6,9 +6,9 @@ import pytest
 from support import ROCK, STIFF, advance, small_sample
 
 import grainlaw as gl
+from grainlaw.engine.state import State
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
-from grainlaw.state import State
 
 ALONG = 60e9 / (1 - 0.25**2)  # Pa, plane strain: stress over strain with free sides
 ACROSS = 0.25 / 0.75  # lateral over axial strain

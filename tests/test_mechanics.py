@@ -5,12 +5,12 @@ import pytest
 from support import ROCK, STIFF, STRONG, advance, nodal_forces, small_sample, static_solution
 
 import grainlaw as gl
+from grainlaw.engine.ledger import energies
+from grainlaw.engine.stability import highest_frequency, stiffness_matrix
+from grainlaw.engine.state import State
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
-from grainlaw.ledger import energies
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.stability import highest_frequency, stiffness_matrix
-from grainlaw.state import State
 
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
 

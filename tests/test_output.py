@@ -20,7 +20,7 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
-from grainlaw.vtk import VtkWriter
+from grainlaw.results.vtk import VtkWriter
 
 BRITTLE = MohrCoulomb(**STRONG)
 PULL = UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=40, stop_fraction=0)
@@ -158,7 +158,7 @@ from support import STRONG, small_sample
 import grainlaw as gl
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import UniaxialTension
-from grainlaw.vtk import VtkWriter
+from grainlaw.results.vtk import VtkWriter
 test = UniaxialTension(speed=0.01, maximum_strain=0.01, samples=5000, stop_fraction=0)
 gl.simulate(small_sample(150), MohrCoulomb(**STRONG), test, observers=[VtkWriter(sys.argv[1], count=5000)])
 """

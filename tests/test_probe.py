@@ -8,8 +8,8 @@ from support import ROCK, STIFF, STRONG, small_sample
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
-from grainlaw.probe import law_at
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
+from grainlaw.results.probe import law_at
 from grainlaw.units import mm
 
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=10, mode_ii_energy=20)

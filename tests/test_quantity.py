@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grainlaw.parameter import ParameterError
-from grainlaw.quantity import PREFIXES, USUAL, quantity, written
+from grainlaw.unit_text import PREFIXES, USUAL, quantity, written
 
 NUMBERS = st.floats(1e-12, 1e12)
 EXACT = {"k": 3, "M": 6, "G": 9, "m": -3, "u": -6}

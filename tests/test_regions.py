@@ -23,7 +23,7 @@ from grainlaw.geometry import (
     semi_disc,
     shear_box,
 )
-from grainlaw.geometry.any_voronoi import Cells
+from grainlaw.geometry.cells.any_voronoi import Cells
 from grainlaw.parameter import ParameterError
 from grainlaw.tessellation import Region
 from grainlaw.units import mm

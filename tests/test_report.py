@@ -16,7 +16,7 @@ from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.naming import shown
 from grainlaw.protocols import DirectShear, UniaxialCompression
-from grainlaw.report import LIMITS, write_report
+from grainlaw.results.figures.report import LIMITS, write_report
 from grainlaw.units import mm
 
 LAW = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300, closure=BandisClosure(maximum_closure=5e-6))
@@ -191,13 +191,13 @@ def test_a_test_of_ones_own_has_its_columns_drawn(tmp_path):
     page = Page(tmp_path / "report.html")
     assert page.rows["never"] == [["-"]]
     assert page.text.strip().startswith("Pull: law")
-    from grainlaw.report_figures import plot_report_curves
+    from grainlaw.results.figures.report_figures import plot_report_curves
 
     assert "force (kN/m)" in [axes.get_ylabel() for axes in plot_report_curves({"law": result}).axes]
 
 
 def test_figures_show_the_recorded_numbers(result):
-    from grainlaw.report_figures import plot_report_curves
+    from grainlaw.results.figures.report_figures import plot_report_curves
 
     upper = plot_report_curves({"law": result}).axes[0]
     assert (upper.get_xlabel(), upper.get_ylabel()) == ("strain (%)", "stress (MPa)")

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 import grainlaw as gl
+from grainlaw.compiler.batch import compile_law
+from grainlaw.engine.touching import broken_memory
 from grainlaw.geometry import Bricks, Voronoi, rectangle
-from grainlaw.kernels.batch import compile_law
 from grainlaw.laws import (
     BandisClosure,
     BartonBandis,
@@ -15,7 +16,6 @@ from grainlaw.laws import (
     MunjizaJoint,
 )
 from grainlaw.protocols import DirectShear, UniaxialCompression
-from grainlaw.touching import broken_memory
 from grainlaw.units import GPa, MPa, mm, um
 
 #: How lengths and stresses scale; what has neither in its unit does not.

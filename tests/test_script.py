@@ -6,8 +6,8 @@ import attrs
 import pytest
 
 import grainlaw as gl
-from grainlaw.kernels.batch import compile_law
-from grainlaw.script import LawReferenceError, find_law
+from grainlaw.cli.law_file import LawReferenceError, find_law
+from grainlaw.compiler.batch import compile_law
 
 LAW = """
 import attrs

@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 from support import ROCK, STRONG
 
 import grainlaw as gl
-from grainlaw import touching
+from grainlaw.compiler.entry import compiled
+from grainlaw.engine import overlap, search, touch, touching
 from grainlaw.geometry import Bricks, Voronoi, rectangle
-from grainlaw.kernels import overlap, search, touch
-from grainlaw.kernels.entry import compiled
 from grainlaw.laws import Friction, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialCompression
 

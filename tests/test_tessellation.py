@@ -14,9 +14,10 @@ from tiling import assert_sides_complete, assert_tiles
 
 import grainlaw as gl
 from grainlaw import geometry
-from grainlaw.geometry import Bricks, Hexagonal, JointSets, Voronoi, grain_size, rectangle
-from grainlaw.geometry.bounded_voronoi import bounded_diagram, polygons
-from grainlaw.geometry.ordering import hilbert_order
+from grainlaw.geometry import Bricks, Hexagonal, JointSets, Voronoi, rectangle
+from grainlaw.geometry.cells import grain_size
+from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
+from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.parameter import ParameterError
 from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
 

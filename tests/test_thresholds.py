@@ -8,7 +8,7 @@ from support import ROCK
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.moduli import converted
-from grainlaw.thresholds import (
+from grainlaw.results.thresholds import (
     crack_damage,
     crack_volumetric_strain,
     initiation_by_crack_volume,

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grainlaw.kernels import touch
-from grainlaw.touching import no_touching
+from grainlaw.engine import touch
+from grainlaw.engine.touching import no_touching
 
 KN = 2.5e9
 STEP = 1e-6

@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 from moments import command_line, draw
 
 import grainlaw as gl
-from grainlaw.fragments import fragments
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack
 from grainlaw.protocols import BiaxialCompression
+from grainlaw.results.fragments import fragments
 from grainlaw.units import GPa, MPa, mm
 
 ROCK = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)

@@ -5,16 +5,16 @@ from __future__ import annotations
 import click
 import numpy as np
 
+from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.table1 import law_named
-from grainlaw.conformance import check_law
 from grainlaw.contact import ContactLaw
-from grainlaw.flutter import hold
+from grainlaw.engine.stepping import InstabilityError
 from grainlaw.geometry import Voronoi, rectangle
-from grainlaw.loading import StageError
-from grainlaw.probing import alone, is_bonded, measure
-from grainlaw.script import LawReferenceError, find_law
+from grainlaw.runs.flutter import hold
 from grainlaw.specimen import Elastic, Specimen
-from grainlaw.stepping import InstabilityError
+from grainlaw.stage import StageError
+from grainlaw.workbench.conformance import check_law
+from grainlaw.workbench.driver import alone, is_bonded, measure
 
 GRAINS, SLENDERNESS = 120, 2.5
 STIFF, SOFT = 1000, 5.25  #: Young's modulus over the stress held, and kn times the grain size over it: as in granite

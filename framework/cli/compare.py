@@ -9,13 +9,13 @@ import click
 
 from grainlaw.cli.running import FAILURES, ProgressBar, check_threads, described, progress_bars, versions
 from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
-from grainlaw.comparison import compare as compare_laws
-from grainlaw.files import writable_folder
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.quantity import written
+from grainlaw.results.files import writable_folder
+from grainlaw.results.vtk import VtkWriter
+from grainlaw.runs.comparison import compare as compare_laws
 from grainlaw.specimen import Specimen
-from grainlaw.vtk import VtkWriter
+from grainlaw.unit_text import written
 
 COMPARED = "linear,mohr-coulomb,cohesive-crack"
 

@@ -17,9 +17,9 @@ import grainlaw
 import grainlaw.geometry
 import grainlaw.laws
 import grainlaw.protocols
+from grainlaw.cli.law_file import nearest
 from grainlaw.parameter import ParameterError
-from grainlaw.quantity import quantity, written
-from grainlaw.script import nearest
+from grainlaw.unit_text import quantity, written
 
 PACKAGES: tuple[ModuleType, ...] = (grainlaw, grainlaw.laws, grainlaw.geometry, grainlaw.protocols)
 Kind = type | tuple[type, ...]

@@ -7,15 +7,15 @@ from typing import Any
 import attrs
 
 from grainlaw.cli.components import choices, component, evolved, settings
+from grainlaw.cli.law_file import LawReferenceError, find_law, nearest
 from grainlaw.cli.sample import sample
 from grainlaw.cli.sections import SECTIONS, Sections
 from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import ContactLaw
-from grainlaw.loading import LoadingProtocol
 from grainlaw.parameter import ParameterError, parameter, whole_number
-from grainlaw.script import LawReferenceError, find_law, nearest
 from grainlaw.specimen import Elastic, Rigid, Specimen
+from grainlaw.stage import LoadingProtocol
 
 
 @attrs.frozen(kw_only=True)

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import click
 
+from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.running import FAILURES, ProgressBar, check_threads, described, progress_bars, versions
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
-from grainlaw.envelope import strength_envelope
-from grainlaw.files import writable_folder
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import BiaxialCompression
-from grainlaw.script import LawReferenceError, find_law
+from grainlaw.results.files import writable_folder
+from grainlaw.runs.envelope import strength_envelope
 from grainlaw.specimen import Specimen
 from grainlaw.units import MPa
 

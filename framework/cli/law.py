@@ -6,10 +6,10 @@ from pathlib import Path
 
 import click
 
-from grainlaw.characteristics import characteristics, plot_law
+from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.table1 import LAWS, law_named
-from grainlaw.files import file_name, writable_folder, write_atomically
-from grainlaw.script import LawReferenceError, find_law
+from grainlaw.results.files import file_name, writable_folder, write_atomically
+from grainlaw.workbench.characteristics import characteristics, plot_law
 
 
 @click.command(

@@ -11,14 +11,14 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from grainlaw.kernels.batch import CompilationError
-from grainlaw.loading import Stage, StageError
+from grainlaw.compiler.batch import CompilationError
+from grainlaw.engine.state import State
+from grainlaw.engine.stepping import InstabilityError
 from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, parameters
-from grainlaw.simulation import MOST_THREADS
-from grainlaw.state import State
-from grainlaw.stepping import InstabilityError
+from grainlaw.runs.simulation import MOST_THREADS
+from grainlaw.stage import Stage, StageError
 
 COURSE = ("strain", "displacement", "deflection", "time")  #: how far a test is: the first of these that it records
 LOAD = ("stress", "shear_stress", "load", "force", "unbalanced")

@@ -10,11 +10,11 @@ import attrs
 
 import grainlaw.geometry
 from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
+from grainlaw.cli.law_file import nearest
 from grainlaw.parameter import ParameterError
-from grainlaw.quantity import quantity, written
-from grainlaw.script import nearest
 from grainlaw.specimen import ContactPoints, Elastic, GaussPoints, Rigid, Specimen
 from grainlaw.tessellation import Region, Tessellator
+from grainlaw.unit_text import quantity, written
 
 REGIONS: dict[str, Callable[..., Region]] = {
     name.replace("_", "-"): function

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from grainlaw.cli.law_file import nearest
 from grainlaw.parameter import ParameterError
-from grainlaw.script import nearest
 
 Sections = dict[str, dict[str, Any]]
 SECTIONS = ("sample", "rock", "law", "test", "numerics")

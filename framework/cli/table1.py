@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from grainlaw.cli.law_file import nearest
 from grainlaw.contact import ContactLaw
 from grainlaw.laws import (
     BandisClosure,
@@ -18,7 +19,6 @@ from grainlaw.laws import (
     MunjizaJoint,
     XuNeedleman,
 )
-from grainlaw.script import nearest
 from grainlaw.specimen import Elastic
 from grainlaw.units import GPa, MPa, mm
 

@@ -13,17 +13,17 @@ from grainlaw.cli.configuration import Configuration, configured
 from grainlaw.cli.running import ProgressBar, progress_bars, versions
 from grainlaw.cli.sections import Sections, assign, read_file, toml
 from grainlaw.cli.setups import SETUPS
-from grainlaw.files import writable_folder, write_atomically
-from grainlaw.first_questions import ask_first_questions
-from grainlaw.kernels.batch import CompilationError
-from grainlaw.loading import StageError
+from grainlaw.compiler.batch import CompilationError
+from grainlaw.engine.stepping import InstabilityError
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
-from grainlaw.result import Result
-from grainlaw.simulation import simulate
-from grainlaw.stepping import InstabilityError
-from grainlaw.tables import write_curves, write_json
-from grainlaw.vtk import VtkWriter
+from grainlaw.results.files import writable_folder, write_atomically
+from grainlaw.results.result import Result
+from grainlaw.results.tables import write_curves, write_json
+from grainlaw.results.vtk import VtkWriter
+from grainlaw.runs.first_questions import ask_first_questions
+from grainlaw.runs.simulation import simulate
+from grainlaw.stage import StageError
 
 
 @click.command(

@@ -15,14 +15,14 @@ from scipy.integrate import quad
 
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import trace
-from grainlaw.files import writable_folder, write_atomically
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, SofteningLength
-from grainlaw.loading import StageError
 from grainlaw.naming import aligned
 from grainlaw.protocols import DirectShear, JointTension
-from grainlaw.simulation import InstabilityError, simulate
+from grainlaw.results.files import writable_folder, write_atomically
+from grainlaw.runs.simulation import InstabilityError, simulate
 from grainlaw.specimen import Specimen
+from grainlaw.stage import StageError
 from grainlaw.units import MPa, mm, um
 
 if TYPE_CHECKING:

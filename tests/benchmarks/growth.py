@@ -45,9 +45,9 @@ def step_cost(grains, rounds=5):
     from support import ROCK, STRONG, advance
 
     import grainlaw as gl
+    from grainlaw.engine.state import State
     from grainlaw.geometry import Voronoi, rectangle
     from grainlaw.laws import CohesiveCrack
-    from grainlaw.state import State
 
     scale = (grains / 755) ** 0.5
     begin = time.perf_counter()

@@ -17,8 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from support import STIFF, STRONG, Hillerborg
 
 import grainlaw as gl
-from grainlaw.kernels.batch import compile_law
-from grainlaw.kernels.cache import OPTIONS
+from grainlaw.compiler.batch import compile_law
+from grainlaw.compiler.cache import OPTIONS
 from grainlaw.laws import (
     BandisClosure,
     BartonBandis,

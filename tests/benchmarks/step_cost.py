@@ -20,10 +20,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from support import ROCK, STIFF, STRONG, advance
 
 import grainlaw as gl
+from grainlaw.engine import passes
+from grainlaw.engine.state import State
 from grainlaw.geometry import Voronoi, rectangle
-from grainlaw.kernels import passes
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
-from grainlaw.state import State
 
 LAWS = {
     "linear": Linear(**STIFF),

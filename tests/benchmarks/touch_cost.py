@@ -18,13 +18,13 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from support import ROCK, STRONG, advance
 
 import grainlaw as gl
-from grainlaw import stepping
+from grainlaw.compiler.batch import compile_integrator
+from grainlaw.engine import stepping
+from grainlaw.engine.ledger import energies
+from grainlaw.engine.stable_step import StableStep
+from grainlaw.engine.state import State
 from grainlaw.geometry import Hexagonal, Voronoi, apart, block, rectangle, together
-from grainlaw.kernels.batch import compile_integrator
 from grainlaw.laws import CohesiveCrack, Friction
-from grainlaw.ledger import energies
-from grainlaw.state import State
-from grainlaw.timestep import StableStep
 
 STEPS = 1000
 

@@ -12,8 +12,8 @@ import grainlaw as gl
 from grainlaw.cli.table1 import LAWS, ROCK, SAMPLE
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import PrePeak, Residual
-from grainlaw.parallel import Run, simulate_all
 from grainlaw.protocols import UniaxialCompression
+from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.units import GPa, MPa
 
 WIDTH, HEIGHT, GRAINS = SAMPLE

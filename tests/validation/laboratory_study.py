@@ -16,8 +16,8 @@ import grainlaw as gl
 from grainlaw.cli.table1 import LAWS, ROCK, SAMPLE
 from grainlaw.geometry import Voronoi, disc, rectangle
 from grainlaw.laws import WeibullField
-from grainlaw.parallel import Run, simulate_all
 from grainlaw.protocols import Brazilian, UniaxialCompression, UniaxialTension
+from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.units import mm
 
 WIDTH, HEIGHT, GRAINS = SAMPLE

@@ -8,10 +8,10 @@ import pytest
 from support import ROCK, STIFF, STRONG, nodal_forces, static_solution
 
 import grainlaw as gl
+from grainlaw.engine.state import State
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import Platens, UniaxialCompression
-from grainlaw.state import State
 
 pytestmark = pytest.mark.slow
 SEEDS = (1, 2, 3)

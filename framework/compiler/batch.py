@@ -1,0 +1,194 @@
+"""A component's scalar method as one C function over arrays, which the time loop calls by address.
+
+Its numbers are run-time parameters, its flags and enumeration members constants; all of it is inlined into one loop
+that the compiler vectorises.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import attrs
+import numpy as np
+from numba import carray, njit
+from numba import types as nb
+
+from grainlaw.compiler.cache import OPTIONS, keyed_njit, stored
+from grainlaw.compiler.compilation import Compilation, CompilationError, refusal
+from grainlaw.compiler.fingerprint import NotCompilable, fingerprint
+from grainlaw.compiler.structure import Structure, spread
+from grainlaw.contact import ContactLaw, memory_names
+
+__all__ = ["CompilationError", "Compiled", "compile_integrator", "compile_law"]
+
+ABI = 4  #: raise when a component is compiled in another way
+
+
+class _Writer:
+    """Writes the expression that builds a component's tuple for contact ``c``."""
+
+    def __init__(self, compilation: Compilation) -> None:
+        self.compilation = compilation
+        self.scope: dict[str, Any] = {}
+        self.numbers, self.rows = 0, 0
+        self.expression = self._write(compilation.structure)
+
+    def _write(self, struct: Structure) -> str:
+        terms = [f"p{self.numbers + i}" for i in range(len(struct.numbers))]
+        self.numbers += len(terms)
+        terms += [f"r{self.rows + i}[c]" for i in range(len(struct.rows))]
+        self.rows += len(struct.rows)
+        for value in struct.constants.values():
+            name = f"k{len(self.scope)}"
+            self.scope[name] = value
+            terms.append(name)
+        terms += [self._write(part) for part in struct.parts.values()]
+        name = f"tuple{len(self.scope)}"
+        self.scope[name] = self.compilation.classes[id(struct)]
+        return f"{name}({', '.join(terms or ['0.0'])})"
+
+
+def _law_source(writer: _Writer, memory: tuple[str, ...]) -> str:
+    p = [f"p{i}" for i in range(writer.numbers)]
+    r = [f"r{i}" for i in range(writer.rows)]
+    m = [f"m{i}" for i in range(len(memory))]
+    rows = ", ".join([*p, *r, *m, "opening", "slip", "normal", "shear"])
+    values = ", ".join(["opening[c]", "slip[c]", *(f"{name}[c]" for name in m)])
+    results = ", ".join(["normal[c]", "shear[c]", *(f"{name}[c]" for name in m)])
+    given = [f"P[{k}]" for k in range(len(p))]
+    given += [f"R[{k}, :n]" for k in range(len(r))] + [f"M[{k}, :n]" for k in range(len(m))]
+    return f"""
+def inner({rows}):
+    for c in range(opening.shape[0]):
+        {results} = respond({writer.expression}, {values})
+
+def batch(parameters, fields, field_stride, memory, memory_stride, opening, slip, normal, shear, n):
+    P = carray(parameters, ({len(p) or 1},))
+    R = carray(fields, ({len(r) or 1}, field_stride))
+    M = carray(memory, ({len(m) or 1}, memory_stride))
+    inner({"".join(f"{row}, " for row in given)}
+          carray(opening, (n,)), carray(slip, (n,)), carray(normal, (n,)), carray(shear, (n,)))
+"""
+
+
+def _integrator_source(writer: _Writer) -> str:
+    p = [f"p{i}" for i in range(writer.numbers)]
+    return f"""
+def inner({", ".join([*p, "time_step"])}, force, velocity, displacement, mass, free, imposed, loss):
+    for c in range(force.shape[0]):
+        before = velocity[c]
+        after, damping = respond({writer.expression}, force[c], before, mass[c], time_step)
+        after = free[c] * after + imposed[c]
+        velocity[c] = after
+        displacement[c] += after * time_step
+        loss[c] -= free[c] * damping * 0.5 * (before + after) * time_step
+
+def batch(parameters, force, velocity, displacement, mass, free, imposed, loss, n):
+    P = carray(parameters, ({len(p) + 1},))
+    inner({", ".join(f"P[{i}]" for i in range(len(p) + 1))},
+          carray(force, (n,)), carray(velocity, (n,)), carray(displacement, (n,)), carray(mass, (n,)),
+          carray(free, (n,)), carray(imposed, (n,)), carray(loss, (n,)))
+"""
+
+
+_POINTER = nb.CPointer(nb.float64)
+_LAW_SIGNATURE = (_POINTER, _POINTER, nb.int64, _POINTER, nb.int64, *(_POINTER,) * 4, nb.int64)
+_INTEGRATOR_SIGNATURE = (*(_POINTER,) * 8, nb.int64)
+
+
+@attrs.frozen(eq=False)
+class Compiled:
+    """A component's batch function: where it is, and what it must be given."""
+
+    address: int
+    numbers: np.ndarray
+    rows: np.ndarray  #: (r, count) per-contact parameters
+    memory: tuple[str, ...]
+    key: str  #: hash of all that went into the code, without the numbers
+    keep: Any = attrs.field(repr=False)  #: owns the machine code
+
+    def batch(self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Tractions (n,) of n contacts of one law; ``memory`` (m, n) is changed."""
+        opening, slip = np.ascontiguousarray(opening), np.ascontiguousarray(slip)
+        normal, shear = np.empty_like(opening), np.empty_like(opening)
+        _foreign(10)(
+            self.address, self.numbers.ctypes.data, self.rows.ctypes.data, self.rows.shape[1], memory.ctypes.data,
+            memory.shape[1], opening.ctypes.data, slip.ctypes.data, normal.ctypes.data, shear.ctypes.data, len(opening),
+        )  # fmt: skip
+        return normal, shear
+
+    def respond(self, opening: float, slip: float, *memory: float) -> tuple[float, ...]:
+        """One contact: opening, slip, memory in; tractions, memory out."""
+        rows = np.array([*memory, 0.0])[:, None]
+        normal, shear = self.batch(np.array([opening]), np.array([slip]), rows)
+        return (normal[0], shear[0], *rows[:-1, 0])
+
+
+@functools.cache
+def _foreign(count: int) -> Callable[..., None]:
+    prototype = ctypes.CFUNCTYPE(None, *(ctypes.c_int64,) * count)
+    return lambda address, *arguments: prototype(address)(*arguments)
+
+
+def compile_law(law: ContactLaw, count: int = 1) -> Compiled:
+    """Compile ``law.traction`` for groups of ``count`` contacts. Raises :class:`CompilationError`."""
+    memory = memory_names(law)
+    return _compile(law, "traction", memory, _LAW_SIGNATURE, 2 + len(memory), 2 + len(memory), count)
+
+
+def compile_integrator(integrator: Any) -> Compiled:
+    """Compile ``integrator.step``; its batch finds the time step after its parameters."""
+    return _compile(integrator, "step", None, _INTEGRATOR_SIGNATURE, 4, 2, 1)
+
+
+@functools.cache
+def _entry_key() -> str:
+    """What the generated code around a scalar method depends on."""
+    return fingerprint(_law_source, _integrator_source, _Writer._write, extra=(ABI, repr(OPTIONS)))
+
+
+_done: dict[str, Any] = {}  #: by key
+_one_at_a_time = threading.RLock()
+
+
+def _compile(
+    component: Any, method: str, memory: tuple[str, ...] | None, signature: Any, inputs: int, results: int, count: int
+) -> Compiled:
+    if not attrs.has(type(component)):
+        raise CompilationError(f"{type(component).__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
+    try:
+        struct, numbers, rows = spread(component, method, count)
+        functions = [function for part in struct for function in part.methods.values()]
+        key = fingerprint(*functions, extra=(_entry_key(), method, memory, struct.describe()))
+        with _one_at_a_time:
+            if key not in _done:
+                _done[key] = stored(key, signature) or _build(struct, method, memory, signature, inputs, results, key)
+    except NotCompilable as error:
+        raise refusal(component, method, str(error)) from None
+    code = _done[key]
+    address = code.library.get_pointer_to_function(code.fndesc.llvm_cfunc_wrapper_name)
+    return Compiled(address, numbers, rows, memory or (), key, code)
+
+
+def _build(
+    struct: Structure, method: str, memory: tuple[str, ...] | None, signature: Any, inputs: int, results: int, key: str
+) -> Any:
+    compilation = Compilation(struct, key)
+    problem = compilation.problem(method, (nb.float64,) * inputs, results)
+    if problem:
+        raise refusal(struct.component, method, problem)
+    writer = _Writer(compilation)
+    source = _integrator_source(writer) if memory is None else _law_source(writer, memory)
+    respond = compilation.copy(struct.methods[method])
+    scope = {"__name__": __name__, "carray": carray, "respond": respond, **writer.scope}
+    exec(compile(source, f"<batch of {type(struct.component).__name__}>", "exec"), scope)
+    for name in ("inner", "batch"):
+        scope[name].__qualname__ = f"{name}_{key[:16]}"
+    scope["inner"] = njit(**OPTIONS)(scope["inner"])
+    batch = keyed_njit(scope["batch"], key)
+    batch.compile(signature)
+    return batch.overloads[signature]

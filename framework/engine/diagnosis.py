@@ -1,0 +1,48 @@
+"""Where a run that became unstable went wrong, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grainlaw.engine.state import State
+
+
+def first_fault(state: State) -> str | None:
+    """The contact point or grain that left the finite numbers, in words."""
+    tractions = state.normal + state.shear
+    if not np.isfinite(tractions).all():
+        p = int(np.argmin(np.isfinite(tractions)))
+        a, b = _grains_at(state, p)
+        where = f"contact point {p} between grains {a} and {b}"
+        if np.isfinite(state.opening[p] + state.slip[p]):
+            return (
+                f"the law returned {state.normal[p]} and {state.shear[p]} Pa at {where} "
+                f"(opening {state.opening[p]:.4g} m, slip {state.slip[p]:.4g} m); look at this law with gl.trace"
+            )
+        return f"opening and slip are not finite at {where}"
+    speeds = state.freedoms.velocity
+    if not np.isfinite(speeds).all():
+        n = int(np.argmin(np.isfinite(speeds).all(axis=0)))
+        return f"the velocity of grain {n if state.rigid.grains else state.mesh.node_grain[n]} is not finite"
+    return None
+
+
+def fastest(state: State) -> str:
+    """The fastest grain and the contact point that has moved most, in words."""
+    node = int(np.argmax(np.hypot(*state.velocity.T)))
+    speed = float(np.hypot(*state.velocity[node]))
+    grain = int(state.mesh.node_grain[node])
+    if not len(state.order):
+        return f"the energy balance does not close; grain {grain} moves at {speed:.4g} m/s"
+    p = int(np.argmax(np.hypot(state.opening, state.slip)))
+    a, b = _grains_at(state, p)
+    return (
+        f"the energy balance does not close; grain {grain} moves at {speed:.4g} m/s, and contact point {p} "
+        f"between grains {a} and {b} has opened by {state.opening[p]:.4g} m; likely cause: a time step that is too "
+        "long for a law stiffer than its `stiffness` says; lower the integrator's safety, or see the law with gl.trace"
+    )
+
+
+def _grains_at(state: State, point: int) -> tuple[int, int]:
+    a, b = state.mesh.interface_grains[state.order[point % len(state.order)]]
+    return int(a), int(b)

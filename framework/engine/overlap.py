@@ -1,0 +1,128 @@
+"""How two edges stand to each other, and where and how deep they overlap.
+
+Edge ``a`` runs from the first corner of A, ``b`` the same way from the second corner of B, which lies at ``w``, or at
+``u`` with the contact's offset; ``e`` and ``f`` are their unit vectors. Equation numbers are those of docs/theory.md.
+"""
+
+import math
+
+from numba import njit
+
+from grainlaw.compiler.cache import OPTIONS
+
+FACING = 0.2  #: cosine between outward normals beyond which edges face the same way
+IN_FRONT, BESIDE, BEHIND = 0, 1, 2  #: how two edges that do not touch stand to each other
+
+
+@njit(forceinline=True, **OPTIONS)
+def _behind(ax, ay, bx, by, wx, wy):
+    """How far both corners of b lie behind the line of a, and both of a behind that of b, times its length."""
+    first, second = ax * wy - ay * wx, ax * (wy + by) - ay * (wx + bx)
+    third, fourth = bx * wy - by * wx, bx * (wy - ay) - by * (wx - ax)
+    return first, second, third, fourth
+
+
+@njit(forceinline=True, **OPTIONS)
+def beside(ax, ay, bx, by, wx, wy, facing, out, deep):
+    """Whether two edges face the same way, or away from one corner.
+
+    Their outward normals have a cosine above ``facing``; or each runs from behind the other's line, or in front of it
+    by no more than ``out`` (m), to farther behind it than ``deep`` (m).
+    """
+    length_a, length_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
+    if -ax * bx - ay * by > facing * length_a * length_b:
+        return True
+    first, second, third, fourth = _behind(ax, ay, bx, by, wx, wy)
+    if min(first, second) < -out * length_a or min(third, fourth) < -out * length_b:
+        return False
+    return max(first, second) > deep * length_a and max(third, fourth) > deep * length_b
+
+
+@njit(forceinline=True, **OPTIONS)
+def standing(ax, ay, bx, by, wx, wy, skin):
+    """How two edges that do not touch stand to each other: ``IN_FRONT``, ``BESIDE`` or ``BEHIND``.
+
+    In front, one lies on the outer side of the other's line, so that they do not overlap. Beside each other they carry
+    nothing: edges that touch are nowhere farther behind each other than the skin. What is left may overlap.
+    """
+    first, second, third, fourth = _behind(ax, ay, bx, by, wx, wy)
+    if max(first, second) <= 0 or max(third, fourth) <= 0:
+        return IN_FRONT
+    return BESIDE if beside(ax, ay, bx, by, wx, wy, FACING, 2 * skin, skin) else BEHIND
+
+
+@njit(forceinline=True, **OPTIONS)
+def mean_tangent(ax, ay, bx, by, qa, qb):
+    tx, ty = qa * ax + qb * bx, qa * ay + qb * by
+    r = 1 / math.sqrt(max(tx * tx + ty * ty, 1e-30))
+    return r * tx, r * ty
+
+
+@njit(forceinline=True, **OPTIONS)
+def strip(tx, ty, ax, ay, bx, by, wx, wy):
+    """Where two edges overlap, seen along a tangent: shares of edge a at begin and end, whose ends they are, and depth.
+
+    An end is 1 at a corner of A, -1 at one of B, 0 where the edges cross. The depth (m) is the larger of both ends.
+    Without an overlap begin is end.
+    """
+    span_a, span_b = ax * tx + ay * ty, bx * tx + by * ty
+    start = wx * tx + wy * ty
+    begin, end = max(0.0, start), min(span_a, start + span_b)
+    if span_a <= 0 or span_b <= 0 or begin >= end:
+        return 0.0, 0.0, 0, 0, 0.0
+    inverse, slope_b = 1 / span_a, (bx * ty - by * tx) / span_b
+    slope = (ax * ty - ay * tx) * inverse - slope_b
+    level = wx * ty - wy * tx - slope_b * start  # of b, beside the corner of A
+    d1, d2 = slope * begin - level, slope * end - level
+    if d1 <= 0 and d2 <= 0:
+        return 0.0, 0.0, 0, 0, 0.0
+    first, last = 1 if start <= 0 else -1, 1 if span_a <= start + span_b else -1
+    if d1 < 0:
+        begin, first = begin - d1 / slope, 0
+    if d2 < 0:
+        end, last = end - d2 / slope, 0
+    return begin * inverse, end * inverse, first, last, max(d1, d2)
+
+
+@njit(**OPTIONS)
+def deepest(ax, ay, bx, by, wx, wy):
+    """How deep two edges overlap (m), seen along the mean tangent."""
+    tx, ty = mean_tangent(ax, ay, bx, by, 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by))
+    return strip(tx, ty, ax, ay, bx, by, wx, wy)[4]
+
+
+@njit(forceinline=True, **OPTIONS)
+def ends(first, last, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy):
+    """Both ends of an overlap, of the kinds that `strip` says: their places, and their depths in the other grain."""
+    x1, y1 = (ux, uy) if first < 0 else (begin * ax, begin * ay)
+    x2, y2 = (ux + bx, uy + by) if last < 0 else (end * ax, end * ay)
+    d1 = ex * y1 - ey * x1 if first < 0 else (fy * (x1 - ux) - fx * (y1 - uy) if first > 0 else 0.0)
+    d2 = ex * y2 - ey * x2 if last < 0 else (fy * (x2 - ux) - fx * (y2 - uy) if last > 0 else 0.0)
+    return x1, y1, d1, x2, y2, d2
+
+
+@njit(forceinline=True, **OPTIONS)
+def _end(kind, sign, depth, length_a, length_b, ax, ay, bx, by):
+    """Gradient of the energy by the motion of B at one end of an overlap, from those by its depth and both lengths."""
+    if kind > 0:  # a corner of A, against edge b
+        return -depth * by - sign * length_b * bx, depth * bx - sign * length_b * by
+    if kind < 0:  # a corner of B, against edge a
+        return -depth * ay + sign * length_a * ax, depth * ax + sign * length_a * ay
+    q = (length_a + length_b * (ax * bx + ay * by)) / (ay * bx - ax * by)
+    return sign * (-q * by - length_b * bx), sign * (q * bx - length_b * by)
+
+
+@njit(forceinline=True, **OPTIONS)
+def gradient(first, last, d1, d2, along_a, along_b, cut_a, cut_b, ex, ey, fx, fy):
+    """Gradient of the energy, Eq. (13) over kn, by the motion of B at both ends; and J^2 / (J^2 + D^2)."""
+    square, squares = along_a * along_b, d1 * d1 + d1 * d2 + d2 * d2
+    run, share = math.sqrt(square), square / (square + squares * (1 / 3))
+    f = share * share * (1 / 6)
+    by_length = 0.5 * f * squares * (1 + squares / square) / run
+    by_a, by_b = by_length * along_b, by_length * along_a
+    by_1, by_2 = f * run * (2 * d1 + d2), f * run * (d1 + 2 * d2)
+    by_1 -= cut_b * by_b if first > 0 else cut_a * by_a
+    by_2 -= cut_a * by_a if first > 0 else cut_b * by_b
+    g1x, g1y = _end(first, -1.0, by_1, by_a, by_b, ex, ey, fx, fy)
+    g2x, g2y = _end(last, 1.0, by_2, by_a, by_b, ex, ey, fx, fy)
+    return g1x, g1y, g2x, g2y, share

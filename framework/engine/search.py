@@ -1,0 +1,169 @@
+"""Which edges lie near each other: a grid of cells, and the distance of segments.
+
+Index letter ``e``: exposed edges, given by the places of their ends.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from grainlaw.compiler.cache import OPTIONS
+from grainlaw.engine.overlap import FACING, beside
+
+AWAY = math.sqrt(1 - FACING**2)  #: the sine that belongs to it
+
+
+@njit(forceinline=True, **OPTIONS)
+def _rows(x0, y0, x1, y1, pad, size, column):
+    """First and last cell that a segment, widened by ``pad``, has in a column of cells."""
+    low, high = column * size - pad, (column + 1) * size + pad
+    ya, yb = y0, y1
+    if x1 != x0:
+        slope = (y1 - y0) / (x1 - x0)
+        left, right = max(min(x0, x1), low), min(max(x0, x1), high)
+        ya, yb = y0 + slope * (left - x0), y0 + slope * (right - x0)
+    return math.floor((min(ya, yb) - pad) / size), math.floor((max(ya, yb) + pad) / size)
+
+
+@njit(forceinline=True, **OPTIONS)
+def _columns(x0, x1, pad, size):
+    return math.floor((min(x0, x1) - pad) / size), math.floor((max(x0, x1) + pad) / size)
+
+
+@njit(forceinline=True, **OPTIONS)
+def _bucket(column, row, mask):
+    return (column * 73856093 ^ row * 19349663) & mask
+
+
+@njit(forceinline=True, **OPTIONS)
+def _to_segment(px, py, x0, y0, x1, y1):
+    """Square of the distance of a point from a segment."""
+    ax, ay, bx, by = x1 - x0, y1 - y0, px - x0, py - y0
+    share = min(max((ax * bx + ay * by) / (ax * ax + ay * ay), 0.0), 1.0)
+    dx, dy = bx - share * ax, by - share * ay
+    return dx * dx + dy * dy
+
+
+@njit(forceinline=True, **OPTIONS)
+def _stay_beside(ax, ay, bx, by, cx, cy, turn, reach):
+    """Whether edges a and b, which begins at c, stay beside each other while they turn by ``turn`` (rad) and move."""
+    facing = FACING * math.cos(turn) + AWAY * math.sin(turn) if turn < 1 else 2.0  # never
+    return beside(ax, ay, -bx, -by, cx + bx, cy + by, facing, reach, 2 * reach)
+
+
+@njit(**OPTIONS)
+def _near(x0, y0, x1, y1, turn, e, f, reach):
+    """Whether two edges come nearer than ``reach`` and may overlap before the next search."""
+    ax, ay, bx, by = x1[e] - x0[e], y1[e] - y0[e], x1[f] - x0[f], y1[f] - y0[f]
+    cx, cy = x0[f] - x0[e], y0[f] - y0[e]
+    if _stay_beside(ax, ay, bx, by, cx, cy, turn[e] + turn[f], reach):
+        return False
+    denominator = ax * by - ay * bx
+    if denominator != 0:
+        s, r = (cx * by - cy * bx) / denominator, (cx * ay - cy * ax) / denominator
+        if 0 <= s <= 1 and 0 <= r <= 1:
+            return True
+    nearest = min(
+        min(
+            _to_segment(x0[e], y0[e], x0[f], y0[f], x1[f], y1[f]), _to_segment(x1[e], y1[e], x0[f], y0[f], x1[f], y1[f])
+        ),
+        min(
+            _to_segment(x0[f], y0[f], x0[e], y0[e], x1[e], y1[e]), _to_segment(x1[f], y1[f], x0[e], y0[e], x1[e], y1[e])
+        ),
+    )
+    return nearest < reach * reach
+
+
+def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
+    """(n, 2) edges of different grains that are near; the edge of the lower grain first; some pairs may come twice.
+
+    ``reach`` (m) counts between edges, each of which turns by at most ``turn`` (rad) until the next search; cells are
+    of ``size`` (m). Each edge is in the cells that it passes, hashed to a table, so that neither a long floor nor a far
+    flying grain costs more than its own length.
+    """
+    count = x0.shape[0]
+    pad = 0.5 * reach
+    mask = 1
+    while mask < 2 * count:
+        mask *= 2
+    mask -= 1
+    first = np.zeros(mask + 2, dtype=np.int64)
+    for e in range(count):
+        left, right = _columns(x0[e], x1[e], pad, size)
+        for column in range(left, right + 1):
+            low, high = _rows(x0[e], y0[e], x1[e], y1[e], pad, size, column)
+            for row in range(low, high + 1):
+                first[_bucket(column, row, mask) + 1] += 1
+    for k in range(mask + 1):
+        first[k + 1] += first[k]
+    total = first[mask + 1]
+    entry, cell = np.empty(total, dtype=np.int64), np.empty((2, total), dtype=np.int64)
+    fill = first[:-1].copy()
+    for e in range(count):
+        left, right = _columns(x0[e], x1[e], pad, size)
+        for column in range(left, right + 1):
+            low, high = _rows(x0[e], y0[e], x1[e], y1[e], pad, size, column)
+            for row in range(low, high + 1):
+                k = _bucket(column, row, mask)
+                entry[fill[k]], cell[0, fill[k]], cell[1, fill[k]] = e, column, row
+                fill[k] += 1
+    found, size_found = np.empty((256, 2), dtype=np.int64), 0
+    for k in range(mask + 1):
+        for p in range(first[k], first[k + 1]):
+            for q in range(p + 1, first[k + 1]):
+                e, f = entry[p], entry[q]
+                if grain[e] == grain[f] or cell[0, p] != cell[0, q] or cell[1, p] != cell[1, q]:
+                    continue
+                if grain[e] > grain[f]:
+                    e, f = f, e
+                if _near(x0, y0, x1, y1, turn, e, f, reach):
+                    if size_found == found.shape[0]:
+                        longer = np.empty((2 * size_found, 2), dtype=np.int64)
+                        longer[:size_found] = found
+                        found = longer
+                    found[size_found, 0], found[size_found, 1] = e, f
+                    size_found += 1
+    return found[:size_found]
+
+
+def widths(x, y, first):
+    """(g,) smallest distance between two parallel lines that hold a convex polygon with corners first[g]:first[g+1]."""
+    result = np.empty(first.shape[0] - 1)
+    for g in range(result.shape[0]):
+        least = math.inf
+        for i in range(first[g], first[g + 1]):
+            j = i + 1 if i + 1 < first[g + 1] else first[g]
+            ax, ay = x[j] - x[i], y[j] - y[i]
+            farthest = 0.0
+            for k in range(first[g], first[g + 1]):
+                farthest = max(farthest, ax * (y[k] - y[i]) - ay * (x[k] - x[i]))
+            least = min(least, farthest / math.sqrt(ax * ax + ay * ay))
+        result[g] = least
+    return result
+
+
+def in_use(nodes, count):
+    """Which of ``count`` nodes are in use (k,), ascending, and the place of each of ``nodes`` (4, c) there."""
+    number = np.zeros(count, dtype=np.int32)
+    for node in nodes.flat:
+        number[node] = 1
+    touched = np.flatnonzero(number)
+    for k in range(touched.shape[0]):
+        number[touched[k]] = k
+    place = np.empty(nodes.shape, dtype=np.int32)
+    for n in range(nodes.shape[0]):
+        for c in range(nodes.shape[1]):
+            place[n, c] = number[nodes[n, c]]
+    return touched, place
+
+
+def matches(keys, old):
+    """For each of ``keys`` its place in ``old``, or -1; both ascending."""
+    found, k = np.full(keys.shape[0], -1), 0
+    for c in range(keys.shape[0]):
+        while k < old.shape[0] and old[k] < keys[c]:
+            k += 1
+        if k < old.shape[0] and old[k] == keys[c]:
+            found[c] = k
+    return found

@@ -1,1 +1,0 @@
-"""The compiled engine: numbers only, no objects."""

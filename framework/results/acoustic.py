@@ -1,0 +1,103 @@
+"""Acoustic events: breaks that are near in space and time, with the energy they spent."""
+
+from __future__ import annotations
+
+import math
+
+import attrs
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from grainlaw.parameter import ParameterError
+from grainlaw.results.result import Cracks, Result
+from grainlaw.specimen import Elastic, Rigid, Specimen
+
+LEAST_EVENTS = 10  #: for a b-value
+
+
+@attrs.frozen(eq=False)
+class AcousticEvents:
+    """Events in the order of their first break."""
+
+    time: np.ndarray  #: (e,) s, of the first break
+    position: np.ndarray  #: (e, 2) m, mean of the breaks weighted by energy
+    energy: np.ndarray  #: (e,) J, spent on the breaks over the thickness
+    breaks: np.ndarray  #: (e,) number of contact points
+    tensile: np.ndarray  #: (e,) share of the energy in tensile cracks
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def magnitude(self) -> np.ndarray:
+        """(e,) (2/3) (log10 E - 4.8), E in J (Gutenberg and Richter 1956, Bull. Seism. Soc. Am. 46, 105-145).
+
+        nan for an event without energy.
+        """
+        return (np.log10(np.where(self.energy > 0, self.energy, np.nan)) - 4.8) * 2 / 3
+
+    def b_value(self, completeness: float | None = None) -> tuple[float, float]:
+        """b and its standard error b/sqrt(n), from the n events of the magnitude ``completeness`` or more.
+
+        Maximum likelihood, log10(e) / (mean magnitude - completeness) (Aki 1965, Bull. Earthq. Res. Inst. 43, 237-239).
+        Of all events unless told otherwise: the smallest is then the completeness. nan for fewer than ten.
+        """
+        magnitude = self.magnitude[np.isfinite(self.magnitude)]
+        least = magnitude.min(initial=math.inf) if completeness is None else completeness
+        excess = magnitude[magnitude >= least] - least
+        if len(excess) < LEAST_EVENTS or not excess.mean() > 0:
+            return float("nan"), float("nan")
+        b = math.log10(math.e) / float(excess.mean())
+        return b, b / math.sqrt(len(excess))
+
+
+def shear_wave_speed(specimen: Specimen) -> float:
+    """m/s in the grains, the slowest of several minerals; 0 for rigid grains, which carry no wave."""
+    if isinstance(specimen.material, Rigid):
+        return 0.0
+    materials = [specimen.material] if isinstance(specimen.material, Elastic) else list(specimen.material.values())
+    return min(math.sqrt(material.constants[2] / material.density) for material in materials)
+
+
+def acoustic_events(
+    result: Result, *, thickness: float = 1.0, distance: float | None = None, duration: float | None = None
+) -> AcousticEvents:
+    """Breaks less than ``distance`` (m) and not more than ``duration`` (s) apart, and those linked by such, as events.
+
+    Twice the mean grain size, the root of the mean area, and the time a shear wave takes for that distance unless
+    given. Times of breaks are those of samples: breaks between two samples count as simultaneous, so that with long
+    intervals between samples these decide and not the duration. ``thickness`` (m) is that of the specimen.
+    """
+    for name, value in (("thickness", thickness), ("distance", distance), ("duration", duration)):
+        if value is not None and not 0 <= value < math.inf:
+            raise ParameterError(f"acoustic_events: {name} = {value!r} is not allowed, it must be finite, at least 0")
+    if distance is None:
+        distance = 2 * math.sqrt(float(result.specimen.grains.areas.mean()))
+    if duration is None:
+        speed = shear_wave_speed(result.specimen)
+        duration = distance / speed if speed > 0 else 0.0
+    return clustered(result.cracks, distance, duration, thickness)
+
+
+def clustered(cracks: Cracks, distance: float, duration: float, thickness: float = 1.0) -> AcousticEvents:
+    """Breaks joined to events; see :func:`acoustic_events`."""
+    pairs = (
+        KDTree(cracks.position).query_pairs(distance, output_type="ndarray") if len(cracks) else np.zeros((0, 2), int)
+    )
+    rounding = 1e-12 * float(np.max(cracks.time, initial=0.0))
+    one, other = pairs[np.abs(np.diff(cracks.time[pairs], axis=1)[:, 0]) <= duration + rounding].T
+    links = coo_matrix((np.ones(len(one)), (one, other)), shape=(len(cracks),) * 2)
+    count, label = connected_components(links, directed=False) if len(cracks) else (0, np.zeros(0, int))
+    energy = cracks.spent * cracks.length * thickness
+    total = np.bincount(label, energy, count)
+    size = np.bincount(label, minlength=count)
+    weight = np.where(total[label] > 0, energy / np.maximum(total[label], 1e-300), 1 / size[label])
+    return AcousticEvents(
+        time=cracks.time[np.unique(label, return_index=True)[1]],
+        position=np.stack([np.bincount(label, weight * x, count) for x in cracks.position.T], axis=1),
+        energy=total,
+        breaks=size,
+        tensile=np.bincount(label, weight * cracks.tensile, count),
+    )

@@ -1,0 +1,60 @@
+"""How many cracks there are of each mode, how long, and how they lie."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from grainlaw.parameter import ParameterError
+from grainlaw.results.result import Cracks
+
+
+def crack_lengths(cracks: Cracks, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Length (t,) m of tensile and of shear cracks that had broken by each time (s)."""
+    lengths = []
+    for chosen in (cracks.tensile, ~cracks.tensile):
+        grown = np.concatenate([[0.0], np.cumsum(cracks.length[chosen])])
+        lengths.append(grown[np.searchsorted(cracks.time[chosen], times, side="right")])
+    return lengths[0], lengths[1]
+
+
+@attrs.frozen(eq=False)
+class Rose:
+    """Length of cracks by orientation."""
+
+    edges: np.ndarray  #: (n + 1,) rad from the x axis, 0 to pi
+    tensile: np.ndarray  #: (n,) m
+    shear: np.ndarray  #: (n,) m
+
+
+def crack_rose(cracks: Cracks, bins: int = 18) -> Rose:
+    """Histogram of the orientation of cracks on the deformed specimen, weighted by length, in equal bins."""
+    if not isinstance(bins, int) or bins < 1:
+        raise ParameterError(f"crack_rose: bins = {bins!r} is not allowed, it must be a whole number, at least 1")
+    edges = np.linspace(0, np.pi, bins + 1)
+    rows = []
+    for chosen in (cracks.tensile, ~cracks.tensile):
+        some = cracks[chosen]
+        rows.append(np.histogram(some.orientation, edges, weights=some.length)[0])
+    return Rose(edges, rows[0], rows[1])
+
+
+@attrs.frozen
+class FailurePlane:
+    """Mean direction of cracks; nan where there are none."""
+
+    angle: float  #: rad from the x axis, in [0, pi)
+    strength: float  #: 0 where the directions cancel, and the angle means nothing, to 1 where they are all the same
+
+
+def failure_plane(cracks: Cracks) -> FailurePlane:
+    """Mean of axes, weighted by length, of all cracks given; for those in shear, ``cracks[~cracks.tensile]``.
+
+    Angles are doubled before they are averaged, so that 1 and 179 deg give 0 (Mardia and Jupp 2000, ch. 9,
+    doi:10.1002/9780470316979); the strength is the length of the mean of the unit vectors. Two conjugate sets give the
+    line that bisects the acute angle between them.
+    """
+    if not len(cracks):
+        return FailurePlane(float("nan"), float("nan"))
+    mean = np.average(np.exp(2j * cracks.orientation), weights=cracks.length)
+    return FailurePlane(float(np.angle(mean) / 2 % np.pi), float(abs(mean)))

@@ -1,0 +1,163 @@
+"""Pictures: curves and cracks (matplotlib), and a window to look around in (pyvista)."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from grainlaw.results.result import Result
+    from grainlaw.runs.envelope import StrengthEnvelope
+
+TENSILE, SHEAR = "#c8281e", "#1f5fbf"
+GRAIN, RIM = "#efece4", "#b9b2a3"
+
+
+def _outlines(result: Result) -> np.ndarray:
+    """(k, 2) node pairs of the rims of all grains: edges that belong to one zone only."""
+    zones = result.mesh.zones
+    edges = zones[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    ordered = np.sort(edges, axis=1)
+    _, first, times = np.unique(ordered[:, 0] * len(result.mesh.nodes) + ordered[:, 1], True, False, True)
+    return edges[first[times == 1]]
+
+
+def draw_cracks(axes: Axes, result: Result) -> None:
+    """Broken contacts on the deformed specimen at the last frame: tensile red, shear blue."""
+    frame = result.frames[-1]
+    place = (result.mesh.nodes + frame.displacement) * 1e3
+    axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=GRAIN, edgecolor=GRAIN, linewidth=0.2))
+    axes.add_collection(LineCollection(list(place[_outlines(result)]), colors=RIM, linewidths=0.35))
+    ends = place[result.interfaces]
+    first, second = (ends[:, 0] + ends[:, 2]) / 2, (ends[:, 1] + ends[:, 3]) / 2
+    middle = (first + second) / 2
+    lines = np.stack([np.concatenate([first, middle]), np.concatenate([middle, second])], axis=1)
+    broken = ~np.isnan(frame.contacts["broken_time"])
+    tensile = frame.contacts["mode"] < 0.5
+    for chosen, color, name in ((broken & ~tensile, SHEAR, "shear"), (broken & tensile, TENSILE, "tensile")):
+        label = f"{name}: {int(chosen.sum())}"
+        cracks = LineCollection(list(lines[chosen]), colors=color, linewidths=1.2, label=label, capstyle="round")
+        axes.add_collection(cracks)
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_xlabel("x (mm)")
+    axes.set_ylabel("y (mm)")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2, frameon=False, handlelength=1.2)
+
+
+def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
+    """Axial stress over axial strain, the peak marked."""
+    for name, result in results.items():
+        strain, stress = result.curves["strain"] * 100, result.curves["stress"] / 1e6
+        (line,) = axes.plot(strain, stress, label=name, linewidth=1.6)
+        if len(result.cracks):
+            peak = int(np.argmax(stress))
+            axes.plot(strain[peak], stress[peak], "o", color=line.get_color(), markersize=5)
+    axes.set_xlabel("axial strain (%)")
+    axes.set_ylabel("axial stress (MPa)")
+    axes.set_xlim(left=0)
+    axes.set_ylim(bottom=0)
+    axes.grid(alpha=0.25)
+    axes.legend(frameon=False)
+
+
+def plot_curves(results: Mapping[str, Result]) -> Figure:
+    """Stress-strain curves of several laws, and how their cracks accumulate."""
+    figure = Figure(figsize=(8, 7), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    draw_curves(upper, results)
+    upper.set_xlabel("")
+    for k, (name, result) in enumerate(results.items()):
+        strain = result.curves["strain"] * 100
+        for column, style in (("tensile_cracks", "-"), ("shear_cracks", "--")):
+            label = f"{name}, {column.split('_')[0]}"
+            if result.curves[column][-1]:
+                lower.plot(strain, result.curves[column], style, color=f"C{k}", linewidth=1.2, label=label)
+    lower.set_xlabel("axial strain (%)")
+    lower.set_ylabel("broken contact points")
+    lower.grid(alpha=0.25)
+    if lower.lines:
+        lower.legend(frameon=False, fontsize="small")
+    return figure
+
+
+def plot_cracks(result: Result, title: str = "") -> Figure:
+    """Crack pattern on the deformed specimen."""
+    corners = result.specimen.grains.vertices
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    width, height = high - low
+    figure = Figure(figsize=(min(10.0, 6.5 * width / height + 1.6), 8.0), layout="constrained")
+    axes = figure.subplots()
+    draw_cracks(axes, result)
+    axes.set_title(title or type(result.law).__name__)
+    return figure
+
+
+def plot_result(result: Result) -> Figure:
+    """Stress-strain curve next to the crack pattern."""
+    figure = Figure(figsize=(11, 6.5), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=[1.5, 1])
+    draw_curves(left, {type(result.law).__name__: result})
+    draw_cracks(right, result)
+    return figure
+
+
+def plot_envelope(envelope: StrengthEnvelope) -> Figure:
+    """Stress-strain curves by confinement, and peaks over confinement with the criteria fitted to them."""
+    figure = Figure(figsize=(11, 5), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    names = dict.fromkeys(seed for seed, _ in envelope.results)
+    seeds = dict(zip(names, itertools.cycle(("-", "--", ":")), strict=False))
+    confinements = sorted({p for _, p in envelope.results})
+    for (seed, p), result in envelope.results.items():
+        strain, stress = result.curves["strain"] * 100, result.curves["stress"] / 1e6
+        label = f"{p / 1e6:g} MPa" if seed == next(iter(seeds)) else None
+        color = f"C{confinements.index(p)}"
+        left.plot(strain, stress, seeds[seed], color=color, linewidth=1.3, label=label)
+    left.set_xlabel("axial strain (%)")
+    left.set_ylabel("axial stress (MPa)")
+    left.set_xlim(left=0)
+    left.set_ylim(bottom=0)
+    left.legend(title="confinement", frameon=False)
+    _, x, y = envelope.peaks.T / 1e6
+    line, parabola = envelope.mohr_coulomb, envelope.hoek_brown
+    at = np.linspace(0, max(x), 100)
+    right.plot(x, y, "o", color="0.2", markersize=5)
+    label = f"Mohr-Coulomb: c = {line.cohesion / 1e6:.2f} MPa, phi = {line.friction_angle:.2f} deg"
+    right.plot(at, line.ucs / 1e6 + line.slope * at, label=label)
+    ucs = parabola.ucs / 1e6
+    label = f"Hoek-Brown: m = {parabola.m:.1f}, UCS = {ucs:.1f} MPa"
+    right.plot(at, at + np.sqrt(np.maximum(parabola.m * ucs * at + ucs**2, 0)), "--", label=label)
+    right.set_xlabel("confinement (MPa)")
+    right.set_ylabel("peak stress (MPa)")
+    right.set_ylim(bottom=0)
+    right.legend(frameon=False, loc="lower right")
+    for axes in (left, right):
+        axes.grid(alpha=0.25)
+    return figure
+
+
+def show_result(result: Result, **options: Any) -> None:
+    """Open a window on the last frame: grains coloured by axial stress, broken contacts as lines."""
+    import pyvista
+
+    frame, mesh = result.frames[-1], result.mesh
+    place = np.column_stack([mesh.nodes + frame.displacement, np.zeros(len(mesh.nodes))])
+    grains = pyvista.PolyData.from_regular_faces(place, mesh.zones)
+    grains.cell_data["stress yy (MPa)"] = frame.stress[mesh.zone_grain, 1] / 1e6
+    plotter = pyvista.Plotter(**options)
+    plotter.add_mesh(grains, cmap="cividis")
+    broken = ~np.isnan(frame.contacts["broken_time"])
+    for chosen, color in ((frame.contacts["mode"] < 0.5, TENSILE), (frame.contacts["mode"] >= 0.5, SHEAR)):
+        interfaces = result.interfaces[np.flatnonzero(broken & chosen) % len(result.interfaces)]
+        if len(interfaces):
+            lines = pyvista.line_segments_from_points(place[interfaces[:, :2].ravel()])
+            plotter.add_mesh(lines, color=color, line_width=3)
+    plotter.view_xy()
+    plotter.show()

@@ -1,0 +1,137 @@
+"""The picture of a laboratory report."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from grainlaw.results.figures.curves import GRAIN, RIM, SHEAR, TENSILE
+from grainlaw.results.laboratory import Laboratory
+
+THRESHOLDS = {
+    "crack_initiation_count": ("CI, cracks", "#2a9d5c"),
+    "crack_initiation_lateral": ("CI, lateral", "#c77d0a"),
+    "crack_initiation_volumetric": ("CI, volumetric", "#7a4fb5"),
+    "crack_damage": ("CD", "black"),
+}
+PALE = ["#d9b38c", "#9fc3dd", "#b7d3a4", "#dba9b8", "#c3b5de", "#e3d58b", "#9fd0c6"]
+
+
+def plot_laboratory(laboratory: Laboratory) -> Figure:
+    """Curves with thresholds, growth of cracks, orientations; fragments, events, energy lost."""
+    figure = Figure(figsize=(14, 9.5), layout="constrained")
+    draw_thresholds(figure.add_subplot(2, 3, 1), laboratory)
+    draw_growth(figure.add_subplot(2, 3, 2), laboratory)
+    draw_rose(figure.add_subplot(2, 3, 3, projection="polar"), laboratory)
+    draw_fragments(figure.add_subplot(2, 3, 4), laboratory)
+    draw_events(figure.add_subplot(2, 3, 5), laboratory)
+    draw_lost(figure.add_subplot(2, 3, 6), laboratory)
+    return figure
+
+
+def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
+    """Load over axial, lateral and volumetric strain on the way to the peak, extension positive."""
+    path = laboratory.path
+    if not np.isfinite(path.axial).any():
+        axes.set_axis_off()
+        return
+    for values, label, style in (
+        (path.axial, "axial", "-"), (path.lateral, "lateral", "--"), (path.volumetric, "volumetric", ":")
+    ):  # fmt: skip
+        axes.plot(values * 100, (path.load + path.confinement) / 1e6, style, color="#444444", label=label)
+    for name, (label, color) in THRESHOLDS.items():
+        stress = laboratory.properties[name]
+        if np.isfinite(stress):
+            axes.axhline(stress / 1e6, color=color, linewidth=1, label=f"{label}: {stress / 1e6:.1f} MPa")
+    axes.set_xlabel("strain (%), extension positive")
+    axes.set_ylabel("axial stress (MPa)")
+    axes.grid(alpha=0.25)
+    axes.legend(frameon=False, fontsize="small", loc="lower left")
+
+
+def _strain(laboratory: Laboratory) -> tuple[np.ndarray, str]:
+    """What runs along the horizontal axis: the axial strain, or the time where a test has none."""
+    curves = laboratory.result.curves
+    return (curves["strain"] * 100, "axial strain (%)") if "strain" in curves else (curves["time"] * 1e3, "time (ms)")
+
+
+def draw_growth(axes: Axes, laboratory: Laboratory) -> None:
+    """Length of cracks by mode."""
+    along, label = _strain(laboratory)
+    for name, color in (("tensile", TENSILE), ("shear", SHEAR)):
+        axes.plot(along, laboratory.growth[f"{name}_length"] * 1e3, color=color, label=name)
+    axes.set_xlabel(label)
+    axes.set_ylabel("length of cracks (mm)")
+    axes.grid(alpha=0.25)
+    axes.legend(frameon=False)
+
+
+def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
+    """Length of cracks by orientation, each drawn both ways; the failure plane as a line."""
+    rose, plane = laboratory.rose, laboratory.plane
+    middle, width = (rose.edges[1:] + rose.edges[:-1]) / 2, rose.edges[1] - rose.edges[0]
+    for turn in (0, np.pi):
+        label = ("tensile", "shear") if turn == 0 else (None, None)
+        axes.bar(middle + turn, rose.tensile * 1e3, width, color=TENSILE, label=label[0])
+        axes.bar(middle + turn, rose.shear * 1e3, width, bottom=rose.tensile * 1e3, color=SHEAR, label=label[1])
+    if np.isfinite(plane.angle):
+        reach = float((rose.tensile + rose.shear).max()) * 1e3
+        name = f"failure plane {np.degrees(plane.angle):.0f}°, alignment {plane.strength:.2f}"
+        axes.plot([plane.angle + np.pi, 0, plane.angle], [reach, 0, reach], "k--", linewidth=1.2, label=name)
+    axes.set_title("length of cracks by orientation (mm)", fontsize="medium")
+    axes.legend(frameon=False, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.06))
+
+
+def _draw_specimen(axes: Axes, laboratory: Laboratory, colors: str | np.ndarray) -> None:
+    """The grains at the last frame, in one colour or one for each zone."""
+    result = laboratory.result
+    place = (result.mesh.nodes + result.frames[-1].displacement) * 1e3
+    axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=colors, edgecolor=colors, linewidth=0.3))
+    ends = place[result.interfaces[:, :2]]
+    axes.add_collection(LineCollection(list(ends), colors=RIM, linewidths=0.35))
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_xlabel("x (mm)")
+    axes.set_ylabel("y (mm)")
+
+
+def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
+    """Fragments of more than one grain in colours, the largest and single grains pale."""
+    found = laboratory.fragments
+    palette = np.array([GRAIN, *(PALE[k % len(PALE)] for k in range(len(found) - 1))])
+    palette[found.grains == 1] = "white"
+    palette[0] = GRAIN
+    _draw_specimen(axes, laboratory, palette[found.of_grain[laboratory.result.mesh.zone_grain]])
+    several = int(np.count_nonzero(found.grains > 1))
+    axes.set_title(f"{len(found)} fragments, {several} of several grains (single grains white)", fontsize="medium")
+
+
+def draw_events(axes: Axes, laboratory: Laboratory) -> None:
+    """Acoustic events as circles, their area by energy."""
+    events = laboratory.events
+    _draw_specimen(axes, laboratory, GRAIN)
+    if len(events):
+        size = 400 * events.energy / max(float(events.energy.max()), 1e-300)
+        colors = np.where(events.tensile >= 0.5, TENSILE, SHEAR)
+        x, y = (events.position * 1e3).T
+        axes.scatter(x, y, s=size, facecolors="none", edgecolors=colors, linewidths=0.9)
+        axes.set_title(
+            f"{len(events)} events, magnitude {np.nanmin(events.magnitude):.1f} to {np.nanmax(events.magnitude):.1f}"
+            if (events.energy > 0).any() else f"{len(events)} events without energy", fontsize="medium",
+        )  # fmt: skip
+
+
+def draw_lost(axes: Axes, laboratory: Laboratory) -> None:
+    """Energy lost by contacts in opening and in slip, frame by frame."""
+    result = laboratory.result
+    time = np.array([frame.time for frame in result.frames])
+    along, label = _strain(laboratory)
+    for name, color in (("opening", TENSILE), ("slip", SHEAR)):
+        values = [float(laboratory.half_lengths @ frame.contacts[f"lost_{name}"]) for frame in result.frames]
+        axes.plot(np.interp(time, result.curves["time"], along), values, ".-", color=color, label=f"in {name}")
+    axes.set_xlabel(label)
+    axes.set_ylabel("energy lost by contacts (J/m)")
+    axes.grid(alpha=0.25)
+    axes.legend(frameon=False)

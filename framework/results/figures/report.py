@@ -1,0 +1,214 @@
+"""The laboratory report of a test: one page of HTML that holds all it shows."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from datetime import datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from grainlaw.naming import Shown, shown
+from grainlaw.results.figures import html
+from grainlaw.results.figures.report_figures import plot_report_cracks, plot_report_curves
+from grainlaw.results.files import write_atomically
+from grainlaw.results.laboratory import MEASURES
+from grainlaw.unit_text import written
+
+if TYPE_CHECKING:
+    from grainlaw.results.result import Result
+
+#: what a certificate may be at most, and what to do else (docs/theory.md, Measures)
+LIMITS = {
+    "kinetic_ratio": (0.01, "the test was not quasi-static: load more slowly, or let the speed rise over a ramp"),
+    "platen_imbalance": (0.02, "waves ran through the specimen: load more slowly, or let the speed rise over a ramp"),
+    "energy_error": (0.005, "the time steps were too long: lower the time_step_factor"),
+    "energy_made": (1e-4, "intact contacts made energy: the law may flutter, and the strength depend on the damping"),
+}
+COST = ("steps", "time_step", "seconds", "mass_added")
+
+
+def write_report(
+    results: Mapping[str, Result],
+    file: str | os.PathLike[str],
+    *,
+    title: str = "",
+    record: Mapping[str, Any] | None = None,
+    incomplete: str = "",
+) -> None:
+    """Write the results of one test under one law or several, by the laws' names, as a page of HTML.
+
+    ``record`` is shown too: what else the run was made with, and the versions. ``incomplete`` says why a test did not
+    end as it should. Raises OSError where it cannot write.
+    """
+    first = next(iter(results.values()))
+    name = title or f"{_words(first.protocol)}: {', '.join(results)}"
+    content = html.page(name, _parts(name, results, record or {}, incomplete))
+    write_atomically(Path(file), lambda path: path.write_text(content, encoding="utf-8"))
+
+
+def _parts(title: str, results: Mapping[str, Result], record: Mapping[str, Any], incomplete: str) -> Iterator[str]:
+    first = next(iter(results.values()))
+    yield html.text("h1", title)
+    yield html.text("p", f"grainlaw {version('grainlaw')}, {datetime.now():%Y-%m-%d %H:%M}")
+    if incomplete:
+        yield html.text("p", f"Incomplete: {incomplete}. What follows was recorded before.", "warning")
+    for warning in _warnings(results):
+        yield html.text("p", warning, "warning")
+    yield html.text("h2", "Properties")
+    yield _properties(results)
+    if "apparent_modulus" in first.summary:
+        yield html.text("p", "E* and nu* are slopes as measured in the plane; E and nu are those of the rock.")
+    yield html.text("h2", "Certificate")
+    yield _certificate(results)
+    if first.curves:
+        yield html.text("h2", "Curves")
+        yield html.picture(plot_report_curves(results), "What was measured, broken contact points, and energies")
+    yield html.text("h2", "Cracks")
+    yield html.picture(plot_report_cracks(results), "Broken contacts on the deformed specimen: tensile red, shear blue")
+    if first.curves:
+        yield html.text("h2", "Laboratory measures")
+        yield _measures(results)
+        for name, result in results.items():
+            caption = f"Thresholds, orientation of cracks, fragments, acoustic events and energy lost: {name}"
+            yield html.picture(result.laboratory.plot(), caption)
+    yield html.text("h2", "Specimen, law and test")
+    yield html.side_by_side(_components(results))
+    if record:
+        yield html.text("h2", "Record")
+        yield html.side_by_side(_record(record))
+
+
+def _warnings(results: Mapping[str, Result]) -> Iterator[str]:
+    for name, result in results.items():
+        stress = result.curves.get("stress", np.zeros(0))
+        if "peak_stress" in result.summary and len(stress) and np.argmax(stress) == len(stress) - 1:
+            yield f"{name}: the highest stress is the last one; the specimen had not failed when the test ended."
+        for measure, (limit, cure) in LIMITS.items():
+            if result.summary.get(measure, 0) > limit:
+                yield f"{name}: the {shown(measure).words} is above its limit; {cure}."
+
+
+def _properties(results: Mapping[str, Result]) -> str:
+    names = dict.fromkeys(name for result in results.values() for name in result.summary)
+    rows = [
+        [shown(name).heading, *(_number(shown(name).text(result.summary.get(name))) for result in results.values())]
+        for name in names
+        if name not in LIMITS
+    ]
+    return html.table(rows, ["", *results])
+
+
+def _certificate(results: Mapping[str, Result]) -> str:
+    rows = []
+    for name, (limit, _) in LIMITS.items():
+        cells = [_verdict(name, result.summary.get(name), limit) for result in results.values()]
+        if any(cells):
+            rows.append([shown(name).heading, _number(shown(name).text(limit)), *cells])
+    return html.table(rows, ["", "at most", *results])
+
+
+def _verdict(name: str, value: float | None, limit: float) -> str:
+    if value is None:
+        return ""
+    passed = value <= limit
+    return html.Cell(f"{shown(name).text(value)} {'pass' if passed else 'FAIL'}", "pass" if passed else "fail")
+
+
+def _measures(results: Mapping[str, Result]) -> str:
+    """What a laboratory derives, with the sources of the definitions; without what does not exist in this test."""
+    found = {name: result.laboratory.properties for name, result in results.items()}
+    rows = []
+    for name, measure in MEASURES.items():
+        values = [properties[name] for properties in found.values()]
+        if not np.isnan(values).all():
+            how = Shown(measure.meaning, "" if measure.unit == "1" else measure.unit, measure.factor)
+            rows.append([how.heading, *(_number(how.text(float(value))) for value in values), measure.source])
+    return html.table(rows, ["", *results, "source"])
+
+
+def _number(text: str) -> str:
+    return html.Cell(text, "number")
+
+
+def _components(results: Mapping[str, Result]) -> Iterator[str]:
+    first = next(iter(results.values()))
+    specimen = first.specimen
+    yield html.table(_specimen_rows(first), caption="Specimen")
+    materials = specimen.material if isinstance(specimen.material, Mapping) else {"": specimen.material}
+    for phase, material in materials.items():
+        yield html.table(_rows(material), caption=f"{type(material).__name__} grains {phase}".strip())
+    for name, result in results.items():
+        laws = result.law if isinstance(result.law, Mapping) else {"": result.law}
+        for pair, law in laws.items():
+            kind = type(law).__name__
+            between = f" between phases {pair[0]} and {pair[1]}" if pair else ""
+            yield html.table(_rows(law), caption=(kind if name == kind else f"{name} ({kind})") + between)
+    yield html.table(_rows(first.protocol), caption=_words(first.protocol))
+
+
+def _specimen_rows(result: Result) -> list[list[str]]:
+    grains, mesh = result.specimen.grains, result.mesh
+    low, high = grains.region.bounds
+    return [
+        ["width", written(_rounded(high[0] - low[0]), "m")],
+        ["height", written(_rounded(high[1] - low[1]), "m")],
+        ["grains", str(grains.count)],
+        ["mean grain size", written(_rounded(np.sqrt(grains.areas.mean())), "m")],
+        ["contact points", str(2 * len(mesh.interfaces))],
+        ["kind of contact points", type(result.specimen.contact_points).__name__],
+        ["zones", str(len(mesh.zones))],
+        ["refinement", str(result.specimen.refinement)],
+    ]
+
+
+def _rounded(value: Any) -> float:
+    return float(f"{value:.4g}")
+
+
+def _rows(component: Any, before: str = "") -> list[list[str]]:
+    """Name and value of each parameter, those of parts after their part."""
+    rows = []
+    for field in attrs.fields(type(component)):
+        value, name = getattr(component, field.name), before + field.name
+        if not field.init:
+            continue
+        if attrs.has(type(value)):
+            rows += [[name, type(value).__name__], *_rows(value, f"{name}.")]
+        elif "unit" in field.metadata:
+            rows.append([name, _range(value, field.metadata["unit"])])
+        else:
+            rows.append([name, value.name.lower() if hasattr(value, "name") else str(value)])
+    return rows
+
+
+def _range(value: Any, unit: str) -> str:
+    if not isinstance(value, np.ndarray):
+        return written(value, unit)
+    return f"{written(_rounded(value.min()), unit)} to {written(_rounded(value.max()), unit)} in {len(value)} contacts"
+
+
+def _record(record: Mapping[str, Any]) -> Iterator[str]:
+    rows = [[name, str(value)] for name, value in record.items() if not isinstance(value, Mapping)]
+    if rows:
+        yield html.table(rows)
+    for name, section in record.items():
+        if isinstance(section, Mapping):
+            yield html.table(_flat(section), caption=name)
+
+
+def _flat(section: Mapping[str, Any], before: str = "") -> list[list[str]]:
+    rows = []
+    for name, value in section.items():
+        rows += _flat(value, f"{before}{name}.") if isinstance(value, Mapping) else [[f"{before}{name}", str(value)]]
+    return rows
+
+
+def _words(component: Any) -> str:
+    """``UniaxialCompression`` as words."""
+    return " ".join(re.findall(r"[A-Z]+[a-z0-9]*", type(component).__name__)).capitalize()

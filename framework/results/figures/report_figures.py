@@ -1,0 +1,107 @@
+"""Figures of a laboratory report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import attrs
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from grainlaw.naming import shown
+from grainlaw.results.figures.curves import SHEAR, TENSILE, draw_cracks
+
+if TYPE_CHECKING:
+    from grainlaw.results.result import Result
+
+STYLES = ("-", "--", ":", "-.", (0, (5, 1)), (0, (1, 3)))
+COLORS = {"tensile_cracks": TENSILE, "shear_cracks": SHEAR}
+
+
+@attrs.frozen
+class Panel:
+    """Columns over a column; the words are for several."""
+
+    over: str
+    columns: Sequence[str]
+    words: str = ""
+
+
+#: what is drawn of a test that records all the columns of a row's panels: the first row that fits
+CURVES = (
+    (Panel("displacement", ["shear_stress"]), Panel("displacement", ["dilation"])),
+    (Panel("opening", ["normal"]), Panel("strain", ["stress"])),
+    (
+        Panel("strain", ["stress"]),
+        Panel("strain", ["volumetric_strain", "lateral_strain"], "strain, extension positive"),
+    ),
+    (Panel("strain", ["stress"]),),
+    (Panel("deflection", ["force"]),),
+)
+ENGINE = ("time", "step", "stage", "tensile_cracks", "shear_cracks", "unbalanced", "motion")  #: recorded in every test
+COURSE = ("strain", "displacement", "opening", "deflection", "time")  #: along which cracks and energies are drawn
+ENERGIES = ("external", "zones", "contacts_normal", "contacts_shear", "kinetic", "damping")
+
+
+def plot_report_curves(results: Mapping[str, Result]) -> Figure:
+    """What the test measured, how cracks accumulated, where the energy went."""
+    curves = next(iter(results.values())).curves
+    course = next(name for name in COURSE if name in curves and _grows(curves[name]))
+    panels = [*_panels(curves, course), Panel(course, ["tensile_cracks", "shear_cracks"], "broken contact points")]
+    if len(results) == 1:  # those of several laws cannot be told apart
+        panels.append(Panel(course, [f"energy_{name}" for name in ENERGIES], "energy"))
+    rows = (len(panels) + 1) // 2
+    figure = Figure(figsize=(10, 3.4 * rows), layout="constrained")
+    places = figure.subplots(rows, 2, squeeze=False).ravel()
+    for axes, panel in zip(places, panels, strict=False):
+        _draw(axes, panel, results)
+    for axes in places[len(panels) :]:
+        axes.remove()
+    return figure
+
+
+def _grows(values: np.ndarray) -> bool:
+    """Whether values never fall by more than a twentieth of their range: time does, a cycle's strain does not."""
+    return bool((np.maximum.accumulate(values) - values).max() <= 0.05 * np.ptp(values))
+
+
+def _panels(curves: Mapping[str, np.ndarray], course: str) -> Sequence[Panel]:
+    for panels in CURVES:
+        if all(name in curves for panel in panels for name in (panel.over, *panel.columns)):
+            return panels
+    own = [name for name in curves if name not in (*ENGINE, course) and not name.startswith("energy_")]
+    return [Panel(course, [name]) for name in own[:4]]
+
+
+def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
+    several, many = len(results) > 1, len(panel.columns) > 1
+    for k, (name, result) in enumerate(results.items()):
+        for j, column in enumerate(panel.columns):
+            label = ", ".join([name] * several + [shown(column).words.removeprefix("energy ")] * many)
+            color, style = (f"C{k}", STYLES[j]) if several else (COLORS.get(column, f"C{j}"), "-")
+            x, y = (result.curves[c] * shown(c).factor for c in (panel.over, column))
+            axes.plot(x, y, color=color, linestyle=style, linewidth=1.3, label=label or None)
+    axes.set_xlabel(shown(panel.over).heading)
+    axes.set_ylabel(attrs.evolve(shown(panel.columns[0]), words=panel.words).heading if many else shown(column).heading)
+    axes.grid(alpha=0.25)
+    if several or many:
+        axes.legend(frameon=False, fontsize="small")
+
+
+def plot_report_cracks(results: Mapping[str, Result]) -> Figure:
+    """Crack patterns side by side."""
+    corners = next(iter(results.values())).specimen.grains.vertices
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    width, height = high - low
+    each = float(np.clip(6.0 * width / height, 2.4, 9.0 / len(results)))
+    figure = Figure(figsize=(each * len(results) + 0.8, each * height / width + 1.3), layout="constrained")
+    places = figure.subplots(1, len(results), squeeze=False)[0]
+    for axes, (name, result) in zip(places, results.items(), strict=True):
+        draw_cracks(axes, result)
+        axes.set_title(name, pad=22)
+        axes.legend(
+            loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, frameon=False, handlelength=1, fontsize="small"
+        )
+    return figure

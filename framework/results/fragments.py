@@ -1,0 +1,38 @@
+"""What a specimen has broken into."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from grainlaw.results.result import Result
+
+
+@attrs.frozen(eq=False)
+class Fragments:
+    """Groups of grains that still hold together, the largest first."""
+
+    of_grain: np.ndarray  #: (g,) number of the fragment each grain belongs to
+    areas: np.ndarray  #: (f,) m2, undeformed
+    grains: np.ndarray  #: (f,) number of grains
+
+    def __len__(self) -> int:
+        return len(self.areas)
+
+
+def fragments(result: Result, frame: int = -1) -> Fragments:
+    """Grains connected by interfaces with at least one contact point that has not broken, at one of the frames.
+
+    Fragments of one area are in the order of their first grain. A law that counts no damage never parts its grains.
+    """
+    broken = ~np.isnan(result.frames[frame].contacts["broken_time"].reshape(2, -1))
+    a, b = result.mesh.node_grain[result.interfaces[~broken.all(axis=0)]][:, [0, 2]].T
+    areas = result.specimen.grains.areas
+    bonds = coo_matrix((np.ones(len(a)), (a, b)), shape=(len(areas), len(areas)))
+    count, label = connected_components(bonds, directed=False)
+    first = np.unique(label, return_index=True)[1]
+    order = np.lexsort((first, -np.bincount(label, areas, count)))
+    of_grain = np.argsort(order)[label]
+    return Fragments(of_grain, np.bincount(of_grain, areas, count), np.bincount(of_grain, minlength=count))

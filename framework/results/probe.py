@@ -1,0 +1,165 @@
+"""Following single contact points through a run: why did this bond break, or why not?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from grainlaw.contact import ContactLaw
+from grainlaw.engine.state import State
+from grainlaw.observation import Observer
+from grainlaw.parameter import ParameterError, whole_number
+from grainlaw.stage import Stage
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+QUANTITIES = ("opening", "slip", "normal", "shear", "damage")
+
+
+@attrs.frozen(kw_only=True, eq=False)
+class ContactPath:
+    """What one contact point went through, sample by sample; prints as a verdict."""
+
+    point: int  #: its number ``p``
+    grains: tuple[int, int]
+    position: np.ndarray  #: (2,) m, at the first sample
+    law: ContactLaw  #: its own: of its pair of phases, with its own numbers
+    time: np.ndarray  #: (i,) s
+    opening: np.ndarray  #: (i,) m
+    slip: np.ndarray  #: (i,) m
+    normal: np.ndarray  #: (i,) Pa, tension positive
+    shear: np.ndarray  #: (i,) Pa
+    damage: np.ndarray  #: (i,) 0 where the law counts none
+    broken: float  #: s, to within one sample; nan where it did not break
+    mode: float  #: share of shear when it broke, or nan
+
+    @property
+    def unbroken(self) -> int:
+        """Number of samples before the one at which it had broken."""
+        return len(self.time) if np.isnan(self.broken) else int(np.searchsorted(self.time, self.broken * (1 - 1e-12)))
+
+    def __str__(self) -> str:
+        from grainlaw.results.verdict import verdict
+
+        return verdict(self)
+
+    def plot(self) -> Figure:
+        """Draw the path over its law's own curves and under its strength."""
+        from grainlaw.results.figures.probe import plot_paths
+
+        return plot_paths([self])
+
+
+def _places(value: Any) -> np.ndarray:
+    places = np.array(value, dtype=float).reshape(-1, 2) if np.size(value) else np.zeros((0, 2))
+    if not np.isfinite(places).all():
+        raise ParameterError(f"Probe: places = {value!r} is not allowed, they must be finite numbers (m)")
+    return places
+
+
+@attrs.define(eq=False, kw_only=True)
+class Probe(Observer):
+    """Follows contact points: by number, those nearest to places, and the first to break.
+
+    ``paths`` has one :class:`ContactPath` for each, in this order. Who breaks first is not known before: until they
+    have broken, every point is kept, at 20 bytes for each point and sample (755 grains, 1,000 samples: 90 MB). A probe
+    that is given to another run begins anew.
+    """
+
+    points: tuple[int, ...] = attrs.field(default=(), converter=lambda points: tuple(map(int, points)))
+    places: np.ndarray = attrs.field(default=(), converter=_places)  #: (k, 2) m
+    first: int = whole_number(default=0, at_least=0)
+    _run: _Run | None = attrs.field(default=None, init=False)
+
+    def __attrs_post_init__(self) -> None:
+        if not (self.points or len(self.places) or self.first):
+            raise ParameterError("Probe: give points, places or first, or there is nothing to follow")
+
+    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
+        if self._run is None or self._run.broken_time is not state.broken_time:
+            self._run = _Run(self, state)
+        self._run.record(state)
+
+    @property
+    def paths(self) -> list[ContactPath]:
+        """What was followed up to now."""
+        return self._run.paths() if self._run else []
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.paths)) or "nothing was followed"
+
+    def plot(self) -> Figure:
+        """Draw every path, a row for each, over its law's own curves and under its strength."""
+        from grainlaw.results.figures.probe import plot_paths
+
+        return plot_paths(self.paths)
+
+
+class _Run:
+    """The record of one run."""
+
+    def __init__(self, probe: Probe, state: State) -> None:
+        count = len(state.broken_time)
+        wrong = [point for point in probe.points if not 0 <= point < count]
+        if wrong:
+            raise ParameterError(f"Probe: there is no contact point {wrong[0]}, they go from 0 to {count - 1}")
+        self.positions = state.contact_positions
+        nearest = [int(np.argmin(np.hypot(*(self.positions - place).T))) for place in probe.places]
+        self.named, self.first = [*probe.points, *nearest], probe.first
+        self.broken_time, self.broken_mode = state.broken_time, state.broken_mode  # the engine fills them
+        self.grains = state.mesh.interface_grains[state.order]
+        self.groups = [(group.law, group.first, group.last) for group in state.groups]
+        self.kept = np.arange(count) if self.first else self._chosen()
+        self.times: list[float] = []
+        self.rows: list[np.ndarray] = []  #: (q, kept)
+
+    def _chosen(self) -> np.ndarray:
+        """Numbers of the points to follow, each once; of the first to break those that have."""
+        broken = np.flatnonzero(~np.isnan(self.broken_time))
+        order = broken[np.argsort(self.broken_time[broken], kind="stable")]  # as in Result.cracks
+        return np.array(list(dict.fromkeys([*self.named, *order[: self.first].tolist()])), dtype=int)
+
+    def record(self, state: State) -> None:
+        values = (state.opening, state.slip, state.normal, state.shear, state.memory("damage"))
+        self.times.append(state.time)
+        self.rows.append(np.array([value[self.kept] for value in values], dtype=np.float32))
+        everybody = len(self.kept) == len(self.broken_time)
+        if self.first and everybody and np.count_nonzero(~np.isnan(self.broken_time)) >= self.first:
+            chosen = self._chosen()
+            self.rows = [row[:, chosen] for row in self.rows]
+            self.kept = chosen
+
+    def paths(self) -> list[ContactPath]:
+        chosen = self._chosen()
+        column = {int(point): k for k, point in enumerate(self.kept)}
+        table = np.stack([row[:, [column[p] for p in chosen.tolist()]] for row in self.rows]).astype(float)
+        time = np.array(self.times)
+        return [self._path(int(point), time, table[:, :, k]) for k, point in enumerate(chosen)]
+
+    def _path(self, point: int, time: np.ndarray, table: np.ndarray) -> ContactPath:
+        interfaces = len(self.grains)
+        second, interface = divmod(point, interfaces)
+        law, begin, end = next(group for group in self.groups if group[1] <= interface < group[2])
+        a, b = self.grains[interface].tolist()
+        return ContactPath(
+            point=point, grains=(a, b), position=self.positions[point].copy(), time=time,
+            law=law_at(law, interface - begin + second * (end - begin)),
+            broken=float(self.broken_time[point]), mode=float(self.broken_mode[point]),
+            **dict(zip(QUANTITIES, table.T, strict=True)),
+        )  # fmt: skip
+
+
+def law_at(law: Any, place: int) -> Any:
+    """A law, or a part of one, with the numbers of one of the contact points it is given to."""
+    own = {}
+    for field in attrs.fields(type(law)):
+        value = getattr(law, field.name)
+        if isinstance(value, np.ndarray):
+            own[field.alias] = float(value[place])
+        elif attrs.has(type(value)):
+            own[field.alias] = law_at(value, place)
+    return attrs.evolve(law, **own) if own else law

@@ -1,0 +1,167 @@
+"""What a run leaves behind: curves, properties, cracks, and moments for pictures and VTK."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from grainlaw.mesh import Mesh
+from grainlaw.specimen import Specimen
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from grainlaw.contact import Laws
+    from grainlaw.engine.state import State
+    from grainlaw.observation import Frame
+    from grainlaw.results.laboratory import Laboratory
+    from grainlaw.stage import LoadingProtocol
+
+
+@attrs.frozen(eq=False)
+class Cracks:
+    """Broken contact points, in the order of breaking; each stands for half of its interface."""
+
+    position: np.ndarray  #: (k, 2) m, on the deformed specimen
+    orientation: np.ndarray  #: (k,) rad from the x axis, in [0, pi)
+    length: np.ndarray  #: (k,) m
+    mode: np.ndarray  #: (k,) share of shear: below 0.5 tensile, else shear
+    time: np.ndarray  #: (k,) s, to within one sample
+    opening: np.ndarray  #: (k,) m
+    slip: np.ndarray  #: (k,) m
+    grains: np.ndarray  #: (k, 2) numbers of the two grains
+    spent: np.ndarray  #: (k,) J/m2, work done on it until it broke, less what its springs stored then
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __getitem__(self, chosen: np.ndarray) -> Cracks:
+        """Some of them: a mask or numbers, such as ``cracks[cracks.tensile]``."""
+        return Cracks(**{field.name: getattr(self, field.name)[chosen] for field in attrs.fields(Cracks)})
+
+    @property
+    def tensile(self) -> np.ndarray:
+        """(k,) whether a crack is tensile."""
+        return self.mode < 0.5
+
+
+@attrs.frozen(eq=False)
+class Result:
+    """One law under one test."""
+
+    specimen: Specimen
+    law: Laws
+    protocol: LoadingProtocol
+    curves: dict[str, np.ndarray]  #: by column name, one entry per sample, SI
+    summary: dict[str, Any]  #: properties by name, SI
+    cracks: Cracks
+    frames: list[Frame]  #: moments of the run
+    interfaces: np.ndarray  #: (c, 4) nodes of the interfaces, in the order of the frames' contact points
+
+    @classmethod
+    def from_run(
+        cls,
+        state: State,
+        law: Laws,
+        protocol: LoadingProtocol,
+        curves: dict[str, np.ndarray],
+        frames: list[Frame],
+        seconds: float,
+    ) -> Result:
+        """Take the result out of a state."""
+        summary = dict(protocol.summary(curves, state.specimen)) if curves else {}
+        summary |= {
+            "tensile_cracks": int(curves["tensile_cracks"][-1]) if curves else 0,
+            "shear_cracks": int(curves["shear_cracks"][-1]) if curves else 0,
+            "steps": state.steps,
+            "seconds": seconds,
+            "time_step": state.time_step,
+            "mass_added": state.mass_added,
+            "energy_error": energy_error(curves) if curves else 0.0,
+            "energy_made": energy_made(curves, frames, state.contact_lengths) if curves else 0.0,
+        }
+        interfaces = state.mesh.interfaces[state.order]
+        return cls(state.specimen, law, protocol, curves, summary, _cracks(state), frames, interfaces)
+
+    @property
+    def mesh(self) -> Mesh:
+        """Nodes, zones and interfaces of the specimen."""
+        return self.specimen.mesh
+
+    @cached_property
+    def laboratory(self) -> Laboratory:
+        """What a laboratory reports: thresholds, moduli, crack pattern, fragments, acoustic events, energy lost."""
+        from grainlaw.results.laboratory import Laboratory
+
+        return Laboratory(self)
+
+    def write_vtk(self, folder: str | os.PathLike[str]) -> None:
+        """Write ``grains.pvd`` and ``cracks.pvd`` with their .vtu series. Raises OSError where it cannot."""
+        from grainlaw.results.vtk import VtkSeries
+
+        series = VtkSeries(folder, self.specimen, self.interfaces)
+        for frame in self.frames:
+            series.write(frame)
+
+    def plot(self) -> Figure:
+        """Stress-strain curve and crack pattern."""
+        from grainlaw.results.figures.curves import plot_result
+
+        return plot_result(self)
+
+    def write_report(
+        self,
+        file: str | os.PathLike[str],
+        *,
+        title: str = "",
+        record: Mapping[str, Any] | None = None,
+        incomplete: str = "",
+    ) -> None:
+        """Write the laboratory report as a page of HTML; see :func:`grainlaw.results.figures.report.write_report`."""
+        from grainlaw.results.figures.report import write_report
+
+        name = type(self.law).__name__ if not isinstance(self.law, Mapping) else "laws"
+        write_report({name: self}, file, title=title, record=record, incomplete=incomplete)
+
+    def show(self) -> None:
+        """Look at the last moment in a window (pyvista)."""
+        from grainlaw.results.figures.curves import show_result
+
+        show_result(self)
+
+
+def energy_error(curves: Mapping[str, np.ndarray]) -> float:
+    """Largest gap in the energy ledger, Eq. (12), over the largest external work."""
+    parts = ("kinetic", "zones", "contacts_normal", "contacts_shear", "damping")
+    gap = curves["energy_external"] - sum(curves[f"energy_{part}"] for part in parts)
+    return float(np.max(np.abs(gap)) / max(np.max(np.abs(curves["energy_external"])), 1e-300))
+
+
+def energy_made(curves: Mapping[str, np.ndarray], frames: Sequence[Frame], lengths: np.ndarray) -> float:
+    """Largest energy that intact contacts, ``lengths`` (p,) m, had made in a frame, over the largest external work."""
+    made = max(float(frame.contacts["made"] @ lengths) for frame in frames)
+    return made / max(float(np.max(np.abs(curves["energy_external"]))), made, 1e-300)
+
+
+def _cracks(state: State) -> Cracks:
+    broken = np.flatnonzero(~np.isnan(state.broken_time))
+    broken = broken[np.argsort(state.broken_time[broken], kind="stable")]
+    interface = state.order[broken % len(state.order)]
+    ends = state.positions[state.mesh.interfaces[interface]]
+    along = (ends[:, 1] + ends[:, 3] - ends[:, 0] - ends[:, 2]) / 2
+    return Cracks(
+        position=state.contact_positions[broken],
+        orientation=np.arctan2(along[:, 1], along[:, 0]) % np.pi,
+        length=state.contact_lengths[broken],
+        mode=state.broken_mode[broken],
+        time=state.broken_time[broken],
+        opening=state.opening[broken].copy(),
+        slip=state.slip[broken].copy(),
+        grains=state.mesh.interface_grains[interface],
+        spent=state.broken_work[broken],
+    )

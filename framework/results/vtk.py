@@ -1,0 +1,111 @@
+"""Moments of a run as VTK files: grains, cracks and contacts, time series (.pvd) that ParaView opens directly."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from xml.sax.saxutils import quoteattr
+
+import meshio
+import numpy as np
+
+from grainlaw.engine.state import State
+from grainlaw.observation import Frame, FrameClock, Observer, take_frame
+from grainlaw.results.files import writable_folder, write_atomically
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Stage
+
+
+def _in_space(plane: np.ndarray) -> np.ndarray:
+    return np.column_stack([plane, np.zeros(len(plane))])
+
+
+class VtkSeries:
+    """A folder that grows by one pair of .vtu files per frame; the .pvd files always list complete ones.
+
+    Points lie on the deformed specimen. Grains: zones with grain number, phase, mean stress of their grain (Pa);
+    displacement (m) and velocity (m/s) at nodes. Cracks: each contact point with damage as a line along its half of
+    the interface, with damage, mode (share of shear), opening and slip (m), normal and shear traction (Pa), energy lost
+    in opening and in slip (J/m2), time of breaking (s, nan where not broken) and the two grains. Contacts, where they
+    are detected: those of edges that no bond joins as lines along what touches, with mean opening (negative) and slip
+    (m), normal and shear traction (Pa) and the two grains. Raises OSError where it cannot write.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str], specimen: Specimen, interfaces: np.ndarray) -> None:
+        self.folder = writable_folder(folder)
+        self.specimen, self.interfaces = specimen, interfaces
+        self.entries: dict[str, list[tuple[float, str]]] = {"grains": [], "cracks": [], "contacts": []}
+
+    def write(self, frame: Frame) -> None:
+        """Add one frame."""
+        self._add("grains", frame.time, self._grains(frame))
+        if len(self.interfaces):
+            self._add("cracks", frame.time, self._cracks(frame))
+        if frame.touches:
+            self._add("contacts", frame.time, self._contacts(frame))
+
+    def _grains(self, frame: Frame) -> meshio.Mesh:
+        mesh, grains = self.specimen.mesh, self.specimen.grains
+        of = mesh.zone_grain
+        stress = dict(zip(("stress_xx", "stress_yy", "stress_xy"), frame.stress.T, strict=True))
+        return meshio.Mesh(
+            _in_space(mesh.nodes + frame.displacement),
+            [("triangle", mesh.zones)],
+            point_data={"displacement": _in_space(frame.displacement), "velocity": _in_space(frame.velocity)},
+            cell_data={"grain": [of], "phase": [grains.phase[of]], **{name: [s[of]] for name, s in stress.items()}},
+        )
+
+    def _cracks(self, frame: Frame) -> meshio.Mesh:
+        place = (self.specimen.mesh.nodes + frame.displacement)[self.interfaces]
+        first, second = (place[:, 0] + place[:, 2]) / 2, (place[:, 1] + place[:, 3]) / 2
+        middle = (first + second) / 2
+        begin, end = np.concatenate([first, middle]), np.concatenate([middle, second])
+        chosen = np.flatnonzero(frame.contacts["damage"] > 0)
+        if not len(chosen):  # one undamaged point as a line of no length: not every reader opens a file without cells
+            chosen, end = np.array([0]), begin
+        count = len(chosen)
+        points = np.empty((2 * count, 2))
+        points[0::2], points[1::2] = begin[chosen], end[chosen]
+        grain = self.specimen.mesh.node_grain[self.interfaces][chosen % len(self.interfaces)]
+        data = {name: [values[chosen]] for name, values in frame.contacts.items()}
+        data |= {"grain_a": [grain[:, 0]], "grain_b": [grain[:, 2]]}
+        return meshio.Mesh(_in_space(points), [("line", np.arange(2 * count).reshape(-1, 2))], cell_data=data)
+
+    def _contacts(self, frame: Frame) -> meshio.Mesh:
+        touches = dict(frame.touches)
+        position, tangent, grains = (touches.pop(name) for name in ("position", "tangent", "grains"))
+        half = tangent * touches.pop("length")[:, None] / 2
+        data = {**touches, "grain_a": grains[:, 0], "grain_b": grains[:, 1]}
+        if not len(position):  # as above
+            position = half = np.zeros((1, 2))
+            data = {name: np.zeros(1, dtype=row.dtype) for name, row in data.items()}
+        points = np.stack([position - half, position + half], axis=1).reshape(-1, 2)
+        lines = np.arange(len(points)).reshape(-1, 2)
+        return meshio.Mesh(_in_space(points), [("line", lines)], cell_data={name: [row] for name, row in data.items()})
+
+    def _add(self, name: str, time: float, mesh: meshio.Mesh) -> None:
+        file = f"{name}_{len(self.entries[name]):04d}.vtu"
+        write_atomically(self.folder / file, lambda path: mesh.write(path))
+        self.entries[name].append((time, file))
+        lines = "\n".join(
+            f'    <DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>' for time, file in self.entries[name]
+        )
+        text = (
+            '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
+            f"  <Collection>\n{lines}\n  </Collection>\n</VTKFile>\n"
+        )
+        write_atomically(self.folder / f"{name}.pvd", lambda path: path.write_text(text, encoding="utf-8"))
+
+
+class VtkWriter(Observer):
+    """Writes about ``count`` frames of each stage, and more as cracks grow, to a folder while the run goes on."""
+
+    def __init__(self, folder: str | os.PathLike[str], count: int = 30) -> None:
+        self.folder, self.clock = writable_folder(folder), FrameClock(count)
+        self.series: VtkSeries | None = None
+
+    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
+        if self.series is None:
+            self.series = VtkSeries(self.folder, state.specimen, state.mesh.interfaces[state.order])
+        if self.clock.due(state, stage, progress):
+            self.series.write(take_frame(state))

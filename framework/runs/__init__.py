@@ -1,0 +1,1 @@
+"""Runs: one, several at a time, and those that answer one question."""

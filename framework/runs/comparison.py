@@ -1,0 +1,107 @@
+"""Several laws on the same grains under the same test."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import attrs
+
+from grainlaw.contact import Laws
+from grainlaw.naming import aligned, shown
+from grainlaw.observation import Observer
+from grainlaw.parameter import ParameterError
+from grainlaw.results.files import file_name, writable_folder, write_atomically
+from grainlaw.results.result import Result
+from grainlaw.results.tables import write_curves, write_json
+from grainlaw.runs.parallel import Run, simulate_all
+from grainlaw.specimen import Specimen
+from grainlaw.stage import LoadingProtocol
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: rows of the table
+TABLE = (
+    "peak_stress", "peak_strain", "apparent_modulus", "apparent_poisson", "modulus", "poisson", "tensile_cracks",
+    "shear_cracks", "kinetic_ratio", "platen_imbalance", "energy_error", "energy_made",
+    "steps", "seconds",
+)  # fmt: skip
+
+
+@attrs.frozen(eq=False)
+class Comparison(Mapping[str, Result]):
+    """Results by the name of the law; prints as a table."""
+
+    results: dict[str, Result]
+
+    def __getitem__(self, name: str) -> Result:
+        return self.results[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.results)
+
+    def __len__(self) -> int:
+        return len(self.results)
+
+    @property
+    def summary(self) -> dict[str, dict[str, Any]]:
+        """The summaries (SI) by the name of the law."""
+        return {name: result.summary for name, result in self.results.items()}
+
+    def __str__(self) -> str:
+        rows = [["", *self.results]]
+        rows += [[shown(n).heading, *(shown(n).text(s.get(n)) for s in self.summary.values())] for n in TABLE]
+        return aligned(rows, rule=True)
+
+    def plot(self) -> Figure:
+        """Stress-strain curves of all laws."""
+        from grainlaw.results.figures.curves import plot_curves
+
+        return plot_curves(self.results)
+
+    def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
+        """Write ``comparison.png``, ``cracks_<law>.png``, ``summary.json`` and ``curves.csv``.
+
+        ``record`` is added to the summary: what the run was made with. Raises OSError where it cannot.
+        """
+        from grainlaw.results.figures.curves import plot_cracks
+
+        path = writable_folder(folder)
+        write_json(path / "summary.json", {"laws": self.summary, **(record or {})})
+        write_curves(path / "curves.csv", {name: result.curves for name, result in self.results.items()})
+        write_atomically(path / "comparison.png", lambda file: self.plot().savefig(file, dpi=150))
+        for name, result in self.results.items():
+            figure = plot_cracks(result, name)
+            write_atomically(path / f"cracks_{file_name(name)}.png", lambda file, f=figure: f.savefig(file, dpi=150))  # type: ignore[misc]
+
+    def write_report(
+        self, file: str | os.PathLike[str], *, title: str = "", record: Mapping[str, Any] | None = None
+    ) -> None:
+        """Write the laboratory report of all laws as a page of HTML; see :mod:`grainlaw.results.figures.report`."""
+        from grainlaw.results.figures.report import write_report
+
+        write_report(self.results, file, title=title, record=record)
+
+
+def compare(
+    specimen: Specimen,
+    laws: Mapping[str, Laws],
+    protocol: LoadingProtocol,
+    *,
+    threads: int | None = None,
+    observers: Callable[[str], Sequence[Observer]] = lambda name: (),
+    **options: Any,
+) -> Comparison:
+    """Put one specimen through one test under several laws, as many at a time as there are ``threads`` (all cores).
+
+    ``observers`` gives those of each run by the law's name; ``options`` go to :func:`simulate`. The results do not
+    depend on ``threads``.
+    """
+    if not isinstance(laws, Mapping):
+        raise ParameterError(f"compare: laws = {laws!r} is not allowed, it must be a mapping from names to laws")
+    if not laws:
+        raise ParameterError("compare: laws is empty, it must name at least one law")
+    runs = {name: Run(specimen, law, protocol) for name, law in laws.items()}
+    return Comparison(simulate_all(runs, threads=threads, observers=observers, **options))

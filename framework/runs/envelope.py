@@ -1,0 +1,241 @@
+"""Strength of a rock over confinement: a series of compression tests, and the criteria fitted to their peaks."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+from scipy.stats import linregress, t
+
+from grainlaw.contact import Laws
+from grainlaw.observation import Observer
+from grainlaw.parameter import ParameterError
+from grainlaw.results.files import writable_folder, write_atomically
+from grainlaw.results.result import Result
+from grainlaw.results.tables import write_json
+from grainlaw.runs.parallel import Run, simulate_all
+from grainlaw.specimen import Specimen
+from grainlaw.stage import LoadingProtocol
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+CONFIDENCE = 0.95
+Interval = tuple[float, float]
+Test = tuple[int, float]  #: seed, or any number of the specimen, and confinement (Pa)
+
+
+@attrs.frozen(kw_only=True)
+class MohrCoulombFit:
+    """Peak stress = ucs + slope * confinement by least squares, with the angle and the cohesion that follow from it.
+
+    phi = asin((m - 1)/(m + 1)), c = b (1 - sin phi)/(2 cos phi) with the slope m and the intercept b. Intervals (95 %)
+    are Student's for slope and intercept; those of the angle and the cohesion follow by the first-order propagation of
+    both, with their covariance. They are nan with fewer than three tests.
+    """
+
+    slope: float
+    slope_interval: Interval
+    ucs: float  #: Pa, the intercept
+    ucs_interval: Interval
+    friction_angle: float  #: deg
+    friction_angle_interval: Interval
+    cohesion: float  #: Pa
+    cohesion_interval: Interval
+    r_squared: float
+
+
+@attrs.frozen(kw_only=True)
+class HoekBrownFit:
+    """Peak stress = s3 + sqrt(m s_ci s3 + s_ci^2) for intact rock.
+
+    Hoek and Brown 1980, Empirical strength criterion for rock masses, J. Geotech. Eng. 106, 1013-1035. By least
+    squares of (s1 - s3)^2 on s3, whose intercept is s_ci^2 and whose slope is m s_ci.
+    """
+
+    ucs: float  #: Pa, s_ci
+    ucs_interval: Interval
+    m: float
+    m_interval: Interval
+    r_squared: float
+
+
+def fit_mohr_coulomb(confinement: Sequence[float], peak_stress: Sequence[float]) -> MohrCoulombFit:
+    """Fit peaks (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements."""
+    m, b, spread = _line("fit_mohr_coulomb", confinement, peak_stress)
+    angle, c = _angle_and_cohesion(m.value, b.value)
+    root = math.sqrt(m.value) if m.value > 0 else math.nan
+    by_slope, by_ucs = -b.value / (4 * root**3), 1 / (2 * root)  # c = b / (2 sqrt(m))
+    error = math.sqrt(
+        (by_slope * m.error) ** 2 + (by_ucs * b.error) ** 2 + 2 * by_slope * by_ucs * spread.covariance
+    )  # fmt: skip
+    angle_error = math.degrees(m.error / ((m.value + 1) * root))
+    return MohrCoulombFit(
+        slope=m.value, slope_interval=m.interval, ucs=b.value, ucs_interval=b.interval, friction_angle=angle,
+        friction_angle_interval=spread.interval(angle, angle_error), cohesion=c,
+        cohesion_interval=spread.interval(c, error), r_squared=spread.r_squared,
+    )  # fmt: skip
+
+
+def _angle_and_cohesion(slope: float, ucs: float) -> tuple[float, float]:
+    """Angle (deg) and cohesion (Pa) of a line; nan for a slope that no friction gives."""
+    if not slope > 0:
+        return math.nan, math.nan
+    phi = math.asin((slope - 1) / (slope + 1))
+    return math.degrees(phi), ucs * (1 - math.sin(phi)) / (2 * math.cos(phi))
+
+
+def fit_hoek_brown(confinement: Sequence[float], peak_stress: Sequence[float]) -> HoekBrownFit:
+    """Fit peaks (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements.
+
+    nan where the peaks fall so steeply that no real strength is left.
+    """
+    x, y = np.asarray(confinement, dtype=float), np.asarray(peak_stress, dtype=float)
+    slope, square, spread = _line("fit_hoek_brown", x, (y - x) ** 2)
+    ucs = math.sqrt(square.value) if square.value > 0 else math.nan
+    m = slope.value / ucs
+    by_slope, by_square = 1 / ucs, -slope.value / (2 * ucs**3)
+    error = math.sqrt(
+        (by_slope * slope.error) ** 2 + (by_square * square.error) ** 2 + 2 * by_slope * by_square * spread.covariance
+    )
+    return HoekBrownFit(
+        ucs=ucs, ucs_interval=spread.interval(ucs, square.error / (2 * ucs)), m=m,
+        m_interval=spread.interval(m, error), r_squared=spread.r_squared,
+    )  # fmt: skip
+
+
+@attrs.frozen
+class _Coefficient:
+    value: float
+    error: float
+    interval: Interval
+
+
+@attrs.frozen
+class _Spread:
+    quantile: float  #: of Student's distribution
+    covariance: float  #: of slope and intercept
+    r_squared: float
+
+    def interval(self, value: float, error: float) -> Interval:
+        return value - self.quantile * error, value + self.quantile * error
+
+
+_Line = tuple[_Coefficient, _Coefficient, _Spread]
+
+
+def _line(name: str, x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -> _Line:
+    """Slope and intercept of a regression line, and how they scatter."""
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    if len(x) != len(y) or len(np.unique(x)) < 2 or not np.isfinite([x, y]).all():
+        raise ParameterError(
+            f"{name}: {len(x)} confinements and {len(y)} peak stresses are not allowed, there must be a finite peak "
+            "for each confinement, and two different confinements"
+        )
+    line = linregress(x, y)
+    freedom = len(x) - 2
+    quantile = float(t.ppf(0.5 + CONFIDENCE / 2, freedom)) if freedom > 0 else math.nan
+    spread = _Spread(quantile, -float(x.mean()) * float(line.stderr) ** 2, float(line.rvalue) ** 2)
+    slope, ucs = (
+        _Coefficient(float(value), float(error), spread.interval(float(value), float(error)))
+        for value, error in ((line.slope, line.stderr), (line.intercept, line.intercept_stderr))
+    )
+    return slope, ucs, spread
+
+
+@attrs.frozen(eq=False)
+class StrengthEnvelope:
+    """Compression tests over confinement, and the criteria fitted to all their peaks."""
+
+    results: dict[Test, Result]
+
+    @property
+    def peaks(self) -> np.ndarray:
+        """(k, 3) seed, confinement (Pa) and peak stress (Pa) of each test."""
+        return np.array([(*test, result.summary["peak_stress"]) for test, result in self.results.items()])
+
+    @property
+    def mohr_coulomb(self) -> MohrCoulombFit:
+        """The straight line."""
+        return fit_mohr_coulomb(*self.peaks[:, 1:].T)
+
+    @property
+    def hoek_brown(self) -> HoekBrownFit:
+        """The parabola."""
+        return fit_hoek_brown(*self.peaks[:, 1:].T)
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Confinements, their mean peaks, and both fits (SI, angles in degrees), by name."""
+        peaks = self.peaks
+        confinement = np.unique(peaks[:, 1])
+        return {
+            "confinement": confinement.tolist(),
+            "peak_stress": [float(peaks[peaks[:, 1] == p, 2].mean()) for p in confinement],
+            **attrs.asdict(self.mohr_coulomb),
+            "hoek_brown": attrs.asdict(self.hoek_brown),
+            "tests": [{"seed": seed, "confinement": p, **result.summary} for (seed, p), result in self.results.items()],
+        }
+
+    def __str__(self) -> str:
+        line, parabola = self.mohr_coulomb, self.hoek_brown
+        rows = [f"{'seed':>4}  {'confinement (MPa)':>17}  {'peak stress (MPa)':>17}  {'strain at peak (%)':>18}"]
+        for (seed, confinement), result in self.results.items():
+            peak, strain = result.summary["peak_stress"] * 1e-6, result.summary["peak_strain"] * 100
+            rows.append(f"{seed:>4}  {confinement * 1e-6:>17g}  {peak:>17.2f}  {strain:>18.4f}")
+        rows.append("")
+        for name, value, interval, unit in (
+            ("slope", line.slope, line.slope_interval, ""),
+            ("UCS", line.ucs * 1e-6, np.multiply(line.ucs_interval, 1e-6), "MPa"),
+            ("cohesion", line.cohesion * 1e-6, np.multiply(line.cohesion_interval, 1e-6), "MPa"),
+            ("friction angle", line.friction_angle, line.friction_angle_interval, "deg"),
+            ("Hoek-Brown UCS", parabola.ucs * 1e-6, np.multiply(parabola.ucs_interval, 1e-6), "MPa"),
+            ("Hoek-Brown m", parabola.m, parabola.m_interval, ""),
+        ):
+            rows.append(f"{name:<15} {value:9.3f} {unit:<4} (95 %: {interval[0]:.3f} to {interval[1]:.3f})")
+        return "\n".join(rows)
+
+    def plot(self) -> Figure:
+        """Stress-strain curves, and peaks over confinement with both fits."""
+        from grainlaw.results.figures.curves import plot_envelope
+
+        return plot_envelope(self)
+
+    def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
+        """Write ``envelope.png`` and ``summary.json``, to which ``record`` is added. Raises OSError where it cannot."""
+        path = writable_folder(folder)
+        write_json(path / "summary.json", {**self.summary, **(record or {})})
+        write_atomically(path / "envelope.png", lambda file: self.plot().savefig(file, dpi=150))
+
+
+def strength_envelope(
+    specimens: Mapping[int, Specimen],
+    law: Laws,
+    confinements: Sequence[float],
+    test: Callable[[float], LoadingProtocol],
+    *,
+    threads: int | None = None,
+    observers: Callable[[Test], Sequence[Observer]] = lambda key: (),
+    **options: Any,
+) -> StrengthEnvelope:
+    """Compress specimens (by seed) under each of the ``confinements`` (Pa), as many at a time as there are ``threads``.
+
+    ``test`` makes the protocol of a confinement, such as ``lambda p: BiaxialCompression(confinement=p)``; its summary
+    must have a ``peak_stress``. ``options`` go to :func:`simulate`.
+    """
+    if len(set(confinements)) < 2:
+        raise ParameterError(
+            f"strength_envelope: confinements = {list(confinements)} is not allowed, there must be two different ones"
+        )
+    if not specimens:
+        raise ParameterError("strength_envelope: specimens is empty, it must hold at least one")
+    runs = {
+        (seed, float(p)): Run(specimen, law, test(float(p)))
+        for seed, specimen in specimens.items()
+        for p in confinements
+    }
+    return StrengthEnvelope(simulate_all(runs, threads=threads, observers=observers, **options))

@@ -1,0 +1,149 @@
+"""What a law is asked before its first run: whether it answers compiled as written, and no stiffer than it says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import attrs
+import numpy as np
+
+from grainlaw.compiler.batch import Compiled, compile_law
+from grainlaw.contact import ContactLaw, Laws, check_laws
+from grainlaw.detection import Detection
+from grainlaw.engine.touching import uniform
+from grainlaw.parameter import ParameterError
+from grainlaw.workbench.driver import Contact
+
+ROUNDING = 1e-12
+LEFT_OVER = 1e-9  #: rounding of memory, which may be what is left of the difference of larger numbers
+STIFFER = 1.05  #: times the declared stiffness, at most: time steps leave room for it
+DISPLACEMENTS = 0.927 * np.geomspace(1e-12, 1e-2, 41)  #: m; round numbers are where laws change branches
+PRESSURES = (1e5, 1e7, 1e8)  #: Pa, under which a contact is sheared
+HIGHEST = 1e9  #: Pa, beyond which a closure is not asked, by the declared stiffness
+
+_answered: set[tuple] = set()  #: by all that an answer depends on
+
+
+def ask_first_questions(laws: Laws, detection: Detection | None = None) -> None:
+    """Raise :class:`ParameterError` for a law that no run can trust; asked once for each law and its numbers.
+
+    A few points of one contact, interpreted and compiled: the answers must be equal and finite, and must not grow
+    faster with opening and slip than the declared stiffness. Where numbers differ from contact to contact, their means
+    are asked. Raises CompilationError too.
+    """
+    check_laws("law", laws)
+    for given in (laws, None if detection is None else detection.law):
+        for law in given.values() if isinstance(given, Mapping) else (given,):
+            if law is not None:
+                _ask(law)
+
+
+def _ask(law: ContactLaw) -> None:
+    _check_stiffness(law)
+    one: ContactLaw = uniform(law) if attrs.has(type(law)) else law
+    compiled = compile_law(one)
+    key = compiled.key, compiled.numbers.tobytes(), tuple(map(float, one.stiffness))
+    if key not in _answered:
+        with np.errstate(all="ignore"):
+            _Questions(one, compiled).ask()
+        _answered.add(key)
+
+
+def _check_stiffness(law: ContactLaw) -> None:
+    """Two positive numbers, at every contact."""
+    try:
+        normal, shear = law.stiffness
+        fine = all(np.all(np.isfinite(k) & (np.asarray(k) > 0)) for k in (normal, shear))
+    except (TypeError, ValueError):
+        fine = False
+    if not fine:
+        raise ParameterError(
+            f"{type(law).__name__}.stiffness = {law.stiffness!r} is not allowed, it must be two positive finite "
+            "numbers (Pa/m), normal and shear"
+        )
+
+
+def _paths(kn: float) -> dict[str, np.ndarray]:
+    """(i, 2) openings and slips of equal number, each from a fresh contact at rest."""
+    u, none = np.concatenate([[0.0], DISPLACEMENTS]), np.zeros(len(DISPLACEMENTS) + 1)
+    closed = np.minimum(u, HIGHEST / kn)
+    turn = np.arange(len(u)) % 4
+    to, fro = u * np.array([1.0, 0.3, 0.0, 0.6])[turn], u * np.array([0.5, -1.0, 0.8, 0.1])[turn]
+    pulled_first = np.where(np.arange(len(u)) < 2, u[-1] * np.arange(len(u)), -min(PRESSURES[1] / kn, u[-1]))
+    pulled_first[0] = 0.0
+    columns = {
+        "opening": (u, none), "slip": (none, u), "slip back": (none, -u), "opening and slip": (u, u),
+        "closing": (-closed, none), "to and fro": (to - np.where(turn == 2, closed, 0.0), fro),
+        "slip when broken": (pulled_first, u),
+    }  # fmt: skip
+    columns |= {f"slip under {p:g} Pa": (np.full(len(u), -min(p / kn, u[-1])), u) for p in PRESSURES}
+    return {name: np.stack(column, axis=1) for name, column in columns.items()}
+
+
+class _Questions:
+    """Points, and the answers to them interpreted and compiled."""
+
+    def __init__(self, law: ContactLaw, compiled: Compiled) -> None:
+        self.law, self.contact = law, Contact(law)
+        paths = _paths(float(law.stiffness[0]))
+        self.names = list(paths)
+        self.points = np.stack(list(paths.values()))  #: (path, i, 2)
+        self.interpreted = np.stack([self.contact.run(path.tolist()) for path in self.points])  #: (path, i, 2 + m)
+        self.compiled = self._all_at_once(compiled)
+
+    def _all_at_once(self, compiled: Compiled) -> np.ndarray:
+        """Each path is a contact."""
+        found = np.empty_like(self.interpreted)
+        memory = np.zeros((max(len(compiled.memory), 1), len(self.points)))
+        for i in range(self.points.shape[1]):
+            found[:, i, 0], found[:, i, 1] = compiled.batch(self.points[:, i, 0], self.points[:, i, 1], memory)
+            found[:, i, 2:] = memory[: len(compiled.memory)].T
+        return found
+
+    def ask(self) -> None:
+        self._finite()
+        self._equal()
+        for name, mode in (("opening", 0), ("slip", 1), *((name, 1) for name in self.names if "under" in name)):
+            self._not_stiffer(self.names.index(name), mode)
+
+    def _refuse(self, path: int, i: int, what: str) -> None:
+        opening, slip = self.points[path, i]
+        raise ParameterError(
+            f"{type(self.law).__name__}: at opening {opening:.4g} m, slip {slip:.4g} m {what}; "
+            "gl.check_law(law) tells more"
+        )
+
+    def _label(self, column: int) -> str:
+        return ("normal traction", "shear traction", *self.contact.names)[column]
+
+    def _finite(self) -> None:
+        for answers, how in ((self.interpreted, "interpreted"), (self.compiled, "compiled")):
+            bad = np.argwhere(~np.isfinite(answers))
+            if len(bad):
+                path, i, column = bad[0].tolist()
+                why = f" ({self.contact.error})" if self.contact.error and how == "interpreted" else ""
+                value = answers[path, i, column]
+                self._refuse(path, i, f"the {self._label(column)} is {value} {how}{why}, it must be finite")
+
+    def _equal(self) -> None:
+        here = self.interpreted
+        scale = np.maximum.accumulate(np.abs(here), axis=1)
+        scale[..., :2] += (np.abs(self.points) * self.law.stiffness).sum(axis=2)[..., None]
+        scale[..., 2:] += np.abs(self.points).sum(axis=2)[..., None]
+        scale *= np.where(np.arange(here.shape[2]) < 2, ROUNDING, LEFT_OVER)
+        wrong = np.argwhere(np.abs(self.compiled - here) > scale)
+        if len(wrong):
+            path, i, column = wrong[0].tolist()
+            both = f"{self.compiled[path, i, column]:.15g} compiled, {here[path, i, column]:.15g} interpreted"
+            self._refuse(path, i, f"the {self._label(column)} is {both}, they must be equal")
+
+    def _not_stiffer(self, path: int, mode: int) -> None:
+        moved, traction = np.diff(self.points[path, :, mode]), self.interpreted[path, :, mode]
+        allowed = STIFFER * self.law.stiffness[mode]
+        rounding = ROUNDING * np.maximum.accumulate(np.abs(traction))[1:]
+        stiffer = np.flatnonzero(np.diff(traction) > allowed * moved + rounding)
+        if len(stiffer):
+            i, kind = int(stiffer[0]), ("normal", "shear")[mode]
+            tangent = float(np.diff(traction)[i] / moved[i])
+            text = f"the {kind} traction grows by {tangent:.4g} Pa/m, more than {STIFFER:g} times the"
+            self._refuse(path, i + 1, f"{text} {self.law.stiffness[mode]:.4g} Pa/m of its stiffness")

@@ -1,0 +1,172 @@
+"""A sample held under a load without damping: whether its kinetic energy grows by itself, and how fast."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.contact import ContactLaw, Laws
+from grainlaw.detection import EVERYWHERE, Detection
+from grainlaw.engine.state import State
+from grainlaw.integration import CentralDifference, DynamicRelaxation, MassDamping, Undamped
+from grainlaw.parameter import parameter, part
+from grainlaw.runs.simulation import simulate
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Condition, Curves, Drive, FailsTo, LoadingProtocol, Reaches, Stage, StageError
+
+PRESS, REST, CALM = 8, 15, 5  #: times a wave runs through the sample while it is pressed, settles, and is calmed
+HOLD = 1300  #: times a wave runs through a grain while the sample is held
+SAMPLES = 200  #: of the kinetic energy while the sample is held
+HELD = 0.9  #: of the stress must be left when the sample is at rest
+GROWTH = 10  #: times the first kinetic energy: what vibrates without a source stays within a factor of 4
+QUIET = 0.3  #: mass damping (1/s) that calms the sample, over the frequency of waves through a grain: more than flutter
+PUSH = 2e-10  #: of the speed of waves: the random velocity that a fluttering sample feeds
+
+
+@attrs.frozen
+class _Samples(Condition):
+    """A number of samples has been taken."""
+
+    count: int
+
+    def progress(self, curves: Curves) -> float:
+        return len(curves["time"]) / self.count
+
+
+@attrs.frozen(eq=False)
+class Flutter:
+    """What became of the kinetic energy of a sample that was held without damping; prints as one line."""
+
+    stress: float  #: Pa, under which it was held, compression positive
+    time: np.ndarray  #: (k,) s since the damping was taken away
+    kinetic: np.ndarray  #: (k,) J
+    damaged: np.ndarray  #: (k,) contact points with damage
+    step: float  #: s
+
+    @property
+    def _last(self) -> int:
+        """The last sample before a contact was damaged: what breaks shakes its neighbours, with any law."""
+        worse = np.flatnonzero(self.damaged > self.damaged[0])
+        return max(int(worse[0]) - 1, 1) if len(worse) else len(self.time) - 1
+
+    @property
+    def rate(self) -> float:
+        """1/s, at which the kinetic energy grows as exp(rate t) before any damage is done; 0 where it does not."""
+        end = self._last
+        base = float(np.median(self.kinetic[: max(end // 10, 1)]))
+        if not self.kinetic[end] > GROWTH * base:
+            return 0.0
+        start = int(np.flatnonzero(self.kinetic[:end] <= math.sqrt(GROWTH) * base)[-1])
+        growing = slice(start, end + 1)
+        return float(np.polyfit(self.time[growing], np.log(np.maximum(self.kinetic[growing], 1e-300)), 1)[0])
+
+    @property
+    def flutters(self) -> bool:
+        """Whether the kinetic energy grows."""
+        return self.rate > 0
+
+    def __str__(self) -> str:
+        held = f"held at {self.stress * 1e-6:.3g} MPa without damping"
+        if not self.flutters:
+            return f"does not flutter: {held} for {self.time[-1] * 1e6:.3g} us, its kinetic energy does not grow"
+        tenfold = math.log(10) / self.rate
+        return (
+            f"flutters: {held}, its kinetic energy grows tenfold in {tenfold * 1e6:.3g} us ({tenfold / self.step:.0f} "
+            "steps); the strength of such samples depends on the damping"
+        )
+
+
+@attrs.frozen(kw_only=True)
+class _HeldStill(LoadingProtocol):
+    """Press, bring to rest, take the damping away."""
+
+    stress: float = parameter("Pa")
+    modulus: float = parameter("Pa")  #: of grains and contacts in series, about that of the sample
+    wave_speed: float = parameter("m/s")
+    duration: float = parameter("s")  #: without damping
+    confined: bool = part(bool, False)
+
+    def stages(self, specimen: Specimen) -> list[Stage]:
+        low, high = specimen.grains.region.bounds
+        height = float((high - low)[1])
+        transit = height / self.wave_speed
+        size = specimen.grains.grain_size
+        speed = self.stress / self.modulus * height / (PRESS * transit)
+        push = np.random.default_rng(0).normal(size=specimen.mesh.nodes.shape) * PUSH * self.wave_speed
+        return [
+            Stage(
+                name="press", drives=self._drives(speed, transit), interval=transit / 25, sample_limit=25 * 10 * PRESS,
+                until=[Reaches("stress", self.stress), FailsTo("stress", 0.5)],
+            ),
+            Stage(
+                name="rest", drives=self._drives(), until=[_Samples(10)], interval=REST * transit / 10,
+                integrator=DynamicRelaxation(),  # takes the slow modes
+            ),
+            Stage(
+                name="calm", drives=self._drives(), until=[_Samples(10)], interval=CALM * transit / 10,
+                integrator=CentralDifference(damping=MassDamping(coefficient=QUIET * self.wave_speed / size)),
+            ),
+            Stage(
+                name="hold", drives=self._drives(), until=[_Samples(SAMPLES)], interval=self.duration / SAMPLES,
+                integrator=CentralDifference(damping=Undamped(), safety=0.6), initial_velocity=push,
+            ),
+        ]  # fmt: skip
+
+    def _drives(self, speed: float = 0.0, ramp: float = 0.0) -> list[Drive]:
+        sides = [Drive(boundary=side, axis=0, speed=0.0) for side in ("left", "right")] if self.confined else []
+        top = Drive(boundary="top", axis=1, speed=-speed, ramp=ramp)
+        return [top, Drive(boundary="bottom", axis=1, speed=0.0), *sides]
+
+    def measure(self, state: State) -> dict[str, float]:
+        width = float(np.ptp(state.mesh.nodes[:, 0]))
+        return {"stress": (state.reaction("bottom")[1] - state.reaction("top")[1]) / (2 * width)}
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        return {}
+
+
+def hold(
+    specimen: Specimen, law: Laws, stress: float, *, confined: bool = False, duration: float | None = None,
+    detection: Detection | None = EVERYWHERE, time_step_factor: float = 1.0, threads: int = 1,
+) -> Flutter:  # fmt: skip
+    """Press a sample to a ``stress`` (Pa), bring it to rest, take all damping away, and watch its kinetic energy.
+
+    Held by its smooth platens and given a tiny random velocity, a sample whose contacts have an energy behind them
+    goes on vibrating as it is. Where contacts make energy it flutters: the kinetic energy grows exponentially, and what
+    a run with damping finds is ruled by the damping (docs/flutter.md). ``confined`` keeps the sides from giving way,
+    for grains that nothing bonds; ``duration`` (s) is that without damping, some 12,000 steps by default. Raises as
+    :func:`simulate`, and :class:`StageError` for a sample that fails before the stress is reached.
+    """
+    modulus, wave_speed, size = _scales(specimen, law)
+    test = _HeldStill(
+        stress=stress, modulus=modulus, wave_speed=wave_speed, confined=confined,
+        duration=HOLD * size / wave_speed if duration is None else duration,
+    )  # fmt: skip
+    result = simulate(
+        specimen, law, test, detection=detection, time_step_factor=time_step_factor, threads=threads, frames=1
+    )
+    held = result.curves["stage"] == 3
+    pressed, damaged = result.curves["stress"], result.curves["damaged"][held]
+    if pressed.max() < stress or pressed[held][0] < HELD * stress:
+        error = StageError(
+            f"hold: the sample failed: it reached {pressed.max() * 1e-6:.4g} MPa and holds "
+            f"{pressed[held][0] * 1e-6:.4g} MPa; stress = {stress * 1e-6:g} MPa must be lower"
+        )
+        error.result = result
+        raise error
+    time, kinetic = result.curves["time"][held], result.curves["energy_kinetic"][held]
+    return Flutter(float(pressed[held][0]), time - time[0], kinetic, damaged, result.summary["time_step"])
+
+
+def _scales(specimen: Specimen, law: Laws) -> tuple[float, float, float]:
+    """Modulus (Pa) of grains and contacts in series, speed of waves (m/s), and size of a grain (m)."""
+    size = specimen.grains.grain_size
+    laws = [law] if isinstance(law, ContactLaw) else list(law.values())
+    softness = 1 / (size * float(np.mean([np.mean(one.stiffness[0]) for one in laws])))
+    if not specimen.is_rigid:
+        softness += 1 / float(np.median(specimen.zone_constants[0]))
+    density = float(specimen.node_masses.sum() / specimen.grains.areas.sum())
+    return 1 / softness, math.sqrt(1 / (softness * density)), size

@@ -1,0 +1,226 @@
+"""Loading protocols: a laboratory test as a sequence of stages, and what is measured meanwhile."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.parameter import ParameterError, grain_numbers, parameter, part, whole_number
+
+if TYPE_CHECKING:
+    from grainlaw.engine.state import State
+    from grainlaw.specimen import Specimen
+
+Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
+
+
+def _is_axis(drive: Drive | Hold, attribute: attrs.Attribute, value: int) -> None:
+    if value not in (0, 1):
+        raise ParameterError(
+            f"{type(drive).__name__}: axis = {value!r} is not allowed, it must be 0 (along x) or 1 (along y)"
+        )
+
+
+def _ends(stage: Stage, attribute: attrs.Attribute, value: Sequence[Condition]) -> None:
+    if not value or not all(isinstance(condition, Condition) for condition in value):
+        raise ParameterError(f"Stage: until = {value!r} is not allowed, it must be a list of at least one Condition")
+
+
+def _rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray:
+    """From ``start`` to ``end`` in the time ``ramp``, smooth in value, rate and acceleration."""
+    if ramp == 0:
+        return np.full(len(time), end)
+    x = np.clip(time / ramp, 0, 1)
+    return start + (end - start) * x**3 * (10 - 15 * x + 6 * x**2)
+
+
+def _vector(value: Any) -> tuple[float, float]:
+    try:
+        x, y = (float(entry) for entry in value)
+    except (TypeError, ValueError):
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ParameterError(f"Stage: gravity = {value!r} m/s2 is not allowed, it must be two finite numbers (x, y)")
+    return x, y
+
+
+@attrs.frozen(kw_only=True)
+class Drive:
+    """A boundary that is moved: the velocity of all its nodes along one axis, or of its middle alone (a ``roller``).
+
+    A roller lets the boundary turn; it drives the node nearest to the middle, on each grain that has a node there.
+    """
+
+    boundary: str
+    axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
+    speed: float = parameter("m/s", above=-math.inf)  #: with its sign
+    start: float = parameter("m/s", default=0.0, above=-math.inf)  #: from which the speed changes in the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)
+    roller: bool = part(bool, False)
+
+    def course(self, time: np.ndarray) -> np.ndarray:
+        """m/s at times (s) since the stage began."""
+        return _rise(time, self.ramp, self.start, self.speed)
+
+
+@attrs.frozen(kw_only=True)
+class Hold:
+    """A boundary under a force: a platen, whose nodes all move alike along one axis, as the force lets them.
+
+    ``stress`` is the force over the undeformed length of the boundary, with the sign of the axis; a spring of
+    ``stiffness`` (constant normal stiffness) pulls the platen back to where the stage began.
+    """
+
+    boundary: str
+    axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
+    stress: float = parameter("Pa", above=-math.inf)
+    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: from which the stress changes in the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)
+    stiffness: float = parameter("Pa/m", default=0.0, at_least=0)
+
+    def course(self, time: np.ndarray) -> np.ndarray:
+        """Pa at times (s) since the stage began."""
+        return _rise(time, self.ramp, self.start, self.stress)
+
+
+@attrs.frozen(kw_only=True)
+class Pressure:
+    """A pressure on a boundary, normal to it as it deforms: a fluid behind a thin membrane."""
+
+    boundary: str
+    pressure: float = parameter("Pa", above=-math.inf)  #: pressing inwards
+    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: from which it changes in the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)
+
+    def course(self, time: np.ndarray) -> np.ndarray:
+        """Pa at times (s) since the stage began."""
+        return _rise(time, self.ramp, self.start, self.pressure)
+
+
+class StageError(RuntimeError):
+    """A stage that did not end as it should; ``result`` holds what was recorded."""
+
+    result: Any
+
+
+class Condition(ABC):
+    """When a stage ends."""
+
+    @abstractmethod
+    def progress(self, curves: Curves) -> float:
+        """How much of the way is done, from what was recorded in this stage; 1 ends the stage.
+
+        Raises :class:`StageError` where the test cannot go on.
+        """
+
+
+@attrs.frozen
+class Reaches(Condition):
+    """A recorded quantity has reached a positive limit."""
+
+    column: str
+    limit: float
+
+    def progress(self, curves: Curves) -> float:
+        return float(curves[self.column][-1] / self.limit)
+
+
+@attrs.frozen
+class FallsTo(Condition):
+    """A recorded quantity has fallen to a fraction of its highest value so far."""
+
+    column: str
+    fraction: float
+
+    def progress(self, curves: Curves) -> float:
+        values = curves[self.column]
+        return float(values[-1] <= self.fraction * values.max() and values.max() > 0)
+
+
+@attrs.frozen
+class FailsTo(Condition):
+    """As :class:`FallsTo`, once a contact has broken: what vibrates at the start of a test has not failed."""
+
+    column: str
+    fraction: float
+
+    def progress(self, curves: Curves) -> float:
+        if curves["tensile_cracks"][-1] + curves["shear_cracks"][-1] == 0:
+            return 0.0
+        return FallsTo(self.column, self.fraction).progress(curves)
+
+
+@attrs.frozen
+class AtRest(Condition):
+    """Loads no longer change, and forces and motion have died away: three samples below a ratio in a row.
+
+    ``unbalanced`` is the mean force out of balance over the mean contact force, ``motion`` the root of kinetic over
+    stored energy. Forces alone pass early, as a slow motion of many nodes needs little on each, and motion alone where
+    it turns round.
+    """
+
+    ratio: float = 1e-5
+
+    def progress(self, curves: Curves) -> float:
+        if len(curves["time"]) < 3:
+            return 0.0
+        largest = max(float(curves[name][-3:].max()) for name in ("unbalanced", "motion"))
+        return min(1.0, self.ratio / max(largest, 1e-300))
+
+
+@attrs.frozen(kw_only=True)
+class Stage:
+    """What is imposed, until when. Boundaries and axes without a drive are free."""
+
+    name: str
+    drives: Sequence[Drive | Hold] = ()
+    pressures: Sequence[Pressure] = ()
+    until: Sequence[Condition] = attrs.field(validator=_ends)  #: the first that is met ends the stage
+    interval: float = parameter("s")  #: time between samples
+    integrator: Integrator = part(Integrator, CentralDifference())
+    initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes
+    gravity: tuple[float, float] = attrs.field(default=(0.0, 0.0), converter=_vector)  #: m/s2
+    fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
+    sample_limit: int = whole_number(default=100_000, at_least=1)  #: more samples stop the run with an error
+
+
+class LoadingProtocol(ABC):
+    """A laboratory test.
+
+    A whole test, pulling the top of a specimen that stands on its bottom::
+
+        @attrs.frozen(kw_only=True)
+        class Pull(gl.LoadingProtocol):
+            speed: float = gl.parameter("m/s", default=0.01)
+
+            def stages(self, specimen):
+                low, high = specimen.grains.region.bounds
+                drives = [gl.Drive(boundary="top", axis=1, speed=self.speed),
+                          gl.Drive(boundary="bottom", axis=1, speed=0)]
+                end = gl.Reaches("displacement", 1e-4 * (high - low)[1])
+                return [gl.Stage(name="pull", drives=drives, until=[end], interval=1e-5)]
+
+            def measure(self, state):
+                return {"displacement": state.moved("top")[1], "force": state.reaction("top")[1]}
+
+            def summary(self, curves, specimen):
+                return {"strength": curves["force"].max()}
+    """
+
+    @abstractmethod
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        """The stages in order. Raises ValueError for a specimen that the test cannot hold."""
+
+    @abstractmethod
+    def measure(self, state: State) -> dict[str, float]:
+        """What is recorded at every sample, by column name (SI)."""
+
+    @abstractmethod
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Properties of the specimen from the recorded curves, by name (SI)."""

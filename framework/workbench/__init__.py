@@ -1,0 +1,1 @@
+"""A contact law by itself: driven, measured, drawn and checked."""

@@ -1,0 +1,82 @@
+"""The conformance kit: what every contact law must do, asked of anybody's law along paths scaled to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import attrs
+import numpy as np
+
+from grainlaw.contact import ContactLaw
+from grainlaw.workbench.driver import alone
+from grainlaw.workbench.properties import PROPERTIES, Bench
+
+EXCUSABLE = ("stiffness", "energy", "fracture energies", "continuity")  #: properties a law may declare that it breaks
+
+
+@attrs.frozen(eq=False)
+class Entry:
+    """One property of a law: whether it holds, and the worst that was found."""
+
+    name: str
+    passed: bool
+    found: str = ""  #: the offending path in words and numbers; empty if there is none
+    size: float = 0.0  #: of what was found, in the unit that ``found`` names
+    exception: str = ""  #: why the law declares that it breaks the property
+
+    def __str__(self) -> str:
+        verdict = "FAILS" if not self.passed else "exception" if self.exception else "holds"
+        text = "; ".join(part for part in (self.exception and f"declared: {self.exception}", self.found) if part)
+        return f"{self.name:<18} {verdict:<9}  {text}".rstrip()
+
+
+@attrs.frozen(eq=False)
+class Report:
+    """What :func:`check_law` found: iterable over its entries, printed with one line for each."""
+
+    law: str
+    entries: tuple[Entry, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every property holds or is a declared exception."""
+        return all(entry.passed for entry in self.entries)
+
+    def __iter__(self) -> Iterator[Entry]:
+        return iter(self.entries)
+
+    def __getitem__(self, name: str) -> Entry:
+        """The entry of a property by name."""
+        for entry in self.entries:
+            if entry.name == name:
+                return entry
+        raise KeyError(f"no property {name!r}, only {', '.join(entry.name for entry in self.entries)}")
+
+    def __str__(self) -> str:
+        failed = sum(not entry.passed for entry in self.entries)
+        verdict = "conforms" if self.passed else f"fails {failed} of {len(self.entries)} properties"
+        return "\n".join([f"{self.law} {verdict}", *(f"  {entry}" for entry in self.entries)])
+
+
+def check_law(law: ContactLaw, *, compiled: bool = True) -> Report:
+    """Ask a law for every property that makes laws comparable and safe to run.
+
+    The paths are scaled from the law's own stiffness and peaks: pull, shear and reverse, both under pressure, open and
+    slide and close, mixed ratios. ``compiled=False`` leaves out the comparison with machine code. Raises TypeError for
+    what is no law, ValueError for a law whose numbers differ from contact to contact or whose stiffness is no number.
+    """
+    alone(law)
+    bench = Bench(law)
+    chosen = (name for name in PROPERTIES if compiled or name != "compiled")
+    with np.errstate(all="ignore"):
+        return Report(type(law).__name__, tuple(_entry(name, bench) for name in chosen))
+
+
+def _entry(name: str, bench: Bench) -> Entry:
+    finding = PROPERTIES[name](bench)
+    exception = bench.law.exceptions.get(name, "") if name in EXCUSABLE else ""
+    if finding is None:
+        undeclared = name == "fracture energies" and not bench.law.fracture_energies
+        note = "not met on these paths" if exception else "none declared" if undeclared else ""
+        return Entry(name, True, note, 0.0, exception)
+    return Entry(name, bool(exception), finding.text, finding.size, exception)

@@ -1,0 +1,89 @@
+"""One contact pulled, or sheared while its normal traction is held, as in a shear box."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from grainlaw.contact import Trace
+from grainlaw.workbench.driver import REACH, Contact, find_closure, find_peak
+
+TRIALS = 20  #: of an opening under which the normal traction is the one that is held
+MOST_CUTS, DEEPEST = 200, 14  #: of a step of slip: trials, and how often it is halved
+
+
+def pulled(contact: Contact, openings: Sequence[float] | np.ndarray) -> Trace:
+    """Pull a fresh contact through ``openings`` (m), without slip."""
+    points = [(float(opening), 0.0) for opening in openings]
+    return as_trace(contact, np.array(points), contact.run(points))
+
+
+def sheared(contact: Contact, normal: float, slips: Sequence[float] | np.ndarray, *, cut: bool = True) -> Trace:
+    """Shear a fresh contact through ``slips`` (m) under a ``normal`` traction (Pa, tension positive) that is held.
+
+    A step in which it cannot be held is cut in smaller ones, unless ``cut`` is False; where that does not help, as
+    where a law drops at once, it is made at the opening before. After two such steps the contact has failed, and the
+    trace ends before them.
+    """
+    opening, state, last = opening_at(contact, normal), contact.start, float(slips[0])
+    points: list[tuple[float, float]] = []
+    answers: list[tuple[float, ...]] = []
+    failed = good = 0
+    for slip in map(float, slips):
+        waiting = [slip]
+        for _ in range(MOST_CUTS):
+            found = _held(contact, normal, opening, waiting[-1], state)
+            if found is None and cut and len(waiting) < DEEPEST:
+                waiting.append((last + waiting[-1]) / 2)
+                continue
+            failed = failed + 1 if found is None else 0
+            opening, answer = found or (opening, contact.step(opening, waiting[-1], state))
+            state, last = answer[2:], waiting.pop()
+            if not waiting or failed == 2:
+                break
+        if waiting:
+            break
+        points.append((opening, slip))
+        answers.append(answer)
+        good = good if failed else len(points)
+    rows = np.array(answers).reshape(-1, 2 + len(contact.names))
+    return as_trace(contact, np.array(points).reshape(-1, 2)[:good], rows[:good])
+
+
+def _held(
+    contact: Contact, normal: float, opening: float, slip: float, state: tuple[float, ...]
+) -> tuple[float, tuple[float, ...]] | None:
+    """Opening, and answer, with which a step to ``slip`` keeps the normal traction (Pa), by the secant method."""
+    slope = contact.law.stiffness[0]
+    tolerance = 1e-10 * abs(normal) + 1e-12 * slope * REACH
+    before, last = opening, math.nan
+    for _ in range(TRIALS):
+        answer = contact.step(opening, slip, state)
+        gap = answer[0] - normal
+        if not abs(gap) > tolerance:
+            return None if math.isnan(gap) else (opening, answer)
+        if opening != before and (gap - last) * (opening - before) > 0:  # else the slope of before serves
+            slope = (gap - last) / (opening - before)
+        before, last, opening = opening, gap, opening - gap / slope
+    return None
+
+
+def opening_at(contact: Contact, normal: float) -> float:
+    """Opening (m) at which a fresh contact has a normal traction (Pa, tension positive, at most its strength)."""
+    if normal <= 0:
+        return -find_closure(contact, -normal) if normal else 0.0
+    low, high = 0.0, find_peak(contact, 0).displacement
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (low, middle) if contact.step(middle, 0.0, contact.start)[0] >= normal else (middle, high)
+    return high
+
+
+def as_trace(contact: Contact, points: np.ndarray, answers: np.ndarray) -> Trace:
+    """Openings and slips (i, 2) with the answers (i, 2 + m) to them."""
+    steps = ((answers[1:, :2] + answers[:-1, :2]) / 2 * np.diff(points, axis=0)).sum(axis=1)
+    work = np.concatenate([[0.0], np.cumsum(steps)])[: len(points)]
+    memory = dict(zip(contact.names, answers[:, 2:].T, strict=True))
+    return Trace(points[:, 0], points[:, 1], answers[:, 0], answers[:, 1], work, memory)

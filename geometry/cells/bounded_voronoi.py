@@ -1,0 +1,107 @@
+"""Voronoi diagram that ends exactly on the sides of a convex region.
+
+Mirrored over a side, a seed has that side as the boundary between it and its image, and no image is ever nearer to a
+point of the region than its seed: with enough images the cells of the seeds are the plain cells cut by the region
+(Okabe, Boots, Sugihara and Chiu 2000, Spatial Tessellations, doi:10.1002/9780470317013).
+"""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+from scipy import spatial
+
+from grainlaw.geometry.cells.sides import Sides, convex_sides
+from grainlaw.geometry.cells.tiling import Tiling
+from grainlaw.tessellation import Region, TilingError
+
+FEW = 100  #: seeds; so few may lie on one line with their images over the near sides, all images are taken
+
+
+@attrs.frozen(eq=False)
+class Diagram:
+    """Half-edges of the cells of all seeds: each runs counter-clockwise round its seed."""
+
+    seeds: np.ndarray  #: (g, 2) m
+    vertices: np.ndarray  #: (v, 2) m
+    seed: np.ndarray  #: (h,)
+    start: np.ndarray  #: (h,) vertex
+    end: np.ndarray  #: (h,) vertex
+    side: np.ndarray  #: (h,) side of the region, -1 inside
+
+    def centroids(self) -> np.ndarray:
+        """(g, 2) m, of the cells, from the triangles between seed and half-edge."""
+        a = self.vertices[self.start] - self.seeds[self.seed]
+        b = self.vertices[self.end] - self.seeds[self.seed]
+        twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        areas = np.bincount(self.seed, twice)
+        moments = [np.bincount(self.seed, twice * (a + b)[:, i]) for i in (0, 1)]
+        return self.seeds + np.column_stack(moments) / (3 * areas[:, None])
+
+
+def bounded_diagram(region: Region, seeds: np.ndarray) -> Diagram:
+    """Cells of ``seeds`` (g, 2), distinct points inside a convex region."""
+    sides = convex_sides(region)
+    distance = sides.distance(seeds)
+    size = np.sqrt(region.area / len(seeds))
+    reach = 3 * size if len(seeds) > FEW else np.inf
+    while True:
+        diagram = _mirrored_diagram(region, sides, seeds, distance, reach)
+        if diagram is not None and sides.distance(diagram.vertices).min() > -1e-6 * size:
+            return diagram
+        if (distance < reach).all():
+            raise TilingError(f"the Voronoi diagram of {len(seeds)} seeds does not end on the sides of the region")
+        reach *= 2
+
+
+def _mirrored_diagram(
+    region: Region, sides: Sides, seeds: np.ndarray, distance: np.ndarray, reach: float
+) -> Diagram | None:
+    """With the images of all seeds nearer than ``reach`` to a side; None if a cell is open."""
+    origin, side = np.nonzero(distance < reach)
+    images = seeds[origin] - 2 * distance[origin, side, None] * sides.inward[side]
+    centre, extent = region.bounds.mean(axis=0), np.ptp(region.bounds, axis=0).max()
+    voronoi = spatial.Voronoi((np.concatenate([seeds, images]) - centre) / extent)
+    between, ends = np.sort(voronoi.ridge_points, axis=1), np.array(voronoi.ridge_vertices)
+    ours = between[:, 0] < len(seeds)
+    between, ends = between[ours], ends[ours]
+    if ends.min() < 0:
+        return None
+    image = np.maximum(between[:, 1] - len(seeds), 0)
+    mirror = (between[:, 1] >= len(seeds)) & (origin[image] == between[:, 0])
+    used, ends = np.unique(ends, return_inverse=True)
+    vertices = voronoi.vertices[used] * extent + centre
+    return _half_edges(seeds, vertices, between, ends.reshape(-1, 2), np.where(mirror, side[image], -1))
+
+
+def _half_edges(
+    seeds: np.ndarray, vertices: np.ndarray, between: np.ndarray, ends: np.ndarray, side: np.ndarray
+) -> Diagram:
+    both = between[:, 1] < len(seeds)
+    seed = np.concatenate([between[:, 0], between[both, 1]])
+    start, end = np.concatenate([ends, ends[both]]).T
+    a, b = vertices[start] - seeds[seed], vertices[end] - seeds[seed]
+    swap = a[:, 0] * b[:, 1] < a[:, 1] * b[:, 0]
+    start, end = np.where(swap, end, start), np.where(swap, start, end)
+    return Diagram(seeds, vertices, seed, start, end, np.concatenate([side, side[both]]))
+
+
+def polygons(region: Region, diagram: Diagram) -> Tiling:
+    """Polygons of the diagram, their vertices on the boundary put exactly there."""
+    outward = diagram.vertices[diagram.start] - diagram.seeds[diagram.seed]
+    order = np.lexsort((np.arctan2(outward[:, 1], outward[:, 0]), diagram.seed))
+    first = np.searchsorted(diagram.seed[order], np.arange(len(diagram.seeds) + 1))
+    on = _vertex_sides(diagram)
+    return Tiling(region, convex_sides(region).hold(diagram.vertices, on), on, diagram.start[order], first)
+
+
+def _vertex_sides(diagram: Diagram) -> np.ndarray:
+    """(v, 2) sides of the region that each vertex lies on, -1 for none; two in a corner."""
+    outer = diagram.side >= 0
+    vertex = np.concatenate([diagram.start[outer], diagram.end[outer]])
+    pairs = np.unique(np.column_stack([vertex, np.tile(diagram.side[outer], 2)]), axis=0)
+    second = np.concatenate([[False], pairs[1:, 0] == pairs[:-1, 0]])
+    on = np.full((len(diagram.vertices), 2), -1)
+    on[pairs[~second, 0], 0] = pairs[~second, 1]
+    on[pairs[second, 0], 1] = pairs[second, 1]
+    return on

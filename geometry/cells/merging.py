@@ -1,0 +1,148 @@
+"""Short edges removed by merging their two vertices, wherever all grains stay convex."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from grainlaw.geometry.cells.sides import Sides, region_sides
+from grainlaw.geometry.cells.tiling import Tiling
+from grainlaw.polygon import areas_and_centroids
+
+FLATTEST = 1e-3  #: sine of the smallest turn that a merge may leave at a corner, clear of rounding
+
+
+@attrs.frozen(eq=False)
+class Merges:
+    """Edges and where each would end as one vertex; shortest first. Index letter ``m``."""
+
+    keep: np.ndarray  #: (m,) vertex, the one held by more sides of the region
+    drop: np.ndarray  #: (m,) vertex
+    place: np.ndarray  #: (m, 2) m
+
+    def __len__(self) -> int:
+        return len(self.keep)
+
+    def __getitem__(self, which: np.ndarray) -> Merges:
+        return Merges(self.keep[which], self.drop[which], self.place[which])
+
+
+def merge_short_edges(tiling: Tiling, limit: float, smallest: float = 0.0) -> Tiling:
+    """Merge the vertices of edges shorter than ``limit`` (m) until none is left or none can be merged.
+
+    A merge is made only where every touched grain keeps three corners and stays convex: with the sum of the areas
+    round the edge unchanged, the grains then still tile the region. Triangles below ``smallest`` (m2) may vanish.
+    Vertices stay on their side, corners of the region stay in place. Merges that share a grain wait for each other,
+    the shorter edge first.
+    """
+    sides = region_sides(tiling.region)
+    while True:
+        tiling = _without_idle(tiling)
+        merges = _possible(tiling, sides, *_short_edges(tiling, limit), _may_vanish(tiling, smallest))
+        if len(merges) == 0:
+            return tiling
+        tiling = _merged(tiling, merges[_first_in_all_grains(tiling, merges)])
+
+
+def _without_idle(tiling: Tiling) -> Tiling:
+    """Drop vertices inside a side of the region where only one grain has a corner: nothing turns or meets there.
+
+    They are left by cuts whose pieces were joined again.
+    """
+    times = np.bincount(tiling.corners, minlength=len(tiling.vertices))
+    idle = ((times == 1) & (tiling.on[:, 0] >= 0) & (tiling.on[:, 1] < 0))[tiling.corners]
+    if not idle.any():
+        return tiling
+    first = np.concatenate([[0], np.cumsum(~idle)])[tiling.first]
+    return attrs.evolve(tiling, corners=tiling.corners[~idle], first=first)
+
+
+def _short_edges(tiling: Tiling, limit: float) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices to keep and to drop of the edges that the sides of the region allow to merge."""
+    start, end = tiling.corners, tiling.corners[tiling.next]
+    length = np.hypot(*(tiling.vertices[end] - tiling.vertices[start]).T)
+    short = np.flatnonzero(length < limit)
+    short = short[np.argsort(length[short], kind="stable")]
+    low, high = np.minimum(start, end)[short], np.maximum(start, end)[short]
+    once = np.sort(np.unique(low * len(tiling.vertices) + high, return_index=True)[1])
+    low, high = low[once], high[once]
+    into_low, into_high = _within(tiling.on[high], tiling.on[low]), _within(tiling.on[low], tiling.on[high])
+    keep, drop = np.where(into_low, low, high), np.where(into_low, high, low)
+    return keep[into_low | into_high], drop[into_low | into_high]
+
+
+def _within(on: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Whether a vertex lies on no other sides than another one."""
+    return ((on < 0) | (on == others[:, :1]) | (on == others[:, 1:])).all(axis=1)
+
+
+def _may_vanish(tiling: Tiling, smallest: float) -> np.ndarray:
+    """(g,) whether each grain is a triangle so small that it need not stay."""
+    if smallest == 0:
+        return np.zeros(len(tiling.first) - 1, dtype=bool)
+    areas = areas_and_centroids(tiling.vertices[tiling.corners], tiling.first)[0]
+    return (np.diff(tiling.first) == 3) & (areas < smallest)
+
+
+def _possible(tiling: Tiling, sides: Sides, keep: np.ndarray, drop: np.ndarray, vanish: np.ndarray) -> Merges:
+    """Merges that leave the grains convex, into the middle of the edge or else into either end."""
+    ends = np.column_stack([keep, drop])
+    corner, which = tiling.corners_at(ends.ravel())
+    which //= 2
+    a, b = tiling.vertices[keep], tiling.vertices[drop]
+    place, found = np.empty_like(a), np.zeros(len(keep), dtype=bool)
+    for target in ((a + b) / 2, a, b):
+        target = sides.hold(target, tiling.on[keep])
+        convex = np.ones(len(keep), dtype=bool)
+        convex[which[~_stays_convex(tiling, corner, ends[which], target[which], vanish)]] = False
+        place[convex & ~found] = target[convex & ~found]
+        found |= convex
+    return Merges(keep, drop, place)[found]
+
+
+def _first_in_all_grains(tiling: Tiling, merges: Merges) -> np.ndarray:
+    corner, which = tiling.corners_at(np.column_stack([merges.keep, merges.drop]).ravel())
+    which //= 2
+    grain = tiling.grain[corner]
+    first = np.full(len(tiling.first) - 1, len(merges))
+    np.minimum.at(first, grain, which)
+    ready = np.ones(len(merges), dtype=bool)
+    ready[which[first[grain] < which]] = False
+    return ready
+
+
+def _stays_convex(
+    tiling: Tiling, corner: np.ndarray, ends: np.ndarray, target: np.ndarray, vanish: np.ndarray
+) -> np.ndarray:
+    """Whether the grain of each corner stays convex or may vanish when the edge with these ends shrinks to the target.
+
+    A triangle that would lose an edge does not stay convex: what is left of it turns back on itself.
+    """
+    before, after = tiling.previous[corner], tiling.next[corner]
+    ahead = (tiling.corners[after, None] == ends).any(axis=1)
+    behind = (tiling.corners[before, None] == ends).any(axis=1)
+    after, before = np.where(ahead, tiling.next[after], after), np.where(behind, tiling.previous[before], before)
+    p, q = tiling.vertices[tiling.corners[before]], tiling.vertices[tiling.corners[after]]
+    pp = tiling.vertices[tiling.corners[tiling.previous[before]]]
+    qq = tiling.vertices[tiling.corners[tiling.next[after]]]
+    lost = (ahead | behind) & vanish[tiling.grain[corner]]
+    return lost | (_turns_left(pp, p, target) & _turns_left(p, target, q) & _turns_left(target, q, qq))
+
+
+def _turns_left(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    ab, bc = b - a, c - b
+    turn = ab[:, 0] * bc[:, 1] - ab[:, 1] * bc[:, 0]
+    return turn > FLATTEST * np.hypot(*ab.T) * np.hypot(*bc.T)
+
+
+def _merged(tiling: Tiling, merges: Merges) -> Tiling:
+    vertices, number = tiling.vertices.copy(), np.arange(len(tiling.vertices))
+    vertices[merges.keep] = merges.place
+    number[merges.drop] = merges.keep
+    corners = number[tiling.corners]
+    stay = corners != corners[tiling.next]
+    corners, first = corners[stay], np.concatenate([[0], np.cumsum(stay)])[tiling.first]
+    sizes = np.diff(first)
+    kept = np.repeat(sizes > 2, sizes)
+    first = np.concatenate([[0], np.cumsum(sizes[sizes > 2])])
+    return attrs.evolve(tiling, vertices=vertices, corners=corners[kept], first=first)
