@@ -1,7 +1,7 @@
 """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 from grainlaw.compiler.batch import CompilationError
-from grainlaw.contact import ContactLaw, Trace, trace
+from grainlaw.contact import ContactLaw
 from grainlaw.detection import Detection
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, OverlapError
@@ -18,11 +18,13 @@ from grainlaw.integration import (
     Relaxation,
     Undamped,
 )
-from grainlaw.observation import Frame, FrameRecorder, Observer
+from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, parameter, parameters, part
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
 from grainlaw.results.fragments import Fragments, fragments
+from grainlaw.results.frames import Frame, FrameRecorder
 from grainlaw.results.laboratory import MEASURES, Laboratory, Measure, mean_stress
 from grainlaw.results.probe import ContactPath, Probe
 from grainlaw.results.result import Cracks, Result
@@ -38,23 +40,12 @@ from grainlaw.runs.envelope import (
 from grainlaw.runs.flutter import Flutter, hold
 from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
-from grainlaw.stage import (
-    AtRest,
-    Condition,
-    Drive,
-    FailsTo,
-    FallsTo,
-    Hold,
-    LoadingProtocol,
-    Pressure,
-    Reaches,
-    Stage,
-    StageError,
-)
+from grainlaw.stage import AtRest, Condition, Drive, FailsTo, FallsTo, Hold, Pressure, Reaches, Stage, StageError
 from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
 from grainlaw.window import Window, within_circle, within_polygon, within_rectangle
 from grainlaw.workbench.characteristics import Characteristics, Mode, characteristics, plot_law
 from grainlaw.workbench.conformance import Entry, Report, check_law
+from grainlaw.workbench.trace import Trace, trace
 
 __all__ = [
     "MEASURES",

@@ -1,4 +1,4 @@
-"""The contact law: tractions of one contact from its opening, slip and memory; and a way to look at it alone."""
+"""The contact law: tractions of one contact from its opening, slip and memory."""
 
 from __future__ import annotations
 
@@ -6,9 +6,6 @@ import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any
-
-import attrs
-import numpy as np
 
 from grainlaw.parameter import ParameterError
 
@@ -132,46 +129,3 @@ def answered(law: ContactLaw, names: tuple[str, ...], answer: Any) -> tuple[floa
         f"{type(law).__name__}.traction must return {2 + len(names)} numbers, normal and shear traction and "
         f"{', '.join(names) or 'no memory'}, not {answer!r}"
     )
-
-
-@attrs.frozen(eq=False)
-class Trace:
-    """Answer of one contact along a path: arrays of equal length, the memory under its own names."""
-
-    opening: np.ndarray  #: m
-    slip: np.ndarray  #: m
-    normal: np.ndarray  #: Pa, tension positive
-    shear: np.ndarray  #: Pa
-    work: np.ndarray  #: J/m2 done on the contact since the first point
-    memory: dict[str, np.ndarray]
-
-    def __getattr__(self, name: str) -> np.ndarray:
-        if not name.startswith("_") and name in self.memory:
-            return self.memory[name]
-        raise AttributeError(f"a trace has opening, slip, normal, shear, work and {', '.join(self.memory)}; not {name}")
-
-
-def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False) -> Trace:
-    """Drive one contact alone along arrays of ``opening`` and ``slip`` (m; either may be a single number).
-
-    Interpreted, or through the ``compiled`` code a simulation runs; both agree to 1e-12. Raises TypeError for a law
-    that returns anything but its two tractions and its memory.
-    """
-    opening, slip = (np.array(a, dtype=float) for a in np.broadcast_arrays(np.atleast_1d(opening), np.atleast_1d(slip)))
-    names = memory_names(law)
-    if compiled:
-        from grainlaw.compiler.batch import compile_law
-
-        respond = compile_law(law).respond
-    else:
-        respond = law.traction
-    rows = np.empty((2 + len(names), len(opening)))
-    state = (0.0,) * len(names)
-    for i in range(len(opening)):
-        answer = answered(law, names, respond(float(opening[i]), float(slip[i]), *state))
-        rows[:, i] = answer
-        state = answer[2:]
-    normal, shear = rows[:2]
-    steps = (normal[1:] + normal[:-1]) / 2 * np.diff(opening) + (shear[1:] + shear[:-1]) / 2 * np.diff(slip)
-    work = np.concatenate([[0.0], np.cumsum(steps)])
-    return Trace(opening, slip, normal, shear, work, dict(zip(names, rows[2:], strict=True)))

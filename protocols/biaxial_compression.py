@@ -11,6 +11,7 @@ import numpy as np
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import end_share, has_platens
 from grainlaw.protocols.platens import (
     Moving,
@@ -21,7 +22,7 @@ from grainlaw.protocols.platens import (
     uniaxial_summary,
 )
 from grainlaw.specimen import Specimen
-from grainlaw.stage import AtRest, Condition, Curves, Drive, Hold, LoadingProtocol, Pressure, Stage, StageError
+from grainlaw.stage import AtRest, Condition, Curves, Drive, Hold, Pressure, Stage, StageError
 
 MOST_CONFINING = 1000  #: samples, two in a ramp: what does not rest by then has failed
 

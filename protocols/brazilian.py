@@ -12,10 +12,11 @@ import numpy as np
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import certificate, ends, size
 from grainlaw.protocols.platens import Platens, held_across, require_platens, sample_limit
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Curves, Drive, FailsTo, LoadingProtocol, Reaches, Stage
+from grainlaw.stage import Curves, Drive, FailsTo, Reaches, Stage
 from grainlaw.window import window_mean, within_circle
 
 

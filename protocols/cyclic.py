@@ -10,9 +10,10 @@ import numpy as np
 
 from grainlaw.engine.state import State
 from grainlaw.parameter import ParameterError, parameter, part
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Curves, Drive, FallsTo, LoadingProtocol, Reaches, Stage
+from grainlaw.stage import Curves, Drive, FallsTo, Reaches, Stage
 
 
 def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:

@@ -10,11 +10,12 @@ import attrs
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.joint import joint_means, require_joint
 from grainlaw.protocols.measures import certificate, end_share, ends, size
 from grainlaw.protocols.platens import require_platens
 from grainlaw.specimen import Specimen
-from grainlaw.stage import AtRest, Condition, Curves, Drive, FallsTo, Hold, LoadingProtocol, Reaches, Stage
+from grainlaw.stage import AtRest, Condition, Curves, Drive, FallsTo, Hold, Reaches, Stage
 
 
 @attrs.frozen(kw_only=True)

@@ -12,8 +12,9 @@ import numpy as np
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
 from grainlaw.parameter import ParameterError, grain_numbers, parameter, part, whole_number
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Condition, Curves, LoadingProtocol, Stage
+from grainlaw.stage import Condition, Curves, Stage
 
 
 @attrs.frozen

@@ -10,11 +10,12 @@ import attrs
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import ParameterError, parameter, part
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.joint import joint_means, require_joint
 from grainlaw.protocols.measures import certificate, size
 from grainlaw.protocols.platens import NO_TENSION, refuse_platens
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Condition, Curves, Drive, FallsTo, LoadingProtocol, Reaches, Stage
+from grainlaw.stage import Condition, Curves, Drive, FallsTo, Reaches, Stage
 
 
 @attrs.frozen(kw_only=True)

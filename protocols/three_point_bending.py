@@ -11,10 +11,11 @@ import numpy as np
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.bending import bending_stage, ligament, measure_bending, span, work_of_fracture
 from grainlaw.protocols.measures import certificate
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Curves, LoadingProtocol, Stage
+from grainlaw.stage import Curves, Stage
 
 
 @attrs.frozen(kw_only=True)

@@ -10,9 +10,10 @@ import attrs
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.platens import Moving, Platens, measure_between_platens, uniaxial_stage, uniaxial_summary
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Curves, LoadingProtocol, Stage
+from grainlaw.stage import Curves, Stage
 
 
 @attrs.frozen(kw_only=True)

@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -19,11 +20,20 @@ ROOTS = {
     },
 }
 COMPONENTS = ("laws", "geometry", "protocols")
+
+
+def order():
+    """Lines of modules and rooms (ending in a slash) as docs/architecture.md lists them, top down."""
+    text = Path(__file__).parents[1].joinpath("docs/architecture.md").read_text(encoding="utf-8")
+    block = re.search(r"for types alone\.\n\n((?:    .*\n)+)", text)[1]
+    return [re.split(r"\s{2,}", line.strip())[0].split() for line in block.splitlines()]
+
+
+#: of each module and room its line and place
+PLACE = {name.rstrip("/"): (y, x) for y, line in enumerate(order()) for x, name in enumerate(line)}
+ROOMS = {name.rstrip("/") for line in order() for name in line if name.endswith("/")}
 #: What a component may see of the framework: interfaces and data.
-INTERFACES = {
-    "parameter", "units", "contact", "vector_math", "tessellation", "polygon", "specimen", "mesh", "stage",
-    "integration", "engine.state", "moduli", "window",
-}  # fmt: skip
+INTERFACES = set(PLACE) - ROOMS | {"engine.state"}
 
 
 def modules():
@@ -89,6 +99,27 @@ def test_components_see_interfaces_and_their_own_package(module):
 def test_only_the_command_line_knows_concrete_components(module):
     for name in imports(MODULES[module]):
         assert name.split(".")[0] != "grainlaw" or part_of(name) not in COMPONENTS, f"{module} imports {name}"
+
+
+def own(module):
+    """The name in the order of a framework module: itself, or its room."""
+    name = module.removeprefix("grainlaw.")
+    return name.split(".")[0] if name.split(".")[0] in ROOMS else name
+
+
+FRAME = [name for name in MODULES if part_of(name) not in (*COMPONENTS, "", "__main__")]
+
+
+def test_the_order_names_every_module_and_room():
+    assert {own(module) for module in FRAME} == set(PLACE)
+
+
+@pytest.mark.parametrize("module", FRAME)
+def test_imports_point_up_the_list_of_the_architecture(module):
+    """Also imports inside functions and for types alone: none hides a circle between rooms."""
+    for name in imports(MODULES[module]):
+        if name in MODULES and part_of(name) not in (*COMPONENTS, ""):
+            assert own(name) == own(module) or PLACE[own(name)] < PLACE[own(module)], f"{module} imports {name}"
 
 
 def test_no_module_imports_itself_in_a_circle():

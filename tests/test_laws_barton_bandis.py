@@ -6,9 +6,9 @@ import attrs
 import numpy as np
 import pytest
 
-from grainlaw.contact import trace
 from grainlaw.laws import BandisClosure, BartonBandis, Friction, LinearClosure, Roughness
 from grainlaw.parameter import ParameterError
+from grainlaw.workbench.trace import trace
 
 LAW = BartonBandis(
     kn=1e11,

@@ -10,9 +10,9 @@ import attrs
 import numpy as np
 import pytest
 
-from grainlaw.contact import trace
 from grainlaw.laws import BilinearMixedMode
 from grainlaw.parameter import ParameterError
+from grainlaw.workbench.trace import trace
 
 LAW = BilinearMixedMode(
     kn=2e12,

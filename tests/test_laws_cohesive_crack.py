@@ -7,8 +7,8 @@ import attrs
 import numpy as np
 import pytest
 
-from grainlaw.contact import trace
 from grainlaw.laws import CohesiveCrack, OtherMode, PrePeak, Residual, SofteningLength, TensionShear
+from grainlaw.workbench.trace import trace
 
 LAW = CohesiveCrack(
     kn=1.05e14,

@@ -1,7 +1,7 @@
 import pytest
 
-from grainlaw.contact import trace
 from grainlaw.laws import Linear
+from grainlaw.workbench.trace import trace
 
 
 @pytest.mark.parametrize("compiled", [False, True])

@@ -5,9 +5,9 @@ import math
 import attrs
 import pytest
 
-from grainlaw.contact import trace
 from grainlaw.laws import MohrCoulomb
 from grainlaw.parameter import ParameterError
+from grainlaw.workbench.trace import trace
 
 LAW = MohrCoulomb(
     kn=1e11,

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from grainlaw.contact import trace
 from grainlaw.laws import (
     BandisClosure,
     CohesiveCrack,
@@ -20,6 +19,7 @@ from grainlaw.laws import (
     Residual,
 )
 from grainlaw.parameter import ParameterError
+from grainlaw.workbench.trace import trace
 
 TABLE = {
     0.05: 0.962306, 0.10: 0.878317, 0.15: 0.778053, 0.20: 0.678411, 0.25: 0.587842, 0.30: 0.509572, 0.40: 0.389045,

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import grainlaw as gl
 import grainlaw.laws
-from grainlaw.contact import ContactLaw, trace
+from grainlaw.contact import ContactLaw
 from grainlaw.laws import (
     BandisClosure,
     BartonBandis,
@@ -41,6 +41,7 @@ from grainlaw.laws import (
 from grainlaw.laws.closure import Closure
 from grainlaw.laws.softening import Softening
 from grainlaw.workbench.properties import Bench
+from grainlaw.workbench.trace import trace
 
 STIFF = {"kn": 1.05e14, "ks": 9.45e13}
 STRONG = {**STIFF, "tensile_strength": 13e6, "cohesion": 29e6, "friction_angle": 54, "residual_friction_angle": 20}

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import grainlaw as gl
-from grainlaw.contact import trace
 from grainlaw.laws import Coupling, XuNeedleman
 from grainlaw.parameter import ParameterError
+from grainlaw.workbench.trace import trace
 
 LAW = XuNeedleman(
     kn=math.e * 1e12,

@@ -14,8 +14,8 @@ from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import ContactLaw
 from grainlaw.parameter import ParameterError, parameter, whole_number
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.specimen import Elastic, Rigid, Specimen
-from grainlaw.stage import LoadingProtocol
 
 
 @attrs.frozen(kw_only=True)

@@ -9,6 +9,7 @@ import attrs
 from grainlaw.cli.components import name_of
 from grainlaw.cli.table1 import QUICK, SAMPLE
 from grainlaw.cli.verify import PULLED, SHEARED, WIDTH
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols import (
     BiaxialCompression,
     Brazilian,
@@ -20,7 +21,6 @@ from grainlaw.protocols import (
     UniaxialCompression,
     UniaxialTension,
 )
-from grainlaw.stage import LoadingProtocol
 from grainlaw.units import mm
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from scipy.integrate import quad
 
 from grainlaw.cli.table1 import LAWS, ROCK
-from grainlaw.contact import trace
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, SofteningLength
 from grainlaw.naming import aligned
@@ -24,6 +23,7 @@ from grainlaw.runs.simulation import InstabilityError, simulate
 from grainlaw.specimen import Specimen
 from grainlaw.stage import StageError
 from grainlaw.units import MPa, mm, um
+from grainlaw.workbench.trace import trace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
     from grainlaw.contact import Laws
     from grainlaw.engine.state import State
-    from grainlaw.observation import Frame
+    from grainlaw.protocol import LoadingProtocol
+    from grainlaw.results.frames import Frame
     from grainlaw.results.laboratory import Laboratory
-    from grainlaw.stage import LoadingProtocol
 
 
 @attrs.frozen(eq=False)

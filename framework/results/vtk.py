@@ -10,8 +10,9 @@ import meshio
 import numpy as np
 
 from grainlaw.engine.state import State
-from grainlaw.observation import Frame, FrameClock, Observer, take_frame
+from grainlaw.observation import Observer
 from grainlaw.results.files import writable_folder, write_atomically
+from grainlaw.results.frames import Frame, FrameClock, take_frame
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 

@@ -12,12 +12,12 @@ from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.result import Result
 from grainlaw.results.tables import write_curves, write_json
 from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.specimen import Specimen
-from grainlaw.stage import LoadingProtocol
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,12 +14,12 @@ from scipy.stats import linregress, t
 from grainlaw.contact import Laws
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import writable_folder, write_atomically
 from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
 from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.specimen import Specimen
-from grainlaw.stage import LoadingProtocol
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -201,7 +201,7 @@ class StrengthEnvelope:
 
     def plot(self) -> Figure:
         """Stress-strain curves, and peaks over confinement with both fits."""
-        from grainlaw.results.figures.curves import plot_envelope
+        from grainlaw.runs.envelope_figure import plot_envelope
 
         return plot_envelope(self)
 

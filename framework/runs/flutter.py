@@ -13,9 +13,10 @@ from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, DynamicRelaxation, MassDamping, Undamped
 from grainlaw.parameter import parameter, part
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Condition, Curves, Drive, FailsTo, LoadingProtocol, Reaches, Stage, StageError
+from grainlaw.stage import Condition, Curves, Drive, FailsTo, Reaches, Stage, StageError
 
 PRESS, REST, CALM = 8, 15, 5  #: times a wave runs through the sample while it is pressed, settles, and is calmed
 HOLD = 1300  #: times a wave runs through a grain while the sample is held

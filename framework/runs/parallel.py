@@ -15,10 +15,11 @@ from grainlaw.contact import Laws
 from grainlaw.engine.state import State
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.result import Result
 from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
-from grainlaw.stage import LoadingProtocol, Stage
+from grainlaw.stage import Stage
 
 Key = TypeVar("Key", bound=Hashable)
 

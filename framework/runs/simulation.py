@@ -19,12 +19,15 @@ from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import Saved, State
 from grainlaw.engine.stepping import InstabilityError, OverlapError, advance
 from grainlaw.integration import Integrator, Motion
-from grainlaw.observation import Columns, FrameClock, FrameRecorder, Observer, take_frame
+from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.frames import FrameClock, FrameRecorder, take_frame
 from grainlaw.results.result import Result
+from grainlaw.runs.columns import Columns
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, LoadingProtocol, Stage, StageError
+from grainlaw.stage import Drive, Stage, StageError
 
 CALL = 4_000_000  #: zones times steps of one call of the engine, some tenths of a second: Ctrl-C waits no longer
 MOST_THREADS = 128

@@ -10,10 +10,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from grainlaw.contact import ContactLaw, Trace
+from grainlaw.contact import ContactLaw
 from grainlaw.workbench.characteristics import Characteristics, Envelope, characteristics, envelope
 from grainlaw.workbench.driver import REACH, Contact, alone, find_closure
 from grainlaw.workbench.shear_box import as_trace, pulled, sheared
+from grainlaw.workbench.trace import Trace
 
 Curve = tuple[np.ndarray, np.ndarray, str, str]  #: displacement (m), traction (Pa), colour, name
 MPA, UM = 1e-6, 1e6

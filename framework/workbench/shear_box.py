@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from grainlaw.contact import Trace
 from grainlaw.workbench.driver import REACH, Contact, find_closure, find_peak
+from grainlaw.workbench.trace import Trace
 
 TRIALS = 20  #: of an opening under which the normal traction is the one that is held
 MOST_CUTS, DEEPEST = 200, 14  #: of a step of slip: trials, and how often it is halved

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,6 @@ from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
-    from grainlaw.runs.envelope import StrengthEnvelope
 
 TENSILE, SHEAR = "#c8281e", "#1f5fbf"
 GRAIN, RIM = "#efece4", "#b9b2a3"
@@ -105,41 +103,6 @@ def plot_result(result: Result) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=[1.5, 1])
     draw_curves(left, {type(result.law).__name__: result})
     draw_cracks(right, result)
-    return figure
-
-
-def plot_envelope(envelope: StrengthEnvelope) -> Figure:
-    """Stress-strain curves by confinement, and peaks over confinement with the criteria fitted to them."""
-    figure = Figure(figsize=(11, 5), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    names = dict.fromkeys(seed for seed, _ in envelope.results)
-    seeds = dict(zip(names, itertools.cycle(("-", "--", ":")), strict=False))
-    confinements = sorted({p for _, p in envelope.results})
-    for (seed, p), result in envelope.results.items():
-        strain, stress = result.curves["strain"] * 100, result.curves["stress"] / 1e6
-        label = f"{p / 1e6:g} MPa" if seed == next(iter(seeds)) else None
-        color = f"C{confinements.index(p)}"
-        left.plot(strain, stress, seeds[seed], color=color, linewidth=1.3, label=label)
-    left.set_xlabel("axial strain (%)")
-    left.set_ylabel("axial stress (MPa)")
-    left.set_xlim(left=0)
-    left.set_ylim(bottom=0)
-    left.legend(title="confinement", frameon=False)
-    _, x, y = envelope.peaks.T / 1e6
-    line, parabola = envelope.mohr_coulomb, envelope.hoek_brown
-    at = np.linspace(0, max(x), 100)
-    right.plot(x, y, "o", color="0.2", markersize=5)
-    label = f"Mohr-Coulomb: c = {line.cohesion / 1e6:.2f} MPa, phi = {line.friction_angle:.2f} deg"
-    right.plot(at, line.ucs / 1e6 + line.slope * at, label=label)
-    ucs = parabola.ucs / 1e6
-    label = f"Hoek-Brown: m = {parabola.m:.1f}, UCS = {ucs:.1f} MPa"
-    right.plot(at, at + np.sqrt(np.maximum(parabola.m * ucs * at + ucs**2, 0)), "--", label=label)
-    right.set_xlabel("confinement (MPa)")
-    right.set_ylabel("peak stress (MPa)")
-    right.set_ylim(bottom=0)
-    right.legend(frameon=False, loc="lower right")
-    for axes in (left, right):
-        axes.grid(alpha=0.25)
     return figure
 
 

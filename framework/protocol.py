@@ -1,0 +1,47 @@
+"""The loading protocol: a laboratory test as a sequence of stages, and what is measured meanwhile."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+from grainlaw.engine.state import State
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Curves, Stage
+
+
+class LoadingProtocol(ABC):
+    """A laboratory test.
+
+    A whole test, pulling the top of a specimen that stands on its bottom::
+
+        @attrs.frozen(kw_only=True)
+        class Pull(gl.LoadingProtocol):
+            speed: float = gl.parameter("m/s", default=0.01)
+
+            def stages(self, specimen):
+                low, high = specimen.grains.region.bounds
+                drives = [gl.Drive(boundary="top", axis=1, speed=self.speed),
+                          gl.Drive(boundary="bottom", axis=1, speed=0)]
+                end = gl.Reaches("displacement", 1e-4 * (high - low)[1])
+                return [gl.Stage(name="pull", drives=drives, until=[end], interval=1e-5)]
+
+            def measure(self, state):
+                return {"displacement": state.moved("top")[1], "force": state.reaction("top")[1]}
+
+            def summary(self, curves, specimen):
+                return {"strength": curves["force"].max()}
+    """
+
+    @abstractmethod
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        """The stages in order. Raises ValueError for a specimen that the test cannot hold."""
+
+    @abstractmethod
+    def measure(self, state: State) -> dict[str, float]:
+        """What is recorded at every sample, by column name (SI)."""
+
+    @abstractmethod
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Properties of the specimen from the recorded curves, by name (SI)."""

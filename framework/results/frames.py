@@ -1,0 +1,73 @@
+"""Moments of a run: what a picture needs, and when one is due."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import attrs
+import numpy as np
+
+from grainlaw.engine.dissipation import balance
+from grainlaw.engine.state import State
+from grainlaw.observation import Observer
+from grainlaw.parameter import whole_number
+from grainlaw.stage import Stage
+
+
+@attrs.frozen(eq=False)
+class Frame:
+    """What a picture of one moment needs, copied out of the state."""
+
+    time: float  #: s
+    displacement: np.ndarray  #: (i, 2) m
+    velocity: np.ndarray  #: (i, 2) m/s
+    stress: np.ndarray  #: (g, 3) Pa, xx, yy, xy
+    contacts: dict[str, np.ndarray]  #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made
+    touches: dict[str, np.ndarray]  #: (k,) closed contacts between edges that no bond joins; empty without detection
+
+
+def take_frame(state: State) -> Frame:
+    """Copy the present moment; what was lost and made (J/m2) is that of :mod:`~grainlaw.engine.dissipation`."""
+    names = ("opening", "slip", "normal", "shear", "broken_time")
+    contacts = {name: np.array(getattr(state, name)) for name in names}
+    contacts["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)
+    contacts["damage"] = state.memory("damage")
+    (contacts["lost_opening"], contacts["lost_slip"]), contacts["made"] = balance(state)
+    touches = {} if state.touches is None else state.touches.closed()
+    return Frame(state.time, state.displacement.copy(), state.velocity.copy(), state.grain_stress(), contacts, touches)
+
+
+@attrs.define
+class FrameClock:
+    """Says when a frame is due: at every ``1 / count`` of a stage's progress, and as cracks grow.
+
+    Failure takes little of the way to a strain limit; a frame is due whenever another fiftieth of the contact points
+    has broken.
+    """
+
+    count: int = whole_number(default=30, at_least=1)
+    _stage: str = ""
+    _next: float = 0.0
+    _broken: int = 0
+
+    def due(self, state: State, stage: Stage, progress: float) -> bool:
+        """Whether this sample is to be kept."""
+        if stage.name != self._stage:
+            self._stage, self._next = stage.name, 0.0
+        broken = int(np.count_nonzero(~np.isnan(state.broken_time)))
+        if progress < self._next and 50 * (broken - self._broken) < len(state.broken_time):
+            return False
+        self._next, self._broken = (np.floor(progress * self.count) + 1) / self.count, broken
+        return True
+
+
+@attrs.define
+class FrameRecorder(Observer):
+    """Keeps frames in memory."""
+
+    clock: FrameClock = attrs.field(factory=FrameClock)
+    frames: list[Frame] = attrs.field(factory=list)
+
+    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
+        if self.clock.due(state, stage, progress):
+            self.frames.append(take_frame(state))
