@@ -98,7 +98,7 @@ class BiaxialCompression(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         """As uniaxial compression, the ``deviator`` (axial stress less confinement), the share of ``broken_bonds``."""
         columns = measure_between_platens(state, -1.0)
-        bonds = np.concatenate([group.cohesive for group in state.groups], axis=1).ravel()
+        bonds = np.concatenate([group.cohesive for group in state.bonds.groups], axis=1).ravel()
         broken = ~np.isnan(state.broken_time[bonds])
         return {
             **columns,

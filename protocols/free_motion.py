@@ -85,7 +85,7 @@ class FreeMotion(LoadingProtocol):
         ``y_k`` (m) and its rotation ``rotation_k`` (rad, counter-clockwise); that of grains that deform is the
         rotation of the polar decomposition, from -pi to pi.
         """
-        place, speed = grain_motion(state)
+        place, speed = state.grain_motion()
         free = np.setdiff1d(np.arange(len(place)), self.fixed)
         speeds, mass = np.hypot(*speed[free].T), grain_masses(state.specimen)[free]
         centre = mass @ place[free] / mass.sum() if len(free) else np.full(2, np.nan)
@@ -96,7 +96,7 @@ class FreeMotion(LoadingProtocol):
             "centre_y": float(centre[1]),
         }
         for k in self.tracked:
-            row |= {f"x_{k}": place[k, 0], f"y_{k}": place[k, 1], f"rotation_{k}": rotation(state, k)}
+            row |= {f"x_{k}": place[k, 0], f"y_{k}": place[k, 1], f"rotation_{k}": state.rotation(k)}
         return row
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
@@ -114,29 +114,3 @@ class FreeMotion(LoadingProtocol):
 def grain_masses(specimen: Specimen) -> np.ndarray:
     """(g,) kg per metre of thickness."""
     return np.bincount(specimen.mesh.node_grain, specimen.node_masses, specimen.grains.count)
-
-
-def grain_motion(state: State) -> tuple[np.ndarray, np.ndarray]:
-    """Centres of mass (g, 2) m and their velocities (g, 2) m/s."""
-    specimen = state.specimen
-    if specimen.is_rigid:
-        return specimen.grains.centroids + state.freedoms.displacement[:2].T, state.freedoms.velocity[:2].T
-    of, mass = specimen.mesh.node_grain, specimen.node_masses
-    rows = [
-        np.stack([np.bincount(of, mass * x, specimen.grains.count) for x in field.T], axis=1)
-        for field in (state.positions, state.velocity)
-    ]
-    centre, speed = (row / grain_masses(specimen)[:, None] for row in rows)
-    return centre, speed
-
-
-def rotation(state: State, grain: int) -> float:
-    """rad, counter-clockwise, since the specimen was made; of a grain that deforms, from -pi to pi."""
-    if state.specimen.is_rigid:
-        return float(state.freedoms.displacement[2, grain])
-    nodes = np.flatnonzero(state.mesh.node_grain == grain)
-    mass = state.specimen.node_masses[nodes]
-    before, now = (p[nodes] - mass @ p[nodes] / mass.sum() for p in (state.mesh.nodes, state.positions))
-    along = mass @ (before * now).sum(axis=1)
-    across = mass @ (before[:, 0] * now[:, 1] - before[:, 1] * now[:, 0])
-    return float(np.arctan2(across, along))

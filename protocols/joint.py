@@ -32,7 +32,7 @@ def joint_means(state: State) -> dict[str, float]:
 
     ``broken`` is the share of the joint that has broken.
     """
-    lengths = state.contact_lengths * np.tile(_in_joint(state.specimen)[state.order], 2)
+    lengths = state.contact_lengths * np.tile(_in_joint(state.specimen)[state.bonds.order], 2)
     share = lengths / lengths.sum()
     return {
         "opening": float(share @ state.opening),

@@ -76,13 +76,13 @@ def each(*velocities):
 
 def momentum(state):
     """(3,) linear and angular momentum about the origin, after the last step."""
-    mass, velocity = state.freedoms.mass, state.freedoms.velocity
-    if state.rigid.grains:
-        x, y = state.specimen.grains.centroids.T + state.freedoms.displacement[:2]
+    mass, velocity = state.freedoms.arrays.mass, state.freedoms.arrays.velocity
+    if state.grains.is_rigid:
+        x, y = state.specimen.grains.centroids.T + state.freedoms.arrays.displacement[:2]
     else:
         x, y = state.positions.T
     px, py = mass[:2] * velocity[:2]
-    spin = np.sum(mass[2] * velocity[2]) if state.rigid.grains else 0.0
+    spin = np.sum(mass[2] * velocity[2]) if state.grains.is_rigid else 0.0
     return np.array([px.sum(), py.sum(), np.sum(x * py - y * px) + spin])
 
 

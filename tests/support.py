@@ -51,11 +51,11 @@ def advance(state, steps=1, time_step=1e-30, integrator=None, threads=1):
 
 def nodal_forces(state, displacement):
     """Forces (i, 2) N of zones and contacts at a displacement (i, 2) m."""
-    state.arrays.displacement[:] = np.asarray(displacement).T
-    state.freedoms.velocity[:] = 0
+    state.nodes.arrays.displacement[:] = np.asarray(displacement).T
+    state.freedoms.arrays.velocity[:] = 0
     advance(state)
-    state.freedoms.velocity[:] = 0
-    return state.arrays.force.T.copy()
+    state.freedoms.arrays.velocity[:] = 0
+    return state.nodes.arrays.force.T.copy()
 
 
 def static_solution(specimen, kn, ks, strain):

@@ -36,8 +36,8 @@ class JointTractions(gl.Observer):
         self.rows = []
 
     def observe(self, state, curves, stage, progress):
-        if state.retired.any():
-            closed = state.touches.closed()
+        if state.bonds.books.replaced.any():
+            closed = state.contacts.closed()
             found = [float(closed[name] @ closed["length"]) / WIDTH for name in ("normal", "shear")]
         else:
             found = [state.normal.mean(), state.shear.mean()]
@@ -173,7 +173,7 @@ class _SlideLiftAndPress(gl.LoadingProtocol):
 
     def measure(self, state):
         x, y = state.moved("box")
-        return {"x": float(x), "y": float(y), "force": -float(state.touches.arrays.force[1, :2].sum()),
+        return {"x": float(x), "y": float(y), "force": -float(state.contacts.arrays.force_y[:2].sum()),
                 "steps_done": float(state.steps)}  # fmt: skip
 
     def summary(self, curves, specimen):

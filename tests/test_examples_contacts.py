@@ -20,7 +20,6 @@ from grainlaw.geometry import JointSet, JointSets, moved, polygon, rectangle, to
 from grainlaw.laws import Friction, MohrCoulomb
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import FreeMotion
-from grainlaw.protocols.free_motion import rotation
 
 LAW = Friction(kn=1e9, ks=1e9, friction_angle=30)
 materials = pytest.mark.parametrize("material", [RIGID, SOFT], ids=["rigid", "elastic"])
@@ -75,8 +74,8 @@ def test_rotation_of_a_grain_that_deforms(angle, stretch, x):
     state = State(gl.Specimen(moved(box(1, 2), turn=20), SOFT), LAW)
     turn = np.array([(np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))])
     nodes = state.mesh.nodes
-    state.arrays.displacement[:] = (nodes @ (stretch * turn).T + (x, -x) - nodes).T
-    assert rotation(state, 0) == pytest.approx(angle, abs=1e-12)
+    state.nodes.arrays.displacement[:] = (nodes @ (stretch * turn).T + (x, -x) - nodes).T
+    assert state.rotation(0) == pytest.approx(angle, abs=1e-12)
 
 
 def test_what_is_thrown_waits_while_the_others_settle():

@@ -98,9 +98,9 @@ def test_laws_for_pairs_of_phases_have_the_same_field(rock):
     laws = {(1, 0): BRITTLE, (0, 0): strong, (1, 1): BRITTLE, (1, 2): strong}
     field = WeibullField(modulus=5)
     state = gl.State(mixed, field.scatter(laws, mixed))
-    factors = field.factors(mixed)[state.order]
-    assert [group.size > 0 for group in state.groups] == [True, True, True, False]
-    for group, law in zip(state.groups[:3], laws.values(), strict=False):
+    factors = field.factors(mixed)[state.bonds.order]
+    assert [group.size > 0 for group in state.bonds.groups] == [True, True, True, False]
+    for group, law in zip(state.bonds.groups[:3], laws.values(), strict=False):
         expected = law.tensile_strength * factors[group.first : group.last]
         assert group.law.tensile_strength.reshape(2, -1) == pytest.approx(np.stack([expected] * 2), rel=1e-14)
 

@@ -33,7 +33,7 @@ class Loads(gl.LoadingProtocol):
             (state.moved(far)[axis] - state.moved(near)[axis]) / (high - low)[axis]
             for axis, near, far in ((0, "left", "right"), (1, "bottom", "top"))
         ]
-        forces = np.abs(state.freedoms.force[:2][state.freedoms.free[:2] > 0])
+        forces = np.abs(state.freedoms.arrays.force[:2][state.freedoms.arrays.free[:2] > 0])
         settled = state.time > self.least and forces.max() < self.rest
         return {
             "x": strain[0], "y": strain[1], "settled": float(settled), "top": state.reaction("top")[1],
@@ -106,15 +106,15 @@ def test_pressure_all_round_a_free_specimen_leaves_it_where_it_is():
     specimen = small_sample(15)
     state = State(specimen, Linear(**STIFF))
     pressures = [gl.Pressure(boundary=side, pressure=10e6) for side in ("left", "right", "top", "bottom")]
-    state.impose([], pressures)
+    state.boundaries.impose([], pressures)
     place = specimen.mesh.nodes
     bent = np.stack([place[:, 1] * 0.3 - 5 * place[:, 0] ** 2, -0.2 * place[:, 0] + 4 * place[:, 1] ** 2], axis=1)
-    state.arrays.displacement[:] = bent.T
+    state.nodes.arrays.displacement[:] = bent.T
     advance(state)
-    force = state.arrays.force.T.copy()
-    state.impose([], [])
+    force = state.nodes.arrays.force.T.copy()
+    state.boundaries.impose([], [])
     advance(state)
-    inside = force - state.arrays.force.T
+    inside = force - state.nodes.arrays.force.T
     x, y = (place + bent).T
     scale = 10e6 * 20e-3
     assert np.abs(inside.sum(axis=0)).max() < 1e-9 * scale
@@ -126,11 +126,11 @@ def test_pressure_follows_the_side():
     """A quarter turn carries the force along."""
     specimen = block()
     state = State(specimen, Linear(**STIFF))
-    state.impose([], [gl.Pressure(boundary="top", pressure=10e6)])
+    state.boundaries.impose([], [gl.Pressure(boundary="top", pressure=10e6)])
     x, y = specimen.mesh.nodes.T
-    state.arrays.displacement[:] = np.array([-y - x, x - y])  # (x, y) to (-y, x)
+    state.nodes.arrays.displacement[:] = np.array([-y - x, x - y])  # (x, y) to (-y, x)
     advance(state)
-    assert state.arrays.force.sum(axis=1) == pytest.approx([10e6 * 4e-3, 0], abs=1e-3)  # the top now looks to -x
+    assert state.nodes.arrays.force.sum(axis=1) == pytest.approx([10e6 * 4e-3, 0], abs=1e-3)  # the top now looks to -x
 
 
 @pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])

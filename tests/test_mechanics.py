@@ -21,8 +21,8 @@ def random_state(law, material=ROCK, amplitude=3e-6, **options):
     state = State(specimen, law)
     rng = np.random.default_rng(5)
     if specimen.is_rigid:
-        state.freedoms.displacement[:] = rng.normal(size=state.freedoms.displacement.shape) * amplitude
-        state.freedoms.displacement[2] *= 100
+        state.freedoms.arrays.displacement[:] = rng.normal(size=state.freedoms.arrays.displacement.shape) * amplitude
+        state.freedoms.arrays.displacement[2] *= 100
         # Nodes follow at the end of a step.
         advance(state)
     else:
@@ -32,9 +32,9 @@ def random_state(law, material=ROCK, amplitude=3e-6, **options):
 
 def momenta(state):
     """Linear momentum (2,) and angular momentum about the origin."""
-    f = state.freedoms
+    f = state.freedoms.arrays
     linear = (f.mass[:2] * f.velocity[:2]).sum(axis=1)
-    if state.rigid.grains:
+    if state.grains.is_rigid:
         x, y = (state.specimen.grains.centroids + f.displacement[:2].T).T
         spin = (f.mass[2] * f.velocity[2]).sum()
     else:
@@ -46,7 +46,7 @@ def momenta(state):
 @pytest.mark.parametrize("law", [Linear(**STIFF), MohrCoulomb(**STRONG), COHESIVE], ids=lambda law: type(law).__name__)
 def test_forces_have_no_resultant_and_no_moment(law, points):
     state = random_state(law, contact_points=points)
-    forces, (x, y) = state.arrays.force.T, state.positions.T
+    forces, (x, y) = state.nodes.arrays.force.T, state.positions.T
     size = np.abs(forces).sum()
     assert np.abs(forces.sum(axis=0)).max() < 1e-12 * size
     assert abs((x * forces[:, 1] - y * forces[:, 0]).sum()) < 1e-12 * size * 0.04
@@ -56,7 +56,7 @@ def test_forces_have_no_resultant_and_no_moment(law, points):
 def test_free_motion_keeps_momentum_and_energy(material):
     state = State(small_sample(material=material), Linear(**STIFF))
     rng = np.random.default_rng(2)
-    state.freedoms.velocity[:] = rng.normal(size=state.freedoms.velocity.shape) * 0.5
+    state.freedoms.arrays.velocity[:] = rng.normal(size=state.freedoms.arrays.velocity.shape) * 0.5
     step = 5e-9  # positions and velocities live half a step apart: what is compared differs by that
     advance(state, 1, step)
     energy = sum(v for k, v in energies(state).items() if k != "external")
@@ -65,7 +65,7 @@ def test_free_motion_keeps_momentum_and_energy(material):
     stored = energies(state)["contacts_normal"] + energies(state)["zones"]
     assert 0.1 * energy < stored < 0.9 * energy
     after, turned = momenta(state)
-    assert np.abs(after - linear).max() < 1e-12 * np.abs(state.freedoms.mass[0]).sum()
+    assert np.abs(after - linear).max() < 1e-12 * np.abs(state.freedoms.arrays.mass[0]).sum()
     assert abs(turned - angular) < 1e-4 * abs(angular)
     assert sum(v for k, v in energies(state).items() if k != "external") == pytest.approx(energy, rel=5e-3)
 
@@ -74,7 +74,7 @@ def test_free_motion_keeps_momentum_and_energy(material):
 def test_a_rotated_damaged_sample_feels_no_stress_change(law):
     result_state = random_state(law, amplitude=1e-6)
     assert 0 < (result_state.memory("damage") > 0).mean() < 1
-    forces, stress = result_state.arrays.force.T.copy(), result_state.zone_state()[0].copy()
+    forces, stress = result_state.nodes.arrays.force.T.copy(), result_state.zone_state()[0].copy()
     normal, shear = result_state.normal.copy(), result_state.shear.copy()
     angle = np.radians(30)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -165,10 +165,12 @@ def test_stable_step_is_the_limit(damping, safety):
     matrix = stiffness_matrix(specimen, np.full((2, count), STIFF["kn"]), np.full((2, count), STIFF["ks"]))
     frequency = highest_frequency(matrix, np.repeat(specimen.node_masses, 2))
     integrator = gl.CentralDifference(damping=damping, safety=1.0)
-    state.freedoms.velocity[:] = np.random.default_rng(1).normal(size=state.freedoms.velocity.shape) * 1e-6
-    start = np.abs(state.freedoms.velocity).max()
+    state.freedoms.arrays.velocity[:] = (
+        np.random.default_rng(1).normal(size=state.freedoms.arrays.velocity.shape) * 1e-6
+    )
+    start = np.abs(state.freedoms.arrays.velocity).max()
     advance(state, 3000, safety * integrator.stable_step(frequency), integrator)
-    assert (np.abs(state.freedoms.velocity).max() < 10 * start) == (safety < 1)  # nan is not below anything
+    assert (np.abs(state.freedoms.arrays.velocity).max() < 10 * start) == (safety < 1)  # nan is not below anything
 
 
 def test_rigid_grains_are_the_limit_of_stiff_ones():
@@ -187,7 +189,7 @@ def test_rigid_grains_are_the_limit_of_stiff_ones():
 def test_a_restored_state_is_the_saved_one(material):
     """Stress and energies too, which are read from the forces of the last step."""
     state = random_state(COHESIVE, material=material)
-    state.freedoms.velocity[:] = 1.0
+    state.freedoms.arrays.velocity[:] = 1.0
     advance(state, 10, 1e-9)
     saved, stress, ledger = state.save(), state.grain_stress(), energies(state)
     advance(state, 50, 1e-9)

@@ -51,7 +51,7 @@ class Ends(gl.Observer):
     rows: list = attrs.field(factory=list)
 
     def observe(self, state, curves, stage, progress):
-        closed, rock = state.touches.closed(), is_rock(state.specimen)
+        closed, rock = state.contacts.closed(), is_rock(state.specimen)
         mine = rock[closed["grains"]].sum(axis=1) == 1
         found = {name: values[mine] for name, values in closed.items()}
         found["top"] = found["position"][:, 1] > HEIGHT / 2

@@ -12,7 +12,9 @@ from support import ROCK, STRONG
 
 import grainlaw as gl
 from grainlaw.compiler.entry import compiled
-from grainlaw.engine import overlap, search, touch, touching
+from grainlaw.engine import contact_geometry, contacts, overlap
+from grainlaw.engine import contact_search as search
+from grainlaw.engine.contact_table import no_contacts
 from grainlaw.geometry import Bricks, Voronoi, rectangle
 from grainlaw.laws import Friction, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialCompression
@@ -108,10 +110,10 @@ def pile(detection=None, threads=1, material=RIGID):
 
 
 def bits(motion):
-    state, arrays = motion.state, motion.state.touches.arrays
+    state, arrays = motion.state, motion.state.contacts.arrays
     return [
-        state.freedoms.displacement.copy(), state.freedoms.velocity.copy(), arrays.slip.copy(), arrays.memory.copy(),
-        arrays.work.copy(), state.touches.gone.copy(),
+        state.freedoms.arrays.displacement.copy(), state.freedoms.arrays.velocity.copy(), arrays.slip.copy(),
+        arrays.memory.copy(), state.contacts.work, state.contacts.books.gone.copy(),
     ]  # fmt: skip
 
 
@@ -125,17 +127,17 @@ def test_the_same_bits_for_any_number_of_threads(material):
     for motion in runs:
         motion.steps(1500)
     first, *others = map(bits, runs)
-    assert first[4].any() or first[5].any()  # some blocks have met
+    assert first[4].any()  # some blocks have met
     assert all(same(first, other) for other in others)
 
 
 def test_the_same_bits_after_save_and_restore():
     motion = pile()
     motion.steps(700)
-    saved = motion.state.save()
+    saved, searches = motion.state.save(), motion.state.contacts.searches
     motion.steps(800)
-    once, searches = bits(motion), motion.state.touches.searches
-    assert searches > saved[5].searches  # neighbours changed meanwhile
+    once = bits(motion)
+    assert motion.state.contacts.searches > searches  # neighbours changed meanwhile
     motion.state.restore(saved)
     motion.steps(800)
     assert same(once, bits(motion))
@@ -161,21 +163,23 @@ def test_what_the_search_leaves_out_stays_beside_or_in_front_until_the_next():
             left_out += 1
             turn = random.uniform(-np.pi, np.pi, 4)
             i, j, k, m = ends + 0.5 * SKIN * np.column_stack([np.cos(turn), np.sin(turn)])
-            assert overlap.standing(*(j - i), *(k - m), *(m - i), SKIN) != overlap.BEHIND
+            assert overlap.arrangement(*(j - i), *(k - m), *(m - i), SKIN) != overlap.BEHIND
     assert left_out > 1500
 
 
 def pair(i, j, k, m, table):
     """What becomes of a pair of edges i to j and k to m, as they stand now: offset, and length in contact."""
-    touch.touch_geometry(0, table._replace(place=np.array([i, j, k, m], dtype=float).T.copy()), 0, 1, 0, -1)
+    contact_geometry.contact_geometry(
+        0, table._replace(place=np.array([i, j, k, m], dtype=float).T.copy()), 0, 1, 0, -1
+    )
     return table.offset[0], table.length[0]
 
 
 @pytest.fixture
 def waiting():
-    return touching.no_touching(1)._replace(
-        node=np.arange(4, dtype=np.int32).reshape(4, 1), limit=np.array([1.0]), way=np.zeros((2, 4)), skin=SKIN,
-        offset=np.array([np.inf]),
+    return no_contacts(1)._replace(
+        node=np.arange(4, dtype=np.int32).reshape(4, 1), largest_overlap=np.array([1.0]), increment=np.zeros((2, 4)),
+        skin=SKIN, offset=np.array([np.inf]),
     )  # fmt: skip
 
 
@@ -210,13 +214,13 @@ def test_sides_of_a_corner_that_come_to_face_each_other_begin_without_a_force(wa
 def test_how_often_neighbours_are_searched_changes_no_bit(make, monkeypatch):
     seldom = make()
     seldom.steps(1500)
-    monkeypatch.setattr(touching, "REACH", 0.0)  # a search after every step
+    monkeypatch.setattr(contacts, "REACH", 0.0)  # a search after every step
     often = make()
     often.steps(1500)
-    assert often.state.touches.searches > 1000 > 4 * seldom.state.touches.searches
-    assert seldom.state.touches.work.any()
-    assert np.array_equal(often.state.freedoms.displacement, seldom.state.freedoms.displacement)
-    assert np.array_equal(often.state.freedoms.velocity, seldom.state.freedoms.velocity)
+    assert often.state.contacts.searches > 1000 > 4 * seldom.state.contacts.searches
+    assert seldom.state.contacts.work.any()
+    assert np.array_equal(often.state.freedoms.arrays.displacement, seldom.state.freedoms.arrays.displacement)
+    assert np.array_equal(often.state.freedoms.arrays.velocity, seldom.state.freedoms.arrays.velocity)
 
 
 def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_search_after_every_step(monkeypatch):
@@ -224,7 +228,7 @@ def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_search_after_every_s
     rock = gl.Specimen(Voronoi(grains=14, seed=1).tessellate(rectangle(6e-3, 15e-3)), ROCK)
     test = UniaxialCompression(speed=2, ramp=1e-5, maximum_strain=0.06, stop_fraction=0, samples=300)
     seldom = gl.simulate(rock, MohrCoulomb(**STRONG), test)
-    monkeypatch.setattr(touching, "REACH", 0.0)
+    monkeypatch.setattr(contacts, "REACH", 0.0)
     often = gl.simulate(rock, MohrCoulomb(**STRONG), test)
     assert len(seldom.frames[-1].touches["opening"]) > 5
     booked = ("energy_contacts_normal", "energy_contacts_shear", "energy_damping")  # sums over the table

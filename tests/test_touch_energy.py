@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grainlaw.engine import touch
-from grainlaw.engine.touching import no_touching
+from grainlaw.engine import contact_geometry, contact_passes
+from grainlaw.engine.contact_table import no_contacts
 
 KN = 2.5e9
 STEP = 1e-6
@@ -50,14 +50,14 @@ def energy(edges):
 
 def contact_forces(edges):
     """Nodal forces (4, 2) N by the engine, for a linear closure without friction."""
-    table = no_touching(1)._replace(
+    table = no_contacts(1)._replace(
         node=np.arange(4, dtype=np.int32).reshape(4, 1),
-        limit=np.array([np.inf]), place=np.ascontiguousarray(np.transpose(edges)), way=np.zeros((2, 4)),
+        largest_overlap=np.array([np.inf]), place=np.ascontiguousarray(np.transpose(edges)), increment=np.zeros((2, 4)),
     )  # fmt: skip
-    touch.touch_geometry(0, table, 0, 1, 0, -1)
+    contact_geometry.contact_geometry(0, table, 0, 1, 0, -1)
     table.normal[:] = KN * table.opening
-    touch.touch_forces(table, 1.0, 0, 1, -1)
-    return table.force[:, :, 0].T
+    contact_passes.contact_forces(table, 1.0, 0, 1, -1)
+    return np.stack([table.force_x[:, 0], table.force_y[:, 0]], axis=1)
 
 
 @settings(max_examples=400, deadline=None)

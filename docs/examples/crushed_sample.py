@@ -40,10 +40,10 @@ class Overlap(gl.Observer):
     handed_over: int = 0
 
     def observe(self, state, curves, stage, progress):
-        closed = state.touches.closed()
+        closed = state.contacts.closed()
         self.deepest = max(self.deepest, -closed["opening"].min(initial=0.0))
         self.contacts = max(self.contacts, len(closed["opening"]))
-        self.searches, self.handed_over = state.touches.searches, int(state.retired.sum())
+        self.searches, self.handed_over = state.contacts.searches, int(state.bonds.books.replaced.sum())
 
 
 def run(grains, width, height, confinement=0.0, strain=0.05, law=LAW, seed=1):

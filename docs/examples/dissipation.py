@@ -25,5 +25,5 @@ class Dissipation(gl.Observer):
         normal = np.where(state.opening > 0, state.normal * state.opening / 2, state.normal**2 / (2 * kn))
         friction = np.where(damage < 1, ks * (state.slip - state.memory("anchor")), state.shear)
         shear = (state.shear - friction) * state.slip / 2 + friction**2 / (2 * ks)
-        lost = state.contacts.work - np.stack([normal, shear])
+        lost = state.bonds.work - np.stack([normal, shear])
         return np.sum((damage > 0) * state.contact_lengths * lost, axis=1)

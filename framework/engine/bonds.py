@@ -1,140 +1,253 @@
-"""Bonded interfaces as their grains move on: the motion of their points, and how broken ones are handed over."""
+"""Bonds: interfaces of two grains that were made together, with two contact points each.
+
+Index letters: ``c`` bond, ``p`` contact point (the first points of all bonds, then the second), ``i`` node.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from grainlaw.compiler.entry import compiled
-from grainlaw.engine import touch
-from grainlaw.engine.touching import Touches, no_touching
+from grainlaw.compiler.cache import OPTIONS
+from grainlaw.contact import Laws
+from grainlaw.detection import Detection
+from grainlaw.engine import bond_passes as passes
+from grainlaw.engine.laws import LANES, LawTable, bond_groups, is_unbonded, respond, table_of
+from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.mesh import Mesh
+from grainlaw.specimen import Specimen
 
-if TYPE_CHECKING:
-    from grainlaw.engine.state import State
-
-HALVINGS = 60  #: of the offset's bracket
-
-
-def motion_of_points(state: State) -> np.ndarray:
-    """(2, p) m, opening and slip at the contact points of all interfaces at the last forces, Eq. (7)."""
-    first, second, edge = _motion_of_ends(state)
-    w = state.contacts.weight[:, None]
-    points = np.concatenate([(1 - w) * first + w * second, w * first + (1 - w) * second])
-    x, y = np.tile(edge / np.hypot(*edge.T)[:, None], (2, 1)).T
-    return np.stack([points[:, 0] * y - points[:, 1] * x, points[:, 0] * x + points[:, 1] * y])
+BLOCK = 4096  #: bonds that go through their passes together: their scratch stays in the cache
 
 
-def _motion_of_ends(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(c, 2) m each: motion of B against A at both ends, and the mean edge."""
-    ends = state.mesh.interfaces[state.order]
-    u = state.displacement_at_forces().T
-    a1, a2, b1, b2 = (u[ends[:, k]] for k in range(4))
-    edge = state.mesh.nodes[ends[:, 1]] - state.mesh.nodes[ends[:, 0]] + (a2 - a1 + b2 - b1) / 2
-    return b1 - a1, b2 - a2, edge
+class BondArrays(NamedTuple):
+    """Bonds (c), their contact points (p), and where nodes (i) find their forces."""
+
+    laws: LawTable
+    node: Changing  #: (4, c) ends of the edge of grain A, then the same ends on grain B
+    slots: Changing  #: (2, i) places of a node's bond ends in the force rows; the last place is zero
+    edge_x: Constant  #: (c,) m, vector of the undeformed edge
+    edge_y: Constant
+    half: Constant  #: (c,) m, half length
+    weight: Constant  #: (c,) share of the far end in the motion at a contact point
+    reach: Constant  #: (c,) m2, square of the motion of an end from which on a broken bond becomes a contact
+    leaving: Scratch  #: (c,) 1 where it is to become a contact now
+    d1x: Scratch  #: (c,) m, motion of B against A at the first end
+    d1y: Scratch
+    d2x: Scratch  #: (c,) m, at the second end
+    d2y: Scratch
+    ex: Scratch  #: (c,) m, change of the mean edge
+    ey: Scratch
+    nx: Scratch  #: (c,) normal
+    ny: Scratch
+    inverse: Scratch  #: (c,) 1/m, of the present length
+    opening: Changing  #: (2, p) m, at this and the previous step in turn
+    slip: Changing  #: (2, p) m
+    normal: Changing  #: (2, p) Pa
+    shear: Changing  #: (2, p) Pa
+    opening_work: Changing  #: (p,) J/m2
+    slip_work: Changing  #: (p,) J/m2
+    memory: Changing  #: (m, p) of the laws
+    force_x: Changing  #: (4 c + 1,) N on the four nodes of each bond, and a zero
+    force_y: Changing
+    share: Scratch
 
 
-def hand_over(state: State) -> None:
-    """Turn the interfaces that the loop has marked into contacts of their edges, without a jump of force.
+class BondBooks(NamedTuple):
+    """What is booked between steps."""
 
-    How much more or less open such a contact is than its edges is kept as an offset, until it parts.
-    """
-    touches, chosen = state.touches, np.flatnonzero(state.contacts.leaving)
-    assert touches is not None
-    state.contacts.leaving[:] = 0
-    slip, pressure = state.slip.reshape(2, -1)[:, chosen], -state.normal.reshape(2, -1)[:, chosen]
-    count, contacts = len(state.order), state.contacts
-    rows = contacts.force[:, np.arange(4)[:, None] * count + chosen]  # (2, 4, n): on A1, A2, B1, B2
-    memories = _memories(state, chosen, pressure.argmax(axis=0))
-    _retire(state, chosen)
-    touches.exposed[chosen] = touches.exposed[count + chosen] = True
-    state.search(touches.arrays.before)
-    keys = touches.key(chosen, count + chosen)
-    place = np.minimum(np.searchsorted(touches.keys, keys), max(len(touches.keys) - 1, 0))
-    found = touches.keys[place] == keys if len(touches.keys) else np.zeros(len(chosen), dtype=bool)
-    strongest = np.take_along_axis(slip, pressure.argmax(axis=0)[None], axis=0)[0]
-    for group, law in enumerate(touches.groups):
-        mine = np.flatnonzero(found & (touches.groups_of(keys) == group))
-        if len(mine):
-            same = [names == law.compiled.memory for names, _ in (memories[k] for k in mine)]
-            memory = np.stack(
-                [memories[k][1] if equal else law.broken for k, equal in zip(mine, same, strict=True)], axis=1
-            )
-            _take_over(touches, group, place[mine], rows[:, :, mine][:, [0, 1, 3, 2]], strongest[mine], memory)
+    replaced: Changing  #: (c,) whether a contact has taken the bond's place
 
 
-def _memories(state: State, chosen: np.ndarray, point: np.ndarray) -> list[tuple[tuple[str, ...], np.ndarray]]:
-    """Names and values (m,) of the law's memory at one point of each chosen interface."""
-    result = []
-    for c, p in zip(chosen.tolist(), point.tolist(), strict=True):
-        group = next(group for group in state.groups if group.first <= c < group.last)
-        result.append((group.compiled.memory, group.memory[:, p * group.size + c - group.first].copy()))
-    return result
+@njit(**OPTIONS)
+def _mark_leaving(bonds, g, first, last, d1x, d1y, d2x, d2y):
+    """Mark bonds that have moved apart and have nothing left that bonds them; returns how many."""
+    count, leaving = bonds.half.shape[0], 0
+    for c in range(first, last):
+        k = c - first
+        if max(d1x[k] ** 2 + d1y[k] ** 2, d2x[k] ** 2 + d2y[k] ** 2) > bonds.reach[c]:
+            if is_unbonded(bonds.laws, g, bonds.memory, c) and is_unbonded(bonds.laws, g, bonds.memory, count + c):
+                bonds.leaving[c] = 1
+                leaving += 1
+    return leaving
 
 
-def _retire(state: State, chosen: np.ndarray) -> None:
-    """Take interfaces out of the engine: they rest at no opening, and no node gathers from them."""
-    count, contacts, slots = len(state.order), state.contacts, state.arrays.slots
-    for k in range(4):
-        nodes, place = contacts.node[k, chosen], k * count + chosen
-        for row in slots:
-            row[nodes[row[nodes] == place]] = 4 * count
-    contacts.node[:, chosen] = contacts.node[0, chosen]
-    points = np.concatenate([chosen, count + chosen])
-    contacts.opening[:, points] = contacts.slip[:, points] = 0.0
-    state.retired[chosen] = True
+@njit(**OPTIONS)
+def _one_law(bonds, nodes, g, new, old, first, last):
+    """Bonds ``first`` to ``last`` of law ``g``, block by block; returns how many become contacts."""
+    count, leaving = bonds.half.shape[0], 0
+    ux, uy, cx, cy = nodes.displacement[0], nodes.displacement[1], bonds.force_x, bonds.force_y
+    opening, slip, normal, shear = bonds.opening[new], bonds.slip[new], bonds.normal[new], bonds.shear[new]
+    o_old, s_old, n_old, t_old = bonds.opening[old], bonds.slip[old], bonds.normal[old], bonds.shear[old]
+    addresses = opening.ctypes.data, slip.ctypes.data, normal.ctypes.data, shear.ctypes.data
+    for c in range(first, last, BLOCK):
+        e = min(c + BLOCK, last)
+        s = first + e - c  # every block uses the scratch rows from ``first`` on
+        k, m = count + c, count + e  # the second points of these bonds
+        d1x, d1y, d2x, d2y = bonds.d1x[first:s], bonds.d1y[first:s], bonds.d2x[first:s], bonds.d2y[first:s]
+        ex, ey, nx, ny = bonds.ex[first:s], bonds.ey[first:s], bonds.nx[first:s], bonds.ny[first:s]
+        inverse, weight = bonds.inverse[first:s], bonds.weight[c:e]
+        o1, o2, s1, s2 = opening[c:e], opening[k:m], slip[c:e], slip[k:m]
+        passes.gather_motion(
+            ux, uy, bonds.node[0, c:e], bonds.node[1, c:e], bonds.node[2, c:e], bonds.node[3, c:e],
+            d1x, d1y, d2x, d2y, ex, ey,
+        )  # fmt: skip
+        passes.kinematics(
+            d1x, d1y, d2x, d2y, ex, ey, bonds.edge_x[c:e], bonds.edge_y[c:e], weight, nx, ny, inverse, o1, o2, s1, s2
+        )
+        respond(bonds.laws, g, bonds.memory, 0, c, e, *addresses)
+        respond(bonds.laws, g, bonds.memory, 1, c, e, *addresses)
+        if passes.moved_apart(d1x, d1y, d2x, d2y, bonds.reach[c:e]) > 0:
+            leaving += _mark_leaving(bonds, g, c, e, d1x, d1y, d2x, d2y)
+        n1, n2, t1, t2 = normal[c:e], normal[k:m], shear[c:e], shear[k:m]
+        passes.add_work(o1, o_old[c:e], n1, n_old[c:e], bonds.opening_work[c:e])
+        passes.add_work(o2, o_old[k:m], n2, n_old[k:m], bonds.opening_work[k:m])
+        passes.add_work(s1, s_old[c:e], t1, t_old[c:e], bonds.slip_work[c:e])
+        passes.add_work(s2, s_old[k:m], t2, t_old[k:m], bonds.slip_work[k:m])
+        passes.end_forces(
+            nx, ny, inverse, bonds.half[c:e], weight, n1, t1, n2, t2, o1, o2, s1, s2,
+            cx[c:e], cx[k:m], cx[count + k : count + m], cx[2 * count + k : 2 * count + m],
+            cy[c:e], cy[k:m], cy[count + k : count + m], cy[2 * count + k : 2 * count + m],
+        )  # fmt: skip
+    return leaving
 
 
-def _take_over(
-    touches: Touches, g: int, place: np.ndarray, force: np.ndarray, slip: np.ndarray, memory: np.ndarray
-) -> None:
-    """Give contacts ``place`` the nodal forces (2, 4, n) of the bonds they replace."""
-    table, law = touches.arrays, touches.groups[g].compiled
-    count = len(place)
-    trial = no_touching(count)._replace(
-        node=np.ascontiguousarray(table.node[:, place]),
-        acute=np.ascontiguousarray(table.acute[:, place]), ease=table.ease[place],
-        limit=np.full(count, np.inf), place=table.place - table.way, way=np.zeros_like(table.way),
-        memory=memory.copy(), fresh=table.fresh[: len(memory)],
-    )  # fmt: skip
-    wanted = force[:, :2].sum(axis=1)  # (2, n) on A
+@njit(**OPTIONS)
+def bond_forces(bonds, nodes, step, thread):
+    """Kinematics, tractions, work and forces of a thread's bonds, law by law; returns how many become contacts."""
+    new, old, leaving = step % 2, (step + 1) % 2, 0
+    first, last = bonds.share[thread], bonds.share[thread + 1]
+    for g in range(bonds.laws.address.shape[0]):
+        leaving += _one_law(bonds, nodes, g, new, old, max(first, bonds.laws.first[g]), min(last, bonds.laws.last[g]))
+    return leaving
 
-    def normal_force(offset: np.ndarray) -> np.ndarray:
-        trial.offset[:], trial.memory[:], trial.slip[:] = offset, memory, slip
-        compiled(touch.geometry_of)(trial, g, touches.groups[g].lift)
-        apart = trial.length == 0
-        trial.memory[:, apart] = memory[:, apart]
-        trial.offset[:], trial.slip[:] = offset, slip
-        return np.minimum(law.batch(trial.opening, slip, memory.copy())[0], 0.0) * trial.length
 
-    def along(component: str) -> np.ndarray:
-        tx, ty = trial.frame[:2]
-        x, y = (ty, -tx) if component == "normal" else (tx, ty)
-        return wanted[0] * x + wanted[1] * y
+@njit(**OPTIONS)
+def gather_bond_forces(bonds, nodes, thread):
+    """Add the forces of bonds to a thread's nodes."""
+    i, j = nodes.share[thread], nodes.share[thread + 1]
+    passes.gather_forces(
+        bonds.slots[0, i:j], bonds.slots[1, i:j], bonds.force_x, bonds.force_y, nodes.force[0, i:j], nodes.force[1, i:j]
+    )
 
-    closed, opened = -4 * table.limit[place], 4 * table.limit[place]
-    for _ in range(HALVINGS):
-        middle = (closed + opened) / 2
-        enough = (normal_force(middle) <= along("normal")) & (trial.length > 0)
-        closed, opened = np.where(enough, middle, closed), np.where(enough, opened, middle)
-    normal_force(closed)
-    target = along("shear") / np.where(trial.length > 0, trial.length, np.inf)
-    stiffness = touches.groups[g].law.stiffness[1]
-    for _ in range(3):
-        shear = law.batch(trial.opening, slip, memory.copy())[1]
-        slip = slip + (target - shear) / np.mean(stiffness)
-    normal, shear = law.batch(trial.opening, slip, memory)
-    carrying = np.flatnonzero((trial.length > 0) & (along("normal") < 0))
-    held_open = np.flatnonzero(along("normal") >= 0)
-    table.offset[place[held_open]] = np.maximum(opened[held_open], 0.0)
-    into = place[carrying]
-    for name in ("offset", "depth", "opening", "length"):
-        getattr(table, name)[into] = getattr(trial, name)[carrying]
-    table.slip[into], table.normal[into], table.shear[into] = slip[carrying], normal[carrying], shear[carrying]
-    table.frame[:, into] = trial.frame[:, carrying]
-    table.force[:, :, into] = force[:, :, carrying]
-    table.carried[0, into], table.carried[1, into] = along("normal")[carrying], along("shear")[carrying]
-    table.memory[: len(memory), into] = memory[:, carrying]
-    lift = touches.groups[g].lift
-    if lift >= 0:  # also of faces that do not touch at this moment
-        table.memory[lift, place] = memory[lift]
+
+class Bonds(Part):
+    """All bonds, in the order of their laws (``order``), undeformed and without load at first."""
+
+    def __init__(self, specimen: Specimen, laws: Laws, detection: Detection | None) -> None:
+        mesh = specimen.mesh
+        self.order, self.groups = bond_groups(specimen, laws)
+        self.ends = mesh.interfaces[self.order]  #: (c, 4) nodes
+        count = len(self.order)
+        edges = mesh.interface_edges[self.order]
+        lengths = np.hypot(*edges.T)
+        hand_over = np.inf if detection is None else detection.hand_over**2
+        depth = max((len(group.virgin) for group in self.groups), default=1)
+        points = {name: np.zeros((2, 2 * count)) for name in ("opening", "slip", "normal", "shear")}
+        rows = {name: np.zeros(count) for name in ("leaving", *"d1x d1y d2x d2y ex ey nx ny inverse".split())}
+        self.arrays = BondArrays(
+            laws=table_of(self.groups, bonding=True),
+            node=np.ascontiguousarray(self.ends.T, dtype=np.int32),
+            slots=self._slots(len(mesh.nodes)),
+            edge_x=np.ascontiguousarray(edges[:, 0]),
+            edge_y=np.ascontiguousarray(edges[:, 1]),
+            half=lengths / 2,
+            weight=specimen.contact_points.weights(lengths),
+            reach=np.full(count, hand_over) * lengths**2,
+            opening_work=np.zeros(2 * count),
+            slip_work=np.zeros(2 * count),
+            memory=np.zeros((depth, 2 * count)),
+            force_x=np.zeros(4 * count + 1),
+            force_y=np.zeros(4 * count + 1),
+            share=np.zeros(2, dtype=np.int64),
+            **points,
+            **rows,
+        )
+        self.books = BondBooks(np.zeros(count, dtype=bool))
+
+    def _slots(self, nodes: int) -> np.ndarray:
+        """(2, i) places of each node's bond ends, at most two, in the force rows."""
+        count = len(self.ends)
+        slots = np.full((2, nodes), 4 * count, dtype=np.int32)
+        ends = self.ends.T.ravel()  # place k of the force rows belongs to node ends[k]
+        by_node = np.argsort(ends, kind="stable")
+        sorted_ends = ends[by_node]
+        second = np.r_[False, sorted_ends[1:] == sorted_ends[:-1]][: len(sorted_ends)]
+        slots[second.astype(int), sorted_ends] = by_node
+        return slots
+
+    def __len__(self) -> int:
+        return len(self.order)
+
+    def share(self, split: Split) -> np.ndarray:
+        """Whole ``LANES`` from the first bond of a group."""
+        firsts, cuts = [group.first for group in self.groups], []
+        for thread in range(split.threads):
+            cut = thread * len(self) // split.threads
+            first = max((first for first in firsts if first <= cut), default=0)
+            cuts.append(first + (cut - first) // LANES * LANES)
+        return np.array([*cuts, len(self)])
+
+    def energy(self, time_step: float) -> dict[str, float]:
+        return {
+            "contacts_normal": float((self.lengths * self.arrays.opening_work).sum()),
+            "contacts_shear": float((self.lengths * self.arrays.slip_work).sum()),
+        }
+
+    def retire(self, chosen: np.ndarray) -> None:
+        """Take bonds out of the step: they rest at no opening, and no node gathers from them."""
+        arrays, count = self.arrays, len(self)
+        for k in range(4):
+            nodes, place = arrays.node[k, chosen], k * count + chosen
+            for row in arrays.slots:
+                row[nodes[row[nodes] == place]] = 4 * count
+        arrays.node[:, chosen] = arrays.node[0, chosen]
+        points = np.concatenate([chosen, count + chosen])
+        arrays.opening[:, points] = arrays.slip[:, points] = 0.0
+        self.books.replaced[chosen] = True
+
+    def motion(self, mesh: Mesh, displacement: np.ndarray) -> np.ndarray:
+        """(2, p) m, opening and slip at all contact points at a displacement (2, i) of the nodes, Eqs. (6, 7)."""
+        u, ends, w = displacement.T, self.ends, self.arrays.weight[:, None]
+        a1, a2, b1, b2 = (u[ends[:, k]] for k in range(4))
+        first, second = b1 - a1, b2 - a2
+        edge = mesh.nodes[ends[:, 1]] - mesh.nodes[ends[:, 0]] + (a2 - a1 + b2 - b1) / 2
+        points = np.concatenate([(1 - w) * first + w * second, w * first + (1 - w) * second])
+        x, y = np.tile(edge / np.hypot(*edge.T)[:, None], (2, 1)).T
+        return np.stack([points[:, 0] * y - points[:, 1] * x, points[:, 0] * x + points[:, 1] * y])
+
+    @property
+    def work(self) -> np.ndarray:
+        """(2, p) J/m2 done in opening and in slip."""
+        return np.stack([self.arrays.opening_work, self.arrays.slip_work])
+
+    @cached_property
+    def lengths(self) -> np.ndarray:
+        """(p,) m: half a bond each."""
+        return np.tile(self.arrays.half, 2)
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """(2, p) Pa/m: kn and ks of the first response, as the laws declare them."""
+        rows = np.empty((2, 2 * len(self)))
+        for group in self.groups:
+            for row, value in zip(rows, group.law.stiffness, strict=True):
+                row[group.points(len(self))] = np.broadcast_to(value, 2 * group.size)
+        return rows
+
+    def memory(self, name: str, otherwise: np.ndarray) -> np.ndarray:
+        """(p,) of one name of the laws' memory; ``otherwise`` (p,) where a law has no such memory."""
+        values = otherwise.copy()
+        for group in self.groups:
+            if (row := group.row(name)) >= 0:
+                places = group.points(len(self))
+                values[places] = self.arrays.memory[row, places]
+        return values
+
+    def memory_of(self, g: int) -> np.ndarray:
+        """(m, 2 size) copy of the memory of the points of one group, row by row as a law takes it."""
+        group = self.groups[g]
+        return np.ascontiguousarray(self.arrays.memory[: group.depth, group.points(len(self))])

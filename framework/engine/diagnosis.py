@@ -20,10 +20,10 @@ def first_fault(state: State) -> str | None:
                 f"(opening {state.opening[p]:.4g} m, slip {state.slip[p]:.4g} m); look at this law with gl.trace"
             )
         return f"opening and slip are not finite at {where}"
-    speeds = state.freedoms.velocity
+    speeds = state.freedoms.arrays.velocity
     if not np.isfinite(speeds).all():
         n = int(np.argmin(np.isfinite(speeds).all(axis=0)))
-        return f"the velocity of grain {n if state.rigid.grains else state.mesh.node_grain[n]} is not finite"
+        return f"the velocity of grain {n if state.grains.is_rigid else state.mesh.node_grain[n]} is not finite"
     return None
 
 
@@ -32,7 +32,7 @@ def fastest(state: State) -> str:
     node = int(np.argmax(np.hypot(*state.velocity.T)))
     speed = float(np.hypot(*state.velocity[node]))
     grain = int(state.mesh.node_grain[node])
-    if not len(state.order):
+    if not len(state.bonds):
         return f"the energy balance does not close; grain {grain} moves at {speed:.4g} m/s"
     p = int(np.argmax(np.hypot(state.opening, state.slip)))
     a, b = _grains_at(state, p)
@@ -44,5 +44,5 @@ def fastest(state: State) -> str:
 
 
 def _grains_at(state: State, point: int) -> tuple[int, int]:
-    a, b = state.mesh.interface_grains[state.order[point % len(state.order)]]
+    a, b = state.mesh.interface_grains[state.bonds.order[point % len(state.bonds)]]
     return int(a), int(b)

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from grainlaw.engine.assembly import Group
-    from grainlaw.engine.state import State
+from grainlaw.engine.laws import LawGroup
+from grainlaw.engine.state import State
 
 STEPS = 16  #: of the way back, over each of its two parts; an even number
 
@@ -19,8 +16,8 @@ def balance(state: State) -> tuple[np.ndarray, np.ndarray]:
     Lost is the work less what the point would still give back, never negative. Made is what an intact point would give
     back beyond the work: none, if its law keeps an energy.
     """
-    surplus = stored(state) - state.contacts.work
-    intact = (state.memory("damage") == 0) & ~np.tile(state.retired, 2)
+    surplus = stored(state) - state.bonds.work
+    intact = (state.memory("damage") == 0) & ~np.tile(state.bonds.books.replaced, 2)
     return np.maximum(-surplus, 0.0), np.where(intact, np.maximum(surplus.sum(axis=0), 0.0), 0.0)
 
 
@@ -30,24 +27,26 @@ def stored(state: State) -> np.ndarray:
     The law itself is asked, without being committed: the point is taken back against its traction, the other direction
     held, and the most it gives on the way counts.
     """
-    result = np.zeros_like(state.contacts.work)
-    count = len(state.order)
-    for group in state.groups:
-        places = np.r_[group.first : group.last, count + group.first : count + group.last]
+    bonds = state.bonds
+    result = np.zeros_like(bonds.work)
+    for g, group in enumerate(bonds.groups):
+        places = group.points(len(bonds))
         for axis in (0, 1) if group.size else ():
-            result[axis, places] = _given_back(group, axis, places, state)
-    result[:, np.tile(state.retired, 2)] = 0.0  # what was stored went over to the contact that took the bond's place
+            result[axis, places] = _given_back(group, axis, places, bonds.memory_of(g), state)
+    result[:, np.tile(state.bonds.books.replaced, 2)] = (
+        0.0  # what was stored went over to the contact that took the bond's place
+    )
     return result
 
 
-def _given_back(group: Group, axis: int, places: np.ndarray, state: State) -> np.ndarray:
+def _given_back(group: LawGroup, axis: int, places: np.ndarray, memory: np.ndarray, state: State) -> np.ndarray:
     """J/m2: first as far as a spring of the first stiffness would go, then on to no displacement at all.
 
     By Simpson's rule, lest a closure that stiffens seem to give more than it has taken.
     """
     place = [state.opening[places], state.slip[places]]
     traction = (state.normal, state.shear)[axis][places]
-    start, memory = place[axis], group.memory.copy()
+    start = place[axis]
     spring = np.abs(traction) / state.stiffness[axis, places]
     spring = np.where(start * traction > 0, np.minimum(spring, np.abs(start)), spring)
     rest = np.maximum(np.abs(start) - spring, 0.0)

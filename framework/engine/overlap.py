@@ -1,4 +1,4 @@
-"""How two edges stand to each other, and where and how deep they overlap.
+"""How two edges lie to each other, and where and how deep they overlap.
 
 Edge ``a`` runs from the first corner of A, ``b`` the same way from the second corner of B, which lies at ``w``, or at
 ``u`` with the contact's offset; ``e`` and ``f`` are their unit vectors. Equation numbers are those of docs/theory.md.
@@ -11,7 +11,7 @@ from numba import njit
 from grainlaw.compiler.cache import OPTIONS
 
 FACING = 0.2  #: cosine between outward normals beyond which edges face the same way
-IN_FRONT, BESIDE, BEHIND = 0, 1, 2  #: how two edges that do not touch stand to each other
+IN_FRONT, BESIDE, BEHIND = 0, 1, 2  #: how two edges that do not touch lie to each other
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -39,7 +39,7 @@ def beside(ax, ay, bx, by, wx, wy, facing, out, deep):
 
 
 @njit(forceinline=True, **OPTIONS)
-def standing(ax, ay, bx, by, wx, wy, skin):
+def arrangement(ax, ay, bx, by, wx, wy, skin):
     """How two edges that do not touch stand to each other: ``IN_FRONT``, ``BESIDE`` or ``BEHIND``.
 
     In front, one lies on the outer side of the other's line, so that they do not overlap. Beside each other they carry

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from grainlaw.compiler.batch import Compiled
-from grainlaw.engine.stability import highest_frequency, rigid_map, scale_masses, stiffness_matrix
+from grainlaw.engine.laws import LawGroup
+from grainlaw.engine.stability import highest_frequency, scale_masses, stiffness_matrix
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
 
@@ -28,20 +28,11 @@ def _in_one_piece(state: State) -> bool:
     return len(a) > 0 and connected_components(bonds, directed=False)[0] == 1
 
 
-def _tangent(
-    law: Compiled, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray, little: float | np.ndarray
-) -> np.ndarray:
-    """(n,) Pa/m against a little more closure (m), without being committed."""
-    now, _ = law.batch(opening, slip, memory.copy())
-    more, _ = law.batch(opening - little, slip, memory.copy())
-    return (now - more) / little
-
-
-def _stiffens(law: Compiled, memory: np.ndarray, size: float) -> bool:
+def _stiffens(law: LawGroup, memory: np.ndarray, size: float) -> bool:
     """Whether a law's closure is stiffer anywhere than at its start, for closures up to a hundredth of a grain."""
     none = np.zeros(memory.shape[1])
     tangents = [
-        _tangent(law, none - closure, none, memory, LITTLE * closure) for closure in size * np.geomspace(1e-8, 1e-2, 13)
+        law.tangent(none - closure, none, memory, LITTLE * closure) for closure in size * np.geomspace(1e-8, 1e-2, 13)
     ]
     return bool(np.any(np.max(tangents, axis=0) > 1.05 * tangents[0]))
 
@@ -52,8 +43,8 @@ class StableStep:
     def __init__(self, state: State, mass_scaling: float = 1.0) -> None:
         self.state = state
         self._size = state.specimen.grains.grain_size
-        met = state.touches.groups if state.touches is not None else []
-        laws = [(g.compiled, g.memory) for g in state.groups] + [(g.compiled, g.broken[:, None]) for g in met]
+        laws = [(group, state.bonds.memory_of(g)) for g, group in enumerate(state.bonds.groups)]
+        laws += [(group, group.virgin[:, None]) for group in state.contacts.groups]
         self._stiffening = any(_stiffens(law, memory, self._size) for law, memory in laws if memory.shape[1])
         self.look = LOOKS[0] if self._stiffening else LOOKS[1]  #: steps after which to ask ``has_changed``
         self.allowed = 1.0  #: closure stiffness over kn that the present step allows for
@@ -61,9 +52,10 @@ class StableStep:
         matrix, mass = self._matrix(self.state.stiffness[0]), self._masses()
         self.frequency = highest_frequency(matrix, mass)  #: 1/s
         if mass_scaling > 1 and self.frequency > 0:
-            scaled = scale_masses(matrix, mass, mass_scaling, self._sharing())
+            alike = state.grains.alike(state.freedoms.arrays.mass.shape[1])
+            scaled = scale_masses(matrix, mass, mass_scaling, alike)
             state.mass_added, self.frequency = scaled.added, scaled.frequency
-            self._set_masses(scaled.mass)
+            state.freedoms.arrays.mass[:] = state.grains.unflat(scaled.mass)
 
     def step(self, integrator: Integrator) -> float:
         """Stable time step (s) of an integrator: infinite for grains that nothing holds and nothing can meet.
@@ -73,12 +65,13 @@ class StableStep:
         """
         if self.frequency == 0:
             return math.inf
-        damping = 0.0 if self.state.touches is None else self.state.touches.detection.damping
+        detection = self.state.contacts.detection
+        damping = 0.0 if detection is None else detection.damping
         return integrator.stable_step(self.frequency) * (math.sqrt(1 + damping**2) - damping)
 
     @property
     def _touching(self) -> bool:
-        return self.state.touches is not None and len(self.state.touches) > 0
+        return len(self.state.contacts) > 0
 
     def has_changed(self) -> bool:
         """Whether the frequency has followed a change: contacts at the rim came to be, or a closure stiffened (Bandis).
@@ -87,12 +80,12 @@ class StableStep:
         none, neighbours are searched here, so that the step depends on where grains are and not on when they were last
         searched.
         """
-        if self.state.touches is not None and not self.touching:
-            self.state.search(self.state.touches.arrays.before)
+        if not self.touching:
+            self.state.search(self.state.contacts.arrays.before)
         if not (self._stiffening or self.touching != self._touching):
             return False
-        touching, retired = self._touch_ratio(), np.tile(self.state.retired, 2)
-        tangents = np.where(retired, touching * self.state.stiffness[0], self._closure_tangents())
+        touching, replaced = self._touch_ratio(), np.tile(self.state.bonds.books.replaced, 2)
+        tangents = np.where(replaced, touching * self.state.stiffness[0], self._closure_tangents())
         ratio = float(np.max(tangents / self.state.stiffness[0], initial=touching))
         if not np.isfinite(ratio):  # the check of the energies tells where it went wrong
             return False
@@ -109,64 +102,43 @@ class StableStep:
 
     def _touch_ratio(self) -> float:
         """Tangent stiffness of closed contacts that are no bonds over the first, at most."""
-        touches = self.state.touches
-        if touches is None or not len(touches):
-            return 1.0
-        arrays, closed = touches.arrays, touches.arrays.depth > 0
-        groups, ratio = touches.groups_of(touches.keys), 1.0
+        contacts, ratio = self.state.contacts, 1.0
+        arrays, closed, groups = contacts.arrays, contacts.arrays.overlap > 0, contacts.groups_of(contacts.books.keys)
         for g in np.unique(groups[closed]).tolist():
-            places, group = np.flatnonzero(closed & (groups == g)), touches.groups[g]
-            memory = arrays.memory[: max(len(group.compiled.memory), 1), places]
-            opening, little = arrays.opening[places], LITTLE * arrays.depth[places]
-            tangent = _tangent(group.compiled, opening, arrays.slip[places], memory, little)
+            places, group = np.flatnonzero(closed & (groups == g)), contacts.groups[g]
+            memory, little = arrays.memory[: group.depth, places], LITTLE * arrays.overlap[places]
+            tangent = group.tangent(arrays.opening[places], arrays.slip[places], memory, little)
             ratio = max(ratio, float(np.max(tangent)) / float(np.mean(group.law.stiffness[0])))
         return ratio
 
     def _closure_tangents(self) -> np.ndarray:
         """(p,) Pa/m: normal stiffness against a little more closure of contacts that are closed, or as they close."""
-        count = len(self.state.order)
-        tangents = np.empty(2 * count)
-        for group in self.state.groups:
-            places = np.r_[group.first : group.last, count + group.first : count + group.last]
-            lift = group.row("dilation")
-            rest = 0.0 if lift is None else lift.ravel()  # where its faces begin to press
+        bonds = self.state.bonds
+        tangents = np.empty(2 * len(bonds))
+        for g, group in enumerate(bonds.groups):
+            places, memory, lift = group.points(len(bonds)), bonds.memory_of(g), group.row("dilation")
+            rest = 0.0 if lift < 0 else memory[lift]  # where its faces begin to press
             closed = np.minimum(self.state.opening[places], rest)
             little = LITTLE * max(float(np.max(rest - closed, initial=0.0)), LEAST * self._size)
-            tangents[places] = _tangent(group.compiled, closed, self.state.slip[places], group.memory, little)
+            tangents[places] = group.tangent(closed, self.state.slip[places], memory, little)
         return tangents
 
     def _matrix(self, kn: np.ndarray) -> csr_matrix:
-        """Stiffness over the freedoms: node components in pairs, or all x, all y, all angles of rigid grains."""
-        specimen, order = self.state.specimen, self.state.order
-        rows = [np.empty((2, len(order))) for _ in range(2)]
-        for row, values in zip(rows, (kn, self.state.stiffness[1]), strict=True):
-            row[:, order] = values.reshape(2, -1)
-        matrix = stiffness_matrix(specimen, rows[0], rows[1], self._rim())
-        if not specimen.is_rigid:
-            return matrix
-        carry = rigid_map(specimen)
-        return (carry.T @ matrix @ carry).tocsr()
+        """Stiffness over the freedoms, in the order of :meth:`Grains.flat`."""
+        bonds, grains = self.state.bonds, self.state.grains
+        rows = np.empty((2, 2, len(bonds)))
+        for row, values in zip(rows, (kn, bonds.stiffness[1]), strict=True):
+            row[:, bonds.order] = values.reshape(2, -1)
+        return grains.over_freedoms(stiffness_matrix(self.state.specimen, rows[0], rows[1], self._rim()))
 
     def _rim(self) -> tuple[np.ndarray, float, float] | None:
         """Edges that were never bonded, and the stiffness of the stiffest law they may meet."""
-        touches = self.state.touches
-        if touches is None or not self.touching or not touches.groups:
+        contacts = self.state.contacts
+        if not self.touching or not contacts.groups:
             return None
-        kn, ks = (max(float(np.max(group.law.stiffness[k])) for group in touches.groups) for k in (0, 1))
-        return touches.edges[2 * len(self.state.order) :], self.allowed * kn, ks
+        kn, ks = (max(float(np.max(group.law.stiffness[k])) for group in contacts.groups) for k in (0, 1))
+        return contacts.rim, self.allowed * kn, ks
 
     def _masses(self) -> np.ndarray:
         """Mass of each freedom, in the order of the matrix."""
-        mass = self.state.freedoms.mass
-        return mass.ravel() if self.state.rigid.grains else mass.T.ravel()
-
-    def _set_masses(self, flat: np.ndarray) -> None:
-        mass = self.state.freedoms.mass
-        mass[:] = flat.reshape(mass.shape) if self.state.rigid.grains else flat.reshape(-1, 2).T
-
-    def _sharing(self) -> np.ndarray:
-        """Number for each freedom, equal for those that have one mass: a node's two, a rigid grain's x and y."""
-        rows, count = self.state.freedoms.mass.shape
-        if self.state.rigid.grains:
-            return np.concatenate([np.tile(np.arange(count), 2), count + np.arange(count)])
-        return np.repeat(np.arange(count), rows)
+        return self.state.grains.flat(self.state.freedoms.arrays.mass)

@@ -33,7 +33,7 @@ def take_frame(state: State) -> Frame:
     contacts["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)
     contacts["damage"] = state.memory("damage")
     (contacts["lost_opening"], contacts["lost_slip"]), contacts["made"] = balance(state)
-    touches = {} if state.touches is None else state.touches.closed()
+    touches = {} if state.contacts.detection is None else state.contacts.closed()
     return Frame(state.time, state.displacement.copy(), state.velocity.copy(), state.grain_stress(), contacts, touches)
 
 

@@ -111,8 +111,8 @@ class _Run:
         nearest = [int(np.argmin(np.hypot(*(self.positions - place).T))) for place in probe.places]
         self.named, self.first = [*probe.points, *nearest], probe.first
         self.broken_time, self.broken_mode = state.broken_time, state.broken_mode  # the engine fills them
-        self.grains = state.mesh.interface_grains[state.order]
-        self.groups = [(group.law, group.first, group.last) for group in state.groups]
+        self.grains = state.mesh.interface_grains[state.bonds.order]
+        self.groups = [(group.law, group.first, group.last) for group in state.bonds.groups]
         self.kept = np.arange(count) if self.first else self._chosen()
         self.times: list[float] = []
         self.rows: list[np.ndarray] = []  #: (q, kept)

@@ -85,7 +85,7 @@ class Result:
             "energy_error": energy_error(curves) if curves else 0.0,
             "energy_made": energy_made(curves, frames, state.contact_lengths) if curves else 0.0,
         }
-        interfaces = state.mesh.interfaces[state.order]
+        interfaces = state.bonds.ends
         return cls(state.specimen, law, protocol, curves, summary, _cracks(state), frames, interfaces)
 
     @property
@@ -151,7 +151,7 @@ def energy_made(curves: Mapping[str, np.ndarray], frames: Sequence[Frame], lengt
 def _cracks(state: State) -> Cracks:
     broken = np.flatnonzero(~np.isnan(state.broken_time))
     broken = broken[np.argsort(state.broken_time[broken], kind="stable")]
-    interface = state.order[broken % len(state.order)]
+    interface = state.bonds.order[broken % len(state.bonds)]
     ends = state.positions[state.mesh.interfaces[interface]]
     along = (ends[:, 1] + ends[:, 3] - ends[:, 0] - ends[:, 2]) / 2
     return Cracks(

@@ -107,6 +107,6 @@ class VtkWriter(Observer):
 
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
         if self.series is None:
-            self.series = VtkSeries(self.folder, state.specimen, state.mesh.interfaces[state.order])
+            self.series = VtkSeries(self.folder, state.specimen, state.bonds.ends)
         if self.clock.due(state, stage, progress):
             self.series.write(take_frame(state))

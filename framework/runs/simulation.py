@@ -128,8 +128,8 @@ class _Run:
         state.begin(stage)
         fastest = max((abs(drive.speed) for drive in stage.drives if isinstance(drive, Drive)), default=0.0)
         size = float(np.hypot(*np.ptp(state.mesh.nodes, axis=0)))
-        rounding = ROUNDING * size * float(np.abs(state.freedoms.weight).sum())
-        self.supplied = max(self.supplied, 0.5 * float(state.freedoms.mass[0].sum()) * fastest**2, rounding)
+        rounding = ROUNDING * size * float(np.abs(state.gravity.arrays.weight).sum())
+        self.supplied = max(self.supplied, 0.5 * float(state.freedoms.arrays.mass[0].sum()) * fastest**2, rounding)
         integrator, before = stage.integrator, None
         state.time_step = self._time_step(stage, integrator)
         state.take_back_half_a_step_of_gravity()
@@ -209,7 +209,7 @@ class _Run:
     # --- failure -----------------------------------------------------------------------------------------------------
 
     def _check(self, energy: dict[str, float], saved: Saved, stage: Stage, integrator: Integrator, steps: int) -> None:
-        moving = self.state.kinetic_energy + abs(self.state.initial_energy)
+        moving = self.state.kinetic_energy + abs(float(self.state.freedoms.books.given[0]))
         self.supplied = max(self.supplied, abs(energy["external"]), ROUNDING * moving)
         gap = abs(energy["external"] - sum(value for name, value in energy.items() if name != "external"))
         if gap <= TOLERATED_GAP * self.supplied and np.isfinite(list(energy.values())).all():

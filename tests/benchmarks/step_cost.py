@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from support import ROCK, STIFF, STRONG, advance
 
 import grainlaw as gl
-from grainlaw.engine import passes
+from grainlaw.engine import bond_passes, zones
 from grainlaw.engine.state import State
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
@@ -44,42 +44,46 @@ def loaded(specimen, law, strain):
     """A state under homogeneous compression, or beyond its peak: pulled apart and pressed at random."""
     state = State(specimen, law)
     place = specimen.mesh.nodes - specimen.mesh.nodes.mean(axis=0)
-    state.arrays.displacement[:] = (place * [0.28 * strain, -strain]).T
+    state.nodes.arrays.displacement[:] = (place * [0.28 * strain, -strain]).T
     if strain > 0.005:
         shake = np.random.default_rng(1).normal(size=(specimen.grains.count, 2)) * 3e-5
-        state.arrays.displacement[:] += shake[specimen.mesh.node_grain].T
+        state.nodes.arrays.displacement[:] += shake[specimen.mesh.node_grain].T
     advance(state, 1)
     return state
 
 
 def pass_costs(state):
     """Seconds of each pass called by itself on the arrays of a state."""
-    m, c = state.arrays, state.contacts
-    count = len(c.half)
+    u, f, z, b = *state.nodes.arrays[:2], state.zones.arrays, state.bonds.arrays
+    count = len(b.half)
     half = slice(0, count), slice(count, 2 * count)
-    o, s, n, t = c.opening[0], c.slip[0], c.normal[0], c.shear[0]
-    rows = [f[k * count : (k + 1) * count] for f in c.force for k in range(4)]
-    group = state.groups[0].compiled
-    memory = state.groups[0].memory
+    o, s, n, t = b.opening[0], b.slip[0], b.normal[0], b.shear[0]
+    rows = [row[k * count : (k + 1) * count] for row in (b.force_x, b.force_y) for k in range(4)]
+    shape, modulus = (z.b1, z.b2, z.c1, z.c2, z.area), (z.d0, z.d1, z.d2)
+    moved, pull = (z.x1, z.y1, z.x2, z.y2), (z.f1x, z.f1y, z.f2x, z.f2y)
+    gap, frame = (b.d1x, b.d1y, b.d2x, b.d2y, b.ex, b.ey), (b.nx, b.ny, b.inverse)
+    law, memory = state.bonds.groups[0].compiled, state.bonds.memory_of(0)
     calls = {
-        "zones: gather": lambda: passes.gather_zones(*m.displacement, *m.corner, *m.motion),
-        "zones: force": lambda: passes.zone_forces(*m.motion, *m.shape, *m.modulus, *m.pull),
-        "zones: scatter": lambda: passes.scatter_zones(*m.force, *m.corner, *m.pull),
-        "contacts: gather": lambda: passes.gather_contacts(*m.displacement, *c.node, *c.gap),
-        "contacts: kinematics": lambda: passes.contact_kinematics(
-            *c.gap, *c.edge, c.weight, *c.frame, o[half[0]], o[half[1]], s[half[0]], s[half[1]]
+        "zones: gather": lambda: zones.gather_motion(*u, *z.corner, *moved),
+        "zones: force": lambda: zones.zone_forces(*moved, *shape, *modulus, *pull),
+        "zones: scatter": lambda: zones.scatter_forces(*f, *z.corner, *pull),
+        "bonds: gather": lambda: bond_passes.gather_motion(*u, *b.node, *gap),
+        "bonds: kinematics": lambda: bond_passes.kinematics(
+            *gap, b.edge_x, b.edge_y, b.weight, *frame, o[half[0]], o[half[1]], s[half[0]], s[half[1]]
         ),
-        "contacts: law": lambda: group.batch(o, s, memory),
-        "contacts: work": lambda: [
-            passes.contact_work(now[h], before[1][h], a[h], b[1][h], work[h])
-            for now, before, a, b, work in ((o, c.opening, n, c.normal, c.work[0]), (s, c.slip, t, c.shear, c.work[1]))
+        "bonds: law": lambda: law.batch(o, s, memory),
+        "bonds: work": lambda: [
+            bond_passes.add_work(now[h], before[1][h], a[h], c[1][h], work[h])
+            for now, before, a, c, work in (
+                (o, b.opening, n, b.normal, b.opening_work), (s, b.slip, t, b.shear, b.slip_work)
+            )
             for h in half
         ],
-        "contacts: force": lambda: passes.contact_forces(
-            *c.frame, c.half, c.weight, n[half[0]], t[half[0]], n[half[1]], t[half[1]],
+        "bonds: force": lambda: bond_passes.end_forces(
+            *frame, b.half, b.weight, n[half[0]], t[half[0]], n[half[1]], t[half[1]],
             o[half[0]], o[half[1]], s[half[0]], s[half[1]], *rows,
         ),
-        "nodes: gather": lambda: passes.gather_forces(*m.slots, *c.force, *m.force),
+        "nodes: gather": lambda: bond_passes.gather_forces(*b.slots, b.force_x, b.force_y, *f),
     }  # fmt: skip
     for call in calls.values():
         call()

@@ -43,7 +43,7 @@ def sound_sample(rounds):
     damped = gl.CentralDifference()
     place = specimen.mesh.nodes - specimen.mesh.nodes.mean(axis=0)
     for state in states:
-        state.arrays.displacement[:] = (place * [0.28 * 0.002, -0.002]).T
+        state.nodes.arrays.displacement[:] = (place * [0.28 * 0.002, -0.002]).T
         advance(state, 10, 1e-12, damped)
     times = [[cpu(lambda state=state: advance(state, STEPS, 1e-12, damped)) for state in states] for _ in range(rounds)]
     without, with_detection = np.median(times, axis=0)
@@ -79,18 +79,18 @@ def pour(count, steps, threads, skin):
     print(f"{total} rigid grains, set up in {time.perf_counter() - start:.1f} s, step {state.time_step:.3g} s")
     compiled = compile_integrator(integrator)
     stepping.advance(state, compiled, 1, threads=threads)
-    state.touches.seconds = 0.0
+    state.contacts.seconds = 0.0
     for _ in range(10):
-        start, before, searched = time.perf_counter(), state.touches.searches, state.touches.seconds
+        start, before, searched = time.perf_counter(), state.contacts.searches, state.contacts.seconds
         stepping.advance(state, compiled, max(steps // 10, 1), threads=threads)
         seconds = time.perf_counter() - start
         energy = energies(state)
         ledger = energy["external"] - sum(value for name, value in energy.items() if name != "external")
-        closed = int(np.count_nonzero(state.touches.arrays.length))
+        closed = int(np.count_nonzero(state.contacts.arrays.length))
         print(
             f"t = {state.time:.4f} s: {1e6 * seconds / max(steps // 10, 1):.0f} us per step, search "
-            f"{100 * (state.touches.seconds - searched) / seconds:.1f} % ({state.touches.searches - before} times), "
-            f"{len(state.touches)} pairs, {closed} closed, kinetic energy {energy['kinetic']:.4g} J, "
+            f"{100 * (state.contacts.seconds - searched) / seconds:.1f} % ({state.contacts.searches - before} times), "
+            f"{len(state.contacts)} pairs, {closed} closed, kinetic energy {energy['kinetic']:.4g} J, "
             f"ledger gap {ledger:.1e} J"
         )
     print(f"memory at its peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GB")

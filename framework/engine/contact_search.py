@@ -167,3 +167,13 @@ def matches(keys, old):
         if k < old.shape[0] and old[k] == keys[c]:
             found[c] = k
     return found
+
+
+def carry(rows, found):
+    """Rows (r, c) of contacts that were in these places (c,) before; zero where they are new, -1."""
+    new = np.zeros((rows.shape[0], found.shape[0]))
+    for r in range(rows.shape[0]):
+        for c in range(found.shape[0]):
+            if found[c] >= 0:
+                new[r, c] = rows[r, found[c]]
+    return new

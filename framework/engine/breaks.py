@@ -1,0 +1,46 @@
+"""When and how contact points broke."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from grainlaw.engine.bonds import Bonds
+from grainlaw.engine.part import Changing, NoBooks, Part, Split, nothing_to_do
+
+
+class BreakBooks(NamedTuple):
+    """Contact points (p); nan where unbroken."""
+
+    time: Changing  #: (p,) s, to within one sample
+    mode: Changing  #: (p,) share of shear
+    work: Changing  #: (p,) J/m2 spent until then
+
+
+class Breaks(Part):
+    """The record of breaks."""
+
+    arrays = NoBooks()
+
+    def __init__(self, points: int) -> None:
+        self.books = BreakBooks(*(np.full(points, np.nan) for _ in range(3)))
+
+    def share(self, split: Split) -> np.ndarray:
+        return nothing_to_do(split)
+
+    def new(self, damage: np.ndarray) -> np.ndarray:
+        """(p,) whether points have broken that were not noted, from their damage (p,)."""
+        return np.isnan(self.books.time) & (damage >= 1)
+
+    def note(self, broken: np.ndarray, bonds: Bonds, time: float, mode: np.ndarray, traction: np.ndarray) -> None:
+        """Remember that points broke by ``time`` (s), from the mode (p,) and the tractions (2, p) Pa of all.
+
+        What the springs of closure and friction store at that moment is no part of the work.
+        """
+        books = self.books
+        books.time[broken] = time
+        books.mode[broken] = mode[broken]
+        kn, ks = bonds.stiffness[:, broken]
+        springs = traction[0, broken] ** 2 / (2 * kn) + traction[1, broken] ** 2 / (2 * ks)
+        books.work[broken] = np.maximum(bonds.work[:, broken].sum(axis=0) - springs, 0.0)

@@ -1,0 +1,51 @@
+"""Time and steps of a run."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from grainlaw.engine.part import Changing, NoBooks, Part, Split, nothing_to_do
+
+
+class ClockBooks(NamedTuple):
+    """When the run is."""
+
+    time: Changing  #: (1,) s
+    steps: Changing  #: (1,)
+    since: Changing  #: (3,) time (s), steps and time step (s) when the latter last changed
+
+
+class Clock(Part):
+    """Time and steps; the times of steps are the same to the last digit, however many are done at a time."""
+
+    arrays = NoBooks()
+
+    def __init__(self) -> None:
+        self.books = ClockBooks(np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(3))
+
+    def share(self, split: Split) -> np.ndarray:
+        return nothing_to_do(split)
+
+    @property
+    def time(self) -> float:
+        """s."""
+        return float(self.books.time[0])
+
+    @property
+    def steps(self) -> int:
+        """Steps done."""
+        return int(self.books.steps[0])
+
+    def next_times(self, count: int, time_step: float) -> np.ndarray:
+        """(count,) s of the next steps."""
+        since = self.books.since
+        if since[2] != time_step:
+            since[:] = self.time, self.steps, time_step
+        return since[0] + since[2] * (self.steps - int(since[1]) + 1 + np.arange(count))
+
+    def count(self, steps: int, time: float) -> None:
+        """Book steps that the engine has done until ``time`` (s)."""
+        self.books.steps[0] += steps
+        self.books.time[0] = time

@@ -1,0 +1,59 @@
+"""The laws of contacts: for each pair of phases that can meet, the law of their bonds as it is once it is broken."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.compiler.batch import Compiled, compile_law
+from grainlaw.contact import Laws, law_of_pair
+from grainlaw.detection import Detection
+from grainlaw.engine.laws import LawGroup, memory_of
+from grainlaw.parameter import ParameterError
+from grainlaw.specimen import Specimen
+
+
+def uniform(component: Any) -> Any:
+    """The component with the mean of each parameter that differs between contacts."""
+    changes = {}
+    for field in attrs.fields(type(component)):
+        value = getattr(component, field.name)
+        if isinstance(value, np.ndarray):
+            changes[field.name] = float(value.mean())
+        elif attrs.has(type(value)) and uniform(value) is not value:
+            changes[field.name] = uniform(value)
+    return attrs.evolve(component, **changes) if changes else component
+
+
+def broken_memory(law: Compiled) -> np.ndarray:
+    """(m,) memory of a contact that was pulled apart and put back."""
+    memory = np.zeros((memory_of(law), 1))
+    for opening in (0.0, *2.0 ** np.arange(-60, 41), 0.0):  # m: powers of two, from which laws of any size break alike
+        before = memory.copy()
+        law.batch(np.array([opening]), np.zeros(1), memory)
+        if not np.isfinite(memory).all():
+            memory = before
+        if "damage" in law.memory and memory[law.memory.index("damage"), 0] >= 1:
+            break
+    law.batch(np.zeros(1), np.zeros(1), memory)
+    return memory[:, 0]
+
+
+def contact_groups(specimen: Specimen, laws: Laws, detection: Detection) -> dict[tuple[int, int], LawGroup]:
+    """The laws of all pairs of phases that can meet. Raises :class:`ParameterError` for a pair without one."""
+    phases, counts = np.unique(specimen.grains.phase, return_counts=True)
+    groups = {}
+    for k, one in enumerate(phases.tolist()):
+        for other in phases[k + (counts[k] < 2) :].tolist():
+            own = None if detection.law is None else law_of_pair(detection.law, one, other)
+            law = own or law_of_pair(laws, one, other)
+            if law is None:
+                raise ParameterError(
+                    f"law: no law is given for contacts between the phases {(one, other)}, which may come to touch; "
+                    f"give one in law or in Detection(law=...)"
+                )
+            compiled = compile_law(uniform(law))
+            groups[one, other] = LawGroup(law, compiled, broken_memory(compiled))
+    return groups

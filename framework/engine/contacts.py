@@ -1,0 +1,237 @@
+"""Contacts: pairs of edges of different grains that touch, or may soon, without a bond; found, kept and read.
+
+Index letters: ``c`` contact, ``e`` exposed edge, ``i`` node, ``k`` place in the list of nodes in use.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from grainlaw.compiler.entry import compiled
+from grainlaw.contact import Laws
+from grainlaw.detection import Detection
+from grainlaw.engine import contact_search
+from grainlaw.engine.contact_laws import contact_groups
+from grainlaw.engine.contact_table import KEPT, ContactArrays, no_contacts
+from grainlaw.engine.grains import Grains
+from grainlaw.engine.laws import table_of
+from grainlaw.engine.part import Changing, Part, Split, nothing_to_do
+
+REACH = 0.5  #: of the skin: when a node has moved so far, two grains may have come as near as the skin
+TORN = 10.0  #: times its length that an edge cannot be in a run that is stable
+
+
+class ContactBooks(NamedTuple):
+    """What only the search needs."""
+
+    keys: Changing  #: (c,) ascending: law, edge a, edge b
+    pairs: Changing  #: (c, 2) edges a and b
+    exposed: Changing  #: (e,) whether anything may touch the edge
+    gone: Changing  #: (3,) J, work in opening, in slip and on dashpots of contacts that are no more
+
+
+class Contacts(Part):
+    """The table of contacts, the search that fills it, and what is booked of contacts that have gone.
+
+    Edges are those of the bonds in their order (grain A's, then grain B's), then those on the rim of the specimen;
+    only exposed ones take part. Without a ``detection`` there are none.
+    """
+
+    def __init__(self, grains: Grains, laws: Laws, detection: Detection | None, bonded: np.ndarray) -> None:
+        specimen, mesh, self.detection = grains.specimen, grains.specimen.mesh, detection
+        rim = np.concatenate([np.zeros((0, 2), dtype=np.int64), *mesh.boundary_edges.values()])
+        pairs = {} if detection is None else contact_groups(specimen, laws, detection)
+        self.groups = list(pairs.values())
+        self._origin = np.ascontiguousarray(mesh.nodes.T)
+        self.edges = np.concatenate([bonded[:, [0, 1]], bonded[:, [3, 2]], np.unique(rim, axis=0)])
+        self.rim = self.edges[2 * len(bonded) :]  #: (r, 2) nodes of the edges that were never bonded
+        self.edge_grain = mesh.node_grain[self.edges[:, 0]]
+        self.searches, self.seconds = 0, 0.0  #: how often, and s spent
+        self._nodes = len(mesh.nodes)
+        self.arrays = no_contacts()
+        self.books = ContactBooks(
+            np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64),
+            np.arange(len(self.edges)) >= 2 * len(bonded), np.zeros(3),
+        )  # fmt: skip
+        if detection is None:
+            return
+        self._skin = detection.skin * specimen.grains.grain_size
+        self._compliance = np.array([1 / np.mean(group.law.stiffness[1]) for group in self.groups], dtype=float)
+        corners = specimen.grains.vertices[specimen.grains.corners]
+        width = compiled(contact_search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), specimen.grains.first)
+        self._largest = np.minimum(detection.largest_overlap * width, self._skin)  #: (g,) m
+        self._turn = (self._skin / width)[self.edge_grain]  #: (e,) rad, as all nodes move by half the skin
+        self._lengths = np.hypot(*(self._origin[:, self.edges[:, 1]] - self._origin[:, self.edges[:, 0]]))
+        self._cotangent = self._cotangents()
+        self._cell = float(2 * self._skin + (np.median(self._lengths) if len(self._lengths) else 1.0))
+        self._mass = grains.mass_behind(self.edges)
+        phases, self._phase = np.unique(specimen.grains.phase[self.edge_grain], return_inverse=True)
+        self._group = np.zeros((len(phases), len(phases)), dtype=np.int64)  #: law of each pair of phases
+        for k, pair in enumerate(pairs):
+            one, other = np.searchsorted(phases, pair)
+            self._group[one, other] = self._group[other, one] = k
+        self.arrays = self._empty(0)
+
+    def __len__(self) -> int:
+        return len(self.books.keys)
+
+    def share(self, split: Split) -> np.ndarray:
+        return nothing_to_do(split) if not len(self) else np.arange(split.threads + 1) * len(self) // split.threads
+
+    def shared(self, split: Split) -> ContactArrays:
+        bounds = np.searchsorted(self.groups_of(self.books.keys), np.arange(len(self.groups) + 1))
+        return self.arrays._replace(
+            laws=self.arrays.laws._replace(first=bounds[:-1], last=bounds[1:]),
+            tally=np.zeros((split.threads, 8), dtype=np.int64),
+            used_share=np.searchsorted(self.arrays.used, split.node),
+            share=self.share(split),
+        )
+
+    def energy(self, time_step: float) -> dict[str, float]:
+        opening, slip, dashpot = self.work.tolist()
+        return {"contacts_normal": opening, "contacts_shear": slip, "damping": dashpot}
+
+    def _cotangents(self) -> np.ndarray:
+        """(2, e) of the grain's angles at both ends of each edge; 0 where they are not acute."""
+        origin = self._origin
+        follower = np.zeros(origin.shape[1], dtype=np.int64)
+        follower[self.edges[:, 0]] = np.arange(len(self.edges))
+        after = follower[self.edges[:, 1]]  # a node begins one edge
+        x, y = origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]
+        turn, ahead = x * y[after] - y * x[after], x * x[after] + y * y[after]
+        cotangent = np.where(ahead < 0, -ahead / np.maximum(turn, 1e-300), 0.0)
+        result = np.zeros((2, len(self.edges)))
+        result[1], result[0, after] = cotangent, cotangent
+        return result
+
+    # --- what may be read ------------------------------------------------------------------------------------------
+
+    @property
+    def work(self) -> np.ndarray:
+        """(3,) J done on contacts: in opening, in slip, on dashpots."""
+        arrays = self.arrays
+        return self.books.gone + np.array(
+            [row.sum() for row in (arrays.opening_work, arrays.slip_work, arrays.damping_work)]
+        )
+
+    @property
+    def grains(self) -> np.ndarray:
+        """(c, 2) grains A and B."""
+        return self.edge_grain[self.books.pairs]
+
+    @property
+    def lifts(self) -> np.ndarray:
+        """(c,) m, how far slip has lifted the faces of each contact."""
+        rows = np.array([group.row("dilation") for group in self.groups], dtype=int)[self.groups_of(self.books.keys)]
+        return np.where(rows >= 0, self.arrays.memory[rows, np.arange(len(rows))], 0.0)
+
+    def closed(self) -> dict[str, np.ndarray]:
+        """Contacts (k) that are closed: position, tangent (k, 2), length, opening, slip (m), tractions (Pa), grains."""
+        arrays = self.arrays
+        chosen = np.flatnonzero(arrays.length > 0)
+        start, end = arrays.place[:, arrays.node[:2, chosen]].transpose(1, 2, 0)
+        rows = {name: getattr(arrays, name)[chosen] for name in ("length", "opening", "slip", "normal", "shear")}
+        position = start + arrays.share_a[chosen, None] * (end - start)
+        tangent = np.stack([arrays.tangent_x[chosen], arrays.tangent_y[chosen]], axis=1)
+        return {"position": position, "tangent": tangent, **rows, "grains": self.grains[chosen]}
+
+    def deepest(self) -> str:
+        """The contact that overlaps most, over what is allowed, in words."""
+        assert self.detection is not None
+        arrays = self.arrays
+        c = int(np.argmax(arrays.overlap / arrays.largest_overlap))
+        (a, b), place = self.grains[c], arrays.place[:, arrays.node[0, c]]
+        return (
+            f"grains {a} and {b} overlap by {arrays.overlap[c]:.4g} m near ({place[0]:.4g}, {place[1]:.4g}) m, more "
+            f"than the {arrays.largest_overlap[c]:.4g} m allowed (largest_overlap = "
+            f"{self.detection.largest_overlap:g} of the smaller grain's width, at most the skin): give contacts a "
+            "higher normal stiffness, load more slowly, or allow more with Detection(largest_overlap=..., skin=...)"
+        )
+
+    # --- the search ---------------------------------------------------------------------------------------------------
+
+    def search(self, displacement: np.ndarray, before: np.ndarray) -> None:
+        """Search neighbours at a displacement (2, i); contacts keep their state. ``before`` is that a step ago."""
+        if self.detection is None:
+            return
+        clock, known, last_increment = time.perf_counter(), self.arrays.used, self.arrays.increment
+        pairs, keys = self._near(displacement)
+        found = compiled(contact_search.matches)(keys, self.books.keys)
+        lost = np.ones(len(self.books.keys), dtype=bool)
+        lost[found[found >= 0]] = False
+        for k, name in enumerate(("opening_work", "slip_work", "damping_work")):
+            self.books.gone[k] += getattr(self.arrays, name)[lost].sum()
+        kept = self._kept(found)
+        a, b = pairs.T
+        nodes = np.ascontiguousarray(np.concatenate([self.edges[a], self.edges[b]], axis=1).T)
+        used, node = compiled(contact_search.in_use)(nodes, self._nodes)
+        there, origin = displacement.take(used, axis=1), self._origin.take(used, axis=1)
+        increment = there - before.take(used, axis=1)
+        _, now, then = np.intersect1d(used, known, assume_unique=True, return_indices=True)
+        increment[:, now] = last_increment[:, then]  # the same to the last digit, however often neighbours are searched
+        groups, grain, mass = self.groups_of(keys), self.edge_grain, self._mass
+        self.arrays = self._empty(0)._replace(
+            **kept, node=node, cotangent=np.stack([*self._cotangent[:, a], *self._cotangent[:, b]]),
+            compliance=self._compliance[groups],
+            largest_overlap=np.minimum(self._largest[grain[a]], self._largest[grain[b]]),
+            dashpot=2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b])),
+            used=used, origin=origin, place=origin + there, displacement=there, increment=increment,
+            active=np.zeros(len(keys), dtype=np.int64), before=before.copy(), searched=displacement.copy(),
+        )  # fmt: skip
+        new = np.flatnonzero(found < 0)
+        self.arrays.offset[new] = np.inf
+        self.arrays.memory[:, new] = self.arrays.virgin[:, groups[new]]
+        self.books = self.books._replace(keys=keys, pairs=pairs)
+        self.searches += 1
+        self.seconds += time.perf_counter() - clock
+
+    def _kept(self, found: np.ndarray) -> dict[str, Any]:
+        """State of contacts that were in these places; what was is let go field by field, as it is much."""
+        count, rows = len(self.books.keys), self.arrays._asdict()
+        self.arrays = self._empty(0)
+        result: dict[str, Any] = {}
+        for name in (*KEPT, "force_x", "force_y", "memory"):
+            old = rows.pop(name)
+            flat = old.reshape(math.prod(old.shape[:-1]), count)
+            result[name] = compiled(contact_search.carry)(flat, found)
+            result[name] = result[name].reshape(*old.shape[:-1], len(found))
+        return result
+
+    def _near(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pairs of exposed edges nearer than the skin, and their keys, ascending: by law, edge a, edge b."""
+        chosen = np.flatnonzero(self.books.exposed)
+        place = self._origin + displacement
+        (x0, x1), (y0, y1) = (row[self.edges[chosen].T].copy() for row in place)
+        with np.errstate(invalid="ignore", over="ignore"):
+            whole = np.hypot(x1 - x0, y1 - y0) < TORN * self._lengths[chosen]
+        if not whole.all():
+            return self.books.pairs, self.books.keys  # the check of the energies tells where it went wrong
+        found = compiled(contact_search.near_pairs)(
+            x0, y0, x1, y1, self.edge_grain[chosen], self._turn[chosen], self._skin, self._cell
+        )
+        a, b = chosen[found].T.reshape(2, -1)
+        size, known = len(self.edges), self.books.keys
+        keys = np.sort(np.concatenate([self.key(a, b), known[(self.arrays.length > 0) | (self.lifts > 0)]]))
+        keys = keys[np.diff(keys, prepend=-1) > 0]
+        return np.column_stack([keys // size % size, keys % size]), keys
+
+    def _empty(self, count: int) -> ContactArrays:
+        depth = max((group.depth for group in self.groups), default=1)
+        virgin = np.zeros((depth, max(len(self.groups), 1)))
+        for g, group in enumerate(self.groups):
+            virgin[: group.depth, g] = group.virgin
+        none = no_contacts(count, table_of(self.groups, bonding=False))
+        return none._replace(memory=np.zeros((depth, count)), virgin=virgin, skin=self._skin, reach=REACH * self._skin)
+
+    def key(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """(c,) what contacts of edges a and b are sorted by: law, edge a, edge b."""
+        size = len(self.edges)
+        return (self._group[self._phase[a], self._phase[b]] * size + a) * size + b
+
+    def groups_of(self, keys: np.ndarray) -> np.ndarray:
+        """(c,) number of the law of each key."""
+        return keys // len(self.edges) ** 2 if len(self.edges) else keys

@@ -1,0 +1,90 @@
+"""Deformable grains: their nodes are what is integrated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from grainlaw.engine.freedoms import Freedoms, Nodes
+from grainlaw.engine.grains import GrainArrays, Grains
+from grainlaw.engine.part import Split, nothing_to_do
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Drive, Hold
+
+
+class DeformableGrains(Grains):
+    """Their nodes are the freedoms."""
+
+    is_rigid = False
+    turning = ()
+
+    def __init__(self, specimen: Specimen) -> None:
+        self.specimen = specimen
+        none = np.zeros(0)
+        self.arrays = GrainArrays(np.zeros(1, dtype=np.int64), none, none, np.zeros(2, dtype=np.int64))
+
+    def share(self, split: Split) -> np.ndarray:
+        return nothing_to_do(split)
+
+    def true_mass(self) -> np.ndarray:
+        return self.specimen.node_masses
+
+    def mass_behind(self, edges: np.ndarray) -> np.ndarray:
+        return self.specimen.node_masses[edges].sum(axis=1)
+
+    def freedoms(self, nodes: Nodes) -> Freedoms:
+        mass = np.stack([self.true_mass()] * 2)
+        return Freedoms(nodes.arrays.force, nodes.arrays.displacement, mass, lambda split: split.node)
+
+    def of_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        return nodes
+
+    def of_grains(self, grains: np.ndarray) -> np.ndarray:
+        return np.flatnonzero(np.isin(self.specimen.mesh.node_grain, grains))
+
+    def check_drive(
+        self, drives: Sequence[Drive | Hold], column: int, before: Sequence[tuple[int | None, int]]
+    ) -> None:
+        """A node on two boundaries follows the later drive: its grain strains."""
+
+    def nodes_at(self, displacement: np.ndarray) -> np.ndarray:
+        return displacement
+
+    def node_velocity(self, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        return freedoms.arrays.velocity.T
+
+    def centres(self, freedoms: Freedoms, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        of, mass, count = self.specimen.mesh.node_grain, self.specimen.node_masses, self.specimen.grains.count
+        total = np.bincount(of, mass, count)
+        centre, velocity = (
+            np.stack([np.bincount(of, mass * x, count) for x in field.T], axis=1) / total[:, None]
+            for field in (positions, self.node_velocity(freedoms, positions))
+        )
+        return centre, velocity
+
+    def rotation(self, grain: int, freedoms: Freedoms, positions: np.ndarray) -> float:
+        """The rotation that takes the undeformed nodes nearest to where they are, weighted by mass."""
+        mesh = self.specimen.mesh
+        nodes = np.flatnonzero(mesh.node_grain == grain)
+        mass = self.specimen.node_masses[nodes]
+        before, now = (p[nodes] - mass @ p[nodes] / mass.sum() for p in (mesh.nodes, positions))
+        along = mass @ (before * now).sum(axis=1)
+        across = mass @ (before[:, 0] * now[:, 1] - before[:, 1] * now[:, 0])
+        return float(np.arctan2(across, along))
+
+    def field(self, velocity: np.ndarray, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        return velocity
+
+    def over_freedoms(self, matrix: csr_matrix) -> csr_matrix:
+        return matrix
+
+    def flat(self, rows: np.ndarray) -> np.ndarray:
+        return rows.T.ravel()  # node components in pairs
+
+    def unflat(self, values: np.ndarray) -> np.ndarray:
+        return values.reshape(-1, 2).T
+
+    def alike(self, count: int) -> np.ndarray:
+        return np.repeat(np.arange(count), 2)

@@ -1,0 +1,76 @@
+"""Driven freedoms: the velocity of boundaries, platens and held grains is imposed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from grainlaw.compiler.cache import OPTIONS
+from grainlaw.engine.freedoms import Freedoms
+from grainlaw.engine.grains import Grains
+from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.stage import Drive, Hold
+
+
+class DriveArrays(NamedTuple):
+    """Driven freedoms (d), in the order of their places."""
+
+    row: Constant  #: (d,) of the freedoms
+    place: Constant  #: (d,) node or rigid grain
+    column: Constant  #: (d,) which velocity of the schedule
+    reaction: Changing  #: (d,) N, of the last step
+    total: Changing  #: (d,) N, summed over the steps of a sample
+    work: Changing  #: (d,) J
+    share: Scratch
+
+
+@njit(**OPTIONS)
+def impose(drives, freedoms, velocities, time_step, thread):
+    """Set the velocity of a thread's driven freedoms; their reaction, its sum over steps and its work, Eq. (11)."""
+    force, velocity, mass, imposed = freedoms.force, freedoms.velocity, freedoms.mass, freedoms.imposed
+    for d in range(drives.share[thread], drives.share[thread + 1]):
+        r, i = drives.row[d], drives.place[d]
+        before = velocity[r, i]
+        after = velocities[drives.column[d]]
+        imposed[r, i] = after
+        external = mass[r, i] * (after - before) / time_step - force[r, i]
+        drives.reaction[d] = external
+        drives.total[d] += external
+        drives.work[d] += external * 0.5 * (before + after) * time_step
+
+
+class Drives(Part):
+    """Freedoms on driven boundaries, and those of ``fixed`` grains, which follow the column after those of drives."""
+
+    def __init__(self, grains: Grains, freedoms: Freedoms, drives: Sequence[Drive | Hold], fixed: Sequence[int]):
+        self._freedoms = freedoms
+        mesh, still = grains.specimen.mesh, len(drives)
+        held: dict[tuple[int, int], int] = {}
+        for column, drive in enumerate(drives):
+            roller = isinstance(drive, Drive) and drive.roller
+            nodes = mesh.middle(drive.boundary) if roller else mesh.boundaries[drive.boundary]
+            places = grains.of_nodes(nodes).tolist()
+            grains.check_drive(drives, column, [(held.get((drive.axis, place)), place) for place in places])
+            held.update({(drive.axis, place): column for place in places})
+            if not roller:  # a platen that lies against the edge of a rigid grain keeps it from turning
+                held.update({(row, place): still for row in grains.turning for place in places})
+        grains.specimen.check_grain_numbers("Stage: fixed", fixed)
+        places = grains.of_grains(np.asarray(fixed, dtype=int)).tolist()
+        held.update({(row, place): still for place in places for row in range(len(freedoms.arrays.mass))})
+        rows = sorted(held, key=lambda place: (place[1], place[0]))
+        row, at = np.array(rows, dtype=np.int64).reshape(-1, 2).T.copy()
+        columns = np.array([held[key] for key in rows], dtype=np.int64)
+        none = np.zeros(len(rows))
+        self.arrays = DriveArrays(row, at, columns, none, none.copy(), none.copy(), np.zeros(2, dtype=np.int64))
+        freedoms.arrays.free[:] = 1.0
+        freedoms.arrays.imposed[:] = 0.0
+        freedoms.arrays.free[row, at] = 0.0
+
+    def share(self, split: Split) -> np.ndarray:
+        return np.searchsorted(self.arrays.place, self._freedoms.share(split))
+
+    def energy(self, time_step: float) -> dict[str, float]:
+        return {"external": float(self.arrays.work.sum())}

@@ -1,0 +1,132 @@
+"""Nodes, and what is integrated: the components of nodes, or the translations and rotations of rigid grains."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from grainlaw.compiler.cache import OPTIONS
+from grainlaw.compiler.calls import call
+from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.integration import Motion
+
+
+class NodeArrays(NamedTuple):
+    """Nodes (i)."""
+
+    displacement: Changing  #: (2, i) m
+    force: Changing  #: (2, i) N, of zones, bonds and contacts, left standing after each step
+    share: Scratch
+
+
+@njit(**OPTIONS)
+def clear_forces(nodes, thread):
+    """Begin a step: no force on a thread's nodes."""
+    first, last = nodes.share[thread], nodes.share[thread + 1]
+    nodes.force[0, first:last] = 0.0
+    nodes.force[1, first:last] = 0.0
+
+
+class Nodes(Part):
+    """The nodes of all grains."""
+
+    def __init__(self, count: int) -> None:
+        self.arrays = NodeArrays(np.zeros((2, count)), np.zeros((2, count)), np.zeros(2, dtype=np.int64))
+
+    def share(self, split: Split) -> np.ndarray:
+        return split.node
+
+
+class FreedomArrays(NamedTuple):
+    """Rows (r) of nodes or rigid grains (n)."""
+
+    force: Changing  #: (r, n) N, or N m for rotations
+    velocity: Changing  #: (r, n) m/s, half a step before the displacement
+    displacement: Changing  #: (r, n) m, or rad
+    mass: Constant  #: (r, n) kg, or kg m2
+    free: Constant  #: (r, n) 1, or 0 where the velocity is imposed
+    imposed: Changing  #: (r, n) velocity of driven freedoms
+    loss: Changing  #: (r, n) J, taken by damping
+    share: Scratch
+
+
+class FreedomBooks(NamedTuple):
+    """What is booked between steps."""
+
+    given: Changing  #: (1,) J, kinetic energy given when stages begin
+    halted: Changing  #: (1,) J, kinetic energy taken out by halts
+
+
+@njit(**OPTIONS)
+def integrate(freedoms, integrator, parameters, thread):
+    """Let the integrator, which is known by its address, move a thread's freedoms, Eq. (9)."""
+    first, last = freedoms.share[thread], freedoms.share[thread + 1]
+    offset = 8 * first
+    for row in range(freedoms.force.shape[0]):
+        call(
+            integrator,
+            (
+                parameters, freedoms.force[row].ctypes.data + offset, freedoms.velocity[row].ctypes.data + offset,
+                freedoms.displacement[row].ctypes.data + offset, freedoms.mass[row].ctypes.data + offset,
+                freedoms.free[row].ctypes.data + offset, freedoms.imposed[row].ctypes.data + offset,
+                freedoms.loss[row].ctypes.data + offset, last - first,
+            ),
+        )  # fmt: skip
+
+
+class Freedoms(Part):
+    """The freedoms of a model; ``bounds`` gives each thread's from how the model is split."""
+
+    def __init__(
+        self, force: np.ndarray, displacement: np.ndarray, mass: np.ndarray, bounds: Callable[[Split], np.ndarray]
+    ) -> None:
+        ones, zeros = np.ones(mass.shape), np.zeros(mass.shape)
+        self._bounds = bounds
+        self.arrays = FreedomArrays(
+            force, zeros.copy(), displacement, mass, ones, zeros.copy(), zeros.copy(), np.zeros(2, dtype=np.int64)
+        )
+        self.books = FreedomBooks(np.zeros(1), np.zeros(1))
+
+    def share(self, split: Split) -> np.ndarray:
+        return self._bounds(split)
+
+    @property
+    def kinetic_energy(self) -> float:
+        """J, of the velocities half a step after the last forces."""
+        return float(0.5 * np.sum(self.arrays.mass * self.arrays.velocity**2))
+
+    def energy(self, time_step: float) -> dict[str, float]:
+        """Kinetic energy is left to the ledger, which knows the moment of the forces."""
+        return {
+            "external": float(self.books.given[0]),
+            "damping": float(self.arrays.loss.sum()) + float(self.books.halted[0]),
+        }
+
+    def displacement_at_forces(self, time_step: float) -> np.ndarray:
+        """(r, n) m, at the moment of the last forces: velocities have moved them on since."""
+        return self.arrays.displacement - self.arrays.velocity * time_step
+
+    def motion(self) -> Motion:
+        """What an integrator may see between bursts: copies."""
+        f = self.arrays
+        return Motion(f.velocity.copy(), f.displacement.copy(), f.force * f.free, f.mass)
+
+    def stop(self) -> None:
+        """Take the velocity of all free freedoms."""
+        self.arrays.velocity[self.arrays.free > 0] = 0.0
+
+    def start_from_rest(self, lost: np.ndarray, time_step: float) -> None:
+        """Make the first step after ``stop`` one from rest, and book the energy of the velocity (r, n) that was lost.
+
+        A step from rest gives half the velocity of a step from zero velocity half a step ago; without this, a halt
+        would feed the fast modes.
+        """
+        f = self.arrays
+        gained = f.velocity * f.free
+        f.velocity[:] -= gained / 2
+        f.displacement[:] -= gained / 2 * time_step
+        lost = lost * f.free
+        self.books.halted[0] += float(np.sum(f.mass * lost**2 / 2 + f.force * (lost / 2 + gained / 8) * time_step))

@@ -1,0 +1,131 @@
+"""Grains: how nodes follow what is integrated. Deformable grains move node by node, rigid ones carry their corners."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from scipy.sparse import csr_matrix
+
+from grainlaw.compiler.cache import OPTIONS
+from grainlaw.engine.freedoms import Freedoms, Nodes
+from grainlaw.engine.part import Constant, Part, Scratch
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Drive, Hold
+
+
+class GrainArrays(NamedTuple):
+    """Rigid grains (g) and their corners; the share of every thread is empty where grains deform."""
+
+    first: Constant  #: (g + 1,) first node of each grain
+    arm_x: Constant  #: (i,) m from the grain's centroid, undeformed
+    arm_y: Constant
+    share: Scratch
+
+
+@njit(**OPTIONS)
+def collect_forces(grains, nodes, freedoms, thread):
+    """Resultant force and moment on each rigid grain of the forces at its corners."""
+    angle, fx, fy = freedoms.displacement[-1], nodes.force[0], nodes.force[1]
+    first, arm_x, arm_y = grains.first, grains.arm_x, grains.arm_y
+    gx, gy, moment = freedoms.force[0], freedoms.force[1], freedoms.force[-1]
+    for g in range(grains.share[thread], grains.share[thread + 1]):
+        cs, sn = math.cos(angle[g]), math.sin(angle[g])
+        sum_x, sum_y, sum_m = 0.0, 0.0, 0.0
+        for i in range(first[g], first[g + 1]):
+            x = cs * arm_x[i] - sn * arm_y[i]
+            y = sn * arm_x[i] + cs * arm_y[i]
+            sum_x += fx[i]
+            sum_y += fy[i]
+            sum_m += x * fy[i] - y * fx[i]
+        gx[g] = sum_x
+        gy[g] = sum_y
+        moment[g] = sum_m
+
+
+@njit(**OPTIONS)
+def place_corners(grains, nodes, freedoms, thread):
+    """Put the corners of each rigid grain where its translation and rotation carry them."""
+    gx, gy, angle = freedoms.displacement[0], freedoms.displacement[1], freedoms.displacement[-1]
+    first, arm_x, arm_y = grains.first, grains.arm_x, grains.arm_y
+    ux, uy = nodes.displacement[0], nodes.displacement[1]
+    for g in range(grains.share[thread], grains.share[thread + 1]):
+        half = math.sin(0.5 * angle[g])
+        cs, sn = -2 * half * half, math.sin(angle[g])  # cos - 1 without cancellation
+        for i in range(first[g], first[g + 1]):
+            ux[i] = gx[g] + cs * arm_x[i] - sn * arm_y[i]
+            uy[i] = gy[g] + sn * arm_x[i] + cs * arm_y[i]
+
+
+class Grains(Part):
+    """What the two kinds of grains answer differently; index letters ``r, n`` as in :class:`Freedoms`."""
+
+    specimen: Specimen
+    is_rigid: bool
+    turning: tuple[int, ...]  #: rows of the freedoms that are rotations
+
+    @abstractmethod
+    def true_mass(self) -> np.ndarray:
+        """(n,) kg, without what mass scaling adds."""
+
+    @abstractmethod
+    def mass_behind(self, edges: np.ndarray) -> np.ndarray:
+        """(e,) kg that a push on each of the edges (e, 2) moves at once."""
+
+    @abstractmethod
+    def freedoms(self, nodes: Nodes) -> Freedoms:
+        """What is integrated, at rest and undeformed."""
+
+    @abstractmethod
+    def of_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        """Places (n) of the freedoms that move these nodes, ascending."""
+
+    @abstractmethod
+    def of_grains(self, grains: np.ndarray) -> np.ndarray:
+        """Places (n) of the freedoms that move these grains."""
+
+    @abstractmethod
+    def check_drive(
+        self, drives: Sequence[Drive | Hold], column: int, before: Sequence[tuple[int | None, int]]
+    ) -> None:
+        """Raise :class:`ParameterError` where a drive does not agree with the drives ``before`` it, by place."""
+
+    @abstractmethod
+    def nodes_at(self, displacement: np.ndarray) -> np.ndarray:
+        """(2, i) m, displacement of the nodes at a displacement (r, n) of the freedoms."""
+
+    @abstractmethod
+    def node_velocity(self, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        """(i, 2) m/s at the present positions (i, 2) of the nodes."""
+
+    @abstractmethod
+    def centres(self, freedoms: Freedoms, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Centres of mass (g, 2) m and their velocities (g, 2) m/s."""
+
+    @abstractmethod
+    def rotation(self, grain: int, freedoms: Freedoms, positions: np.ndarray) -> float:
+        """rad, counter-clockwise, since the specimen was made; of a grain that deforms, from -pi to pi."""
+
+    @abstractmethod
+    def field(self, velocity: np.ndarray, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        """Velocity (rows, n) of the freedoms that follows a field (2, i) of the nodes best."""
+
+    @abstractmethod
+    def over_freedoms(self, matrix: csr_matrix) -> csr_matrix:
+        """A stiffness over node components (2 i) as one over the freedoms in the order of ``flat``."""
+
+    @abstractmethod
+    def flat(self, rows: np.ndarray) -> np.ndarray:
+        """Values (r, n) in the order of the stiffness matrix."""
+
+    @abstractmethod
+    def unflat(self, values: np.ndarray) -> np.ndarray:
+        """The reverse of ``flat``."""
+
+    @abstractmethod
+    def alike(self, count: int) -> np.ndarray:
+        """Numbers in the order of ``flat``, equal for freedoms of one mass, for ``count`` nodes or grains."""

@@ -1,0 +1,66 @@
+"""Gravity: a constant force on every freedom that is a translation."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from grainlaw.compiler.cache import OPTIONS
+from grainlaw.engine.freedoms import Freedoms
+from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split, nothing_to_do
+
+
+class GravityArrays(NamedTuple):
+    """Rows (r) of freedoms (n)."""
+
+    weight: Constant  #: (r, n) N
+    share: Scratch
+
+
+class GravityBooks(NamedTuple):
+    """What is booked between stages."""
+
+    since: Constant  #: (r, n) m, displacement from which the work of the present stage counts
+    done: Changing  #: (1,) J, in earlier stages
+
+
+@njit(**OPTIONS)
+def add_weight(gravity, freedoms, thread):
+    """Add the weight of a thread's freedoms to their force."""
+    first, last = gravity.share[thread], gravity.share[thread + 1]
+    if first < last:
+        for row in range(freedoms.force.shape[0]):
+            freedoms.force[row, first:last] += gravity.weight[row, first:last]
+
+
+class Gravity(Part):
+    """The weight of all freedoms; without a weight no thread has a share."""
+
+    def __init__(self, freedoms: Freedoms, true_mass: np.ndarray) -> None:
+        self._freedoms, self._mass = freedoms, true_mass
+        zeros = np.zeros(freedoms.arrays.mass.shape)
+        self.arrays = GravityArrays(zeros, np.zeros(2, dtype=np.int64))
+        self.books = GravityBooks(freedoms.arrays.displacement.copy(), np.zeros(1))
+
+    def share(self, split: Split) -> np.ndarray:
+        return self._freedoms.share(split) if self.arrays.weight.any() else nothing_to_do(split)
+
+    def begin(self, acceleration: tuple[float, float], time_step: float) -> np.ndarray:
+        """Impose an acceleration (m/s2) from now on; returns by how much the weights (r, n) N have changed."""
+        self.books.done[0] += self._work(time_step)
+        self.books.since[:] = self._freedoms.displacement_at_forces(time_step)
+        before, weight = self.arrays.weight, np.zeros_like(self.arrays.weight)
+        weight[:2] = np.array(acceleration)[:, None] * self._mass
+        self.arrays = self.arrays._replace(weight=weight)
+        return weight - before
+
+    def energy(self, time_step: float) -> dict[str, float]:
+        return {"external": float(self.books.done[0]) + self._work(time_step)}
+
+    def _work(self, time_step: float) -> float:
+        """J since the present stage began, until the last forces."""
+        if not self.arrays.weight.any():
+            return 0.0
+        return float(np.sum(self.arrays.weight * (self._freedoms.displacement_at_forces(time_step) - self.books.since)))

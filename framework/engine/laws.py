@@ -1,0 +1,172 @@
+"""The laws of a model, grouped and compiled: what bonds and contacts alike are called by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import NamedTuple
+
+import attrs
+import numpy as np
+from numba import njit
+
+from grainlaw.compiler.batch import Compiled, compile_law
+from grainlaw.compiler.cache import OPTIONS
+from grainlaw.compiler.calls import call
+from grainlaw.contact import ContactLaw, Laws, check_laws
+from grainlaw.engine.part import Constant
+from grainlaw.parameter import ParameterError
+from grainlaw.specimen import Specimen
+
+#: A law is called for a multiple of so many contact points, but for the last of its group: whether the compiler rounds
+#: the few that do not fill its vectors in another order, as it may, then does not depend on where threads and tables
+#: begin.
+LANES = 64
+LITTLE = 2.0 ** np.arange(-100, 0, 10)  #: m: some are small for any law, and none is too small for rounding
+NEVER, ALWAYS = -1, -2  #: in place of the row of the damage: a law that counts none, and one that bonds nothing
+
+
+class LawTable(NamedTuple):
+    """Laws (g) as the step calls them; bonds or contacts of one law stand together."""
+
+    address: Constant  #: (g,) of the machine code
+    numbers: Constant  #: (g,) address of its parameters
+    rows: Constant  #: (g,) address of its parameters that differ from point to point: its first points, then its second
+    stride: Constant  #: (g,) length of such a row
+    first: Constant  #: (g,) first bond or contact
+    last: Constant  #: (g,) and the one after the last
+    damage: Constant  #: (g,) row of the memory that is the damage, or ``NEVER``, or ``ALWAYS``
+    dilation: Constant  #: (g,) row of the memory that is the dilation, or -1
+
+
+@njit(forceinline=True, **OPTIONS)
+def respond(laws, g, memory, second, first, last, opening, slip, normal, shear):
+    """Let law ``g`` answer for one contact point of bonds ``first`` to ``last``, the first or the ``second``.
+
+    ``memory`` is (m, p); the other rows are addresses of p numbers.
+    """
+    point = 8 * (first + second * (memory.shape[1] // 2))
+    own = 8 * (first - laws.first[g] + second * (laws.last[g] - laws.first[g]))
+    call(
+        laws.address[g],
+        (
+            laws.numbers[g], laws.rows[g] + own, laws.stride[g], memory.ctypes.data + point, memory.shape[1],
+            opening + point, slip + point, normal + point, shear + point, last - first,
+        ),
+    )  # fmt: skip
+
+
+@njit(forceinline=True, **OPTIONS)
+def is_unbonded(laws, g, memory, p):
+    """Whether nothing bonds contact point ``p`` of law ``g`` any more."""
+    row = laws.damage[g]
+    return row == ALWAYS if row < 0 else memory[row, p] >= 1.0
+
+
+@attrs.frozen(eq=False)
+class LawGroup:
+    """Bonds or contacts ``first`` to ``last`` that follow one law."""
+
+    law: ContactLaw
+    compiled: Compiled
+    virgin: np.ndarray  #: (m,) memory with which a contact point begins
+    first: int = 0
+    last: int = 0
+
+    @property
+    def size(self) -> int:
+        """Number of bonds or contacts."""
+        return self.last - self.first
+
+    def row(self, name: str) -> int:
+        """Place of a name in the law's memory, or -1."""
+        return self.compiled.memory.index(name) if name in self.compiled.memory else -1
+
+    @property
+    def depth(self) -> int:
+        """Rows of memory that are called with the law; one without a meaning where it has none."""
+        return len(self.virgin)
+
+    def points(self, count: int) -> np.ndarray:
+        """(2 size,) its contact points among those of ``count`` bonds: the first points, then the second."""
+        return np.r_[self.first : self.last, count + self.first : count + self.last]
+
+    @cached_property
+    def resists(self) -> np.ndarray:
+        """(2, 2 size) whether each virgin point resists a little opening, and a little slip."""
+        return np.stack([self._resists(0), self._resists(1)])
+
+    def _resists(self, mode: int) -> np.ndarray:
+        memory = np.repeat(self.virgin[:, None], 2 * self.size, axis=1)
+        held = np.zeros(2 * self.size, dtype=bool)
+        for little in LITTLE:
+            opening, slip = np.zeros((2, 2 * self.size))
+            (opening, slip)[mode][:] = little
+            held |= self.compiled.batch(opening, slip, memory.copy())[mode] > 0
+        return held
+
+    @property
+    def cohesive(self) -> np.ndarray:
+        """(2, size) whether a virgin point resists opening, or slip under no pressure."""
+        return self.resists.any(axis=0).reshape(2, -1)
+
+    def tangent(
+        self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray, little: np.ndarray | float
+    ) -> np.ndarray:
+        """(n,) Pa/m against a little more closure (m) of points with a ``memory`` (m, n), which keep it."""
+        now, _ = self.compiled.batch(opening, slip, memory.copy())
+        more, _ = self.compiled.batch(opening - little, slip, memory.copy())
+        return (now - more) / little
+
+
+def table_of(groups: Sequence[LawGroup], bonding: bool) -> LawTable:
+    """What the step calls; ``bonding``: the groups are bonds, of which it is asked whether they are broken."""
+    rows = []
+    for group in groups:
+        fields = group.compiled.rows
+        damage = group.row("damage")
+        if bonding and not group.resists[0].any():
+            damage = ALWAYS
+        rows.append((
+            group.compiled.address, group.compiled.numbers.ctypes.data, fields.ctypes.data, fields.shape[1],
+            group.first, group.last, damage, group.row("dilation"),
+        ))  # fmt: skip
+    return LawTable(*np.array(rows, dtype=np.int64).reshape(-1, len(LawTable._fields)).T.copy())
+
+
+def memory_of(law: Compiled) -> int:
+    """Rows of memory that a law is called with: one without a meaning where it has none."""
+    return len(law.memory) or 1
+
+
+def bond_groups(specimen: Specimen, laws: Laws) -> tuple[np.ndarray, list[LawGroup]]:
+    """Order of the bonds in which those of each law stand together, and the laws with their virgin points.
+
+    Raises :class:`ParameterError` for what is not a law, and for a pair of phases without one.
+    """
+    check_laws("law", laws)
+    count = len(specimen.mesh.interfaces)
+    if isinstance(laws, ContactLaw):
+        order, sizes = np.arange(count), [(laws, count)]
+    else:
+        order, sizes = _by_phases(specimen, laws)
+    groups, first = [], 0
+    for law, size in sizes:
+        compiled = compile_law(law, 2 * size)
+        groups.append(LawGroup(law, compiled, np.zeros(memory_of(compiled)), first, first + size))
+        first += size
+    return order, groups
+
+
+def _by_phases(
+    specimen: Specimen, laws: Mapping[tuple[int, int], ContactLaw]
+) -> tuple[np.ndarray, list[tuple[ContactLaw, int]]]:
+    number = {tuple(sorted(pair)): k for k, pair in enumerate(laws)}
+    phases = np.sort(specimen.grains.phase[specimen.mesh.interface_grains], axis=1)
+    pairs, place = np.unique(phases, axis=0, return_inverse=True)
+    missing = [tuple(pair) for pair in pairs.tolist() if tuple(pair) not in number]
+    if missing:
+        raise ParameterError(f"law: no law is given for contacts between the phases {missing[0]}")
+    which = np.array([number[tuple(pair)] for pair in pairs.tolist()], dtype=int)[place.ravel()]
+    sizes = np.bincount(which, minlength=len(number))
+    return np.argsort(which, kind="stable"), list(zip(laws.values(), sizes.tolist(), strict=True))

@@ -1,0 +1,81 @@
+"""A part of a running specimen: the arrays that the compiled step sees, and what of them steps change."""
+
+from __future__ import annotations
+
+import functools
+from abc import ABC, abstractmethod
+from typing import Annotated, Any, NamedTuple, get_type_hints
+
+import numpy as np
+
+Constant = Annotated[np.ndarray, "constant"]  #: built when the model or a stage begins
+Changing = Annotated[np.ndarray, "changing"]  #: steps change it: saved and restored
+Scratch = Annotated[np.ndarray, "scratch"]  #: handed from pass to pass, worth nothing after a step
+
+
+class Split(NamedTuple):
+    """How the threads share a model: (threads + 1,) bounds of the grains of each, and of their nodes."""
+
+    threads: int
+    grain: np.ndarray
+    node: np.ndarray
+
+
+class NoBooks(NamedTuple):
+    """Nothing beside the arrays of the step."""
+
+
+@functools.cache
+def changing(kind: Any) -> tuple[str, ...]:
+    """Names of the fields of a named tuple that are declared ``Changing``."""
+    return tuple(name for name, hint in get_type_hints(kind, include_extras=True).items() if hint == Changing)
+
+
+class Part(ABC):
+    """One part of the model: zones, bonds, a load.
+
+    A part is a file: a named tuple of arrays whose fields are declared ``Constant``, ``Changing`` or ``Scratch``, the
+    passes over them that the step calls, and a class that builds them from a specimen. What only Python needs is in a
+    second named tuple, ``books``. The last field of ``arrays`` is ``share``, (threads + 1,) bounds of what each thread
+    works on.
+    """
+
+    arrays: Any
+    books: Any = NoBooks()
+
+    @abstractmethod
+    def share(self, split: Split) -> np.ndarray:
+        """(threads + 1,) bounds of what each thread works on."""
+
+    def energy(self, time_step: float) -> dict[str, float]:
+        """J per metre of thickness by kind, at the moment of the last forces, when velocities are half a step old."""
+        return {}
+
+    def shared(self, split: Split) -> Any:
+        """The arrays for the step."""
+        return self.arrays._replace(share=self.share(split))
+
+    def save(self) -> dict[str, np.ndarray]:
+        """Copies of all that steps change, by name."""
+        return {
+            name: getattr(rows, name).copy() for rows in (self.arrays, self.books) for name in changing(rows.__class__)
+        }
+
+    def restore(self, saved: dict[str, np.ndarray]) -> None:
+        """Go back to what ``save`` returned. Arrays keep their place in memory unless their shape has changed."""
+        for where in ("arrays", "books"):
+            rows = getattr(self, where)
+            other: dict[str, np.ndarray] = {}
+            for name in changing(rows.__class__):
+                mine, copy = getattr(rows, name), saved[name]
+                if mine.shape == copy.shape:
+                    mine[...] = copy
+                else:
+                    other[name] = copy.copy()
+            if other:
+                setattr(self, where, rows._replace(**other))
+
+
+def nothing_to_do(split: Split) -> np.ndarray:
+    """Bounds of a part that a model has none of."""
+    return np.zeros(split.threads + 1, dtype=np.int64)

@@ -1,0 +1,96 @@
+"""Load-controlled platens (servo): boundaries that move as one body under a force."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from grainlaw.compiler.cache import OPTIONS
+from grainlaw.compiler.calls import call
+from grainlaw.engine.drives import Drives
+from grainlaw.engine.freedoms import Freedoms
+from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split, nothing_to_do
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Drive, Hold
+
+
+class PlatenArrays(NamedTuple):
+    """Platens (k); what moves has a row for each thread, which all compute alike, so that they need not wait."""
+
+    column: Constant  #: (k,) which force of the schedule, and which velocity of the driven freedoms
+    stiffness: Constant  #: (k,) N/m of a spring that pulls back to where the stage began
+    force: Changing  #: (threads, k) as rows of the freedoms: N
+    velocity: Changing  #: m/s
+    displacement: Changing  #: m
+    mass: Changing  #: kg
+    free: Changing  #: 1
+    imposed: Changing  #: 0
+    loss: Changing  #: J
+    share: Scratch
+
+
+MOTION = ("force", "velocity", "displacement", "mass", "free", "imposed", "loss")
+
+
+@njit(**OPTIONS)
+def move_platens(platens, drives, freedoms, schedule, velocities, integrator, parameters, thread):
+    """Move platens under their forces by one step, and drive their freedoms with their velocity.
+
+    A platen has the mass of the freedoms that it holds, and is integrated like them.
+    """
+    force, displacement = platens.force[thread], platens.displacement[thread]
+    for k in range(platens.column.shape[0]):
+        total = schedule[platens.column[k]] - platens.stiffness[k] * displacement[k]
+        for d in range(drives.row.shape[0]):
+            if drives.column[d] == platens.column[k]:
+                total += freedoms.force[drives.row[d], drives.place[d]]
+        force[k] = total
+    call(
+        integrator,
+        (
+            parameters, force.ctypes.data, platens.velocity[thread].ctypes.data, displacement.ctypes.data,
+            platens.mass[thread].ctypes.data, platens.free[thread].ctypes.data, platens.imposed[thread].ctypes.data,
+            platens.loss[thread].ctypes.data, platens.column.shape[0],
+        ),
+    )  # fmt: skip
+    for k in range(platens.column.shape[0]):
+        velocities[platens.column[k]] = platens.velocity[thread, k]
+
+
+class Platens(Part):
+    """The platens of a stage, each with the mass and the momentum of what it holds."""
+
+    def __init__(self, specimen: Specimen, drives: Sequence[Drive | Hold], driven: Drives, freedoms: Freedoms) -> None:
+        holds = [(column, drive) for column, drive in enumerate(drives) if isinstance(drive, Hold)]
+        lengths, f = specimen.mesh.boundary_lengths, freedoms.arrays
+        rows = {name: np.zeros((1, len(holds))) for name in MOTION}
+        for k, (column, _) in enumerate(holds):
+            mine = driven.arrays.column == column
+            place = driven.arrays.row[mine], driven.arrays.place[mine]
+            rows["velocity"][0, k] = np.average(f.velocity[place], weights=f.mass[place])
+            rows["mass"][0, k] = f.mass[place].sum()
+        rows["free"][:] = 1.0
+        self.arrays = PlatenArrays(
+            column=np.array([column for column, _ in holds], dtype=np.int64),
+            stiffness=np.array([drive.stiffness * lengths[drive.boundary] for _, drive in holds]),
+            **rows,
+            share=np.zeros(2, dtype=np.int64),
+        )
+
+    def __len__(self) -> int:
+        return len(self.arrays.column)
+
+    def share(self, split: Split) -> np.ndarray:
+        return nothing_to_do(split)
+
+    def shared(self, split: Split) -> PlatenArrays:
+        rows = {name: np.repeat(getattr(self.arrays, name), split.threads, axis=0) for name in MOTION if len(self)}
+        return self.arrays._replace(**rows, share=self.share(split))
+
+    def take_back(self, shared: PlatenArrays) -> None:
+        """Keep what the steps have done to the arrays that the threads were given."""
+        for name in MOTION if len(self) else ():
+            getattr(self.arrays, name)[:] = getattr(shared, name)[:1]

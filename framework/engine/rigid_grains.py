@@ -1,0 +1,124 @@
+"""Rigid grains: two translations and a rotation each, which carry their corners."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import attrs
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from grainlaw.engine.freedoms import Freedoms, Nodes
+from grainlaw.engine.grains import GrainArrays, Grains
+from grainlaw.engine.part import Split
+from grainlaw.engine.stability import rigid_map
+from grainlaw.parameter import ParameterError
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Drive, Hold
+
+
+class RigidGrains(Grains):
+    """Two translations and a rotation each; corners follow."""
+
+    is_rigid = True
+    turning = (2,)
+
+    def __init__(self, specimen: Specimen) -> None:
+        self.specimen = specimen
+        mesh = specimen.mesh
+        arm = (mesh.nodes - specimen.grains.centroids[mesh.node_grain]).T
+        self.arrays = GrainArrays(
+            mesh.first_node, np.ascontiguousarray(arm[0]), np.ascontiguousarray(arm[1]), np.zeros(2, dtype=np.int64)
+        )
+
+    def share(self, split: Split) -> np.ndarray:
+        return split.grain
+
+    def true_mass(self) -> np.ndarray:
+        return np.bincount(self.specimen.mesh.node_grain, self.specimen.node_masses)
+
+    def mass_behind(self, edges: np.ndarray) -> np.ndarray:
+        return self.true_mass()[self.specimen.mesh.node_grain[edges[:, 0]]]
+
+    def freedoms(self, nodes: Nodes) -> Freedoms:
+        mass = self.true_mass()
+        rows = np.stack([mass, mass, self._inertia()])
+        return Freedoms(np.zeros(rows.shape), np.zeros(rows.shape), rows, lambda split: split.grain)
+
+    def _inertia(self) -> np.ndarray:
+        """(g,) kg m2 about the centroid: exact for a polygon, from the triangles of its fan."""
+        specimen, mesh = self.specimen, self.specimen.mesh
+        a, b, c = (mesh.nodes[mesh.zones[:, k]] - specimen.grains.centroids[mesh.zone_grain] for k in range(3))
+        squares = sum((p * q).sum(axis=1) for p, q in ((a, a), (b, b), (c, c), (a, b), (b, c), (c, a)))
+        return np.bincount(mesh.zone_grain, specimen.zone_masses * squares / 6, specimen.grains.count)
+
+    def of_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        return np.unique(self.specimen.mesh.node_grain[nodes])
+
+    def of_grains(self, grains: np.ndarray) -> np.ndarray:
+        return grains
+
+    def check_drive(
+        self, drives: Sequence[Drive | Hold], column: int, before: Sequence[tuple[int | None, int]]
+    ) -> None:
+        """A rigid grain on two boundaries cannot move in two ways at once, and so strain."""
+        drive = drives[column]
+        for other, grain in before:
+            if other is not None and attrs.evolve(drives[other], boundary=drive.boundary) != drive:
+                raise ParameterError(
+                    f"{type(drive).__name__}: boundary = {drive.boundary!r} is not allowed, rigid grain {grain} lies "
+                    f"on {drives[other].boundary!r} too, which is moved along the same axis in another way"
+                )
+
+    def _arms(self, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        """(i, 2) m, from the centre of its grain to each node."""
+        return positions - self.centres(freedoms, positions)[0][self.specimen.mesh.node_grain]
+
+    def centres(self, freedoms: Freedoms, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        f = freedoms.arrays
+        return self.specimen.grains.centroids + f.displacement[:2].T, f.velocity[:2].T
+
+    def rotation(self, grain: int, freedoms: Freedoms, positions: np.ndarray) -> float:
+        return float(freedoms.arrays.displacement[2, grain])
+
+    def nodes_at(self, displacement: np.ndarray) -> np.ndarray:
+        x, y, angle = displacement[:, self.specimen.mesh.node_grain]
+        arm_x, arm_y = self.arrays.arm_x, self.arrays.arm_y
+        sine, versed = np.sin(angle), 2 * np.sin(angle / 2) ** 2
+        return np.stack([x - versed * arm_x - sine * arm_y, y + sine * arm_x - versed * arm_y])
+
+    def node_velocity(self, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        rows, grain = freedoms.arrays.velocity, self.specimen.mesh.node_grain
+        arm = self._arms(freedoms, positions)
+        spin = rows[2, grain]
+        return np.stack([rows[0, grain] - spin * arm[:, 1], rows[1, grain] + spin * arm[:, 0]], axis=1)
+
+    def field(self, velocity: np.ndarray, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        """Mean and spin of the corners of each grain, unless it is held."""
+        grain = self.specimen.mesh.node_grain
+        mean = np.stack([np.bincount(grain, row) for row in velocity]) / np.bincount(grain)
+        arm = self._arms(freedoms, positions).T
+        x, y = velocity - mean[:, grain]
+        spin = np.bincount(grain, arm[0] * y - arm[1] * x) / np.bincount(grain, (arm**2).sum(axis=0))
+        return np.stack([*mean, spin * freedoms.arrays.free[2]])
+
+    def stress(self, force: np.ndarray, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        """(g, 3) Pa, xx, yy, xy, of the forces (2, i) N on their nodes (Love's formula)."""
+        grains, of = self.specimen.grains, self.specimen.mesh.node_grain
+        x, y = self._arms(freedoms, positions).T
+        fx, fy = force
+        rows = x * fx, y * fy, (x * fy + y * fx) / 2
+        return np.stack([np.bincount(of, row, grains.count) for row in rows], axis=1) / grains.areas[:, None]
+
+    def over_freedoms(self, matrix: csr_matrix) -> csr_matrix:
+        carry = rigid_map(self.specimen)
+        return (carry.T @ matrix @ carry).tocsr()
+
+    def flat(self, rows: np.ndarray) -> np.ndarray:
+        return rows.ravel()  # all x, all y, all angles
+
+    def unflat(self, values: np.ndarray) -> np.ndarray:
+        return values.reshape(3, -1)
+
+    def alike(self, count: int) -> np.ndarray:
+        return np.concatenate([np.tile(np.arange(count), 2), count + np.arange(count)])
