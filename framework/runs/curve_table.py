@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 
-class Columns:
+class CurveTable:
     """Rows of named numbers, kept as arrays that grow."""
 
     def __init__(self) -> None:
