@@ -10,6 +10,8 @@ from typing import Any
 
 import attrs
 
+from grainlaw.columns import ENERGY
+
 
 @attrs.frozen
 class Shown:
@@ -72,7 +74,7 @@ def shown(name: str) -> Shown:
     if name in NAMED:
         return NAMED[name]
     words = name.replace("_", " ")
-    if name.startswith("energy_"):
+    if name.startswith(ENERGY):
         return Shown(words, "J/m")  # of thickness
     for pattern, usual in USUAL.items():
         if re.search(rf"(^|_)({pattern})(_|$)", name):

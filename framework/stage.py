@@ -10,6 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import MOTION, SHEAR_CRACKS, TENSILE_CRACKS, TIME, UNBALANCED, require
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import ParameterError, grain_numbers, parameter, part, whole_number
 
@@ -124,6 +125,7 @@ class Reaches(Condition):
     limit: float
 
     def progress(self, curves: Curves) -> float:
+        require("Reaches", curves, self.column)
         return float(curves[self.column][-1] / self.limit)
 
 
@@ -135,6 +137,7 @@ class FallsTo(Condition):
     fraction: float
 
     def progress(self, curves: Curves) -> float:
+        require("FallsTo", curves, self.column)
         values = curves[self.column]
         return float(values[-1] <= self.fraction * values.max() and values.max() > 0)
 
@@ -147,7 +150,7 @@ class FailsTo(Condition):
     fraction: float
 
     def progress(self, curves: Curves) -> float:
-        if curves["tensile_cracks"][-1] + curves["shear_cracks"][-1] == 0:
+        if curves[TENSILE_CRACKS][-1] + curves[SHEAR_CRACKS][-1] == 0:
             return 0.0
         return FallsTo(self.column, self.fraction).progress(curves)
 
@@ -164,9 +167,9 @@ class AtRest(Condition):
     ratio: float = 1e-5
 
     def progress(self, curves: Curves) -> float:
-        if len(curves["time"]) < 3:
+        if len(curves[TIME]) < 3:
             return 0.0
-        largest = max(float(curves[name][-3:].max()) for name in ("unbalanced", "motion"))
+        largest = max(float(curves[name][-3:].max()) for name in (UNBALANCED, MOTION))
         return min(1.0, self.ratio / max(largest, 1e-300))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
@@ -68,7 +69,7 @@ class BiaxialCompression(LoadingProtocol):
     integrator: Integrator = part(Integrator, CentralDifference())
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        axial = uniaxial_stage(self, specimen, "axial", -1.0, falls="deviator")
+        axial = uniaxial_stage(self, specimen, "axial", -1.0, falls=DEVIATOR)
         if self.confinement == 0:
             return [axial]
         axial = attrs.evolve(axial, pressures=self._sides(0.0))
@@ -102,15 +103,15 @@ class BiaxialCompression(LoadingProtocol):
         broken = ~np.isnan(state.broken_time[bonds])
         return {
             **columns,
-            "deviator": columns["stress"] - self.confinement,
+            DEVIATOR: columns[STRESS] - self.confinement,
             "broken_bonds": float(broken.mean()) if len(broken) else 0.0,
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Peak stress, strain from the confined state on, moduli from the deviator, certificate."""
-        axial = np.flatnonzero(curves["stage"] == curves["stage"].max())
-        confined = {name: curves[name][axial[0]] for name in ("strain", "lateral_strain")}
+        axial = np.flatnonzero(curves[STAGE] == curves[STAGE].max())
+        confined = {name: curves[name][axial[0]] for name in (STRAIN, LATERAL_STRAIN)}
         part = {name: values[axial] for name, values in curves.items()}
         part |= {name: part[name] - value for name, value in confined.items()}
-        summary = uniaxial_summary(part | {"stress": part["deviator"]}, specimen, -1.0)
+        summary = uniaxial_summary(part, specimen, -1.0, DEVIATOR)
         return {"confinement": self.confinement, **summary, "peak_stress": summary["peak_stress"] + self.confinement}

@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
@@ -53,7 +54,7 @@ class Brazilian(LoadingProtocol):
                     Drive(boundary="bottom", axis=1, speed=0.0),
                     *across,
                 ],
-                until=[Reaches("strain", self.maximum_strain), FailsTo("stress", self.stop_fraction)],
+                until=[Reaches(STRAIN, self.maximum_strain), FailsTo(STRESS, self.stop_fraction)],
                 interval=interval,
                 integrator=self.integrator,
                 sample_limit=sample_limit(self, interval),
@@ -72,21 +73,21 @@ class Brazilian(LoadingProtocol):
         middle = window_mean(state.specimen.grains, state.grain_stress(), within_circle((low + high) / 2, 0.1 * width))
         upper, lower = (state.moved(end)[1] for end in ends(state.specimen))
         return {
-            "strain": -float(upper - lower) / height,
+            STRAIN: -float(upper - lower) / height,
             "force": (top + bottom) / 2,
-            "stress": factor * (top + bottom) / 2,
-            "stress_top": factor * top,
-            "stress_bottom": factor * bottom,
+            STRESS: factor * (top + bottom) / 2,
+            STRESS_TOP: factor * top,
+            STRESS_BOTTOM: factor * bottom,
             "middle_across": float(middle[0]),
             "middle_along": float(middle[1]),
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Brazilian tensile strength, peak load, approach at it, and the certificate."""
-        peak = int(np.argmax(curves["stress"]))
+        peak = int(np.argmax(curves[STRESS]))
         return {
-            "peak_stress": float(curves["stress"][peak]),
+            "peak_stress": float(curves[STRESS][peak]),
             "peak_force": float(curves["force"][peak]),
-            "peak_strain": float(curves["strain"][peak]),
+            "peak_strain": float(curves[STRAIN][peak]),
             **certificate(curves),
         }

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import STAGE, STRAIN, STRESS
 from grainlaw.engine.state import State
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
@@ -34,8 +35,8 @@ class Cyclic(LoadingProtocol):
 
     test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())
     levels: tuple[float, ...] = attrs.field(validator=_is_growing)
-    displacement: str = "strain"
-    load: str = "stress"
+    displacement: str = STRAIN
+    load: str = STRESS
     unload_to: float = parameter("1", default=0.1, at_least=0, below=1)
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
@@ -67,7 +68,7 @@ class Cyclic(LoadingProtocol):
 
         Lost is the area between unloading and reloading up to the level.
         """
-        x, y, stage = (curves[name] for name in (self.displacement, self.load, "stage"))
+        x, y, stage = (curves[name] for name in (self.displacement, self.load, STAGE))
         found = dict(self.test.summary(curves, specimen))
         first = int(stage.max()) - 2 * len(self.levels) if stage.max() >= 2 * len(self.levels) else 0
         moduli, lost = [], []

@@ -7,6 +7,7 @@ from typing import Any
 
 import attrs
 
+from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import ParameterError, parameter, part
@@ -73,10 +74,10 @@ class JointTension(LoadingProtocol):
         return {
             **joint,
             "pressure": -joint["normal"],
-            "strain": float(state.moved("top")[1]) / height,
-            "stress": (top + bottom) / 2,
-            "stress_top": top,
-            "stress_bottom": bottom,
+            STRAIN: float(state.moved("top")[1]) / height,
+            STRESS: (top + bottom) / 2,
+            STRESS_TOP: top,
+            STRESS_BOTTOM: bottom,
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from grainlaw.columns import LATERAL_STRAIN, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
 from grainlaw.parameter import ParameterError
@@ -80,7 +81,7 @@ def sample_limit(test: AtSpeed, interval: float) -> int:
     return 2 * test.samples + math.ceil(test.ramp / interval)
 
 
-def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float, falls: str = "stress") -> Stage:
+def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float, falls: str = STRESS) -> Stage:
     """Platens part (``sign`` 1) or approach (-1) until the strain is reached or the column ``falls`` has fallen."""
     require_ends(specimen, type(test).__name__)
     if sign > 0:
@@ -92,7 +93,7 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
         name=name,
         drives=platen_drives(sign * test.speed, test.ramp, held_across(specimen, test.platens), test.moving),
         until=[
-            Reaches("strain", test.maximum_strain),
+            Reaches(STRAIN, test.maximum_strain),
             *([FallsTo(falls, test.stop_fraction)] if test.stop_fraction else []),
         ],
         interval=interval,
@@ -102,14 +103,14 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
     )
 
 
-def uniaxial_summary(curves: Curves, specimen: Specimen, sign: float) -> dict[str, Any]:
-    """Peak, moduli and certificate of a uniaxial test."""
-    peak = int(np.argmax(curves["stress"]))
+def uniaxial_summary(curves: Curves, specimen: Specimen, sign: float, load: str = STRESS) -> dict[str, Any]:
+    """Peak of the column ``load`` (Pa), moduli and certificate of a uniaxial test."""
+    peak = int(np.argmax(curves[load]))
     return {
-        "peak_stress": float(curves["stress"][peak]),
-        "peak_strain": float(curves["strain"][peak]),
-        **elastic_moduli(curves, specimen, sign),
-        **certificate(curves),
+        "peak_stress": float(curves[load][peak]),
+        "peak_strain": float(curves[STRAIN][peak]),
+        **elastic_moduli(curves, specimen, sign, load),
+        **certificate(curves, load),
     }
 
 
@@ -205,12 +206,12 @@ def measure_between_platens(state: State, sign: float) -> dict[str, float]:
     bottom = -sign * state.reaction("bottom")[1] / width
     lateral, axial = lateral_strain(state), axial_strain_of_points(state)
     return {
-        "strain": sign * axial_strain(state),
-        "stress": (top + bottom) / 2,
-        "stress_top": top,
-        "stress_bottom": bottom,
+        STRAIN: sign * axial_strain(state),
+        STRESS: (top + bottom) / 2,
+        STRESS_TOP: top,
+        STRESS_BOTTOM: bottom,
         "stress_window": sign * float(window_stress(state)[1]),
         "strain_points": sign * axial,
-        "lateral_strain": lateral,
-        "volumetric_strain": axial + lateral,
+        LATERAL_STRAIN: lateral,
+        VOLUMETRIC_STRAIN: axial + lateral,
     }

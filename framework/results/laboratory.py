@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
+from grainlaw.columns import TIME
 from grainlaw.moduli import converted
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
@@ -101,7 +102,7 @@ class Laboratory:
     @cached_property
     def growth(self) -> dict[str, np.ndarray]:
         """``tensile_length`` and ``shear_length`` (t,) m at each sample of the curves."""
-        lengths = crack_lengths(self.result.cracks, self.result.curves.get("time", np.array([])))
+        lengths = crack_lengths(self.result.cracks, self.result.curves.get(TIME, np.array([])))
         return dict(zip(("tensile_length", "shear_length"), lengths, strict=True))
 
     @cached_property
@@ -142,7 +143,7 @@ class Laboratory:
 
     def _thresholds(self) -> dict[str, float]:
         curves, frames = self.result.curves, self.result.frames
-        time = curves.get("time", np.array([]))
+        time = curves.get(TIME, np.array([]))
         cracks = np.searchsorted(self.result.cracks.time, time, side="right")
         damaged = np.array([np.count_nonzero(frame.contacts["damage"] > 0) for frame in frames])
         return {

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import attrs
 import numpy as np
 
+from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRESS, TIME, VOLUMETRIC_STRAIN
 from grainlaw.moduli import slope
 from grainlaw.parameter import ParameterError
 
@@ -50,22 +51,23 @@ def path_to_peak(curves: Mapping[str, np.ndarray]) -> Path:
     The path starts with the stage in which the load first reaches half of its peak: confinement comes before it. The
     load is the ``deviator`` where there is one.
     """
-    load = curves.get("deviator", curves.get("stress", np.array([])))
-    if not len(load) or not load.max() > 0:
+    stress = curves.get(STRESS, np.array([]))
+    load = curves.get(DEVIATOR, stress)
+    if not len(stress) or not load.max() > 0:
         none = np.zeros(0)
         return Path(none, none, none, NAN)
     peak = int(np.argmax(load))
-    stage = curves["stage"]
+    stage = curves[STAGE]
     first = int(np.argmax(stage == stage[np.argmax(load >= 0.5 * load[peak])]))
     highest = np.maximum.accumulate(load[first : peak + 1])
     chosen = first + np.flatnonzero(np.r_[True, highest[1:] > highest[:-1]])
-    lateral = curves.get("lateral_strain", np.full(len(load), NAN))
-    axial = curves.get("volumetric_strain", np.full(len(load), NAN)) - lateral
+    lateral = curves.get(LATERAL_STRAIN, np.full(len(load), NAN))
+    axial = curves.get(VOLUMETRIC_STRAIN, np.full(len(load), NAN)) - lateral
     return Path(
         load=load[chosen],
         axial=axial[chosen] - axial[first],
         lateral=lateral[chosen] - lateral[first],
-        confinement=float(curves["stress"][peak] - load[peak]),
+        confinement=float(stress[peak] - load[peak]),
     )
 
 
@@ -152,14 +154,14 @@ def stress_at_share(curves: Mapping[str, np.ndarray], time: np.ndarray, count: n
 
     nan where it was zero there, or where no stress is recorded.
     """
-    stress = curves.get("stress")
+    stress = curves.get(STRESS)
     if stress is None or not len(stress) or not len(time):
         return NAN
-    peak = curves["time"][np.argmax(curves.get("deviator", stress))]
+    peak = curves[TIME][np.argmax(curves.get(DEVIATOR, stress))]
     at_peak = np.interp(peak, time, count)
     if not at_peak > 0:
         return NAN
     reached = int(np.argmax(count >= share * at_peak))
     before = max(reached - 1, 0)
     when = np.interp(share * at_peak, count[before : reached + 1], time[before : reached + 1])
-    return float(np.interp(when, curves["time"], stress))
+    return float(np.interp(when, curves[TIME], stress))

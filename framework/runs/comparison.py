@@ -56,7 +56,7 @@ class Comparison(Mapping[str, Result]):
         return aligned(rows, rule=True)
 
     def plot(self) -> Figure:
-        """Stress-strain curves of all laws."""
+        """Stress-strain curves of all laws. Raises ParameterError for a test that does not record them."""
         from grainlaw.results.figures.curves import plot_curves
 
         return plot_curves(self.results)
@@ -64,14 +64,15 @@ class Comparison(Mapping[str, Result]):
     def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
         """Write ``comparison.png``, ``cracks_<law>.png``, ``summary.json`` and ``curves.csv``.
 
-        ``record`` is added to the summary: what the run was made with. Raises OSError where it cannot.
+        ``record`` is added to the summary: what the run was made with. Raises OSError where it cannot, and
+        ParameterError for a test without the columns ``strain`` and ``stress``.
         """
         from grainlaw.results.figures.curves import plot_cracks
 
-        path = writable_folder(folder)
+        curves, path = self.plot(), writable_folder(folder)
         write_json(path / "summary.json", {"laws": self.summary, **(record or {})})
         write_curves(path / "curves.csv", {name: result.curves for name, result in self.results.items()})
-        write_atomically(path / "comparison.png", lambda file: self.plot().savefig(file, dpi=150))
+        write_atomically(path / "comparison.png", lambda file: curves.savefig(file, dpi=150))
         for name, result in self.results.items():
             figure = plot_cracks(result, name)
             write_atomically(path / f"cracks_{file_name(name)}.png", lambda file, f=figure: f.savefig(file, dpi=150))  # type: ignore[misc]

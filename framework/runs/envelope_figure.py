@@ -8,19 +8,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from grainlaw.columns import STRAIN, STRESS
+from grainlaw.results.figures.curves import require_stress_and_strain
+
 if TYPE_CHECKING:
     from grainlaw.runs.envelope import StrengthEnvelope
 
 
 def plot_envelope(envelope: StrengthEnvelope) -> Figure:
     """Stress-strain curves by confinement, and peaks over confinement with the criteria fitted to them."""
+    require_stress_and_strain(envelope.results)
     figure = Figure(figsize=(11, 5), layout="constrained")
     left, right = figure.subplots(1, 2)
     names = dict.fromkeys(seed for seed, _ in envelope.results)
     seeds = dict(zip(names, itertools.cycle(("-", "--", ":")), strict=False))
     confinements = sorted({p for _, p in envelope.results})
     for (seed, p), result in envelope.results.items():
-        strain, stress = result.curves["strain"] * 100, result.curves["stress"] / 1e6
+        strain, stress = result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6
         label = f"{p / 1e6:g} MPa" if seed == next(iter(seeds)) else None
         color = f"C{confinements.index(p)}"
         left.plot(strain, stress, seeds[seed], color=color, linewidth=1.3, label=label)

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import DAMAGED, KINETIC, STAGE, STRESS, TIME, energy
 from grainlaw.contact import ContactLaw, Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.state import State
@@ -34,7 +35,7 @@ class _Samples(Condition):
     count: int
 
     def progress(self, curves: Curves) -> float:
-        return len(curves["time"]) / self.count
+        return len(curves[TIME]) / self.count
 
 
 @attrs.frozen(eq=False)
@@ -100,7 +101,7 @@ class _HeldStill(LoadingProtocol):
         return [
             Stage(
                 name="press", drives=self._drives(speed, transit), interval=transit / 25, sample_limit=25 * 10 * PRESS,
-                until=[Reaches("stress", self.stress), FailsTo("stress", 0.5)],
+                until=[Reaches(STRESS, self.stress), FailsTo(STRESS, 0.5)],
             ),
             Stage(
                 name="rest", drives=self._drives(), until=[_Samples(10)], interval=REST * transit / 10,
@@ -123,7 +124,7 @@ class _HeldStill(LoadingProtocol):
 
     def measure(self, state: State) -> dict[str, float]:
         width = float(np.ptp(state.mesh.nodes[:, 0]))
-        return {"stress": (state.reaction("bottom")[1] - state.reaction("top")[1]) / (2 * width)}
+        return {STRESS: (state.reaction("bottom")[1] - state.reaction("top")[1]) / (2 * width)}
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         return {}
@@ -149,8 +150,8 @@ def hold(
     result = simulate(
         specimen, law, test, detection=detection, time_step_factor=time_step_factor, threads=threads, frames=1
     )
-    held = result.curves["stage"] == 3
-    pressed, damaged = result.curves["stress"], result.curves["damaged"][held]
+    held = result.curves[STAGE] == 3
+    pressed, damaged = result.curves[STRESS], result.curves[DAMAGED][held]
     if pressed.max() < stress or pressed[held][0] < HELD * stress:
         error = StageError(
             f"hold: the sample failed: it reached {pressed.max() * 1e-6:.4g} MPa and holds "
@@ -158,7 +159,7 @@ def hold(
         )
         error.result = result
         raise error
-    time, kinetic = result.curves["time"][held], result.curves["energy_kinetic"][held]
+    time, kinetic = result.curves[TIME][held], energy(result.curves, KINETIC)[held]
     return Flutter(float(pressed[held][0]), time - time[0], kinetic, damaged, result.summary["time_step"])
 
 

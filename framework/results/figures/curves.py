@@ -10,6 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
+from grainlaw.columns import SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS, require
+
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
@@ -49,10 +51,17 @@ def draw_cracks(axes: Axes, result: Result) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2, frameon=False, handlelength=1.2)
 
 
+def require_stress_and_strain(results: Mapping[Any, Result]) -> None:
+    """Raise ParameterError for a test that does not record what is drawn here."""
+    for result in results.values():
+        require("a plot of stress over strain (write_report draws other columns)", result.curves, STRAIN, STRESS)
+
+
 def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
     """Axial stress over axial strain, the peak marked."""
+    require_stress_and_strain(results)
     for name, result in results.items():
-        strain, stress = result.curves["strain"] * 100, result.curves["stress"] / 1e6
+        strain, stress = result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6
         (line,) = axes.plot(strain, stress, label=name, linewidth=1.6)
         if len(result.cracks):
             peak = int(np.argmax(stress))
@@ -72,8 +81,8 @@ def plot_curves(results: Mapping[str, Result]) -> Figure:
     draw_curves(upper, results)
     upper.set_xlabel("")
     for k, (name, result) in enumerate(results.items()):
-        strain = result.curves["strain"] * 100
-        for column, style in (("tensile_cracks", "-"), ("shear_cracks", "--")):
+        strain = result.curves[STRAIN] * 100
+        for column, style in ((TENSILE_CRACKS, "-"), (SHEAR_CRACKS, "--")):
             label = f"{name}, {column.split('_')[0]}"
             if result.curves[column][-1]:
                 lower.plot(strain, result.curves[column], style, color=f"C{k}", linewidth=1.2, label=label)

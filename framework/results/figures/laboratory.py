@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
+from grainlaw.columns import STRAIN, TIME
 from grainlaw.results.figures.curves import GRAIN, RIM, SHEAR, TENSILE
 from grainlaw.results.laboratory import Laboratory
 
@@ -54,7 +55,7 @@ def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
 def _strain(laboratory: Laboratory) -> tuple[np.ndarray, str]:
     """What runs along the horizontal axis: the axial strain, or the time where a test has none."""
     curves = laboratory.result.curves
-    return (curves["strain"] * 100, "axial strain (%)") if "strain" in curves else (curves["time"] * 1e3, "time (ms)")
+    return (curves[STRAIN] * 100, "axial strain (%)") if STRAIN in curves else (curves[TIME] * 1e3, "time (ms)")
 
 
 def draw_growth(axes: Axes, laboratory: Laboratory) -> None:
@@ -130,7 +131,7 @@ def draw_lost(axes: Axes, laboratory: Laboratory) -> None:
     along, label = _strain(laboratory)
     for name, color in (("opening", TENSILE), ("slip", SHEAR)):
         values = [float(laboratory.half_lengths @ frame.contacts[f"lost_{name}"]) for frame in result.frames]
-        axes.plot(np.interp(time, result.curves["time"], along), values, ".-", color=color, label=f"in {name}")
+        axes.plot(np.interp(time, result.curves[TIME], along), values, ".-", color=color, label=f"in {name}")
     axes.set_xlabel(label)
     axes.set_ylabel("energy lost by contacts (J/m)")
     axes.grid(alpha=0.25)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import STRESS
 from grainlaw.naming import Shown, shown
 from grainlaw.results.figures import html
 from grainlaw.results.figures.report_figures import plot_report_cracks, plot_report_curves
@@ -86,7 +87,7 @@ def _parts(title: str, results: Mapping[str, Result], record: Mapping[str, Any],
 
 def _warnings(results: Mapping[str, Result]) -> Iterator[str]:
     for name, result in results.items():
-        stress = result.curves.get("stress", np.zeros(0))
+        stress = result.curves.get(STRESS, np.zeros(0))
         if "peak_stress" in result.summary and len(stress) and np.argmax(stress) == len(stress) - 1:
             yield f"{name}: the highest stress is the last one; the specimen had not failed when the test ended."
         for measure, (limit, cure) in LIMITS.items():

@@ -10,6 +10,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from grainlaw.columns import (
+    COURSE,
+    ENERGIES,
+    ENERGY,
+    EVERY_TEST,
+    LATERAL_STRAIN,
+    SHEAR_CRACKS,
+    STRAIN,
+    STRESS,
+    TENSILE_CRACKS,
+    VOLUMETRIC_STRAIN,
+)
 from grainlaw.naming import shown
 from grainlaw.results.figures.curves import SHEAR, TENSILE, draw_cracks
 
@@ -17,7 +29,7 @@ if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
 STYLES = ("-", "--", ":", "-.", (0, (5, 1)), (0, (1, 3)))
-COLORS = {"tensile_cracks": TENSILE, "shear_cracks": SHEAR}
+COLORS = {TENSILE_CRACKS: TENSILE, SHEAR_CRACKS: SHEAR}
 
 
 @attrs.frozen
@@ -32,26 +44,23 @@ class Panel:
 #: what is drawn of a test that records all the columns of a row's panels: the first row that fits
 CURVES = (
     (Panel("displacement", ["shear_stress"]), Panel("displacement", ["dilation"])),
-    (Panel("opening", ["normal"]), Panel("strain", ["stress"])),
+    (Panel("opening", ["normal"]), Panel(STRAIN, [STRESS])),
     (
-        Panel("strain", ["stress"]),
-        Panel("strain", ["volumetric_strain", "lateral_strain"], "strain, extension positive"),
+        Panel(STRAIN, [STRESS]),
+        Panel(STRAIN, [VOLUMETRIC_STRAIN, LATERAL_STRAIN], "strain, extension positive"),
     ),
-    (Panel("strain", ["stress"]),),
+    (Panel(STRAIN, [STRESS]),),
     (Panel("deflection", ["force"]),),
 )
-ENGINE = ("time", "step", "stage", "tensile_cracks", "shear_cracks", "unbalanced", "motion")  #: recorded in every test
-COURSE = ("strain", "displacement", "opening", "deflection", "time")  #: along which cracks and energies are drawn
-ENERGIES = ("external", "zones", "contacts_normal", "contacts_shear", "kinetic", "damping")
 
 
 def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     """What the test measured, how cracks accumulated, where the energy went."""
     curves = next(iter(results.values())).curves
     course = next(name for name in COURSE if name in curves and _grows(curves[name]))
-    panels = [*_panels(curves, course), Panel(course, ["tensile_cracks", "shear_cracks"], "broken contact points")]
+    panels = [*_panels(curves, course), Panel(course, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")]
     if len(results) == 1:  # those of several laws cannot be told apart
-        panels.append(Panel(course, [f"energy_{name}" for name in ENERGIES], "energy"))
+        panels.append(Panel(course, [ENERGY + name for name in ENERGIES], "energy"))
     rows = (len(panels) + 1) // 2
     figure = Figure(figsize=(10, 3.4 * rows), layout="constrained")
     places = figure.subplots(rows, 2, squeeze=False).ravel()
@@ -71,7 +80,7 @@ def _panels(curves: Mapping[str, np.ndarray], course: str) -> Sequence[Panel]:
     for panels in CURVES:
         if all(name in curves for panel in panels for name in (panel.over, *panel.columns)):
             return panels
-    own = [name for name in curves if name not in (*ENGINE, course) and not name.startswith("energy_")]
+    own = [name for name in curves if name not in (*EVERY_TEST, course) and not name.startswith(ENERGY)]
     return [Panel(course, [name]) for name in own[:4]]
 
 
