@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 
 from grainlaw.engine.state import State
+from grainlaw.protocols.measures import certificate, size
 from grainlaw.protocols.platens import AtSpeed, refuse_platens, require_boundaries, sample_limit
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Drive, FailsTo, Reaches, Stage
@@ -43,22 +45,38 @@ def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
 
 
 def measure_bending(state: State) -> dict[str, float]:
-    """``deflection`` of the load against the supports, ``mouth`` opening of the notch (m), and ``force`` (N/m).
+    """``deflection`` of the load against the supports, ``mouth`` opening of the notch (m), and forces (N/m).
 
-    ``force`` is the mean of the load and of the supports' reactions.
+    ``force_top`` is the load, ``force_bottom`` what both supports carry, ``force`` their mean. There is no column
+    ``stress``: over the small faces that carry these forces it would say nothing of the stress in the beam.
     """
-    load_way, *support_ways = (float(state.displacement[state.mesh.middle(n), 1].mean()) for n in ("load", *SUPPORTS))
-    load = -float(state.reaction("load")[1])
-    carried = sum(float(state.reaction(support)[1]) for support in SUPPORTS)
+    load, *supports = (float(state.displacement[state.mesh.middle(name), 1].mean()) for name in ("load", *SUPPORTS))
+    top = -float(state.reaction("load")[1])
+    bottom = sum(float(state.reaction(support)[1]) for support in SUPPORTS)
     row = {
-        "deflection": sum(support_ways) / 2 - load_way,
-        "force": (load + carried) / 2,
-        "stress_top": load,
-        "stress_bottom": carried,
+        "deflection": sum(supports) / 2 - load,
+        "force": (top + bottom) / 2,
+        "force_top": top,
+        "force_bottom": bottom,
     }
     if "notch" in state.mesh.boundaries:
         row["mouth"] = mouth_opening(state)
     return row
+
+
+def bending_summary(
+    curves: Curves, specimen: Specimen, name: str, strength: Callable[[float, Specimen], float]
+) -> dict[str, Any]:
+    """Peak load (N/m) and deflection at it, what ``strength`` makes of the load, work of fracture, certificate."""
+    peak = int(np.argmax(curves["force"]))
+    force = float(curves["force"][peak])
+    return {
+        "peak_force": force,
+        "peak_deflection": float(curves["deflection"][peak]),
+        name: strength(force, specimen),
+        "work_of_fracture": work_of_fracture(curves, specimen),
+        **certificate(curves, "force", ("force_top", "force_bottom")),
+    }
 
 
 def mouth_opening(state: State) -> float:
@@ -72,16 +90,15 @@ def mouth_opening(state: State) -> float:
 
 def ligament(specimen: Specimen) -> float:
     """Height (m) above the notch, or of the whole specimen if it has none."""
-    low, high = specimen.grains.region.bounds
     if "notch" not in specimen.mesh.boundaries:
-        return float(high[1] - low[1])
-    return float(high[1] - specimen.mesh.nodes[specimen.mesh.boundaries["notch"], 1].max())
+        return size(specimen)[1]
+    top = specimen.grains.region.bounds[1][1]
+    return float(top - specimen.mesh.nodes[specimen.mesh.boundaries["notch"], 1].max())
 
 
 def notch_depth(specimen: Specimen) -> float:
     """m; 0 without a notch."""
-    low, high = specimen.grains.region.bounds
-    return float(high[1] - low[1]) - ligament(specimen)
+    return size(specimen)[1] - ligament(specimen)
 
 
 def span(specimen: Specimen) -> float:

@@ -97,8 +97,8 @@ class DirectShear(LoadingProtocol):
             "displacement": float(x),
             "dilation": float(upper - lower),
             "shear_stress": (top - bottom) / 2,
-            "stress_top": top,
-            "stress_bottom": -bottom,
+            "shear_stress_top": top,
+            "shear_stress_bottom": -bottom,
             "normal_stress": -float(force_y) / width,
         }
 
@@ -109,7 +109,7 @@ class DirectShear(LoadingProtocol):
             "peak_stress": float(curves["shear_stress"][peak]),
             "peak_slip": float(curves["slip" if "slip" in curves else "displacement"][peak]),
             "residual_stress": float(curves["shear_stress"][end]),
-            **certificate({**curves, "stress": curves["shear_stress"]}),
+            **certificate(curves, "shear_stress", ("shear_stress_top", "shear_stress_bottom")),
         }
 
 

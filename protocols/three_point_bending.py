@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import attrs
-import numpy as np
 
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.bending import bending_stage, ligament, measure_bending, span, work_of_fracture
-from grainlaw.protocols.measures import certificate
+from grainlaw.protocols.bending import bending_stage, bending_summary, ligament, measure_bending, span
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Stage
 
@@ -41,12 +39,9 @@ class ThreePointBending(LoadingProtocol):
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Peak load (N/m) and deflection at it, flexural strength (Pa), work of fracture (J/m2), certificate."""
-        peak = int(np.argmax(curves["force"]))
-        force = float(curves["force"][peak])
-        return {
-            "peak_force": force,
-            "peak_deflection": float(curves["deflection"][peak]),
-            "flexural_strength": 1.5 * force * span(specimen) / ligament(specimen) ** 2,
-            "work_of_fracture": work_of_fracture(curves, specimen),
-            **certificate({**curves, "stress": curves["force"]}),
-        }
+        return bending_summary(curves, specimen, "flexural_strength", flexural_strength)
+
+
+def flexural_strength(force: float, specimen: Specimen) -> float:
+    """Pa, 3 P S/(2 h^2): the stress of an elastic beam at the root of the notch, of the peak load P (N/m)."""
+    return 1.5 * force * span(specimen) / ligament(specimen) ** 2
