@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from grainlaw.protocol import LoadingProtocol
     from grainlaw.results.frames import Frame
     from grainlaw.results.laboratory import Laboratory
+    from grainlaw.results.measure import Measure
 
 
 @attrs.frozen(eq=False)
@@ -122,12 +123,13 @@ class Result:
         title: str = "",
         record: Mapping[str, Any] | None = None,
         incomplete: str = "",
+        measures: Sequence[Measure] | None = None,
     ) -> None:
         """Write the laboratory report as a page of HTML; see :func:`grainlaw.results.figures.report.write_report`."""
         from grainlaw.results.figures.report import write_report
 
         name = type(self.law).__name__ if not isinstance(self.law, Mapping) else "laws"
-        write_report({name: self}, file, title=title, record=record, incomplete=incomplete)
+        write_report({name: self}, file, title=title, record=record, incomplete=incomplete, measures=measures)
 
     def show(self) -> None:
         """Look at the last moment in a window (pyvista)."""

@@ -14,6 +14,7 @@ from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import file_name, writable_folder, write_atomically
+from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.tables import write_curves, write_json
 from grainlaw.runs.parallel import Run, simulate_all
@@ -78,12 +79,17 @@ class Comparison(Mapping[str, Result]):
             write_atomically(path / f"cracks_{file_name(name)}.png", lambda file, f=figure: f.savefig(file, dpi=150))  # type: ignore[misc]
 
     def write_report(
-        self, file: str | os.PathLike[str], *, title: str = "", record: Mapping[str, Any] | None = None
+        self,
+        file: str | os.PathLike[str],
+        *,
+        title: str = "",
+        record: Mapping[str, Any] | None = None,
+        measures: Sequence[Measure] | None = None,
     ) -> None:
         """Write the laboratory report of all laws as a page of HTML; see :mod:`grainlaw.results.figures.report`."""
         from grainlaw.results.figures.report import write_report
 
-        write_report(self.results, file, title=title, record=record)
+        write_report(self.results, file, title=title, record=record, measures=measures)
 
 
 def compare(

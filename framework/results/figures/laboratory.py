@@ -37,13 +37,14 @@ def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
     path = laboratory.path
     if not np.isfinite(path.axial).any():
         axes.set_axis_off()
+        axes.text(0.5, 0.5, "no strains on the way to a peak", ha="center", va="center", transform=axes.transAxes)
         return
     for values, label, style in (
         (path.axial, "axial", "-"), (path.lateral, "lateral", "--"), (path.volumetric, "volumetric", ":")
     ):  # fmt: skip
         axes.plot(values * 100, (path.load + path.confinement) / 1e6, style, color="#444444", label=label)
     for name, (label, color) in THRESHOLDS.items():
-        stress = laboratory.properties[name]
+        stress = laboratory.value(name)
         if np.isfinite(stress):
             axes.axhline(stress / 1e6, color=color, linewidth=1, label=f"{label}: {stress / 1e6:.1f} MPa")
     axes.set_xlabel("strain (%), extension positive")
