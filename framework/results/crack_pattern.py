@@ -5,7 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from grainlaw.parameter import ParameterError
+from grainlaw.parameter import checked_whole_number
 from grainlaw.results.result import Cracks
 
 
@@ -29,9 +29,7 @@ class Rose:
 
 def crack_rose(cracks: Cracks, bins: int = 18) -> Rose:
     """Histogram of the orientation of cracks on the deformed specimen, weighted by length, in equal bins."""
-    if not isinstance(bins, int) or bins < 1:
-        raise ParameterError(f"crack_rose: bins = {bins!r} is not allowed, it must be a whole number, at least 1")
-    edges = np.linspace(0, np.pi, bins + 1)
+    edges = np.linspace(0, np.pi, checked_whole_number("crack_rose: bins", bins, at_least=1) + 1)
     rows = []
     for chosen in (cracks.tensile, ~cracks.tensile):
         some = cracks[chosen]
