@@ -1,4 +1,4 @@
-"""Elastic constants from curves of stress and strain."""
+"""Elastic constants and work, from curves of load and displacement or stress and strain."""
 
 from __future__ import annotations
 
@@ -12,6 +12,11 @@ from grainlaw.specimen import Elastic, Plane, Specimen
 def slope(x: np.ndarray, y: np.ndarray) -> float:
     """Of the regression of y on x; nan from fewer than two points or where x does not change."""
     return float(np.polyfit(x, y, 1)[0]) if len(x) > 1 and np.ptp(x) > 0 else float("nan")
+
+
+def work(load: np.ndarray, displacement: np.ndarray) -> float:
+    """Of a load over the displacement it makes, by the trapezoidal rule; of a stress over strain J/m3."""
+    return float(np.sum((load[1:] + load[:-1]) / 2 * np.diff(displacement)))
 
 
 def converted(young: float, poisson: float, specimen: Specimen) -> tuple[float, float]:

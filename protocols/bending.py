@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from grainlaw.engine.state import State
+from grainlaw.moduli import work
 from grainlaw.protocols.measures import certificate, size
 from grainlaw.protocols.platens import AtSpeed, refuse_platens, require_boundaries, sample_limit
 from grainlaw.specimen import Specimen
@@ -112,5 +113,4 @@ def work_of_fracture(curves: Curves, specimen: Specimen) -> float:
 
     It is the fracture energy only if the specimen has parted: what is left in it when the test ends counts as well.
     """
-    force, way = curves["force"], curves["deflection"]
-    return float(np.sum((force[1:] + force[:-1]) / 2 * np.diff(way)) / ligament(specimen))
+    return work(curves["force"], curves["deflection"]) / ligament(specimen)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from numbers import Real
 from typing import Any
 
 import attrs
@@ -10,6 +11,7 @@ import numpy as np
 
 from grainlaw.columns import STAGE, STRAIN, STRESS
 from grainlaw.engine.state import State
+from grainlaw.moduli import work
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
@@ -18,7 +20,7 @@ from grainlaw.stage import Curves, Drive, FallsTo, Reaches, Stage
 
 
 def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:
-    numbers = isinstance(value, tuple) and all(isinstance(level, (int, float)) for level in value)
+    numbers = isinstance(value, tuple) and all(isinstance(level, Real) for level in value)
     if not numbers or not value or list(value) != sorted(set(value)) or value[0] <= 0:
         raise ParameterError(
             f"Cyclic: levels = {value!r} is not allowed, it must be positive numbers, each above the last"
@@ -80,5 +82,5 @@ class Cyclic(LoadingProtocol):
             moduli.append(float((y[unload[-1]] - y[unload[0]]) / (x[unload[-1]] - x[unload[0]])))
             at = np.linspace(x[unload].min(), self.levels[number], 400)
             down = np.interp(at, x[unload][::-1], y[unload][::-1])
-            lost.append(float(np.mean(np.interp(at, x[reload], y[reload]) - down) * np.ptp(at)))
+            lost.append(work(np.interp(at, x[reload], y[reload]) - down, at))
         return {**found, "unloading_moduli": moduli, "lost_work": lost}

@@ -222,6 +222,28 @@ def test_a_specimen_that_does_not_fit_is_refused(region, test, says):
         gl.simulate(specimen, LINEAR, test)
 
 
+def test_the_loops_of_given_curves_lose_what_they_enclose():
+    """Up to (2, 2), down a straight line to (1, 0), up again by (1.5, 2): a triangle of height 1 over a base of 1."""
+
+    @attrs.frozen
+    class Given(gl.LoadingProtocol):
+        def stages(self, specimen):
+            return []
+
+        def measure(self, state):
+            return {}
+
+        def summary(self, curves, specimen):
+            return {"kept": 1}
+
+    x = np.array([0, 2, 2, 1.5, 1, 1, 1.5, 2, 3])
+    y = np.array([0, 2, 2, 1.0, 0, 0, 2.0, 2, 2])
+    stage = np.array([0, 0, 1, 1, 1, 2, 2, 2, 2])
+    test = Cyclic(test=Given(), levels=(2,), displacement="x", load="y")
+    found = test.summary({"x": x, "y": y, "stage": stage}, None)
+    assert found == {"kept": 1, "unloading_moduli": [2.0], "lost_work": [pytest.approx(0.5, rel=1e-4)]}
+
+
 @pytest.mark.parametrize("levels", [(), (0.2, 0.1), (-0.1,), [0.1]])
 def test_levels_must_grow(levels):
     with pytest.raises(gl.ParameterError, match="Cyclic: levels"):
