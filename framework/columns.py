@@ -70,6 +70,18 @@ COURSE = (STRAIN, "displacement", "opening", "deflection", TIME)  #: how far a t
 LOAD = (STRESS, "shear_stress", "load", "force", UNBALANCED)  #: what a specimen carries: likewise
 
 
+def course(curves: Mapping[str, np.ndarray]) -> str:
+    """The column that cracks and energies are drawn over: the first of ``COURSE`` that grows all the time.
+
+    Time does, the strain of a cyclic test does not. A fall by a twentieth of the range is allowed.
+    """
+
+    def grows(values: np.ndarray) -> bool:
+        return bool((np.maximum.accumulate(values) - values).max() <= 0.05 * np.ptp(values))
+
+    return next(name for name in COURSE if name in curves and grows(curves[name]))
+
+
 def missing(curves: Mapping[str, np.ndarray], names: Iterable[str]) -> list[str]:
     """Names of columns that were not recorded."""
     return [name for name in names if name not in curves]

@@ -6,7 +6,7 @@ import pytest
 from support import STIFF, small_sample
 
 import grainlaw as gl
-from grainlaw.columns import BETWEEN_ENDS, DEVIATOR, ENERGIES, ENERGY, EVERY_TEST, SPENT, SUPPLIED, energy
+from grainlaw.columns import BETWEEN_ENDS, DEVIATOR, ENERGIES, ENERGY, EVERY_TEST, SPENT, SUPPLIED, course, energy
 from grainlaw.laws import Linear
 from grainlaw.protocols import BiaxialCompression, Cyclic, UniaxialCompression
 
@@ -85,3 +85,12 @@ def test_a_load_that_a_stress_does_not_go_with_gives_no_thresholds(pulled):
     curves = pulled.curves | {"deviator": np.linspace(0, 1e6, len(pulled.curves["time"]))}
     found = attrs.evolve(pulled, curves=curves).laboratory.properties
     assert np.isnan([found[name] for name in ("tangent_modulus", "crack_damage", "damage_onset")]).all()
+
+
+def test_curves_are_drawn_over_what_grows():
+    ramp, cycle = np.linspace(0, 1, 101), np.abs(np.linspace(-1, 1, 101))
+    curves = {"time": ramp, "deflection": ramp, "strain": cycle}
+    assert course(curves) == "deflection"
+    assert course(curves | {"strain": ramp}) == "strain"
+    assert course(curves | {"strain": ramp + 0.02 * np.sin(np.arange(101))}) == "strain"  # it vibrates
+    assert course({"time": ramp, "strain": cycle}) == "time"

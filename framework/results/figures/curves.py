@@ -66,12 +66,17 @@ def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
         if len(result.cracks):
             peak = int(np.argmax(stress))
             axes.plot(strain[peak], stress[peak], "o", color=line.get_color(), markersize=5)
+    label_stress_and_strain(axes)
+    axes.legend(frameon=False)
+
+
+def label_stress_and_strain(axes: Axes) -> None:
+    """Axes that begin at zero, for axial stress in MPa over axial strain in %."""
     axes.set_xlabel("axial strain (%)")
     axes.set_ylabel("axial stress (MPa)")
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0)
     axes.grid(alpha=0.25)
-    axes.legend(frameon=False)
 
 
 def plot_curves(results: Mapping[str, Result]) -> Figure:

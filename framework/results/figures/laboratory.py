@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
-from grainlaw.columns import STRAIN, TIME
+from grainlaw.columns import TIME, course
+from grainlaw.naming import shown
 from grainlaw.results.figures.curves import GRAIN, RIM, SHEAR, TENSILE
 from grainlaw.results.laboratory import Laboratory
 
@@ -53,15 +54,16 @@ def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
     axes.legend(frameon=False, fontsize="small", loc="lower left")
 
 
-def _strain(laboratory: Laboratory) -> tuple[np.ndarray, str]:
-    """What runs along the horizontal axis: the axial strain, or the time where a test has none."""
+def _along(laboratory: Laboratory) -> tuple[np.ndarray, str]:
+    """Values of the horizontal axis, and its label."""
     curves = laboratory.result.curves
-    return (curves[STRAIN] * 100, "axial strain (%)") if STRAIN in curves else (curves[TIME] * 1e3, "time (ms)")
+    name = course(curves)
+    return curves[name] * shown(name).factor, shown(name).heading
 
 
 def draw_growth(axes: Axes, laboratory: Laboratory) -> None:
     """Length of cracks by mode."""
-    along, label = _strain(laboratory)
+    along, label = _along(laboratory)
     for name, color in (("tensile", TENSILE), ("shear", SHEAR)):
         axes.plot(along, laboratory.growth[f"{name}_length"] * 1e3, color=color, label=name)
     axes.set_xlabel(label)
@@ -129,7 +131,7 @@ def draw_lost(axes: Axes, laboratory: Laboratory) -> None:
     """Energy lost by contacts in opening and in slip, frame by frame."""
     result = laboratory.result
     time = np.array([frame.time for frame in result.frames])
-    along, label = _strain(laboratory)
+    along, label = _along(laboratory)
     for name, color in (("opening", TENSILE), ("slip", SHEAR)):
         values = [float(laboratory.half_lengths @ frame.contacts[f"lost_{name}"]) for frame in result.frames]
         axes.plot(np.interp(time, result.curves[TIME], along), values, ".-", color=color, label=f"in {name}")

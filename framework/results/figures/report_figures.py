@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from grainlaw.columns import (
-    COURSE,
     ENERGIES,
     ENERGY,
     EVERY_TEST,
@@ -21,6 +20,7 @@ from grainlaw.columns import (
     STRESS,
     TENSILE_CRACKS,
     VOLUMETRIC_STRAIN,
+    course,
 )
 from grainlaw.naming import shown
 from grainlaw.results.figures.curves import SHEAR, TENSILE, draw_cracks
@@ -57,10 +57,10 @@ CURVES = (
 def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     """What the test measured, how cracks accumulated, where the energy went."""
     curves = next(iter(results.values())).curves
-    course = next(name for name in COURSE if name in curves and _grows(curves[name]))
-    panels = [*_panels(curves, course), Panel(course, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")]
+    along = course(curves)
+    panels = [*_panels(curves, along), Panel(along, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")]
     if len(results) == 1:  # those of several laws cannot be told apart
-        panels.append(Panel(course, [ENERGY + name for name in ENERGIES], "energy"))
+        panels.append(Panel(along, [ENERGY + name for name in ENERGIES], "energy"))
     rows = (len(panels) + 1) // 2
     figure = Figure(figsize=(10, 3.4 * rows), layout="constrained")
     places = figure.subplots(rows, 2, squeeze=False).ravel()
@@ -71,17 +71,12 @@ def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     return figure
 
 
-def _grows(values: np.ndarray) -> bool:
-    """Whether values never fall by more than a twentieth of their range: time does, a cycle's strain does not."""
-    return bool((np.maximum.accumulate(values) - values).max() <= 0.05 * np.ptp(values))
-
-
-def _panels(curves: Mapping[str, np.ndarray], course: str) -> Sequence[Panel]:
+def _panels(curves: Mapping[str, np.ndarray], along: str) -> Sequence[Panel]:
     for panels in CURVES:
         if all(name in curves for panel in panels for name in (panel.over, *panel.columns)):
             return panels
-    own = [name for name in curves if name not in (*EVERY_TEST, course) and not name.startswith(ENERGY)]
-    return [Panel(course, [name]) for name in own[:4]]
+    own = [name for name in curves if name not in (*EVERY_TEST, along) and not name.startswith(ENERGY)]
+    return [Panel(along, [name]) for name in own[:4]]
 
 
 def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
