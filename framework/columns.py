@@ -1,7 +1,7 @@
-"""The columns of a run: those of every test, the kinds of energy, and those that pictures and measures look for.
+"""The columns of a run: those of every test, the kinds of energy, and those that pictures and measures need.
 
-A column is an entry of ``Result.curves``: one number per sample, in SI units. A test adds its own by
-``LoadingProtocol.measure``. A test that uses the names below gets the pictures and measures that need them.
+A column is an entry of ``Result.curves``, with one number per sample in SI units. A test adds columns of its own by
+``LoadingProtocol.measure``; where it uses the names below, pictures and measures find them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ TIME, STEP, STAGE = "time", "step", "stage"
 TENSILE_CRACKS, SHEAR_CRACKS, DAMAGED = "tensile_cracks", "shear_cracks", "damaged"
 UNBALANCED, MOTION = "unbalanced", "motion"
 
-#: beside the energies
+#: what they mean; the energies below are recorded in every test, too
 EVERY_TEST = {
     TIME: "s since the start",
     STEP: "number of steps",
@@ -67,13 +67,13 @@ BETWEEN_ENDS = {
 # --- what curves are drawn over --------------------------------------------------------------------------------------
 
 COURSE = (STRAIN, "displacement", "opening", "deflection", TIME)  #: how far a test is: the first that it records
-LOAD = (STRESS, "shear_stress", "load", "force", UNBALANCED)  #: what a specimen carries: likewise
+LOAD = (STRESS, "shear_stress", "load", "force", UNBALANCED)  #: what the test applies: the first that it records
 
 
 def course(curves: Mapping[str, np.ndarray]) -> str:
-    """The column that cracks and energies are drawn over: the first of ``COURSE`` that grows all the time.
+    """The column that cracks and energies are drawn over: the first of ``COURSE`` that never falls.
 
-    Time does, the strain of a cyclic test does not. A fall by a twentieth of the range is allowed.
+    A fall by a twentieth of its range is allowed. The strain of a cyclic test falls, time never does.
     """
 
     def grows(values: np.ndarray) -> bool:
@@ -93,5 +93,5 @@ def require(where: str, curves: Mapping[str, np.ndarray], *names: str) -> None:
         own = [name for name in curves if name not in EVERY_TEST and not name.startswith(ENERGY)]
         raise ParameterError(
             f"{where} needs the column{'s' * (len(absent) > 1)} {' and '.join(absent)}, which the test does not "
-            f"record; it records {', '.join(own) or 'none of its own'}"
+            f"record; it records {', '.join(own) or 'nothing else'}"
         )

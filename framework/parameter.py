@@ -16,7 +16,7 @@ class ParameterError(ValueError):
 
 @attrs.frozen
 class Bounds:
-    """What a parameter may be; without any bound a physical quantity must be positive."""
+    """Limits of a parameter."""
 
     at_least: float | None = None
     above: float | None = None
@@ -58,9 +58,8 @@ def parameter(
 ) -> Any:
     """Declare a number of a component: ``cohesion: float = parameter("Pa", at_least=0)``.
 
-    Without a bound the value must be above 0; ``above=-math.inf`` admits either sign, ``infinite=True`` infinity. A
-    value may be an array, one entry per contact, where the component is a contact law. Raises
-    :class:`ParameterError`.
+    Without a bound the value must be above 0; ``above=-math.inf`` allows either sign, ``infinite=True`` infinity. A
+    contact law may be given an array, one entry per contact point. Raises :class:`ParameterError`.
     """
     if at_least is above is at_most is below is None:
         above = 0.0
@@ -143,9 +142,9 @@ def grain_numbers() -> Any:
 
 
 def part(kind: Any, default: Any) -> Any:
-    """Declare a part of a component, an instance of ``kind`` (an interface or an enumeration); another is refused.
+    """Declare a part of a component, which must be a ``kind`` (an interface or an enumeration).
 
-    The default is an instance too: ``closure: Closure = part(Closure, LinearClosure())``.
+    The default is an instance: ``closure: Closure = part(Closure, LinearClosure())``. Raises :class:`ParameterError`.
     """
 
     def check(component: Any, attribute: Any, value: Any) -> None:

@@ -1,4 +1,4 @@
-"""What the two bending tests share: the load between two supports, and the work that breaks the ligament."""
+"""What the two bending tests share: stage, columns and summary of a load between two supports."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class BetweenRollers(AtSpeed, Protocol):
 
 
 def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
-    """The load comes down between the supports, all rollers, to a deflection, or until the force has fallen."""
+    """The load moves down between the supports, all on rollers, to a deflection or until the force has fallen."""
     require_boundaries(specimen, type(test).__name__, "load", *SUPPORTS)
     refuse_platens(
         specimen, type(test).__name__, "it is loaded at its own boundaries load and support, without platens"
@@ -48,8 +48,8 @@ def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
 def measure_bending(state: State) -> dict[str, float]:
     """``deflection`` of the load against the supports, ``mouth`` opening of the notch (m), and forces (N/m).
 
-    ``force_top`` is the load, ``force_bottom`` what both supports carry, ``force`` their mean. There is no column
-    ``stress``: over the small faces that carry these forces it would say nothing of the stress in the beam.
+    ``force_top`` is the load, ``force_bottom`` the reaction of both supports, ``force`` the mean of the two. There is
+    no column ``stress``: a force over its small bearing face is not the stress in the beam.
     """
     load, *supports = (float(state.displacement[state.mesh.middle(name), 1].mean()) for name in ("load", *SUPPORTS))
     top = -float(state.reaction("load")[1])
@@ -68,7 +68,7 @@ def measure_bending(state: State) -> dict[str, float]:
 def bending_summary(
     curves: Curves, specimen: Specimen, name: str, strength: Callable[[float, Specimen], float]
 ) -> dict[str, Any]:
-    """Peak load (N/m) and deflection at it, what ``strength`` makes of the load, work of fracture, certificate."""
+    """Peak load (N/m), its deflection, the strength computed from it under ``name``, work of fracture, certificate."""
     peak = int(np.argmax(curves["force"]))
     force = float(curves["force"][peak])
     return {
@@ -81,7 +81,7 @@ def bending_summary(
 
 
 def mouth_opening(state: State) -> float:
-    """m by which the two lowest corners of the notch have parted."""
+    """m, change of the distance between the two lowest corners of the notch."""
     nodes = state.mesh.boundaries["notch"]
     place = state.mesh.nodes[nodes]
     lowest = np.flatnonzero(place[:, 1] <= place[:, 1].min() + 1e-9 * np.ptp(place[:, 1]))
@@ -111,6 +111,6 @@ def span(specimen: Specimen) -> float:
 def work_of_fracture(curves: Curves, specimen: Specimen) -> float:
     """J/m2: work of the load over the ligament, without weight (RILEM TC 50-FMC 1985, doi:10.1007/BF02472918).
 
-    It is the fracture energy only if the specimen has parted: what is left in it when the test ends counts as well.
+    It is the fracture energy only if the specimen has parted, for it includes the energy still stored at the end.
     """
     return work(curves["force"], curves["deflection"]) / ligament(specimen)

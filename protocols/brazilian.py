@@ -27,9 +27,9 @@ class Brazilian(LoadingProtocol):
 
     ``stress`` is the tensile stress in the middle of an elastic disc, ``shape_factor`` times 2 P/(pi D). The factor is
     1 for a load over a narrow arc; for flat ends of 20 and 30 degrees it is 0.9644 and 0.9205 (Wang, Jia, Kou, Zhang
-    and Lindqvist 2004). The upper jaw moves, the lower one is held. The test ends when the load has fallen by a tenth:
-    the halves of a split disc carry on, and more than the disc did, as columns. Between platens that are bodies of
-    their own (see :func:`~grainlaw.geometry.between_platens`) those are moved and held instead.
+    and Lindqvist 2004). The upper jaw moves, the lower one is held. The test ends when the load has fallen by a tenth,
+    because the halves of a split disc can bear more load than the disc, as two columns. Where platens are separate
+    bodies (see :func:`~grainlaw.geometry.between_platens`), these are moved and held instead.
     """
 
     speed: float = parameter("m/s", default=0.02)  #: at which the jaws approach each other
@@ -64,7 +64,8 @@ class Brazilian(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         """Approach of the disc's ends over the diameter, load (N/m), ``stress``, and stresses (Pa) in the middle.
 
-        Those, across and along the load and tension positive, are means over the grains within a tenth of the diameter.
+        The latter, across and along the load, tension positive, are means over the grains whose centroid is nearer to
+        the centre than a tenth of the diameter.
         """
         width, height = size(state.specimen)
         top, bottom = -state.reaction("top")[1], state.reaction("bottom")[1]

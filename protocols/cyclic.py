@@ -29,10 +29,10 @@ def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]
 
 @attrs.frozen(kw_only=True)
 class Cyclic(LoadingProtocol):
-    """Another test, whose last stage is interrupted: at each level its drives turn round until the load has fallen.
+    """Another test, unloaded at each level of its last stage, and loaded again.
 
-    A level is a value of the column ``displacement``, such as the strain at which to unload; unloading ends where the
-    column ``load`` has fallen to ``unload_to`` of what it was.
+    A level is a value of the column ``displacement``, such as a strain. There the drives reverse, until the column
+    ``load`` has fallen to ``unload_to`` times its value at the level.
     """
 
     test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())
@@ -49,7 +49,7 @@ class Cyclic(LoadingProtocol):
         ]
         forth = [attrs.evolve(d, start=0.0, ramp=0.0) if isinstance(d, Drive) else d for d in main.drives]
         field = main.initial_velocity
-        turn = None if field is None else 2 * field  # from one homogeneous motion to its opposite, without a shock
+        turn = None if field is None else 2 * field  # reverses a homogeneous motion at once, without a wave
         stages = list(before)
         for number, level in enumerate(self.levels, 1):
             load = attrs.evolve(main, name=f"load {number}", until=[Reaches(self.displacement, level), *main.until])
@@ -66,9 +66,9 @@ class Cyclic(LoadingProtocol):
         return self.test.measure(state)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """That of the other test, and for each loop the modulus on unloading (Pa) and the lost work (J/m3).
+        """That of the other test, and for each loop the modulus of unloading (Pa) and the lost work (J/m3).
 
-        Lost is the area between unloading and reloading up to the level.
+        The lost work is the area between the unloading and the reloading curve, up to the level.
         """
         x, y, stage = (curves[name] for name in (self.displacement, self.load, STAGE))
         found = dict(self.test.summary(curves, specimen))

@@ -20,7 +20,7 @@ def size(specimen: Specimen) -> tuple[float, float]:
 
 
 def has_platens(specimen: Specimen) -> bool:
-    """Whether platens are bodies of their own: the sample's ends are then the boundaries rock_top and rock_bottom."""
+    """Whether platens are separate bodies: the sample's ends are then the boundaries rock_top and rock_bottom."""
     return "rock_top" in specimen.mesh.boundaries
 
 
@@ -53,9 +53,9 @@ def points_on(state: State, boundary: str, count: int, share: float = 1.0) -> np
 
 
 def lateral_strain(state: State, points: int = 12) -> float:
-    """Change of width over width, from points on the left and the right side (the paper's 24 are 12 a side).
+    """Change of width over width, from 12 points on the left and 12 on the right side (24, as in the paper).
 
-    They lie along the middle half of the height, as strain gauges do, away from what the platens hold.
+    They lie in the middle half of the height, as strain gauges do, where the platens have little influence.
     """
     left, right = (state.displacement[points_on(state, side, points, 0.5), 0].mean() for side in ("left", "right"))
     return float(right - left) / size(state.specimen)[0]
@@ -68,9 +68,9 @@ def axial_strain_of_points(state: State, points: int = 9) -> float:
 
 
 def axial_strain(state: State) -> float:
-    """Change of height over height from the ends, mean over the interval in which the reactions are averaged.
+    """Change of height over height from the ends of the sample, averaged over the same steps as the reactions.
 
-    Those of the sample: how much platens and the contacts with them give is not in it.
+    It does not include the deformation of platens, nor of the contacts with them.
     """
     top, bottom = (state.moved(end)[1] for end in ends(state.specimen))
     return float(top - bottom) / size(state.specimen)[1]
@@ -79,7 +79,7 @@ def axial_strain(state: State) -> float:
 def window_stress(state: State, share: float = 0.5) -> np.ndarray:
     """(3,) Pa, xx, yy, xy: area mean over the grains whose centroid lies in the middle ``share`` of both sides.
 
-    Over all grains of the sample where none does.
+    If there is none, the mean over all grains of the sample.
     """
     grains = state.specimen.grains
     low, high = grains.region.bounds
@@ -100,7 +100,7 @@ def elastic_moduli(
     low: float = 0.2,
     high: float = 0.5,
 ) -> dict[str, float]:
-    """Moduli by regression between two fractions of the peak of the column ``load`` (Pa), on the way to it.
+    """Moduli by regression between two fractions of the peak of the column ``load`` (Pa), before it.
 
     ``sign`` is 1 where ``strain`` counts tension positive, -1 where it counts compression. ``apparent_modulus`` (Pa)
     and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are converted from plane

@@ -22,9 +22,9 @@ from grainlaw.stage import Curves, Stage
 class SemiCircularBend(LoadingProtocol):
     """Bend a notched half disc until it has parted (see :func:`~grainlaw.geometry.semi_disc`).
 
-    The ISRM suggested method of Kuruppu, Obara, Ayatollahi, Chong and Funatsu 2014, doi:10.1007/s00603-013-0422-7: the
-    toughness from the peak load, and the fracture energy by the work of fracture. Boundaries load, support_left,
-    support_right and notch.
+    The ISRM suggested method of Kuruppu, Obara, Ayatollahi, Chong and Funatsu 2014, doi:10.1007/s00603-013-0422-7:
+    toughness from the peak load, fracture energy from the work of fracture. The specimen needs the boundaries load,
+    support_left, support_right and notch.
     """
 
     speed: float = parameter("m/s", default=0.01)  #: of the load
@@ -41,7 +41,7 @@ class SemiCircularBend(LoadingProtocol):
         return measure_bending(state)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Peak load (N/m) and deflection at it, toughness K_IC (Pa sqrt(m)), work of fracture (J/m2), certificate."""
+        """Peak load (N/m), deflection there, toughness K_IC (Pa sqrt(m)), work of fracture (J/m2), certificate."""
         return bending_summary(curves, specimen, "toughness", toughness)
 
 

@@ -20,8 +20,8 @@ from grainlaw.stage import Curves, Stage
 class ThreePointBending(LoadingProtocol):
     """Bend a beam, notched or not, until it has parted (see :func:`~grainlaw.geometry.notched_beam`).
 
-    Boundaries load, support_left and support_right; the load is also held across. Gives the flexural strength of the
-    ligament, 3 P S/(2 h^2), and its fracture energy by the work of fracture.
+    The specimen needs the boundaries load, support_left and support_right; the load does not move sideways. Gives the
+    flexural strength of the ligament, 3 P S/(2 h^2), and its fracture energy by the work of fracture.
     """
 
     speed: float = parameter("m/s", default=0.01)  #: of the load
@@ -38,10 +38,10 @@ class ThreePointBending(LoadingProtocol):
         return measure_bending(state)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Peak load (N/m) and deflection at it, flexural strength (Pa), work of fracture (J/m2), certificate."""
+        """Peak load (N/m), deflection there, flexural strength (Pa), work of fracture (J/m2), certificate."""
         return bending_summary(curves, specimen, "flexural_strength", flexural_strength)
 
 
 def flexural_strength(force: float, specimen: Specimen) -> float:
-    """Pa, 3 P S/(2 h^2): the stress of an elastic beam at the root of the notch, of the peak load P (N/m)."""
+    """Pa, 3 P S/(2 h^2): stress in an elastic beam of the height of the ligament, under the load P (N/m)."""
     return 1.5 * force * span(specimen) / ligament(specimen) ** 2

@@ -35,7 +35,7 @@ def _listed(measures: Sequence[Measure]) -> tuple[Measure, ...]:
 
 @attrs.frozen(eq=False)
 class Laboratory:
-    """The measures of one test, the standard ones if not told otherwise; prints as a table.
+    """The measures of one test, the standard ones if none are given; prints as a table.
 
     nan where a measure does not exist (``docs/measures.md``). Raises ParameterError for two measures of one name.
     """
@@ -48,12 +48,12 @@ class Laboratory:
 
     @cached_property
     def path(self) -> Path:
-        """The way to the peak."""
+        """The path to the peak."""
         return path_to_peak(self.result.curves)
 
     @cached_property
     def half_lengths(self) -> np.ndarray:
-        """(p,) m, what each contact point stands for."""
+        """(p,) m, half of its interface for each contact point."""
         ends = self.result.mesh.nodes[self.result.interfaces]
         return np.tile(np.hypot(*(ends[:, 1] - ends[:, 0]).T) / 2, 2)
 

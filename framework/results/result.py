@@ -1,4 +1,4 @@
-"""What a run leaves behind: curves, properties, cracks, and moments for pictures and VTK."""
+"""The result of a run: curves, properties, cracks, and frames for pictures and VTK."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @attrs.frozen(eq=False)
 class Cracks:
-    """Broken contact points, in the order of breaking; each stands for half of its interface."""
+    """Broken contact points, in the order of breaking; the length of each is half of its interface."""
 
     position: np.ndarray  #: (k, 2) m, on the deformed specimen
     orientation: np.ndarray  #: (k,) rad from the x axis, in [0, pi)
@@ -54,7 +54,7 @@ class Cracks:
 
 @attrs.frozen(eq=False)
 class Result:
-    """One law under one test."""
+    """What one test of one specimen under one law has given."""
 
     specimen: Specimen
     law: Laws
@@ -75,7 +75,7 @@ class Result:
         frames: list[Frame],
         seconds: float,
     ) -> Result:
-        """Take the result out of a state."""
+        """Make the result from the state at the end of a run."""
         summary = dict(protocol.summary(curves, state.specimen)) if curves else {}
         summary |= {
             TENSILE_CRACKS: int(curves[TENSILE_CRACKS][-1]) if curves else 0,
@@ -111,7 +111,7 @@ class Result:
             series.write(frame)
 
     def plot(self) -> Figure:
-        """Stress-strain curve and crack pattern. Raises ParameterError for a test that does not record the former."""
+        """Stress-strain curve and crack pattern. Raises ParameterError for a test without such a curve."""
         from grainlaw.results.figures.curves import plot_result
 
         return plot_result(self)

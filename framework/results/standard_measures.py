@@ -78,7 +78,7 @@ def modulus_and_poisson(
 
 
 def thresholds() -> list[Standard]:
-    """Axial stresses at which damage and cracks begin, and cracks become unstable."""
+    """Axial stresses at which damage begins, cracks begin, and cracks become unstable."""
     return [
         Standard(
             "damage_onset", "onset of damage, 1 % of the damaged points at the peak",
@@ -124,7 +124,7 @@ def length_of(laboratory: Laboratory, *, tensile: bool) -> float:
 
 
 def energy_lost() -> list[Standard]:
-    """By contacts, at the last frame: in opening and in slip, and by what became of the contacts."""
+    """Energies lost by contacts up to the last frame: in opening, in slip, and by kind of crack."""
     return [
         Standard(
             "lost_opening", "energy lost by contacts in opening", lambda lab: float(lab.energy_lost[0].sum()), "J/m"
@@ -152,13 +152,13 @@ def lost_by(laboratory: Laboratory, chosen: np.ndarray) -> float:
 
 
 def largest_magnitude(laboratory: Laboratory) -> float:
-    """nan where no event has energy."""
+    """Of all acoustic events; nan where none has energy."""
     events = laboratory.events
     return float(np.nanmax(events.magnitude)) if (events.energy > 0).any() else float("nan")
 
 
 def largest_fragment(laboratory: Laboratory) -> float:
-    """Its share of the area of all."""
+    """Area of the largest fragment over the area of all."""
     areas = laboratory.fragments.areas
     return float(areas[0] / areas.sum())
 

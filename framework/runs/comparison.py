@@ -23,7 +23,7 @@ from grainlaw.specimen import Specimen
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: rows of the table
+#: rows of the table that a comparison prints
 TABLE = (
     "peak_stress", "peak_strain", "apparent_modulus", "apparent_poisson", "modulus", "poisson", "tensile_cracks",
     "shear_cracks", "kinetic_ratio", "platen_imbalance", "energy_error", "energy_made",

@@ -1,4 +1,4 @@
-"""Pictures: curves and cracks (matplotlib), and a window to look around in (pyvista)."""
+"""Pictures of curves and cracks (matplotlib), and a window with the specimen (pyvista)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ GRAIN, RIM = "#efece4", "#b9b2a3"
 
 
 def _outlines(result: Result) -> np.ndarray:
-    """(k, 2) node pairs of the rims of all grains: edges that belong to one zone only."""
+    """(k, 2) node pairs of the boundaries of all grains: edges that belong to one zone only."""
     zones = result.mesh.zones
     edges = zones[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     ordered = np.sort(edges, axis=1)

@@ -34,11 +34,13 @@ def plot_laboratory(laboratory: Laboratory) -> Figure:
 
 
 def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
-    """Load over axial, lateral and volumetric strain on the way to the peak, extension positive."""
+    """Load over axial, lateral and volumetric strain up to the peak, extension positive."""
     path = laboratory.path
     if not np.isfinite(path.axial).any():
         axes.set_axis_off()
-        axes.text(0.5, 0.5, "no strains on the way to a peak", ha="center", va="center", transform=axes.transAxes)
+        axes.text(
+            0.5, 0.5, "the test recorded no peak or no strains", ha="center", va="center", transform=axes.transAxes
+        )
         return
     for values, label, style in (
         (path.axial, "axial", "-"), (path.lateral, "lateral", "--"), (path.volumetric, "volumetric", ":")
@@ -73,7 +75,7 @@ def draw_growth(axes: Axes, laboratory: Laboratory) -> None:
 
 
 def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
-    """Length of cracks by orientation, each drawn both ways; the failure plane as a line."""
+    """Length of cracks by orientation, drawn in both directions; the failure plane as a line."""
     rose, plane = laboratory.rose, laboratory.plane
     middle, width = (rose.edges[1:] + rose.edges[:-1]) / 2, rose.edges[1] - rose.edges[0]
     for turn in (0, np.pi):
@@ -89,7 +91,7 @@ def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
 
 
 def _draw_specimen(axes: Axes, laboratory: Laboratory, colors: str | np.ndarray) -> None:
-    """The grains at the last frame, in one colour or one for each zone."""
+    """The grains at the last frame, in one colour, or with a colour for each zone."""
     result = laboratory.result
     place = (result.mesh.nodes + result.frames[-1].displacement) * 1e3
     axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=colors, edgecolor=colors, linewidth=0.3))
@@ -102,7 +104,7 @@ def _draw_specimen(axes: Axes, laboratory: Laboratory, colors: str | np.ndarray)
 
 
 def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
-    """Fragments of more than one grain in colours, the largest and single grains pale."""
+    """Fragments of several grains in colours, the largest in the colour of grains, single grains white."""
     found = laboratory.fragments
     palette = np.array([GRAIN, *(PALE[k % len(PALE)] for k in range(len(found) - 1))])
     palette[found.grains == 1] = "white"
@@ -113,7 +115,7 @@ def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
 
 
 def draw_events(axes: Axes, laboratory: Laboratory) -> None:
-    """Acoustic events as circles, their area by energy."""
+    """Acoustic events as circles whose area is their energy."""
     events = laboratory.events
     _draw_specimen(axes, laboratory, GRAIN)
     if len(events):

@@ -1,4 +1,4 @@
-"""The laboratory report of a test: one page of HTML that holds all it shows."""
+"""The laboratory report of a test: one page of HTML, with its figures."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from grainlaw.results.measure import Measure
     from grainlaw.results.result import Result
 
-#: what a certificate may be at most, and what to do else (docs/theory.md, Measures)
+#: the most that a certificate may be, and what to do if it is more (docs/theory.md, Measures)
 LIMITS = {
     "kinetic_ratio": (0.01, "the test was not quasi-static: load more slowly, or let the speed rise over a ramp"),
     "platen_imbalance": (0.02, "waves ran through the specimen: load more slowly, or let the speed rise over a ramp"),
@@ -46,9 +46,9 @@ def write_report(
 ) -> None:
     """Write the results of one test under one law or several, by the laws' names, as a page of HTML.
 
-    ``record`` is shown too: what else the run was made with, and the versions. ``incomplete`` says why a test did not
-    end as it should. ``measures`` are those of the table, the standard ones (``MEASURES``) if not given. Raises OSError
-    where it cannot write.
+    ``record`` is shown at the end: what else belongs to the run, such as versions. ``incomplete`` says why a test did
+    not end as it should. ``measures`` are those of the table, the standard ones (``MEASURES``) if not given.
+    Raises OSError where it cannot write.
     """
     laboratories = {
         name: result.laboratory if measures is None else Laboratory(result, measures)
@@ -188,7 +188,7 @@ def _rounded(value: Any) -> float:
 
 
 def _rows(component: Any, before: str = "") -> list[list[str]]:
-    """Name and value of each parameter, those of parts after their part."""
+    """Name and value of each parameter; those of a part follow the part."""
     rows = []
     for field in attrs.fields(type(component)):
         value, name = getattr(component, field.name), before + field.name

@@ -34,14 +34,14 @@ COLORS = {TENSILE_CRACKS: TENSILE, SHEAR_CRACKS: SHEAR}
 
 @attrs.frozen
 class Panel:
-    """Columns over a column; the words are for several."""
+    """Columns that are drawn over a column; several have common words for the axis."""
 
     over: str
     columns: Sequence[str]
     words: str = ""
 
 
-#: what is drawn of a test that records all the columns of a row's panels: the first row that fits
+#: the panels of a test: the first row of which it records all columns
 CURVES = (
     (Panel("displacement", ["shear_stress"]), Panel("displacement", ["dilation"])),
     (Panel("opening", ["normal"]), Panel(STRAIN, [STRESS])),
@@ -55,7 +55,7 @@ CURVES = (
 
 
 def plot_report_curves(results: Mapping[str, Result]) -> Figure:
-    """What the test measured, how cracks accumulated, where the energy went."""
+    """What the test measured, broken contact points, and energies."""
     curves = next(iter(results.values())).curves
     along = course(curves)
     panels = [*_panels(curves, along), Panel(along, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")]
