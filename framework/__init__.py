@@ -25,9 +25,11 @@ from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
 from grainlaw.results.fragments import Fragments, fragments
 from grainlaw.results.frames import Frame, FrameRecorder
-from grainlaw.results.laboratory import MEASURES, Laboratory, Measure, mean_stress
+from grainlaw.results.laboratory import Laboratory, mean_stress
+from grainlaw.results.measure import Measure
 from grainlaw.results.probe import ContactPath, Probe
 from grainlaw.results.result import Cracks, Result
+from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.comparison import Comparison, compare
 from grainlaw.runs.envelope import (
     HoekBrownFit,

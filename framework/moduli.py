@@ -1,4 +1,4 @@
-"""Elastic constants from curves of stress and strain."""
+"""Elastic constants and work, from curves of load and displacement or stress and strain."""
 
 from __future__ import annotations
 
@@ -10,14 +10,19 @@ from grainlaw.specimen import Elastic, Plane, Specimen
 
 
 def slope(x: np.ndarray, y: np.ndarray) -> float:
-    """Of the regression of y on x; nan from fewer than two points or where x does not change."""
+    """Slope of the regression of y on x; nan for fewer than two points or where x does not change."""
     return float(np.polyfit(x, y, 1)[0]) if len(x) > 1 and np.ptp(x) > 0 else float("nan")
 
 
-def converted(young: float, poisson: float, specimen: Specimen) -> tuple[float, float]:
-    """E and nu of the material from those of its plane problem: nu = nu*/(1 + nu*), E = E* (1 - nu^2).
+def work(load: np.ndarray, displacement: np.ndarray) -> float:
+    """Work of a load on its displacement, by the trapezoidal rule; of a stress on its strain, it is in J/m3."""
+    return float(np.sum((load[1:] + load[:-1]) / 2 * np.diff(displacement)))
 
-    Equal to them where the specimen's material is in plane stress.
+
+def converted(young: float, poisson: float, specimen: Specimen) -> tuple[float, float]:
+    """E and nu of the material from E* and nu* of its plane problem: nu = nu*/(1 + nu*), E = E* (1 - nu^2).
+
+    Equal to E* and nu* where the material is in plane stress.
     """
     material = specimen.material
     rock = material[int(specimen.grains.phase[0])] if isinstance(material, Mapping) else material

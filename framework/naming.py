@@ -1,4 +1,4 @@
-"""How recorded quantities are shown: words, a usual unit, digits, and lines of a table."""
+"""How quantities are shown: words, a usual unit, digits, and lines of a table."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from numbers import Real
 from typing import Any
 
 import attrs
+
+from grainlaw.columns import ENERGY
 
 
 @attrs.frozen
@@ -25,7 +27,7 @@ class Shown:
         return f"{self.words} ({self.unit})" if self.unit else self.words
 
     def text(self, value: Any) -> str:
-        """A value in SI, or some, in the unit shown, without it; a dash for what does not exist."""
+        """A value in SI, or several, as digits in the unit shown; a dash for what does not exist."""
         if isinstance(value, (list, tuple)):
             return ", ".join(map(self.text, value)) or "-"
         if value is None or (isinstance(value, Real) and math.isnan(value)):
@@ -54,7 +56,7 @@ NAMED = {
     "normal": Shown("normal traction", "MPa", 1e-6),
     "shear": Shown("shear traction", "MPa", 1e-6),
 }
-#: by the last of these words in a name that is not listed above
+#: for names that are not listed above: by the first of these words that is in the name
 USUAL = {
     r"stress|strength|pressure|confinement|deviator": ("MPa", 1e-6, ".2f"),
     r"modulus|moduli": ("GPa", 1e-9, ".2f"),
@@ -68,11 +70,11 @@ USUAL = {
 
 
 def shown(name: str) -> Shown:
-    """How the quantity of a name in a summary or in curves is shown; in plain SI if nothing is known of it."""
+    """How a quantity in a summary or in curves is shown, by its name; in plain SI if the name says nothing."""
     if name in NAMED:
         return NAMED[name]
     words = name.replace("_", " ")
-    if name.startswith("energy_"):
+    if name.startswith(ENERGY):
         return Shown(words, "J/m")  # of thickness
     for pattern, usual in USUAL.items():
         if re.search(rf"(^|_)({pattern})(_|$)", name):
@@ -81,7 +83,7 @@ def shown(name: str) -> Shown:
 
 
 def aligned(rows: Iterable[Sequence[str]], *, rule: bool = False) -> str:
-    """A table of texts, the first column to the left, the others to the right; with a ``rule`` below the first row."""
+    """A table of texts, its first column aligned left, the others right; with a ``rule`` below the first row."""
     rows = list(rows)
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [

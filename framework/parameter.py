@@ -16,7 +16,7 @@ class ParameterError(ValueError):
 
 @attrs.frozen
 class Bounds:
-    """What a parameter may be; without any bound a physical quantity must be positive."""
+    """Limits of a parameter."""
 
     at_least: float | None = None
     above: float | None = None
@@ -58,9 +58,8 @@ def parameter(
 ) -> Any:
     """Declare a number of a component: ``cohesion: float = parameter("Pa", at_least=0)``.
 
-    Without a bound the value must be above 0; ``above=-math.inf`` admits either sign, ``infinite=True`` infinity. A
-    value may be an array, one entry per contact, where the component is a contact law. Raises
-    :class:`ParameterError`.
+    Without a bound the value must be above 0; ``above=-math.inf`` allows either sign, ``infinite=True`` infinity. A
+    contact law may be given an array, one entry per contact point. Raises :class:`ParameterError`.
     """
     if at_least is above is at_most is below is None:
         above = 0.0
@@ -100,17 +99,31 @@ def parameter(
     )
 
 
-def whole_number(*, default: int, at_least: int) -> Any:
-    """Declare a whole number of a component: ``samples: int = whole_number(default=1000, at_least=10)``."""
+def checked_whole_number(where: str, value: Any, *, at_least: int, at_most: int | None = None) -> int:
+    """The value as an int; numpy's integers are whole numbers too, ``2.0`` and ``True`` are not.
 
-    def check(component: Any, attribute: Any, value: Any) -> None:
-        if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < at_least:
-            raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
-                f"it must be a whole number, at least {at_least}"
-            )
+    Raises :class:`ParameterError`, which begins with ``where``: ``"Specimen: refinement"``.
+    """
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not whole or value < at_least or (at_most is not None and value > at_most):
+        bounds = f", at least {at_least}" if at_most is None else f" from {at_least} to {at_most}"
+        raise ParameterError(f"{where} = {value!r} is not allowed, it must be a whole number{bounds}")
+    return int(value)
 
-    return attrs.field(default=default, validator=check)
+
+def whole_number(*, default: int | None, at_least: int, at_most: int | None = None) -> Any:
+    """Declare a whole number of a component: ``samples: int = whole_number(default=1000, at_least=10)``.
+
+    None is allowed where it is the default. Raises :class:`ParameterError`.
+    """
+
+    def convert(value: Any, component: Any, attribute: Any) -> int | None:
+        if value is None and default is None:
+            return None
+        where = f"{type(component).__name__}: {attribute.name}"
+        return checked_whole_number(where, value, at_least=at_least, at_most=at_most)
+
+    return attrs.field(default=default, converter=attrs.Converter(convert, takes_self=True, takes_field=True))
 
 
 def grain_numbers() -> Any:
@@ -129,9 +142,9 @@ def grain_numbers() -> Any:
 
 
 def part(kind: Any, default: Any) -> Any:
-    """Declare a part of a component, an instance of ``kind`` (an interface or an enumeration); another is refused.
+    """Declare a part of a component, which must be a ``kind`` (an interface or an enumeration).
 
-    The default is an instance too: ``closure: Closure = part(Closure, LinearClosure())``.
+    The default is an instance: ``closure: Closure = part(Closure, LinearClosure())``. Raises :class:`ParameterError`.
     """
 
     def check(component: Any, attribute: Any, value: Any) -> None:

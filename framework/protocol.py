@@ -1,4 +1,4 @@
-"""The loading protocol: a laboratory test as a sequence of stages, and what is measured meanwhile."""
+"""The loading protocol: a laboratory test as a sequence of stages, and what it measures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from grainlaw.stage import Curves, Stage
 class LoadingProtocol(ABC):
     """A laboratory test.
 
-    A whole test, pulling the top of a specimen that stands on its bottom::
+    A whole test, which pulls the top of a specimen and holds its bottom::
 
         @attrs.frozen(kw_only=True)
         class Pull(gl.LoadingProtocol):
@@ -36,11 +36,11 @@ class LoadingProtocol(ABC):
 
     @abstractmethod
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        """The stages in order. Raises ValueError for a specimen that the test cannot hold."""
+        """The stages in order. Raises :class:`ParameterError` for a specimen that the test cannot load."""
 
     @abstractmethod
     def measure(self, state: State) -> dict[str, float]:
-        """What is recorded at every sample, by column name (SI)."""
+        """What is recorded at every sample, by column name (SI); ``grainlaw.columns`` lists the names in use."""
 
     @abstractmethod
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:

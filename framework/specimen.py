@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.mesh import Mesh, build_mesh
-from grainlaw.parameter import ParameterError, parameter, part
+from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.tessellation import Tessellation
 
 
@@ -83,11 +83,6 @@ class InsetPoints(ContactPoints):
         return np.minimum(self.inset / lengths, 0.5)
 
 
-def _is_refinement(specimen: Specimen, attribute: attrs.Attribute, value: int) -> None:
-    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= 6:
-        raise ParameterError(f"Specimen: refinement = {value!r} is not allowed, it must be a whole number from 0 to 6")
-
-
 @attrs.frozen(eq=False)
 class Specimen:
     """Grains of one material, or of one per mineral phase, and the contact points between them.
@@ -98,7 +93,7 @@ class Specimen:
     grains: Tessellation
     material: Elastic | Rigid | Mapping[int, Elastic]
     contact_points: ContactPoints = part(ContactPoints, GaussPoints())
-    refinement: int = attrs.field(default=0, validator=_is_refinement)
+    refinement: int = whole_number(default=0, at_least=0, at_most=6)
 
     def __attrs_post_init__(self) -> None:
         if isinstance(self.material, Mapping):

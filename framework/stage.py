@@ -10,6 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import MOTION, SHEAR_CRACKS, TENSILE_CRACKS, TIME, UNBALANCED, require
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import ParameterError, grain_numbers, parameter, part, whole_number
 
@@ -50,7 +51,8 @@ def _vector(value: Any) -> tuple[float, float]:
 class Drive:
     """A boundary that is moved: the velocity of all its nodes along one axis, or of its middle alone (a ``roller``).
 
-    A roller lets the boundary turn; it drives the node nearest to the middle, on each grain that has a node there.
+    A roller lets the boundary turn: it drives only the node nearest to the middle; if several grains meet there, the
+    node of each.
     """
 
     boundary: str
@@ -67,10 +69,10 @@ class Drive:
 
 @attrs.frozen(kw_only=True)
 class Hold:
-    """A boundary under a force: a platen, whose nodes all move alike along one axis, as the force lets them.
+    """A boundary under a force: a platen whose nodes all move by the same amount along one axis.
 
-    ``stress`` is the force over the undeformed length of the boundary, with the sign of the axis; a spring of
-    ``stiffness`` (constant normal stiffness) pulls the platen back to where the stage began.
+    ``stress`` is the force over the undeformed length of the boundary, positive along the axis. A spring of
+    ``stiffness`` (constant normal stiffness) pulls the platen back to its place at the start of the stage.
     """
 
     boundary: str
@@ -87,7 +89,7 @@ class Hold:
 
 @attrs.frozen(kw_only=True)
 class Pressure:
-    """A pressure on a boundary, normal to it as it deforms: a fluid behind a thin membrane."""
+    """A pressure on a boundary that stays normal to it as it deforms, as of a fluid behind a thin membrane."""
 
     boundary: str
     pressure: float = parameter("Pa", above=-math.inf)  #: pressing inwards
@@ -110,7 +112,7 @@ class Condition(ABC):
 
     @abstractmethod
     def progress(self, curves: Curves) -> float:
-        """How much of the way is done, from what was recorded in this stage; 1 ends the stage.
+        """Share of the stage that is done, from what was recorded in it; 1 ends the stage.
 
         Raises :class:`StageError` where the test cannot go on.
         """
@@ -124,6 +126,7 @@ class Reaches(Condition):
     limit: float
 
     def progress(self, curves: Curves) -> float:
+        require("Reaches", curves, self.column)
         return float(curves[self.column][-1] / self.limit)
 
 
@@ -135,52 +138,53 @@ class FallsTo(Condition):
     fraction: float
 
     def progress(self, curves: Curves) -> float:
+        require("FallsTo", curves, self.column)
         values = curves[self.column]
         return float(values[-1] <= self.fraction * values.max() and values.max() > 0)
 
 
 @attrs.frozen
 class FailsTo(Condition):
-    """As :class:`FallsTo`, once a contact has broken: what vibrates at the start of a test has not failed."""
+    """As :class:`FallsTo`, but only after a contact has broken: vibration at the start of a test is no failure."""
 
     column: str
     fraction: float
 
     def progress(self, curves: Curves) -> float:
-        if curves["tensile_cracks"][-1] + curves["shear_cracks"][-1] == 0:
+        if curves[TENSILE_CRACKS][-1] + curves[SHEAR_CRACKS][-1] == 0:
             return 0.0
         return FallsTo(self.column, self.fraction).progress(curves)
 
 
 @attrs.frozen
 class AtRest(Condition):
-    """Loads no longer change, and forces and motion have died away: three samples below a ratio in a row.
+    """Loads no longer change; ``unbalanced`` and ``motion`` are below a ratio in three samples in a row.
 
-    ``unbalanced`` is the mean force out of balance over the mean contact force, ``motion`` the root of kinetic over
-    stored energy. Forces alone pass early, as a slow motion of many nodes needs little on each, and motion alone where
-    it turns round.
+    ``unbalanced`` is the mean unbalanced force over the mean contact force, ``motion`` the root of kinetic over stored
+    energy. Both are needed: a slow motion of many nodes takes only small forces, and a vibration that reverses has no
+    velocity for a moment.
     """
 
     ratio: float = 1e-5
 
     def progress(self, curves: Curves) -> float:
-        if len(curves["time"]) < 3:
+        if len(curves[TIME]) < 3:
             return 0.0
-        largest = max(float(curves[name][-3:].max()) for name in ("unbalanced", "motion"))
+        largest = max(float(curves[name][-3:].max()) for name in (UNBALANCED, MOTION))
         return min(1.0, self.ratio / max(largest, 1e-300))
 
 
 @attrs.frozen(kw_only=True)
 class Stage:
-    """What is imposed, until when. Boundaries and axes without a drive are free."""
+    """What is imposed, and until when. Boundaries and axes on which nothing is imposed are free."""
 
     name: str
     drives: Sequence[Drive | Hold] = ()
     pressures: Sequence[Pressure] = ()
-    until: Sequence[Condition] = attrs.field(validator=_ends)  #: the first that is met ends the stage
+    until: Sequence[Condition] = attrs.field(validator=_ends)  #: the first that is fulfilled ends the stage
     interval: float = parameter("s")  #: time between samples
     integrator: Integrator = part(Integrator, CentralDifference())
     initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes
     gravity: tuple[float, float] = attrs.field(default=(0.0, 0.0), converter=_vector)  #: m/s2
     fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
-    sample_limit: int = whole_number(default=100_000, at_least=1)  #: more samples stop the run with an error
+    sample_limit: int = whole_number(default=100_000, at_least=1)  #: the run stops with an error after so many samples

@@ -68,6 +68,15 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
     return float(Fraction(found[1]) * given[0] / declared[0])
 
 
+def factor_into(unit: str) -> float:
+    """A value in SI, angles in rad, times this is the value in ``unit``; 1 for what is no unit of mechanics."""
+    found = _unit(unit)
+    if found is None:
+        return 1.0
+    size, (*_, angle) = found
+    return (180 / math.pi) ** angle * float(1 / size)
+
+
 def written(value: float, unit: str) -> str:
     """The number with its unit as people write it, such as ``"13 MPa"``, which :func:`quantity` reads back exactly."""
     number = Decimal(repr(float(value)))

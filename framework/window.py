@@ -1,4 +1,4 @@
-"""Stress in a part of a specimen."""
+"""Windows: parts of a specimen in which stresses are averaged."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def within_circle(centre: Any, radius: float) -> Window:
 
 
 def within_polygon(corners: Any) -> Window:
-    """Window with corners (n, 2) m, one after the other either way round; it need not be convex."""
+    """Window with corners (n, 2) m in order, clockwise or counter-clockwise; it need not be convex."""
     start = np.asarray(corners, dtype=float)
     return lambda points: enclosed(points, start, np.roll(start, -1, axis=0))
 
 
 def window_mean(grains: Tessellation, stress: np.ndarray, window: Window) -> np.ndarray:
-    """(3,) mean over the area of the grains whose undeformed centroid lies in a window, of (g, 3); nan if none does."""
+    """(3,) area mean of (g, 3) over the grains whose undeformed centroid lies in a window; nan if there is none."""
     inside = window(grains.centroids)
     if not inside.any():
         return np.full(3, np.nan)

@@ -7,10 +7,11 @@ import numpy as np
 
 from grainlaw.geometry.cells.any_voronoi import SMALL, Cells
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
-from grainlaw.geometry.cells.grain_size import grain_count, length, require_one, whole_number
+from grainlaw.geometry.cells.grain_size import grain_count, length, require_one
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.geometry.cells.sides import convex_sides, is_convex
+from grainlaw.parameter import whole_number
 from grainlaw.tessellation import Region, Tessellation, Tessellator
 
 SHORTEST = 0.25  #: of the grain size: the shortest edge that the sides of the region may cut off

@@ -7,11 +7,11 @@ import numpy as np
 
 from grainlaw.geometry.cells.any_voronoi import SMALL, Cells, frame
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
-from grainlaw.geometry.cells.grain_size import grain_count, length, require_one, whole_number
+from grainlaw.geometry.cells.grain_size import grain_count, length, require_one
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.geometry.cells.sides import is_convex
-from grainlaw.parameter import parameter
+from grainlaw.parameter import parameter, whole_number
 from grainlaw.tessellation import Region, Tessellation, Tessellator
 
 

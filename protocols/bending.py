@@ -1,12 +1,15 @@
-"""What the two bending tests share: the load between two supports, and the work that breaks the ligament."""
+"""What the two bending tests share: stage, columns and summary of a load between two supports."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 
 from grainlaw.engine.state import State
+from grainlaw.moduli import work
+from grainlaw.protocols.measures import certificate, size
 from grainlaw.protocols.platens import AtSpeed, refuse_platens, require_boundaries, sample_limit
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Drive, FailsTo, Reaches, Stage
@@ -22,7 +25,7 @@ class BetweenRollers(AtSpeed, Protocol):
 
 
 def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
-    """The load comes down between the supports, all rollers, to a deflection, or until the force has fallen."""
+    """The load moves down between the supports, all on rollers, to a deflection or until the force has fallen."""
     require_boundaries(specimen, type(test).__name__, "load", *SUPPORTS)
     refuse_platens(
         specimen, type(test).__name__, "it is loaded at its own boundaries load and support, without platens"
@@ -43,26 +46,42 @@ def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
 
 
 def measure_bending(state: State) -> dict[str, float]:
-    """``deflection`` of the load against the supports, ``mouth`` opening of the notch (m), and ``force`` (N/m).
+    """``deflection`` of the load against the supports, ``mouth`` opening of the notch (m), and forces (N/m).
 
-    ``force`` is the mean of the load and of the supports' reactions.
+    ``force_top`` is the load, ``force_bottom`` the reaction of both supports, ``force`` the mean of the two. There is
+    no column ``stress``: a force over its small bearing face is not the stress in the beam.
     """
-    load_way, *support_ways = (float(state.displacement[state.mesh.middle(n), 1].mean()) for n in ("load", *SUPPORTS))
-    load = -float(state.reaction("load")[1])
-    carried = sum(float(state.reaction(support)[1]) for support in SUPPORTS)
+    load, *supports = (float(state.displacement[state.mesh.middle(name), 1].mean()) for name in ("load", *SUPPORTS))
+    top = -float(state.reaction("load")[1])
+    bottom = sum(float(state.reaction(support)[1]) for support in SUPPORTS)
     row = {
-        "deflection": sum(support_ways) / 2 - load_way,
-        "force": (load + carried) / 2,
-        "stress_top": load,
-        "stress_bottom": carried,
+        "deflection": sum(supports) / 2 - load,
+        "force": (top + bottom) / 2,
+        "force_top": top,
+        "force_bottom": bottom,
     }
     if "notch" in state.mesh.boundaries:
         row["mouth"] = mouth_opening(state)
     return row
 
 
+def bending_summary(
+    curves: Curves, specimen: Specimen, name: str, strength: Callable[[float, Specimen], float]
+) -> dict[str, Any]:
+    """Peak load (N/m), its deflection, the strength computed from it under ``name``, work of fracture, certificate."""
+    peak = int(np.argmax(curves["force"]))
+    force = float(curves["force"][peak])
+    return {
+        "peak_force": force,
+        "peak_deflection": float(curves["deflection"][peak]),
+        name: strength(force, specimen),
+        "work_of_fracture": work_of_fracture(curves, specimen),
+        **certificate(curves, "force", ("force_top", "force_bottom")),
+    }
+
+
 def mouth_opening(state: State) -> float:
-    """m by which the two lowest corners of the notch have parted."""
+    """m, change of the distance between the two lowest corners of the notch."""
     nodes = state.mesh.boundaries["notch"]
     place = state.mesh.nodes[nodes]
     lowest = np.flatnonzero(place[:, 1] <= place[:, 1].min() + 1e-9 * np.ptp(place[:, 1]))
@@ -72,16 +91,15 @@ def mouth_opening(state: State) -> float:
 
 def ligament(specimen: Specimen) -> float:
     """Height (m) above the notch, or of the whole specimen if it has none."""
-    low, high = specimen.grains.region.bounds
     if "notch" not in specimen.mesh.boundaries:
-        return float(high[1] - low[1])
-    return float(high[1] - specimen.mesh.nodes[specimen.mesh.boundaries["notch"], 1].max())
+        return size(specimen)[1]
+    top = specimen.grains.region.bounds[1][1]
+    return float(top - specimen.mesh.nodes[specimen.mesh.boundaries["notch"], 1].max())
 
 
 def notch_depth(specimen: Specimen) -> float:
     """m; 0 without a notch."""
-    low, high = specimen.grains.region.bounds
-    return float(high[1] - low[1]) - ligament(specimen)
+    return size(specimen)[1] - ligament(specimen)
 
 
 def span(specimen: Specimen) -> float:
@@ -93,7 +111,6 @@ def span(specimen: Specimen) -> float:
 def work_of_fracture(curves: Curves, specimen: Specimen) -> float:
     """J/m2: work of the load over the ligament, without weight (RILEM TC 50-FMC 1985, doi:10.1007/BF02472918).
 
-    It is the fracture energy only if the specimen has parted: what is left in it when the test ends counts as well.
+    It is the fracture energy only if the specimen has parted, for it includes the energy still stored at the end.
     """
-    force, way = curves["force"], curves["deflection"]
-    return float(np.sum((force[1:] + force[:-1]) / 2 * np.diff(way)) / ligament(specimen))
+    return work(curves["force"], curves["deflection"]) / ligament(specimen)

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
@@ -24,14 +25,14 @@ from grainlaw.protocols.platens import (
 from grainlaw.specimen import Specimen
 from grainlaw.stage import AtRest, Condition, Curves, Drive, Hold, Pressure, Stage, StageError
 
-MOST_CONFINING = 1000  #: samples, two in a ramp: what does not rest by then has failed
+MOST_CONFINING = 1000  #: samples, two in each ramp: a specimen that is not at rest by then has failed
 
 
 @attrs.frozen
 class IntactAtRest(Condition):
     """At rest; the test ends with an error if more than a hundredth of the bonds has broken before.
 
-    Contact points that hold nothing without pressure, as in a rock that is all joints, have none: they slip into place.
+    Contact points without cohesion, such as joints, do not count as bonds: they may slip into place.
     """
 
     rest: AtRest
@@ -51,13 +52,13 @@ class IntactAtRest(Condition):
 class BiaxialCompression(LoadingProtocol):
     """Press a specimen axially while a constant pressure follows its deforming sides; compression counts positive.
 
-    The confinement comes up on all sides, the upper platen free to give way under it, until the specimen is at rest;
-    then the platens approach as in uniaxial compression. Ends when the deviator has fallen to ``stop_fraction`` of its
-    peak, or at ``maximum_strain``.
+    First the confinement rises on all sides, also on the upper platen, which is free to move, until the specimen is at
+    rest. Then the platens approach as in uniaxial compression. The test ends when the deviator has fallen to
+    ``stop_fraction`` of its peak, or at ``maximum_strain``.
     """
 
     confinement: float = parameter("Pa", at_least=0)
-    confining_ramp: float = parameter("s", default=2e-4)  #: time in which the confinement comes up
+    confining_ramp: float = parameter("s", default=2e-4)  #: time in which the confinement rises
     speed: float = parameter("m/s", default=0.05)  #: at which the platens approach each other
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed rises from zero
     platens: Platens = part(Platens, Platens.SMOOTH)
@@ -68,7 +69,7 @@ class BiaxialCompression(LoadingProtocol):
     integrator: Integrator = part(Integrator, CentralDifference())
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        axial = uniaxial_stage(self, specimen, "axial", -1.0, falls="deviator")
+        axial = uniaxial_stage(self, specimen, "axial", -1.0, falls=DEVIATOR)
         if self.confinement == 0:
             return [axial]
         axial = attrs.evolve(axial, pressures=self._sides(0.0))
@@ -96,21 +97,21 @@ class BiaxialCompression(LoadingProtocol):
         )
 
     def measure(self, state: State) -> dict[str, float]:
-        """As uniaxial compression, the ``deviator`` (axial stress less confinement), the share of ``broken_bonds``."""
+        """As uniaxial compression; also ``deviator`` (axial stress less confinement), share of ``broken_bonds``."""
         columns = measure_between_platens(state, -1.0)
         bonds = np.concatenate([group.cohesive for group in state.bonds.groups], axis=1).ravel()
         broken = ~np.isnan(state.broken_time[bonds])
         return {
             **columns,
-            "deviator": columns["stress"] - self.confinement,
+            DEVIATOR: columns[STRESS] - self.confinement,
             "broken_bonds": float(broken.mean()) if len(broken) else 0.0,
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Peak stress, strain from the confined state on, moduli from the deviator, certificate."""
-        axial = np.flatnonzero(curves["stage"] == curves["stage"].max())
-        confined = {name: curves[name][axial[0]] for name in ("strain", "lateral_strain")}
+        axial = np.flatnonzero(curves[STAGE] == curves[STAGE].max())
+        confined = {name: curves[name][axial[0]] for name in (STRAIN, LATERAL_STRAIN)}
         part = {name: values[axial] for name, values in curves.items()}
         part |= {name: part[name] - value for name, value in confined.items()}
-        summary = uniaxial_summary(part | {"stress": part["deviator"]}, specimen, -1.0)
+        summary = uniaxial_summary(part, specimen, -1.0, DEVIATOR)
         return {"confinement": self.confinement, **summary, "peak_stress": summary["peak_stress"] + self.confinement}

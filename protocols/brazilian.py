@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
@@ -26,9 +27,9 @@ class Brazilian(LoadingProtocol):
 
     ``stress`` is the tensile stress in the middle of an elastic disc, ``shape_factor`` times 2 P/(pi D). The factor is
     1 for a load over a narrow arc; for flat ends of 20 and 30 degrees it is 0.9644 and 0.9205 (Wang, Jia, Kou, Zhang
-    and Lindqvist 2004). The upper jaw moves, the lower one is held. The test ends when the load has fallen by a tenth:
-    the halves of a split disc carry on, and more than the disc did, as columns. Between platens that are bodies of
-    their own (see :func:`~grainlaw.geometry.between_platens`) those are moved and held instead.
+    and Lindqvist 2004). The upper jaw moves, the lower one is held. The test ends when the load has fallen by a tenth,
+    because the halves of a split disc can bear more load than the disc, as two columns. Where platens are separate
+    bodies (see :func:`~grainlaw.geometry.between_platens`), these are moved and held instead.
     """
 
     speed: float = parameter("m/s", default=0.02)  #: at which the jaws approach each other
@@ -53,7 +54,7 @@ class Brazilian(LoadingProtocol):
                     Drive(boundary="bottom", axis=1, speed=0.0),
                     *across,
                 ],
-                until=[Reaches("strain", self.maximum_strain), FailsTo("stress", self.stop_fraction)],
+                until=[Reaches(STRAIN, self.maximum_strain), FailsTo(STRESS, self.stop_fraction)],
                 interval=interval,
                 integrator=self.integrator,
                 sample_limit=sample_limit(self, interval),
@@ -63,7 +64,8 @@ class Brazilian(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         """Approach of the disc's ends over the diameter, load (N/m), ``stress``, and stresses (Pa) in the middle.
 
-        Those, across and along the load and tension positive, are means over the grains within a tenth of the diameter.
+        The latter, across and along the load, tension positive, are means over the grains whose centroid is nearer to
+        the centre than a tenth of the diameter.
         """
         width, height = size(state.specimen)
         top, bottom = -state.reaction("top")[1], state.reaction("bottom")[1]
@@ -72,21 +74,21 @@ class Brazilian(LoadingProtocol):
         middle = window_mean(state.specimen.grains, state.grain_stress(), within_circle((low + high) / 2, 0.1 * width))
         upper, lower = (state.moved(end)[1] for end in ends(state.specimen))
         return {
-            "strain": -float(upper - lower) / height,
+            STRAIN: -float(upper - lower) / height,
             "force": (top + bottom) / 2,
-            "stress": factor * (top + bottom) / 2,
-            "stress_top": factor * top,
-            "stress_bottom": factor * bottom,
+            STRESS: factor * (top + bottom) / 2,
+            STRESS_TOP: factor * top,
+            STRESS_BOTTOM: factor * bottom,
             "middle_across": float(middle[0]),
             "middle_along": float(middle[1]),
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Brazilian tensile strength, peak load, approach at it, and the certificate."""
-        peak = int(np.argmax(curves["stress"]))
+        peak = int(np.argmax(curves[STRESS]))
         return {
-            "peak_stress": float(curves["stress"][peak]),
+            "peak_stress": float(curves[STRESS][peak]),
             "peak_force": float(curves["force"][peak]),
-            "peak_strain": float(curves["strain"][peak]),
+            "peak_strain": float(curves[STRAIN][peak]),
             **certificate(curves),
         }

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from numbers import Real
 from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.columns import STAGE, STRAIN, STRESS
 from grainlaw.engine.state import State
+from grainlaw.moduli import work
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
@@ -17,7 +20,7 @@ from grainlaw.stage import Curves, Drive, FallsTo, Reaches, Stage
 
 
 def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:
-    numbers = isinstance(value, tuple) and all(isinstance(level, (int, float)) for level in value)
+    numbers = isinstance(value, tuple) and all(isinstance(level, Real) for level in value)
     if not numbers or not value or list(value) != sorted(set(value)) or value[0] <= 0:
         raise ParameterError(
             f"Cyclic: levels = {value!r} is not allowed, it must be positive numbers, each above the last"
@@ -26,16 +29,16 @@ def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]
 
 @attrs.frozen(kw_only=True)
 class Cyclic(LoadingProtocol):
-    """Another test, whose last stage is interrupted: at each level its drives turn round until the load has fallen.
+    """Another test, unloaded at each level of its last stage, and loaded again.
 
-    A level is a value of the column ``displacement``, such as the strain at which to unload; unloading ends where the
-    column ``load`` has fallen to ``unload_to`` of what it was.
+    A level is a value of the column ``displacement``, such as a strain. There the drives reverse, until the column
+    ``load`` has fallen to ``unload_to`` times its value at the level.
     """
 
     test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())
     levels: tuple[float, ...] = attrs.field(validator=_is_growing)
-    displacement: str = "strain"
-    load: str = "stress"
+    displacement: str = STRAIN
+    load: str = STRESS
     unload_to: float = parameter("1", default=0.1, at_least=0, below=1)
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
@@ -46,7 +49,7 @@ class Cyclic(LoadingProtocol):
         ]
         forth = [attrs.evolve(d, start=0.0, ramp=0.0) if isinstance(d, Drive) else d for d in main.drives]
         field = main.initial_velocity
-        turn = None if field is None else 2 * field  # from one homogeneous motion to its opposite, without a shock
+        turn = None if field is None else 2 * field  # reverses a homogeneous motion at once, without a wave
         stages = list(before)
         for number, level in enumerate(self.levels, 1):
             load = attrs.evolve(main, name=f"load {number}", until=[Reaches(self.displacement, level), *main.until])
@@ -63,11 +66,11 @@ class Cyclic(LoadingProtocol):
         return self.test.measure(state)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """That of the other test, and for each loop the modulus on unloading (Pa) and the lost work (J/m3).
+        """That of the other test, and for each loop the modulus of unloading (Pa) and the lost work (J/m3).
 
-        Lost is the area between unloading and reloading up to the level.
+        The lost work is the area between the unloading and the reloading curve, up to the level.
         """
-        x, y, stage = (curves[name] for name in (self.displacement, self.load, "stage"))
+        x, y, stage = (curves[name] for name in (self.displacement, self.load, STAGE))
         found = dict(self.test.summary(curves, specimen))
         first = int(stage.max()) - 2 * len(self.levels) if stage.max() >= 2 * len(self.levels) else 0
         moduli, lost = [], []
@@ -79,5 +82,5 @@ class Cyclic(LoadingProtocol):
             moduli.append(float((y[unload[-1]] - y[unload[0]]) / (x[unload[-1]] - x[unload[0]])))
             at = np.linspace(x[unload].min(), self.levels[number], 400)
             down = np.interp(at, x[unload][::-1], y[unload][::-1])
-            lost.append(float(np.mean(np.interp(at, x[reload], y[reload]) - down) * np.ptp(at)))
+            lost.append(work(np.interp(at, x[reload], y[reload]) - down, at))
         return {**found, "unloading_moduli": moduli, "lost_work": lost}

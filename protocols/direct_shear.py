@@ -20,23 +20,23 @@ from grainlaw.stage import AtRest, Condition, Curves, Drive, FallsTo, Hold, Reac
 
 @attrs.frozen(kw_only=True)
 class DirectShear(LoadingProtocol):
-    """Press, shear to ``maximum_slip``, and back to ``reverse_to`` of it.
+    """Press, shear to ``maximum_slip``, and shear back to ``reverse_to`` times it.
 
-    Either along the horizontal joint of two blocks, or through a specimen in a shear box, whose upper and lower halves
-    hold its sides as well (see :func:`~grainlaw.geometry.shear_box`). The upper end is a platen that does not turn: it
-    is held at the normal stress, free to rise and sink, while it moves to the right. With a ``normal_stiffness``
-    (constant normal stiffness) the stress grows as the specimen dilates. Platens that are bodies of their own (see
-    :func:`~grainlaw.geometry.between_platens`) carry the blocks along by what friction there is between them.
+    Either two blocks along their horizontal joint, or a specimen in a shear box, whose upper and lower halves also hold
+    its sides (see :func:`~grainlaw.geometry.shear_box`). The upper end is a platen that does not turn: it moves to the
+    right under the normal stress, free to rise and sink. With a ``normal_stiffness`` (constant normal stiffness) the
+    normal stress grows as the specimen dilates. Platens that are separate bodies (see
+    :func:`~grainlaw.geometry.between_platens`) move the blocks by friction alone.
     """
 
     normal_stress: float = parameter("Pa", at_least=0)  #: compression
     normal_stiffness: float = parameter("Pa/m", default=0.0, at_least=0)
     speed: float = parameter("m/s", default=0.01)
-    ramp: float = parameter("s", default=5e-5)  #: time in which the normal stress comes up
+    ramp: float = parameter("s", default=5e-5)  #: time in which the normal stress rises
     turn: float = parameter("s", default=1e-5, at_least=0)  #: time in which the speed changes from stage to stage
     maximum_slip: float = parameter("m", default=50e-6)  #: of the platens against each other
     reverse_to: float = parameter("1", default=1.0, at_least=-1, at_most=1)  #: 1 does not reverse
-    resolution: float = parameter("m", default=4e-8)  #: way of the upper block between samples
+    resolution: float = parameter("m", default=4e-8)  #: displacement of the upper block between samples
     integrator: Integrator = part(Integrator, CentralDifference())
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
@@ -80,10 +80,10 @@ class DirectShear(LoadingProtocol):
         ]
 
     def measure(self, state: State) -> dict[str, float]:
-        """From the platens ``displacement``, ``dilation`` (m), ``shear_stress``, ``normal_stress``; a joint's means.
+        """Of the platens ``displacement``, ``dilation`` (m), ``shear_stress`` and ``normal_stress``; means of a joint.
 
-        Dilation is that of the specimen without platens. Stresses are reactions over the width at the start,
-        compression positive.
+        Dilation is that of the specimen without platens. Stresses are reactions over the width at the start;
+        ``normal_stress`` counts compression positive, ``shear_stress`` is the mean of both ends.
         """
         width, _ = size(state.specimen)
         x, force_y = state.moved("top")[0], state.reaction("top")[1]
@@ -97,19 +97,19 @@ class DirectShear(LoadingProtocol):
             "displacement": float(x),
             "dilation": float(upper - lower),
             "shear_stress": (top - bottom) / 2,
-            "stress_top": top,
-            "stress_bottom": -bottom,
+            "shear_stress_top": top,
+            "shear_stress_bottom": -bottom,
             "normal_stress": -float(force_y) / width,
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Largest shear stress, the slip at it (in a box the platens'), the stress at the end, certificate."""
+        """Largest shear stress, slip there (displacement in a box), stress at the end of shearing, certificate."""
         peak, end = int(curves["shear_stress"].argmax()), int(curves["displacement"].argmax())
         return {
             "peak_stress": float(curves["shear_stress"][peak]),
             "peak_slip": float(curves["slip" if "slip" in curves else "displacement"][peak]),
             "residual_stress": float(curves["shear_stress"][end]),
-            **certificate({**curves, "stress": curves["shear_stress"]}),
+            **certificate(curves, "shear_stress", ("shear_stress_top", "shear_stress_bottom")),
         }
 
 

@@ -1,4 +1,4 @@
-"""Bodies that fall, slide, roll and collide: no platens, only gravity and what they are thrown with."""
+"""Bodies that fall, slide, roll and collide, under gravity and with initial velocities; no platens."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ def _velocities(value: Any) -> dict[int, tuple[float, float]]:
 
 @attrs.frozen(kw_only=True)
 class FreeMotion(LoadingProtocol):
-    """Bodies move for a time under gravity, some of them thrown.
+    """Bodies move for a time under gravity, some of them with an initial velocity.
 
     Before that, for the time ``settle``, they come to rest under gravity with ``LocalDamping``, while grains with a
-    ``velocity`` wait where they are. Refuses grain numbers that the specimen does not have.
+    ``velocity`` are held. Refuses grain numbers that the specimen does not have.
     """
 
     duration: float = parameter("s")
@@ -53,9 +53,9 @@ class FreeMotion(LoadingProtocol):
     gravity: tuple[float, float] = (0.0, -9.81)  #: m/s2
     fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
     velocity: Mapping[int, tuple[float, float]] = attrs.field(factory=dict, converter=_velocities)  #: m/s, by grain
-    tracked: Sequence[int] = grain_numbers()  #: grains whose way is recorded
+    tracked: Sequence[int] = grain_numbers()  #: grains whose motion is recorded
     samples: int = whole_number(default=200, at_least=2)
-    #: A third of the stable step: so an impact takes some thirty steps, and bodies part as fast as they met, to 0.1 %.
+    #: A third of the stable step: an impact takes some thirty steps, and bodies part as fast as they met, to 0.1 %.
     integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped(), safety=0.3))
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
@@ -81,9 +81,9 @@ class FreeMotion(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         """Of all grains that are not fixed: mean and largest speed of their centres, and their centre of mass.
 
-        ``energy_kinetic`` is recorded in every test. Of each tracked grain k the place of its centre of mass ``x_k``,
-        ``y_k`` (m) and its rotation ``rotation_k`` (rad, counter-clockwise); that of grains that deform is the
-        rotation of the polar decomposition, from -pi to pi.
+        ``energy_kinetic`` is recorded in every test. Of each tracked grain k the place of its centre of mass, ``x_k``
+        and ``y_k`` (m), and its rotation ``rotation_k`` (rad, counter-clockwise). The rotation of a grain that deforms
+        is that of the polar decomposition, from -pi to pi.
         """
         place, speed = state.grain_motion()
         free = np.setdiff1d(np.arange(len(place)), self.fixed)
@@ -100,7 +100,7 @@ class FreeMotion(LoadingProtocol):
         return row
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Largest speed of all (m/s), mean speed at the end (m/s), way (m) of the centre of mass since the start."""
+        """Largest speed of all, mean speed at the end (m/s), and how far the centre of mass has moved (m)."""
         mass, moving = grain_masses(specimen), np.setdiff1d(np.arange(specimen.grains.count), self.fixed)
         start = np.average(specimen.grains.centroids[moving], axis=0, weights=mass[moving])
         return {

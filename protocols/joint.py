@@ -1,4 +1,4 @@
-"""What tests of two blocks with one joint measure on the joint itself."""
+"""The joint of two blocks: whether a specimen has one, and means over it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grainlaw.specimen import Specimen
 
 
 def require_joint(specimen: Specimen, test: str) -> None:
-    """Raise ParameterError unless the specimen is two blocks, one on the other, with or without platens."""
+    """Raise ParameterError unless the specimen is two blocks, one upon the other, with or without platens."""
     require_platens(specimen, test)
     rock = is_rock(specimen)
     count, heights = int(rock.sum()), specimen.grains.centroids[rock, 1]
@@ -23,7 +23,7 @@ def require_joint(specimen: Specimen, test: str) -> None:
 
 
 def _in_joint(specimen: Specimen) -> np.ndarray:
-    """(c,) whether an interface is of the joint; the others join the bricks of a platen."""
+    """(c,) whether an interface belongs to the joint; the others lie inside the platens."""
     return is_rock(specimen)[specimen.mesh.interface_grains].all(axis=1)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import attrs
 
+from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import ParameterError, parameter, part
@@ -22,8 +23,8 @@ from grainlaw.stage import Condition, Curves, Drive, FallsTo, Reaches, Stage
 class JointTension(LoadingProtocol):
     """Two blocks with one horizontal joint: pull, unload, reload until it breaks, close, pull again.
 
-    The upper block moves, the lower one is held. Blocks taller than about E' times the steepest softening (83 mm for
-    60 GPa and the cohesive crack of the paper) snap back: they cross the steep part of the curve dynamically.
+    The upper block moves, the lower one is held. Blocks taller than E' over the steepest slope of the softening (83 mm
+    for 60 GPa and the cohesive crack of the paper) snap back: the joint softens faster than the platen moves.
     """
 
     speed: float = parameter("m/s", default=0.005)
@@ -31,7 +32,7 @@ class JointTension(LoadingProtocol):
     unload_at: float = parameter("m", default=5e-6)  #: opening of the joint
     maximum_opening: float = parameter("m", default=50e-6)  #: where pulling ends if the joint has not broken
     closing_pressure: float = parameter("Pa", default=10e6)
-    resolution: float = parameter("m", default=2e-8)  #: way of the upper block between samples
+    resolution: float = parameter("m", default=2e-8)  #: displacement of the upper block between samples
     integrator: Integrator = part(Integrator, CentralDifference())
 
     def __attrs_post_init__(self) -> None:
@@ -66,21 +67,21 @@ class JointTension(LoadingProtocol):
         )
 
     def measure(self, state: State) -> dict[str, float]:
-        """The joint's means; ``strain`` is the way of the upper end over the height, ``stress`` the mean reaction."""
+        """Means over the joint; ``strain`` is that of the height of both blocks, ``stress`` the mean reaction."""
         width, height = size(state.specimen)
         joint = joint_means(state)
         top, bottom = float(state.reaction("top")[1]) / width, -float(state.reaction("bottom")[1]) / width
         return {
             **joint,
             "pressure": -joint["normal"],
-            "strain": float(state.moved("top")[1]) / height,
-            "stress": (top + bottom) / 2,
-            "stress_top": top,
-            "stress_bottom": bottom,
+            STRAIN: float(state.moved("top")[1]) / height,
+            STRESS: (top + bottom) / 2,
+            STRESS_TOP: top,
+            STRESS_BOTTOM: bottom,
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Largest tension and the opening at it, opening at which the whole joint had broken (nan if it has not)."""
+        """Largest tension, opening there, opening when the whole joint had broken (nan if it has not), certificate."""
         top = int(curves["normal"].argmax())
         broken = curves["opening"][curves["broken"] >= 1]
         return {

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from grainlaw.columns import KINETIC, LATERAL_STRAIN, STORED, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, energy
 from grainlaw.engine.state import State
 from grainlaw.moduli import converted, slope
 from grainlaw.specimen import Specimen
@@ -19,7 +20,7 @@ def size(specimen: Specimen) -> tuple[float, float]:
 
 
 def has_platens(specimen: Specimen) -> bool:
-    """Whether platens are bodies of their own: the sample's ends are then the boundaries rock_top and rock_bottom."""
+    """Whether platens are separate bodies: the sample's ends are then the boundaries rock_top and rock_bottom."""
     return "rock_top" in specimen.mesh.boundaries
 
 
@@ -52,9 +53,9 @@ def points_on(state: State, boundary: str, count: int, share: float = 1.0) -> np
 
 
 def lateral_strain(state: State, points: int = 12) -> float:
-    """Change of width over width, from points on the left and the right side (the paper's 24 are 12 a side).
+    """Change of width over width, from 12 points on the left and 12 on the right side (24, as in the paper).
 
-    They lie along the middle half of the height, as strain gauges do, away from what the platens hold.
+    They lie in the middle half of the height, as strain gauges do, where the platens have little influence.
     """
     left, right = (state.displacement[points_on(state, side, points, 0.5), 0].mean() for side in ("left", "right"))
     return float(right - left) / size(state.specimen)[0]
@@ -67,9 +68,9 @@ def axial_strain_of_points(state: State, points: int = 9) -> float:
 
 
 def axial_strain(state: State) -> float:
-    """Change of height over height from the ends, mean over the interval in which the reactions are averaged.
+    """Change of height over height from the ends of the sample, averaged over the same steps as the reactions.
 
-    Those of the sample: how much platens and the contacts with them give is not in it.
+    It does not include the deformation of platens, nor of the contacts with them.
     """
     top, bottom = (state.moved(end)[1] for end in ends(state.specimen))
     return float(top - bottom) / size(state.specimen)[1]
@@ -78,7 +79,7 @@ def axial_strain(state: State) -> float:
 def window_stress(state: State, share: float = 0.5) -> np.ndarray:
     """(3,) Pa, xx, yy, xy: area mean over the grains whose centroid lies in the middle ``share`` of both sides.
 
-    Over all grains of the sample where none does.
+    If there is none, the mean over all grains of the sample.
     """
     grains = state.specimen.grains
     low, high = grains.region.bounds
@@ -92,41 +93,47 @@ def window_stress(state: State, share: float = 0.5) -> np.ndarray:
 
 
 def elastic_moduli(
-    curves: Mapping[str, np.ndarray], specimen: Specimen, sign: float, low: float = 0.2, high: float = 0.5
+    curves: Mapping[str, np.ndarray],
+    specimen: Specimen,
+    sign: float,
+    load: str = STRESS,
+    low: float = 0.2,
+    high: float = 0.5,
 ) -> dict[str, float]:
-    """Moduli by regression between two fractions of the peak stress, on the way to it.
+    """Moduli by regression between two fractions of the peak of the column ``load`` (Pa), before it.
 
     ``sign`` is 1 where ``strain`` counts tension positive, -1 where it counts compression. ``apparent_modulus`` (Pa)
     and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are converted from plane
     strain, nu = nu*/(1 + nu*), E = E* (1 - nu^2), or equal to them in plane stress.
     """
-    stress = curves["stress"]
+    stress = curves[load]
     peak = int(np.argmax(stress))
     chosen = np.flatnonzero((stress[:peak] >= low * stress[peak]) & (stress[:peak] <= high * stress[peak]))
     if len(chosen) < 2:
         return dict.fromkeys(("apparent_modulus", "apparent_poisson", "modulus", "poisson"), float("nan"))
-    strain = curves["strain"][chosen]
+    strain = curves[STRAIN][chosen]
     young = slope(strain, stress[chosen])
-    poisson = -slope(strain, curves["lateral_strain"][chosen]) * sign
+    poisson = -slope(strain, curves[LATERAL_STRAIN][chosen]) * sign
     modulus, true = converted(young, poisson, specimen)
     return {"apparent_modulus": young, "apparent_poisson": poisson, "modulus": modulus, "poisson": true}
 
 
-def certificate(curves: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """How quasi-static the way to the peak was, from a tenth of the peak stress on.
+def certificate(
+    curves: Mapping[str, np.ndarray], load: str = STRESS, ends: tuple[str, str] = (STRESS_TOP, STRESS_BOTTOM)
+) -> dict[str, float]:
+    """How quasi-static a test was, from a tenth of the peak of the column ``load`` up to the peak.
 
-    ``kinetic_ratio``: largest kinetic over strain energy of zones and contacts; ``platen_imbalance``: largest
-    difference of the two platen stresses over the peak stress.
+    ``kinetic_ratio``: largest ratio of kinetic energy to the energy in zones and contacts. ``platen_imbalance``:
+    largest difference of the columns ``ends``, which have the unit of the load, over its peak. nan without a peak.
     """
-    stress = curves["stress"]
-    peak = int(np.argmax(stress))
-    if not stress[peak] > 0:
+    carried = curves[load]
+    peak = int(np.argmax(carried))
+    if not carried[peak] > 0:
         return {"kinetic_ratio": float("nan"), "platen_imbalance": float("nan")}
-    way = np.arange(np.argmax(stress >= 0.1 * stress[peak]), peak + 1)
-    stored = curves["energy_zones"] + curves["energy_contacts_normal"] + curves["energy_contacts_shear"]
+    rise = np.arange(np.argmax(carried >= 0.1 * carried[peak]), peak + 1)
+    kinetic, stored = (energy(curves, *kinds)[rise] for kinds in ((KINETIC,), STORED))
+    one, other = (curves[end][rise] for end in ends)
     return {
-        "kinetic_ratio": float(np.max(curves["energy_kinetic"][way] / np.maximum(stored[way], 1e-300))),
-        "platen_imbalance": float(
-            np.max(np.abs(curves["stress_top"][way] - curves["stress_bottom"][way])) / stress[peak]
-        ),
+        "kinetic_ratio": float(np.max(kinetic / np.maximum(stored, 1e-300))),
+        "platen_imbalance": float(np.max(np.abs(one - other)) / carried[peak]),
     }

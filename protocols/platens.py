@@ -1,4 +1,4 @@
-"""Platens of the uniaxial tests: what they hold, and how the specimen moves when they begin."""
+"""Platens of the uniaxial tests: how they hold the specimen, move it, and what is measured between them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from grainlaw.columns import LATERAL_STRAIN, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
 from grainlaw.parameter import ParameterError
@@ -33,9 +34,9 @@ NO_TENSION = "tension does not pass the contact between two bodies; pull the sam
 class Platens(enum.Enum):
     """How the ends of a specimen are held across the load.
 
-    Platens that are bodies of their own (see :func:`~grainlaw.geometry.between_platens`) are always held, lest they
-    slide away; whether the sample slides on them is for the law between the two phases. Smooth then only means that a
-    test without a ramp begins with the sample growing wider.
+    Platens that are separate bodies (see :func:`~grainlaw.geometry.between_platens`) are always held, so that they do
+    not slide away; the law between the two phases decides whether the sample slides on them. ``SMOOTH`` then only means
+    that a test without a ramp begins with a velocity field in which the sample grows wider.
     """
 
     SMOOTH = enum.auto()  #: free to slide
@@ -50,7 +51,7 @@ class Moving(enum.Enum):
 
 
 class AtSpeed(Protocol):
-    """What tests have in common that load at a speed until the load has fallen."""
+    """What tests that load at a speed until the load has fallen have in common."""
 
     @property
     def speed(self) -> float: ...
@@ -76,11 +77,11 @@ class BetweenPlatens(AtSpeed, Protocol):
 
 
 def sample_limit(test: AtSpeed, interval: float) -> int:
-    """How many samples a test may take: twice those it is to take, and those of its ramp."""
+    """Most samples of a test: twice those that it asks for, and those of its ramp."""
     return 2 * test.samples + math.ceil(test.ramp / interval)
 
 
-def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float, falls: str = "stress") -> Stage:
+def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float, falls: str = STRESS) -> Stage:
     """Platens part (``sign`` 1) or approach (-1) until the strain is reached or the column ``falls`` has fallen."""
     require_ends(specimen, type(test).__name__)
     if sign > 0:
@@ -92,7 +93,7 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
         name=name,
         drives=platen_drives(sign * test.speed, test.ramp, held_across(specimen, test.platens), test.moving),
         until=[
-            Reaches("strain", test.maximum_strain),
+            Reaches(STRAIN, test.maximum_strain),
             *([FallsTo(falls, test.stop_fraction)] if test.stop_fraction else []),
         ],
         interval=interval,
@@ -102,14 +103,14 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
     )
 
 
-def uniaxial_summary(curves: Curves, specimen: Specimen, sign: float) -> dict[str, Any]:
-    """Peak, moduli and certificate of a uniaxial test."""
-    peak = int(np.argmax(curves["stress"]))
+def uniaxial_summary(curves: Curves, specimen: Specimen, sign: float, load: str = STRESS) -> dict[str, Any]:
+    """Peak of the column ``load`` (Pa), moduli and certificate of a uniaxial test."""
+    peak = int(np.argmax(curves[load]))
     return {
-        "peak_stress": float(curves["stress"][peak]),
-        "peak_strain": float(curves["strain"][peak]),
-        **elastic_moduli(curves, specimen, sign),
-        **certificate(curves),
+        "peak_stress": float(curves[load][peak]),
+        "peak_strain": float(curves[STRAIN][peak]),
+        **elastic_moduli(curves, specimen, sign, load),
+        **certificate(curves, load),
     }
 
 
@@ -123,26 +124,26 @@ def require_boundaries(specimen: Specimen, test: str, *names: str) -> None:
 
 
 def require_platens(specimen: Specimen, test: str) -> None:
-    """Raise ParameterError unless the specimen has the boundaries top and bottom, and with platens ends of its own."""
+    """Raise ParameterError without the boundaries top and bottom, or with separate platens but no ends of the rock."""
     bodies = {"rock_top", "rock_bottom", "platen_top", "platen_bottom"} & set(specimen.mesh.boundaries)
     require_boundaries(specimen, test, "top", "bottom", *(("rock_top", "rock_bottom") if bodies else ()))
 
 
 def refuse_platens(specimen: Specimen, test: str, why: str) -> None:
-    """Raise ParameterError if platens are bodies of their own."""
+    """Raise ParameterError if platens are separate bodies."""
     if has_platens(specimen):
         raise ParameterError(f"{test}: the specimen has platens of its own (the boundary rock_top): {why}")
 
 
 def held_across(specimen: Specimen, platens: Platens) -> Platens:
-    """How the boundaries top and bottom are held; platens that are bodies of their own must not slide away."""
+    """How the boundaries top and bottom are held: platens that are separate bodies must not slide away."""
     return Platens.ROUGH if has_platens(specimen) else platens
 
 
 def require_ends(specimen: Specimen, test: str) -> None:
-    """Raise ParameterError unless the specimen has flat ends and two sides; its platens must be flat on both sides.
+    """Raise ParameterError unless the specimen has flat ends and two sides; its platens must be flat on both faces.
 
-    The rim of a rigid platen is not looked at.
+    The boundary of a rigid platen need not be flat.
     """
     require_platens(specimen, test)
     require_boundaries(specimen, test, "left", "right")
@@ -166,10 +167,10 @@ def platen_drives(speed: float, ramp: float, platens: Platens, moving: Moving) -
 
 
 def homogeneous_velocity(specimen: Specimen, speed: float, platens: Platens, moving: Moving) -> np.ndarray:
-    """(i, 2) m/s: linear in height, and in width by the grains' Poisson effect between smooth platens.
+    """(i, 2) m/s: linear in height, and between smooth platens in width, by the Poisson effect of the grains.
 
-    With it the stress grows everywhere at once and no wave leaves the platen. Platens that are bodies of their own
-    move with their drives; how much they and the contacts with them give is left to a small wave.
+    With it the stress grows everywhere at once and no wave leaves the platen. Platens that are separate bodies move
+    with their drives; the small wave that their own deformation makes is accepted.
     """
     low, high = specimen.grains.region.bounds
     place = (specimen.mesh.nodes - low) / (high - low)
@@ -205,12 +206,12 @@ def measure_between_platens(state: State, sign: float) -> dict[str, float]:
     bottom = -sign * state.reaction("bottom")[1] / width
     lateral, axial = lateral_strain(state), axial_strain_of_points(state)
     return {
-        "strain": sign * axial_strain(state),
-        "stress": (top + bottom) / 2,
-        "stress_top": top,
-        "stress_bottom": bottom,
+        STRAIN: sign * axial_strain(state),
+        STRESS: (top + bottom) / 2,
+        STRESS_TOP: top,
+        STRESS_BOTTOM: bottom,
         "stress_window": sign * float(window_stress(state)[1]),
         "strain_points": sign * axial,
-        "lateral_strain": lateral,
-        "volumetric_strain": axial + lateral,
+        LATERAL_STRAIN: lateral,
+        VOLUMETRIC_STRAIN: axial + lateral,
     }

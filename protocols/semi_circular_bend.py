@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import attrs
-import numpy as np
 
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.bending import bending_stage, measure_bending, notch_depth, span, work_of_fracture
-from grainlaw.protocols.measures import certificate
+from grainlaw.protocols.bending import bending_stage, bending_summary, measure_bending, notch_depth, span
+from grainlaw.protocols.measures import size
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Stage
 
@@ -23,9 +22,9 @@ from grainlaw.stage import Curves, Stage
 class SemiCircularBend(LoadingProtocol):
     """Bend a notched half disc until it has parted (see :func:`~grainlaw.geometry.semi_disc`).
 
-    The ISRM suggested method of Kuruppu, Obara, Ayatollahi, Chong and Funatsu 2014, doi:10.1007/s00603-013-0422-7: the
-    toughness from the peak load, and the fracture energy by the work of fracture. Boundaries load, support_left,
-    support_right and notch.
+    The ISRM suggested method of Kuruppu, Obara, Ayatollahi, Chong and Funatsu 2014, doi:10.1007/s00603-013-0422-7:
+    toughness from the peak load, fracture energy from the work of fracture. The specimen needs the boundaries load,
+    support_left, support_right and notch.
     """
 
     speed: float = parameter("m/s", default=0.01)  #: of the load
@@ -42,19 +41,15 @@ class SemiCircularBend(LoadingProtocol):
         return measure_bending(state)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Peak load (N/m) and deflection at it, toughness K_IC (Pa sqrt(m)), work of fracture (J/m2), certificate."""
-        peak = int(np.argmax(curves["force"]))
-        force, depth = float(curves["force"][peak]), notch_depth(specimen)
-        low, high = specimen.grains.region.bounds
-        radius = float(high[0] - low[0]) / 2
-        shape = shape_factor(depth / radius, span(specimen) / (2 * radius))
-        return {
-            "peak_force": force,
-            "peak_deflection": float(curves["deflection"][peak]),
-            "toughness": shape * force * math.sqrt(math.pi * depth) / (2 * radius),
-            "work_of_fracture": work_of_fracture(curves, specimen),
-            **certificate({**curves, "stress": curves["force"]}),
-        }
+        """Peak load (N/m), deflection there, toughness K_IC (Pa sqrt(m)), work of fracture (J/m2), certificate."""
+        return bending_summary(curves, specimen, "toughness", toughness)
+
+
+def toughness(force: float, specimen: Specimen) -> float:
+    """K_IC (Pa sqrt(m)), Y' P sqrt(pi a)/(2 R), of the peak load P (N/m)."""
+    depth, radius = notch_depth(specimen), size(specimen)[0] / 2
+    shape = shape_factor(depth / radius, span(specimen) / (2 * radius))
+    return shape * force * math.sqrt(math.pi * depth) / (2 * radius)
 
 
 def shape_factor(depth: float, span: float) -> float:

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import attrs
-import numpy as np
 
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.bending import bending_stage, ligament, measure_bending, span, work_of_fracture
-from grainlaw.protocols.measures import certificate
+from grainlaw.protocols.bending import bending_stage, bending_summary, ligament, measure_bending, span
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Stage
 
@@ -22,8 +20,8 @@ from grainlaw.stage import Curves, Stage
 class ThreePointBending(LoadingProtocol):
     """Bend a beam, notched or not, until it has parted (see :func:`~grainlaw.geometry.notched_beam`).
 
-    Boundaries load, support_left and support_right; the load is also held across. Gives the flexural strength of the
-    ligament, 3 P S/(2 h^2), and its fracture energy by the work of fracture.
+    The specimen needs the boundaries load, support_left and support_right; the load does not move sideways. Gives the
+    flexural strength of the ligament, 3 P S/(2 h^2), and its fracture energy by the work of fracture.
     """
 
     speed: float = parameter("m/s", default=0.01)  #: of the load
@@ -40,13 +38,10 @@ class ThreePointBending(LoadingProtocol):
         return measure_bending(state)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Peak load (N/m) and deflection at it, flexural strength (Pa), work of fracture (J/m2), certificate."""
-        peak = int(np.argmax(curves["force"]))
-        force = float(curves["force"][peak])
-        return {
-            "peak_force": force,
-            "peak_deflection": float(curves["deflection"][peak]),
-            "flexural_strength": 1.5 * force * span(specimen) / ligament(specimen) ** 2,
-            "work_of_fracture": work_of_fracture(curves, specimen),
-            **certificate({**curves, "stress": curves["force"]}),
-        }
+        """Peak load (N/m), deflection there, flexural strength (Pa), work of fracture (J/m2), certificate."""
+        return bending_summary(curves, specimen, "flexural_strength", flexural_strength)
+
+
+def flexural_strength(force: float, specimen: Specimen) -> float:
+    """Pa, 3 P S/(2 h^2): stress in an elastic beam of the height of the ligament, under the load P (N/m)."""
+    return 1.5 * force * span(specimen) / ligament(specimen) ** 2

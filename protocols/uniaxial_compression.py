@@ -20,7 +20,7 @@ from grainlaw.stage import Curves, Stage
 class UniaxialCompression(LoadingProtocol):
     """Press a specimen until it has lost part of its strength; stress and strain count compression positive.
 
-    It starts with the velocity field of homogeneous compression, or, with a ``ramp``, at rest. Ends at
+    Without a ``ramp`` it starts with the velocity field of homogeneous compression, with one at rest. It ends at
     ``stop_fraction`` of the peak stress or at ``maximum_strain``.
     """
 

@@ -20,8 +20,8 @@ from grainlaw.stage import Curves, Stage
 class UniaxialTension(LoadingProtocol):
     """Pull a specimen by its glued ends until it parts; stress and strain count tension positive.
 
-    It starts with the velocity field of homogeneous tension, or, with a ``ramp``, at rest. Ends at ``stop_fraction``
-    of the peak stress or at ``maximum_strain``.
+    Without a ``ramp`` it starts with the velocity field of homogeneous tension, with one at rest. It ends at
+    ``stop_fraction`` of the peak stress or at ``maximum_strain``.
     """
 
     speed: float = parameter("m/s", default=0.005)  #: at which the platens part

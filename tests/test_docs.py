@@ -74,6 +74,9 @@ def check_measures(page):
     assert page["report"].fragments.areas.sum() == pytest.approx(grains.areas.sum())
     assert page["events"].energy.sum() == pytest.approx(0.02 * page["report"].events.energy.sum())  # 20 mm of 1 m
     assert Path("laboratory.png").exists()
+    ratio = properties["crack_initiation_count"] / page["result"].summary["peak_stress"]
+    assert page["laboratory"].properties["initiation_ratio"] == pytest.approx(ratio)
+    assert f'<td class="number">{100 * ratio:.4g}</td>' in Path("report.html").read_text("utf-8")
 
 
 def check_compose_a_test(page):
@@ -225,8 +228,8 @@ def test_docstring_examples_work_together():
     assert gl.trace(law, np.linspace(0, 1e-5, 1001), 0).work[-1] == pytest.approx(50, rel=1e-4)
     bricks = docstring_example(gl.Tessellator)().tessellate(rectangle(20e-3, 40e-3))
     bricks.check()
-    interfaces = (gl.Integrator, gl.LoadingProtocol, gl.Observer)
-    free, pull, fastest = (docstring_example(interface)() for interface in interfaces)
+    interfaces = (gl.Integrator, gl.LoadingProtocol, gl.Observer, gl.Measure)
+    free, pull, fastest, damped = (docstring_example(interface)() for interface in interfaces)
 
     @attrs.frozen(kw_only=True)
     class FreePull(gl.LoadingProtocol):
@@ -245,3 +248,4 @@ def test_docstring_examples_work_together():
     modulus = 1 / ((1 - 0.25**2) / 60e9 + 3 / (1e14 * 40e-3))
     assert result.curves["force"].mean() == pytest.approx(0.5e-4 * modulus * 20e-3, rel=0.1)
     assert fastest.speed >= pull.speed
+    assert gl.Laboratory(result, [damped]).properties == {"damped_share": 0}  # nothing damps the toy integrator

@@ -3,9 +3,13 @@ import math
 import attrs
 import numpy as np
 import pytest
+from support import small_sample
 
+import grainlaw as gl
+from grainlaw.geometry import Bricks, Hexagonal, Voronoi
 from grainlaw.laws import Linear
 from grainlaw.parameter import ParameterError, parameter, parameters
+from grainlaw.protocols import UniaxialCompression
 
 
 @attrs.frozen(kw_only=True)
@@ -70,3 +74,39 @@ def test_parameters_of_a_component_by_name():
     assert parameters(Linear(kn=2, ks=1)) == {"kn": 2.0, "ks": 1.0}
     with pytest.raises(ParameterError, match=r"Linear: ks = 0 Pa/m is not allowed"):
         Linear(kn=2, ks=0)
+
+
+WHOLE = [
+    (lambda value: Bricks(rows=value), "Bricks: rows", ", at least 1"),
+    (lambda value: Voronoi(grains=value), "Voronoi: grains", ", at least 1"),
+    (lambda value: Voronoi(grains=4, seed=value), "Voronoi: seed", ", at least 0"),
+    (lambda value: Voronoi(grains=4, relaxation=value), "Voronoi: relaxation", ", at least 0"),
+    (lambda value: Hexagonal(grains=value), "Hexagonal: grains", ", at least 1"),
+    (lambda value: UniaxialCompression(samples=value), "UniaxialCompression: samples", ", at least 10"),
+    (lambda value: small_sample(4, refinement=value), "Specimen: refinement", " from 0 to 6"),
+    (lambda value: gl.crack_rose(None, bins=value), "crack_rose: bins", ", at least 1"),
+    (lambda value: gl.compare(None, {"law": None}, None, threads=value), "threads", ", at least 1"),
+]
+
+
+@pytest.mark.parametrize(("make", "where", "bounds"), WHOLE, ids=[name for _, name, _ in WHOLE])
+def test_a_whole_number_is_an_integer_of_python_or_numpy(make, where, bounds):
+    for wrong in (2.0, 2.5, True, np.bool_(True), "2", -1, [2], math.nan):
+        with pytest.raises(ParameterError) as refusal:
+            make(wrong)
+        assert str(refusal.value) == f"{where} = {wrong!r} is not allowed, it must be a whole number{bounds}"
+
+
+def test_an_integer_of_numpy_becomes_one_of_python():
+    for found in (
+        Bricks(rows=np.int64(3)).rows, Voronoi(grains=np.uint8(3)).grains, Voronoi(grains=4, seed=np.int32(3)).seed,
+        small_sample(4, refinement=np.int64(3)).refinement,
+    ):  # fmt: skip
+        assert found == 3
+        assert type(found) is int
+
+
+def test_none_is_a_whole_number_only_where_it_is_the_default():
+    assert Voronoi(grain_size=1e-3, grains=None).grains is None
+    with pytest.raises(ParameterError, match="Voronoi: seed = None is not allowed"):
+        Voronoi(grains=4, seed=None)

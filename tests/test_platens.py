@@ -189,7 +189,7 @@ def test_a_joint_is_sheared_by_what_friction_carries(rigid):
     test = DirectShear(normal_stress=10e6, maximum_slip=30e-6)
     found = gl.simulate(held(JOINT, 1e-3, rigid=rigid), laws(60, law), test)
     assert found.summary["peak_stress"] == pytest.approx(2e6 + 10e6 * np.tan(np.radians(30)), rel=0.02)
-    for stress in ("shear", "stress_bottom"):  # what moves drags under local damping, a held platen does not
+    for stress in ("shear", "shear_stress_bottom"):  # what moves drags under local damping, a held platen does not
         assert found.curves[stress][-1] == pytest.approx(10e6 * np.tan(np.radians(20)), rel=0.01)
     assert found.curves["normal_stress"][-1] == pytest.approx(10e6, rel=1e-3)
     assert found.curves["broken"][-1] == 1

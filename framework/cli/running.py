@@ -11,6 +11,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from grainlaw.columns import COURSE, LOAD
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
@@ -20,8 +21,6 @@ from grainlaw.parameter import ParameterError, parameters
 from grainlaw.runs.simulation import MOST_THREADS
 from grainlaw.stage import Stage, StageError
 
-COURSE = ("strain", "displacement", "deflection", "time")  #: how far a test is: the first of these that it records
-LOAD = ("stress", "shear_stress", "load", "force", "unbalanced")
 #: What ends a command with its own words.
 FAILURES = (ParameterError, OSError, CompilationError, InstabilityError, StageError, MemoryError)
 

@@ -1,4 +1,4 @@
-"""Acoustic events: breaks that are near in space and time, with the energy they spent."""
+"""Acoustic events: breaks that are near in space and time, and their energy."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class AcousticEvents:
 
     time: np.ndarray  #: (e,) s, of the first break
     position: np.ndarray  #: (e, 2) m, mean of the breaks weighted by energy
-    energy: np.ndarray  #: (e,) J, spent on the breaks over the thickness
+    energy: np.ndarray  #: (e,) J, spent by the breaks, for the thickness of the specimen
     breaks: np.ndarray  #: (e,) number of contact points
     tensile: np.ndarray  #: (e,) share of the energy in tensile cracks
 
@@ -42,7 +42,7 @@ class AcousticEvents:
         """b and its standard error b/sqrt(n), from the n events of the magnitude ``completeness`` or more.
 
         Maximum likelihood, log10(e) / (mean magnitude - completeness) (Aki 1965, Bull. Earthq. Res. Inst. 43, 237-239).
-        Of all events unless told otherwise: the smallest is then the completeness. nan for fewer than ten.
+        Without ``completeness`` it is the smallest magnitude, so that all events count. nan for fewer than ten events.
         """
         magnitude = self.magnitude[np.isfinite(self.magnitude)]
         least = magnitude.min(initial=math.inf) if completeness is None else completeness
@@ -54,7 +54,7 @@ class AcousticEvents:
 
 
 def shear_wave_speed(specimen: Specimen) -> float:
-    """m/s in the grains, the slowest of several minerals; 0 for rigid grains, which carry no wave."""
+    """m/s in the grains, of several minerals the slowest; 0 for rigid grains, which no wave passes."""
     if isinstance(specimen.material, Rigid):
         return 0.0
     materials = [specimen.material] if isinstance(specimen.material, Elastic) else list(specimen.material.values())
@@ -64,11 +64,12 @@ def shear_wave_speed(specimen: Specimen) -> float:
 def acoustic_events(
     result: Result, *, thickness: float = 1.0, distance: float | None = None, duration: float | None = None
 ) -> AcousticEvents:
-    """Breaks less than ``distance`` (m) and not more than ``duration`` (s) apart, and those linked by such, as events.
+    """Group breaks at most ``distance`` (m) and ``duration`` (s) apart into events, also through other breaks.
 
-    Twice the mean grain size, the root of the mean area, and the time a shear wave takes for that distance unless
-    given. Times of breaks are those of samples: breaks between two samples count as simultaneous, so that with long
-    intervals between samples these decide and not the duration. ``thickness`` (m) is that of the specimen.
+    ``distance`` is twice the grain size (the root of the mean area) if not given, ``duration`` the time in which a
+    shear wave passes that distance. A break has the time of its sample, so that all breaks of one sample are
+    simultaneous: where samples are farther apart than ``duration``, their interval decides. ``thickness`` (m) is that
+    of the specimen.
     """
     for name, value in (("thickness", thickness), ("distance", distance), ("duration", duration)):
         if value is not None and not 0 <= value < math.inf:

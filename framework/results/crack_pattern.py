@@ -1,11 +1,11 @@
-"""How many cracks there are of each mode, how long, and how they lie."""
+"""Length and orientation of the cracks of each mode."""
 
 from __future__ import annotations
 
 import attrs
 import numpy as np
 
-from grainlaw.parameter import ParameterError
+from grainlaw.parameter import checked_whole_number
 from grainlaw.results.result import Cracks
 
 
@@ -29,9 +29,7 @@ class Rose:
 
 def crack_rose(cracks: Cracks, bins: int = 18) -> Rose:
     """Histogram of the orientation of cracks on the deformed specimen, weighted by length, in equal bins."""
-    if not isinstance(bins, int) or bins < 1:
-        raise ParameterError(f"crack_rose: bins = {bins!r} is not allowed, it must be a whole number, at least 1")
-    edges = np.linspace(0, np.pi, bins + 1)
+    edges = np.linspace(0, np.pi, checked_whole_number("crack_rose: bins", bins, at_least=1) + 1)
     rows = []
     for chosen in (cracks.tensile, ~cracks.tensile):
         some = cracks[chosen]
@@ -44,15 +42,15 @@ class FailurePlane:
     """Mean direction of cracks; nan where there are none."""
 
     angle: float  #: rad from the x axis, in [0, pi)
-    strength: float  #: 0 where the directions cancel, and the angle means nothing, to 1 where they are all the same
+    strength: float  #: from 0, where the directions cancel and the angle has no meaning, to 1, where all are equal
 
 
 def failure_plane(cracks: Cracks) -> FailurePlane:
-    """Mean of axes, weighted by length, of all cracks given; for those in shear, ``cracks[~cracks.tensile]``.
+    """Mean axis of the given cracks, weighted by length; of those in shear, give ``cracks[~cracks.tensile]``.
 
     Angles are doubled before they are averaged, so that 1 and 179 deg give 0 (Mardia and Jupp 2000, ch. 9,
-    doi:10.1002/9780470316979); the strength is the length of the mean of the unit vectors. Two conjugate sets give the
-    line that bisects the acute angle between them.
+    doi:10.1002/9780470316979). The strength is the length of the mean unit vector. Two conjugate sets give the
+    bisector of the acute angle between them.
     """
     if not len(cracks):
         return FailurePlane(float("nan"), float("nan"))

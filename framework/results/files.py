@@ -1,4 +1,4 @@
-"""Writing files so that a kill at any moment leaves the last complete one readable."""
+"""Writing files so that, if the run is killed, the last complete one can still be read."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import numpy as np
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Let ``write`` fill a file beside ``path`` with the same ending, then put it in place in one step."""
-    beside = path.with_name(f".{path.stem}.part{path.suffix}")
+    """Let ``write`` fill a file next to ``path`` with the same ending, then rename it to ``path`` in one step."""
+    other = path.with_name(f".{path.stem}.part{path.suffix}")
     try:
-        write(beside)
-        os.replace(beside, path)
+        write(other)
+        os.replace(other, path)
     finally:
-        beside.unlink(missing_ok=True)
+        other.unlink(missing_ok=True)
 
 
 def file_name(name: str) -> str:
-    """A name of the user's as part of a file's: with _ for what a file system may refuse."""
+    """A name given by the user, as part of a file name: _ replaces what a file system may refuse."""
     return re.sub(r'[\\/:*?"<>|\x00-\x1f]', "_", name)
 
 
@@ -40,7 +40,7 @@ def writable_folder(folder: str | os.PathLike[str]) -> Path:
 
 
 def without_nan(value: Any) -> Any:
-    """The same with null for what is not a finite number, as JSON has no other way."""
+    """The same with None for numbers that are not finite, which JSON cannot hold."""
     if isinstance(value, Mapping):
         return {key: without_nan(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):

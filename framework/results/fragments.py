@@ -1,4 +1,4 @@
-"""What a specimen has broken into."""
+"""Fragments: grains that still hold together."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Fragments:
 def fragments(result: Result, frame: int = -1) -> Fragments:
     """Grains connected by interfaces with at least one contact point that has not broken, at one of the frames.
 
-    Fragments of one area are in the order of their first grain. A law that counts no damage never parts its grains.
+    Fragments of equal area are in the order of their first grain. Under a law without damage no grain ever parts.
     """
     broken = ~np.isnan(result.frames[frame].contacts["broken_time"].reshape(2, -1))
     a, b = result.mesh.node_grain[result.interfaces[~broken.all(axis=0)]][:, [0, 2]].T

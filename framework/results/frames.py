@@ -1,4 +1,4 @@
-"""Moments of a run: what a picture needs, and when one is due."""
+"""Frames: moments of a run that are kept for pictures, and when one is taken."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from grainlaw.stage import Stage
 
 @attrs.frozen(eq=False)
 class Frame:
-    """What a picture of one moment needs, copied out of the state."""
+    """One moment, copied out of the state."""
 
     time: float  #: s
     displacement: np.ndarray  #: (i, 2) m
@@ -27,7 +27,7 @@ class Frame:
 
 
 def take_frame(state: State) -> Frame:
-    """Copy the present moment; what was lost and made (J/m2) is that of :mod:`~grainlaw.engine.dissipation`."""
+    """Copy the present moment; energies lost and made (J/m2) are those of :mod:`~grainlaw.engine.dissipation`."""
     names = ("opening", "slip", "normal", "shear", "broken_time")
     contacts = {name: np.array(getattr(state, name)) for name in names}
     contacts["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)
@@ -39,10 +39,10 @@ def take_frame(state: State) -> Frame:
 
 @attrs.define
 class FrameClock:
-    """Says when a frame is due: at every ``1 / count`` of a stage's progress, and as cracks grow.
+    """Says when a frame is taken: at every ``1 / count`` of the progress of a stage, and as cracks grow.
 
-    Failure takes little of the way to a strain limit; a frame is due whenever another fiftieth of the contact points
-    has broken.
+    Progress may be a strain, of which failure takes little; so a frame is also taken each time that another fiftieth of
+    the contact points has broken.
     """
 
     count: int = whole_number(default=30, at_least=1)
@@ -51,7 +51,7 @@ class FrameClock:
     _broken: int = 0
 
     def due(self, state: State, stage: Stage, progress: float) -> bool:
-        """Whether this sample is to be kept."""
+        """Whether a frame is taken at this sample."""
         if stage.name != self._stage:
             self._stage, self._next = stage.name, 0.0
         broken = int(np.count_nonzero(~np.isnan(state.broken_time)))

@@ -2,78 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
 
-from grainlaw.moduli import converted
+from grainlaw.columns import TIME, missing
+from grainlaw.parameter import ParameterError
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
 from grainlaw.results.fragments import Fragments, fragments
+from grainlaw.results.measure import Measure, check_measures, found
 from grainlaw.results.result import Result
-from grainlaw.results.thresholds import (
-    Path,
-    crack_damage,
-    initiation_by_crack_volume,
-    initiation_by_lateral_strain,
-    path_to_peak,
-    secant_constants,
-    stress_at_share,
-    tangent_constants,
-)
+from grainlaw.results.standard_measures import MEASURES
+from grainlaw.results.thresholds import Path, path_to_peak
 from grainlaw.window import Window, window_mean
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-@attrs.frozen
-class Measure:
-    """What a number of a laboratory report means; ``docs/measures.md`` has the definitions."""
-
-    meaning: str
-    unit: str = "1"  #: for display
-    factor: float = 1.0  #: value in SI times this is the value in ``unit``
-    source: str = ""
-
-
-ISRM = "ISRM (1979, 1999)"
-NICKSIAR = "Nicksiar and Martin (2012)"
-MARTIN = "Martin and Chandler (1994)"
-
-#: by the names of :attr:`Laboratory.properties`
-MEASURES = {
-    "apparent_tangent_modulus": Measure("E* at 50 % of the peak, tangent", "GPa", 1e-9, ISRM),
-    "apparent_tangent_poisson": Measure("nu* at 50 % of the peak, tangent", source=ISRM),
-    "tangent_modulus": Measure("E at 50 % of the peak, tangent", "GPa", 1e-9, ISRM),
-    "tangent_poisson": Measure("nu at 50 % of the peak, tangent", source=ISRM),
-    "apparent_secant_modulus": Measure("E* up to 50 % of the peak, secant", "GPa", 1e-9, ISRM),
-    "apparent_secant_poisson": Measure("nu* up to 50 % of the peak, secant", source=ISRM),
-    "secant_modulus": Measure("E up to 50 % of the peak, secant", "GPa", 1e-9, ISRM),
-    "secant_poisson": Measure("nu up to 50 % of the peak, secant", source=ISRM),
-    "damage_onset": Measure("onset of damage, 1 % of the damaged points at the peak", "MPa", 1e-6),
-    "crack_initiation_count": Measure("CI, 1 % of the cracks at the peak", "MPa", 1e-6, "Potyondy and Cundall (2004)"),
-    "crack_initiation_lateral": Measure("CI, lateral strain response", "MPa", 1e-6, NICKSIAR),
-    "crack_initiation_volumetric": Measure("CI, crack-volumetric strain", "MPa", 1e-6, MARTIN),
-    "crack_damage": Measure("CD, reversal of the volumetric strain", "MPa", 1e-6, MARTIN),
-    "tensile_length": Measure("length of tensile cracks", "mm", 1e3),
-    "shear_length": Measure("length of shear cracks", "mm", 1e3),
-    "lost_opening": Measure("energy lost by contacts in opening", "J/m"),
-    "lost_slip": Measure("energy lost by contacts in slip", "J/m"),
-    "lost_tensile_cracks": Measure("energy lost by tensile cracks", "J/m"),
-    "lost_shear_cracks": Measure("energy lost by shear cracks", "J/m"),
-    "lost_unbroken": Measure("energy lost by contacts that have not broken", "J/m"),
-    "fragments": Measure("fragments"),
-    "largest_fragment": Measure("largest fragment, share of the area", "%", 1e2),
-    "acoustic_events": Measure("acoustic events"),
-    "largest_magnitude": Measure("largest magnitude, 1 m thick", source="Gutenberg and Richter (1956)"),
-    "b_value": Measure("b-value", source="Aki (1965)"),
-    "b_error": Measure("standard error of the b-value", source="Aki (1965)"),
-    "failure_plane_angle": Measure("failure plane, from the x axis", "deg", 180 / np.pi, "Mardia and Jupp (2000)"),
-    "failure_plane_strength": Measure("alignment of the failure plane", source="Mardia and Jupp (2000)"),
-}
 
 
 def mean_stress(result: Result, window: Window, frame: int = -1) -> np.ndarray:
@@ -81,27 +29,38 @@ def mean_stress(result: Result, window: Window, frame: int = -1) -> np.ndarray:
     return window_mean(result.specimen.grains, result.frames[frame].stress, window)
 
 
+def _listed(measures: Sequence[Measure]) -> tuple[Measure, ...]:
+    return tuple(measures)
+
+
 @attrs.frozen(eq=False)
 class Laboratory:
-    """The measures of one test; prints as a table. nan where a measure does not exist (``docs/measures.md``)."""
+    """The measures of one test, the standard ones if none are given; prints as a table.
+
+    nan where a measure does not exist (``docs/measures.md``). Raises ParameterError for two measures of one name.
+    """
 
     result: Result
+    measures: Sequence[Measure] = attrs.field(
+        factory=lambda: tuple(MEASURES.values()), converter=_listed, validator=check_measures
+    )
+    _values: dict[str, float] = attrs.field(factory=dict, init=False, repr=False)
 
     @cached_property
     def path(self) -> Path:
-        """The way to the peak."""
+        """The path to the peak."""
         return path_to_peak(self.result.curves)
 
     @cached_property
     def half_lengths(self) -> np.ndarray:
-        """(p,) m, what each contact point stands for."""
+        """(p,) m, half of its interface for each contact point."""
         ends = self.result.mesh.nodes[self.result.interfaces]
         return np.tile(np.hypot(*(ends[:, 1] - ends[:, 0]).T) / 2, 2)
 
     @cached_property
     def growth(self) -> dict[str, np.ndarray]:
         """``tensile_length`` and ``shear_length`` (t,) m at each sample of the curves."""
-        lengths = crack_lengths(self.result.cracks, self.result.curves.get("time", np.array([])))
+        lengths = crack_lengths(self.result.cracks, self.result.curves.get(TIME, np.array([])))
         return dict(zip(("tensile_length", "shear_length"), lengths, strict=True))
 
     @cached_property
@@ -126,67 +85,56 @@ class Laboratory:
         return acoustic_events(self.result)
 
     @cached_property
-    def properties(self) -> dict[str, float]:
-        """Every measure that is one number, SI, under the names of ``MEASURES``."""
-        found = self._constants() | self._thresholds() | self._cracks() | self._energies()
-        return {name: found[name] for name in MEASURES}
-
-    def _constants(self) -> dict[str, float]:
-        found: dict[str, float] = {}
-        for name, constants in (("tangent", tangent_constants), ("secant", secant_constants)):
-            apparent = constants(self.path)
-            true = converted(*apparent, self.result.specimen)
-            for label, (young, poisson) in ((f"apparent_{name}", apparent), (name, true)):
-                found |= {f"{label}_modulus": young, f"{label}_poisson": poisson}
-        return found
-
-    def _thresholds(self) -> dict[str, float]:
-        curves, frames = self.result.curves, self.result.frames
-        time = curves.get("time", np.array([]))
-        cracks = np.searchsorted(self.result.cracks.time, time, side="right")
-        damaged = np.array([np.count_nonzero(frame.contacts["damage"] > 0) for frame in frames])
-        return {
-            "damage_onset": stress_at_share(curves, np.array([frame.time for frame in frames]), damaged, 0.01),
-            "crack_initiation_count": stress_at_share(curves, time, cracks, 0.01),
-            "crack_initiation_lateral": initiation_by_lateral_strain(self.path),
-            "crack_initiation_volumetric": initiation_by_crack_volume(self.path),
-            "crack_damage": crack_damage(self.path),
-        }
-
-    def _cracks(self) -> dict[str, float]:
-        cracks, areas, events = self.result.cracks, self.fragments.areas, self.events
-        b, error = events.b_value()
-        return {
-            "tensile_length": float(cracks.length[cracks.tensile].sum()),
-            "shear_length": float(cracks.length[~cracks.tensile].sum()),
-            "fragments": len(areas),
-            "largest_fragment": float(areas[0] / areas.sum()),
-            "acoustic_events": len(events),
-            "largest_magnitude": float(np.nanmax(events.magnitude)) if (events.energy > 0).any() else float("nan"),
-            "b_value": b,
-            "b_error": error,
-            "failure_plane_angle": self.plane.angle,
-            "failure_plane_strength": self.plane.strength,
-        }
-
-    def _energies(self) -> dict[str, float]:
-        """Of the last frame."""
+    def energy_lost(self) -> np.ndarray:
+        """(2, p) J/m that each contact point has lost in opening and in slip, at the last frame."""
         contacts = self.result.frames[-1].contacts
-        opening, slip = (self.half_lengths * contacts[name] for name in ("lost_opening", "lost_slip"))
-        broken, tensile = ~np.isnan(contacts["broken_time"]), contacts["mode"] < 0.5
-        groups = {"tensile_cracks": broken & tensile, "shear_cracks": broken & ~tensile, "unbroken": ~broken}
-        by_group = {f"lost_{name}": float((opening + slip)[chosen].sum()) for name, chosen in groups.items()}
-        return {"lost_opening": float(opening.sum()), "lost_slip": float(slip.sum()), **by_group}
+        return np.array([self.half_lengths * contacts[name] for name in ("lost_opening", "lost_slip")])
+
+    @cached_property
+    def broken(self) -> np.ndarray:
+        """(p,) whether each contact point has broken, at the last frame."""
+        return ~np.isnan(self.result.frames[-1].contacts["broken_time"])
+
+    @cached_property
+    def tensile(self) -> np.ndarray:
+        """(p,) whether the mode of each contact point is tension, at the last frame."""
+        return self.result.frames[-1].contacts["mode"] < 0.5
+
+    def value(self, name: str) -> float:
+        """One measure in SI, by its name: of this laboratory or a standard one. Raises ParameterError."""
+        if name not in self._values:
+            known = MEASURES | {measure.name: measure for measure in self.measures}
+            if name not in known:
+                raise ParameterError(f"Laboratory: there is no measure {name!r}, only {', '.join(known)}")
+            self._values[name] = found(known[name], self)
+        return self._values[name]
+
+    @cached_property
+    def properties(self) -> dict[str, float]:
+        """Its measures in SI, by name."""
+        return {measure.name: self.value(measure.name) for measure in self.measures}
+
+    @property
+    def note(self) -> str:
+        """Which measures do not exist because the test does not record what they need; empty if it records all."""
+        curves = self.result.curves
+        absent = [measure for measure in self.measures if missing(curves, measure.needs)]
+        columns = dict.fromkeys(name for measure in absent for name in missing(curves, measure.needs))
+        if not absent:
+            return ""
+        return f"the test does not record {', '.join(columns)}: no {', '.join(measure.name for measure in absent)}"
 
     def __str__(self) -> str:
         rows = []
-        for name, measure in MEASURES.items():
-            value = self.properties[name] * measure.factor
-            rows.append((measure.meaning, f"{value:.4g}" if np.isfinite(value) else "-", measure.unit))
-        widths = [max(len(row[k]) for row in rows) for k in range(2)]
-        return "\n".join(
-            f"{a.ljust(widths[0])}  {b.rjust(widths[1])}  {c.replace('1', '')}".rstrip() for a, b, c in rows
-        )
+        for measure in self.measures:
+            value = self.properties[measure.name] * measure.factor
+            unit = "" if measure.unit == "1" else measure.unit
+            rows.append((measure.meaning, f"{value:.4g}" if np.isfinite(value) else "-", unit, measure.source))
+        widths = [max((len(row[k]) for row in rows), default=0) for k in range(3)]
+        lines = [
+            f"{a.ljust(widths[0])}  {b.rjust(widths[1])}  {c.ljust(widths[2])}  {d}".rstrip() for a, b, c, d in rows
+        ]
+        return "\n".join([*lines, *([self.note] if self.note else [])])
 
     def plot(self) -> Figure:
         """Curves with thresholds, orientations, fragments, events, and what cracks grow to and spend."""

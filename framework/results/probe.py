@@ -1,4 +1,4 @@
-"""Following single contact points through a run: why did this bond break, or why not?"""
+"""Probes: single contact points followed through a run, to see why a bond broke or did not."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ QUANTITIES = ("opening", "slip", "normal", "shear", "damage")
 
 @attrs.frozen(kw_only=True, eq=False)
 class ContactPath:
-    """What one contact point went through, sample by sample; prints as a verdict."""
+    """Opening, slip and tractions of one contact point, sample by sample; prints as a verdict."""
 
     point: int  #: its number ``p``
     grains: tuple[int, int]
     position: np.ndarray  #: (2,) m, at the first sample
-    law: ContactLaw  #: its own: of its pair of phases, with its own numbers
+    law: ContactLaw  #: that of its pair of phases, with the numbers of this point
     time: np.ndarray  #: (i,) s
     opening: np.ndarray  #: (i,) m
     slip: np.ndarray  #: (i,) m
@@ -39,7 +39,7 @@ class ContactPath:
 
     @property
     def unbroken(self) -> int:
-        """Number of samples before the one at which it had broken."""
+        """Number of samples before the first at which it had broken."""
         return len(self.time) if np.isnan(self.broken) else int(np.searchsorted(self.time, self.broken * (1 - 1e-12)))
 
     def __str__(self) -> str:
@@ -48,7 +48,7 @@ class ContactPath:
         return verdict(self)
 
     def plot(self) -> Figure:
-        """Draw the path over its law's own curves and under its strength."""
+        """Draw the path together with the curves of its law, and with its strength."""
         from grainlaw.results.figures.probe import plot_paths
 
         return plot_paths([self])
@@ -65,9 +65,9 @@ def _places(value: Any) -> np.ndarray:
 class Probe(Observer):
     """Follows contact points: by number, those nearest to places, and the first to break.
 
-    ``paths`` has one :class:`ContactPath` for each, in this order. Who breaks first is not known before: until they
-    have broken, every point is kept, at 20 bytes for each point and sample (755 grains, 1,000 samples: 90 MB). A probe
-    that is given to another run begins anew.
+    ``paths`` has one :class:`ContactPath` for each, in this order. Which points break first is not known in advance:
+    until they have broken every point is kept, with 20 bytes per point and sample (755 grains, 1,000 samples: 90 MB).
+    In another run a probe forgets what it has followed.
     """
 
     points: tuple[int, ...] = attrs.field(default=(), converter=lambda points: tuple(map(int, points)))
@@ -86,14 +86,14 @@ class Probe(Observer):
 
     @property
     def paths(self) -> list[ContactPath]:
-        """What was followed up to now."""
+        """The paths up to now."""
         return self._run.paths() if self._run else []
 
     def __str__(self) -> str:
         return "\n".join(map(str, self.paths)) or "nothing was followed"
 
     def plot(self) -> Figure:
-        """Draw every path, a row for each, over its law's own curves and under its strength."""
+        """Draw every path in a row, together with the curves of its law, and with its strength."""
         from grainlaw.results.figures.probe import plot_paths
 
         return plot_paths(self.paths)
@@ -118,7 +118,7 @@ class _Run:
         self.rows: list[np.ndarray] = []  #: (q, kept)
 
     def _chosen(self) -> np.ndarray:
-        """Numbers of the points to follow, each once; of the first to break those that have."""
+        """Numbers of the points to follow, each once: those named, and the first that have broken."""
         broken = np.flatnonzero(~np.isnan(self.broken_time))
         order = broken[np.argsort(self.broken_time[broken], kind="stable")]  # as in Result.cracks
         return np.array(list(dict.fromkeys([*self.named, *order[: self.first].tolist()])), dtype=int)
@@ -127,8 +127,8 @@ class _Run:
         values = (state.opening, state.slip, state.normal, state.shear, state.memory("damage"))
         self.times.append(state.time)
         self.rows.append(np.array([value[self.kept] for value in values], dtype=np.float32))
-        everybody = len(self.kept) == len(self.broken_time)
-        if self.first and everybody and np.count_nonzero(~np.isnan(self.broken_time)) >= self.first:
+        all_kept = len(self.kept) == len(self.broken_time)
+        if self.first and all_kept and np.count_nonzero(~np.isnan(self.broken_time)) >= self.first:
             chosen = self._chosen()
             self.rows = [row[:, chosen] for row in self.rows]
             self.kept = chosen
@@ -154,7 +154,7 @@ class _Run:
 
 
 def law_at(law: Any, place: int) -> Any:
-    """A law, or a part of one, with the numbers of one of the contact points it is given to."""
+    """A law, or a part of one, with the numbers of one of its contact points."""
     own = {}
     for field in attrs.fields(type(law)):
         value = getattr(law, field.name)

@@ -1,4 +1,4 @@
-"""What a run leaves behind: curves, properties, cracks, and moments for pictures and VTK."""
+"""The result of a run: curves, properties, cracks, and frames for pictures and VTK."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy
 from grainlaw.mesh import Mesh
 from grainlaw.specimen import Specimen
 
@@ -21,11 +22,12 @@ if TYPE_CHECKING:
     from grainlaw.protocol import LoadingProtocol
     from grainlaw.results.frames import Frame
     from grainlaw.results.laboratory import Laboratory
+    from grainlaw.results.measure import Measure
 
 
 @attrs.frozen(eq=False)
 class Cracks:
-    """Broken contact points, in the order of breaking; each stands for half of its interface."""
+    """Broken contact points, in the order of breaking; the length of each is half of its interface."""
 
     position: np.ndarray  #: (k, 2) m, on the deformed specimen
     orientation: np.ndarray  #: (k,) rad from the x axis, in [0, pi)
@@ -52,7 +54,7 @@ class Cracks:
 
 @attrs.frozen(eq=False)
 class Result:
-    """One law under one test."""
+    """What one test of one specimen under one law has given."""
 
     specimen: Specimen
     law: Laws
@@ -73,11 +75,11 @@ class Result:
         frames: list[Frame],
         seconds: float,
     ) -> Result:
-        """Take the result out of a state."""
+        """Make the result from the state at the end of a run."""
         summary = dict(protocol.summary(curves, state.specimen)) if curves else {}
         summary |= {
-            "tensile_cracks": int(curves["tensile_cracks"][-1]) if curves else 0,
-            "shear_cracks": int(curves["shear_cracks"][-1]) if curves else 0,
+            TENSILE_CRACKS: int(curves[TENSILE_CRACKS][-1]) if curves else 0,
+            SHEAR_CRACKS: int(curves[SHEAR_CRACKS][-1]) if curves else 0,
             "steps": state.steps,
             "seconds": seconds,
             "time_step": state.time_step,
@@ -109,7 +111,7 @@ class Result:
             series.write(frame)
 
     def plot(self) -> Figure:
-        """Stress-strain curve and crack pattern."""
+        """Stress-strain curve and crack pattern. Raises ParameterError for a test without such a curve."""
         from grainlaw.results.figures.curves import plot_result
 
         return plot_result(self)
@@ -121,12 +123,13 @@ class Result:
         title: str = "",
         record: Mapping[str, Any] | None = None,
         incomplete: str = "",
+        measures: Sequence[Measure] | None = None,
     ) -> None:
         """Write the laboratory report as a page of HTML; see :func:`grainlaw.results.figures.report.write_report`."""
         from grainlaw.results.figures.report import write_report
 
         name = type(self.law).__name__ if not isinstance(self.law, Mapping) else "laws"
-        write_report({name: self}, file, title=title, record=record, incomplete=incomplete)
+        write_report({name: self}, file, title=title, record=record, incomplete=incomplete, measures=measures)
 
     def show(self) -> None:
         """Look at the last moment in a window (pyvista)."""
@@ -137,15 +140,14 @@ class Result:
 
 def energy_error(curves: Mapping[str, np.ndarray]) -> float:
     """Largest gap in the energy ledger, Eq. (12), over the largest external work."""
-    parts = ("kinetic", "zones", "contacts_normal", "contacts_shear", "damping")
-    gap = curves["energy_external"] - sum(curves[f"energy_{part}"] for part in parts)
-    return float(np.max(np.abs(gap)) / max(np.max(np.abs(curves["energy_external"])), 1e-300))
+    supplied = energy(curves, SUPPLIED)
+    return float(np.max(np.abs(supplied - energy(curves, *SPENT))) / max(np.max(np.abs(supplied)), 1e-300))
 
 
 def energy_made(curves: Mapping[str, np.ndarray], frames: Sequence[Frame], lengths: np.ndarray) -> float:
     """Largest energy that intact contacts, ``lengths`` (p,) m, had made in a frame, over the largest external work."""
     made = max(float(frame.contacts["made"] @ lengths) for frame in frames)
-    return made / max(float(np.max(np.abs(curves["energy_external"]))), made, 1e-300)
+    return made / max(float(np.max(np.abs(energy(curves, SUPPLIED)))), made, 1e-300)
 
 
 def _cracks(state: State) -> Cracks:

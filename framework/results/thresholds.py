@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import attrs
 import numpy as np
 
+from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRESS, TIME, VOLUMETRIC_STRAIN
 from grainlaw.moduli import slope
 from grainlaw.parameter import ParameterError
 
@@ -15,15 +16,15 @@ NAN = float("nan")
 
 @attrs.frozen(eq=False)
 class Path:
-    """The way to the peak: samples whose load is higher than any before, from the start of the stage that leads there.
+    """The path to the peak: samples whose load is higher than any before, in the stage that leads to the peak.
 
-    Strains count extension positive, from that start on; nan where a test does not record them.
+    Strains count extension positive, from the start of that stage; nan where a test does not record them.
     """
 
     load: np.ndarray  #: (t,) Pa, beyond the confinement
     axial: np.ndarray  #: (t,)
     lateral: np.ndarray  #: (t,)
-    confinement: float  #: Pa, to be added to a load for the axial stress
+    confinement: float  #: Pa; the axial stress is the load plus this
 
     @property
     def volumetric(self) -> np.ndarray:
@@ -45,27 +46,28 @@ class Path:
 
 
 def path_to_peak(curves: Mapping[str, np.ndarray]) -> Path:
-    """Of the curves of a test; empty where there is no ``stress`` or it never rises above zero.
+    """Find it in the curves of a test; empty where there is no ``stress`` or no load above zero.
 
-    The path starts with the stage in which the load first reaches half of its peak: confinement comes before it. The
-    load is the ``deviator`` where there is one.
+    The path begins with the stage in which the load first reaches half of its peak, so that a stage of confinement
+    does not count. The load is the ``deviator`` where there is one.
     """
-    load = curves.get("deviator", curves.get("stress", np.array([])))
-    if not len(load) or not load.max() > 0:
+    stress = curves.get(STRESS, np.array([]))
+    load = curves.get(DEVIATOR, stress)
+    if not len(stress) or not load.max() > 0:
         none = np.zeros(0)
         return Path(none, none, none, NAN)
     peak = int(np.argmax(load))
-    stage = curves["stage"]
+    stage = curves[STAGE]
     first = int(np.argmax(stage == stage[np.argmax(load >= 0.5 * load[peak])]))
     highest = np.maximum.accumulate(load[first : peak + 1])
     chosen = first + np.flatnonzero(np.r_[True, highest[1:] > highest[:-1]])
-    lateral = curves.get("lateral_strain", np.full(len(load), NAN))
-    axial = curves.get("volumetric_strain", np.full(len(load), NAN)) - lateral
+    lateral = curves.get(LATERAL_STRAIN, np.full(len(load), NAN))
+    axial = curves.get(VOLUMETRIC_STRAIN, np.full(len(load), NAN)) - lateral
     return Path(
         load=load[chosen],
         axial=axial[chosen] - axial[first],
         lateral=lateral[chosen] - lateral[first],
-        confinement=float(curves["stress"][peak] - load[peak]),
+        confinement=float(stress[peak] - load[peak]),
     )
 
 
@@ -86,16 +88,16 @@ def secant_constants(path: Path, share: float = 0.5) -> tuple[float, float]:
 
 
 def crack_damage(path: Path) -> float:
-    """CD (Pa): axial stress at the largest contraction, where the volumetric strain turns round before the peak.
+    """CD (Pa): axial stress at the largest contraction, where the volumetric strain reverses before the peak.
 
-    nan where the contraction lasts until the peak. (Bieniawski 1967; Martin and Chandler 1994.)
+    nan where the specimen contracts until the peak. (Bieniawski 1967; Martin and Chandler 1994.)
     """
     turn = _reversal(path)
     return float(path.load[turn]) + path.confinement if turn else NAN
 
 
 def _reversal(path: Path) -> int:
-    """Number of the sample at which the volumetric strain turns round; 0 where it does not."""
+    """Number of the sample at which the volumetric strain reverses; 0 where it does not."""
     if not path.is_compression:
         return 0
     turn = int(np.argmin(path.volumetric))
@@ -105,8 +107,9 @@ def _reversal(path: Path) -> int:
 def initiation_by_lateral_strain(path: Path, least: float = 0.01) -> float:
     """CI (Pa) by the lateral strain response (Nicksiar and Martin 2012, doi:10.1007/s00603-012-0221-6).
 
-    Where the lateral strain falls short the most of the straight line, over load, from the start to crack damage. nan
-    without crack damage, or if it never falls short by the share ``least`` of the lateral strain there.
+    The lateral strain over load is compared with a straight line from the start to crack damage: CI is where it lies
+    farthest below the line. nan without crack damage, or where that distance is less than ``least`` times the lateral
+    strain at crack damage.
     """
     turn = _reversal(path)
     if not turn:
@@ -133,8 +136,8 @@ def crack_volumetric_strain(path: Path, low: float = 0.1, high: float = 0.3) -> 
 def initiation_by_crack_volume(path: Path, tolerance: float = 0.01, low: float = 0.1, high: float = 0.3) -> float:
     """CI (Pa) by the crack-volumetric strain (Martin and Chandler 1994, doi:10.1016/0148-9062(94)90014-0).
 
-    Where it leaves zero for good: exceeds ``tolerance`` times the elastic volumetric strain at the peak from there to
-    the peak. nan where it never does.
+    Where it rises above ``tolerance`` times the elastic volumetric strain at the peak, and stays above it until the
+    peak. nan where it never does.
     """
     if not path.is_compression:
         return NAN
@@ -142,24 +145,24 @@ def initiation_by_crack_volume(path: Path, tolerance: float = 0.01, low: float =
     limit = tolerance * abs(path.volumetric[-1] - opened[-1])
     if not opened[-1] > limit:
         return NAN
-    last = int(np.flatnonzero(~(opened > limit))[-1])  # the regression leaves some sample at or below zero
+    last = int(np.flatnonzero(~(opened > limit))[-1])  # there is one: a regression leaves some sample at or below zero
     share = (limit - opened[last]) / (opened[last + 1] - opened[last])
     return float(path.load[last] + share * (path.load[last + 1] - path.load[last])) + path.confinement
 
 
 def stress_at_share(curves: Mapping[str, np.ndarray], time: np.ndarray, count: np.ndarray, share: float) -> float:
-    """Axial stress (Pa) when a growing count (n,) at times (n,) s first reached a share of what it was at the peak.
+    """Axial stress (Pa) when a growing count (n,) at times (n,) s first reached a share of its value at the peak.
 
-    nan where it was zero there, or where no stress is recorded.
+    nan where it was zero at the peak, or where no stress is recorded.
     """
-    stress = curves.get("stress")
+    stress = curves.get(STRESS)
     if stress is None or not len(stress) or not len(time):
         return NAN
-    peak = curves["time"][np.argmax(curves.get("deviator", stress))]
+    peak = curves[TIME][np.argmax(curves.get(DEVIATOR, stress))]
     at_peak = np.interp(peak, time, count)
     if not at_peak > 0:
         return NAN
     reached = int(np.argmax(count >= share * at_peak))
     before = max(reached - 1, 0)
     when = np.interp(share * at_peak, count[before : reached + 1], time[before : reached + 1])
-    return float(np.interp(when, curves["time"], stress))
+    return float(np.interp(when, curves[TIME], stress))

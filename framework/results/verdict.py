@@ -1,4 +1,4 @@
-"""What a followed contact point went through, in a line."""
+"""One line on a contact point that a probe has followed: whether it broke, how, and near which strength."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def verdict(path: ContactPath) -> str:
-    """Who, whether and how it broke, and how near to its strengths it came before.
+    """Which contact it is, whether and how it broke, and its highest tractions before, next to its strengths.
 
-    What passes between two samples is not seen.
+    Between two samples nothing is known.
     """
     x, y = path.position * 1e3
     a, b = path.grains
@@ -29,8 +29,8 @@ def _end(path: ContactPath) -> str:
     at = min(path.unbroken, len(path.time) - 1)
     where = f"opening {words(path.opening[at], 'm')}, slip {words(path.slip[at], 'm')}"
     if path.unbroken < len(path.time):
-        way = "in tension" if path.mode < 0.5 else "in shear"
-        return f"broke at {path.broken:.4g} s {way} (share of shear {path.mode:.2f}), {where}"
+        mode = "in tension" if path.mode < 0.5 else "in shear"
+        return f"broke at {path.broken:.4g} s {mode} (share of shear {path.mode:.2f}), {where}"
     counted = "damage" in memory_names(path.law)
     return f"did not break, {f'damage {path.damage[-1]:.3g}, ' if counted else ''}{where}"
 

@@ -62,7 +62,7 @@ class VtkSeries:
         middle = (first + second) / 2
         begin, end = np.concatenate([first, middle]), np.concatenate([middle, second])
         chosen = np.flatnonzero(frame.contacts["damage"] > 0)
-        if not len(chosen):  # one undamaged point as a line of no length: not every reader opens a file without cells
+        if not len(chosen):  # not every reader opens a file without cells: one undamaged point as a line of length zero
             chosen, end = np.array([0]), begin
         count = len(chosen)
         points = np.empty((2 * count, 2))

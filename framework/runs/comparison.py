@@ -14,6 +14,7 @@ from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import file_name, writable_folder, write_atomically
+from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.tables import write_curves, write_json
 from grainlaw.runs.parallel import Run, simulate_all
@@ -22,7 +23,7 @@ from grainlaw.specimen import Specimen
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: rows of the table
+#: rows of the table that a comparison prints
 TABLE = (
     "peak_stress", "peak_strain", "apparent_modulus", "apparent_poisson", "modulus", "poisson", "tensile_cracks",
     "shear_cracks", "kinetic_ratio", "platen_imbalance", "energy_error", "energy_made",
@@ -56,7 +57,7 @@ class Comparison(Mapping[str, Result]):
         return aligned(rows, rule=True)
 
     def plot(self) -> Figure:
-        """Stress-strain curves of all laws."""
+        """Stress-strain curves of all laws. Raises ParameterError for a test that does not record them."""
         from grainlaw.results.figures.curves import plot_curves
 
         return plot_curves(self.results)
@@ -64,25 +65,31 @@ class Comparison(Mapping[str, Result]):
     def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
         """Write ``comparison.png``, ``cracks_<law>.png``, ``summary.json`` and ``curves.csv``.
 
-        ``record`` is added to the summary: what the run was made with. Raises OSError where it cannot.
+        ``record`` is added to the summary: what the run was made with. Raises OSError where it cannot, and
+        ParameterError for a test without the columns ``strain`` and ``stress``.
         """
         from grainlaw.results.figures.curves import plot_cracks
 
-        path = writable_folder(folder)
+        curves, path = self.plot(), writable_folder(folder)
         write_json(path / "summary.json", {"laws": self.summary, **(record or {})})
         write_curves(path / "curves.csv", {name: result.curves for name, result in self.results.items()})
-        write_atomically(path / "comparison.png", lambda file: self.plot().savefig(file, dpi=150))
+        write_atomically(path / "comparison.png", lambda file: curves.savefig(file, dpi=150))
         for name, result in self.results.items():
             figure = plot_cracks(result, name)
             write_atomically(path / f"cracks_{file_name(name)}.png", lambda file, f=figure: f.savefig(file, dpi=150))  # type: ignore[misc]
 
     def write_report(
-        self, file: str | os.PathLike[str], *, title: str = "", record: Mapping[str, Any] | None = None
+        self,
+        file: str | os.PathLike[str],
+        *,
+        title: str = "",
+        record: Mapping[str, Any] | None = None,
+        measures: Sequence[Measure] | None = None,
     ) -> None:
         """Write the laboratory report of all laws as a page of HTML; see :mod:`grainlaw.results.figures.report`."""
         from grainlaw.results.figures.report import write_report
 
-        write_report(self.results, file, title=title, record=record)
+        write_report(self.results, file, title=title, record=record, measures=measures)
 
 
 def compare(

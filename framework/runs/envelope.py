@@ -1,4 +1,4 @@
-"""Strength of a rock over confinement: a series of compression tests, and the criteria fitted to their peaks."""
+"""Strength of a rock over confinement: compression tests, and strength criteria fitted to their peaks."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def fit_mohr_coulomb(confinement: Sequence[float], peak_stress: Sequence[float])
 
 
 def _angle_and_cohesion(slope: float, ucs: float) -> tuple[float, float]:
-    """Angle (deg) and cohesion (Pa) of a line; nan for a slope that no friction gives."""
+    """Angle (deg) and cohesion (Pa) of a line; nan for a slope that is not positive."""
     if not slope > 0:
         return math.nan, math.nan
     phi = math.asin((slope - 1) / (slope + 1))
@@ -92,7 +92,7 @@ def _angle_and_cohesion(slope: float, ucs: float) -> tuple[float, float]:
 def fit_hoek_brown(confinement: Sequence[float], peak_stress: Sequence[float]) -> HoekBrownFit:
     """Fit peaks (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements.
 
-    nan where the peaks fall so steeply that no real strength is left.
+    nan where the peaks fall so steeply that s_ci^2 is negative.
     """
     x, y = np.asarray(confinement, dtype=float), np.asarray(peak_stress, dtype=float)
     slope, square, spread = _line("fit_hoek_brown", x, (y - x) ** 2)

@@ -8,26 +8,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from grainlaw.columns import STRAIN, STRESS
+from grainlaw.results.figures.curves import label_stress_and_strain, require_stress_and_strain
+
 if TYPE_CHECKING:
     from grainlaw.runs.envelope import StrengthEnvelope
 
 
 def plot_envelope(envelope: StrengthEnvelope) -> Figure:
     """Stress-strain curves by confinement, and peaks over confinement with the criteria fitted to them."""
+    require_stress_and_strain(envelope.results)
     figure = Figure(figsize=(11, 5), layout="constrained")
     left, right = figure.subplots(1, 2)
     names = dict.fromkeys(seed for seed, _ in envelope.results)
     seeds = dict(zip(names, itertools.cycle(("-", "--", ":")), strict=False))
     confinements = sorted({p for _, p in envelope.results})
     for (seed, p), result in envelope.results.items():
-        strain, stress = result.curves["strain"] * 100, result.curves["stress"] / 1e6
+        strain, stress = result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6
         label = f"{p / 1e6:g} MPa" if seed == next(iter(seeds)) else None
         color = f"C{confinements.index(p)}"
         left.plot(strain, stress, seeds[seed], color=color, linewidth=1.3, label=label)
-    left.set_xlabel("axial strain (%)")
-    left.set_ylabel("axial stress (MPa)")
-    left.set_xlim(left=0)
-    left.set_ylim(bottom=0)
+    label_stress_and_strain(left)
     left.legend(title="confinement", frameon=False)
     _, x, y = envelope.peaks.T / 1e6
     line, parabola = envelope.mohr_coulomb, envelope.hoek_brown
@@ -42,6 +43,5 @@ def plot_envelope(envelope: StrengthEnvelope) -> Figure:
     right.set_ylabel("peak stress (MPa)")
     right.set_ylim(bottom=0)
     right.legend(frameon=False, loc="lower right")
-    for axes in (left, right):
-        axes.grid(alpha=0.25)
+    right.grid(alpha=0.25)
     return figure

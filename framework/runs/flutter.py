@@ -1,4 +1,4 @@
-"""A sample held under a load without damping: whether its kinetic energy grows by itself, and how fast."""
+"""Flutter: whether the kinetic energy of a sample grows that is held under a load without damping, and how fast."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import DAMAGED, KINETIC, STAGE, STRESS, TIME, energy
 from grainlaw.contact import ContactLaw, Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.state import State
@@ -18,13 +19,13 @@ from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Condition, Curves, Drive, FailsTo, Reaches, Stage, StageError
 
-PRESS, REST, CALM = 8, 15, 5  #: times a wave runs through the sample while it is pressed, settles, and is calmed
-HOLD = 1300  #: times a wave runs through a grain while the sample is held
+PRESS, REST, CALM = 8, 15, 5  #: duration of these stages, over the time in which a wave passes the sample
+HOLD = 1300  #: duration of holding, over the time in which a wave passes a grain
 SAMPLES = 200  #: of the kinetic energy while the sample is held
-HELD = 0.9  #: of the stress must be left when the sample is at rest
-GROWTH = 10  #: times the first kinetic energy: what vibrates without a source stays within a factor of 4
-QUIET = 0.3  #: mass damping (1/s) that calms the sample, over the frequency of waves through a grain: more than flutter
-PUSH = 2e-10  #: of the speed of waves: the random velocity that a fluttering sample feeds
+HELD = 0.9  #: share of the stress that must be left when the sample is at rest
+GROWTH = 10  #: of the kinetic energy, that counts as flutter; without a source it varies by a factor of 4
+QUIET = 0.3  #: mass damping (1/s) before holding, over the frequency of waves in a grain: stronger than flutter
+PUSH = 2e-10  #: random velocity at the start of holding, over the wave speed: flutter grows from it
 
 
 @attrs.frozen
@@ -34,28 +35,28 @@ class _Samples(Condition):
     count: int
 
     def progress(self, curves: Curves) -> float:
-        return len(curves["time"]) / self.count
+        return len(curves[TIME]) / self.count
 
 
 @attrs.frozen(eq=False)
 class Flutter:
-    """What became of the kinetic energy of a sample that was held without damping; prints as one line."""
+    """The kinetic energy of a sample that was held without damping; prints as one line."""
 
     stress: float  #: Pa, under which it was held, compression positive
-    time: np.ndarray  #: (k,) s since the damping was taken away
+    time: np.ndarray  #: (k,) s since the damping was removed
     kinetic: np.ndarray  #: (k,) J
     damaged: np.ndarray  #: (k,) contact points with damage
     step: float  #: s
 
     @property
     def _last(self) -> int:
-        """The last sample before a contact was damaged: what breaks shakes its neighbours, with any law."""
+        """The last sample before a contact was damaged: a break moves its neighbours under any law."""
         worse = np.flatnonzero(self.damaged > self.damaged[0])
         return max(int(worse[0]) - 1, 1) if len(worse) else len(self.time) - 1
 
     @property
     def rate(self) -> float:
-        """1/s, at which the kinetic energy grows as exp(rate t) before any damage is done; 0 where it does not."""
+        """1/s, of the growth of the kinetic energy, exp(rate t), before any damage; 0 where it does not grow."""
         end = self._last
         base = float(np.median(self.kinetic[: max(end // 10, 1)]))
         if not self.kinetic[end] > GROWTH * base:
@@ -82,7 +83,7 @@ class Flutter:
 
 @attrs.frozen(kw_only=True)
 class _HeldStill(LoadingProtocol):
-    """Press, bring to rest, take the damping away."""
+    """Press, bring to rest, hold without damping."""
 
     stress: float = parameter("Pa")
     modulus: float = parameter("Pa")  #: of grains and contacts in series, about that of the sample
@@ -100,11 +101,11 @@ class _HeldStill(LoadingProtocol):
         return [
             Stage(
                 name="press", drives=self._drives(speed, transit), interval=transit / 25, sample_limit=25 * 10 * PRESS,
-                until=[Reaches("stress", self.stress), FailsTo("stress", 0.5)],
+                until=[Reaches(STRESS, self.stress), FailsTo(STRESS, 0.5)],
             ),
             Stage(
                 name="rest", drives=self._drives(), until=[_Samples(10)], interval=REST * transit / 10,
-                integrator=DynamicRelaxation(),  # takes the slow modes
+                integrator=DynamicRelaxation(),  # damps the slow modes
             ),
             Stage(
                 name="calm", drives=self._drives(), until=[_Samples(10)], interval=CALM * transit / 10,
@@ -123,7 +124,7 @@ class _HeldStill(LoadingProtocol):
 
     def measure(self, state: State) -> dict[str, float]:
         width = float(np.ptp(state.mesh.nodes[:, 0]))
-        return {"stress": (state.reaction("bottom")[1] - state.reaction("top")[1]) / (2 * width)}
+        return {STRESS: (state.reaction("bottom")[1] - state.reaction("top")[1]) / (2 * width)}
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         return {}
@@ -133,12 +134,12 @@ def hold(
     specimen: Specimen, law: Laws, stress: float, *, confined: bool = False, duration: float | None = None,
     detection: Detection | None = EVERYWHERE, time_step_factor: float = 1.0, threads: int = 1,
 ) -> Flutter:  # fmt: skip
-    """Press a sample to a ``stress`` (Pa), bring it to rest, take all damping away, and watch its kinetic energy.
+    """Press a sample to a ``stress`` (Pa), bring it to rest, remove all damping, and record its kinetic energy.
 
-    Held by its smooth platens and given a tiny random velocity, a sample whose contacts have an energy behind them
-    goes on vibrating as it is. Where contacts make energy it flutters: the kinetic energy grows exponentially, and what
-    a run with damping finds is ruled by the damping (docs/flutter.md). ``confined`` keeps the sides from giving way,
-    for grains that nothing bonds; ``duration`` (s) is that without damping, some 12,000 steps by default. Raises as
+    The sample is held by its smooth platens and starts with a very small random velocity. If its contacts conserve
+    energy, it vibrates with the same energy. If contacts make energy it flutters: the kinetic energy grows
+    exponentially, and the results of a run with damping depend on the damping (docs/flutter.md). ``confined`` holds the
+    sides too, for grains without bonds; ``duration`` (s) is that of holding, some 12,000 steps by default. Raises as
     :func:`simulate`, and :class:`StageError` for a sample that fails before the stress is reached.
     """
     modulus, wave_speed, size = _scales(specimen, law)
@@ -149,8 +150,8 @@ def hold(
     result = simulate(
         specimen, law, test, detection=detection, time_step_factor=time_step_factor, threads=threads, frames=1
     )
-    held = result.curves["stage"] == 3
-    pressed, damaged = result.curves["stress"], result.curves["damaged"][held]
+    held = result.curves[STAGE] == 3
+    pressed, damaged = result.curves[STRESS], result.curves[DAMAGED][held]
     if pressed.max() < stress or pressed[held][0] < HELD * stress:
         error = StageError(
             f"hold: the sample failed: it reached {pressed.max() * 1e-6:.4g} MPa and holds "
@@ -158,12 +159,12 @@ def hold(
         )
         error.result = result
         raise error
-    time, kinetic = result.curves["time"][held], result.curves["energy_kinetic"][held]
+    time, kinetic = result.curves[TIME][held], energy(result.curves, KINETIC)[held]
     return Flutter(float(pressed[held][0]), time - time[0], kinetic, damaged, result.summary["time_step"])
 
 
 def _scales(specimen: Specimen, law: Laws) -> tuple[float, float, float]:
-    """Modulus (Pa) of grains and contacts in series, speed of waves (m/s), and size of a grain (m)."""
+    """Modulus (Pa) of grains and contacts in series, wave speed (m/s), grain size (m)."""
     size = specimen.grains.grain_size
     laws = [law] if isinstance(law, ContactLaw) else list(law.values())
     softness = 1 / (size * float(np.mean([np.mean(one.stiffness[0]) for one in laws])))

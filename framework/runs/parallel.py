@@ -14,7 +14,7 @@ import numpy as np
 from grainlaw.contact import Laws
 from grainlaw.engine.state import State
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError
+from grainlaw.parameter import checked_whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.result import Result
 from grainlaw.runs.simulation import simulate
@@ -60,9 +60,7 @@ def simulate_all(
     ``observers`` gives those of each run by its key; ``options`` go to :func:`simulate`. The results do not depend on
     ``threads``. If one run fails the others are ended.
     """
-    threads = (os.cpu_count() or 1) if threads is None else threads
-    if threads < 1:
-        raise ParameterError(f"threads = {threads} is not allowed, it must be a whole number from 1")
+    threads = checked_whole_number("threads", os.cpu_count() or 1 if threads is None else threads, at_least=1)
     workers = min(threads, len(runs))
     stop = _Stop()
 

@@ -24,7 +24,7 @@ from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import FrameClock, FrameRecorder, take_frame
 from grainlaw.results.result import Result
-from grainlaw.runs.columns import Columns
+from grainlaw.runs.curve_table import CurveTable
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Drive, Stage, StageError
@@ -104,7 +104,7 @@ class _Run:
         self.threads, self.factor = threads, factor
         self.recorder = FrameRecorder(FrameClock(frames))
         self.observers = [self.recorder, *observers]
-        self.columns = Columns()
+        self.columns = CurveTable()
         self.seconds = 0.0
         self.compiled: tuple[Integrator, Compiled] | None = None  #: the integrator of the last steps
         self.first_step, self.next_adapt, self.halts = 0, 0, 0  #: of the present stage, the middle one counted from it

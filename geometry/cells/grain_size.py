@@ -20,22 +20,6 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def whole_number(*, at_least: int, default: int | None) -> Any:
-    """Declare a whole number of a component; None is allowed where it is the default."""
-
-    def convert(value: Any, component: Any, attribute: Any) -> int | None:
-        if value is None and default is None:
-            return None
-        if not _is_number(value) or value != value // 1 or value < at_least:
-            raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
-                f"it must be a whole number, at least {at_least}"
-            )
-        return int(value)
-
-    return attrs.field(default=default, converter=attrs.Converter(convert, takes_self=True, takes_field=True))
-
-
 def length() -> Any:
     """Declare a length of a component (m) that may be left out."""
 

@@ -1,4 +1,4 @@
-"""Pictures: curves and cracks (matplotlib), and a window to look around in (pyvista)."""
+"""Pictures of curves and cracks (matplotlib), and a window with the specimen (pyvista)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
+from grainlaw.columns import SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS, require
+
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
@@ -18,7 +20,7 @@ GRAIN, RIM = "#efece4", "#b9b2a3"
 
 
 def _outlines(result: Result) -> np.ndarray:
-    """(k, 2) node pairs of the rims of all grains: edges that belong to one zone only."""
+    """(k, 2) node pairs of the boundaries of all grains: edges that belong to one zone only."""
     zones = result.mesh.zones
     edges = zones[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     ordered = np.sort(edges, axis=1)
@@ -49,20 +51,32 @@ def draw_cracks(axes: Axes, result: Result) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2, frameon=False, handlelength=1.2)
 
 
+def require_stress_and_strain(results: Mapping[Any, Result]) -> None:
+    """Raise ParameterError for a test that does not record what is drawn here."""
+    for result in results.values():
+        require("a plot of stress over strain (write_report draws other columns)", result.curves, STRAIN, STRESS)
+
+
 def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
     """Axial stress over axial strain, the peak marked."""
+    require_stress_and_strain(results)
     for name, result in results.items():
-        strain, stress = result.curves["strain"] * 100, result.curves["stress"] / 1e6
+        strain, stress = result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6
         (line,) = axes.plot(strain, stress, label=name, linewidth=1.6)
         if len(result.cracks):
             peak = int(np.argmax(stress))
             axes.plot(strain[peak], stress[peak], "o", color=line.get_color(), markersize=5)
+    label_stress_and_strain(axes)
+    axes.legend(frameon=False)
+
+
+def label_stress_and_strain(axes: Axes) -> None:
+    """Axes that begin at zero, for axial stress in MPa over axial strain in %."""
     axes.set_xlabel("axial strain (%)")
     axes.set_ylabel("axial stress (MPa)")
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0)
     axes.grid(alpha=0.25)
-    axes.legend(frameon=False)
 
 
 def plot_curves(results: Mapping[str, Result]) -> Figure:
@@ -72,8 +86,8 @@ def plot_curves(results: Mapping[str, Result]) -> Figure:
     draw_curves(upper, results)
     upper.set_xlabel("")
     for k, (name, result) in enumerate(results.items()):
-        strain = result.curves["strain"] * 100
-        for column, style in (("tensile_cracks", "-"), ("shear_cracks", "--")):
+        strain = result.curves[STRAIN] * 100
+        for column, style in ((TENSILE_CRACKS, "-"), (SHEAR_CRACKS, "--")):
             label = f"{name}, {column.split('_')[0]}"
             if result.curves[column][-1]:
                 lower.plot(strain, result.curves[column], style, color=f"C{k}", linewidth=1.2, label=label)

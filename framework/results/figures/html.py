@@ -1,4 +1,4 @@
-"""Pages of HTML without scripts that open anywhere: text, tables and figures in one file."""
+"""Pages of HTML without scripts: text, tables and figures in one file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ figcaption { color: #555; } h2, h3, caption { break-after: avoid; } tr, figure {
 
 
 class Cell(str):
-    """Text of a table with a class of its style."""
+    """Text of a table cell, with the name of its style."""
 
     style: str
 
@@ -69,7 +69,7 @@ def table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), caption: str
 
 
 def picture(figure: Figure, caption: str) -> str:
-    """A figure, inside of the page."""
+    """A figure, embedded in the page."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=120)
     data = base64.b64encode(buffer.getvalue()).decode("ascii")

@@ -7,6 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
+from grainlaw.columns import TIME, course
+from grainlaw.naming import shown
 from grainlaw.results.figures.curves import GRAIN, RIM, SHEAR, TENSILE
 from grainlaw.results.laboratory import Laboratory
 
@@ -32,17 +34,20 @@ def plot_laboratory(laboratory: Laboratory) -> Figure:
 
 
 def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
-    """Load over axial, lateral and volumetric strain on the way to the peak, extension positive."""
+    """Load over axial, lateral and volumetric strain up to the peak, extension positive."""
     path = laboratory.path
     if not np.isfinite(path.axial).any():
         axes.set_axis_off()
+        axes.text(
+            0.5, 0.5, "the test recorded no peak or no strains", ha="center", va="center", transform=axes.transAxes
+        )
         return
     for values, label, style in (
         (path.axial, "axial", "-"), (path.lateral, "lateral", "--"), (path.volumetric, "volumetric", ":")
     ):  # fmt: skip
         axes.plot(values * 100, (path.load + path.confinement) / 1e6, style, color="#444444", label=label)
     for name, (label, color) in THRESHOLDS.items():
-        stress = laboratory.properties[name]
+        stress = laboratory.value(name)
         if np.isfinite(stress):
             axes.axhline(stress / 1e6, color=color, linewidth=1, label=f"{label}: {stress / 1e6:.1f} MPa")
     axes.set_xlabel("strain (%), extension positive")
@@ -51,15 +56,16 @@ def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
     axes.legend(frameon=False, fontsize="small", loc="lower left")
 
 
-def _strain(laboratory: Laboratory) -> tuple[np.ndarray, str]:
-    """What runs along the horizontal axis: the axial strain, or the time where a test has none."""
+def _along(laboratory: Laboratory) -> tuple[np.ndarray, str]:
+    """Values of the horizontal axis, and its label."""
     curves = laboratory.result.curves
-    return (curves["strain"] * 100, "axial strain (%)") if "strain" in curves else (curves["time"] * 1e3, "time (ms)")
+    name = course(curves)
+    return curves[name] * shown(name).factor, shown(name).heading
 
 
 def draw_growth(axes: Axes, laboratory: Laboratory) -> None:
     """Length of cracks by mode."""
-    along, label = _strain(laboratory)
+    along, label = _along(laboratory)
     for name, color in (("tensile", TENSILE), ("shear", SHEAR)):
         axes.plot(along, laboratory.growth[f"{name}_length"] * 1e3, color=color, label=name)
     axes.set_xlabel(label)
@@ -69,7 +75,7 @@ def draw_growth(axes: Axes, laboratory: Laboratory) -> None:
 
 
 def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
-    """Length of cracks by orientation, each drawn both ways; the failure plane as a line."""
+    """Length of cracks by orientation, drawn in both directions; the failure plane as a line."""
     rose, plane = laboratory.rose, laboratory.plane
     middle, width = (rose.edges[1:] + rose.edges[:-1]) / 2, rose.edges[1] - rose.edges[0]
     for turn in (0, np.pi):
@@ -85,7 +91,7 @@ def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
 
 
 def _draw_specimen(axes: Axes, laboratory: Laboratory, colors: str | np.ndarray) -> None:
-    """The grains at the last frame, in one colour or one for each zone."""
+    """The grains at the last frame, in one colour, or with a colour for each zone."""
     result = laboratory.result
     place = (result.mesh.nodes + result.frames[-1].displacement) * 1e3
     axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=colors, edgecolor=colors, linewidth=0.3))
@@ -98,7 +104,7 @@ def _draw_specimen(axes: Axes, laboratory: Laboratory, colors: str | np.ndarray)
 
 
 def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
-    """Fragments of more than one grain in colours, the largest and single grains pale."""
+    """Fragments of several grains in colours, the largest in the colour of grains, single grains white."""
     found = laboratory.fragments
     palette = np.array([GRAIN, *(PALE[k % len(PALE)] for k in range(len(found) - 1))])
     palette[found.grains == 1] = "white"
@@ -109,7 +115,7 @@ def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
 
 
 def draw_events(axes: Axes, laboratory: Laboratory) -> None:
-    """Acoustic events as circles, their area by energy."""
+    """Acoustic events as circles whose area is their energy."""
     events = laboratory.events
     _draw_specimen(axes, laboratory, GRAIN)
     if len(events):
@@ -127,10 +133,10 @@ def draw_lost(axes: Axes, laboratory: Laboratory) -> None:
     """Energy lost by contacts in opening and in slip, frame by frame."""
     result = laboratory.result
     time = np.array([frame.time for frame in result.frames])
-    along, label = _strain(laboratory)
+    along, label = _along(laboratory)
     for name, color in (("opening", TENSILE), ("slip", SHEAR)):
         values = [float(laboratory.half_lengths @ frame.contacts[f"lost_{name}"]) for frame in result.frames]
-        axes.plot(np.interp(time, result.curves["time"], along), values, ".-", color=color, label=f"in {name}")
+        axes.plot(np.interp(time, result.curves[TIME], along), values, ".-", color=color, label=f"in {name}")
     axes.set_xlabel(label)
     axes.set_ylabel("energy lost by contacts (J/m)")
     axes.grid(alpha=0.25)

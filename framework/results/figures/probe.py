@@ -1,4 +1,4 @@
-"""Pictures of followed contact points: their paths over their laws' own curves."""
+"""Pictures of contact points that a probe has followed, together with the curves of their laws."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ DAMAGE = Normalize(0, 1.1)  # the end of the map is too pale on white
 
 
 def plot_paths(paths: Sequence[ContactPath]) -> Figure:
-    """A row for each path: normal traction over opening, shear over slip, and both under the strength."""
+    """A row for each path: normal traction over opening, shear over slip, and the two with the strength."""
     figure = Figure(figsize=(13.5, 4.4 * max(len(paths), 1)), layout="constrained")
     rows = figure.subfigures(max(len(paths), 1), 1, squeeze=False)[:, 0]
     for row, path in zip(rows, paths, strict=False):
@@ -47,9 +47,9 @@ def _pull(axes: Axes, contact: Contact, path: ContactPath) -> None:
     mode = tensile_mode(contact, QUICK)
     to = reach(mode.displacement, mode.breaking)
     closed, opened = min(float(path.opening.min()), 0.0), float(path.opening.max())
-    for way in ([0, closed], [0, 1.1 * to.end]):
-        run = pulled(contact, along(way))
-        axes.plot(run.opening * UM, run.normal * MPA, color=LAW, linewidth=1, label="law" if way[1] > 0 else "")
+    for ends in ([0, closed], [0, 1.1 * to.end]):
+        run = pulled(contact, along(ends))
+        axes.plot(run.opening * UM, run.normal * MPA, color=LAW, linewidth=1, label="law" if ends[1] > 0 else "")
     _followed(axes, path, path.opening * UM, path.normal * MPA)
     right = _right(opened, to)
     left = max(closed, -right) - 0.05 * right
@@ -84,7 +84,7 @@ def _strength(axes: Axes, path: ContactPath) -> None:
 
 
 def _followed(axes: Axes, path: ContactPath, x: np.ndarray, y: np.ndarray) -> None:
-    """The path from the first sample on, coloured by damage, with a cross at the sample that had broken."""
+    """The path from the first sample on, coloured by damage, with a cross where it had broken."""
     points = np.stack([x, y], axis=1)
     lines = LineCollection(
         list(np.stack([points[:-1], points[1:]], axis=1)), cmap=INTACT_TO_BROKEN, norm=DAMAGE, linewidths=2, zorder=3
@@ -100,12 +100,12 @@ def _followed(axes: Axes, path: ContactPath, x: np.ndarray, y: np.ndarray) -> No
 
 
 def _right(farthest: float, to: Reach) -> float:
-    """How far an axis goes (m): the whole path, but no way without end after the break."""
+    """End of an axis (m): the whole path, but not all of a long slide after the break."""
     return max(1.15 * min(farthest, 1.3 * to.end), 3 * to.peak)
 
 
 def _fit(axes: Axes) -> None:
-    """Fit the height to what the width shows."""
+    """Fit the vertical axis to the points that the horizontal one shows."""
     low, high = axes.get_xlim()
     shown = [np.array(line.get_xydata(), dtype=float) for line in axes.lines]
     shown += [np.array(dots.get_offsets(), dtype=float) for dots in axes.collections[1:]]  # the lines come first

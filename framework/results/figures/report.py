@@ -1,10 +1,10 @@
-"""The laboratory report of a test: one page of HTML that holds all it shows."""
+"""The laboratory report of a test: one page of HTML, with its figures."""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -13,17 +13,19 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import STRESS
 from grainlaw.naming import Shown, shown
 from grainlaw.results.figures import html
 from grainlaw.results.figures.report_figures import plot_report_cracks, plot_report_curves
 from grainlaw.results.files import write_atomically
-from grainlaw.results.laboratory import MEASURES
+from grainlaw.results.laboratory import Laboratory
 from grainlaw.unit_text import written
 
 if TYPE_CHECKING:
+    from grainlaw.results.measure import Measure
     from grainlaw.results.result import Result
 
-#: what a certificate may be at most, and what to do else (docs/theory.md, Measures)
+#: the most that a certificate may be, and what to do if it is more (docs/theory.md, Measures)
 LIMITS = {
     "kinetic_ratio": (0.01, "the test was not quasi-static: load more slowly, or let the speed rise over a ramp"),
     "platen_imbalance": (0.02, "waves ran through the specimen: load more slowly, or let the speed rise over a ramp"),
@@ -40,19 +42,31 @@ def write_report(
     title: str = "",
     record: Mapping[str, Any] | None = None,
     incomplete: str = "",
+    measures: Sequence[Measure] | None = None,
 ) -> None:
     """Write the results of one test under one law or several, by the laws' names, as a page of HTML.
 
-    ``record`` is shown too: what else the run was made with, and the versions. ``incomplete`` says why a test did not
-    end as it should. Raises OSError where it cannot write.
+    ``record`` is shown at the end: what else belongs to the run, such as versions. ``incomplete`` says why a test did
+    not end as it should. ``measures`` are those of the table, the standard ones (``MEASURES``) if not given.
+    Raises OSError where it cannot write.
     """
+    laboratories = {
+        name: result.laboratory if measures is None else Laboratory(result, measures)
+        for name, result in results.items()
+    }
     first = next(iter(results.values()))
     name = title or f"{_words(first.protocol)}: {', '.join(results)}"
-    content = html.page(name, _parts(name, results, record or {}, incomplete))
+    content = html.page(name, _parts(name, results, laboratories, record or {}, incomplete))
     write_atomically(Path(file), lambda path: path.write_text(content, encoding="utf-8"))
 
 
-def _parts(title: str, results: Mapping[str, Result], record: Mapping[str, Any], incomplete: str) -> Iterator[str]:
+def _parts(
+    title: str,
+    results: Mapping[str, Result],
+    laboratories: Mapping[str, Laboratory],
+    record: Mapping[str, Any],
+    incomplete: str,
+) -> Iterator[str]:
     first = next(iter(results.values()))
     yield html.text("h1", title)
     yield html.text("p", f"grainlaw {version('grainlaw')}, {datetime.now():%Y-%m-%d %H:%M}")
@@ -73,10 +87,10 @@ def _parts(title: str, results: Mapping[str, Result], record: Mapping[str, Any],
     yield html.picture(plot_report_cracks(results), "Broken contacts on the deformed specimen: tensile red, shear blue")
     if first.curves:
         yield html.text("h2", "Laboratory measures")
-        yield _measures(results)
-        for name, result in results.items():
+        yield from _measures(laboratories)
+        for name, laboratory in laboratories.items():
             caption = f"Thresholds, orientation of cracks, fragments, acoustic events and energy lost: {name}"
-            yield html.picture(result.laboratory.plot(), caption)
+            yield html.picture(laboratory.plot(), caption)
     yield html.text("h2", "Specimen, law and test")
     yield html.side_by_side(_components(results))
     if record:
@@ -86,7 +100,7 @@ def _parts(title: str, results: Mapping[str, Result], record: Mapping[str, Any],
 
 def _warnings(results: Mapping[str, Result]) -> Iterator[str]:
     for name, result in results.items():
-        stress = result.curves.get("stress", np.zeros(0))
+        stress = result.curves.get(STRESS, np.zeros(0))
         if "peak_stress" in result.summary and len(stress) and np.argmax(stress) == len(stress) - 1:
             yield f"{name}: the highest stress is the last one; the specimen had not failed when the test ended."
         for measure, (limit, cure) in LIMITS.items():
@@ -120,16 +134,18 @@ def _verdict(name: str, value: float | None, limit: float) -> str:
     return html.Cell(f"{shown(name).text(value)} {'pass' if passed else 'FAIL'}", "pass" if passed else "fail")
 
 
-def _measures(results: Mapping[str, Result]) -> str:
-    """What a laboratory derives, with the sources of the definitions; without what does not exist in this test."""
-    found = {name: result.laboratory.properties for name, result in results.items()}
+def _measures(laboratories: Mapping[str, Laboratory]) -> Iterator[str]:
+    """The measures with the sources of their definitions; without what does not exist in this test."""
+    first = next(iter(laboratories.values()))
     rows = []
-    for name, measure in MEASURES.items():
-        values = [properties[name] for properties in found.values()]
+    for measure in first.measures:
+        values = [laboratory.properties[measure.name] for laboratory in laboratories.values()]
         if not np.isnan(values).all():
             how = Shown(measure.meaning, "" if measure.unit == "1" else measure.unit, measure.factor)
             rows.append([how.heading, *(_number(how.text(float(value))) for value in values), measure.source])
-    return html.table(rows, ["", *results, "source"])
+    yield html.table(rows, ["", *laboratories, "source"])
+    if first.note:
+        yield html.text("p", f"Not measured: {first.note}.")
 
 
 def _number(text: str) -> str:
@@ -172,7 +188,7 @@ def _rounded(value: Any) -> float:
 
 
 def _rows(component: Any, before: str = "") -> list[list[str]]:
-    """Name and value of each parameter, those of parts after their part."""
+    """Name and value of each parameter; those of a part follow the part."""
     rows = []
     for field in attrs.fields(type(component)):
         value, name = getattr(component, field.name), before + field.name

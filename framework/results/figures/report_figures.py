@@ -10,6 +10,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from grainlaw.columns import (
+    ENERGIES,
+    ENERGY,
+    EVERY_TEST,
+    LATERAL_STRAIN,
+    SHEAR_CRACKS,
+    STRAIN,
+    STRESS,
+    TENSILE_CRACKS,
+    VOLUMETRIC_STRAIN,
+    course,
+)
 from grainlaw.naming import shown
 from grainlaw.results.figures.curves import SHEAR, TENSILE, draw_cracks
 
@@ -17,41 +29,38 @@ if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
 STYLES = ("-", "--", ":", "-.", (0, (5, 1)), (0, (1, 3)))
-COLORS = {"tensile_cracks": TENSILE, "shear_cracks": SHEAR}
+COLORS = {TENSILE_CRACKS: TENSILE, SHEAR_CRACKS: SHEAR}
 
 
 @attrs.frozen
 class Panel:
-    """Columns over a column; the words are for several."""
+    """Columns that are drawn over a column; several have common words for the axis."""
 
     over: str
     columns: Sequence[str]
     words: str = ""
 
 
-#: what is drawn of a test that records all the columns of a row's panels: the first row that fits
+#: the panels of a test: the first row of which it records all columns
 CURVES = (
     (Panel("displacement", ["shear_stress"]), Panel("displacement", ["dilation"])),
-    (Panel("opening", ["normal"]), Panel("strain", ["stress"])),
+    (Panel("opening", ["normal"]), Panel(STRAIN, [STRESS])),
     (
-        Panel("strain", ["stress"]),
-        Panel("strain", ["volumetric_strain", "lateral_strain"], "strain, extension positive"),
+        Panel(STRAIN, [STRESS]),
+        Panel(STRAIN, [VOLUMETRIC_STRAIN, LATERAL_STRAIN], "strain, extension positive"),
     ),
-    (Panel("strain", ["stress"]),),
+    (Panel(STRAIN, [STRESS]),),
     (Panel("deflection", ["force"]),),
 )
-ENGINE = ("time", "step", "stage", "tensile_cracks", "shear_cracks", "unbalanced", "motion")  #: recorded in every test
-COURSE = ("strain", "displacement", "opening", "deflection", "time")  #: along which cracks and energies are drawn
-ENERGIES = ("external", "zones", "contacts_normal", "contacts_shear", "kinetic", "damping")
 
 
 def plot_report_curves(results: Mapping[str, Result]) -> Figure:
-    """What the test measured, how cracks accumulated, where the energy went."""
+    """What the test measured, broken contact points, and energies."""
     curves = next(iter(results.values())).curves
-    course = next(name for name in COURSE if name in curves and _grows(curves[name]))
-    panels = [*_panels(curves, course), Panel(course, ["tensile_cracks", "shear_cracks"], "broken contact points")]
+    along = course(curves)
+    panels = [*_panels(curves, along), Panel(along, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")]
     if len(results) == 1:  # those of several laws cannot be told apart
-        panels.append(Panel(course, [f"energy_{name}" for name in ENERGIES], "energy"))
+        panels.append(Panel(along, [ENERGY + name for name in ENERGIES], "energy"))
     rows = (len(panels) + 1) // 2
     figure = Figure(figsize=(10, 3.4 * rows), layout="constrained")
     places = figure.subplots(rows, 2, squeeze=False).ravel()
@@ -62,17 +71,12 @@ def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     return figure
 
 
-def _grows(values: np.ndarray) -> bool:
-    """Whether values never fall by more than a twentieth of their range: time does, a cycle's strain does not."""
-    return bool((np.maximum.accumulate(values) - values).max() <= 0.05 * np.ptp(values))
-
-
-def _panels(curves: Mapping[str, np.ndarray], course: str) -> Sequence[Panel]:
+def _panels(curves: Mapping[str, np.ndarray], along: str) -> Sequence[Panel]:
     for panels in CURVES:
         if all(name in curves for panel in panels for name in (panel.over, *panel.columns)):
             return panels
-    own = [name for name in curves if name not in (*ENGINE, course) and not name.startswith("energy_")]
-    return [Panel(course, [name]) for name in own[:4]]
+    own = [name for name in curves if name not in (*EVERY_TEST, along) and not name.startswith(ENERGY)]
+    return [Panel(along, [name]) for name in own[:4]]
 
 
 def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:

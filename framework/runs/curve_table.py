@@ -1,4 +1,4 @@
-"""Rows of named numbers, kept as arrays that grow."""
+"""The table in which a run collects its curves."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 
-class Columns:
+class CurveTable:
     """Rows of named numbers, kept as arrays that grow."""
 
     def __init__(self) -> None:
@@ -15,7 +15,7 @@ class Columns:
         self._table: dict[str, np.ndarray] = {}
 
     def append(self, row: Mapping[str, float]) -> None:
-        """Add one row; the first one names the columns, later ones may add some (nan before)."""
+        """Add a row. A name that earlier rows did not have makes a new column, which is nan in them."""
         for name, value in row.items():
             column = self._table.get(name)
             if column is None or self.count == len(column):

@@ -1,0 +1,97 @@
+"""The columns of a run: those of every test, the kinds of energy, and those that pictures and measures need.
+
+A column is an entry of ``Result.curves``, with one number per sample in SI units. A test adds columns of its own by
+``LoadingProtocol.measure``; where it uses the names below, pictures and measures find them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from grainlaw.parameter import ParameterError
+
+# --- recorded in every test ------------------------------------------------------------------------------------------
+
+TIME, STEP, STAGE = "time", "step", "stage"
+TENSILE_CRACKS, SHEAR_CRACKS, DAMAGED = "tensile_cracks", "shear_cracks", "damaged"
+UNBALANCED, MOTION = "unbalanced", "motion"
+
+#: what they mean; the energies below are recorded in every test, too
+EVERY_TEST = {
+    TIME: "s since the start",
+    STEP: "number of steps",
+    STAGE: "number of the stage, from 0",
+    TENSILE_CRACKS: "contact points that have broken in tension",
+    SHEAR_CRACKS: "contact points that have broken in shear",
+    DAMAGED: "contact points with any damage",
+    UNBALANCED: "mean force out of balance over mean contact force, 0 at rest",
+    MOTION: "root of kinetic over stored energy, at most 1, 0 at rest; 1 while a load still changes",
+}
+
+# --- the kinds of energy: supplied = kinetic + stored + lost, Eq. (12) of docs/theory.md -----------------------------
+
+SUPPLIED = "external"  #: the work of boundaries, pressures and gravity, and the energy the specimen started with
+KINETIC = "kinetic"
+#: strain energy of the zones, and the work on contacts: what they store, and what fracture and friction take
+STORED = ("zones", "contacts_normal", "contacts_shear")
+LOST = "damping"
+SPENT = (KINETIC, *STORED, LOST)  #: their sum is what was supplied
+ENERGIES = (SUPPLIED, *STORED, KINETIC, LOST)  #: in the order in which they are drawn
+ENERGY = "energy_"  #: begins the names of their columns, J per metre of thickness
+
+
+def energy(curves: Mapping[str, np.ndarray], *kinds: str) -> np.ndarray:
+    """(t,) J/m, the sum of the energies of one kind or several."""
+    first, *others = (curves[ENERGY + kind] for kind in kinds)
+    return sum(others, start=first)
+
+
+# --- those of a test that loads a specimen between two ends ----------------------------------------------------------
+
+STRAIN, STRESS, STRESS_TOP, STRESS_BOTTOM = "strain", "stress", "stress_top", "stress_bottom"
+LATERAL_STRAIN, VOLUMETRIC_STRAIN, DEVIATOR = "lateral_strain", "volumetric_strain", "deviator"
+
+#: pictures, comparisons, thresholds and moduli look for them
+BETWEEN_ENDS = {
+    STRAIN: "change of height over height, positive in the direction of loading",
+    STRESS: "Pa, mean of both ends, positive in the direction of loading",
+    STRESS_TOP: "Pa, at the upper end",
+    STRESS_BOTTOM: "Pa, at the lower end",
+    LATERAL_STRAIN: "change of width over width, extension positive",
+    VOLUMETRIC_STRAIN: "change of area over area, extension positive",
+    DEVIATOR: "Pa, stress less the confinement; the stress counts as the load where a test has no deviator",
+}
+
+# --- what curves are drawn over --------------------------------------------------------------------------------------
+
+COURSE = (STRAIN, "displacement", "opening", "deflection", TIME)  #: how far a test is: the first that it records
+LOAD = (STRESS, "shear_stress", "load", "force", UNBALANCED)  #: what the test applies: the first that it records
+
+
+def course(curves: Mapping[str, np.ndarray]) -> str:
+    """The column that cracks and energies are drawn over: the first of ``COURSE`` that never falls.
+
+    A fall by a twentieth of its range is allowed. The strain of a cyclic test falls, time never does.
+    """
+
+    def grows(values: np.ndarray) -> bool:
+        return bool((np.maximum.accumulate(values) - values).max() <= 0.05 * np.ptp(values))
+
+    return next(name for name in COURSE if name in curves and grows(curves[name]))
+
+
+def missing(curves: Mapping[str, np.ndarray], names: Iterable[str]) -> list[str]:
+    """Names of columns that were not recorded."""
+    return [name for name in names if name not in curves]
+
+
+def require(where: str, curves: Mapping[str, np.ndarray], *names: str) -> None:
+    """Raise :class:`ParameterError`, which says ``where``, unless these columns were recorded."""
+    if absent := missing(curves, names):
+        own = [name for name in curves if name not in EVERY_TEST and not name.startswith(ENERGY)]
+        raise ParameterError(
+            f"{where} needs the column{'s' * (len(absent) > 1)} {' and '.join(absent)}, which the test does not "
+            f"record; it records {', '.join(own) or 'nothing else'}"
+        )

@@ -1,0 +1,91 @@
+"""The measure: one number that a laboratory reports of a test."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from numbers import Real
+from typing import TYPE_CHECKING
+
+from grainlaw.columns import missing
+from grainlaw.parameter import ParameterError
+from grainlaw.unit_text import factor_into
+
+if TYPE_CHECKING:
+    from grainlaw.results.laboratory import Laboratory
+
+
+class Measure(ABC):
+    """A number found from a finished result.
+
+    A whole measure, the energy that damping took over the energy that was supplied::
+
+        class DampedShare(gl.Measure):
+            name = "damped_share"
+            meaning = "energy taken by damping, share of the energy supplied"
+            unit = "%"
+
+            def find(self, laboratory):
+                curves = laboratory.result.curves
+                return curves["energy_damping"][-1] / curves["energy_external"][-1]
+    """
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Under which :attr:`Laboratory.properties` has it."""
+
+    @property
+    @abstractmethod
+    def meaning(self) -> str:
+        """What it is, in words for a report."""
+
+    @property
+    def unit(self) -> str:
+        """In which it is shown, such as "MPa"; "1" for a number without one."""
+        return "1"
+
+    @property
+    def factor(self) -> float:
+        """The value in SI times this is the value in ``unit``; it follows from a unit of mechanics."""
+        return factor_into(self.unit)
+
+    @property
+    def source(self) -> str:
+        """Who defined it."""
+        return ""
+
+    @property
+    def needs(self) -> Sequence[str]:
+        """Columns of the curves without which it does not exist: ``find`` is not asked where one is missing."""
+        return ()
+
+    @abstractmethod
+    def find(self, laboratory: Laboratory) -> float:
+        """The number in SI; nan where it does not exist.
+
+        ``laboratory.result`` is the finished result; the laboratory has the path to the peak, cracks, fragments and
+        acoustic events, and the other measures by :meth:`Laboratory.value`.
+        """
+
+
+def check_measures(laboratory: Laboratory, attribute: object, measures: Sequence[Measure]) -> None:
+    """Raise :class:`ParameterError` for what is no measure, and for two measures of one name."""
+    for measure in measures:
+        if not isinstance(measure, Measure):
+            raise ParameterError(f"Laboratory: measures: {measure!r} is not allowed, it must be a Measure")
+    names = [measure.name for measure in measures]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise ParameterError(f"Laboratory: measures: two are named {twice[0]!r}, each must have a name of its own")
+
+
+def found(measure: Measure, laboratory: Laboratory) -> float:
+    """Its number, nan without the columns that it needs. Raises :class:`ParameterError` for what is no number."""
+    if missing(laboratory.result.curves, measure.needs):
+        return float("nan")
+    value = measure.find(laboratory)
+    if not isinstance(value, Real) or isinstance(value, bool):
+        raise ParameterError(
+            f"{type(measure).__name__}: find returned {value!r} for {measure.name!r}, it must return one number"
+        )
+    return value

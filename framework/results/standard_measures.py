@@ -1,0 +1,188 @@
+"""The measures of every laboratory report; ``docs/measures.md`` has the definitions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import attrs
+import numpy as np
+
+from grainlaw.columns import LATERAL_STRAIN, STRESS, TIME, VOLUMETRIC_STRAIN
+from grainlaw.moduli import converted
+from grainlaw.results.measure import Measure
+from grainlaw.results.thresholds import (
+    Path,
+    crack_damage,
+    initiation_by_crack_volume,
+    initiation_by_lateral_strain,
+    secant_constants,
+    stress_at_share,
+    tangent_constants,
+)
+
+if TYPE_CHECKING:
+    from grainlaw.results.laboratory import Laboratory
+
+
+@attrs.frozen
+class Standard(Measure):
+    """A measure that is found by a function of the laboratory."""
+
+    name: str
+    meaning: str
+    find_in: Callable[[Laboratory], float]
+    unit: str = "1"
+    source: str = ""
+    needs: Sequence[str] = ()
+
+    def find(self, laboratory: Laboratory) -> float:
+        return self.find_in(laboratory)
+
+
+ISRM = "ISRM (1979, 1999)"
+POTYONDY = "Potyondy and Cundall (2004)"
+NICKSIAR = "Nicksiar and Martin (2012)"
+MARTIN = "Martin and Chandler (1994)"
+GUTENBERG = "Gutenberg and Richter (1956)"
+AKI = "Aki (1965)"
+MARDIA = "Mardia and Jupp (2000)"
+
+STRAINS = (STRESS, LATERAL_STRAIN, VOLUMETRIC_STRAIN)  #: axial strain is the difference of the last two
+
+Constants = Callable[[Path], tuple[float, float]]
+
+
+def elastic_constants(name: str, constants: Constants, where: str) -> list[Standard]:
+    """Modulus and Poisson's ratio: apparent, those of the plane problem with a star, and those of the rock."""
+
+    def apparent(laboratory: Laboratory) -> tuple[float, float]:
+        return constants(laboratory.path)
+
+    def of_rock(laboratory: Laboratory) -> tuple[float, float]:
+        return converted(*constants(laboratory.path), laboratory.result.specimen)
+
+    return [
+        *modulus_and_poisson(f"apparent_{name}", "*", where, apparent),
+        *modulus_and_poisson(name, "", where, of_rock),
+    ]
+
+
+def modulus_and_poisson(
+    name: str, star: str, where: str, both: Callable[[Laboratory], tuple[float, float]]
+) -> list[Standard]:
+    return [
+        Standard(f"{name}_modulus", f"E{star} {where}", lambda lab: both(lab)[0], "GPa", ISRM, STRAINS),
+        Standard(f"{name}_poisson", f"nu{star} {where}", lambda lab: both(lab)[1], source=ISRM, needs=STRAINS),
+    ]
+
+
+def thresholds() -> list[Standard]:
+    """Axial stresses at which damage begins, cracks begin, and cracks become unstable."""
+    return [
+        Standard(
+            "damage_onset", "onset of damage, 1 % of the damaged points at the peak",
+            stress_at_damage, "MPa", needs=[STRESS],
+        ),
+        Standard(
+            "crack_initiation_count", "CI, 1 % of the cracks at the peak",
+            stress_at_cracks, "MPa", POTYONDY, [STRESS],
+        ),
+        Standard(
+            "crack_initiation_lateral", "CI, lateral strain response",
+            lambda lab: initiation_by_lateral_strain(lab.path), "MPa", NICKSIAR, STRAINS,
+        ),
+        Standard(
+            "crack_initiation_volumetric", "CI, crack-volumetric strain",
+            lambda lab: initiation_by_crack_volume(lab.path), "MPa", MARTIN, STRAINS,
+        ),
+        Standard(
+            "crack_damage", "CD, reversal of the volumetric strain",
+            lambda lab: crack_damage(lab.path), "MPa", MARTIN, STRAINS,
+        ),
+    ]  # fmt: skip
+
+
+def stress_at_damage(laboratory: Laboratory, share: float = 0.01) -> float:
+    """Pa, when a share of the points damaged at the peak were damaged; as coarse as the frames."""
+    frames = laboratory.result.frames
+    damaged = np.array([np.count_nonzero(frame.contacts["damage"] > 0) for frame in frames])
+    return stress_at_share(laboratory.result.curves, np.array([frame.time for frame in frames]), damaged, share)
+
+
+def stress_at_cracks(laboratory: Laboratory, share: float = 0.01) -> float:
+    """Pa, when a share of the points broken at the peak had broken."""
+    curves = laboratory.result.curves
+    cracks = np.searchsorted(laboratory.result.cracks.time, curves[TIME], side="right")
+    return stress_at_share(curves, curves[TIME], cracks, share)
+
+
+def length_of(laboratory: Laboratory, *, tensile: bool) -> float:
+    """m of cracks of one mode."""
+    cracks = laboratory.result.cracks
+    return float(cracks.length[cracks.tensile == tensile].sum())
+
+
+def energy_lost() -> list[Standard]:
+    """Energies lost by contacts up to the last frame: in opening, in slip, and by kind of crack."""
+    return [
+        Standard(
+            "lost_opening", "energy lost by contacts in opening", lambda lab: float(lab.energy_lost[0].sum()), "J/m"
+        ),
+        Standard("lost_slip", "energy lost by contacts in slip", lambda lab: float(lab.energy_lost[1].sum()), "J/m"),
+        Standard(
+            "lost_tensile_cracks", "energy lost by tensile cracks",
+            lambda lab: lost_by(lab, lab.broken & lab.tensile), "J/m",
+        ),
+        Standard(
+            "lost_shear_cracks", "energy lost by shear cracks",
+            lambda lab: lost_by(lab, lab.broken & ~lab.tensile), "J/m",
+        ),
+        Standard(
+            "lost_unbroken", "energy lost by contacts that have not broken", lambda lab: lost_by(lab, ~lab.broken),
+            "J/m",
+        ),
+    ]  # fmt: skip
+
+
+def lost_by(laboratory: Laboratory, chosen: np.ndarray) -> float:
+    """J/m lost by some of the contact points."""
+    opening, slip = laboratory.energy_lost
+    return float((opening + slip)[chosen].sum())
+
+
+def largest_magnitude(laboratory: Laboratory) -> float:
+    """Of all acoustic events; nan where none has energy."""
+    events = laboratory.events
+    return float(np.nanmax(events.magnitude)) if (events.energy > 0).any() else float("nan")
+
+
+def largest_fragment(laboratory: Laboratory) -> float:
+    """Area of the largest fragment over the area of all."""
+    areas = laboratory.fragments.areas
+    return float(areas[0] / areas.sum())
+
+
+MEASURES: dict[str, Measure] = {
+    measure.name: measure
+    for measure in [
+        *elastic_constants("tangent", tangent_constants, "at 50 % of the peak, tangent"),
+        *elastic_constants("secant", secant_constants, "up to 50 % of the peak, secant"),
+        *thresholds(),
+        Standard("tensile_length", "length of tensile cracks", lambda lab: length_of(lab, tensile=True), "mm"),
+        Standard("shear_length", "length of shear cracks", lambda lab: length_of(lab, tensile=False), "mm"),
+        *energy_lost(),
+        Standard("fragments", "fragments", lambda lab: len(lab.fragments)),
+        Standard("largest_fragment", "largest fragment, share of the area", largest_fragment, "%"),
+        Standard("acoustic_events", "acoustic events", lambda lab: len(lab.events)),
+        Standard("largest_magnitude", "largest magnitude, 1 m thick", largest_magnitude, source=GUTENBERG),
+        Standard("b_value", "b-value", lambda lab: lab.events.b_value()[0], source=AKI),
+        Standard("b_error", "standard error of the b-value", lambda lab: lab.events.b_value()[1], source=AKI),
+        Standard(
+            "failure_plane_angle", "failure plane, from the x axis", lambda lab: lab.plane.angle, "deg", MARDIA
+        ),
+        Standard(
+            "failure_plane_strength", "alignment of the failure plane", lambda lab: lab.plane.strength, source=MARDIA
+        ),
+    ]
+}  # fmt: skip

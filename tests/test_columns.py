@@ -1,0 +1,96 @@
+"""The columns that runs record, and what is said where one is missing."""
+
+import attrs
+import numpy as np
+import pytest
+from support import STIFF, small_sample
+
+import grainlaw as gl
+from grainlaw.columns import BETWEEN_ENDS, DEVIATOR, ENERGIES, ENERGY, EVERY_TEST, SPENT, SUPPLIED, course, energy
+from grainlaw.laws import Linear
+from grainlaw.protocols import BiaxialCompression, Cyclic, UniaxialCompression
+
+LAW = Linear(**STIFF)
+PRESS = UniaxialCompression(speed=0.3, maximum_strain=1e-4, samples=20)
+
+
+@attrs.frozen(kw_only=True)
+class Pull(gl.LoadingProtocol):
+    """Measures a force alone, or nothing."""
+
+    until: gl.Condition = attrs.field(factory=lambda: gl.Reaches("time", 1e-5))
+    force: bool = True
+
+    def stages(self, specimen):
+        drives = [gl.Drive(boundary="top", axis=1, speed=0.1), gl.Drive(boundary="bottom", axis=1, speed=0)]
+        return [gl.Stage(name="pull", drives=drives, until=[self.until], interval=1e-6)]
+
+    def measure(self, state):
+        return {"force": state.reaction("top")[1]} if self.force else {}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+@pytest.fixture(scope="module")
+def pulled():
+    return gl.simulate(small_sample(12), LAW, Pull())
+
+
+def test_a_test_that_measures_nothing_records_the_columns_of_every_test():
+    curves = gl.simulate(small_sample(12), LAW, Pull(force=False)).curves
+    assert set(curves) == {*EVERY_TEST, *(ENERGY + kind for kind in ENERGIES)}
+
+
+def test_what_is_supplied_is_spent():
+    curves = gl.simulate(small_sample(12), LAW, PRESS).curves
+    assert set(ENERGIES) == {SUPPLIED, *SPENT}
+    supplied = energy(curves, SUPPLIED)
+    assert supplied[-1] > 0
+    assert energy(curves, *SPENT) == pytest.approx(supplied, abs=1e-4 * supplied.max())
+
+
+def test_compression_records_what_pictures_and_measures_look_for():
+    found = gl.simulate(small_sample(12), LAW, PRESS).curves
+    assert set(BETWEEN_ENDS) - set(found) == {DEVIATOR}
+    confined = BiaxialCompression(confinement=1e6, maximum_strain=1e-4, samples=20)
+    assert set(BETWEEN_ENDS) <= set(gl.simulate(small_sample(12), LAW, confined).curves)
+
+
+SAYS = r"needs the columns strain and stress, which the test does not record; it records force$"
+
+
+def test_pictures_name_the_columns_they_miss(pulled, tmp_path):
+    with pytest.raises(gl.ParameterError, match=SAYS):
+        pulled.plot()
+    comparison = gl.Comparison({"linear": pulled})
+    with pytest.raises(gl.ParameterError, match=SAYS):
+        comparison.write(tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(gl.ParameterError, match=SAYS):
+        gl.StrengthEnvelope({(1, 0.0): pulled}).plot()
+
+
+@pytest.mark.parametrize("until", [gl.Reaches("strain", 0.1), gl.FallsTo("strain", 0.5)])
+def test_conditions_name_the_column_they_miss(until):
+    says = f"{type(until).__name__} needs the column strain, which the test does not record; it records force$"
+    with pytest.raises(gl.ParameterError, match=says):
+        gl.simulate(small_sample(12), LAW, Pull(until=until))
+    with pytest.raises(gl.ParameterError, match="FallsTo needs the column shear_stress"):
+        gl.simulate(small_sample(12), LAW, Cyclic(test=PRESS, levels=(5e-5,), load="shear_stress"))
+
+
+def test_a_load_that_a_stress_does_not_go_with_gives_no_thresholds(pulled):
+    """``deviator`` without ``stress``: the confinement, and so the axial stress, is not known."""
+    curves = pulled.curves | {"deviator": np.linspace(0, 1e6, len(pulled.curves["time"]))}
+    found = attrs.evolve(pulled, curves=curves).laboratory.properties
+    assert np.isnan([found[name] for name in ("tangent_modulus", "crack_damage", "damage_onset")]).all()
+
+
+def test_curves_are_drawn_over_what_grows():
+    ramp, cycle = np.linspace(0, 1, 101), np.abs(np.linspace(-1, 1, 101))
+    curves = {"time": ramp, "deflection": ramp, "strain": cycle}
+    assert course(curves) == "deflection"
+    assert course(curves | {"strain": ramp}) == "strain"
+    assert course(curves | {"strain": ramp + 0.02 * np.sin(np.arange(101))}) == "strain"  # it vibrates
+    assert course({"time": ramp, "strain": cycle}) == "time"

@@ -1,0 +1,122 @@
+"""Measures, standard ones and those of a user: named, explained, one number each, shown where reports show them."""
+
+import attrs
+import numpy as np
+import pytest
+from support import STIFF, STRONG, small_sample
+
+import grainlaw as gl
+from grainlaw.laws import Linear, MohrCoulomb
+from grainlaw.protocols import UniaxialCompression
+from grainlaw.unit_text import factor_into
+
+PRESS = UniaxialCompression(speed=0.5, maximum_strain=0.005, samples=100)
+
+
+@attrs.frozen
+class Eighth(gl.Measure):
+    """A number known beforehand."""
+
+    name: str = "eighth"
+    meaning: str = "one eighth"
+    unit: str = "%"
+    source: str = "Euclid (300 BC)"
+    needs: tuple[str, ...] = ()
+    value: object = 0.125
+
+    def find(self, laboratory):
+        return self.value
+
+
+@pytest.fixture(scope="module")
+def result():
+    return gl.simulate(small_sample(20), MohrCoulomb(**STRONG), PRESS)
+
+
+@pytest.mark.parametrize("name", gl.MEASURES)
+def test_a_standard_measure_is_named_explained_and_one_number(name, result):
+    measure = gl.MEASURES[name]
+    assert isinstance(measure, gl.Measure)
+    assert measure.name == name
+    assert len(measure.meaning) > 3
+    assert measure.unit in ("1", "J/m") or measure.factor != 1
+    assert set(measure.needs) <= set(result.curves)
+    for each in (result, gl.simulate(small_sample(12), Linear(**STIFF), attrs.evolve(PRESS, maximum_strain=1e-4))):
+        value = each.laboratory.value(name)
+        assert np.isnan(value) or np.isfinite(value)
+        assert np.array_equal(each.laboratory.properties[name], value, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("unit", "shown"),
+    [("GPa", 60e9 * 1e-9), ("mm", 60e9 * 1e3), ("%", 60e9 * 100), ("deg", np.degrees(60e9)), ("1", 60e9),
+     ("J/m", 60e9), ("kJ/m2", 60e9 * 1e-3), ("no unit", 60e9)],
+)  # fmt: skip
+def test_the_factor_follows_from_the_unit(unit, shown):
+    assert 60e9 * Eighth(unit=unit).factor == pytest.approx(shown, rel=1e-15)
+    assert factor_into(unit) == Eighth(unit=unit).factor
+
+
+def test_a_measure_of_a_user_stands_in_the_table_with_unit_and_source(result, tmp_path):
+    measures = [*gl.MEASURES.values(), Eighth()]
+    laboratory = gl.Laboratory(result, measures)
+    assert list(laboratory.properties) == [*gl.MEASURES, "eighth"]
+    assert laboratory.properties["eighth"] == 0.125
+    assert str(laboratory).splitlines()[-1].split(maxsplit=4) == ["one", "eighth", "12.5", "%", "Euclid (300 BC)"]
+    assert list(result.laboratory.properties) == list(gl.MEASURES)
+    row = '<th scope="row">one eighth (%)</th>' + '<td class="number">12.5</td>' * 2 + "<td>Euclid (300 BC)</td>"
+    comparison = gl.Comparison({"one": result, "other": result})
+    comparison.write_report(tmp_path / "all.html", measures=measures)
+    assert row in (tmp_path / "all.html").read_text("utf-8")
+    result.write_report(tmp_path / "alone.html", measures=[Eighth()])
+    alone = (tmp_path / "alone.html").read_text("utf-8")
+    assert row.replace('<td class="number">12.5</td>', "", 1) in alone
+    assert "b-value" not in alone
+    comparison.write_report(tmp_path / "standard.html")
+    assert "one eighth" not in (tmp_path / "standard.html").read_text("utf-8")
+
+
+def test_a_measure_may_be_found_from_others(result):
+    class Ratio(gl.Measure):
+        name, meaning, asked = "ratio", "CI over CD", 0
+
+        def find(self, laboratory):
+            Ratio.asked += 1
+            return laboratory.value("crack_initiation_count") / laboratory.value("crack_damage")
+
+    laboratory = gl.Laboratory(result, [Ratio()])
+    ratio = result.laboratory.value("crack_initiation_count") / result.laboratory.value("crack_damage")
+    assert laboratory.properties == {"ratio": ratio}
+    assert laboratory.value("ratio") == ratio
+    assert Ratio.asked == 1  # found once
+    with pytest.raises(gl.ParameterError, match="there is no measure 'toughness', only apparent_tangent_modulus, "):
+        laboratory.value("toughness")
+
+
+def test_what_a_test_does_not_record_is_said_and_not_asked_for(result, tmp_path):
+    less = attrs.evolve(result, curves={n: v for n, v in result.curves.items() if n not in ("stress", "strain")})
+    laboratory = gl.Laboratory(less, [Eighth(name="never", needs=("strain", "time"), value=1 / 8), Eighth()])
+    assert np.isnan(laboratory.properties["never"])
+    assert laboratory.properties["eighth"] == 0.125
+    assert laboratory.note == "the test does not record strain: no never"
+    assert str(laboratory).splitlines()[-1] == laboratory.note
+    assert gl.Laboratory(less, [Eighth()]).note == result.laboratory.note == ""
+    standard = less.laboratory.note
+    assert standard.startswith("the test does not record stress: no apparent_tangent_modulus, ")
+    assert standard.endswith(", crack_damage")
+    less.write_report(tmp_path / "report.html")
+    assert f"Not measured: {standard}." in (tmp_path / "report.html").read_text("utf-8")
+    assert "the test recorded no peak or no strains" in [t.get_text() for t in less.laboratory.plot().axes[0].texts]
+
+
+def test_measures_that_cannot_be_are_refused(result, tmp_path):
+    with pytest.raises(gl.ParameterError, match=r"measures: 'b_value' is not allowed, it must be a Measure"):
+        result.write_report(tmp_path / "report.html", measures=["b_value"])
+    with pytest.raises(gl.ParameterError, match="two are named 'b_value', each must have a name of its own"):
+        gl.Laboratory(result, [*gl.MEASURES.values(), Eighth(name="b_value")])
+    for value in (np.zeros(3), None, "12", True):
+        with pytest.raises(gl.ParameterError, match=r"Eighth: find returned .* for 'eighth', it must"):
+            gl.Laboratory(result, [Eighth(value=value)]).value("eighth")
+    with pytest.raises(TypeError, match="abstract"):
+        type("Nameless", (gl.Measure,), {"find": lambda self, laboratory: 0.0})()
+    assert not list(tmp_path.iterdir())
