@@ -7,10 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from grainlaw.columns import ENERGIES, KINETIC, STORED, SUPPLIED
 from grainlaw.engine.state import State
-
-KINDS = ("external", "kinetic", "zones", "contacts_normal", "contacts_shear", "damping")
-STORED = ("zones", "contacts_normal", "contacts_shear")
 
 
 def energies(state: State) -> dict[str, float]:
@@ -22,13 +20,13 @@ def energies(state: State) -> dict[str, float]:
     supplied = float(driven.reaction @ f.velocity[driven.row, driven.place])
     power = float(np.sum(f.force * f.velocity)) + supplied  # forces of drives cancel where they do not accelerate
     half = 0.5 * state.time_step
-    total = dict.fromkeys(KINDS, 0.0)
+    total = dict.fromkeys(ENERGIES, 0.0)
     for part in state.parts.values():
         for kind, energy in part.energy(state.time_step).items():
             total[kind] += energy
     total["zones"] += float(state.zone_state()[1] @ state.zones.areas)
-    total["external"] -= half * supplied
-    total["kinetic"] += state.kinetic_energy - half * power
+    total[SUPPLIED] -= half * supplied
+    total[KINETIC] += state.kinetic_energy - half * power
     return total
 
 

@@ -20,7 +20,7 @@ from grainlaw.engine.state import Saved, State
 from grainlaw.engine.stepping import InstabilityError, OverlapError, advance
 from grainlaw.integration import Integrator, Motion
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError
+from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import FrameClock, FrameRecorder, take_frame
 from grainlaw.results.result import Result
@@ -42,6 +42,7 @@ def simulate(
     *,
     detection: Detection | None = EVERYWHERE,
     threads: int = 1,
+    integrator: Integrator | None = None,
     time_step_factor: float = 1.0,
     mass_scaling: float = 1.0,
     observers: Sequence[Observer] = (),
@@ -52,31 +53,33 @@ def simulate(
     ``law`` is one contact law, or a mapping from pairs of phases to laws. ``detection`` says how grains that no bond
     joins find each other, and by which law they meet; with None grains touch only the neighbours they were born with.
     ``threads`` share one model (several models at a time, as in :func:`compare`, use cores better).
+    ``integrator`` takes the place of the protocol's in all stages, so that integrators can be compared like laws.
     ``time_step_factor`` shortens the integrator's stable step; ``mass_scaling`` lengthens it so many times by raising
     the mass of the nodes that alone govern it. ``frames`` is the number of moments kept for pictures and VTK. Raises
     :class:`ParameterError` before any work is done,
     :class:`InstabilityError` with the step, contact, grain and likely cause (:class:`OverlapError` where grains run
     into each other), :class:`StageError`.
     """
-    _check(specimen, law, protocol, threads, time_step_factor, mass_scaling, detection)
+    _check(specimen, law, protocol, threads, time_step_factor, mass_scaling, detection, integrator)
     ask_first_questions(law, detection)
     stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
+    if integrator is not None:
+        stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
     state = State(specimen, law, detection)
     return _Run(state, law, protocol, stages, threads, time_step_factor, mass_scaling, observers, frames).go()
 
 
 def _check(
     specimen: Specimen, law: Laws, protocol: LoadingProtocol, threads: int, factor: float, scaling: float,
-    detection: Any,
+    detection: Any, integrator: Any,
 ) -> None:  # fmt: skip
     if not isinstance(specimen, Specimen):
         raise ParameterError(f"simulate: specimen = {specimen!r} is not allowed, it must be a Specimen")
     if not isinstance(protocol, LoadingProtocol):
         raise ParameterError(f"simulate: protocol = {protocol!r} is not allowed, it must be a LoadingProtocol")
-    if not isinstance(threads, int) or isinstance(threads, bool) or not 1 <= threads <= MOST_THREADS:
-        raise ParameterError(
-            f"simulate: threads = {threads!r} is not allowed, it must be a whole number from 1 to {MOST_THREADS}"
-        )
+    checked_whole_number("simulate: threads", threads, at_least=1, at_most=MOST_THREADS)
+    if not (integrator is None or isinstance(integrator, Integrator)):
+        raise ParameterError(f"simulate: integrator = {integrator!r} is not allowed, it must be an Integrator or None")
     if not (detection is None or isinstance(detection, Detection)):
         raise ParameterError(f"simulate: detection = {detection!r} is not allowed, it must be a Detection or None")
     if not 0 < factor <= 1:
