@@ -5,34 +5,17 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.workbench.driver import (
-    Contact,
-    Corners,
-    Response,
-    Scale,
-    designed_paths,
-    drive,
-    even_steps,
-    measure,
-    random_paths,
-    words,
-)
+from grainlaw.workbench.driver import Contact
+from grainlaw.workbench.paths import Corners, designed_paths, even_steps, random_paths
+from grainlaw.workbench.refined import Response, drive
+from grainlaw.workbench.scale import Scale, measure
 
 LAPS = 3  #: of every path, the last of them settled
 #: What a law is asked before anything else, and once more in the end: pulled and sheared out and back.
 FIRST = [(u * o, u * s) for o, s in ((1, 0), (0, 1), (-1e-3, 1)) for u in (0, 1e-7, 1e-6, 1e-5, 1e-3, 1e-6, 0)]
-
-
-@attrs.frozen
-class Finding:
-    """A broken property: where, and by how much."""
-
-    text: str
-    size: float = 0.0
 
 
 class Bench:
@@ -66,11 +49,6 @@ class Bench:
 
     def memory(self, answers: np.ndarray, name: str) -> np.ndarray:
         return answers[:, 2 + self.contact.names.index(name)]
-
-
-def place(point: Any) -> str:
-    """A point of a path in words."""
-    return f"opening {words(point[0], 'm')}, slip {words(point[1], 'm')}"
 
 
 def label(bench: Bench, column: Any) -> str:

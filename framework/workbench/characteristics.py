@@ -11,7 +11,8 @@ import numpy as np
 
 from grainlaw.contact import ContactLaw
 from grainlaw.naming import aligned
-from grainlaw.workbench.driver import FAR, Contact, alone, measure, peak_along
+from grainlaw.workbench.driver import Contact, alone
+from grainlaw.workbench.scale import FAR, measure, peak_along
 from grainlaw.workbench.shear_box import pulled, sheared
 
 if TYPE_CHECKING:

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 
 from grainlaw.contact import ContactLaw
 from grainlaw.workbench.characteristics import Characteristics, Envelope, characteristics, envelope
-from grainlaw.workbench.driver import REACH, Contact, alone, find_closure
+from grainlaw.workbench.driver import Contact, alone
+from grainlaw.workbench.scale import REACH, find_closure
 from grainlaw.workbench.shear_box import as_trace, pulled, sheared
 from grainlaw.workbench.trace import Trace
 

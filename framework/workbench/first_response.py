@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from grainlaw.workbench.bench import Bench, Finding
-from grainlaw.workbench.driver import is_bonded, words
+from grainlaw.workbench.bench import Bench
+from grainlaw.workbench.finding import Finding, words
+from grainlaw.workbench.scale import is_bonded
 
 EXACT = 1e-5
 SMALL = (1e-6, 1e-8, 1e-10)  #: shares of the displacement at the peak; smaller ones would show the rounding of 1 - exp

@@ -8,8 +8,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from grainlaw.workbench.bench import Bench, Finding, place
-from grainlaw.workbench.driver import Response, Scale, drive, even_steps, words
+from grainlaw.workbench.bench import Bench
+from grainlaw.workbench.finding import Finding, place, words
+from grainlaw.workbench.paths import even_steps
+from grainlaw.workbench.refined import Response, drive
+from grainlaw.workbench.scale import Scale
 
 
 def friction(bench: Bench) -> Finding | None:

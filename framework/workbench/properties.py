@@ -11,11 +11,12 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.workbench.bench import FIRST, LAPS, Bench, Finding, label, place
+from grainlaw.workbench.bench import FIRST, LAPS, Bench, label
 from grainlaw.workbench.characteristics import shear_mode, tensile_mode
-from grainlaw.workbench.driver import Response, words
+from grainlaw.workbench.finding import Finding, place, words
 from grainlaw.workbench.first_response import first_response
 from grainlaw.workbench.friction_property import friction
+from grainlaw.workbench.refined import Response
 
 ROUNDING = 1e-12
 

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from grainlaw.workbench.driver import REACH, Contact, find_closure, find_peak
+from grainlaw.workbench.driver import Contact
+from grainlaw.workbench.scale import REACH, find_closure, find_peak
 from grainlaw.workbench.trace import Trace
 
 TRIALS = 20  #: of an opening under which the normal traction is the one that is held
