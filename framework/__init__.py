@@ -43,9 +43,11 @@ from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, In
 from grainlaw.stage import AtRest, Condition, Drive, FailsTo, FallsTo, Hold, Pressure, Reaches, Stage, StageError
 from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
 from grainlaw.window import Window, within_circle, within_polygon, within_rectangle
-from grainlaw.workbench.characteristics import Characteristics, Mode, characteristics, plot_law
+from grainlaw.workbench.characteristics import Characteristics, Mode, characteristics
 from grainlaw.workbench.conformance import Entry, Report, check_law
-from grainlaw.workbench.trace import Trace, trace
+from grainlaw.workbench.driver import Trace
+from grainlaw.workbench.plot import plot_law
+from grainlaw.workbench.trace import trace
 
 __all__ = [
     "MEASURES",

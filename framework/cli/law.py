@@ -9,7 +9,8 @@ import click
 from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.table1 import LAWS, law_named
 from grainlaw.results.files import file_name, writable_folder, write_atomically
-from grainlaw.workbench.characteristics import characteristics, plot_law
+from grainlaw.workbench.characteristics import characteristics
+from grainlaw.workbench.plot import plot_law
 
 
 @click.command(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.workbench.driver import Contact
+from grainlaw.workbench.driver import alone
 from grainlaw.workbench.paths import Corners, designed_paths, even_steps, random_paths
 from grainlaw.workbench.refined import Response, drive
 from grainlaw.workbench.scale import Scale, measure
@@ -23,7 +23,7 @@ class Bench:
 
     def __init__(self, law: ContactLaw) -> None:
         self.law = law
-        self.contact = Contact(law)
+        self.contact = alone(law)
         self.first = self.contact.run(FIRST)
 
     @functools.cached_property

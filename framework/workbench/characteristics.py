@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
 from grainlaw.naming import aligned
-from grainlaw.workbench.driver import Contact, alone
+from grainlaw.workbench.driver import Contact, alone, work_done
 from grainlaw.workbench.scale import FAR, measure, peak_along
 from grainlaw.workbench.shear_box import pulled, sheared
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FINE, QUICK = 1000, 100  #: steps to the peak, from there to the break, and again where either is
 Drive = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]  #: displacements, tractions, damage
@@ -141,7 +137,7 @@ def _failure(drive: Drive, steps: int, pressure: float) -> Mode:
     mode = Mode(pressure=pressure, peak=top, displacement=float(u[i]), residual=residual)
     if not ends:
         return mode
-    work = np.concatenate([[0.0], np.cumsum((traction[1:] + traction[:-1]) / 2 * np.diff(u))])
+    work = work_done((u, traction))
     whole, after = float(work[ends[0]]), float(work[ends[0]] - work[i])
     after = after if after > 1e-5 * whole else 0.0  # a drop is one step wide
     return attrs.evolve(mode, breaking=float(u[ends[0]]), work=whole, work_after_peak=after)
@@ -184,14 +180,3 @@ def envelope(law: ContactLaw, pressure: float | None = None) -> Envelope:
     kept = np.isfinite(peak)
     residual = np.where(normal > 0, np.nan, [mode.residual for mode in modes])
     return Envelope(normal=normal[kept], peak=peak[kept], residual=residual[kept])
-
-
-def plot_law(law: ContactLaw) -> Figure:
-    """Draw what a law answers: pull and release, closure, shear under pressure, mixed paths, and its strength.
-
-    Ranges follow the law's own peaks and breaks. Pressures are held while the contact slips. Raises as
-    :func:`characteristics`.
-    """
-    from grainlaw.workbench.figure import plot_law
-
-    return plot_law(law)

@@ -1,44 +1,104 @@
-"""One contact of a law, driven by itself."""
+"""One contact of a law, driven by itself: every answer of a law without a specimen comes from here."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.contact import ContactLaw, answered, memory_names
 from grainlaw.parameter import parameters
 
 
-class Contact:
-    """A law's answer for one contact as floats; an error of the law is nan, and its words are kept."""
+@attrs.frozen(eq=False)
+class Trace:
+    """Answer of one contact along a path: arrays of equal length, the memory under its own names."""
 
-    def __init__(self, law: ContactLaw) -> None:
+    opening: np.ndarray  #: m
+    slip: np.ndarray  #: m
+    normal: np.ndarray  #: Pa, tension positive
+    shear: np.ndarray  #: Pa
+    work: np.ndarray  #: J/m2 done on the contact since the first point
+    memory: dict[str, np.ndarray]
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        if not name.startswith("_") and name in self.memory:
+            return self.memory[name]
+        raise AttributeError(f"a trace has opening, slip, normal, shear, work and {', '.join(self.memory)}; not {name}")
+
+
+class Contact:
+    """A law's answers for one contact, as floats: interpreted, or by the ``compiled`` code that a simulation runs.
+
+    An ArithmeticError or ValueError inside the law becomes nan and its words are kept in ``error``, so that a fault can
+    be reported with its place; with ``raises`` it goes through.
+    """
+
+    def __init__(self, law: ContactLaw, *, compiled: bool = False, raises: bool = False) -> None:
         self.law = law
         self.names = memory_names(law)
         self.start = (0.0,) * len(self.names)
         self.error = ""
+        self._respond = compile_law(law).respond if compiled else law.traction
+        self._caught = () if raises else (ArithmeticError, ValueError)
 
     def step(self, opening: float, slip: float, state: Iterable[float]) -> tuple[float, ...]:
-        """Normal, shear, then the memory. Raises TypeError for another number of results."""
+        """Normal, shear (Pa), then the memory. Raises TypeError for another number of results."""
         try:
-            answer = self.law.traction(opening, slip, *state)
-        except (ArithmeticError, ValueError) as error:
+            answer = self._respond(opening, slip, *state)
+        except self._caught as error:
             self.error = f"{type(error).__name__}: {error}"
             return (math.nan,) * (2 + len(self.names))
         return answered(self.law, self.names, answer)
 
-    def run(self, path: Iterable[tuple[float, float]]) -> np.ndarray:
-        """Answers (i, 2 + m) to a sequence of openings and slips, from a fresh contact."""
+    def run(self, points: Iterable[tuple[float, float]]) -> np.ndarray:
+        """Answers (i, 2 + m) of a virgin contact to a sequence of openings and slips (m)."""
         state, rows = self.start, []
-        for opening, slip in path:
+        for opening, slip in points:
             answer = self.step(opening, slip, state)
             state = answer[2:]
             rows.append(answer)
-        return np.array(rows)
+        return np.array(rows).reshape(-1, 2 + len(self.names))
+
+    def trace(self, points: Sequence[tuple[float, float]]) -> Trace:
+        """The answer of a virgin contact to a sequence of openings and slips (m)."""
+        return self.as_trace(points, self.run(points))
+
+    def as_trace(self, points: Sequence[tuple[float, float]], answers: Any) -> Trace:
+        """Openings and slips (i, 2) with the answers (i, 2 + m) to them."""
+        opening, slip = np.array(points, dtype=float).reshape(-1, 2).T.copy()
+        normal, shear, *memory = np.array(answers, dtype=float).reshape(-1, 2 + len(self.names)).T.copy()
+        work = work_done((opening, normal), (slip, shear))
+        return Trace(opening, slip, normal, shear, work, dict(zip(self.names, memory, strict=True)))
+
+
+def work_done(*modes: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Work (i,) J/m2 since the first point, by the trapezoidal rule of Eq. (12).
+
+    Each mode is a displacement (i,) m and the traction (i,) Pa along it.
+    """
+    steps: Any = 0.0
+    for displacement, traction in modes:
+        steps = steps + (traction[1:] + traction[:-1]) / 2 * np.diff(displacement)
+    return np.concatenate([[0.0], np.cumsum(steps)])[: len(modes[0][0])]
+
+
+def run_together(compiled: Compiled, points: np.ndarray) -> np.ndarray:
+    """Answers (path, i, 2 + m) of machine code to ``points`` (path, i, 2) m, a virgin contact for each path.
+
+    All contacts answer in one call, as in a simulation.
+    """
+    paths, length, _ = points.shape
+    answers = np.empty((paths, length, 2 + len(compiled.memory)))
+    memory = np.zeros((max(len(compiled.memory), 1), paths))
+    for i in range(length):
+        answers[:, i, 0], answers[:, i, 1] = compiled.batch(points[:, i, 0], points[:, i, 1], memory)
+        answers[:, i, 2:] = memory[: len(compiled.memory)].T
+    return answers
 
 
 def alone(law: Any) -> Contact:

@@ -12,10 +12,9 @@ from matplotlib.figure import Figure
 
 from grainlaw.contact import ContactLaw
 from grainlaw.workbench.characteristics import Characteristics, Envelope, characteristics, envelope
-from grainlaw.workbench.driver import Contact, alone
+from grainlaw.workbench.driver import Contact, Trace, alone
 from grainlaw.workbench.scale import REACH, find_closure
-from grainlaw.workbench.shear_box import as_trace, pulled, sheared
-from grainlaw.workbench.trace import Trace
+from grainlaw.workbench.shear_box import pulled, sheared
 
 Curve = tuple[np.ndarray, np.ndarray, str, str]  #: displacement (m), traction (Pa), colour, name
 MPA, UM = 1e-6, 1e6
@@ -70,11 +69,10 @@ def mixed(contact: Contact, ratio: float, opening: Reach, slip: Reach) -> Trace:
     o, s = (0.0, 1.0) if np.isinf(ratio) else (1.0, ratio)
     far = 2 * min(end / share for end, share in ((opening.end, o), (slip.end, s)) if share)
     u = along([0, far])
-    points = np.stack([o * u, s * u], axis=1)
-    return as_trace(contact, points, contact.run(points.tolist()))
+    return contact.trace(np.stack([o * u, s * u], axis=1).tolist())
 
 
-def plot_law(law: ContactLaw) -> Figure:
+def draw_law(law: ContactLaw) -> Figure:
     """Six views of one contact; see :func:`grainlaw.plot_law`."""
     contact, found = alone(law), characteristics(law)
     opening = reach(found.tension.displacement, found.tension.breaking)
@@ -168,12 +166,12 @@ def _draw(axes: Axes, curves: Sequence[Curve], x: str, y: str, title: str, zoom:
     for place in places:
         for u, traction, color, name in curves:
             place.plot(u * UM, traction * MPA, color=color, linewidth=1.3, label=name)
-    if not any(np.nanmax(np.abs(traction)) > 0 for _, traction, *_ in curves):
+    if not any(np.nanmax(np.abs(traction), initial=0.0) > 0 for _, traction, *_ in curves):
         axes.set(ylim=(-1, 1), yticks=[0])
         axes.text(0.5, 0.55, "nothing is held", ha="center", transform=axes.transAxes)
 
 
 def _is_free(curves: Sequence[Curve]) -> bool:
     """Whether the upper right corner is empty."""
-    far, top = max(float(np.nanmax(u)) for u, *_ in curves), max(float(np.nanmax(t)) for _, t, *_ in curves)
+    far, top = (max(float(np.nanmax(curve[at], initial=0.0)) for curve in curves) for at in (0, 1))
     return all(np.nanmax(t[u > 0.45 * far], initial=0.0) < 0.48 * top for u, t, *_ in curves)

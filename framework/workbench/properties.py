@@ -11,8 +11,10 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.compiler.batch import CompilationError, compile_law
 from grainlaw.workbench.bench import FIRST, LAPS, Bench, label
 from grainlaw.workbench.characteristics import shear_mode, tensile_mode
+from grainlaw.workbench.driver import run_together
 from grainlaw.workbench.finding import Finding, place, words
 from grainlaw.workbench.first_response import first_response
 from grainlaw.workbench.friction_property import friction
@@ -40,8 +42,6 @@ def units(bench: Bench) -> Finding | None:
 
 def compiled_equals_interpreted(bench: Bench) -> Finding | None:
     """The machine code of a simulation gives the same, for many contacts at a time."""
-    from grainlaw.compiler.batch import CompilationError, compile_law
-
     try:
         compiled = compile_law(bench.law)
     except CompilationError as error:
@@ -49,11 +49,7 @@ def compiled_equals_interpreted(bench: Bench) -> Finding | None:
     names, paths = list(bench.paths), list(bench.paths.values())
     longest = max(map(len, paths))
     points = np.array([[*path, *[path[-1]] * (longest - len(path))] for path in paths])  # (path, i, 2)
-    memory = np.zeros((max(len(bench.contact.names), 1), len(paths)))
-    found = np.empty((len(paths), longest, 2 + len(bench.contact.names)))
-    for i in range(longest):
-        normal, shear = compiled.batch(points[:, i, 0].copy(), points[:, i, 1].copy(), memory)
-        found[:, i] = np.array([normal, shear, *memory[: len(bench.contact.names)]]).T
+    found = run_together(compiled, points)
     for k, name in enumerate(names):
         here = bench.answers[name]
         difference = np.abs(found[k, : len(here)] - here)

@@ -11,7 +11,7 @@ import math
 import attrs
 import numpy as np
 
-from grainlaw.workbench.driver import Contact
+from grainlaw.workbench.driver import Contact, work_done
 from grainlaw.workbench.paths import Corners
 from grainlaw.workbench.scale import Scale
 
@@ -48,8 +48,7 @@ class Response:
     @property
     def work(self) -> np.ndarray:
         """J/m2 done on the contact since the start."""
-        mean = (self.answers[1:, :2] + self.answers[:-1, :2]) / 2
-        return np.concatenate([[0.0], np.cumsum((mean * np.diff(self.points, axis=0)).sum(axis=1))])
+        return work_done(*((self.points[:, mode], self.answers[:, mode]) for mode in (0, 1)))
 
 
 def drive(contact: Contact, name: str, corners: Corners, scale: Scale) -> Response:

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from grainlaw.workbench.driver import Contact
+from grainlaw.workbench.driver import Contact, Trace
 from grainlaw.workbench.scale import REACH, find_closure, find_peak
-from grainlaw.workbench.trace import Trace
 
 TRIALS = 20  #: of an opening under which the normal traction is the one that is held
 MOST_CUTS, DEEPEST = 200, 14  #: of a step of slip: trials, and how often it is halved
@@ -17,8 +16,7 @@ MOST_CUTS, DEEPEST = 200, 14  #: of a step of slip: trials, and how often it is 
 
 def pulled(contact: Contact, openings: Sequence[float] | np.ndarray) -> Trace:
     """Pull a fresh contact through ``openings`` (m), without slip."""
-    points = [(float(opening), 0.0) for opening in openings]
-    return as_trace(contact, np.array(points), contact.run(points))
+    return contact.trace([(float(opening), 0.0) for opening in openings])
 
 
 def sheared(contact: Contact, normal: float, slips: Sequence[float] | np.ndarray, *, cut: bool = True) -> Trace:
@@ -49,8 +47,7 @@ def sheared(contact: Contact, normal: float, slips: Sequence[float] | np.ndarray
         points.append((opening, slip))
         answers.append(answer)
         good = good if failed else len(points)
-    rows = np.array(answers).reshape(-1, 2 + len(contact.names))
-    return as_trace(contact, np.array(points).reshape(-1, 2)[:good], rows[:good])
+    return contact.as_trace(points[:good], answers[:good])
 
 
 def _held(
@@ -80,11 +77,3 @@ def opening_at(contact: Contact, normal: float) -> float:
         middle = (low + high) / 2
         low, high = (low, middle) if contact.step(middle, 0.0, contact.start)[0] >= normal else (middle, high)
     return high
-
-
-def as_trace(contact: Contact, points: np.ndarray, answers: np.ndarray) -> Trace:
-    """Openings and slips (i, 2) with the answers (i, 2 + m) to them."""
-    steps = ((answers[1:, :2] + answers[:-1, :2]) / 2 * np.diff(points, axis=0)).sum(axis=1)
-    work = np.concatenate([[0.0], np.cumsum(steps)])[: len(points)]
-    memory = dict(zip(contact.names, answers[:, 2:].T, strict=True))
-    return Trace(points[:, 0], points[:, 1], answers[:, 0], answers[:, 1], work, memory)
