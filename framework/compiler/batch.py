@@ -20,6 +20,7 @@ from numba import types as nb
 from grainlaw.compiler.cache import OPTIONS, keyed_njit, stored
 from grainlaw.compiler.compilation import Compilation, CompilationError, refusal
 from grainlaw.compiler.fingerprint import NotCompilable, fingerprint
+from grainlaw.compiler.numba_private import address_of, compile_for
 from grainlaw.compiler.structure import Structure, spread
 from grainlaw.contact import ContactLaw, memory_names
 
@@ -170,8 +171,7 @@ def _compile(
     except NotCompilable as error:
         raise refusal(component, method, str(error)) from None
     code = _done[key]
-    address = code.library.get_pointer_to_function(code.fndesc.llvm_cfunc_wrapper_name)
-    return Compiled(address, numbers, rows, memory or (), key, code)
+    return Compiled(address_of(code), numbers, rows, memory or (), key, code)
 
 
 def _build(
@@ -189,6 +189,4 @@ def _build(
     for name in ("inner", "batch"):
         scope[name].__qualname__ = f"{name}_{key[:16]}"
     scope["inner"] = njit(**OPTIONS)(scope["inner"])
-    batch = keyed_njit(scope["batch"], key)
-    batch.compile(signature)
-    return batch.overloads[signature]
+    return compile_for(keyed_njit(scope["batch"], key), signature)

@@ -2,42 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from llvmlite import ir
-from numba import njit, types
-from numba.core import cgutils
-from numba.extending import intrinsic
+from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
+from grainlaw.compiler.numba_private import call, load_float
 
 #: A law is called for a multiple of so many contacts, but for the last interfaces of its group: whether the compiler
 #: rounds the few that do not fill its vectors in another order, as it may, then does not depend on where threads and
 #: tables begin.
 LANES = 64
-
-
-@intrinsic
-def call(typing: Any, address: Any, arguments: Any) -> Any:
-    """Call the C function at ``address`` with a tuple of int64: numbers, or addresses of arrays."""
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        values = cgutils.unpack_tuple(builder, args[1])
-        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)] * len(values))
-        builder.call(builder.inttoptr(args[0], kind.as_pointer()), values)
-        return context.get_dummy_value()
-
-    return types.void(types.int64, arguments), generate
-
-
-@intrinsic
-def _load(typing: Any, address: Any) -> Any:
-    """The float at an address."""
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.load(builder.inttoptr(args[0], ir.DoubleType().as_pointer()))
-
-    return types.float64(types.int64), generate
 
 
 NEVER, ALWAYS = -1, -2  #: in place of the row of the damage
@@ -49,7 +22,7 @@ def unbonded(group, g, p):
     row = group[g, 9]
     if row < 0:
         return row == ALWAYS
-    return _load(group[g, 4] + 8 * (row * group[g, 5] + p - group[g, 8])) >= 1.0
+    return load_float(group[g, 4] + 8 * (row * group[g, 5] + p - group[g, 8])) >= 1.0
 
 
 @njit(forceinline=True, **OPTIONS)
