@@ -2,6 +2,11 @@
 
 Its numbers are run-time parameters, its flags and enumeration members constants; all of it is inlined into one loop
 that the compiler vectorises.
+
+The loop is generated as source, because a law decides how many numbers, rows and memory it has, and numba cannot pass a
+row of an array as that many arguments: ``respond(opening[c], slip[c], *memory[:, c])`` fails, as the length of an array
+is not known when it is compiled. For a law with one number and ``damage`` the generated line is
+``normal[c], shear[c], m0[c] = respond(tuple0(p0), opening[c], slip[c], m0[c])``.
 """
 
 from __future__ import annotations
@@ -186,6 +191,7 @@ def _build(
     respond = compilation.copy(struct.methods[method])
     scope = {"__name__": __name__, "carray": carray, "respond": respond, **writer.scope}
     exec(compile(source, f"<batch of {type(struct.component).__name__}>", "exec"), scope)
+    # The key makes symbols of their own: without it two laws loaded from disk into one process would share the first's.
     for name in ("inner", "batch"):
         scope[name].__qualname__ = f"{name}_{key[:16]}"
     scope["inner"] = njit(**OPTIONS)(scope["inner"])

@@ -1,4 +1,8 @@
-"""Compiled functions kept on disk under a fingerprint of all that went into them."""
+"""Compiled functions kept on disk under a fingerprint of all that went into them.
+
+numba's own cache knows a function by its file and line. It refuses a law from standard input ("no locator available for
+file '<stdin>'"), and does not see that a helper in another file was edited.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Calls from compiled code to compiled code that is known only by its address: laws and integrators."""
+"""Calls from compiled code to compiled code that is known only by its address: laws and integrators.
+
+A jitted function as an argument would do too, but its type is its own: numba would compile the loop over steps anew for
+each law.
+"""
 
 from __future__ import annotations
 

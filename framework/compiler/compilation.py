@@ -1,6 +1,13 @@
 """Plain functions to compiled ones: the scalar methods of a component and all they reach, jitted as copies.
 
 Inside compiled code a component is a named tuple; its methods are overloads chosen by the tuple's class.
+
+Copies, because numba calls no plain Python function: ``traction`` that uses a helper of its module fails with "Cannot
+determine Numba type of <class 'function'>", and ``helpers.chi(x)`` with "Unknown attribute 'chi' of type Module". The
+user's own functions stay as they are, so that a debugger can stop in them.
+
+Names are changed in the byte code and not in the source, because a law from standard input has no source: there
+``inspect.getsource`` fails with "could not get source code".
 """
 
 from __future__ import annotations
@@ -31,7 +38,9 @@ from grainlaw.compiler.numba_private import (
 from grainlaw.compiler.origin import is_standard
 from grainlaw.compiler.structure import Structure
 
-MARK = "__method"  #: ending of method names in compiled code, so that no field of any tuple shares one
+#: Ending of method names in compiled code. An overload of ``friction`` is one for all named tuples: without the mark,
+#: after a law with a method ``friction`` no law with a number ``friction`` could be compiled in the same process.
+MARK = "__method"
 
 
 class CompilationError(TypeError):
@@ -150,6 +159,12 @@ class Compilation:
         reason = list(itertools.takewhile(lambda line: not line.startswith(ends), told))[:4]
         if reason and reason[0].startswith("Can't unify return type"):
             reason = [f"it must return {results} numbers on every path; {reason[0].split('following ')[-1]}"]
+        if found := re.search(r"BoundFunction.*'(\w+)'", text):
+            # The name stands once in the byte code, for the number and for the method, and is marked as the method's.
+            owners = [part.component for part in self.structure if found[1] in part.fields]
+            if owners and found[1] in self.names:
+                kind = type(owners[0]).__name__
+                reason = [f"{found[1]} is a field of {kind} and the name of a method: give one of them another name"]
         if found := re.search(r"Unknown attribute '(\w+)'", text):
             owners = [part.component for part in self.structure if hasattr(part.component, found[1])]
             reason += [f"self.{found[1]} is a {type(getattr(owner, found[1])).__name__}" for owner in owners]

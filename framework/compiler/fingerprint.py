@@ -85,6 +85,8 @@ def _belongs(held: Any) -> bool:
 
 
 def _signature(code: types.CodeType) -> tuple:
+    # With the types of constants, for 1 == 1.0, and `x * 1` of an integer is no float. Without file and line, so that a
+    # law that has moved is found again.
     constants = tuple(
         _signature(c) if isinstance(c, types.CodeType) else (type(c).__name__, repr(c)) for c in code.co_consts
     )
@@ -156,7 +158,7 @@ class _Hasher:
             )
 
     def function(self, function: types.FunctionType, where: str) -> None:
-        if id(function) in self.seen:
+        if id(function) in self.seen:  # functions that call each other would be fed for ever; they are refused later
             self.word("again", self.seen[id(function)][0])
             return
         self.seen[id(function)] = len(self.seen), function

@@ -1,4 +1,7 @@
-"""What a component (a law, an integrator, a part) consists of, as compiled code sees it."""
+"""What a component (a law, an integrator, a part) consists of, as compiled code sees it.
+
+Only what its methods use, by the names in their byte code: a property that none of them reads may give text or fail.
+"""
 
 from __future__ import annotations
 
