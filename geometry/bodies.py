@@ -13,7 +13,8 @@ import numpy as np
 from grainlaw.geometry.cells.sides import is_convex, turns
 from grainlaw.geometry.region import polygon
 from grainlaw.parameter import ParameterError
-from grainlaw.tessellation import Region, Tessellation
+from grainlaw.region import Region
+from grainlaw.tessellation import Tessellation
 
 
 def together(*bodies: Tessellation) -> Tessellation:

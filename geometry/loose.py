@@ -11,7 +11,8 @@ from grainlaw.geometry.cells.convex import Polygon, split
 from grainlaw.geometry.region import checked, rectangle
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import following
-from grainlaw.tessellation import LOOSE, ROUNDING, Tessellation
+from grainlaw.region import ROUNDING
+from grainlaw.tessellation import LOOSE, Tessellation
 
 
 def apart(grains: Tessellation, gap: float = 0.0) -> Tessellation:

@@ -11,7 +11,7 @@ import numpy as np
 
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import areas_and_centroids
-from grainlaw.tessellation import Region
+from grainlaw.region import Region
 
 
 def checked(shape: str, *, below: float = math.inf, unit: str = "m", zero: bool = False, **values: Any) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from grainlaw.geometry.cells.convex import Point, Polygon, centroid, depth, joined, split
 from grainlaw.geometry.cells.sides import STRAIGHT, turns
 from grainlaw.polygon import cross
-from grainlaw.tessellation import Region
+from grainlaw.region import Region
 
 SKEWEST = 0.35  #: rad from the bisector, up to which a cut rather goes to a corner of the polygon
 
