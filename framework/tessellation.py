@@ -46,9 +46,10 @@ class Tessellation:
     """Convex polygons that cover a region without gap or overlap and meet along whole edges.
 
     Index letters: ``v`` vertex, ``g`` grain. The corners of grain g are ``corners[first[g]:first[g + 1]]``,
-    counter-clockwise. Further ``bodies`` may stand beside the region: they share no vertex with it or each other, also
-    where they touch. Loose grains need not fill their region; their sides inside it are the boundary "grains". Arrays
-    that do not fit each other raise :class:`TilingError`; whether the polygons tile the regions, :meth:`check` tells.
+    counter-clockwise. There may be further ``bodies`` beside the region: they share no vertex with it or with each
+    other, even where they touch. Loose grains need not fill their region; their sides inside it are the boundary
+    "grains". Arrays that do not fit each other raise :class:`TilingError`; :meth:`check` tells whether the polygons
+    tile the regions.
     """
 
     region: Region

@@ -37,7 +37,7 @@ def rectangle(width: float, height: float) -> Region:
 
 
 def polygon(points: Any, names: str | Sequence[str] = "boundary", holes: Mapping[str, Any] | None = None) -> Region:
-    """Simple polygon with corners ``points`` (n, 2) m, either way round.
+    """Simple polygon with corners ``points`` (n, 2) m, clockwise or not.
 
     ``names`` has the name of the side from each corner to the next, or one for all; ``holes`` has an outline for each
     name. Raises :class:`~grainlaw.parameter.ParameterError`.

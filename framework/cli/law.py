@@ -14,7 +14,7 @@ from grainlaw.workbench.plot import plot_law
 
 
 @click.command(
-    help=f"""Show a contact law: its strengths, ways to failure and work as a table, and its curves as law_NAME.png.
+    help=f"""Show a contact law: strengths, displacements at failure and work as a table, and curves as law_NAME.png.
 
 LAW is one of {", ".join(LAWS)}, with the values of a published rock, or FILE.py:LAW, an instance in the file or a class
 whose parameters all have defaults. The file is run."""

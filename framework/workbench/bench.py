@@ -14,12 +14,12 @@ from grainlaw.workbench.refined import Response, drive
 from grainlaw.workbench.scale import Scale, measure
 
 LAPS = 3  #: of every path, the last of them settled
-#: What a law is asked before anything else, and once more in the end: pulled and sheared out and back.
+#: The first path of all, and the last one once more: pulled, sheared, and sheared while pressed, out and back.
 FIRST = [(u * o, u * s) for o, s in ((1, 0), (0, 1), (-1e-3, 1)) for u in (0, 1e-7, 1e-6, 1e-5, 1e-3, 1e-6, 0)]
 
 
 class Bench:
-    """A law with its scale and its answers along all paths, each found once."""
+    """A law with its scale and its answers along all paths."""
 
     def __init__(self, law: ContactLaw) -> None:
         self.law = law

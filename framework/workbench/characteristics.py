@@ -1,4 +1,4 @@
-"""What a contact law is like in numbers: stiffness, strengths, ways to failure and work, found by driving it."""
+"""A contact law in numbers: stiffness, strengths, displacements at failure and work, found by driving it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ LONG = 30.0  #: breaking displacements after which what remains is residual
 
 @attrs.frozen(kw_only=True)
 class Mode:
-    """One way to failure; nan where there is none: a law that never peaks, a contact that never breaks."""
+    """Failure in tension, or in shear under one pressure.
+
+    A number is nan where there is none: a law that never peaks, a contact that never breaks.
+    """
 
     pressure: float = math.nan  #: Pa, held while the contact slips; nan where it is pulled
     peak: float = math.nan  #: Pa
@@ -86,14 +89,14 @@ def characteristics(law: ContactLaw) -> Characteristics:
 
 
 def fitting_pressures(contact: Contact) -> tuple[float, ...]:
-    """None, and half, one and two times the larger strength to two digits (Pa)."""
+    """Pressures (Pa) that suit a law: 0, and half, one and two times its larger strength, to two digits."""
     peaks = [mode.peak for mode in (tensile_mode(contact, QUICK), shear_mode(contact, 0.0, QUICK)) if mode.peak > 0]
     unit = float(f"{max(peaks, default=measure(contact).pressures[2]):.1e}")
     return 0.0, unit / 2, unit, 2 * unit
 
 
 def tensile_mode(contact: Contact, steps: int = FINE) -> Mode:
-    """A fresh contact pulled."""
+    """A virgin contact pulled."""
 
     def drive(openings: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         run = pulled(contact, openings)
@@ -103,7 +106,10 @@ def tensile_mode(contact: Contact, steps: int = FINE) -> Mode:
 
 
 def shear_mode(contact: Contact, pressure: float, steps: int = FINE) -> Mode:
-    """A fresh contact sheared under a pressure (Pa, below 0: a tension) that is held; broken where it cannot be."""
+    """A virgin contact sheared under a ``pressure`` (Pa; below 0 it is a tension) that is held.
+
+    Where the pressure can no longer be held, the contact has broken.
+    """
 
     def drive(slips: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         run = sheared(contact, -pressure, slips, cut=slips[-1] < FAR[-1])
@@ -113,7 +119,7 @@ def shear_mode(contact: Contact, pressure: float, steps: int = FINE) -> Mode:
 
 
 def _failure(drive: Drive, steps: int, pressure: float) -> Mode:
-    """Find the peak and the break roughly, then with even steps, then with small ones around both."""
+    """Find the peak and the break: first roughly, then with even steps, then with small steps around both."""
     u, traction, damage = drive(np.concatenate([[0.0], FAR]))
     if len(u) < 3:  # the normal traction cannot even be reached
         return Mode(pressure=pressure)
@@ -144,7 +150,7 @@ def _failure(drive: Drive, steps: int, pressure: float) -> Mode:
 
 
 def _corners(u: np.ndarray, traction: np.ndarray, damage: np.ndarray, asked: np.ndarray, pressure: float) -> list[int]:
-    """Where the peak is among ``u``, and the break if there is one; a tension that can be held no more is one."""
+    """Positions of the peak and, if there is one, of the break. A tension that can no longer be held is a break."""
     top = float(np.nanmax(traction))
     i = int(np.argmax(traction >= (1 - 1e-12) * top))
     gone = np.flatnonzero((damage[i:] >= 1) | (traction[i:] < 1e-6 * top))
@@ -155,7 +161,7 @@ def _corners(u: np.ndarray, traction: np.ndarray, damage: np.ndarray, asked: np.
 
 @attrs.frozen(kw_only=True, eq=False)
 class Envelope:
-    """What a law holds in shear over the normal traction: fresh, and after long slip. All (k,) Pa, tension first."""
+    """Shear strength over the normal traction, of virgin contacts and after long slip. All (k,) Pa, tension first."""
 
     normal: np.ndarray
     peak: np.ndarray

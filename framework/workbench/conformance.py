@@ -1,4 +1,4 @@
-"""The conformance kit: what every contact law must do, asked of anybody's law along paths scaled to it."""
+"""The conformance kit: whether a contact law has the properties every law must have, on paths scaled to it."""
 
 from __future__ import annotations
 

@@ -46,19 +46,19 @@ def along(corners: Sequence[float], steps: int = 400) -> np.ndarray:
 
 
 def pull_and_release(contact: Contact, to: Reach) -> Trace:
-    """Pulled to the break, with release before the peak, early and half-way behind it."""
+    """Pulled to the break, and released three times: once before the peak, twice after it."""
     first, half = to.peak + 0.1 * (to.end - to.peak), to.peak + 0.35 * (to.end - to.peak)
     return pulled(contact, along([0, 0.8 * to.peak, 0, first, 0, half, 0, 1.15 * to.end]))
 
 
 def shear_and_reverse(contact: Contact, normal: float, to: Reach) -> Trace:
-    """Sheared under a normal traction (Pa) that is held; back half-way behind the peak, and back again when broken."""
+    """Sheared under a normal traction (Pa) that is held; reversed once after the peak, and once after the break."""
     half = to.peak + 0.25 * (to.end - to.peak)
     return sheared(contact, normal, along([0, half, 0, 1.2 * to.end, 0.6 * to.end]))
 
 
 def ratios(opening: Reach, slip: Reach) -> list[float]:
-    """Slip over opening of mixed paths: nothing, three that suit the law, and without end."""
+    """Ratios of slip to opening of mixed paths: 0, three that suit the law, and infinity."""
     exact = slip.end / opening.end
     middle = min((a * 10.0**e for a in (1, 2, 5) for e in range(-9, 10)), key=lambda x: abs(np.log(x / exact)))
     return [0.0, middle / 4, middle, 4 * middle, np.inf]

@@ -13,7 +13,7 @@ Corners = Sequence[tuple[float, float]]  #: (opening, slip) in m
 
 
 def designed_paths(scale: Scale) -> dict[str, Corners]:
-    """Closed paths that catch what random ones miss."""
+    """Closed paths that find the faults which random paths miss."""
     t, s = scale.tension.displacement, scale.shear.displacement
     to, so = 1.1 * scale.tension.breaking, 1.1 * scale.shear.breaking
     th, sh = t + 0.3 * (scale.tension.breaking - t), s + 0.3 * (scale.shear.breaking - s)  # half broken

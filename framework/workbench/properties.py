@@ -41,7 +41,7 @@ def units(bench: Bench) -> Finding | None:
 
 
 def compiled_equals_interpreted(bench: Bench) -> Finding | None:
-    """The machine code of a simulation gives the same, for many contacts at a time."""
+    """The machine code of a simulation gives the same answers, for many contacts at a time."""
     try:
         compiled = compile_law(bench.law)
     except CompilationError as error:
@@ -107,7 +107,7 @@ def closed_paths_create_no_energy(bench: Bench) -> Finding | None:
 
 
 def gains(run: Response) -> Iterator[tuple[str, float]]:
-    """What three laps of a path give at most (J/m2 in a lap), and where."""
+    """Energy that three laps of a path give (J/m2 per lap), and where."""
     work, legs = run.work, (run.legs // LAPS)
     ends = run.corners[::legs]
     for lap, (start, end) in enumerate(itertools.pairwise([*ends, len(work) - 1])):
@@ -138,7 +138,7 @@ def fracture_energies(bench: Bench) -> Finding | None:
 
 
 def no_jump(bench: Bench) -> Finding | None:
-    """However fine the step, the tractions change by 3 % of a strength only where they jump."""
+    """No traction jumps, that is changes by 3 % of a strength however small the step."""
     jumps = [(run.name, jump) for run in bench.drives for jump in run.jumps]
     if not jumps:
         return None

@@ -1,6 +1,6 @@
 """A contact driven in steps as fine as its tractions ask for.
 
-A jump is found as the step that no refinement makes small, and the work is exact at a brittle drop as well.
+A jump of a traction is a step that stays large however often it is halved. So the work is exact at a brittle drop too.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MOST_JUMPS, MOST_STEPS = 12, 20_000  #: of a path; then it goes on in coarse ste
 
 @attrs.frozen
 class Jump:
-    """An increment of a traction (Pa) that stays however fine the step."""
+    """A change of a traction (Pa) that does not get smaller with the step."""
 
     opening: float
     slip: float
@@ -52,7 +52,7 @@ class Response:
 
 
 def drive(contact: Contact, name: str, corners: Corners, scale: Scale) -> Response:
-    """Drive a fresh contact through ``corners``, refining each step until the tractions change little or jump."""
+    """Drive a virgin contact through ``corners``, refining each step until the tractions change little or jump."""
     at, legs = corners[0], len(corners) - 1
     answer = contact.step(*at, contact.start)
     points, answers, reached = [at], [answer], [0]

@@ -1,4 +1,4 @@
-"""What a law shows of itself when it is pulled and sheared: its peaks, and the pressures that suit it."""
+"""The scale of a law, found by pulling and shearing it: its peaks, and the pressures that suit it."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ REACH = 1e-6  #: m, how far a mode is driven that has no peak of its own
 
 @attrs.frozen
 class Peak:
-    """Where a mode is strongest and where it has broken."""
+    """The peak of a mode, and the displacement at which it has broken."""
 
     strength: float  #: Pa
     displacement: float  #: m
     breaking: float  #: m
-    found: bool  #: whether there is a peak; else the numbers only set a scale
+    found: bool  #: whether there is a peak; if not, the numbers only set a scale
 
 
 FAR = np.geomspace(1e-13, 1e-1, 500)  #: m, twelve decades in which a peak is looked for
 
 
 def find_peak(contact: Contact, mode: int, closure: float = 0.0) -> Peak:
-    """Pull (``mode`` 0) or shear (1) a fresh contact, closed by ``closure``, through twelve decades."""
+    """Pull (``mode`` 0) or shear (1) a virgin contact, closed by ``closure``, through twelve decades."""
     path = [(u, 0.0) if mode == 0 else (-closure, u) for u in FAR]
     answers = contact.run([(-closure, 0.0), *path])[1:]
     damage = answers[:, 2 + contact.names.index("damage")] if "damage" in contact.names else None
@@ -48,12 +48,12 @@ def peak_along(traction: np.ndarray, damage: np.ndarray | None) -> Peak | None:
 
 
 def is_bonded(contact: Contact, tension: Peak) -> bool:
-    """Whether a fresh contact resists opening, on the way to its ``tension`` peak."""
+    """Whether a virgin contact resists opening, up to its ``tension`` peak."""
     return bool(contact.run([(share * tension.displacement, 0.0) for share in (1e-6, 1e-3, 1.0)])[:, 0].any())
 
 
 def find_closure(contact: Contact, pressure: float) -> float:
-    """Closure (m) at which a fresh contact resists with ``pressure`` (Pa)."""
+    """Closure (m) at which a virgin contact resists with ``pressure`` (Pa)."""
 
     def enough(closure: float) -> bool:
         return not contact.step(-closure, 0.0, contact.start)[0] > -pressure
@@ -72,7 +72,7 @@ def find_closure(contact: Contact, pressure: float) -> float:
 
 @attrs.frozen
 class Scale:
-    """What a law shows of itself: its peaks, and the pressures and closures to try it under."""
+    """The peaks of a law, and the pressures and closures under which it is tried."""
 
     tension: Peak
     shear: Peak

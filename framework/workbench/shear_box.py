@@ -15,16 +15,16 @@ MOST_CUTS, DEEPEST = 200, 14  #: of a step of slip: trials, and how often it is 
 
 
 def pulled(contact: Contact, openings: Sequence[float] | np.ndarray) -> Trace:
-    """Pull a fresh contact through ``openings`` (m), without slip."""
+    """Pull a virgin contact through ``openings`` (m), without slip."""
     return contact.trace([(float(opening), 0.0) for opening in openings])
 
 
 def sheared(contact: Contact, normal: float, slips: Sequence[float] | np.ndarray, *, cut: bool = True) -> Trace:
-    """Shear a fresh contact through ``slips`` (m) under a ``normal`` traction (Pa, tension positive) that is held.
+    """Shear a virgin contact through ``slips`` (m) under a ``normal`` traction (Pa, tension positive) that is held.
 
-    A step in which it cannot be held is cut in smaller ones, unless ``cut`` is False; where that does not help, as
-    where a law drops at once, it is made at the opening before. After two such steps the contact has failed, and the
-    trace ends before them.
+    Where the normal traction cannot be held, the step is halved, unless ``cut`` is False. Where that does not help, as
+    at a brittle drop, the step is made at the opening of the step before. After two such steps in a row the contact
+    has failed, and the trace ends before them.
     """
     opening, state, last = opening_at(contact, normal), contact.start, float(slips[0])
     points: list[tuple[float, float]] = []
@@ -69,7 +69,7 @@ def _held(
 
 
 def opening_at(contact: Contact, normal: float) -> float:
-    """Opening (m) at which a fresh contact has a normal traction (Pa, tension positive, at most its strength)."""
+    """Opening (m) at which a virgin contact has a normal traction (Pa, tension positive, at most its strength)."""
     if normal <= 0:
         return -find_closure(contact, -normal) if normal else 0.0
     low, high = 0.0, find_peak(contact, 0).displacement
