@@ -21,6 +21,7 @@ from grainlaw.integration import (
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, parameter, parameters, part
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.region import Region
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
 from grainlaw.results.fragments import Fragments, fragments
@@ -43,11 +44,13 @@ from grainlaw.runs.flutter import Flutter, hold
 from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
 from grainlaw.stage import AtRest, Condition, Drive, FailsTo, FallsTo, Hold, Pressure, Reaches, Stage, StageError
-from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
+from grainlaw.tessellation import Tessellation, Tessellator, TilingError
 from grainlaw.window import Window, within_circle, within_polygon, within_rectangle
-from grainlaw.workbench.characteristics import Characteristics, Mode, characteristics, plot_law
+from grainlaw.workbench.characteristics import Characteristics, Mode, characteristics
 from grainlaw.workbench.conformance import Entry, Report, check_law
-from grainlaw.workbench.trace import Trace, trace
+from grainlaw.workbench.driver import Trace
+from grainlaw.workbench.plot import plot_law
+from grainlaw.workbench.trace import trace
 
 __all__ = [
     "MEASURES",

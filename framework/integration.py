@@ -156,7 +156,7 @@ class KineticRelaxation(Relaxation):
 
 @attrs.frozen(kw_only=True)
 class DynamicRelaxation(Integrator):
-    """Central differences on the way to rest, with a damping that is chosen anew every ``burst`` steps."""
+    """Central differences that bring a specimen to rest, with a damping that is chosen anew every ``burst`` steps."""
 
     relaxation: Relaxation = part(Relaxation, AdaptiveRelaxation())
     safety: float = parameter("1", default=0.9, above=0, at_most=1)

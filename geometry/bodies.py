@@ -13,7 +13,8 @@ import numpy as np
 from grainlaw.geometry.cells.sides import is_convex, turns
 from grainlaw.geometry.region import polygon
 from grainlaw.parameter import ParameterError
-from grainlaw.tessellation import Region, Tessellation
+from grainlaw.region import Region
+from grainlaw.tessellation import Tessellation
 
 
 def together(*bodies: Tessellation) -> Tessellation:
@@ -50,7 +51,7 @@ def together(*bodies: Tessellation) -> Tessellation:
 
 
 def block(corners: Any, name: str | Sequence[str] = "block", phase: int = 0) -> Tessellation:
-    """A single convex grain with ``corners`` (n, 2) m, either way round.
+    """A single convex grain with ``corners`` (n, 2) m, clockwise or not.
 
     ``name`` is that of the boundary of all its sides, or has one for the side from each corner to the next. A base
     whose upper side is a boundary of its own::
@@ -71,7 +72,7 @@ def block(corners: Any, name: str | Sequence[str] = "block", phase: int = 0) -> 
 def moved(grains: Tessellation, by: Any = (0.0, 0.0), turn: float = 0.0) -> Tessellation:
     """Grains and their regions, turned about the origin by ``turn`` (degrees, counter-clockwise), then moved ``by`` m.
 
-    A sample that stands on another like it::
+    A sample on top of an equal one::
 
         lower = Voronoi(grains=100).tessellate(rectangle(0.1, 0.1))
         grains = together(lower, moved(lower, by=(0, 0.1)))
@@ -79,10 +80,10 @@ def moved(grains: Tessellation, by: Any = (0.0, 0.0), turn: float = 0.0) -> Tess
     Raises :class:`~grainlaw.parameter.ParameterError`.
     """
     try:
-        way = np.array(by, dtype=float)
+        shift = np.array(by, dtype=float)
     except (TypeError, ValueError):
-        way = np.full(2, np.nan)
-    if way.shape != (2,) or not np.isfinite(way).all():
+        shift = np.full(2, np.nan)
+    if shift.shape != (2,) or not np.isfinite(shift).all():
         raise ParameterError(f"moved: by = {by!r} m is not allowed, it must be two finite numbers")
     if not isinstance(turn, Real) or isinstance(turn, bool) or not math.isfinite(turn):
         raise ParameterError(f"moved: turn = {turn!r} degrees is not allowed, it must be a finite number")
@@ -90,7 +91,7 @@ def moved(grains: Tessellation, by: Any = (0.0, 0.0), turn: float = 0.0) -> Tess
 
     def placed(points: np.ndarray) -> np.ndarray:
         x, y = points.T
-        return np.column_stack([cosine * x - sine * y, sine * x + cosine * y]) + way
+        return np.column_stack([cosine * x - sine * y, sine * x + cosine * y]) + shift
 
     regions = [
         attrs.evolve(each, outline=placed(each.outline), holes=[placed(hole) for hole in each.holes])

@@ -6,7 +6,8 @@ import attrs
 import numpy as np
 
 from grainlaw.parameter import ParameterError, whole_number
-from grainlaw.tessellation import Region, Tessellation, Tessellator
+from grainlaw.region import Region
+from grainlaw.tessellation import Tessellation, Tessellator
 
 
 @attrs.frozen(kw_only=True)

@@ -12,7 +12,8 @@ from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.geometry.cells.sides import convex_sides, is_convex
 from grainlaw.parameter import whole_number
-from grainlaw.tessellation import Region, Tessellation, Tessellator
+from grainlaw.region import Region
+from grainlaw.tessellation import Tessellation, Tessellator
 
 SHORTEST = 0.25  #: of the grain size: the shortest edge that the sides of the region may cut off
 

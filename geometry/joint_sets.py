@@ -15,7 +15,8 @@ from grainlaw.geometry.cells.cutting import Cutter
 from grainlaw.geometry.cells.joining import tiling_of
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.parameter import ParameterError, parameter
-from grainlaw.tessellation import Region, Tessellation, Tessellator
+from grainlaw.region import Region
+from grainlaw.tessellation import Tessellation, Tessellator
 
 MOST = 1_000_000  #: joints of a set
 

@@ -11,7 +11,8 @@ from grainlaw.geometry.cells.convex import Polygon, split
 from grainlaw.geometry.region import checked, rectangle
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import following
-from grainlaw.tessellation import LOOSE, ROUNDING, Tessellation
+from grainlaw.region import ROUNDING
+from grainlaw.tessellation import LOOSE, Tessellation
 
 
 def apart(grains: Tessellation, gap: float = 0.0) -> Tessellation:
@@ -48,14 +49,14 @@ def _shrunk(points: np.ndarray, first: np.ndarray, inward: np.ndarray, gap: floa
     b = np.column_stack([-along[:, 1], along[:, 0]])
     a = b[before]
     mean, half = (inward[before] + inward) / 2, (inward[before] - inward) / 2
-    # The corner's way w has w.a = mean + half and w.b = mean - half; a + b and a - b are at right angles.
+    # The corner moves by w with w.a = mean + half and w.b = mean - half; a + b and a - b are at right angles.
     with np.errstate(divide="ignore", invalid="ignore"):
         part = np.where(half == 0, 0.0, 2 * half / ((a - b) ** 2).sum(axis=1))
         made = points + (2 * mean / ((a + b) ** 2).sum(axis=1))[:, None] * (a + b) + part[:, None] * (a - b)
         length = ((made[after] - made) * along).sum(axis=1)
-        sound = np.isfinite(made).all(axis=1) & (length > shortest)
+        intact = np.isfinite(made).all(axis=1) & (length > shortest)
     grain = np.repeat(np.arange(len(first) - 1), np.diff(first))
-    faulty = np.unique(grain[~sound])
+    faulty = np.unique(grain[~intact])
     if not len(faulty):
         return made, first
     pieces = np.split(made, first[1:-1])
@@ -74,8 +75,8 @@ def _cut(points: np.ndarray, along: np.ndarray, normal: np.ndarray, inward: np.n
     near = ROUNDING * float(np.ptp(points, axis=0).max())
     for k in np.flatnonzero(inward):
         if left:
-            on, way = points[k] + inward[k] * normal[k], along[k]
-            left = split(left, (float(on[0]), float(on[1])), (float(way[0]), float(way[1])), near)[0]
+            on, direction = points[k] + inward[k] * normal[k], along[k]
+            left = split(left, (float(on[0]), float(on[1])), (float(direction[0]), float(direction[1])), near)[0]
     return left
 
 

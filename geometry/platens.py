@@ -10,7 +10,8 @@ import numpy as np
 from grainlaw.geometry.bodies import checked_phase, renamed, together
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.region import checked
-from grainlaw.tessellation import Region, Tessellation
+from grainlaw.region import Region
+from grainlaw.tessellation import Tessellation
 
 
 def between_platens(

@@ -11,7 +11,7 @@ import numpy as np
 
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import areas_and_centroids
-from grainlaw.tessellation import Region
+from grainlaw.region import Region
 
 
 def checked(shape: str, *, below: float = math.inf, unit: str = "m", zero: bool = False, **values: Any) -> None:
@@ -37,7 +37,7 @@ def rectangle(width: float, height: float) -> Region:
 
 
 def polygon(points: Any, names: str | Sequence[str] = "boundary", holes: Mapping[str, Any] | None = None) -> Region:
-    """Simple polygon with corners ``points`` (n, 2) m, either way round.
+    """Simple polygon with corners ``points`` (n, 2) m, clockwise or not.
 
     ``names`` has the name of the side from each corner to the next, or one for all; ``holes`` has an outline for each
     name. Raises :class:`~grainlaw.parameter.ParameterError`.

@@ -8,7 +8,7 @@ import numpy as np
 
 from grainlaw.geometry.region import checked
 from grainlaw.parameter import ParameterError
-from grainlaw.tessellation import Region
+from grainlaw.region import Region
 
 
 def _checked_sides(shape: str, sides: int) -> None:

@@ -12,7 +12,8 @@ from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.geometry.cells.sides import is_convex
 from grainlaw.parameter import parameter, whole_number
-from grainlaw.tessellation import Region, Tessellation, Tessellator
+from grainlaw.region import Region
+from grainlaw.tessellation import Tessellation, Tessellator
 
 
 @attrs.frozen(kw_only=True)

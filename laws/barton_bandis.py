@@ -53,14 +53,14 @@ def _a_closure(component: Any, attribute: Any, value: Any) -> None:
 
 @attrs.frozen(kw_only=True)
 class BartonBandis(ContactLaw):
-    """A joint that was never bonded, or no more: closure, Coulomb slip, and slip that lifts its faces up to an end.
+    """A joint without a bond: closure, Coulomb slip, and dilation that ends after a length of slip.
 
-    Of Bandis, Lumsden and Barton 1983, doi:10.1016/0148-9062(83)90595-8, it takes the hyperbola of closure, and not
+    Of Bandis, Lumsden and Barton 1983, doi:10.1016/0148-9062(83)90595-8, it takes the hyperbola of closure, but not
     the stiffening from one loading to the next. The angles are those at one normal stress; :class:`Roughness` gives
-    them. Not taken are their change with the stress and with slip (mobilisation, wear). Dilation counts slip in either
-    direction, is not undone by slip back and stays when the joint opens. A dilation angle above the friction angle
-    is refused: the joint would lift more than friction pays for. Equation numbers are those of the law's section in
-    docs/laws.md.
+    them. Their change with the stress and with slip (mobilisation, wear) is left out. Dilation counts slip in either
+    direction, is not undone by slip back and stays when the joint opens. A dilation angle above the friction angle is
+    refused: the joint would gain more energy by dilation than friction dissipates. Equation numbers are those of the
+    law's section in docs/laws.md.
     """
 
     kn: float = parameter("Pa/m")  #: normal stiffness, of the closure at its start
@@ -93,7 +93,9 @@ class BartonBandis(ContactLaw):
         return self.dilatancy * self.dilation_end if self.dilation_angle > 0 else 0.0
 
     def sliding(self, trial: float, closed: float, lift: float) -> float:
-        """Length (m) that brings a shear traction from ``trial`` to the strength, which rises on the way by ``lift``.
+        """Length of slip (m) that brings a shear traction from ``trial`` (Pa) down to the strength.
+
+        The slip dilates the joint by ``lift`` times its length, and so raises the pressure and the strength.
 
         Two steps of Newton's method. Pressure is convex in closure, so that neither falls short: the shear traction
         comes to rest at once.

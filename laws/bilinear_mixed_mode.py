@@ -17,7 +17,7 @@ from grainlaw.parameter import ParameterError, parameter
 
 @attrs.frozen(kw_only=True)
 class BilinearMixedMode(ContactLaw):
-    """Two springs that soften together to an end that lies between those of the two modes by a power of the mix.
+    """Two springs that soften together; strength and energy lie between those of the modes, by a power of the mix.
 
     Turon, Camanho, Costa and Davila 2006, doi:10.1016/j.mechmat.2005.10.003, with different stiffnesses as in Turon and
     others 2018, doi:10.1016/j.compstruct.2017.10.017. Where the mix changes the published secant may stiffen again;
@@ -94,7 +94,7 @@ class BilinearMixedMode(ContactLaw):
         x = max(math.sqrt(both / onset), 1.0)
         softened = min((x - 1) * onset / (2 * energy), 1.0)  # (T4)
         now = 1 - (1 - softened) / x  # (T5)
-        # (T4) counts where the secant falls, and not on the way back to where the mix has changed.
+        # (T4) counts only where the secant falls, not while a contact is reloaded under another mix.
         mode = share if now > stiffness_loss else mode
         damage = max(damage, softened) if now >= stiffness_loss else damage
         stiffness_loss = max(stiffness_loss, now)

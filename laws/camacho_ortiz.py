@@ -77,7 +77,7 @@ class CamachoOrtiz(ContactLaw):
 
         now = (a - 1) / max(a - b, TINY)  # (C4)
         grows = min(now, 1.0) > stiffness_loss
-        # (C3): the share of the softening on this ray, counted where the loss grows and not on the way back to it.
+        # (C3): the share of the softening on this ray; it grows only with the loss, not while a contact is reloaded.
         damage = max(damage, b * now if now < 1 else 1.0) if grows else damage
         mode = s * s / max(b * b, TINY) if grows else mode
         stiffness_loss = max(stiffness_loss, min(now, 1.0))

@@ -26,10 +26,10 @@ from grainlaw.vector_math import exp_unit
 class CohesiveCrack(ContactLaw):
     """Tension and shear soften together by one damage over their fracture energies, friction remains.
 
-    A mode unloads along the secant to the origin. Eq. (5) makes the shear strength follow the pressure; the secant
-    in shear never stiffens, so that a contact pressed after it has slipped regains its strength by further slip and not
-    at rest, where it would be a gift of energy. Friction is a spring and slider next to the softening branch, which
-    follows any reversal; intact it carries nothing, broken everything.
+    A mode unloads along the secant to the origin. The shear strength follows the pressure, Eq. (5), but the secant in
+    shear never stiffens: a contact that is pressed after it has slipped gets the higher strength only by further slip.
+    Got at rest, it would be energy from nothing. Friction is a spring and slider next to the softening branch, which
+    follows any reversal; it carries nothing while the contact is intact, and all shear when it has broken.
     """
 
     kn: float = parameter("Pa/m")  #: normal stiffness
@@ -160,7 +160,7 @@ class CohesiveCrack(ContactLaw):
         x = opened * (1 / self.peak_opening)
         widest = max(widest, x)
         rise = self.rise(x, widest)
-        # Eq. (5) by the tension a sound contact would have: softening must not give shear strength back.
+        # Eq. (5) by the tension an intact contact would have: softening must not give shear strength back.
         tension = self.kn * opened * rise if widest <= 1 else self.tensile_strength
         strength = self.shear_strength(pressure, tension if self.tension_shear == TensionShear.EXTENDED else 0.0)
         peak_slip = max(self.peak_slip(strength), TINY * self.peak_opening)

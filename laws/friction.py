@@ -13,10 +13,10 @@ from grainlaw.parameter import parameter
 
 
 def slid(stiffness: float, slip: float, anchor: float, strength: float, hardening: float = 0.0) -> float:
-    """Where a spring (Pa/m) in series with a slider that holds ``strength`` (Pa) is anchored after a slip (m).
+    """The anchor (m) of a spring (Pa/m) in series with a slider that holds ``strength`` (Pa), after a slip (m).
 
-    The shear traction is ``stiffness * (slip - anchor)``. Sliding by a length raises the strength by ``hardening``
-    (Pa/m) times it, as dilation under confinement does.
+    The shear traction is ``stiffness * (slip - anchor)``. ``hardening`` (Pa/m) is the rise of the strength per length
+    of sliding, as by dilation under confinement.
     """
     trial = stiffness * (slip - anchor)
     sliding = max(abs(trial) - strength, 0.0) / (stiffness + hardening)

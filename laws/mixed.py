@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-TINY = 1e-30  # of what a law has of its own, in place of a zero divisor: no strength gives a peak slip of nothing
+TINY = 1e-30  #: in place of a divisor of 0, times a size of the law: without strength the peak slip is 0
 
 
 def joined(d1: float, d2: float) -> tuple[float, float]:
-    """Damage of a contact as far (0 or more) along its branches in tension and shear, and the share of shear in it.
+    """Damage of a contact, and the share of shear in it, from the damage in tension ``d1`` and in shear ``d2`` alone.
 
     D = sqrt(D_I^2 + D_II^2), up to 1.
     """

@@ -22,7 +22,7 @@ class MohrCoulomb(ContactLaw):
 
     Slip under pressure beyond the residual strength dilates the contact by its length times tan(dilation_angle), in
     either direction and without limit. A dilation angle above the residual friction angle is refused: the contact
-    would lift more than friction pays for.
+    would gain more energy by dilation than friction dissipates.
     """
 
     kn: float = parameter("Pa/m")  #: normal stiffness

@@ -18,10 +18,10 @@ from grainlaw.parameter import parameter
 
 
 class Unloading(enum.IntEnum):
-    """Which way a joint beyond its peak goes back; the first is the default."""
+    """How a joint unloads after its peak; the first is the default."""
 
-    SECANT = 0  #: along the secant to the origin, and out again the same way
-    RETRACED = 1  #: along the curve it came on, as the Y code does: nothing is remembered but the break
+    SECANT = 0  #: along the secant to the origin, and along it again when it is reloaded
+    RETRACED = 1  #: back along the loading curve, as in the Y code: only the break is remembered
 
 
 @attrs.frozen(kw_only=True)
@@ -107,7 +107,7 @@ class MunjizaJoint(ContactLaw):
         return 1 - x / 2 if x <= 1 else 1 / (2 * max(x, 1.0))
 
     def held(self, x: float, farthest: float) -> float:
-        """Where between 0 and ``farthest`` the secant is taken; before the peak the way back is the way out."""
+        """The displacement (over that at the peak) whose secant holds; before the peak it unloads along the curve."""
         return farthest if self.unloading == Unloading.SECANT and farthest > 1 else x
 
     def traction(self, opening, slip, damage, mode, widest, farthest, anchor):

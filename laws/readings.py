@@ -8,8 +8,8 @@ import enum
 class PrePeak(enum.IntEnum):
     """How a traction rises to its peak."""
 
-    EXPONENTIAL = 0  #: k u exp(-u/u_p) on the way out, peak at u_p = e f/k, Eqs. (1, 9); the secant never rises again
-    AS_PRINTED = 1  #: the same on every way, so that the secant follows the pressure; makes energy, flutters
+    EXPONENTIAL = 0  #: k u exp(-u/u_p) on loading, peak at u_p = e f/k, Eqs. (1, 9); the secant never rises again
+    AS_PRINTED = 1  #: the same on loading and unloading: the secant follows the pressure, which makes energy; flutters
     LINEAR = 2  #: k u, peak at u_p = f/k
 
 
@@ -38,5 +38,5 @@ class Residual(enum.IntEnum):
 class TensionShear(enum.IntEnum):
     """Shear strength of a contact under tension."""
 
-    EXTENDED = 0  #: Eq. (5) with its sign, by the tension on the way to its peak and by f_t from there on
+    EXTENDED = 0  #: Eq. (5) with its sign: by the tension before its peak, by f_t after it
     CONSTANT = 1  #: the cohesion

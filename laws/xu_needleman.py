@@ -1,4 +1,4 @@
-"""Exponential decohesion of opening and slip, of one potential or coupled mode by mode."""
+"""Exponential decohesion in opening and slip, from one potential or with a coupling for each mode."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ class XuNeedleman(ContactLaw):
     """Tractions that rise and fall as x exp(-x) and x exp(-x^2); stiffnesses and strengths give the energies.
 
     Xu and Needleman 1994, doi:10.1016/0022-5096(94)90003-5, with r = 0, and as van den Bosch, Schreurs and Geers 2006,
-    doi:10.1016/j.engfracmech.2005.12.006, since q = phi_t/phi_n above 1 makes the tension of the former a repulsion
-    after slip. As published on paths on which opening and slip only grow; unloading along the secants, the break
-    where less than 1 % of a strength is left, closure and friction, which grows with the damage, are ours. Equation
-    numbers are those of the law's section in docs/laws.md.
+    doi:10.1016/j.engfracmech.2005.12.006; the latter is the default, because with q = phi_t/phi_n above 1 the tension
+    of the former becomes a repulsion after slip. As published on paths on which opening and slip only grow. Ours are:
+    unloading along the secants, the break where less than 1 % of a strength is left, closure, and friction, which grows
+    with the damage. Equation numbers are those of the law's section in docs/laws.md.
     """
 
     kn: float = parameter("Pa/m")  #: normal stiffness at the start

@@ -3,6 +3,7 @@
 import attrs
 import numpy as np
 import pytest
+from faulty_laws import Divides
 from support import STIFF, STRONG, Hillerborg
 
 import grainlaw as gl
@@ -158,6 +159,13 @@ def test_every_law_can_be_drawn(law):
     figure = gl.plot_law(law)
     assert len(figure.axes) == 6
     figure.canvas.draw()
+
+
+def test_a_law_without_an_answer_at_rest_is_drawn():
+    """At no opening it divides by zero: it cannot be sheared without pressure, and is pulled in vain."""
+    pull, _, _, shear, *_ = gl.plot_law(Divides()).axes
+    assert [text.get_text() for text in pull.texts] == ["nothing is held"]
+    assert [len(line.get_xdata()) > 0 for line in shear.lines[1:]] == [False, True, True, True]
 
 
 def test_the_picture_shows_the_strengths_of_the_law():

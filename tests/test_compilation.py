@@ -11,10 +11,10 @@ from support import STIFF, STRONG, Hillerborg, small_sample
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator, compile_law
-from grainlaw.compiler.calls import LANES
 from grainlaw.compiler.fingerprint import fingerprint
 from grainlaw.engine import bond_passes as passes
 from grainlaw.engine import step as loop
+from grainlaw.engine.laws import LANES
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialTension
 

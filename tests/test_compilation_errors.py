@@ -122,6 +122,58 @@ def test_refusals_name_the_law_the_place_and_the_reason(traction):
         gl.simulate(small_sample(5), Mine(kn=1.0), UniaxialTension())
 
 
+@attrs.frozen(kw_only=True)
+class Coulomb:
+    coefficient: float = gl.parameter("1", default=0.5)
+
+    def friction(self, opening):
+        return self.coefficient * opening
+
+
+@attrs.frozen(kw_only=True)
+class Mixed(gl.ContactLaw):
+    """A field with the name of a part's method."""
+
+    kn: float = gl.parameter("Pa/m", default=1.0)
+    friction: float = gl.parameter("1", default=3.0)
+    part: Coulomb = gl.part(Coulomb, Coulomb())
+    stiffness = property(lambda self: (self.kn, self.kn))
+
+    def traction(self, opening, slip):
+        return self.part.friction(opening), self.friction * slip
+
+
+def test_one_name_for_a_field_and_a_method_of_a_law_is_refused():
+    with pytest.raises(gl.CompilationError, match="friction is a field of Mixed and the name of a method"):
+        compile_law(Mixed())
+
+
+@attrs.frozen(kw_only=True)
+class Named(gl.ContactLaw):
+    """A field with the name of another law's method."""
+
+    kn: float = gl.parameter("Pa/m", default=1.0)
+    friction: float = gl.parameter("1", default=3.0)
+    stiffness = property(lambda self: (self.kn, self.kn))
+
+    def traction(self, opening, slip):
+        return opening, self.friction * slip
+
+
+@attrs.frozen(kw_only=True)
+class Parted(Mixed):
+    """The method, without the field."""
+
+    def traction(self, opening, slip):
+        return self.part.friction(opening), slip
+
+
+def test_a_field_may_have_the_name_of_another_laws_method(monkeypatch, tmp_path):
+    monkeypatch.setenv("GRAINLAW_CACHE", str(tmp_path))  # what is loaded is not compiled
+    assert gl.trace(Parted(), 4.0, 2.0, compiled=True).normal[0] == 2.0
+    assert gl.trace(Named(), 4.0, 2.0, compiled=True).shear[0] == 6.0
+
+
 def test_a_class_that_declares_nothing_is_refused():
     class Bare(gl.ContactLaw):
         stiffness = (1.0, 1.0)

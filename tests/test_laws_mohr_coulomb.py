@@ -17,9 +17,10 @@ LAW = MohrCoulomb(
     friction_angle=45,
     residual_friction_angle=math.degrees(math.atan(0.5)),
 )
-pytestmark = pytest.mark.parametrize("compiled", [False, True])
+both_ways = pytest.mark.parametrize("compiled", [False, True], ids=["interpreted", "compiled"])
 
 
+@both_ways
 def test_slip_under_pressure_and_back(compiled):
     # 4 MPa: strength 2 + 4 = 6 MPa at 120 um, then friction of 2 MPa that follows the reversals over 40 um.
     slip = [119e-6, 130e-6, 100e-6, 0.0, -20e-6, 20e-6, 100e-6]
@@ -31,6 +32,7 @@ def test_slip_under_pressure_and_back(compiled):
     assert t.mode.tolist() == [0, 1, 1, 1, 1, 1, 1]
 
 
+@both_ways
 def test_friction_follows_the_pressure(compiled):
     t = trace(LAW, [-40e-6, -40e-6, -10e-6, 1e-6, -60e-6, -60e-6], [0, 130e-6, 130e-6, 130e-6, 130e-6, 200e-6],
               compiled=compiled)  # fmt: skip
@@ -38,6 +40,7 @@ def test_friction_follows_the_pressure(compiled):
     assert t.normal == pytest.approx([-4e6, -4e6, -1e6, 0, -6e6, -6e6])
 
 
+@both_ways
 def test_tension_breaks_at_once_and_pressure_stays(compiled):
     t = trace(LAW, [9.9e-6, 10.1e-6, 5e-6, -10e-6], 0, compiled=compiled)
     assert t.normal == pytest.approx([0.99e6, 0, 0, -1e6], abs=1e-9)
@@ -45,6 +48,7 @@ def test_tension_breaks_at_once_and_pressure_stays(compiled):
     assert t.mode.tolist() == [0, 0, 0, 0]
 
 
+@both_ways
 def test_residual_tension_and_cohesion(compiled):
     law = attrs.evolve(LAW, residual_tensile_strength=0.25e6, residual_cohesion=0.5e6)
     t = trace(law, [10.1e-6, 30e-6, 1e-6, -10e-6, 30e-6], [0, 0, 0, 0, 50e-6], compiled=compiled)
@@ -52,6 +56,7 @@ def test_residual_tension_and_cohesion(compiled):
     assert t.shear == pytest.approx([0, 0, 0, 0, 0.5e6 - 0.25e6 / 2])
 
 
+@both_ways
 def test_tension_lowers_the_shear_strength(compiled):
     # 0.5 MPa of tension leaves 1.5 MPa; an open contact holds nothing afterwards.
     t = trace(LAW, 5e-6, [29e-6, 31e-6], compiled=compiled)
@@ -60,12 +65,14 @@ def test_tension_lowers_the_shear_strength(compiled):
     assert t.mode.tolist() == [0, 1]
 
 
+@both_ways
 def test_a_step_past_both_strengths_is_tensile(compiled):
     t = trace(LAW, [11e-6, -40e-6], [200e-6, 300e-6], compiled=compiled)
     assert t.mode.tolist() == [0, 0]
     assert t.damage.tolist() == [1, 1]
 
 
+@both_ways
 def test_dilation_raises_the_pressure(compiled):
     # 10 um of sliding lift the contact by 1 um. To 130 um: (6.5 - 2) MPa / (ks + kn/20) = 81.82 um of sliding;
     # opened to 4 um: (2.40909 - 0.20909) MPa / (ks + kn/20) = 40 um more.
@@ -94,7 +101,7 @@ def test_dilation_raises_the_pressure(compiled):
         ({"kn": 0}, "kn = 0 Pa/m is not allowed"),
     ],
 )
-def test_refusals(compiled, wrong, said):
+def test_refusals(wrong, said):
     with pytest.raises(ParameterError) as refusal:
         attrs.evolve(LAW, **wrong)
     assert "MohrCoulomb: " in str(refusal.value)

@@ -42,6 +42,7 @@ def test_points_are_chosen_by_number_place_and_break(pulled):
 def test_the_first_to_break_are_the_first_cracks(pulled):
     probe, result, _ = pulled
     assert len(result.cracks) > 3
+    assert len(probe.paths) == 2 + 3
     for k, path in enumerate(probe.paths[2:]):
         assert path.broken == result.cracks.time[k]
         assert path.grains == tuple(result.cracks.grains[k])
@@ -69,7 +70,10 @@ def test_the_law_alone_walks_the_same_path(pulled):
 def test_an_elastic_path_is_exact():
     probe = gl.Probe(points=[0, 7])
     gl.simulate(small_sample(), Linear(**STIFF), UniaxialCompression(speed=0.1, maximum_strain=2e-4), observers=[probe])
+    assert len(probe.paths) == 2
     for path in probe.paths:
+        assert path.opening.any()
+        assert path.slip.any()
         assert path.normal == pytest.approx(1.05e14 * path.opening, rel=1e-6)
         assert path.shear == pytest.approx(9.45e13 * path.slip, rel=1e-6)
         assert not path.damage.any()

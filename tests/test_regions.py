@@ -25,7 +25,7 @@ from grainlaw.geometry import (
 )
 from grainlaw.geometry.cells.any_voronoi import Cells
 from grainlaw.parameter import ParameterError
-from grainlaw.tessellation import Region
+from grainlaw.region import Region
 from grainlaw.units import mm
 
 every = pytest.mark.parametrize("tessellator", [Hexagonal, Voronoi])

@@ -19,7 +19,8 @@ from grainlaw.geometry.cells import grain_size
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.parameter import ParameterError
-from grainlaw.tessellation import Region, Tessellation, Tessellator, TilingError
+from grainlaw.region import Region
+from grainlaw.tessellation import Tessellation, Tessellator, TilingError
 
 TESSELLATORS = [Hexagonal, Voronoi]
 TRIANGLE = Region([(0, 0), (4, 0), (1, 3)], ("base", "flank", "flank"))

@@ -14,7 +14,8 @@ from grainlaw.runs.flutter import hold
 from grainlaw.specimen import Elastic, Specimen
 from grainlaw.stage import StageError
 from grainlaw.workbench.conformance import check_law
-from grainlaw.workbench.driver import alone, is_bonded, measure
+from grainlaw.workbench.driver import alone
+from grainlaw.workbench.scale import is_bonded, measure
 
 GRAINS, SLENDERNESS = 120, 2.5
 STIFF, SOFT = 1000, 5.25  #: Young's modulus over the stress held, and kn times the grain size over it: as in granite

@@ -9,11 +9,12 @@ import click
 from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.table1 import LAWS, law_named
 from grainlaw.results.files import file_name, writable_folder, write_atomically
-from grainlaw.workbench.characteristics import characteristics, plot_law
+from grainlaw.workbench.characteristics import characteristics
+from grainlaw.workbench.plot import plot_law
 
 
 @click.command(
-    help=f"""Show a contact law: its strengths, ways to failure and work as a table, and its curves as law_NAME.png.
+    help=f"""Show a contact law: strengths, displacements at failure and work as a table, and curves as law_NAME.png.
 
 LAW is one of {", ".join(LAWS)}, with the values of a published rock, or FILE.py:LAW, an instance in the file or a class
 whose parameters all have defaults. The file is run."""

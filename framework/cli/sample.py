@@ -12,8 +12,9 @@ import grainlaw.geometry
 from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
 from grainlaw.cli.law_file import nearest
 from grainlaw.parameter import ParameterError
+from grainlaw.region import Region
 from grainlaw.specimen import ContactPoints, Elastic, GaussPoints, Rigid, Specimen
-from grainlaw.tessellation import Region, Tessellator
+from grainlaw.tessellation import Tessellator
 from grainlaw.unit_text import quantity, written
 
 REGIONS: dict[str, Callable[..., Region]] = {

@@ -97,8 +97,8 @@ def _breaks(curves: Curves) -> int:
 
 def _way_out(curves: Curves, displacement: str) -> np.ndarray:
     """Samples before the break at which a displacement is the farthest so far."""
-    way = curves[displacement][: _breaks(curves)]
-    return np.flatnonzero(way >= np.maximum.accumulate(way))
+    before = curves[displacement][: _breaks(curves)]
+    return np.flatnonzero(before >= np.maximum.accumulate(before))
 
 
 def _slope(curves: Curves, chosen: np.ndarray) -> float:

@@ -2,6 +2,11 @@
 
 Its numbers are run-time parameters, its flags and enumeration members constants; all of it is inlined into one loop
 that the compiler vectorises.
+
+The loop is generated as source, because a law decides how many numbers, rows and memory it has, and numba cannot pass a
+row of an array as that many arguments: ``respond(opening[c], slip[c], *memory[:, c])`` fails, as the length of an array
+is not known when it is compiled. For a law with one number and ``damage`` the generated line is
+``normal[c], shear[c], m0[c] = respond(tuple0(p0), opening[c], slip[c], m0[c])``.
 """
 
 from __future__ import annotations
@@ -20,6 +25,7 @@ from numba import types as nb
 from grainlaw.compiler.cache import OPTIONS, keyed_njit, stored
 from grainlaw.compiler.compilation import Compilation, CompilationError, refusal
 from grainlaw.compiler.fingerprint import NotCompilable, fingerprint
+from grainlaw.compiler.numba_private import address_of, compile_for
 from grainlaw.compiler.structure import Structure, spread
 from grainlaw.contact import ContactLaw, memory_names
 
@@ -170,8 +176,7 @@ def _compile(
     except NotCompilable as error:
         raise refusal(component, method, str(error)) from None
     code = _done[key]
-    address = code.library.get_pointer_to_function(code.fndesc.llvm_cfunc_wrapper_name)
-    return Compiled(address, numbers, rows, memory or (), key, code)
+    return Compiled(address_of(code), numbers, rows, memory or (), key, code)
 
 
 def _build(
@@ -186,9 +191,8 @@ def _build(
     respond = compilation.copy(struct.methods[method])
     scope = {"__name__": __name__, "carray": carray, "respond": respond, **writer.scope}
     exec(compile(source, f"<batch of {type(struct.component).__name__}>", "exec"), scope)
+    # The key makes symbols of their own: without it two laws loaded from disk into one process would share the first's.
     for name in ("inner", "batch"):
         scope[name].__qualname__ = f"{name}_{key[:16]}"
     scope["inner"] = njit(**OPTIONS)(scope["inner"])
-    batch = keyed_njit(scope["batch"], key)
-    batch.compile(signature)
-    return batch.overloads[signature]
+    return compile_for(keyed_njit(scope["batch"], key), signature)

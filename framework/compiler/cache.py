@@ -1,4 +1,8 @@
-"""Compiled functions kept on disk under a fingerprint of all that went into them."""
+"""Compiled functions kept on disk under a fingerprint of all that went into them.
+
+numba's own cache knows a function by its file and line. It refuses a law from standard input ("no locator available for
+file '<stdin>'"), and does not see that a helper in another file was edited.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import caching
-from numba.core.registry import cpu_target
+
+from grainlaw.compiler.numba_private import DiskCache, serialized, use_cache
 
 OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}  #: how every kernel is compiled
 
@@ -44,7 +48,7 @@ class _Files:
     def save(self, key: Any, data: Any) -> None:
         path = self._path(key)
         path.parent.mkdir(parents=True, exist_ok=True)
-        content = caching.dumps(data)
+        content = serialized(data)
         beside = path.with_suffix(f".{uuid.uuid4().hex}")  # several processes may write the same
         try:
             beside.write_bytes(hashlib.sha256(content).digest() + content)
@@ -53,53 +57,13 @@ class _Files:
             beside.unlink(missing_ok=True)
 
 
-class _Locator(caching._CacheLocator):
-    def get_cache_path(self) -> str:
-        return str(cache_folder())
-
-    def ensure_cache_path(self) -> None:
-        pass
-
-    def get_source_stamp(self) -> str:
-        return ""
-
-    def get_disambiguator(self) -> str:
-        return ""
-
-    @classmethod
-    def from_function(cls, *_: Any) -> Any:
-        return cls()
+def _cache(key: str) -> DiskCache:
+    return DiskCache(key, _Files(), str(cache_folder()), _unsaved)
 
 
-class _Implementation(caching.CompileResultCacheImpl):
-    def __init__(self, key: str) -> None:
-        self._lineno, self._locator, self._filename_base = 0, _Locator(), key
-
-
-class KeyedCache(caching.FunctionCache):
-    """numba's cache with a key of our own; a damaged or unwritable one compiles again, with one warning."""
-
-    _impl_class = _Implementation
-
-    def __init__(self, key: str) -> None:
-        super().__init__(key)
-        self._key, self._cache_file = key, _Files()
-
-    def _index_key(self, signature: Any, codegen: Any) -> tuple:
-        return str(signature), codegen.magic_tuple(), self._key
-
-    def load_overload(self, signature: Any, context: Any) -> Any:
-        try:
-            return super().load_overload(signature, context)
-        except Exception:  # missing or unreadable: compile again, the save below replaces it
-            return None
-
-    def save_overload(self, signature: Any, data: Any) -> None:
-        try:
-            super().save_overload(signature, data)
-        except Exception as error:
-            reason = getattr(error, "strerror", None) or error
-            _warn(f"compiled code is not kept in {cache_folder()} ({reason}): set GRAINLAW_CACHE to a writable folder")
+def _unsaved(error: Exception) -> None:
+    reason = getattr(error, "strerror", None) or error
+    _warn(f"compiled code is not kept in {cache_folder()} ({reason}): set GRAINLAW_CACHE to a writable folder")
 
 
 @functools.cache
@@ -109,11 +73,9 @@ def _warn(message: str) -> None:
 
 def stored(key: str, signature: tuple[Any, ...]) -> Any:
     """What was compiled before for a key and a signature, or None."""
-    return KeyedCache(key).load_overload(signature, cpu_target.target_context)
+    return _cache(key).load(signature)
 
 
 def keyed_njit(function: Any, key: str) -> Any:
     """njit whose disk cache is keyed by ``key``."""
-    dispatcher = numba.njit(**OPTIONS)(function)
-    dispatcher._cache = KeyedCache(key)
-    return dispatcher
+    return use_cache(numba.njit(**OPTIONS)(function), _cache(key))

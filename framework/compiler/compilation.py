@@ -1,6 +1,13 @@
 """Plain functions to compiled ones: the scalar methods of a component and all they reach, jitted as copies.
 
 Inside compiled code a component is a named tuple; its methods are overloads chosen by the tuple's class.
+
+Copies, because numba calls no plain Python function: ``traction`` that uses a helper of its module fails with "Cannot
+determine Numba type of <class 'function'>", and ``helpers.chi(x)`` with "Unknown attribute 'chi' of type Module". The
+user's own functions stay as they are, so that a debugger can stop in them.
+
+Names are changed in the byte code and not in the source, because a law from standard input has no source: there
+``inspect.getsource`` fails with "could not get source code".
 """
 
 from __future__ import annotations
@@ -17,15 +24,23 @@ from typing import Any
 
 import attrs
 from numba import njit, typeof
-from numba import types as nb
-from numba.core.errors import NumbaError
-from numba.extending import overload_method
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.compiler.fingerprint import NotCompilable, code_names, global_names, is_standard, plain
+from grainlaw.compiler.fingerprint import NotCompilable, code_names, global_names
+from grainlaw.compiler.numba_private import (
+    NumbaError,
+    compile_for,
+    is_tuple_of_numbers,
+    named_tuple_method,
+    python_function,
+    return_type,
+)
+from grainlaw.compiler.origin import is_standard
 from grainlaw.compiler.structure import Structure
 
-MARK = "__method"  #: ending of method names in compiled code, so that no field of any tuple shares one
+#: Ending of method names in compiled code. An overload of ``friction`` is one for all named tuples: without the mark,
+#: after a law with a method ``friction`` no law with a number ``friction`` could be compiled in the same process.
+MARK = "__method"
 
 
 class CompilationError(TypeError):
@@ -35,7 +50,7 @@ class CompilationError(TypeError):
 def refusal(component: Any, method: str, problem: str) -> CompilationError:
     """The error that says why ``component.method`` cannot be compiled."""
     kind = type(component)
-    code = getattr(plain(getattr(kind, method)), "__code__", None)
+    code = getattr(python_function(getattr(kind, method)), "__code__", None)
     place = f" ({code.co_filename}:{code.co_firstlineno})" if code else ""
     return CompilationError(
         f"{kind.__name__}.{method}{place} cannot be compiled:\n"
@@ -71,7 +86,7 @@ class Compilation:
 
     def copy(self, function: Any) -> Any:
         """A jitted copy of a function in which every plain function it reaches is jitted, and methods are marked."""
-        function = plain(function)
+        function = python_function(function)
         if id(function) not in self.copies:
             self.copies[id(function)] = None
             self.copies[id(function)] = njit(forceinline=True, **OPTIONS)(self._marked(function))
@@ -96,7 +111,7 @@ class Compilation:
         return copy
 
     def _convert(self, value: Any, attributes: set[str]) -> Any:
-        value = plain(value)
+        value = python_function(value)
         if isinstance(value, types.FunctionType) and not is_standard(value):
             return self.copy(value)
         if isinstance(value, types.ModuleType) and (not is_standard(value) or attributes & self.names):
@@ -115,26 +130,22 @@ class Compilation:
     def problem(self, method: str, inputs: tuple[Any, ...], results: int) -> str | None:
         """Why a method cannot be compiled, in a few lines; by itself, so that they are about it and not its loop."""
         for copy in self.copies.values():
-            name = copy.py_func.__name__.removesuffix(f"_{self.key[:16]}")
-            if any(instruction.opname == "RAISE_VARARGS" for instruction in dis.get_instructions(copy.py_func)):
+            function = python_function(copy)
+            name = function.__name__.removesuffix(f"_{self.key[:16]}")
+            if any(instruction.opname == "RAISE_VARARGS" for instruction in dis.get_instructions(function)):
                 return (
                     f"{name} raises: compiled code cannot stop in the middle of a batch, "
                     "the other contacts would silently keep their old forces; return nan instead"
                 )
         respond = self.copy(self.structure.methods[method])
         try:
-            respond.compile((typeof(self.tuple_of(self.structure)), *inputs))
+            code = compile_for(respond, (typeof(self.tuple_of(self.structure)), *inputs))
         except NumbaError as error:
             return self._reason(error, results)
         except Exception as error:
             return f"{type(error).__name__}: {error}"
-        answer = respond.nopython_signatures[0].return_type
-        if not (
-            isinstance(answer, nb.BaseTuple)
-            and len(answer) == results
-            and all(isinstance(entry, (nb.Float, nb.Integer, nb.Boolean)) for entry in answer)
-        ):
-            return f"it must return {results} numbers on every path; the compiler sees {answer}"
+        if not is_tuple_of_numbers(return_type(code), results):
+            return f"it must return {results} numbers on every path; the compiler sees {return_type(code)}"
         return None
 
     def _reason(self, error: Exception, results: int) -> str:
@@ -148,6 +159,12 @@ class Compilation:
         reason = list(itertools.takewhile(lambda line: not line.startswith(ends), told))[:4]
         if reason and reason[0].startswith("Can't unify return type"):
             reason = [f"it must return {results} numbers on every path; {reason[0].split('following ')[-1]}"]
+        if found := re.search(r"BoundFunction.*'(\w+)'", text):
+            # The name stands once in the byte code, for the number and for the method, and is marked as the method's.
+            owners = [part.component for part in self.structure if found[1] in part.fields]
+            if owners and found[1] in self.names:
+                kind = type(owners[0]).__name__
+                reason = [f"{found[1]} is a field of {kind} and the name of a method: give one of them another name"]
         if found := re.search(r"Unknown attribute '(\w+)'", text):
             owners = [part.component for part in self.structure if hasattr(part.component, found[1])]
             reason += [f"self.{found[1]} is a {type(getattr(owner, found[1])).__name__}" for owner in owners]
@@ -163,19 +180,6 @@ _overloaded: set[str] = set()
 
 def _make_overload(name: str) -> None:
     """Let compiled code call method ``name`` on the tuple of any component that has it."""
-    if name in _overloaded:
-        return
-    _overloaded.add(name)
-
-    def choose(self, *arguments):  # no annotations: numba compares the signatures
-        method = _methods.get(self.instance_class, {}).get(name)
-        if method is None:
-            return None
-
-        def respond(self, *arguments):
-            return method(self, *arguments)
-
-        return respond
-
-    for kind in (nb.NamedTuple, nb.NamedUniTuple):  # a tuple of equal types is the second kind
-        overload_method(kind, name + MARK)(choose)
+    if name not in _overloaded:
+        _overloaded.add(name)
+        named_tuple_method(name + MARK, lambda kind: _methods.get(kind, {}).get(name))

@@ -11,12 +11,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numba.core import types as nb
-from numba.core.extending import _Intrinsic
+from numba import types as nb
 
-from grainlaw.compiler.origin import VERSIONS, home, is_standard, plain
-
-__all__ = ["NotCompilable", "code_names", "fingerprint", "global_names", "is_standard", "plain", "references"]
+from grainlaw.compiler.numba_private import definition, python_function
+from grainlaw.compiler.origin import VERSIONS, home, is_standard
 
 _NUMBERS = (bool, int, float, complex, str, bytes)
 _COMPILED_APART = "no code of it is seen here: write it as a plain function"
@@ -83,10 +81,12 @@ _NOTHING = object()
 def _belongs(held: Any) -> bool:
     """Whether something in a module of Python's is not what a user has put there, as far as compiled code can tell."""
     constant = isinstance(held, (*_NUMBERS, np.ndarray, np.generic, enum.Enum))
-    return not constant and (is_standard(held) or not isinstance(plain(held), types.FunctionType))
+    return not constant and (is_standard(held) or not isinstance(python_function(held), types.FunctionType))
 
 
 def _signature(code: types.CodeType) -> tuple:
+    # With the types of constants, for 1 == 1.0, and `x * 1` of an integer is no float. Without file and line, so that a
+    # law that has moved is found again.
     constants = tuple(
         _signature(c) if isinstance(c, types.CodeType) else (type(c).__name__, repr(c)) for c in code.co_consts
     )
@@ -105,7 +105,7 @@ class _Hasher:
         self.hash.update(repr(words).encode())
 
     def feed(self, thing: Any, where: str) -> None:
-        thing = plain(thing)
+        thing = python_function(thing)
         if isinstance(thing, enum.Enum):
             self.word(type(thing).__qualname__, thing._name_)
             self.feed(thing._value_, where)
@@ -117,7 +117,7 @@ class _Hasher:
             self.hash.update(array.tobytes())
         elif isinstance(thing, (tuple, list)):
             self.word(type(thing).__name__, getattr(thing, "_fields", ""), len(thing))
-            for entry in map(plain, thing):
+            for entry in map(python_function, thing):
                 if isinstance(entry, types.FunctionType):
                     raise NotCompilable(f"{where}: give functions names of their own, not a {type(thing).__name__}")
                 self.feed(entry, where)
@@ -125,8 +125,8 @@ class _Hasher:
             self.word("module", is_standard(thing), thing.__name__)
         elif isinstance(thing, nb.Type) and is_standard(type(thing)):
             self.word("type", type(thing).__name__, thing.name)
-        elif isinstance(thing, _Intrinsic):
-            self.function(thing._defn, where)
+        elif definition(thing):
+            self.function(definition(thing), where)
         elif callable(thing) and is_standard(thing):
             self.word("standard", *home(thing))
         elif isinstance(thing, types.FunctionType):
@@ -158,7 +158,7 @@ class _Hasher:
             )
 
     def function(self, function: types.FunctionType, where: str) -> None:
-        if id(function) in self.seen:
+        if id(function) in self.seen:  # functions that call each other would be fed for ever; they are refused later
             self.word("again", self.seen[id(function)][0])
             return
         self.seen[id(function)] = len(self.seen), function
@@ -187,5 +187,5 @@ def fingerprint(*functions: Any, extra: Any = ()) -> str:
     hasher.word(VERSIONS)
     hasher.feed(extra, "extra")
     for function in functions:
-        hasher.feed(function, getattr(plain(function), "__name__", "?"))
+        hasher.feed(function, getattr(python_function(function), "__name__", "?"))
     return hasher.hash.hexdigest()

@@ -10,13 +10,12 @@ import sysconfig
 import types
 from typing import Any
 
-import llvmlite
-import numba
 import numpy as np
-from numba.core.dispatcher import Dispatcher
 
-VERSIONS = (sys.version_info[:3], np.__version__, numba.__version__, llvmlite.__version__)
-_PACKAGES = [os.path.dirname(os.path.realpath(str(module.__file__))) for module in (np, numba, llvmlite)]
+from grainlaw.compiler import numba_private
+
+VERSIONS = (sys.version_info[:3], np.__version__, *numba_private.VERSIONS)
+_PACKAGES = [os.path.dirname(os.path.realpath(str(np.__file__))), *numba_private.FOLDERS]
 _PYTHON = {
     os.path.realpath(folder)
     for folder in (
@@ -25,11 +24,6 @@ _PYTHON = {
     )
 }  # fmt: skip
 _INSTALLED = {"site-packages", "dist-packages"}  #: inside Python's own folder, and not Python's own
-
-
-def plain(function: Any) -> Any:
-    """The Python function behind a numba dispatcher, or the object itself."""
-    return function.py_func if isinstance(function, Dispatcher) else function
 
 
 @functools.cache

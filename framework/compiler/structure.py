@@ -1,4 +1,7 @@
-"""What a component (a law, an integrator, a part) consists of, as compiled code sees it."""
+"""What a component (a law, an integrator, a part) consists of, as compiled code sees it.
+
+Only what its methods use, by the names in their byte code: a property that none of them reads may give text or fail.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,9 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.compiler.fingerprint import NotCompilable, code_names, is_standard, plain, references
+from grainlaw.compiler.fingerprint import NotCompilable, code_names, references
+from grainlaw.compiler.numba_private import python_function
+from grainlaw.compiler.origin import is_standard
 from grainlaw.parameter import ParameterError
 
 
@@ -45,7 +50,7 @@ class Structure:
 
 def _reachable_names(function: Any, seen: set[int]) -> set[str]:
     """Attribute names used by a function and by every helper it reaches."""
-    function = plain(function)
+    function = python_function(function)
     if not isinstance(function, types.FunctionType) or id(function) in seen or is_standard(function):
         return set()
     seen.add(id(function))
@@ -57,7 +62,7 @@ def _reachable_names(function: Any, seen: set[int]) -> set[str]:
 
 def _method(kind: type, name: str) -> types.FunctionType | None:
     """The plain function of a method that takes ``self``."""
-    member = plain(inspect.getattr_static(kind, name, None))
+    member = python_function(inspect.getattr_static(kind, name, None))
     return member if isinstance(member, types.FunctionType) else None
 
 
@@ -71,7 +76,7 @@ def structure(component: Any, *methods: str, asked: frozenset[str] = frozenset()
     waiting, names = list(methods), set(asked)
     while waiting:
         name = waiting.pop()
-        functions[name] = plain(getattr(kind, name))
+        functions[name] = python_function(getattr(kind, name))
         names |= _reachable_names(functions[name], set())
         found = {other for other in names if _method(kind, other)}
         waiting.extend(found - set(functions) - set(waiting))

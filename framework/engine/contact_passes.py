@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.compiler.calls import call
+from grainlaw.compiler.numba_private import call
 from grainlaw.engine.contact_geometry import both_edges, contact_geometry
 from grainlaw.engine.laws import LANES
 

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.compiler.calls import call
+from grainlaw.compiler.numba_private import call
 from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split
 from grainlaw.integration import Motion
 

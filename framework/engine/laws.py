@@ -12,7 +12,7 @@ from numba import njit
 
 from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.compiler.calls import call
+from grainlaw.compiler.numba_private import call
 from grainlaw.contact import ContactLaw, Laws, check_laws
 from grainlaw.engine.part import Constant
 from grainlaw.parameter import ParameterError

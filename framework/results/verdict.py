@@ -8,7 +8,8 @@ import numpy as np
 
 from grainlaw.contact import memory_names
 from grainlaw.workbench.characteristics import QUICK, shear_mode, tensile_mode
-from grainlaw.workbench.driver import alone, words
+from grainlaw.workbench.driver import alone
+from grainlaw.workbench.finding import words
 
 if TYPE_CHECKING:
     from grainlaw.results.probe import ContactPath

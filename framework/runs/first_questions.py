@@ -12,7 +12,7 @@ from grainlaw.contact import ContactLaw, Laws, check_laws
 from grainlaw.detection import Detection
 from grainlaw.engine.contact_laws import uniform
 from grainlaw.parameter import ParameterError
-from grainlaw.workbench.driver import Contact
+from grainlaw.workbench.driver import Contact, run_together
 
 ROUNDING = 1e-12
 LEFT_OVER = 1e-9  #: rounding of memory, which may be what is left of the difference of larger numbers
@@ -89,16 +89,7 @@ class _Questions:
         self.names = list(paths)
         self.points = np.stack(list(paths.values()))  #: (path, i, 2)
         self.interpreted = np.stack([self.contact.run(path.tolist()) for path in self.points])  #: (path, i, 2 + m)
-        self.compiled = self._all_at_once(compiled)
-
-    def _all_at_once(self, compiled: Compiled) -> np.ndarray:
-        """Each path is a contact."""
-        found = np.empty_like(self.interpreted)
-        memory = np.zeros((max(len(compiled.memory), 1), len(self.points)))
-        for i in range(self.points.shape[1]):
-            found[:, i, 0], found[:, i, 1] = compiled.batch(self.points[:, i, 0], self.points[:, i, 1], memory)
-            found[:, i, 2:] = memory[: len(compiled.memory)].T
-        return found
+        self.compiled = run_together(compiled, self.points)
 
     def ask(self) -> None:
         self._finite()

@@ -5,42 +5,25 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.workbench.driver import (
-    Contact,
-    Corners,
-    Response,
-    Scale,
-    designed_paths,
-    drive,
-    even_steps,
-    measure,
-    random_paths,
-    words,
-)
+from grainlaw.workbench.driver import alone
+from grainlaw.workbench.paths import Corners, designed_paths, even_steps, random_paths
+from grainlaw.workbench.refined import Response, drive
+from grainlaw.workbench.scale import Scale, measure
 
 LAPS = 3  #: of every path, the last of them settled
-#: What a law is asked before anything else, and once more in the end: pulled and sheared out and back.
+#: The first path of all, and the last one once more: pulled, sheared, and sheared while pressed, out and back.
 FIRST = [(u * o, u * s) for o, s in ((1, 0), (0, 1), (-1e-3, 1)) for u in (0, 1e-7, 1e-6, 1e-5, 1e-3, 1e-6, 0)]
 
 
-@attrs.frozen
-class Finding:
-    """A broken property: where, and by how much."""
-
-    text: str
-    size: float = 0.0
-
-
 class Bench:
-    """A law with its scale and its answers along all paths, each found once."""
+    """A law with its scale and its answers along all paths."""
 
     def __init__(self, law: ContactLaw) -> None:
         self.law = law
-        self.contact = Contact(law)
+        self.contact = alone(law)
         self.first = self.contact.run(FIRST)
 
     @functools.cached_property
@@ -66,11 +49,6 @@ class Bench:
 
     def memory(self, answers: np.ndarray, name: str) -> np.ndarray:
         return answers[:, 2 + self.contact.names.index(name)]
-
-
-def place(point: Any) -> str:
-    """A point of a path in words."""
-    return f"opening {words(point[0], 'm')}, slip {words(point[1], 'm')}"
 
 
 def label(bench: Bench, column: Any) -> str:

@@ -1,21 +1,18 @@
-"""What a contact law is like in numbers: stiffness, strengths, ways to failure and work, found by driving it."""
+"""A contact law in numbers: stiffness, strengths, displacements at failure and work, found by driving it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
 from grainlaw.naming import aligned
-from grainlaw.workbench.driver import FAR, Contact, alone, measure, peak_along
+from grainlaw.workbench.driver import Contact, alone, work_done
+from grainlaw.workbench.scale import FAR, measure, peak_along
 from grainlaw.workbench.shear_box import pulled, sheared
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FINE, QUICK = 1000, 100  #: steps to the peak, from there to the break, and again where either is
 Drive = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]  #: displacements, tractions, damage
@@ -24,7 +21,10 @@ LONG = 30.0  #: breaking displacements after which what remains is residual
 
 @attrs.frozen(kw_only=True)
 class Mode:
-    """One way to failure; nan where there is none: a law that never peaks, a contact that never breaks."""
+    """Failure in tension, or in shear under one pressure.
+
+    A number is nan where there is none: a law that never peaks, a contact that never breaks.
+    """
 
     pressure: float = math.nan  #: Pa, held while the contact slips; nan where it is pulled
     peak: float = math.nan  #: Pa
@@ -89,14 +89,14 @@ def characteristics(law: ContactLaw) -> Characteristics:
 
 
 def fitting_pressures(contact: Contact) -> tuple[float, ...]:
-    """None, and half, one and two times the larger strength to two digits (Pa)."""
+    """Pressures (Pa) that suit a law: 0, and half, one and two times its larger strength, to two digits."""
     peaks = [mode.peak for mode in (tensile_mode(contact, QUICK), shear_mode(contact, 0.0, QUICK)) if mode.peak > 0]
     unit = float(f"{max(peaks, default=measure(contact).pressures[2]):.1e}")
     return 0.0, unit / 2, unit, 2 * unit
 
 
 def tensile_mode(contact: Contact, steps: int = FINE) -> Mode:
-    """A fresh contact pulled."""
+    """A virgin contact pulled."""
 
     def drive(openings: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         run = pulled(contact, openings)
@@ -106,7 +106,10 @@ def tensile_mode(contact: Contact, steps: int = FINE) -> Mode:
 
 
 def shear_mode(contact: Contact, pressure: float, steps: int = FINE) -> Mode:
-    """A fresh contact sheared under a pressure (Pa, below 0: a tension) that is held; broken where it cannot be."""
+    """A virgin contact sheared under a ``pressure`` (Pa; below 0 it is a tension) that is held.
+
+    Where the pressure can no longer be held, the contact has broken.
+    """
 
     def drive(slips: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         run = sheared(contact, -pressure, slips, cut=slips[-1] < FAR[-1])
@@ -116,7 +119,7 @@ def shear_mode(contact: Contact, pressure: float, steps: int = FINE) -> Mode:
 
 
 def _failure(drive: Drive, steps: int, pressure: float) -> Mode:
-    """Find the peak and the break roughly, then with even steps, then with small ones around both."""
+    """Find the peak and the break: first roughly, then with even steps, then with small steps around both."""
     u, traction, damage = drive(np.concatenate([[0.0], FAR]))
     if len(u) < 3:  # the normal traction cannot even be reached
         return Mode(pressure=pressure)
@@ -140,14 +143,14 @@ def _failure(drive: Drive, steps: int, pressure: float) -> Mode:
     mode = Mode(pressure=pressure, peak=top, displacement=float(u[i]), residual=residual)
     if not ends:
         return mode
-    work = np.concatenate([[0.0], np.cumsum((traction[1:] + traction[:-1]) / 2 * np.diff(u))])
+    work = work_done((u, traction))
     whole, after = float(work[ends[0]]), float(work[ends[0]] - work[i])
     after = after if after > 1e-5 * whole else 0.0  # a drop is one step wide
     return attrs.evolve(mode, breaking=float(u[ends[0]]), work=whole, work_after_peak=after)
 
 
 def _corners(u: np.ndarray, traction: np.ndarray, damage: np.ndarray, asked: np.ndarray, pressure: float) -> list[int]:
-    """Where the peak is among ``u``, and the break if there is one; a tension that can be held no more is one."""
+    """Positions of the peak and, if there is one, of the break. A tension that can no longer be held is a break."""
     top = float(np.nanmax(traction))
     i = int(np.argmax(traction >= (1 - 1e-12) * top))
     gone = np.flatnonzero((damage[i:] >= 1) | (traction[i:] < 1e-6 * top))
@@ -158,7 +161,7 @@ def _corners(u: np.ndarray, traction: np.ndarray, damage: np.ndarray, asked: np.
 
 @attrs.frozen(kw_only=True, eq=False)
 class Envelope:
-    """What a law holds in shear over the normal traction: fresh, and after long slip. All (k,) Pa, tension first."""
+    """Shear strength over the normal traction, of virgin contacts and after long slip. All (k,) Pa, tension first."""
 
     normal: np.ndarray
     peak: np.ndarray
@@ -183,14 +186,3 @@ def envelope(law: ContactLaw, pressure: float | None = None) -> Envelope:
     kept = np.isfinite(peak)
     residual = np.where(normal > 0, np.nan, [mode.residual for mode in modes])
     return Envelope(normal=normal[kept], peak=peak[kept], residual=residual[kept])
-
-
-def plot_law(law: ContactLaw) -> Figure:
-    """Draw what a law answers: pull and release, closure, shear under pressure, mixed paths, and its strength.
-
-    Ranges follow the law's own peaks and breaks. Pressures are held while the contact slips. Raises as
-    :func:`characteristics`.
-    """
-    from grainlaw.workbench.figure import plot_law
-
-    return plot_law(law)

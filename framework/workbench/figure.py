@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from grainlaw.contact import ContactLaw
 from grainlaw.workbench.characteristics import Characteristics, Envelope, characteristics, envelope
-from grainlaw.workbench.driver import REACH, Contact, alone, find_closure
-from grainlaw.workbench.shear_box import as_trace, pulled, sheared
-from grainlaw.workbench.trace import Trace
+from grainlaw.workbench.driver import Contact, Trace, alone
+from grainlaw.workbench.scale import REACH, find_closure
+from grainlaw.workbench.shear_box import pulled, sheared
 
 Curve = tuple[np.ndarray, np.ndarray, str, str]  #: displacement (m), traction (Pa), colour, name
 MPA, UM = 1e-6, 1e6
@@ -46,19 +46,19 @@ def along(corners: Sequence[float], steps: int = 400) -> np.ndarray:
 
 
 def pull_and_release(contact: Contact, to: Reach) -> Trace:
-    """Pulled to the break, with release before the peak, early and half-way behind it."""
+    """Pulled to the break, and released three times: once before the peak, twice after it."""
     first, half = to.peak + 0.1 * (to.end - to.peak), to.peak + 0.35 * (to.end - to.peak)
     return pulled(contact, along([0, 0.8 * to.peak, 0, first, 0, half, 0, 1.15 * to.end]))
 
 
 def shear_and_reverse(contact: Contact, normal: float, to: Reach) -> Trace:
-    """Sheared under a normal traction (Pa) that is held; back half-way behind the peak, and back again when broken."""
+    """Sheared under a normal traction (Pa) that is held; reversed once after the peak, and once after the break."""
     half = to.peak + 0.25 * (to.end - to.peak)
     return sheared(contact, normal, along([0, half, 0, 1.2 * to.end, 0.6 * to.end]))
 
 
 def ratios(opening: Reach, slip: Reach) -> list[float]:
-    """Slip over opening of mixed paths: nothing, three that suit the law, and without end."""
+    """Ratios of slip to opening of mixed paths: 0, three that suit the law, and infinity."""
     exact = slip.end / opening.end
     middle = min((a * 10.0**e for a in (1, 2, 5) for e in range(-9, 10)), key=lambda x: abs(np.log(x / exact)))
     return [0.0, middle / 4, middle, 4 * middle, np.inf]
@@ -69,11 +69,10 @@ def mixed(contact: Contact, ratio: float, opening: Reach, slip: Reach) -> Trace:
     o, s = (0.0, 1.0) if np.isinf(ratio) else (1.0, ratio)
     far = 2 * min(end / share for end, share in ((opening.end, o), (slip.end, s)) if share)
     u = along([0, far])
-    points = np.stack([o * u, s * u], axis=1)
-    return as_trace(contact, points, contact.run(points.tolist()))
+    return contact.trace(np.stack([o * u, s * u], axis=1).tolist())
 
 
-def plot_law(law: ContactLaw) -> Figure:
+def draw_law(law: ContactLaw) -> Figure:
     """Six views of one contact; see :func:`grainlaw.plot_law`."""
     contact, found = alone(law), characteristics(law)
     opening = reach(found.tension.displacement, found.tension.breaking)
@@ -167,12 +166,12 @@ def _draw(axes: Axes, curves: Sequence[Curve], x: str, y: str, title: str, zoom:
     for place in places:
         for u, traction, color, name in curves:
             place.plot(u * UM, traction * MPA, color=color, linewidth=1.3, label=name)
-    if not any(np.nanmax(np.abs(traction)) > 0 for _, traction, *_ in curves):
+    if not any(np.nanmax(np.abs(traction), initial=0.0) > 0 for _, traction, *_ in curves):
         axes.set(ylim=(-1, 1), yticks=[0])
         axes.text(0.5, 0.55, "nothing is held", ha="center", transform=axes.transAxes)
 
 
 def _is_free(curves: Sequence[Curve]) -> bool:
     """Whether the upper right corner is empty."""
-    far, top = max(float(np.nanmax(u)) for u, *_ in curves), max(float(np.nanmax(t)) for _, t, *_ in curves)
+    far, top = (max(float(np.nanmax(curve[at], initial=0.0)) for curve in curves) for at in (0, 1))
     return all(np.nanmax(t[u > 0.45 * far], initial=0.0) < 0.48 * top for u, t, *_ in curves)

@@ -1,11 +1,12 @@
-"""What :func:`grainlaw.check_law` asks of a fresh contact: its first response is the law's ``stiffness``."""
+"""What :func:`grainlaw.check_law` asks of a virgin contact: its first response is the law's ``stiffness``."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from grainlaw.workbench.bench import Bench, Finding
-from grainlaw.workbench.driver import is_bonded, words
+from grainlaw.workbench.bench import Bench
+from grainlaw.workbench.finding import Finding, words
+from grainlaw.workbench.scale import is_bonded
 
 EXACT = 1e-5
 SMALL = (1e-6, 1e-8, 1e-10)  #: shares of the displacement at the peak; smaller ones would show the rounding of 1 - exp
@@ -13,10 +14,10 @@ NEAR = np.geomspace(SMALL[-1], 1e-2, 25)
 
 
 def first_response(bench: Bench) -> Finding | None:
-    """A fresh contact answers ever smaller displacements with ``stiffness`` in the limit, and is nowhere near stiffer.
+    """The response of a virgin contact tends to ``stiffness`` as displacements get smaller, and is not stiffer nearby.
 
-    In either direction; one that nothing bonds resists closing alone, and slip when it is closed. A closure may
-    stiffen, as the stable step follows it.
+    A bonded contact is tried in either direction. One without a bond is closed only, and sheared when it is closed.
+    Under closure it may stiffen, because the stable step follows the tangent there.
     """
     at_rest = bench.contact.step(0.0, 0.0, bench.contact.start)[:2]
     if max(map(abs, at_rest)) > 1e-9 * bench.scale.tension.strength:
@@ -45,7 +46,7 @@ def _limit(bench: Bench, mode: int, size: float, opening: float) -> Finding | No
 
 
 def _stiffest(bench: Bench, mode: int, size: float, opening: float) -> Finding | None:
-    """No tangent on the way to a hundredth of a displacement ``size`` (m) exceeds the stiffness."""
+    """No tangent up to a hundredth of a displacement ``size`` (m) exceeds the stiffness."""
     k, closing = bench.law.stiffness[mode], mode == 0 and size < 0
     shares = np.concatenate([[0.0], NEAR[NEAR <= SMALL[0]] if closing else NEAR])
     traction = bench.contact.run([_point(mode, share * size, opening) for share in shares])[:, mode]

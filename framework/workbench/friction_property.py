@@ -8,33 +8,38 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from grainlaw.workbench.bench import Bench, Finding, place
-from grainlaw.workbench.driver import Response, Scale, drive, even_steps, words
+from grainlaw.workbench.bench import Bench
+from grainlaw.workbench.finding import Finding, place, words
+from grainlaw.workbench.paths import even_steps
+from grainlaw.workbench.refined import Response, drive
+from grainlaw.workbench.scale import Scale
 
 
 def friction(bench: Bench) -> Finding | None:
-    """Shear strength, sound or broken, does not fall as the pressure rises; friction opposes slip."""
+    """Shear strength, intact or broken, does not fall as the pressure rises; friction opposes slip."""
     scale = bench.scale
     moved = creep(bench)
     if moved:
         return moved
-    ways = {"shear": [(0.0, 0.0)], "break by pulling, shear": [(0.0, 0.0), (1.1 * scale.tension.breaking, 0.0)]}
-    for way, before in ways.items():
+    histories = {"shear": [(0.0, 0.0)], "break by pulling, shear": [(0.0, 0.0), (1.1 * scale.tension.breaking, 0.0)]}
+    for history, before in histories.items():
         runs = []
         for closure in scale.closures:
             corners = [*before, (-closure, 0.0), (-closure, scale.far), (-closure, 0.0), (-closure, -scale.far)]
-            run = drive(bench.contact, way, corners, scale)
+            run = drive(bench.contact, history, corners, scale)
             if not run.complete:
-                return Finding(f"{way}: no finite answer beyond {place(run.points[-1])}")
+                return Finding(f"{history}: no finite answer beyond {place(run.points[-1])}")
             runs.append(run)
-        for finding in itertools.chain(weakening(runs, scale, way), map(functools.partial(gift, scale), runs)):
+        for finding in itertools.chain(
+            weakening(runs, scale, history), map(functools.partial(driven_by_shear, scale), runs)
+        ):
             if finding:
                 return finding
     return pressed_while_sliding(bench)
 
 
 def creep(bench: Bench) -> Finding | None:
-    """Shear traction that goes on changing while nothing moves: plastic slip that does not relax its cause."""
+    """Shear traction that goes on changing while nothing moves, as where plastic slip stops short of the strength."""
     scale = bench.scale
     for closure, peak in zip(scale.closures, scale.sheared_under, strict=True):
         path = even_steps([(0.0, 0.0), (-closure, 0.0), (-closure, 1.5 * peak.displacement)], 20)
@@ -47,14 +52,14 @@ def creep(bench: Bench) -> Finding | None:
     return None
 
 
-def weakening(runs: list[Response], scale: Scale, way: str) -> Iterator[Finding | None]:
+def weakening(runs: list[Response], scale: Scale, history: str) -> Iterator[Finding | None]:
     """Peak and last shear traction against pressure."""
     allowed = 1e-3 * scale.shear.strength
     for what, value in (("shear strength", largest_shear), ("shear traction after long slip", last_shear)):
         tractions = [value(run) for run in runs]
         for (p, a), (q, b) in itertools.pairwise(zip(scale.pressures, tractions, strict=True)):
             if b < a - allowed:
-                text = f"{way}: {what} falls from {words(a, 'Pa')} under {words(p, 'Pa')} pressure"
+                text = f"{history}: {what} falls from {words(a, 'Pa')} under {words(p, 'Pa')} pressure"
                 yield Finding(f"{text} to {words(b, 'Pa')} under {words(q, 'Pa')}", a - b)
 
 
@@ -66,8 +71,8 @@ def last_shear(run: Response) -> float:
     return float(run.answers[run.corners[-3], 1])
 
 
-def gift(scale: Scale, run: Response) -> Finding | None:
-    """Where shear drives the slip it should oppose: on the way out, or back at the start and beyond."""
+def driven_by_shear(scale: Scale, run: Response) -> Finding | None:
+    """Where shear drives the slip it should oppose: while slip grows, or goes back beyond its start."""
     allowed = 1e-3 * scale.shear.strength
     out = slice(run.corners[-4], run.corners[-3] + 1)
     back = slice(run.corners[-2], run.corners[-1] + 1)
@@ -81,7 +86,7 @@ def gift(scale: Scale, run: Response) -> Finding | None:
 
 
 def pressed_while_sliding(bench: Bench) -> Finding | None:
-    """A contact that slides holds no less when it is pressed harder and slides on."""
+    """A contact that slides does not lose shear traction when it is pressed harder and slides on."""
     scale = bench.scale
     s, (low, high) = scale.shear.displacement, scale.closures[1::2]
     corners = [(0.0, 0.0), (-low, 0.0), (-low, scale.far), (-high, scale.far + 2 * s), (-high, 2 * scale.far + 4 * s)]

@@ -11,11 +11,14 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.workbench.bench import FIRST, LAPS, Bench, Finding, label, place
+from grainlaw.compiler.batch import CompilationError, compile_law
+from grainlaw.workbench.bench import FIRST, LAPS, Bench, label
 from grainlaw.workbench.characteristics import shear_mode, tensile_mode
-from grainlaw.workbench.driver import Response, words
+from grainlaw.workbench.driver import run_together
+from grainlaw.workbench.finding import Finding, place, words
 from grainlaw.workbench.first_response import first_response
 from grainlaw.workbench.friction_property import friction
+from grainlaw.workbench.refined import Response
 
 ROUNDING = 1e-12
 
@@ -38,9 +41,7 @@ def units(bench: Bench) -> Finding | None:
 
 
 def compiled_equals_interpreted(bench: Bench) -> Finding | None:
-    """The machine code of a simulation gives the same, for many contacts at a time."""
-    from grainlaw.compiler.batch import CompilationError, compile_law
-
+    """The machine code of a simulation gives the same answers, for many contacts at a time."""
     try:
         compiled = compile_law(bench.law)
     except CompilationError as error:
@@ -48,11 +49,7 @@ def compiled_equals_interpreted(bench: Bench) -> Finding | None:
     names, paths = list(bench.paths), list(bench.paths.values())
     longest = max(map(len, paths))
     points = np.array([[*path, *[path[-1]] * (longest - len(path))] for path in paths])  # (path, i, 2)
-    memory = np.zeros((max(len(bench.contact.names), 1), len(paths)))
-    found = np.empty((len(paths), longest, 2 + len(bench.contact.names)))
-    for i in range(longest):
-        normal, shear = compiled.batch(points[:, i, 0].copy(), points[:, i, 1].copy(), memory)
-        found[:, i] = np.array([normal, shear, *memory[: len(bench.contact.names)]]).T
+    found = run_together(compiled, points)
     for k, name in enumerate(names):
         here = bench.answers[name]
         difference = np.abs(found[k, : len(here)] - here)
@@ -110,7 +107,7 @@ def closed_paths_create_no_energy(bench: Bench) -> Finding | None:
 
 
 def gains(run: Response) -> Iterator[tuple[str, float]]:
-    """What three laps of a path give at most (J/m2 in a lap), and where."""
+    """Energy that three laps of a path give (J/m2 per lap), and where."""
     work, legs = run.work, (run.legs // LAPS)
     ends = run.corners[::legs]
     for lap, (start, end) in enumerate(itertools.pairwise([*ends, len(work) - 1])):
@@ -141,7 +138,7 @@ def fracture_energies(bench: Bench) -> Finding | None:
 
 
 def no_jump(bench: Bench) -> Finding | None:
-    """However fine the step, the tractions change by 3 % of a strength only where they jump."""
+    """No traction jumps, that is changes by 3 % of a strength however small the step."""
     jumps = [(run.name, jump) for run in bench.drives for jump in run.jumps]
     if not jumps:
         return None

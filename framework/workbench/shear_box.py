@@ -7,25 +7,24 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from grainlaw.workbench.driver import REACH, Contact, find_closure, find_peak
-from grainlaw.workbench.trace import Trace
+from grainlaw.workbench.driver import Contact, Trace
+from grainlaw.workbench.scale import REACH, find_closure, find_peak
 
 TRIALS = 20  #: of an opening under which the normal traction is the one that is held
 MOST_CUTS, DEEPEST = 200, 14  #: of a step of slip: trials, and how often it is halved
 
 
 def pulled(contact: Contact, openings: Sequence[float] | np.ndarray) -> Trace:
-    """Pull a fresh contact through ``openings`` (m), without slip."""
-    points = [(float(opening), 0.0) for opening in openings]
-    return as_trace(contact, np.array(points), contact.run(points))
+    """Pull a virgin contact through ``openings`` (m), without slip."""
+    return contact.trace([(float(opening), 0.0) for opening in openings])
 
 
 def sheared(contact: Contact, normal: float, slips: Sequence[float] | np.ndarray, *, cut: bool = True) -> Trace:
-    """Shear a fresh contact through ``slips`` (m) under a ``normal`` traction (Pa, tension positive) that is held.
+    """Shear a virgin contact through ``slips`` (m) under a ``normal`` traction (Pa, tension positive) that is held.
 
-    A step in which it cannot be held is cut in smaller ones, unless ``cut`` is False; where that does not help, as
-    where a law drops at once, it is made at the opening before. After two such steps the contact has failed, and the
-    trace ends before them.
+    Where the normal traction cannot be held, the step is halved, unless ``cut`` is False. Where that does not help, as
+    at a brittle drop, the step is made at the opening of the step before. After two such steps in a row the contact
+    has failed, and the trace ends before them.
     """
     opening, state, last = opening_at(contact, normal), contact.start, float(slips[0])
     points: list[tuple[float, float]] = []
@@ -48,8 +47,7 @@ def sheared(contact: Contact, normal: float, slips: Sequence[float] | np.ndarray
         points.append((opening, slip))
         answers.append(answer)
         good = good if failed else len(points)
-    rows = np.array(answers).reshape(-1, 2 + len(contact.names))
-    return as_trace(contact, np.array(points).reshape(-1, 2)[:good], rows[:good])
+    return contact.as_trace(points[:good], answers[:good])
 
 
 def _held(
@@ -71,7 +69,7 @@ def _held(
 
 
 def opening_at(contact: Contact, normal: float) -> float:
-    """Opening (m) at which a fresh contact has a normal traction (Pa, tension positive, at most its strength)."""
+    """Opening (m) at which a virgin contact has a normal traction (Pa, tension positive, at most its strength)."""
     if normal <= 0:
         return -find_closure(contact, -normal) if normal else 0.0
     low, high = 0.0, find_peak(contact, 0).displacement
@@ -79,11 +77,3 @@ def opening_at(contact: Contact, normal: float) -> float:
         middle = (low + high) / 2
         low, high = (low, middle) if contact.step(middle, 0.0, contact.start)[0] >= normal else (middle, high)
     return high
-
-
-def as_trace(contact: Contact, points: np.ndarray, answers: np.ndarray) -> Trace:
-    """Openings and slips (i, 2) with the answers (i, 2 + m) to them."""
-    steps = ((answers[1:, :2] + answers[:-1, :2]) / 2 * np.diff(points, axis=0)).sum(axis=1)
-    work = np.concatenate([[0.0], np.cumsum(steps)])[: len(points)]
-    memory = dict(zip(contact.names, answers[:, 2:].T, strict=True))
-    return Trace(points[:, 0], points[:, 1], answers[:, 0], answers[:, 1], work, memory)

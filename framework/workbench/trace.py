@@ -4,46 +4,24 @@ from __future__ import annotations
 
 from typing import Any
 
-import attrs
 import numpy as np
 
-from grainlaw.compiler.batch import compile_law
-from grainlaw.contact import ContactLaw, answered, memory_names
-
-
-@attrs.frozen(eq=False)
-class Trace:
-    """Answer of one contact along a path: arrays of equal length, the memory under its own names."""
-
-    opening: np.ndarray  #: m
-    slip: np.ndarray  #: m
-    normal: np.ndarray  #: Pa, tension positive
-    shear: np.ndarray  #: Pa
-    work: np.ndarray  #: J/m2 done on the contact since the first point
-    memory: dict[str, np.ndarray]
-
-    def __getattr__(self, name: str) -> np.ndarray:
-        if not name.startswith("_") and name in self.memory:
-            return self.memory[name]
-        raise AttributeError(f"a trace has opening, slip, normal, shear, work and {', '.join(self.memory)}; not {name}")
+from grainlaw.contact import ContactLaw
+from grainlaw.parameter import ParameterError
+from grainlaw.workbench.driver import Contact, Trace
 
 
 def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False) -> Trace:
     """Drive one contact alone along arrays of ``opening`` and ``slip`` (m; either may be a single number).
 
     Interpreted, or through the ``compiled`` code a simulation runs; both agree to 1e-12. Raises TypeError for a law
-    that returns anything but its two tractions and its memory.
+    that returns anything but its two tractions and its memory, ParameterError for arrays that are no path.
     """
-    opening, slip = (np.array(a, dtype=float) for a in np.broadcast_arrays(np.atleast_1d(opening), np.atleast_1d(slip)))
-    names = memory_names(law)
-    respond = compile_law(law).respond if compiled else law.traction
-    rows = np.empty((2 + len(names), len(opening)))
-    state = (0.0,) * len(names)
-    for i in range(len(opening)):
-        answer = answered(law, names, respond(float(opening[i]), float(slip[i]), *state))
-        rows[:, i] = answer
-        state = answer[2:]
-    normal, shear = rows[:2]
-    steps = (normal[1:] + normal[:-1]) / 2 * np.diff(opening) + (shear[1:] + shear[:-1]) / 2 * np.diff(slip)
-    work = np.concatenate([[0.0], np.cumsum(steps)])
-    return Trace(opening, slip, normal, shear, work, dict(zip(names, rows[2:], strict=True)))
+    ends = np.array(opening, dtype=float), np.array(slip, dtype=float)
+    if any(end.ndim > 1 for end in ends) or len({end.size for end in ends if end.size != 1}) > 1:
+        raise ParameterError(
+            f"trace: opening of shape {ends[0].shape} and slip of shape {ends[1].shape} are not allowed, they must be "
+            "numbers or (i,) arrays of equal length"
+        )
+    points = np.stack(np.broadcast_arrays(*map(np.atleast_1d, ends)), axis=1)
+    return Contact(law, compiled=compiled, raises=True).trace(points.tolist())

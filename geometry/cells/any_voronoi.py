@@ -19,7 +19,7 @@ from grainlaw.geometry.cells.cutting import Cutter
 from grainlaw.geometry.cells.joining import tiling_of
 from grainlaw.geometry.cells.sides import STRAIGHT, turns
 from grainlaw.geometry.cells.tiling import Tiling
-from grainlaw.tessellation import Region
+from grainlaw.region import Region
 
 NEAR = 1e-10  #: of the grain size: nearer points are one
 HEIRS = 8  #: seeds that share what another one does not see

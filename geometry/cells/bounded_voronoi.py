@@ -13,7 +13,8 @@ from scipy import spatial
 
 from grainlaw.geometry.cells.sides import Sides, convex_sides
 from grainlaw.geometry.cells.tiling import Tiling
-from grainlaw.tessellation import Region, TilingError
+from grainlaw.region import Region
+from grainlaw.tessellation import TilingError
 
 FEW = 100  #: seeds; so few may lie on one line with their images over the near sides, all images are taken
 

@@ -16,7 +16,7 @@ import numpy as np
 from grainlaw.geometry.cells.convex import Point, Polygon, centroid, depth, joined, split
 from grainlaw.geometry.cells.sides import STRAIGHT, turns
 from grainlaw.polygon import cross
-from grainlaw.tessellation import Region
+from grainlaw.region import Region
 
 SKEWEST = 0.35  #: rad from the bisector, up to which a cut rather goes to a corner of the polygon
 
@@ -89,10 +89,10 @@ class Cutter:
         return (finish - begin) * math.hypot(u - x, v - y) > self.near
 
     def sees(self, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """(n,) whether the straight ways from ``eye`` to points (n, 2) cross no side."""
+        """(n,) whether the straight lines from ``eye`` to points (n, 2) cross no side."""
         start, end = self.region.start, self.region.end
-        way = (points - eye)[:, None]
-        apart = cross(way, start - eye) * cross(way, end - eye) < 0
+        sight = (points - eye)[:, None]
+        apart = cross(sight, start - eye) * cross(sight, end - eye) < 0
         along = end - start
         passed = cross(along, eye - start) * cross(along, points[:, None] - start) < 0
         return ~(apart & passed).any(axis=1)

@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.parameter import ParameterError
-from grainlaw.tessellation import Region
+from grainlaw.region import Region
 
 BYTES_PER_GRAIN = 10_000  #: of a specimen with all that a simulation keeps of it
 

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from grainlaw.geometry.cells.sides import region_sides
 from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.polygon import following
-from grainlaw.tessellation import Region
+from grainlaw.region import Region
 
 
 def tiling_of(region: Region, points: np.ndarray, first: np.ndarray, near: float) -> Tiling:

@@ -7,7 +7,7 @@ import numpy as np
 
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import cross
-from grainlaw.tessellation import Region
+from grainlaw.region import Region
 
 STRAIGHT = 1e-9  #: sine of the largest turn at a corner that counts as none
 

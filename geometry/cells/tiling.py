@@ -7,7 +7,8 @@ from functools import cached_property
 import attrs
 import numpy as np
 
-from grainlaw.tessellation import Region, Tessellation
+from grainlaw.region import Region
+from grainlaw.tessellation import Tessellation
 
 
 def rows(first: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,21 @@
+"""A picture of a contact law, for those who do not want matplotlib loaded before they draw."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from grainlaw.contact import ContactLaw
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def plot_law(law: ContactLaw) -> Figure:
+    """Draw what a law answers: pull and release, closure, shear under pressure, mixed paths, and its strength.
+
+    Ranges follow the law's own peaks and breaks. Pressures are held while the contact slips. Raises TypeError for what
+    is no law, ValueError for one whose numbers differ from contact to contact.
+    """
+    from grainlaw.workbench.figure import draw_law  # loads matplotlib, which takes longer than all the rest
+
+    return draw_law(law)

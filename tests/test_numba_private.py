@@ -1,0 +1,252 @@
+"""Each thing we use of numba beyond its documented interface, alone: with another numba, what broke has a name."""
+
+import ast
+import collections
+import ctypes
+import math
+import os
+import pickle
+import threading
+
+import numba
+import numpy as np
+import pytest
+from numba import njit
+from numba import types as nb
+from numba.extending import intrinsic
+from test_imports import MODULES
+
+from grainlaw.compiler import numba_private as private
+
+ADDRESS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
+
+
+def double(x):
+    return 2.0 * x
+
+
+def fill(address, value):
+    numba.carray(address, (1,))[0] = value
+
+
+class Files:
+    """A cache in memory."""
+
+    def __init__(self, broken=()):
+        self.kept, self.broken = {}, broken
+
+    def load(self, key):
+        if "load" in self.broken:
+            raise OSError("damaged")
+        return pickle.loads(self.kept[repr(key)])
+
+    def save(self, key, data):
+        if "save" in self.broken:
+            raise OSError("full")
+        self.kept[repr(key)] = private.serialized(data)
+
+
+def versions():
+    assert private.VERSIONS[0] == numba.__version__
+    assert all(part.isdigit() for part in private.VERSIONS[1].split(".")[:2])
+
+
+def folders():
+    assert os.path.dirname(os.path.realpath(numba.__file__)) in private.FOLDERS
+    assert len(private.FOLDERS) == len(private.VERSIONS)
+
+
+def numba_error():
+    with pytest.raises(private.NumbaError, match="Unknown attribute 'nothing'"):
+        njit(lambda x: x.nothing)(1.0)
+
+
+def python_function():
+    assert private.python_function(njit(double)) is double
+    assert private.python_function(double) is double
+    assert private.python_function(3) == 3
+
+
+def definition():
+    def identity(typing, x):
+        return x(x), lambda context, builder, signature, args: args[0]
+
+    assert private.definition(intrinsic(identity)) is identity
+    assert private.definition(njit(double)) is None
+
+
+def compile_for():
+    jitted = njit(double)
+    code = private.compile_for(jitted, (nb.float64,))
+    assert private.compile_for(jitted, (nb.float64,)) is code
+    assert private.compile_for(jitted, (nb.int64,)) is not code
+    assert private.compile_for(jitted, (nb.float64,)) is code
+
+
+def return_type():
+    assert private.return_type(private.compile_for(njit(double), (nb.float64,))) == nb.float64
+
+
+def address_of():
+    code = private.compile_for(njit(double), (nb.float64,))
+    assert ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(private.address_of(code))(1.5) == 3.0
+
+
+def is_tuple_of_numbers():
+    number, flag = numba.typeof(1.0), numba.typeof(True)
+    assert private.is_tuple_of_numbers(nb.UniTuple(number, 2), 2)
+    assert private.is_tuple_of_numbers(nb.Tuple((number, flag, nb.int64)), 3)
+    assert not private.is_tuple_of_numbers(nb.UniTuple(number, 2), 3)
+    assert not private.is_tuple_of_numbers(nb.Tuple((number, nb.none)), 2)
+    assert not private.is_tuple_of_numbers(number, 1)
+
+
+def named_tuple_method():
+    same, mixed, other = (
+        collections.namedtuple(name, fields) for name, fields in (("Same", "a b"), ("Mixed", "a b"), ("Other", "a"))
+    )
+    methods = {same: njit(lambda pair, x: pair.a + x), mixed: njit(lambda pair, x: pair.a * x)}
+    private.named_tuple_method("applied", methods.get)
+    apply = njit(lambda pair, x: pair.applied(x))
+    assert apply(same(2.0, 3.0), 5.0) == 7.0
+    assert apply(mixed(2.0, True), 5.0) == 10.0  # entries of two types
+    with pytest.raises(private.NumbaError, match="applied"):
+        apply(other(2.0), 5.0)
+
+
+def disk_cache():
+    """Another process finds by the key what one has compiled; here: another jitted function of the same key."""
+    files, unsaved = Files(), []
+    assert private.DiskCache("key", files, "", unsaved.append).load((nb.float64,)) is None
+    jitted = private.use_cache(njit(double), private.DiskCache("key", files, "", unsaved.append))
+    private.compile_for(jitted, (nb.float64,))
+    assert len(files.kept) == 1
+    code = private.DiskCache("key", files, "", unsaved.append).load((nb.float64,))
+    assert ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(private.address_of(code))(1.5) == 3.0
+    for key, signature in (("key", (nb.int64,)), ("other", (nb.float64,))):
+        assert private.DiskCache(key, files, "", unsaved.append).load(signature) is None
+    assert unsaved == []
+
+
+def unusable_disk_cache():
+    unsaved = []
+    cache = private.DiskCache("key", Files(broken=("load", "save")), "", unsaved.append)
+    jitted = private.use_cache(njit(double), cache)
+    assert jitted(1.5) == 3.0
+    assert [str(error) for error in unsaved] == ["full"]
+
+
+def use_cache():
+    files = Files()
+    for function in (double, lambda x: math.nan):  # the second is not compiled: its key is that of the first
+        jitted = private.use_cache(njit(function), private.DiskCache("key", files, "", None))
+        assert jitted(1.5) == 3.0
+
+
+def serialized():
+    assert pickle.loads(private.serialized({"x": (1, 2.0)})) == {"x": (1, 2.0)}
+
+
+def call():
+    code = private.compile_for(njit(fill), (nb.CPointer(nb.int64), nb.int64))
+    target = np.zeros(1, dtype=np.int64)
+
+    @njit
+    def through(address, place):
+        private.call(address, (place, 7))
+
+    through(private.address_of(code), target.ctypes.data)
+    assert target[0] == 7
+
+
+def atomic_add():
+    """From four threads at once no addition is lost, and each sees another sum before."""
+    counter, seen = np.zeros(2, dtype=np.int64), np.zeros((4, 50_000), dtype=np.int64)
+
+    @njit(nogil=True)
+    def count(counter, before):
+        for i in range(before.size):
+            before[i] = private.atomic_add(counter, 1, 2)
+
+    count(counter.copy(), seen[0].copy())
+    threads = [threading.Thread(target=count, args=(counter, row)) for row in seen]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert counter.tolist() == [0, 2 * seen.size]
+    assert np.array_equal(np.sort(seen, axis=None), 2 * np.arange(seen.size))
+
+
+def atomic_load():
+    assert njit(lambda array: private.atomic_load(array, 1))(np.array([3, 5])) == 5
+
+
+def atomic_store():
+    array = np.array([3, 5])
+    njit(lambda array: private.atomic_store(array, 1, 7))(array)
+    assert array.tolist() == [3, 7]
+
+
+PIECES = {
+    "VERSIONS": versions, "FOLDERS": folders, "NumbaError": numba_error, "python_function": python_function,
+    "definition": definition, "compile_for": compile_for, "return_type": return_type, "address_of": address_of,
+    "is_tuple_of_numbers": is_tuple_of_numbers, "named_tuple_method": named_tuple_method, "DiskCache": disk_cache,
+    "DiskCache, unusable": unusable_disk_cache, "use_cache": use_cache, "serialized": serialized, "call": call,
+    "atomic_add": atomic_add, "atomic_load": atomic_load, "atomic_store": atomic_store,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_piece_fits_this_numba(name):
+    try:
+        PIECES[name]()
+    except (Exception, pytest.fail.Exception) as error:
+        pytest.fail(f"grainlaw.compiler.numba_private.{name} does not fit numba {numba.__version__}: {error!r}")
+
+
+def test_every_piece_has_its_test():
+    assert {name.split(",")[0] for name in PIECES} == set(private.__all__)
+
+
+DOCUMENTED = {"numba", "numba.extending"}
+#: Of compiled functions, of what lowers an intrinsic, and of the cache: no other file may name them.
+INSIDE = {
+    "_cache", "_defn", "atomic_rmw", "fndesc", "get_dummy_value", "get_pointer_to_function", "instance_class",
+    "inttoptr", "library", "load_atomic", "load_overload", "make_array", "magic_tuple", "nopython_signatures",
+    "overloads", "py_func", "save_overload", "store_atomic", "target_context",
+}  # fmt: skip
+ELSEWHERE = [name for name in MODULES if name != "grainlaw.compiler.numba_private"]
+
+
+def numba_inside(tree):
+    """Undocumented modules of numba that a source imports, and attributes of theirs that it names."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names if alias.name == "core")]
+        else:
+            names = []
+        yield from (name for name in names if name.split(".")[0] in ("numba", "llvmlite") and name not in DOCUMENTED)
+        if isinstance(node, ast.Attribute) and node.attr in INSIDE:
+            yield node.attr
+
+
+@pytest.mark.parametrize("module", ELSEWHERE)
+def test_no_other_file_looks_inside_numba(module):
+    assert not list(numba_inside(ast.parse(MODULES[module].read_text(encoding="utf-8"))))
+
+
+@pytest.mark.parametrize(
+    "source", ["import numba.core.types", "from numba import core", "from llvmlite import ir", "f.overloads[s]"]
+)
+def test_a_look_inside_is_seen(source):
+    assert list(numba_inside(ast.parse(source)))
+
+
+def test_what_is_inside_is_named_by_the_one_file():
+    """A name that it does not use any more need not be forbidden to the others."""
+    tree = ast.parse(MODULES["grainlaw.compiler.numba_private"].read_text(encoding="utf-8"))
+    defined = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+    assert {*numba_inside(tree)} | defined >= INSIDE - {"nopython_signatures"}
