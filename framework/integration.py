@@ -88,13 +88,21 @@ class Integrator(ABC):
             def stable_step(self, highest_frequency):
                 return 0.9 * 2 / highest_frequency
 
-    The framework moves the freedom by the new velocity times the step (second order, as velocities live half a step
-    apart), imposes driven velocities, and books the work of the damping force.
+    The framework calls ``step``, imposes the velocity of driven freedoms, calls ``move``, and books the work of the
+    damping force.
     """
 
     @abstractmethod
     def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
         """New velocity (m/s) and damping force (N), from scalars; compiled, like a contact law."""
+
+    def move(self, displacement: Any, velocity: Any, time_step: Any) -> Any:
+        """New displacement (m), from scalars, at the new or imposed velocity (m/s); compiled with ``step``.
+
+        By the velocity times the step unless told otherwise: second order, as velocities are half a step apart from
+        displacements.
+        """
+        return displacement + velocity * time_step
 
     @abstractmethod
     def stable_step(self, highest_frequency: float) -> float:

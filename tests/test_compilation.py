@@ -302,6 +302,16 @@ class Free(gl.Integrator):
         return 0.9 * 2 / highest_frequency
 
 
+@attrs.frozen(kw_only=True)
+class Drifting(Free):
+    """One that moves by a rule of its own, with a number of its own."""
+
+    drift: float = gl.parameter("m/s", default=0.5)
+
+    def move(self, displacement, velocity, time_step):
+        return displacement + (velocity + self.drift) * time_step
+
+
 def advance(integrator, cuts=(), count=40):
     """One step of ``count`` freedoms, driven and free, in the pieces between ``cuts``."""
     import ctypes
@@ -321,7 +331,7 @@ def advance(integrator, cuts=(), count=40):
 
 
 INTEGRATORS = [
-    Free(), gl.CentralDifference(), gl.CentralDifference(damping=gl.Undamped()),
+    Free(), Drifting(), gl.CentralDifference(), gl.CentralDifference(damping=gl.Undamped()),
     gl.CentralDifference(damping=gl.MassDamping(coefficient=0.3)), gl.DynamicRelaxation(),
 ]  # fmt: skip
 
@@ -335,7 +345,8 @@ def test_integrators_compiled_are_interpreted(integrator):
         expected, damping = integrator.step(force, v, mass, 0.25)
         expected = expected if free else imposed
         assert new_v == pytest.approx(expected, rel=1e-12)
-        assert new_u == pytest.approx(u + 0.25 * expected, rel=1e-12, abs=1e-14)
+        drift = 0.5 if isinstance(integrator, Drifting) else 0.0
+        assert new_u == pytest.approx(u + 0.25 * (expected + drift), rel=1e-12, abs=1e-14)
         assert new_loss == pytest.approx(loss - free * damping * 0.125 * (v + expected), rel=1e-12, abs=1e-14)
 
 

@@ -208,3 +208,19 @@ def test_an_integrator_that_returns_one_number_is_refused():
 
     with pytest.raises(gl.CompilationError, match=r"(?s)Short.step.*must return 2 numbers"):
         compile_integrator(Short())
+
+
+def test_an_integrator_that_moves_to_two_places_is_refused():
+    @attrs.frozen
+    class Two(gl.Integrator):
+        def step(self, force, velocity, mass, time_step):
+            return velocity, 0.0
+
+        def move(self, displacement, velocity, time_step):
+            return displacement, velocity
+
+        def stable_step(self, highest_frequency):
+            return 1e-9
+
+    with pytest.raises(gl.CompilationError, match=r"(?s)Two.move.*must return a number"):
+        compile_integrator(Two())

@@ -10,6 +10,7 @@ from support import ROCK, STIFF, small_sample
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
+from grainlaw.protocols import UniaxialCompression
 
 #: how each integrator is tried: with nothing that damps, and as users take it
 FREE = [gl.CentralDifference(damping=gl.Undamped()), gl.DynamicRelaxation()]
@@ -37,7 +38,7 @@ def oscillate(integrator, time_step, time, mass=2.0, frequency=100.0):
     places = [place]
     for _ in range(round(time / time_step)):
         velocity, _ = integrator.step(-mass * frequency**2 * place, velocity, mass, time_step)
-        place += velocity * time_step
+        place = integrator.move(place, velocity, time_step)
         places.append(place)
     return np.array(places)
 
@@ -115,6 +116,25 @@ def test_finds_rest_where_statics_has_it(integrator):
     modulus = 1 / (1 / rock + 3 / (STIFF["kn"] * 20e-3))
     assert stress == pytest.approx(modulus * result.curves["moved"][-1] / 20e-3, rel=2e-3)
     assert result.summary["energy_error"] < 0.005
+
+
+def test_simulate_puts_its_integrator_in_the_place_of_the_tests():
+    """In every stage: the curves are those of the test that was given it, to the last digit."""
+    law, test = Linear(**STIFF), UniaxialCompression(speed=0.2, maximum_strain=1e-4, samples=20)
+    undamped = gl.CentralDifference(damping=gl.Undamped(), safety=0.5)
+    own = gl.simulate(small_sample(20), law, attrs.evolve(test, integrator=undamped))
+    given = gl.simulate(small_sample(20), law, test, integrator=undamped)
+    assert own.curves.keys() == given.curves.keys()
+    assert all(np.array_equal(own.curves[name], given.curves[name]) for name in own.curves)
+    assert given.curves["energy_damping"][-1] == 0
+    assert gl.simulate(small_sample(20), law, test).curves["energy_damping"][-1] > 0
+    compared = gl.compare(small_sample(20), {"linear": law}, test, integrator=undamped)["linear"]
+    assert np.array_equal(compared.curves["stress"], given.curves["stress"])
+
+
+def test_simulate_refuses_what_is_no_integrator():
+    with pytest.raises(gl.ParameterError, match=r"integrator = 0\.8 is not allowed, it must be an Integrator or None"):
+        gl.simulate(small_sample(20), Linear(**STIFF), UniaxialCompression(), integrator=0.8)
 
 
 def test_kinetic_relaxation_of_rigid_grains_keeps_its_ledger():

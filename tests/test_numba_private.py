@@ -101,6 +101,12 @@ def is_tuple_of_numbers():
     assert not private.is_tuple_of_numbers(number, 1)
 
 
+def is_number():
+    assert private.is_number(numba.typeof(1.0))
+    assert private.is_number(numba.typeof(True))
+    assert not private.is_number(nb.UniTuple(numba.typeof(1.0), 1))
+
+
 def named_tuple_method():
     same, mixed, other = (
         collections.namedtuple(name, fields) for name, fields in (("Same", "a b"), ("Mixed", "a b"), ("Other", "a"))
@@ -191,6 +197,7 @@ def atomic_store():
 PIECES = {
     "VERSIONS": versions, "FOLDERS": folders, "NumbaError": numba_error, "python_function": python_function,
     "definition": definition, "compile_for": compile_for, "return_type": return_type, "address_of": address_of,
+    "is_number": is_number,
     "is_tuple_of_numbers": is_tuple_of_numbers, "named_tuple_method": named_tuple_method, "DiskCache": disk_cache,
     "DiskCache, unusable": unusable_disk_cache, "use_cache": use_cache, "serialized": serialized, "call": call,
     "atomic_add": atomic_add, "atomic_load": atomic_load, "atomic_store": atomic_store,

@@ -4,9 +4,9 @@ Its numbers are run-time parameters, its flags and enumeration members constants
 that the compiler vectorises.
 
 The loop is generated as source, because a law decides how many numbers, rows and memory it has, and numba cannot pass a
-row of an array as that many arguments: ``respond(opening[c], slip[c], *memory[:, c])`` fails, as the length of an array
+row of an array as that many arguments: ``traction(opening[c], slip[c], *memory[:, c])`` fails, as the length of a row
 is not known when it is compiled. For a law with one number and ``damage`` the generated line is
-``normal[c], shear[c], m0[c] = respond(tuple0(p0), opening[c], slip[c], m0[c])``.
+``normal[c], shear[c], m0[c] = traction(tuple0(p0), opening[c], slip[c], m0[c])``.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def _law_source(writer: _Writer, memory: tuple[str, ...]) -> str:
     return f"""
 def inner({rows}):
     for c in range(opening.shape[0]):
-        {results} = respond({writer.expression}, {values})
+        {results} = traction({writer.expression}, {values})
 
 def batch(parameters, fields, field_stride, memory, memory_stride, opening, slip, normal, shear, n):
     P = carray(parameters, ({len(p) or 1},))
@@ -87,10 +87,10 @@ def _integrator_source(writer: _Writer) -> str:
 def inner({", ".join([*p, "time_step"])}, force, velocity, displacement, mass, free, imposed, loss):
     for c in range(force.shape[0]):
         before = velocity[c]
-        after, damping = respond({writer.expression}, force[c], before, mass[c], time_step)
+        after, damping = step({writer.expression}, force[c], before, mass[c], time_step)
         after = free[c] * after + imposed[c]
         velocity[c] = after
-        displacement[c] += after * time_step
+        displacement[c] = move({writer.expression}, displacement[c], after, time_step)
         loss[c] -= free[c] * damping * 0.5 * (before + after) * time_step
 
 def batch(parameters, force, velocity, displacement, mass, free, imposed, loss, n):
@@ -140,15 +140,25 @@ def _foreign(count: int) -> Callable[..., None]:
     return lambda address, *arguments: prototype(address)(*arguments)
 
 
+@attrs.frozen
+class _Scalar:
+    """A scalar method that the generated loop calls: how many numbers it takes, and how many it returns."""
+
+    name: str
+    inputs: int
+    results: int
+
+
 def compile_law(law: ContactLaw, count: int = 1) -> Compiled:
     """Compile ``law.traction`` for groups of ``count`` contacts. Raises :class:`CompilationError`."""
     memory = memory_names(law)
-    return _compile(law, "traction", memory, _LAW_SIGNATURE, 2 + len(memory), 2 + len(memory), count)
+    size = 2 + len(memory)
+    return _compile(law, (_Scalar("traction", size, size),), memory, _LAW_SIGNATURE, count)
 
 
 def compile_integrator(integrator: Any) -> Compiled:
-    """Compile ``integrator.step``; its batch finds the time step after its parameters."""
-    return _compile(integrator, "step", None, _INTEGRATOR_SIGNATURE, 4, 2, 1)
+    """Compile ``integrator.step`` and ``move``; their batch finds the time step after the parameters."""
+    return _compile(integrator, (_Scalar("step", 4, 2), _Scalar("move", 3, 1)), None, _INTEGRATOR_SIGNATURE, 1)
 
 
 @functools.cache
@@ -162,34 +172,35 @@ _one_at_a_time = threading.RLock()
 
 
 def _compile(
-    component: Any, method: str, memory: tuple[str, ...] | None, signature: Any, inputs: int, results: int, count: int
+    component: Any, methods: tuple[_Scalar, ...], memory: tuple[str, ...] | None, signature: Any, count: int
 ) -> Compiled:
     if not attrs.has(type(component)):
         raise CompilationError(f"{type(component).__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
     try:
-        struct, numbers, rows = spread(component, method, count)
+        struct, numbers, rows = spread(component, [method.name for method in methods], count)
         functions = [function for part in struct for function in part.methods.values()]
-        key = fingerprint(*functions, extra=(_entry_key(), method, memory, struct.describe()))
+        key = fingerprint(*functions, extra=(_entry_key(), methods[0].name, memory, struct.describe()))
         with _one_at_a_time:
             if key not in _done:
-                _done[key] = stored(key, signature) or _build(struct, method, memory, signature, inputs, results, key)
+                _done[key] = stored(key, signature) or _build(struct, methods, memory, signature, key)
     except NotCompilable as error:
-        raise refusal(component, method, str(error)) from None
+        raise refusal(component, methods[0].name, str(error)) from None
     code = _done[key]
     return Compiled(address_of(code), numbers, rows, memory or (), key, code)
 
 
 def _build(
-    struct: Structure, method: str, memory: tuple[str, ...] | None, signature: Any, inputs: int, results: int, key: str
+    struct: Structure, methods: tuple[_Scalar, ...], memory: tuple[str, ...] | None, signature: Any, key: str
 ) -> Any:
     compilation = Compilation(struct, key)
-    problem = compilation.problem(method, (nb.float64,) * inputs, results)
-    if problem:
-        raise refusal(struct.component, method, problem)
+    for method in methods:
+        problem = compilation.problem(method.name, (nb.float64,) * method.inputs, method.results)
+        if problem:
+            raise refusal(struct.component, method.name, problem)
     writer = _Writer(compilation)
     source = _integrator_source(writer) if memory is None else _law_source(writer, memory)
-    respond = compilation.copy(struct.methods[method])
-    scope = {"__name__": __name__, "carray": carray, "respond": respond, **writer.scope}
+    scalars = {method.name: compilation.copy(struct.methods[method.name]) for method in methods}
+    scope = {"__name__": __name__, "carray": carray, **scalars, **writer.scope}
     exec(compile(source, f"<batch of {type(struct.component).__name__}>", "exec"), scope)
     # The key makes symbols of their own: without it two laws loaded from disk into one process would share the first's.
     for name in ("inner", "batch"):

@@ -30,6 +30,7 @@ from grainlaw.compiler.fingerprint import NotCompilable, code_names, global_name
 from grainlaw.compiler.numba_private import (
     NumbaError,
     compile_for,
+    is_number,
     is_tuple_of_numbers,
     named_tuple_method,
     python_function,
@@ -144,8 +145,10 @@ class Compilation:
             return self._reason(error, results)
         except Exception as error:
             return f"{type(error).__name__}: {error}"
-        if not is_tuple_of_numbers(return_type(code), results):
-            return f"it must return {results} numbers on every path; the compiler sees {return_type(code)}"
+        given = return_type(code)
+        if not (is_number(given) if results == 1 else is_tuple_of_numbers(given, results)):
+            numbers = "a number" if results == 1 else f"{results} numbers"
+            return f"it must return {numbers} on every path; the compiler sees {given}"
         return None
 
     def _reason(self, error: Exception, results: int) -> str:

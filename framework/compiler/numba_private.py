@@ -33,6 +33,7 @@ __all__ = [
     "call",
     "compile_for",
     "definition",
+    "is_number",
     "is_tuple_of_numbers",
     "named_tuple_method",
     "python_function",
@@ -79,8 +80,12 @@ def address_of(code: Any) -> int:
 
 def is_tuple_of_numbers(kind: Any, length: int) -> bool:
     """Whether a type is that of ``length`` numbers or flags in a tuple."""
-    numbers = (nb.Float, nb.Integer, nb.Boolean)
-    return isinstance(kind, nb.BaseTuple) and len(kind) == length and all(isinstance(each, numbers) for each in kind)
+    return isinstance(kind, nb.BaseTuple) and len(kind) == length and all(map(is_number, kind))
+
+
+def is_number(kind: Any) -> bool:
+    """Whether a type is that of a number or a flag."""
+    return isinstance(kind, (nb.Float, nb.Integer, nb.Boolean))
 
 
 def named_tuple_method(name: str, find: Callable[[type], Any]) -> None:

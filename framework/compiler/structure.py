@@ -100,7 +100,7 @@ def structure(component: Any, *methods: str, asked: frozenset[str] = frozenset()
 # --- parameters that differ between contacts -------------------------------------------------------------------------
 
 
-def spread(component: Any, method: str, count: int) -> tuple[Structure, np.ndarray, np.ndarray]:
+def spread(component: Any, methods: Sequence[str], count: int) -> tuple[Structure, np.ndarray, np.ndarray]:
     """Structure, numbers (p,) and per-contact rows (r, count) of a component whose parameters may be arrays.
 
     Properties are evaluated for one contact at a time, as they are written, but only once for equal contacts.
@@ -108,10 +108,10 @@ def spread(component: Any, method: str, count: int) -> tuple[Structure, np.ndarr
     arrays: list[np.ndarray] = []
     at = _picker(component, arrays, count)
     if at is None:
-        struct = structure(component, method)
+        struct = structure(component, *methods)
         return struct, np.array([read(component) for read in _readers(struct, "numbers")]), np.empty((0, count))
     contacts, place = np.unique(np.stack(arrays, axis=1), axis=0, return_inverse=True)
-    struct = structure(at(contacts[0].tolist()), method)
+    struct = structure(at(contacts[0].tolist()), *methods)
     numbers, constants = _readers(struct, "numbers"), _readers(struct, "constants")
     first = [read(struct.component) for read in constants]
     table = np.empty((len(contacts), len(numbers)))
