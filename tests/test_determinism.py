@@ -59,8 +59,8 @@ def assert_same_bits(a, b):
     for one, other in zip(a.frames, b.frames, strict=True):
         for name in ("time", "displacement", "velocity", "stress"):
             assert np.array_equal(getattr(one, name), getattr(other, name)), name
-        for name in one.contacts:
-            assert np.array_equal(one.contacts[name], other.contacts[name], equal_nan=True), name
+        for name in one.bonds:
+            assert np.array_equal(one.bonds[name], other.bonds[name], equal_nan=True), name
 
 
 @pytest.mark.parametrize(("specimen", "law"), CASES.values(), ids=CASES)

@@ -89,7 +89,7 @@ def test_a_contact_that_is_pressed_after_slip_has_made_energy_only_as_printed():
 @pytest.mark.parametrize("closure", [BandisClosure(maximum_closure=2e-6), BandisClosure(maximum_closure=1e-5)])
 def test_a_closure_that_stiffens_makes_nothing(closure):
     law = attrs.evolve(COHESIVE, closure=closure)
-    work = joint_after(law, (-1.5e-6, 0)).contacts.work.sum(axis=0)
+    work = joint_after(law, (-1.5e-6, 0)).bonds.work.sum(axis=0)
     assert np.all(balance(joint_after(law, (-1.5e-6, 0)))[1] < 1e-4 * work)
 
 
@@ -171,11 +171,11 @@ def test_bricks_pulled_apart_are_two_fragments(parted):
 
 def test_half_an_interface_holds(parted):
     frame = parted.frames[0]
-    broken = frame.contacts["broken_time"].copy()
+    broken = frame.bonds["broken_time"].copy()
     broken[: len(broken) // 2] = 0.0  # the first points of all interfaces
-    half = attrs.evolve(frame, contacts=frame.contacts | {"broken_time": broken})
+    half = attrs.evolve(frame, bonds=frame.bonds | {"broken_time": broken})
     assert len(gl.fragments(attrs.evolve(parted, frames=[half]))) == 1
-    none = attrs.evolve(frame, contacts=frame.contacts | {"broken_time": np.zeros(len(broken))})
+    none = attrs.evolve(frame, bonds=frame.bonds | {"broken_time": np.zeros(len(broken))})
     found = gl.fragments(attrs.evolve(parted, frames=[none]))
     assert found.areas == pytest.approx(np.array([96, 64, 60, 40]) * 1e-6)
     assert found.of_grain.tolist() == [3, 2, 1, 0]

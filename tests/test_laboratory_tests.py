@@ -98,7 +98,7 @@ def force_through(result, x):
     grains, nodes = result.specimen.grains, result.mesh.nodes[result.interfaces]
     left = grains.centroids[result.mesh.node_grain[result.interfaces[:, [0, 2]]], 0] < x
     along = nodes[:, 1] - nodes[:, 0]  # counter-clockwise round the first grain: its normal points to the right of it
-    contacts = result.frames[-1].contacts
+    contacts = result.frames[-1].bonds
     normal, shear = (contacts[name].reshape(2, -1).mean(axis=0) for name in ("normal", "shear"))
     return float((left[:, 0].astype(int) - left[:, 1]) @ (shear * along[:, 1] - normal * along[:, 0]))
 

@@ -99,12 +99,12 @@ def test_stress_of_bricks_under_uniform_pressure(tmp_path):
 def test_cracks_read_back(broken, written):
     """Lines between the two grains that parted, with what the law remembers."""
     frame = broken.frames[-1]
-    damaged = np.flatnonzero(frame.contacts["damage"] > 0)
+    damaged = np.flatnonzero(frame.bonds["damage"] > 0)
     read = meshio.read(listed(written, "cracks")[1][-1])
     data = {name: values[0] for name, values in read.cell_data.items()}
     assert len(damaged) > 5
     for name in ("damage", "mode", "opening", "slip", "normal", "shear", "broken_time"):
-        assert np.array_equal(data[name], frame.contacts[name][damaged], equal_nan=True), name
+        assert np.array_equal(data[name], frame.bonds[name][damaged], equal_nan=True), name
     ends = read.points[read.cells_dict["line"]][:, :, :2]
     place = broken.mesh.nodes + frame.displacement
     assert {"grain_a", "grain_b"} <= set(data)
@@ -304,8 +304,8 @@ def test_frames_are_denser_while_cracks_grow():
     """Failure takes little of the way to the strain limit, and is what pictures are wanted of."""
     test = UniaxialCompression(maximum_strain=0.05, stop_fraction=0.7, samples=5000, speed=0.2)
     result = gl.simulate(small_sample(40), MohrCoulomb(**STRONG), test, frames=5)
-    broken = [np.count_nonzero(~np.isnan(frame.contacts["broken_time"])) for frame in result.frames]
-    points = len(result.frames[0].contacts["broken_time"])
+    broken = [np.count_nonzero(~np.isnan(frame.bonds["broken_time"])) for frame in result.frames]
+    points = len(result.frames[0].bonds["broken_time"])
     assert broken[-1] > 0.1 * points
     assert len(result.frames) > 5
     assert np.diff(broken[:-1]).max() < 0.1 * points

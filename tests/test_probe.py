@@ -26,7 +26,7 @@ def test_points_are_chosen_by_number_place_and_break(pulled):
     probe, result, frame = pulled
     numbers = [path.point for path in probe.paths]
     assert numbers[0] == 5
-    count = len(frame.contacts["opening"]) // 2
+    count = len(frame.bonds["opening"]) // 2
     ends = result.mesh.nodes[result.interfaces[numbers[1] % count]]
     first, second = (ends[0] + ends[2]) / 2, (ends[1] + ends[3]) / 2
     assert probe.paths[1].position == pytest.approx(

@@ -230,7 +230,7 @@ def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_search_after_every_s
     seldom = gl.simulate(rock, MohrCoulomb(**STRONG), test)
     monkeypatch.setattr(contacts, "REACH", 0.0)
     often = gl.simulate(rock, MohrCoulomb(**STRONG), test)
-    assert len(seldom.frames[-1].touches["opening"]) > 5
+    assert len(seldom.frames[-1].contacts["opening"]) > 5
     booked = ("energy_contacts_normal", "energy_contacts_shear", "energy_damping")  # sums over the table
     for name, curve in seldom.curves.items():
         if name in booked:

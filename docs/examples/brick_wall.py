@@ -37,10 +37,10 @@ def run(length, courses, speed, duration, settle=0.3, material=None):
 
 def on_the_floor(result, time):
     """N/m that contacts of the floor carry upwards at the frame nearest to a time."""
-    touches = frame_at(result, time).touches
-    mine = (touches["grains"] == 0).any(axis=1)
-    tx, ty = touches["tangent"][mine].T  # along an edge of the lower grain, the floor's upper side: to the left
-    normal, shear = (touches[name][mine] * touches["length"][mine] for name in ("normal", "shear"))
+    contacts = frame_at(result, time).contacts
+    mine = (contacts["grains"] == 0).any(axis=1)
+    tx, ty = contacts["tangent"][mine].T  # along an edge of the lower grain, the floor's upper side: to the left
+    normal, shear = (contacts[name][mine] * contacts["length"][mine] for name in ("normal", "shear"))
     return float(np.sum(normal * tx - shear * ty))
 
 

@@ -27,7 +27,7 @@ def fragments(result: Result, frame: int = -1) -> Fragments:
 
     Fragments of equal area are in the order of their first grain. Under a law without damage no grain ever parts.
     """
-    broken = ~np.isnan(result.frames[frame].contacts["broken_time"].reshape(2, -1))
+    broken = ~np.isnan(result.frames[frame].bonds["broken_time"].reshape(2, -1))
     a, b = result.mesh.node_grain[result.interfaces[~broken.all(axis=0)]][:, [0, 2]].T
     areas = result.specimen.grains.areas
     bonds = coo_matrix((np.ones(len(a)), (a, b)), shape=(len(areas), len(areas)))

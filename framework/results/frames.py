@@ -22,19 +22,19 @@ class Frame:
     displacement: np.ndarray  #: (i, 2) m
     velocity: np.ndarray  #: (i, 2) m/s
     stress: np.ndarray  #: (g, 3) Pa, xx, yy, xy
-    contacts: dict[str, np.ndarray]  #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made
-    touches: dict[str, np.ndarray]  #: (k,) closed contacts between edges that no bond joins; empty without detection
+    bonds: dict[str, np.ndarray]  #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made
+    contacts: dict[str, np.ndarray]  #: (k,) those that are closed, see :meth:`Contacts.closed`; empty without detection
 
 
 def take_frame(state: State) -> Frame:
     """Copy the present moment; energies lost and made (J/m2) are those of :mod:`~grainlaw.engine.dissipation`."""
     names = ("opening", "slip", "normal", "shear", "broken_time")
-    contacts = {name: np.array(getattr(state, name)) for name in names}
-    contacts["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)
-    contacts["damage"] = state.memory("damage")
-    (contacts["lost_opening"], contacts["lost_slip"]), contacts["made"] = balance(state)
-    touches = {} if state.contacts.detection is None else state.contacts.closed()
-    return Frame(state.time, state.displacement.copy(), state.velocity.copy(), state.grain_stress(), contacts, touches)
+    bonds = {name: np.array(getattr(state, name)) for name in names}
+    bonds["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)
+    bonds["damage"] = state.memory("damage")
+    (bonds["lost_opening"], bonds["lost_slip"]), bonds["made"] = balance(state)
+    closed = {} if state.contacts.detection is None else state.contacts.closed()
+    return Frame(state.time, state.displacement.copy(), state.velocity.copy(), state.grain_stress(), bonds, closed)
 
 
 @attrs.define

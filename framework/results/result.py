@@ -146,7 +146,7 @@ def energy_error(curves: Mapping[str, np.ndarray]) -> float:
 
 def energy_made(curves: Mapping[str, np.ndarray], frames: Sequence[Frame], lengths: np.ndarray) -> float:
     """Largest energy that intact contacts, ``lengths`` (p,) m, had made in a frame, over the largest external work."""
-    made = max(float(frame.contacts["made"] @ lengths) for frame in frames)
+    made = max(float(frame.bonds["made"] @ lengths) for frame in frames)
     return made / max(float(np.max(np.abs(energy(curves, SUPPLIED)))), made, 1e-300)
 
 

@@ -28,7 +28,7 @@ class VtkSeries:
     displacement (m) and velocity (m/s) at nodes. Cracks: each contact point with damage as a line along its half of
     the interface, with damage, mode (share of shear), opening and slip (m), normal and shear traction (Pa), energy lost
     in opening and in slip (J/m2), time of breaking (s, nan where not broken) and the two grains. Contacts, where they
-    are detected: those of edges that no bond joins as lines along what touches, with mean opening (negative) and slip
+    are detected: contacts without a bond as lines along what touches, with mean opening (negative) and slip
     (m), normal and shear traction (Pa) and the two grains. Raises OSError where it cannot write.
     """
 
@@ -42,7 +42,7 @@ class VtkSeries:
         self._add("grains", frame.time, self._grains(frame))
         if len(self.interfaces):
             self._add("cracks", frame.time, self._cracks(frame))
-        if frame.touches:
+        if frame.contacts:
             self._add("contacts", frame.time, self._contacts(frame))
 
     def _grains(self, frame: Frame) -> meshio.Mesh:
@@ -61,22 +61,22 @@ class VtkSeries:
         first, second = (place[:, 0] + place[:, 2]) / 2, (place[:, 1] + place[:, 3]) / 2
         middle = (first + second) / 2
         begin, end = np.concatenate([first, middle]), np.concatenate([middle, second])
-        chosen = np.flatnonzero(frame.contacts["damage"] > 0)
+        chosen = np.flatnonzero(frame.bonds["damage"] > 0)
         if not len(chosen):  # not every reader opens a file without cells: one undamaged point as a line of length zero
             chosen, end = np.array([0]), begin
         count = len(chosen)
         points = np.empty((2 * count, 2))
         points[0::2], points[1::2] = begin[chosen], end[chosen]
         grain = self.specimen.mesh.node_grain[self.interfaces][chosen % len(self.interfaces)]
-        data = {name: [values[chosen]] for name, values in frame.contacts.items()}
+        data = {name: [values[chosen]] for name, values in frame.bonds.items()}
         data |= {"grain_a": [grain[:, 0]], "grain_b": [grain[:, 2]]}
         return meshio.Mesh(_in_space(points), [("line", np.arange(2 * count).reshape(-1, 2))], cell_data=data)
 
     def _contacts(self, frame: Frame) -> meshio.Mesh:
-        touches = dict(frame.touches)
-        position, tangent, grains = (touches.pop(name) for name in ("position", "tangent", "grains"))
-        half = tangent * touches.pop("length")[:, None] / 2
-        data = {**touches, "grain_a": grains[:, 0], "grain_b": grains[:, 1]}
+        closed = dict(frame.contacts)
+        position, tangent, grains = (closed.pop(name) for name in ("position", "tangent", "grains"))
+        half = tangent * closed.pop("length")[:, None] / 2
+        data = {**closed, "grain_a": grains[:, 0], "grain_b": grains[:, 1]}
         if not len(position):  # as above
             position = half = np.zeros((1, 2))
             data = {name: np.zeros(1, dtype=row.dtype) for name, row in data.items()}

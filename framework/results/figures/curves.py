@@ -38,8 +38,8 @@ def draw_cracks(axes: Axes, result: Result) -> None:
     first, second = (ends[:, 0] + ends[:, 2]) / 2, (ends[:, 1] + ends[:, 3]) / 2
     middle = (first + second) / 2
     lines = np.stack([np.concatenate([first, middle]), np.concatenate([middle, second])], axis=1)
-    broken = ~np.isnan(frame.contacts["broken_time"])
-    tensile = frame.contacts["mode"] < 0.5
+    broken = ~np.isnan(frame.bonds["broken_time"])
+    tensile = frame.bonds["mode"] < 0.5
     for chosen, color, name in ((broken & ~tensile, SHEAR, "shear"), (broken & tensile, TENSILE, "tensile")):
         label = f"{name}: {int(chosen.sum())}"
         cracks = LineCollection(list(lines[chosen]), colors=color, linewidths=1.2, label=label, capstyle="round")
@@ -130,8 +130,8 @@ def show_result(result: Result, **options: Any) -> None:
     grains.cell_data["stress yy (MPa)"] = frame.stress[mesh.zone_grain, 1] / 1e6
     plotter = pyvista.Plotter(**options)
     plotter.add_mesh(grains, cmap="cividis")
-    broken = ~np.isnan(frame.contacts["broken_time"])
-    for chosen, color in ((frame.contacts["mode"] < 0.5, TENSILE), (frame.contacts["mode"] >= 0.5, SHEAR)):
+    broken = ~np.isnan(frame.bonds["broken_time"])
+    for chosen, color in ((frame.bonds["mode"] < 0.5, TENSILE), (frame.bonds["mode"] >= 0.5, SHEAR)):
         interfaces = result.interfaces[np.flatnonzero(broken & chosen) % len(result.interfaces)]
         if len(interfaces):
             lines = pyvista.line_segments_from_points(place[interfaces[:, :2].ravel()])

@@ -135,7 +135,7 @@ def draw_lost(axes: Axes, laboratory: Laboratory) -> None:
     time = np.array([frame.time for frame in result.frames])
     along, label = _along(laboratory)
     for name, color in (("opening", TENSILE), ("slip", SHEAR)):
-        values = [float(laboratory.half_lengths @ frame.contacts[f"lost_{name}"]) for frame in result.frames]
+        values = [float(laboratory.half_lengths @ frame.bonds[f"lost_{name}"]) for frame in result.frames]
         axes.plot(np.interp(time, result.curves[TIME], along), values, ".-", color=color, label=f"in {name}")
     axes.set_xlabel(label)
     axes.set_ylabel("energy lost by contacts (J/m)")
