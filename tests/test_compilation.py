@@ -12,9 +12,9 @@ from support import STIFF, STRONG, Hillerborg, small_sample
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator, compile_law
 from grainlaw.compiler.fingerprint import fingerprint
-from grainlaw.engine import bond_passes as passes
 from grainlaw.engine import step as loop
-from grainlaw.engine.laws import LANES
+from grainlaw.engine.parts import bond_passes as passes
+from grainlaw.engine.parts.laws import LANES
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialTension
 

@@ -6,7 +6,7 @@ import pytest
 from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
-from grainlaw.engine import bonds, zones
+from grainlaw.engine.parts import bonds, zones
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
 

@@ -10,8 +10,8 @@ from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator
-from grainlaw.engine.laws import LawTable
-from grainlaw.engine.part import Split
+from grainlaw.engine.parts.laws import LawTable
+from grainlaw.engine.parts.part import Split
 from grainlaw.engine.stepping import advance
 from grainlaw.geometry import together
 from grainlaw.laws import CohesiveCrack, Friction, MohrCoulomb

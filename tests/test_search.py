@@ -12,9 +12,9 @@ from support import ROCK, STRONG
 
 import grainlaw as gl
 from grainlaw.compiler.entry import compiled
-from grainlaw.engine import contact_geometry, contacts, overlap
-from grainlaw.engine import contact_search as search
-from grainlaw.engine.contact_table import no_contacts
+from grainlaw.engine.parts import contact_geometry, contacts, overlap
+from grainlaw.engine.parts import contact_search as search
+from grainlaw.engine.parts.contact_table import no_contacts
 from grainlaw.geometry import Bricks, Voronoi, rectangle
 from grainlaw.laws import Friction, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialCompression

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from grainlaw.engine import contact_geometry, contact_passes
-from grainlaw.engine.contact_table import no_contacts
+from grainlaw.engine.parts import contact_geometry, contact_passes
+from grainlaw.engine.parts.contact_table import no_contacts
 
 KN = 2.5e9
 STEP = 1e-6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grainlaw.engine.laws import LawGroup
+from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 
 STEPS = 16  #: of the way back, over each of its two parts; an even number

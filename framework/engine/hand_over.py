@@ -6,9 +6,9 @@ import attrs
 import numpy as np
 
 from grainlaw.compiler.entry import compiled
-from grainlaw.engine.contact_geometry import geometry_of_all
-from grainlaw.engine.contact_table import ContactArrays, no_contacts
-from grainlaw.engine.laws import LawGroup
+from grainlaw.engine.parts.contact_geometry import geometry_of_all
+from grainlaw.engine.parts.contact_table import ContactArrays, no_contacts
+from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 
 HALVINGS = 60  #: of the offset's bracket

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from grainlaw.engine.laws import LawGroup
+from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.stability import highest_frequency, scale_masses, stiffness_matrix
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator

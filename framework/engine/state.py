@@ -9,18 +9,18 @@ import numpy as np
 
 from grainlaw.contact import Laws
 from grainlaw.detection import Detection
-from grainlaw.engine.bonds import Bonds
-from grainlaw.engine.boundaries import Boundaries
-from grainlaw.engine.breaks import Breaks
-from grainlaw.engine.clock import Clock
-from grainlaw.engine.contacts import Contacts
-from grainlaw.engine.deformable_grains import DeformableGrains
-from grainlaw.engine.freedoms import Nodes
-from grainlaw.engine.gravity import Gravity
-from grainlaw.engine.part import Part, Split
-from grainlaw.engine.rigid_grains import RigidGrains
+from grainlaw.engine.parts.bonds import Bonds
+from grainlaw.engine.parts.boundaries import Boundaries
+from grainlaw.engine.parts.breaks import Breaks
+from grainlaw.engine.parts.clock import Clock
+from grainlaw.engine.parts.contacts import Contacts
+from grainlaw.engine.parts.deformable_grains import DeformableGrains
+from grainlaw.engine.parts.freedoms import Nodes
+from grainlaw.engine.parts.gravity import Gravity
+from grainlaw.engine.parts.part import Part, Split
+from grainlaw.engine.parts.rigid_grains import RigidGrains
+from grainlaw.engine.parts.zones import Zones
 from grainlaw.engine.step import Parts
-from grainlaw.engine.zones import Zones
 from grainlaw.integration import Motion
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage

@@ -12,16 +12,16 @@ from numba import njit
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.entry import compiled
 from grainlaw.engine import barrier
-from grainlaw.engine.bonds import BondArrays, bond_forces, gather_bond_forces
-from grainlaw.engine.contact_passes import DEEP, LEAVING, MOVED, contact_step, follow_nodes, gather_contact_forces
-from grainlaw.engine.contact_table import ContactArrays
-from grainlaw.engine.drives import DriveArrays, impose
-from grainlaw.engine.freedoms import FreedomArrays, NodeArrays, clear_forces, integrate
-from grainlaw.engine.grains import GrainArrays, collect_forces, place_corners
-from grainlaw.engine.gravity import GravityArrays, add_weight
-from grainlaw.engine.platens import PlatenArrays, move_platens
-from grainlaw.engine.pressures import PressureArrays, press
-from grainlaw.engine.zones import ZoneArrays, add_zone_forces
+from grainlaw.engine.parts.bonds import BondArrays, bond_forces, gather_bond_forces
+from grainlaw.engine.parts.contact_passes import DEEP, LEAVING, MOVED, contact_step, follow_nodes, gather_contact_forces
+from grainlaw.engine.parts.contact_table import ContactArrays
+from grainlaw.engine.parts.drives import DriveArrays, impose
+from grainlaw.engine.parts.freedoms import FreedomArrays, NodeArrays, clear_forces, integrate
+from grainlaw.engine.parts.grains import GrainArrays, collect_forces, place_corners
+from grainlaw.engine.parts.gravity import GravityArrays, add_weight
+from grainlaw.engine.parts.platens import PlatenArrays, move_platens
+from grainlaw.engine.parts.pressures import PressureArrays, press
+from grainlaw.engine.parts.zones import ZoneArrays, add_zone_forces
 
 
 class Parts(NamedTuple):

@@ -8,8 +8,8 @@ import numpy as np
 
 from grainlaw.compiler.batch import Compiled
 from grainlaw.engine import step
-from grainlaw.engine.contact_passes import DEEP, LEAVING, MOVED
 from grainlaw.engine.hand_over import hand_over
+from grainlaw.engine.parts.contact_passes import DEEP, LEAVING, MOVED
 from grainlaw.engine.state import State
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.contact import ContactLaw, Laws, check_laws
 from grainlaw.detection import Detection
-from grainlaw.engine.contact_laws import uniform
+from grainlaw.engine.parts.contact_laws import uniform
 from grainlaw.parameter import ParameterError
 from grainlaw.workbench.driver import Contact, run_together
 

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from support import ROCK, STIFF, STRONG, advance
 
 import grainlaw as gl
-from grainlaw.engine import bond_passes, zones
+from grainlaw.engine.parts import bond_passes, zones
 from grainlaw.engine.state import State
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb

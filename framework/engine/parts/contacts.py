@@ -14,12 +14,12 @@ import numpy as np
 from grainlaw.compiler.entry import compiled
 from grainlaw.contact import Laws
 from grainlaw.detection import Detection
-from grainlaw.engine import contact_search
-from grainlaw.engine.contact_laws import contact_groups
-from grainlaw.engine.contact_table import KEPT, ContactArrays, no_contacts
-from grainlaw.engine.grains import Grains
-from grainlaw.engine.laws import table_of
-from grainlaw.engine.part import Changing, Part, Split, nothing_to_do
+from grainlaw.engine.parts import contact_search
+from grainlaw.engine.parts.contact_laws import contact_groups
+from grainlaw.engine.parts.contact_table import KEPT, ContactArrays, no_contacts
+from grainlaw.engine.parts.grains import Grains
+from grainlaw.engine.parts.laws import table_of
+from grainlaw.engine.parts.part import Changing, Part, Split, nothing_to_do
 
 REACH = 0.5  #: of the skin: when a node has moved so far, two grains may have come as near as the skin
 TORN = 10.0  #: times its length that an edge cannot be in a run that is stable

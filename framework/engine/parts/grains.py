@@ -12,8 +12,8 @@ from numba import njit
 from scipy.sparse import csr_matrix
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine.freedoms import Freedoms, Nodes
-from grainlaw.engine.part import Constant, Part, Scratch
+from grainlaw.engine.parts.freedoms import Freedoms, Nodes
+from grainlaw.engine.parts.part import Constant, Part, Scratch
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Drive, Hold
 

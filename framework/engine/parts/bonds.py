@@ -14,9 +14,9 @@ from numba import njit
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.contact import Laws
 from grainlaw.detection import Detection
-from grainlaw.engine import bond_passes as passes
-from grainlaw.engine.laws import LANES, LawTable, bond_groups, is_unbonded, respond, table_of
-from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts import bond_passes as passes
+from grainlaw.engine.parts.laws import LANES, LawTable, bond_groups, is_unbonded, respond, table_of
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
 from grainlaw.mesh import Mesh
 from grainlaw.specimen import Specimen
 

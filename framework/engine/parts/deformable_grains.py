@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from grainlaw.engine.freedoms import Freedoms, Nodes
-from grainlaw.engine.grains import GrainArrays, Grains
-from grainlaw.engine.part import Split, nothing_to_do
+from grainlaw.engine.parts.freedoms import Freedoms, Nodes
+from grainlaw.engine.parts.grains import GrainArrays, Grains
+from grainlaw.engine.parts.part import Split, nothing_to_do
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Drive, Hold
 

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine.overlap import FACING, beside
+from grainlaw.engine.parts.overlap import FACING, beside
 
 AWAY = math.sqrt(1 - FACING**2)  #: the sine that belongs to it
 

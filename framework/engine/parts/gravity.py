@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine.freedoms import Freedoms
-from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split, nothing_to_do
+from grainlaw.engine.parts.freedoms import Freedoms
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split, nothing_to_do
 
 
 class GravityArrays(NamedTuple):

@@ -1,7 +1,7 @@
 """How contacts, pairs of edges without a bond, overlap: their normal, opening, length and slip.
 
 Index letters: ``c`` contact of an edge a of grain A with an edge b of grain B, ``i`` node, ``k`` place in the list of
-nodes in use. ``t`` is the table of contacts (:class:`~grainlaw.engine.contact_table.ContactArrays`). Equation numbers
+nodes in use. ``t`` is the table of contacts (:class:`~grainlaw.engine.parts.contact_table.ContactArrays`). Equation numbers
 are those of docs/theory.md. A contact is in one of four states:
 
 ========  ==========  ========  ==================================================================================
@@ -21,7 +21,7 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine import overlap
+from grainlaw.engine.parts import overlap
 
 u32 = np.uint32
 NARROW = 1e-9  #: square of the length over that of the depth: narrower overlaps are those of other faces

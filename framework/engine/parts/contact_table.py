@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grainlaw.engine.laws import LawTable, table_of
-from grainlaw.engine.part import Changing, Constant, Scratch
+from grainlaw.engine.parts.laws import LawTable, table_of
+from grainlaw.engine.parts.part import Changing, Constant, Scratch
 
 
 class ContactArrays(NamedTuple):

@@ -8,9 +8,9 @@ import attrs
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from grainlaw.engine.freedoms import Freedoms, Nodes
-from grainlaw.engine.grains import GrainArrays, Grains
-from grainlaw.engine.part import Split
+from grainlaw.engine.parts.freedoms import Freedoms, Nodes
+from grainlaw.engine.parts.grains import GrainArrays, Grains
+from grainlaw.engine.parts.part import Split
 from grainlaw.engine.stability import rigid_map
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen

@@ -10,7 +10,7 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
-from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
 from grainlaw.integration import Motion
 
 

@@ -10,7 +10,7 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.entry import compiled
-from grainlaw.engine.part import Constant, Part, Scratch, Split
+from grainlaw.engine.parts.part import Constant, Part, Scratch, Split
 from grainlaw.engine.stability import shape_functions
 from grainlaw.specimen import Specimen
 

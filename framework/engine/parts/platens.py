@@ -10,9 +10,9 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
-from grainlaw.engine.drives import Drives
-from grainlaw.engine.freedoms import Freedoms
-from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split, nothing_to_do
+from grainlaw.engine.parts.drives import Drives
+from grainlaw.engine.parts.freedoms import Freedoms
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split, nothing_to_do
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Drive, Hold
 

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grainlaw.engine.drives import Drives
-from grainlaw.engine.freedoms import Freedoms, Nodes
-from grainlaw.engine.grains import Grains
-from grainlaw.engine.part import Changing, NoBooks, Part, Split, nothing_to_do
-from grainlaw.engine.platens import Platens
-from grainlaw.engine.pressures import Pressures
+from grainlaw.engine.parts.drives import Drives
+from grainlaw.engine.parts.freedoms import Freedoms, Nodes
+from grainlaw.engine.parts.grains import Grains
+from grainlaw.engine.parts.part import Changing, NoBooks, Part, Split, nothing_to_do
+from grainlaw.engine.parts.platens import Platens
+from grainlaw.engine.parts.pressures import Pressures
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Drive, Hold, Pressure

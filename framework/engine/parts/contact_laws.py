@@ -10,7 +10,7 @@ import numpy as np
 from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.contact import Laws, law_of_pair
 from grainlaw.detection import Detection
-from grainlaw.engine.laws import LawGroup, memory_of
+from grainlaw.engine.parts.laws import LawGroup, memory_of
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Pressure
 

@@ -9,9 +9,9 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine.freedoms import Freedoms
-from grainlaw.engine.grains import Grains
-from grainlaw.engine.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts.freedoms import Freedoms
+from grainlaw.engine.parts.grains import Grains
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
 from grainlaw.stage import Drive, Hold
 
 

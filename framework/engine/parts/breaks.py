@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grainlaw.engine.bonds import Bonds
-from grainlaw.engine.part import Changing, NoBooks, Part, Split, nothing_to_do
+from grainlaw.engine.parts.bonds import Bonds
+from grainlaw.engine.parts.part import Changing, NoBooks, Part, Split, nothing_to_do
 
 
 class BreakBooks(NamedTuple):

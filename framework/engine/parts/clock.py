@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grainlaw.engine.part import Changing, NoBooks, Part, Split, nothing_to_do
+from grainlaw.engine.parts.part import Changing, NoBooks, Part, Split, nothing_to_do
 
 
 class ClockBooks(NamedTuple):

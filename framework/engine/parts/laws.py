@@ -14,7 +14,7 @@ from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
 from grainlaw.contact import ContactLaw, Laws, check_laws
-from grainlaw.engine.part import Constant
+from grainlaw.engine.parts.part import Constant
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 

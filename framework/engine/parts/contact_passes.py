@@ -1,7 +1,7 @@
 """The passes over contacts, pairs of edges without a bond: law, forces, work, and who gathers what.
 
 Index letters: ``c`` contact, ``i`` node, ``k`` place in the list of nodes in use. ``t`` is the table of contacts
-(:class:`~grainlaw.engine.contact_table.ContactArrays`). Equation numbers are those of docs/theory.md.
+(:class:`~grainlaw.engine.parts.contact_table.ContactArrays`). Equation numbers are those of docs/theory.md.
 """
 
 import math
@@ -11,8 +11,8 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
-from grainlaw.engine.contact_geometry import both_edges, contact_geometry
-from grainlaw.engine.laws import LANES
+from grainlaw.engine.parts.contact_geometry import both_edges, contact_geometry
+from grainlaw.engine.parts.laws import LANES
 
 u32 = np.uint32
 BLOCK = 512  #: contacts that go through geometry, law and forces together; a multiple of ``LANES``
