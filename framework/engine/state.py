@@ -177,7 +177,7 @@ class State:
         row, replaced = rows[(self.steps + 1) % 2], self.bonds.books.replaced
         if not replaced.any():
             return row
-        moved = 0.0 if motion is None else self.bonds.motion(self.mesh, self.displacement_at_forces())[motion]
+        moved = 0.0 if motion is None else self.bonds.motion(self.displacement_at_forces())[motion]
         return np.where(np.tile(replaced, 2), moved, row)
 
     def memory(self, name: str) -> np.ndarray:

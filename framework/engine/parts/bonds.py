@@ -12,12 +12,12 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
+from grainlaw.compiler.entry import compiled
 from grainlaw.contact import Laws
 from grainlaw.detection import Detection
 from grainlaw.engine.parts import bond_passes as passes
 from grainlaw.engine.parts.laws import LANES, LawTable, bond_groups, is_unbonded, respond, table_of
 from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
-from grainlaw.mesh import Mesh
 from grainlaw.specimen import Specimen
 
 BLOCK = 4096  #: bonds that go through their passes together: their scratch stays in the cache
@@ -134,6 +134,18 @@ def gather_bond_forces(bonds, nodes, thread):
     )
 
 
+def _motion_of_points(bonds, ends, displacement, opening, slip):
+    count, gap = bonds.half.shape[0], np.empty((9, bonds.half.shape[0]))
+    passes.gather_motion(
+        displacement[0], displacement[1], ends[0], ends[1], ends[2], ends[3],
+        gap[0], gap[1], gap[2], gap[3], gap[4], gap[5],
+    )  # fmt: skip
+    passes.kinematics(
+        gap[0], gap[1], gap[2], gap[3], gap[4], gap[5], bonds.edge_x, bonds.edge_y, bonds.weight,
+        gap[6], gap[7], gap[8], opening[:count], opening[count:], slip[:count], slip[count:],
+    )  # fmt: skip
+
+
 class Bonds(Part):
     """All bonds, in the order of their laws (``order``), undeformed and without load at first."""
 
@@ -209,15 +221,11 @@ class Bonds(Part):
         arrays.opening[:, points] = arrays.slip[:, points] = 0.0
         self.books.replaced[chosen] = True
 
-    def motion(self, mesh: Mesh, displacement: np.ndarray) -> np.ndarray:
-        """(2, p) m, opening and slip at all contact points at a displacement (2, i) of the nodes, Eqs. (6, 7)."""
-        u, ends, w = displacement.T, self.ends, self.arrays.weight[:, None]
-        a1, a2, b1, b2 = (u[ends[:, k]] for k in range(4))
-        first, second = b1 - a1, b2 - a2
-        edge = mesh.nodes[ends[:, 1]] - mesh.nodes[ends[:, 0]] + (a2 - a1 + b2 - b1) / 2
-        points = np.concatenate([(1 - w) * first + w * second, w * first + (1 - w) * second])
-        x, y = np.tile(edge / np.hypot(*edge.T)[:, None], (2, 1)).T
-        return np.stack([points[:, 0] * y - points[:, 1] * x, points[:, 0] * x + points[:, 1] * y])
+    def motion(self, displacement: np.ndarray) -> np.ndarray:
+        """(2, p) m, opening and slip at a displacement (2, i) of the nodes, also of replaced bonds."""
+        rows = np.empty((2, 2 * len(self)))
+        compiled(_motion_of_points)(self.arrays, np.ascontiguousarray(self.ends.T), displacement, rows[0], rows[1])
+        return rows
 
     @property
     def work(self) -> np.ndarray:

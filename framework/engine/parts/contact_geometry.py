@@ -1,8 +1,8 @@
 """How contacts, pairs of edges without a bond, overlap: their normal, opening, length and slip.
 
 Index letters: ``c`` contact of an edge a of grain A with an edge b of grain B, ``i`` node, ``k`` place in the list of
-nodes in use. ``t`` is the table of contacts (:class:`~grainlaw.engine.parts.contact_table.ContactArrays`). Equation numbers
-are those of docs/theory.md. A contact is in one of four states:
+nodes in use. ``t`` is the table of contacts (``ContactArrays`` in contact_table.py). Equation numbers are those of
+docs/theory.md. A contact is in one of four states:
 
 ========  ==========  ========  ==================================================================================
 state     ``length``  offset    what it waits for

@@ -17,6 +17,7 @@ from grainlaw.engine.parts.laws import LANES
 u32 = np.uint32
 BLOCK = 512  #: contacts that go through geometry, law and forces together; a multiple of ``LANES``
 MOVED, DEEP, ACTIVE, LEAVING = range(4)  #: columns of the tally of each thread
+OPENING, SLIP, NORMAL, SHEAR, MEMORY = range(5)  #: rows of the scratch by which laws answer; the memory is the last
 
 
 @njit(**OPTIONS)
@@ -73,22 +74,23 @@ def _answer(t, g, first, last, rows):
     count, depth, size = last - first, t.memory.shape[0], 8 * rows.shape[1]
     for k in range(count):
         c = t.active[first + k]
-        rows[0, k], rows[1, k] = t.opening[c], t.slip[c]
+        rows[OPENING, k], rows[SLIP, k] = t.opening[c], t.slip[c]
         for n in range(depth):
-            rows[4 + n, k] = t.memory[n, c]
+            rows[MEMORY + n, k] = t.memory[n, c]
     start = rows.ctypes.data
     call(
         t.laws.address[g],
         (
-            t.laws.numbers[g], t.laws.numbers[g], 0, start + 4 * size, rows.shape[1],
-            start, start + size, start + 2 * size, start + 3 * size, (count + LANES - 1) // LANES * LANES,
+            t.laws.numbers[g], t.laws.numbers[g], 0, start + MEMORY * size, rows.shape[1],
+            start + OPENING * size, start + SLIP * size, start + NORMAL * size, start + SHEAR * size,
+            (count + LANES - 1) // LANES * LANES,
         ),
     )  # fmt: skip
     for k in range(count):
         c = t.active[first + k]
-        t.normal[c], t.shear[c] = rows[2, k], rows[3, k]
+        t.normal[c], t.shear[c] = rows[NORMAL, k], rows[SHEAR, k]
         for n in range(depth):
-            t.memory[n, c] = rows[4 + n, k]
+            t.memory[n, c] = rows[MEMORY + n, k]
 
 
 @njit(**OPTIONS)
@@ -98,7 +100,7 @@ def contact_step(t, time_step, thread):
     if first >= last:
         return
     deep, listed = 0, first
-    rows = np.zeros((4 + t.memory.shape[0], BLOCK))
+    rows = np.zeros((MEMORY + t.memory.shape[0], BLOCK))
     for g in range(t.laws.address.shape[0]):
         final = min(last, t.laws.last[g])
         for begin in range(max(first, t.laws.first[g]), final, BLOCK):
