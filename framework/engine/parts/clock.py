@@ -14,7 +14,9 @@ class ClockBooks(NamedTuple):
 
     time: Changing  #: (1,) s
     steps: Changing  #: (1,)
-    since: Changing  #: (3,) time (s), steps and time step (s) when the latter last changed
+    time_step: Changing  #: (1,) s, of the last steps
+    since_time: Changing  #: (1,) s, when this time step began
+    since_steps: Changing  #: (1,) steps done by then
 
 
 class Clock(Part):
@@ -23,7 +25,9 @@ class Clock(Part):
     arrays = NoBooks()
 
     def __init__(self) -> None:
-        self.books = ClockBooks(np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(3))
+        self.books = ClockBooks(
+            np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(1), np.zeros(1), np.zeros(1, dtype=np.int64)
+        )
 
     def share(self, split: Split) -> np.ndarray:
         return nothing_to_do(split)
@@ -40,10 +44,11 @@ class Clock(Part):
 
     def next_times(self, count: int, time_step: float) -> np.ndarray:
         """(count,) s of the next steps."""
-        since = self.books.since
-        if since[2] != time_step:
-            since[:] = self.time, self.steps, time_step
-        return since[0] + since[2] * (self.steps - int(since[1]) + 1 + np.arange(count))
+        books = self.books
+        if books.time_step[0] != time_step:
+            books.time_step[0], books.since_time[0], books.since_steps[0] = time_step, self.time, self.steps
+        done = self.steps - int(books.since_steps[0])
+        return books.since_time[0] + time_step * (done + 1 + np.arange(count))
 
     def count(self, steps: int, time: float) -> None:
         """Book steps that the engine has done until ``time`` (s)."""
