@@ -97,10 +97,8 @@ def _answer(t, g, first, last, rows):
 def contact_step(t, time_step, thread):
     """Geometry, law and forces of a thread's contacts, law by law; tells its tally what it found."""
     first, last = t.share[thread], t.share[thread + 1]
-    if first >= last:
-        return
     deep, listed = 0, first
-    rows = np.zeros((MEMORY + t.memory.shape[0], BLOCK))
+    rows = np.zeros((MEMORY + t.memory.shape[0], BLOCK if first < last else 0))
     for g in range(t.laws.address.shape[0]):
         final = min(last, t.laws.last[g])
         for begin in range(max(first, t.laws.first[g]), final, BLOCK):
@@ -117,9 +115,7 @@ def contact_step(t, time_step, thread):
 def gather_contact_forces(t, nodes, thread):
     """Add the forces of all threads' contacts to a thread's nodes, in a fixed order."""
     first, last, fx, fy = t.used_share[thread], t.used_share[thread + 1], nodes.force[0], nodes.force[1]
-    if first >= last:
-        return
-    for other in range(t.tally.shape[0]):
+    for other in range(t.tally.shape[0] if first < last else 0):
         for c in t.active[t.share[other] : t.share[other] + t.tally[other, ACTIVE]]:
             for n in range(4):
                 k = t.node[n, c]
