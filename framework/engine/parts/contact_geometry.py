@@ -29,10 +29,10 @@ LEAST = 1e-13  #: depth over length of an overlap: what is less is rounding
 
 
 @njit(forceinline=True, **OPTIONS)
-def both_edges(t, c):
+def both_edges(node, place, c):
     """Edge a, edge b in the same direction, and the vector from the first corner of a to that of b."""
-    x, y = t.place[0], t.place[1]
-    i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
+    x, y = place[0], place[1]
+    i, j, k, m = u32(node[0, c]), u32(node[1, c]), u32(node[2, c]), u32(node[3, c])
     return x[j] - x[i], y[j] - y[i], x[k] - x[m], y[k] - y[m], x[m] - x[i], y[m] - y[i]
 
 
@@ -44,47 +44,18 @@ def _is_near(ax, ay, bx, by, wx, wy, tx, ty, room):
 
 
 @njit(forceinline=True, **OPTIONS)
-def _part(t, g, c, deepest, row, lift):
-    """Forget what a contact of edges that are apart has been through, but for the ``lift`` of its faces.
-
-    Parting without a force, they take back what they were more open than they are.
-    """
-    t.offset[c] = max(min(t.offset[c], deepest), 0.0)
-    t.length[c] = 0.0
-    t.overlap[c] = 0.0
-    t.opening[c] = 0.0
-    t.slip[c] = 0.0
-    for n in range(t.memory.shape[0]):
-        t.memory[n, c] = t.virgin[n, g]
-    if row >= 0 and lift > 0:
-        t.memory[row, c] = lift
-
-
-@njit(forceinline=True, **OPTIONS)
-def _slide(t, c, x, y, nx, ny, before, ax, ay, bx, by, wx, wy, ex, ey, fx, fy, qa, qb):
-    """Where on both edges a contact at x, y acts, and how it has moved since the last step, Eq. (14)."""
+def _motion(node, increment, c, x, y, nx, ny, ax, ay, bx, by, wx, wy, ex, ey, fx, fy, qa, qb):
+    """Where on both edges a contact at x, y acts (shares, levers), and how it has opened and slid in the last step."""
     xa, xb = (x * ex + y * ey) * qa, ((x - wx) * fx + (y - wy) * fy) * qb
     off_a, off_b = x * ey - y * ex, (y - wy) * fx - (x - wx) * fy
-    vx, vy = t.increment[0], t.increment[1]
-    i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
+    vx, vy = increment[0], increment[1]
+    i, j, k, m = u32(node[0, c]), u32(node[1, c]), u32(node[2, c]), u32(node[3, c])
     dix, diy, djx, djy, dkx, dky, dmx, dmy = vx[i], vy[i], vx[j], vy[j], vx[k], vy[k], vx[m], vy[m]
     turn_a = (ax * (djy - diy) - ay * (djx - dix)) * (qa * qa)
     turn_b = (bx * (dky - dmy) - by * (dkx - dmx)) * (qb * qb)
     rx = dmx + xb * (dkx - dmx) - dix - xa * (djx - dix) - off_b * turn_b * fx - off_a * turn_a * ex
     ry = dmy + xb * (dky - dmy) - diy - xa * (djy - diy) - off_b * turn_b * fy - off_a * turn_a * ey
-    slid = ry * nx - rx * ny
-    grown = 1 - before / t.length[c]
-    if grown > 0:  # what has just come into contact has not slipped: else it would be given elastic energy
-        t.slip[c] -= grown * t.compliance[c] * t.shear[c]
-    t.slip[c] += slid
-    t.tangent_x[c] = -ny
-    t.tangent_y[c] = nx
-    t.share_a[c] = xa
-    t.share_b[c] = xb
-    t.lever_a[c] = off_a * qa
-    t.lever_b[c] = off_b * qb
-    t.opened[c] = rx * nx + ry * ny
-    t.slid[c] = slid
+    return xa, xb, off_a * qa, off_b * qb, rx * nx + ry * ny, ry * nx - rx * ny
 
 
 @njit(**OPTIONS)
@@ -96,7 +67,7 @@ def contact_geometry(g, t, first, last, place, row):
     """
     deep = 0
     for c in range(first, last):
-        ax, ay, bx, by, wx, wy = both_edges(t, c)
+        ax, ay, bx, by, wx, wy = both_edges(t.node, t.place, c)
         offset, before = t.offset[c], t.length[c]
         lift = t.memory[row, c] if row >= 0 else 0.0
         beginning = offset == np.inf
@@ -137,7 +108,17 @@ def contact_geometry(g, t, first, last, place, row):
             deep += far and t.overlap[c] > 0.5 * t.largest_overlap[c]
             if lift > 0:  # remembered until the faces are apart by more than grains may overlap
                 lift = lift if _is_near(ax, ay, bx, by, wx, wy, tx, ty, offset - t.largest_overlap[c]) else 0.0
-            _part(t, g, c, 0.0 if offset == 0 else overlap.deepest(ax, ay, bx, by, wx, wy), row, lift)
+            # All but the lift is forgotten. Parting without a force, edges lose what they were more open than they are.
+            deepest = 0.0 if offset == 0 else overlap.deepest(ax, ay, bx, by, wx, wy)
+            t.offset[c] = max(min(t.offset[c], deepest), 0.0)
+            t.length[c] = 0.0
+            t.overlap[c] = 0.0
+            t.opening[c] = 0.0
+            t.slip[c] = 0.0
+            for n in range(t.memory.shape[0]):
+                t.memory[n, c] = t.virgin[n, g]
+            if row >= 0 and lift > 0:
+                t.memory[row, c] = lift
             continue
         # Eq. (14): the gradient of the energy at both ends gives normal and length; share is J^2 / (J^2 + D^2).
         g1x, g1y, g2x, g2y, share = overlap.gradient(
@@ -159,7 +140,21 @@ def contact_geometry(g, t, first, last, place, row):
         x, y = p1 + p2, q1 + q2
         t.twist[c] = -((x1 - x) * g1y - (y1 - y) * g1x + (x2 - x) * g2y - (y2 - y) * g2x) / size
         x, y = x - 0.5 * offset * ty, y + 0.5 * offset * tx
-        _slide(t, c, x, y, nx, ny, before, ax, ay, bx, by, wx, wy, ex, ey, fx, fy, qa, qb)
+        xa, xb, lever_a, lever_b, opened, slid = _motion(
+            t.node, t.increment, c, x, y, nx, ny, ax, ay, bx, by, wx, wy, ex, ey, fx, fy, qa, qb
+        )
+        grown = 1 - before / t.length[c]
+        if grown > 0:  # what has just come into contact has not slipped: else it would be given elastic energy
+            t.slip[c] -= grown * t.compliance[c] * t.shear[c]
+        t.slip[c] += slid
+        t.tangent_x[c] = -ny
+        t.tangent_y[c] = nx
+        t.share_a[c] = xa
+        t.share_b[c] = xb
+        t.lever_a[c] = lever_a
+        t.lever_b[c] = lever_b
+        t.opened[c] = opened
+        t.slid[c] = slid
     return place, deep
 
 

@@ -42,7 +42,7 @@ def contact_forces(t, time_step, first, last, row):
         # Eq. (15): the force on A, handed to the nodes by the lever rule, its offset from the edges as a couple.
         push = normal + damping
         px, py = push * ty + shear * tx, shear * ty - push * tx  # on A; the reverse acts on B
-        ax, ay, bx, by, _, _ = both_edges(t, c)
+        ax, ay, bx, by, _, _ = both_edges(t.node, t.place, c)
         twist = t.twist[c] * normal
         qa = (t.lever_a[c] * (ax * px + ay * py) + twist) / (ax * ax + ay * ay)
         qb = (t.lever_b[c] * (bx * px + by * py) - twist) / (bx * bx + by * by)
