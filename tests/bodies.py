@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 import grainlaw as gl
+from grainlaw.columns import KINETIC, SPENT, STORED, SUPPLIED
 from grainlaw.compiler.batch import compile_integrator
 from grainlaw.engine.ledger import energies
 from grainlaw.engine.stable_step import StableStep
@@ -88,13 +89,12 @@ def momentum(state):
 
 def gap(row):
     """J that the ledger does not account for, over all rows of a run."""
-    kinds = ("kinetic", "zones", "contacts_normal", "contacts_shear", "damping")
-    return np.abs(row["external"] - sum(row[kind] for kind in kinds))
+    return np.abs(row[SUPPLIED] - sum(row[kind] for kind in SPENT))
 
 
 def total(row):
     """J, kinetic and stored less the external work."""
-    return row["kinetic"] + row["zones"] + row["contacts_normal"] + row["contacts_shear"] - row["external"]
+    return sum(row[kind] for kind in (KINETIC, *STORED)) - row[SUPPLIED]
 
 
 __all__ = ["GRAVITY", "RIGID", "SOFT", "Motion", "box", "each", "gap", "momentum", "together", "total", "turned"]
