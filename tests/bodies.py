@@ -14,9 +14,11 @@ from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import advance
 from grainlaw.geometry import block, moved, together
+from grainlaw.laws import Friction
 
 RIGID = gl.Rigid(density=2600)
 SOFT = gl.Elastic(youngs_modulus=1e9, poissons_ratio=0.2, density=2600)
+FACES = Friction(kn=1e9, ks=1e9, friction_angle=30)
 GRAVITY = 9.81  #: m/s2
 
 
@@ -97,4 +99,6 @@ def total(row):
     return sum(row[kind] for kind in (KINETIC, *STORED)) - row[SUPPLIED]
 
 
-__all__ = ["GRAVITY", "RIGID", "SOFT", "Motion", "box", "each", "gap", "momentum", "together", "total", "turned"]
+__all__ = [
+    "FACES", "GRAVITY", "RIGID", "SOFT", "Motion", "box", "each", "gap", "momentum", "together", "total", "turned",
+]  # fmt: skip
