@@ -12,7 +12,7 @@ import numpy as np
 
 from grainlaw.geometry.cells.sides import is_convex, turns
 from grainlaw.geometry.region import polygon
-from grainlaw.parameter import ParameterError
+from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
 
@@ -60,7 +60,7 @@ def block(corners: Any, name: str | Sequence[str] = "block", phase: int = 0) -> 
 
     Raises :class:`~grainlaw.parameter.ParameterError`.
     """
-    checked_phase("block", phase)
+    phase = checked_whole_number("block: phase", phase, at_least=0)
     region = polygon(corners, name)
     if not is_convex(region):
         x, y = region.end[turns(region).argmin()]
@@ -109,9 +109,3 @@ def renamed(grains: Tessellation, names: Mapping[str, str]) -> Tessellation:
 
     region, *others = (named(each) for each in grains.regions)
     return attrs.evolve(grains, region=region, bodies=others)
-
-
-def checked_phase(shape: str, phase: Any) -> None:
-    """Refuse what is no number of a mineral phase."""
-    if not isinstance(phase, (int, np.integer)) or isinstance(phase, bool) or phase < 0:
-        raise ParameterError(f"{shape}: phase = {phase!r} is not allowed, it must be a whole number, at least 0")

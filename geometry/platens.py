@@ -7,9 +7,10 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.geometry.bodies import checked_phase, renamed, together
+from grainlaw.geometry.bodies import renamed, together
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.region import checked
+from grainlaw.parameter import checked_whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
 
@@ -40,7 +41,7 @@ def between_platens(
     """
     checked("between_platens", thickness=thickness)
     checked("between_platens", zero=True, overhang=overhang)
-    checked_phase("between_platens", phase)
+    phase = checked_whole_number("between_platens: phase", phase, at_least=0)
     low = np.min([region.bounds[0] for region in grains.regions], axis=0)
     high = np.max([region.bounds[1] for region in grains.regions], axis=0)
     left, right = low[0] - overhang, high[0] + overhang

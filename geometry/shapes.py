@@ -7,13 +7,8 @@ import math
 import numpy as np
 
 from grainlaw.geometry.region import checked
-from grainlaw.parameter import ParameterError
+from grainlaw.parameter import checked_whole_number
 from grainlaw.region import Region
-
-
-def _checked_sides(shape: str, sides: int) -> None:
-    if not isinstance(sides, int) or isinstance(sides, bool) or sides < 8:
-        raise ParameterError(f"{shape}: sides = {sides!r} is not allowed, it must be a whole number, at least 8")
 
 
 def _arc(radius: float, begin: float, end: float, longest: float) -> np.ndarray:
@@ -39,7 +34,7 @@ def disc(diameter: float, *, loaded: float = 20.0, flat: bool = True, sides: int
     """
     checked("disc", diameter=diameter)
     checked("disc", below=180, unit="degrees", loaded=loaded)
-    _checked_sides("disc", sides)
+    sides = checked_whole_number("disc: sides", sides, at_least=8)
     radius, half, step = diameter / 2, loaded / 2, 360 / sides
     jaw = loaded if flat else step
     return _ring(
@@ -69,7 +64,7 @@ def semi_disc(
     checked("semi_disc", diameter=diameter)
     checked("semi_disc", below=diameter / 2, notch_depth=notch_depth)
     checked("semi_disc", below=diameter, span=span)
-    _checked_sides("semi_disc", sides)
+    sides = checked_whole_number("semi_disc: sides", sides, at_least=8)
     radius = diameter / 2
     supports = _supported("semi_disc", -radius, radius, 0.0, span, bearing, notch_width, notch_depth)
     half = math.degrees(math.asin(bearing / diameter))

@@ -8,11 +8,10 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.laws.checks import part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
-from grainlaw.parameter import ParameterError, parameter
+from grainlaw.parameter import ParameterError, parameter, part
 
 
 @attrs.frozen(kw_only=True)
@@ -33,7 +32,7 @@ class BilinearMixedMode(ContactLaw):
     mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak; published is G_I + f_t^2 / (2 kn)
     mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak; published is G_II + c^2 / (2 ks)
     eta: float = parameter("1", default=2.0, at_least=0.25, at_most=7.75)  #: Benzeggagh-Kenane; k/4
-    closure: Closure = attrs.field(default=LinearClosure(), validator=part(Closure))
+    closure: Closure = part(Closure, LinearClosure())
 
     def __attrs_post_init__(self) -> None:
         if np.any(np.mod(self.eta, 0.25)) or np.ptp(self.eta) > 0:

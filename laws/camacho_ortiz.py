@@ -7,11 +7,10 @@ import math
 import attrs
 
 from grainlaw.contact import ContactLaw
-from grainlaw.laws.checks import part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
-from grainlaw.parameter import parameter
+from grainlaw.parameter import parameter, part
 
 
 @attrs.frozen(kw_only=True)
@@ -30,7 +29,7 @@ class CamachoOrtiz(ContactLaw):
     residual_friction_angle: float = parameter("deg", at_least=0, below=90)
     mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak
     mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak: kappa G_I
-    closure: Closure = attrs.field(default=LinearClosure(), validator=part(Closure))
+    closure: Closure = part(Closure, LinearClosure())
 
     @property
     def stiffness(self) -> tuple[float, float]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -47,16 +46,3 @@ def kind_of_default(component: Any, attribute: Any, value: Any) -> None:
         raise ParameterError(
             f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, it must be one of {members}"
         )
-
-
-def part(kind: type) -> Callable[[Any, Any, Any], None]:
-    """Validator of a part that must be a ``kind``."""
-
-    def check(component: Any, attribute: Any, value: Any) -> None:
-        if not isinstance(value, kind):
-            raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
-                f"it must be a {kind.__name__} such as {attribute.default!r}"
-            )
-
-    return check

@@ -12,13 +12,13 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.laws.checks import kind_of_default, not_above, not_beyond_apex, part
+from grainlaw.laws.checks import kind_of_default, not_above, not_beyond_apex
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY, joined
 from grainlaw.laws.readings import OtherMode, PrePeak, Residual, SofteningLength, TensionShear
 from grainlaw.laws.softening import EvansMarathe, Softening
-from grainlaw.parameter import parameter
+from grainlaw.parameter import parameter, part
 from grainlaw.vector_math import exp_unit
 
 
@@ -40,8 +40,8 @@ class CohesiveCrack(ContactLaw):
     residual_friction_angle: float = parameter("deg", at_least=0, below=90)
     mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak
     mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak
-    softening: Softening = attrs.field(default=EvansMarathe(), validator=part(Softening))
-    closure: Closure = attrs.field(default=LinearClosure(), validator=part(Closure))
+    softening: Softening = part(Softening, EvansMarathe())
+    closure: Closure = part(Closure, LinearClosure())
     softening_length: SofteningLength = attrs.field(default=SofteningLength.ENERGY, validator=kind_of_default)
     other_mode: OtherMode = attrs.field(default=OtherMode.SCALED, validator=kind_of_default)
     residual: Residual = attrs.field(default=Residual.FLOOR, validator=kind_of_default)

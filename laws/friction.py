@@ -7,9 +7,8 @@ import math
 import attrs
 
 from grainlaw.contact import ContactLaw
-from grainlaw.laws.checks import part
 from grainlaw.laws.closure import Closure, LinearClosure
-from grainlaw.parameter import parameter
+from grainlaw.parameter import parameter, part
 
 
 def slid(stiffness: float, slip: float, anchor: float, strength: float, hardening: float = 0.0) -> float:
@@ -33,7 +32,7 @@ class Friction(ContactLaw):
     kn: float = parameter("Pa/m")  #: normal stiffness
     ks: float = parameter("Pa/m")  #: shear stiffness
     friction_angle: float = parameter("deg", at_least=0, below=90)
-    closure: Closure = attrs.field(default=LinearClosure(), validator=part(Closure))
+    closure: Closure = part(Closure, LinearClosure())
 
     @property
     def stiffness(self) -> tuple[float, float]:

@@ -9,12 +9,12 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.laws.checks import kind_of_default, not_above, part
+from grainlaw.laws.checks import kind_of_default, not_above
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY, joined
 from grainlaw.laws.softening import EvansMarathe, Softening
-from grainlaw.parameter import parameter
+from grainlaw.parameter import parameter, part
 
 
 class Unloading(enum.IntEnum):
@@ -42,8 +42,8 @@ class MunjizaJoint(ContactLaw):
     residual_friction_angle: float = parameter("deg", at_least=0, below=90)
     mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak
     mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak
-    softening: Softening = attrs.field(default=EvansMarathe(), validator=part(Softening))
-    closure: Closure = attrs.field(default=LinearClosure(), validator=part(Closure))
+    softening: Softening = part(Softening, EvansMarathe())
+    closure: Closure = part(Closure, LinearClosure())
     unloading: Unloading = attrs.field(default=Unloading.SECANT, validator=kind_of_default)
 
     def __attrs_post_init__(self) -> None:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import functools
 import itertools
 from abc import ABC, abstractmethod
-from typing import Any
 
 import attrs
 from scipy.integrate import quad
 
-from grainlaw.parameter import ParameterError, parameter
+from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.vector_math import exp_bounded
 
 
@@ -118,14 +117,6 @@ class PeterssonSoftening(Softening):
         return self.second_slope * (1 - max(damage, kink)) + self.first_slope * (kink - min(damage, kink))
 
 
-def _whole(component: Any, attribute: Any, value: Any) -> None:
-    if type(value) is not int or not 1 <= value <= 31:
-        raise ParameterError(
-            f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, it must be a whole number "
-            "from 1 to 31 (the power is taken by multiplication)"
-        )
-
-
 @attrs.frozen(kw_only=True)
 class EvansMarathe(Softening):
     """Eq. (2), fitted to direct tension tests of concrete.
@@ -135,7 +126,7 @@ class EvansMarathe(Softening):
 
     a: float = parameter("1", default=0.63)
     b: float = parameter("1", default=1.8)
-    c: int = attrs.field(default=6, validator=_whole)
+    c: int = whole_number(default=6, at_least=1, at_most=31)  # the power is taken by multiplication
 
     @property
     def share(self) -> float:

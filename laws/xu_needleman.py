@@ -9,11 +9,11 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.laws.checks import kind_of_default, part
+from grainlaw.laws.checks import kind_of_default
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
-from grainlaw.parameter import parameter
+from grainlaw.parameter import parameter, part
 from grainlaw.vector_math import exp_bounded, exp_unit
 
 END = 8.0  #: n + t at the break
@@ -42,7 +42,7 @@ class XuNeedleman(ContactLaw):
     tensile_strength: float = parameter("Pa")  #: f_t
     cohesion: float = parameter("Pa")  #: c, shear strength without opening
     residual_friction_angle: float = parameter("deg", at_least=0, below=90)
-    closure: Closure = attrs.field(default=LinearClosure(), validator=part(Closure))
+    closure: Closure = part(Closure, LinearClosure())
     coupling: Coupling = attrs.field(default=Coupling.VAN_DEN_BOSCH, validator=kind_of_default)
 
     @property

@@ -7,15 +7,18 @@ from collections.abc import Callable
 import numpy as np
 
 import grainlaw as gl
+from grainlaw.columns import KINETIC, SPENT, STORED, SUPPLIED
 from grainlaw.compiler.batch import compile_integrator
 from grainlaw.engine.ledger import energies
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import advance
 from grainlaw.geometry import block, moved, together
+from grainlaw.laws import Friction
 
 RIGID = gl.Rigid(density=2600)
 SOFT = gl.Elastic(youngs_modulus=1e9, poissons_ratio=0.2, density=2600)
+FACES = Friction(kn=1e9, ks=1e9, friction_angle=30)
 GRAVITY = 9.81  #: m/s2
 
 
@@ -88,13 +91,14 @@ def momentum(state):
 
 def gap(row):
     """J that the ledger does not account for, over all rows of a run."""
-    kinds = ("kinetic", "zones", "contacts_normal", "contacts_shear", "damping")
-    return np.abs(row["external"] - sum(row[kind] for kind in kinds))
+    return np.abs(row[SUPPLIED] - sum(row[kind] for kind in SPENT))
 
 
 def total(row):
     """J, kinetic and stored less the external work."""
-    return row["kinetic"] + row["zones"] + row["contacts_normal"] + row["contacts_shear"] - row["external"]
+    return sum(row[kind] for kind in (KINETIC, *STORED)) - row[SUPPLIED]
 
 
-__all__ = ["GRAVITY", "RIGID", "SOFT", "Motion", "box", "each", "gap", "momentum", "together", "total", "turned"]
+__all__ = [
+    "FACES", "GRAVITY", "RIGID", "SOFT", "Motion", "box", "each", "gap", "momentum", "together", "total", "turned",
+]  # fmt: skip

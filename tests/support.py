@@ -9,6 +9,8 @@ from grainlaw.compiler.batch import compile_integrator
 from grainlaw.engine import stepping
 from grainlaw.engine.stability import stiffness_matrix
 from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.laws import MohrCoulomb
+from grainlaw.protocols import UniaxialTension
 from grainlaw.units import GPa, MPa, mm
 
 STIFF = {"kn": 1.05e14, "ks": 9.45e13}
@@ -16,6 +18,8 @@ STRONG = STIFF | {
     "tensile_strength": 13 * MPa, "cohesion": 29 * MPa, "friction_angle": 54, "residual_friction_angle": 5,
 }  # fmt: skip
 ROCK = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
+BRITTLE = MohrCoulomb(**STRONG)
+PULL = UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=40, stop_fraction=0)
 
 
 @attrs.frozen(kw_only=True)
@@ -34,6 +38,9 @@ class Hillerborg(gl.ContactLaw):
         damage = min((widest - peak) / (last - peak), 1.0)
         secant = self.strength * (1 - damage) / widest
         return (secant if opening > 0 else self.kn) * opening, self.ks * slip, damage, widest
+
+
+HILLERBORG = Hillerborg(**STIFF, strength=13e6, energy=50)
 
 
 def small_sample(grains=40, seed=1, width=20 * mm, height=40 * mm, material=ROCK, **options):

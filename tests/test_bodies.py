@@ -1,4 +1,4 @@
-"""Several bodies: each keeps its own sides and edges, grains part by the gap asked for; walls and platens."""
+"""Several bodies: each keeps its own sides and edges, also where it touches another and after it was moved."""
 
 from __future__ import annotations
 
@@ -11,15 +11,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial import ConvexHull, HalfspaceIntersection
 from support import ROCK
-from tiling import polygon_of, shoelace
+from tiling import SLOPE, SQUARE, lengths
 
 import grainlaw as gl
 from grainlaw import geometry
 from grainlaw.geometry import (
     Bricks,
-    Hexagonal,
     Voronoi,
     apart,
     between_platens,
@@ -32,20 +30,9 @@ from grainlaw.geometry import (
     wall,
 )
 from grainlaw.mesh import build_mesh
-from grainlaw.protocols import Brazilian, UniaxialCompression
-from grainlaw.protocols.measures import size
 from grainlaw.tessellation import Tessellation, TilingError
 
 MAKERS = [together, block, moved, apart, wall, between_platens]
-SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
-SLOPE = polygon([(0, 0), (4, 0), (4, 1), (2, 1), (1, 3), (0, 3)], ["base", "right", "foot", "face", "crest", "left"])
-
-
-def lengths(grains: Tessellation) -> dict[str, float]:
-    """m of each boundary that has any."""
-    edges = grains.edges
-    every = {name: edges.length[edges.side == k].sum() for k, name in enumerate(edges.boundary_names)}
-    return {name: pytest.approx(length, rel=1e-9) for name, length in every.items() if length > 0}
 
 
 def test_all_specimens_of_bodies_are_tried() -> None:
@@ -194,77 +181,6 @@ def test_moved_refuses(values, named: str) -> None:
         moved(block(SQUARE), **values)
 
 
-def test_grains_apart_touch_where_they_met() -> None:
-    bonded = Voronoi(grains=50).tessellate(SLOPE)
-    loose = apart(bonded)
-    loose.check()
-    assert np.array_equal(loose.vertices, bonded.vertices[bonded.corners])
-    assert len(build_mesh(loose).interfaces) == 0
-    inner = bonded.edges.length[bonded.edges.right >= 0].sum()
-    assert lengths(loose) == {**{k: v.expected for k, v in lengths(bonded).items()}, "grains": 2 * inner}
-    assert loose.region is bonded.region
-
-
-def test_hexagons_lose_half_the_gap_on_every_side() -> None:
-    bonded = Hexagonal(grain_size=0.1).tessellate(rectangle(1, 1))
-    parted = apart(bonded, 0.01)
-    whole = np.flatnonzero(np.isclose(bonded.areas, 0.01, rtol=1e-9))
-    apothem = np.sqrt(0.01 / (2 * np.sqrt(3)))
-    assert len(whole) > 30
-    assert parted.areas[whole] == pytest.approx(2 * np.sqrt(3) * (apothem - 0.005) ** 2, rel=1e-9)
-
-
-@settings(max_examples=25, deadline=None)
-@given(
-    seed=st.integers(0, 1000),
-    share=st.floats(0, 0.3),
-    merge=st.sampled_from([0, 0.25]),
-    region=st.sampled_from([SLOPE, disc(3.0), rectangle(3, 2)]),
-)
-def test_parted_grains_are_what_half_planes_leave(seed: int, share: float, merge: float, region) -> None:
-    bonded = Voronoi(grains=40, seed=seed, merge=merge).tessellate(region)
-    gap = share * np.sqrt(region.area / 40)
-    parted = apart(bonded, gap)
-    parted.check()
-    edges = bonded.edges
-    outside = {(e[0], e[1]) for e in np.column_stack([edges.start, edges.end])[edges.right < 0].tolist()}
-    for g in range(bonded.count):
-        ring = bonded.corners[bonded.first[g] : bonded.first[g + 1]].tolist()
-        planes = []
-        for i, j in zip(ring, ring[1:] + ring[:1], strict=True):
-            (x, y), (u, v) = bonded.vertices[[i, j]]
-            out = np.array([v - y, x - u]) / np.hypot(u - x, v - y)
-            planes.append([*out, -out @ (x, y) + (0 if (i, j) in outside else gap / 2)])
-        expected = ConvexHull(HalfspaceIntersection(np.array(planes), parted.centroids[g]).intersections).volume
-        assert shoelace(polygon_of(parted, g)) == pytest.approx(expected, rel=1e-7)
-    kept = {k: v for k, v in lengths(parted).items() if k != "grains"}
-    assert set(kept) == set(region.boundary_names)
-
-
-def test_a_gap_that_swallows_a_grain_is_refused_by_number() -> None:
-    row = together(block([(0, 0), (1, 0), (1, 9), (0, 9)]))  # alone it has no side to move
-    assert apart(row, 5.0).areas[0] == 9
-    bricks = Bricks(rows=1, columns=3).tessellate(rectangle(3, 9))  # 0 and 2 have one side to move, 1 has two
-    assert apart(bricks, 0.9).areas == pytest.approx([9 * 0.55, 9 * 0.1, 9 * 0.55])
-    with pytest.raises(gl.ParameterError, match=r"apart: gap = 1 m is not allowed, grain 1 would vanish in it"):
-        apart(bricks, 1.0)
-    with pytest.raises(gl.ParameterError, match=r"apart: gap = -1 m is not allowed"):
-        apart(bricks, -1)
-
-
-def test_a_hundred_thousand_loose_grains_are_light() -> None:
-    bonded = Bricks(rows=320, columns=320).tessellate(rectangle(1, 1))
-    tracemalloc.start()
-    loose = apart(bonded, 1e-4)
-    loose.check()
-    mesh = build_mesh(loose)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < 500e6
-    assert len(mesh.nodes) == 5 * 320**2
-    assert loose.areas.sum() == pytest.approx((1 - 319e-4) ** 2)  # each row and column loses 319 gaps
-
-
 def test_edges_of_many_grains_find_the_sides_of_a_disc_in_little_memory() -> None:
     region = disc(2.0)
     outside = np.stack([region.start, region.end], axis=1)
@@ -275,82 +191,3 @@ def test_edges_of_many_grains_find_the_sides_of_a_disc_in_little_memory() -> Non
     sides = np.arange(len(outside))
     assert np.array_equal(found, [*sides, *np.full(100_000, -1), *sides])
     assert peak < 300e6  # at once it would be 200e6 for each of several arrays
-
-
-@pytest.mark.parametrize("halves", [2, 9, 10])
-@pytest.mark.parametrize("gap", [0, 0.01])
-def test_wall_in_running_bond(halves: int, gap: float) -> None:
-    grains = wall(halves * 0.12, 0.4, 0.24, 0.08, gap)
-    grains.check()
-    x = np.array([np.sort(polygon_of(grains, g)[:, 0])[[0, -1]] for g in range(grains.count)])
-    course = np.round(grains.centroids[:, 1] / 0.08 - 0.5).astype(int)
-    joints = [np.append(x[course == c, 0][1:], ()) - gap / 2 for c in range(5)]
-    for c in range(5):
-        assert joints[c] == pytest.approx(np.arange(2 - c % 2, halves, 2) * 0.12)
-    assert np.array_equal(grains.vertices.min(axis=0), (0, 0))
-    assert grains.vertices.max(axis=0) == pytest.approx((halves * 0.12, 0.4))
-    open_ends = {c: gap * len(joints[c]) for c in (0, 4)}
-    found = lengths(grains)
-    assert found["bottom"] == found["top"] == pytest.approx(halves * 0.12 - open_ends[0])
-    assert found["left"] == pytest.approx(0.4 - 4 * gap)
-    assert grains.areas.sum() == pytest.approx(
-        sum((0.08 - gap * (1 - (c in (0, 4)) / 2)) * (halves * 0.12 - gap * len(joints[c])) for c in range(5))
-    )
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (
-            {"width": 2.5},
-            r"wall: width = 2\.5 m is not allowed, it must be 0\.12 m times a whole number of half bricks",
-        ),
-        ({"width": 0.12}, "wall: width = 0.12 m is not allowed, .* at least 2"),
-        ({"height": 0.1}, r"wall: height = 0\.1 m is not allowed, it must be 0\.08 m times a whole number of bricks"),
-        ({"brick_width": -1}, "wall: brick_width = -1 m is not allowed"),
-        ({"gap": 0.08}, r"wall: gap = 0\.08 m is not allowed, .* below 0\.08"),
-    ],
-)
-def test_wall_refuses(change, message: str) -> None:
-    with pytest.raises(gl.ParameterError, match=message):
-        wall(**{"width": 2.4, "height": 0.8, "brick_width": 0.24, "brick_height": 0.08, **change})
-
-
-def test_platens_lie_between_the_sample_and_the_test() -> None:
-    sample = Voronoi(grains=60).tessellate(rectangle(0.05, 0.1))
-    grains = between_platens(sample, 0.02, overhang=0.01, columns=4)
-    grains.check()
-    wide = 0.07
-    assert lengths(grains) == {
-        "rock_bottom": 0.05, "right": 0.1, "rock_top": 0.05, "left": 0.1, "platen_top": wide, "platen_bottom": wide,
-        "top": wide, "bottom": wide, "platen_side": 0.08,
-    }  # fmt: skip
-    assert grains.phase.tolist() == [0] * 60 + [1] * 8
-    specimen = gl.Specimen(grains, {0: ROCK, 1: ROCK})
-    level = {name: np.unique(specimen.mesh.nodes[nodes, 1]) for name, nodes in specimen.mesh.boundaries.items()}
-    for name, y in {"top": 0.12, "platen_top": 0.1, "rock_top": 0.1, "rock_bottom": 0, "bottom": -0.02}.items():
-        assert level[name] == pytest.approx([y], abs=1e-15)
-    assert size(specimen) == (0.05, 0.1)
-    bonds = specimen.mesh.interface_grains
-    assert np.all((bonds < 60).all(axis=1) | (bonds >= 60).all(axis=1))
-    assert np.count_nonzero(bonds[:, 0] >= 60) == 2 * 3
-    assert UniaxialCompression().stages(specimen)
-
-
-def test_platens_touch_a_disc_at_its_flats() -> None:
-    grains = between_platens(Voronoi(grains=60).tessellate(disc(0.05, sides=72)), 0.01, phase=2)
-    grains.check()
-    flat = 0.05 * np.sin(np.radians(10))
-    expected = {"rock_top": flat, "rock_bottom": flat, "top": 0.05, "platen_bottom": 0.05}  # rims have a middle corner
-    assert {name: lengths(grains)[name] for name in expected} == expected
-    at = grains.vertices[grains.edges.start, 1]
-    inner, outer = (at[grains.edges.side == grains.boundary_names.index(name)] for name in ("platen_top", "rock_top"))
-    assert set(inner.tolist()) == set(outer.tolist()) == {0.025 * np.cos(np.radians(10))}
-    assert Brazilian().stages(gl.Specimen(grains, {0: ROCK, 2: ROCK}))
-
-
-@pytest.mark.parametrize("change", [{"thickness": 0}, {"overhang": -1}, {"phase": 0.5}])
-def test_platens_refuse(change) -> None:
-    (name,) = change
-    with pytest.raises(gl.ParameterError, match=f"between_platens: {name} = .* is not allowed"):
-        between_platens(block(SQUARE), **{"thickness": 1, **change})

@@ -6,15 +6,9 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
-
-from grainlaw.cli import main
+from command_line import invoke
 
 SMALL = ["compare", "--quick", "--grains", "20", "--max-strain", "0.0005", "--threads", "1"]
-
-
-def invoke(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 def test_help_names_every_option():

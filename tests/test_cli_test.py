@@ -1,41 +1,13 @@
-"""grainlaw test: configurations that reach the run, refusals before any work, what is left of a test that fails."""
+"""grainlaw test: options that reach the run, refusals before any work, what is left of a test that fails."""
 
 import csv
 import json
 import re
-import tomllib
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from command_line import SMALL, invoke
 from test_report import Page
-
-import grainlaw as gl
-from grainlaw import laws, protocols
-from grainlaw.cli import main
-from grainlaw.cli.components import choices, name_of
-from grainlaw.cli.configuration import configured
-from grainlaw.cli.sections import assign, toml
-from grainlaw.cli.setups import SETUPS
-from grainlaw.cli.table1 import LAWS
-from grainlaw.geometry import Hexagonal
-
-DOCS = Path(__file__).parents[1] / "docs"
-NEEDED = {
-    "biaxial-compression": {"confinement": "4 MPa"}, "direct-shear": {"normal_stress": "1 MPa"},
-    "cyclic": {"levels": [0.001, 0.002]},
-}  # fmt: skip
-SMALL = ["--quick", "--grains", "20", "--set", "test.maximum_strain=0.0002", "--set", "test.samples=20"]
-
-
-def invoke(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def blocks(name):
-    """The TOML that a page shows."""
-    return re.findall(r"^```toml\n(.*?)^```", (DOCS / name).read_text("utf-8"), re.M | re.S)
-
 
 # --- a whole run -----------------------------------------------------------------------------------------------------
 
@@ -82,96 +54,6 @@ def test_the_written_configuration_runs_the_same_test_again(done, tmp_path):
     assert again.exit_code == 0, again.output
     assert (tmp_path / "config.toml").read_text() == (done[1] / "config.toml").read_text()
     assert (tmp_path / "curves.csv").read_text() == (done[1] / "curves.csv").read_text()
-
-
-# --- configurations --------------------------------------------------------------------------------------------------
-
-
-QUICK_AND_FULL = [(name, True) for name in SETUPS]
-QUICK_AND_FULL += [(name, False) for name, setup in SETUPS.items() if setup.sample != setup.quick]
-
-
-@pytest.mark.parametrize(("name", "quick"), QUICK_AND_FULL)
-def test_what_is_configured_is_configured_again_by_its_own_sections(name, quick):
-    first = configured(name, {"test": NEEDED.get(name, {}), "sample": {} if quick else {"grain_size": 0.012}}, quick)
-    again = configured(name, tomllib.loads(toml(first.sections)))
-    assert again.sections == first.sections
-    for part in ("law", "protocol", "numerics"):
-        assert getattr(again, part) == getattr(first, part)
-    assert again.specimen.material == first.specimen.material
-    assert (again.specimen.grains.vertices == first.specimen.grains.vertices).all()
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_every_law_of_the_table_is_a_type(name):
-    chosen = configured("joint-tension", {"law": {"type": name}})
-    assert chosen.law == LAWS[name]
-    assert configured("joint-tension", tomllib.loads(toml(chosen.sections))).law == LAWS[name]
-
-
-def test_the_example_of_the_configuration_page_means_what_it_says():
-    (text,) = blocks("configuration.md")
-    made = configured("uniaxial-compression", tomllib.loads(text))
-    law = made.law
-    assert isinstance(law, laws.MunjizaJoint)
-    assert law.softening == laws.ExponentialSoftening(rate=4)
-    assert law.closure == laws.BandisClosure(maximum_closure=5e-6)
-    assert law.unloading is laws.Unloading.RETRACED
-    assert law.tensile_strength == 13e6
-    assert made.protocol.platens is protocols.Platens.ROUGH
-    assert made.protocol.ramp == 1e-4
-    assert made.protocol.integrator == gl.CentralDifference(damping=gl.LocalDamping(fraction=0.7))
-    assert made.specimen.contact_points == gl.InsetPoints(inset=2e-4)
-    assert made.specimen.material.plane is gl.Plane.STRESS
-    region = made.specimen.grains.region
-    assert made.specimen.grains.count == Hexagonal(grain_size=0.01).tessellate(region).count
-    assert (made.numerics.mass_scaling, made.numerics.frames) == (2, 10)
-    assert configured("uniaxial-compression", tomllib.loads(toml(made.sections))).sections == made.sections
-
-
-def test_the_example_of_getting_started_runs(tmp_path):
-    (text,) = blocks("getting-started.md")
-    (tmp_path / "granite.toml").write_text(text)
-    result = invoke("test", "uniaxial-tension", "--config", tmp_path / "granite.toml", "--quick", *SMALL[1:],
-                    "--out", tmp_path / "granite")  # fmt: skip
-    assert result.exit_code == 0, result.output
-    law = json.loads((tmp_path / "granite" / "summary.json").read_text())["configuration"]["law"]
-    assert law["softening"]["type"] == "hordijk"
-    assert law["tensile_strength"] == "10 MPa"
-
-
-def test_parts_are_set_one_by_one():
-    sections = {"law": {"closure": "bandis"}}
-    for text in ('law.closure.maximum_closure="5 um"', "law.softening = {type = \"exponential\", rate = 3}",
-                 "law.pre_peak=linear", "test.speed=20 mm/s", "law.softening.rate=4"):  # fmt: skip
-        assign(sections, text)
-    made = configured("joint-tension", sections)
-    assert made.law.closure == laws.BandisClosure(maximum_closure=5e-6)
-    assert made.law.softening == laws.ExponentialSoftening(rate=4)
-    assert made.law.pre_peak is laws.PrePeak.LINEAR
-    assert made.protocol.speed == 0.02
-
-
-def test_names_are_those_of_the_classes():
-    assert name_of(laws.HordijkSoftening, laws.Softening) == "hordijk"
-    assert name_of(laws.EvansMarathe, laws.Softening) == "evans-marathe"
-    assert {"linear", "bandis"} == set(choices(laws.Closure))
-    assert choices(gl.Relaxation) == {"adaptive": gl.AdaptiveRelaxation, "kinetic": gl.KineticRelaxation}
-    for name in ("hordijk", "HordijkSoftening", "hordijk-softening", "Hordijk_Softening"):
-        assert configured("joint-tension", {"law": {"softening": name}}).law.softening == laws.HordijkSoftening()
-
-
-def test_setups_are_of_public_protocols():
-    public = [getattr(protocols, name) for name in protocols.__all__]
-    known = {setup.protocol for setup in SETUPS.values()}
-    tests = {c for c in public if isinstance(c, type) and issubclass(c, gl.LoadingProtocol)}
-    assert known == tests - {protocols.FreeMotion}  # whose bodies are put together in Python
-
-
-def test_the_page_lists_every_test():
-    page = (DOCS / "configuration.md").read_text("utf-8")
-    listed = set(re.findall(r"`([\w-]+)`", " ".join(re.findall(r"^\| (`[^|]*) \|", page.split("## Tests")[1], re.M))))
-    assert set(SETUPS) <= listed
 
 
 # --- refusals --------------------------------------------------------------------------------------------------------
@@ -284,21 +166,6 @@ def test_a_specimen_that_breaks_under_the_confinement_keeps_what_it_recorded(tmp
     assert "Incomplete" in page.text
     with (tmp_path / "curves.csv").open() as file:
         assert len(list(csv.DictReader(file))) > 0
-
-
-def test_a_part_of_ones_own_is_known_by_its_name(tmp_path):
-    text = "import attrs\nfrom grainlaw import parameter\nfrom grainlaw.laws import *\n"
-    text += "@attrs.frozen(kw_only=True)\nclass StiffClosure(LinearClosure.__base__):\n"
-    text += "    times: float = parameter('1', default=2)\n"
-    text += "    def pressure(self, kn, closure): return self.times * kn * closure\n"
-    text += "    def tangent(self, kn, closure): return self.times * kn\n"
-    text += "law = CohesiveCrack(kn=1e14, ks=9e13, tensile_strength=5e6, cohesion=2e7, friction_angle=30, "
-    text += "residual_friction_angle=5, mode_i_energy=20, mode_ii_energy=40, closure=StiffClosure())\n"
-    (tmp_path / "mine.py").write_text(text)
-    given = {"type": f"{tmp_path / 'mine.py'}:law", "closure": {"type": "stiff", "times": 3}}
-    made = configured("joint-tension", {"law": given})
-    assert made.law.closure.times == 3
-    assert made.sections["law"]["closure"] == {"type": "stiff", "times": 3.0}
 
 
 def test_a_law_of_ones_own_runs_with_its_parameters_and_parts(tmp_path):

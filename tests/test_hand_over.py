@@ -8,6 +8,7 @@ import pytest
 from support import small_sample
 
 import grainlaw as gl
+from grainlaw.columns import SPENT, SUPPLIED, energy
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, MohrCoulomb
 from grainlaw.protocols import DirectShear, UniaxialCompression
@@ -23,7 +24,6 @@ LAWS = {
 MATERIALS = {
     "rigid": gl.Rigid(density=2600), "deformable": gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.2, density=2600)
 }  # fmt: skip
-KINDS = ("kinetic", "zones", "contacts_normal", "contacts_shear", "damping")
 
 
 def sheared(law, material, detection):
@@ -33,7 +33,7 @@ def sheared(law, material, detection):
 
 
 def unaccounted(curves):
-    return curves["energy_external"] - sum(curves[f"energy_{kind}"] for kind in KINDS)
+    return energy(curves, SUPPLIED) - energy(curves, *SPENT)
 
 
 @pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)

@@ -201,9 +201,14 @@ def test_nothing_draws_before_it_is_asked_to():
     assert done.stdout.split() == []
 
 
-@pytest.mark.parametrize("module", sorted(MODULES))
-def test_files_are_small(module):
-    assert len(MODULES[module].read_text(encoding="utf-8").splitlines()) <= 400
+HOUSE = Path(__file__).parents[1]
+FILES = [*MODULES.values(), *HOUSE.joinpath("tests").rglob("*.py"), *HOUSE.joinpath("docs").rglob("*.py")]
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_files_are_small(file):
+    """Sources, tests and the examples of the documents."""
+    assert len(file.read_text(encoding="utf-8").splitlines()) <= 300
 
 
 @pytest.mark.parametrize("package", ["grainlaw", *(f"grainlaw.{name}" for name in COMPONENTS)])

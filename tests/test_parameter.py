@@ -6,8 +6,8 @@ import pytest
 from support import small_sample
 
 import grainlaw as gl
-from grainlaw.geometry import Bricks, Hexagonal, Voronoi
-from grainlaw.laws import Linear
+from grainlaw.geometry import Bricks, Hexagonal, Voronoi, disc
+from grainlaw.laws import EvansMarathe, Linear
 from grainlaw.parameter import ParameterError, parameter, parameters
 from grainlaw.protocols import UniaxialCompression
 
@@ -100,10 +100,11 @@ def test_a_whole_number_is_an_integer_of_python_or_numpy(make, where, bounds):
 def test_an_integer_of_numpy_becomes_one_of_python():
     for found in (
         Bricks(rows=np.int64(3)).rows, Voronoi(grains=np.uint8(3)).grains, Voronoi(grains=4, seed=np.int32(3)).seed,
-        small_sample(4, refinement=np.int64(3)).refinement,
+        small_sample(4, refinement=np.int64(3)).refinement, EvansMarathe(c=np.int64(3)).c,
     ):  # fmt: skip
         assert found == 3
         assert type(found) is int
+    assert np.array_equal(disc(1.0, sides=np.int64(16)).outline, disc(1.0, sides=16).outline)
 
 
 def test_none_is_a_whole_number_only_where_it_is_the_default():

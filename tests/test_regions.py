@@ -1,28 +1,16 @@
-"""Regions: what they refuse, the shapes of common tests, and that grains fill every one of them."""
+"""Regions: what they refuse, and that grains fill every one of them."""
 
 from __future__ import annotations
-
-import inspect
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support import ROCK
-from tiling import assert_sides_complete, assert_tiles
+from tiling import BEAM, BEND, assert_sides_complete, assert_tiles
 
 import grainlaw as gl
-from grainlaw import geometry
-from grainlaw.geometry import (
-    Hexagonal,
-    Voronoi,
-    disc,
-    notched_beam,
-    polygon,
-    rectangle,
-    semi_disc,
-    shear_box,
-)
+from grainlaw.geometry import Hexagonal, Voronoi, disc, polygon, rectangle, semi_disc, shear_box
 from grainlaw.geometry.cells.any_voronoi import Cells
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
@@ -37,8 +25,6 @@ def ring(corners: int, radius: float, x: float = 0, y: float = 0) -> np.ndarray:
 
 
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]
-BEAM = notched_beam(0.2, 0.06, notch_depth=0.02, notch_width=1e-4, span=0.16, bearing=0.005)
-BEND = semi_disc(0.076, notch_depth=0.019, notch_width=1e-3, span=0.046, bearing=0.004)
 SHAPES = {
     "beam": BEAM,
     "semi_disc": BEND,
@@ -256,89 +242,6 @@ def test_polygon_may_run_either_way() -> None:
         assert region.names[4:] == ("hole",) * 4 + ("other",) * 4
         start = {name: corner.tolist() for name, corner in zip(region.names, region.start, strict=True)}
         assert [start[name] for name in "abcd"] == np.array(SQUARE).tolist()
-
-
-def lengths(region: Region) -> dict[str, float]:
-    size = np.hypot(*(region.end - region.start).T)
-    return {name: float(size[np.array(region.names) == name].sum()) for name in region.boundary_names}
-
-
-def test_disc_has_flat_ends_over_the_loaded_angle() -> None:
-    region = disc(2.0, loaded=20, sides=720)
-    long = lengths(region)
-    assert long["top"] == long["bottom"] == pytest.approx(2 * np.sin(np.radians(10)))
-    assert region.names.count("top") == 1
-    assert long["rim"] == pytest.approx(2 * np.radians(160), rel=1e-5)
-    assert np.hypot(*region.start.T) == pytest.approx(1)
-    assert np.ptp(region.bounds[:, 1]) == pytest.approx(2 * np.cos(np.radians(10)))
-
-
-def test_disc_has_curved_ends() -> None:
-    region = disc(2.0, loaded=30, flat=False, sides=360)
-    assert region.area == pytest.approx(180 * np.sin(np.pi / 180))
-    assert lengths(region)["top"] == pytest.approx(60 * np.sin(np.pi / 360))
-    assert region.names.count("top") == 30
-
-
-def test_beam_carries_its_pieces_where_they_belong() -> None:
-    long = lengths(BEAM)
-    assert long == pytest.approx(
-        {"bottom": 0.2 - 0.01 - 1e-4, "support_left": 0.005, "notch": 0.0401, "support_right": 0.005}
-        | {"right": 0.06, "top": 0.195, "load": 0.005, "left": 0.06}
-    )
-    assert BEAM.area == pytest.approx(0.2 * 0.06 - 0.02 * 1e-4)
-    for name, x, y in (("support_left", 0.02, 0), ("support_right", 0.18, 0), ("load", 0.1, 0.06)):
-        k = BEAM.names.index(name)
-        assert (BEAM.start[k] + BEAM.end[k]) / 2 == pytest.approx([x, y])
-
-
-def test_semi_disc_stands_on_its_flat_side() -> None:
-    long = lengths(BEND)
-    assert long["notch"] == pytest.approx(2 * 0.019 + 0.001)
-    assert long["bottom"] == pytest.approx(0.076 - 2 * 0.004 - 0.001)
-    assert BEND.bounds == pytest.approx(np.array([[-0.038, 0], [0.038, 0.038]]))
-    load = BEND.start[[k for k, name in enumerate(BEND.names) if name == "load"]]
-    assert load[0] == pytest.approx([0.002, np.sqrt(0.038**2 - 0.002**2)])
-    k = BEND.names.index("support_right")
-    assert (BEND.start[k] + BEND.end[k]) / 2 == pytest.approx([0.023, 0])
-
-
-def test_shear_box_is_split_at_half_its_height() -> None:
-    assert lengths(shear_box(2, 1)) == {
-        "bottom": 2, "right_lower": 0.5, "right_upper": 0.5, "top": 2, "left_upper": 0.5, "left_lower": 0.5,
-    }  # fmt: skip
-    assert lengths(shear_box(2, 1, gap=0.25))["left_gap"] == 0.25
-
-
-@pytest.mark.parametrize(
-    ("shape", "arguments", "message"),
-    [
-        (disc, {"diameter": 0}, r"disc: diameter = 0 m is not allowed, it must be a finite number above 0"),
-        (disc, {"diameter": 1, "loaded": 180}, "disc: loaded = 180 degrees is not allowed, .* below 180"),
-        (disc, {"diameter": 1, "sides": 7}, "disc: sides = 7 is not allowed, it must be a whole number, at least 8"),
-        (shear_box, {"width": 1, "height": 1, "gap": -0.1}, "gap = -0.1 m is not allowed, .* at least 0"),
-        (shear_box, {"width": 1, "height": 1, "gap": 1}, "gap = 1 m is not allowed, .* below 1"),
-        (notched_beam, {"notch_depth": 1}, "notched_beam: notch_depth = 1 m is not allowed, .* below 1"),
-        (notched_beam, {"span": 3.95}, "notched_beam: bearing = 0.1 m is not allowed, .* below 0.05"),
-        (notched_beam, {"notch_width": 3}, "notched_beam: notch_width = 3 m is not allowed, .* below 2.9"),
-        (semi_disc, {"notch_depth": 2}, "semi_disc: notch_depth = 2 m is not allowed, .* below 2"),
-        (semi_disc, {"span": np.nan}, "semi_disc: span = nan m is not allowed, .* below 4"),
-    ],
-)
-def test_shapes_refuse(shape, arguments: dict, message: str) -> None:
-    common = {"notch_depth": 0.3, "notch_width": 0.01, "span": 3, "bearing": 0.1}
-    if shape is notched_beam:
-        arguments = {"length": 4, "height": 1} | common | arguments
-    elif shape is semi_disc:
-        arguments = {"diameter": 4} | common | arguments
-    with pytest.raises(ParameterError, match=message):
-        shape(**arguments)
-
-
-def test_all_shapes_are_tried() -> None:
-    shapes = {disc, notched_beam, polygon, rectangle, semi_disc, shear_box}
-    functions = {each for each in map(vars(geometry).get, geometry.__all__) if inspect.isfunction(each)}
-    assert shapes == {each for each in functions if inspect.signature(each, eval_str=True).return_annotation is Region}
 
 
 def test_no_vertex_is_left_where_nothing_meets() -> None:

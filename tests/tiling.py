@@ -1,9 +1,15 @@
-"""What several tests of grains share: whether polygons tile a region, told slowly and by other means than ``check``."""
+"""What tests of grains share: regions, and whether polygons tile one, told slowly and otherwise than by ``check``."""
 
 import numpy as np
 import pytest
 
+from grainlaw.geometry import notched_beam, polygon, semi_disc
 from grainlaw.tessellation import Tessellation
+
+SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+SLOPE = polygon([(0, 0), (4, 0), (4, 1), (2, 1), (1, 3), (0, 3)], ["base", "right", "foot", "face", "crest", "left"])
+BEAM = notched_beam(0.2, 0.06, notch_depth=0.02, notch_width=1e-4, span=0.16, bearing=0.005)
+BEND = semi_disc(0.076, notch_depth=0.019, notch_width=1e-3, span=0.046, bearing=0.004)
 
 
 def polygon_of(grains: Tessellation, g: int) -> np.ndarray:
@@ -55,3 +61,10 @@ def assert_sides_complete(grains: Tessellation) -> None:
         assert edges.length[edges.side == number].sum() == pytest.approx(side, rel=1e-12)
     vertices = {tuple(vertex) for vertex in grains.vertices}
     assert {tuple(corner) for ring, _ in rings for corner in ring} <= vertices
+
+
+def lengths(grains: Tessellation) -> dict[str, float]:
+    """m of each boundary that has any."""
+    edges = grains.edges
+    every = {name: edges.length[edges.side == k].sum() for k, name in enumerate(edges.boundary_names)}
+    return {name: pytest.approx(length, rel=1e-9) for name, length in every.items() if length > 0}

@@ -10,6 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import ENERGY, KINETIC, LOST, STORED, SUPPLIED
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
@@ -205,7 +206,7 @@ class _Run:
             "unbalanced": unbalanced(state),
             "motion": motion(state, energies),
         }
-        row |= {f"energy_{name}": value for name, value in energies.items()}
+        row |= {ENERGY + kind: value for kind, value in energies.items()}
         self.columns.append(row)
         state.new_sample()
 
@@ -213,8 +214,8 @@ class _Run:
 
     def _check(self, energy: dict[str, float], saved: Saved, stage: Stage, integrator: Integrator, steps: int) -> None:
         moving = self.state.kinetic_energy + abs(float(self.state.freedoms.books.given[0]))
-        self.supplied = max(self.supplied, abs(energy["external"]), ROUNDING * moving)
-        gap = abs(energy["external"] - sum(value for name, value in energy.items() if name != "external"))
+        self.supplied = max(self.supplied, abs(energy[SUPPLIED]), ROUNDING * moving)
+        gap = abs(energy[SUPPLIED] - sum(energy[kind] for kind in (*STORED, KINETIC, LOST)))
         if gap <= TOLERATED_GAP * self.supplied and np.isfinite(list(energy.values())).all():
             return
         with np.errstate(all="ignore"):

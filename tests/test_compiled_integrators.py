@@ -1,0 +1,86 @@
+"""Integrators compiled: the same numbers as interpreted, the same bits however freedoms are split."""
+
+import attrs
+import numpy as np
+import pytest
+from support import STIFF, small_sample
+
+import grainlaw as gl
+from grainlaw.compiler.batch import compile_integrator
+from grainlaw.laws import Linear
+from grainlaw.protocols import UniaxialTension
+
+
+@attrs.frozen(kw_only=True)
+class Free(gl.Integrator):
+    """The example of the interface's docstring."""
+
+    def step(self, force, velocity, mass, time_step):
+        return velocity + force / mass * time_step, 0.0
+
+    def stable_step(self, highest_frequency):
+        return 0.9 * 2 / highest_frequency
+
+
+@attrs.frozen(kw_only=True)
+class Drifting(Free):
+    """One that moves by a rule of its own, with a number of its own."""
+
+    drift: float = gl.parameter("m/s", default=0.5)
+
+    def move(self, displacement, velocity, time_step):
+        return displacement + (velocity + self.drift) * time_step
+
+
+def advance(integrator, cuts=(), count=40):
+    """One step of ``count`` freedoms, driven and free, in the pieces between ``cuts``."""
+    import ctypes
+
+    compiled = compile_integrator(integrator)
+    rng = np.random.default_rng(2)
+    arrays = [rng.normal(size=count) for _ in range(7)]
+    arrays[3] = np.abs(arrays[3]) + 1
+    arrays[4] = (arrays[4] > 0).astype(float)
+    arrays[5] *= 1 - arrays[4]
+    parameters = np.append(compiled.numbers, 0.25)
+    call = ctypes.CFUNCTYPE(None, *(ctypes.c_int64,) * 9)(compiled.address)
+    before = [a.copy() for a in arrays]
+    for part in np.split(np.arange(count), list(cuts)):
+        call(parameters.ctypes.data, *(a.ctypes.data + 8 * int(part[0]) for a in arrays), len(part))
+    return before, arrays
+
+
+INTEGRATORS = [
+    Free(), Drifting(), gl.CentralDifference(), gl.CentralDifference(damping=gl.Undamped()),
+    gl.CentralDifference(damping=gl.MassDamping(coefficient=0.3)), gl.DynamicRelaxation(),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=lambda i: f"{type(i).__name__}")
+def test_integrators_compiled_are_interpreted(integrator):
+    before, after = advance(integrator)
+    for force, v, u, mass, free, imposed, loss, new_v, new_u, new_loss in zip(
+        *before, after[1], after[2], after[6], strict=True
+    ):
+        expected, damping = integrator.step(force, v, mass, 0.25)
+        expected = expected if free else imposed
+        assert new_v == pytest.approx(expected, rel=1e-12)
+        drift = 0.5 if isinstance(integrator, Drifting) else 0.0
+        assert new_u == pytest.approx(u + 0.25 * (expected + drift), rel=1e-12, abs=1e-14)
+        assert new_loss == pytest.approx(loss - free * damping * 0.125 * (v + expected), rel=1e-12, abs=1e-14)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=lambda i: f"{type(i).__name__}")
+def test_integrators_split_unevenly_give_the_same_bits(integrator):
+    whole = np.array(advance(integrator)[1])
+    for n in range(1, 40):
+        assert np.array_equal(np.array(advance(integrator, [n])[1]), whole)
+
+
+def test_an_integrator_of_ones_own_runs():
+    test = UniaxialTension(maximum_strain=2e-5, samples=20, integrator=Free())
+    own = gl.simulate(small_sample(12), Linear(**STIFF), test)
+    undamped = attrs.evolve(test, integrator=gl.CentralDifference(damping=gl.Undamped()))
+    theirs = gl.simulate(small_sample(12), Linear(**STIFF), undamped)
+    assert own.summary["steps"] == theirs.summary["steps"]
+    assert np.allclose(own.curves["stress"], theirs.curves["stress"], rtol=1e-6)
