@@ -10,7 +10,7 @@ from grainlaw.engine.part import Changing, NoBooks, Part, Split, nothing_to_do
 
 
 class ClockBooks(NamedTuple):
-    """When the run is."""
+    """Time and steps that were done."""
 
     time: Changing  #: (1,) s
     steps: Changing  #: (1,)
@@ -18,7 +18,7 @@ class ClockBooks(NamedTuple):
 
 
 class Clock(Part):
-    """Time and steps; the times of steps are the same to the last digit, however many are done at a time."""
+    """Time and steps. The time of a step is the same to the last digit, however many steps are done in one call."""
 
     arrays = NoBooks()
 
@@ -46,6 +46,6 @@ class Clock(Part):
         return since[0] + since[2] * (self.steps - int(since[1]) + 1 + np.arange(count))
 
     def count(self, steps: int, time: float) -> None:
-        """Book steps that the engine has done until ``time`` (s)."""
+        """Record steps that were done until ``time`` (s)."""
         self.books.steps[0] += steps
         self.books.time[0] = time
