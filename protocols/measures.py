@@ -126,14 +126,14 @@ def certificate(
     ``kinetic_ratio``: largest ratio of kinetic energy to the energy in zones and contacts. ``platen_imbalance``:
     largest difference of the columns ``ends``, which have the unit of the load, over its peak. nan without a peak.
     """
-    carried = curves[load]
-    peak = int(np.argmax(carried))
-    if not carried[peak] > 0:
+    loads = curves[load]
+    peak = int(np.argmax(loads))
+    if not loads[peak] > 0:
         return {"kinetic_ratio": float("nan"), "platen_imbalance": float("nan")}
-    rise = np.arange(np.argmax(carried >= 0.1 * carried[peak]), peak + 1)
+    rise = np.arange(np.argmax(loads >= 0.1 * loads[peak]), peak + 1)
     kinetic, stored = (energy(curves, *kinds)[rise] for kinds in ((KINETIC,), STORED))
     one, other = (curves[end][rise] for end in ends)
     return {
         "kinetic_ratio": float(np.max(kinetic / np.maximum(stored, 1e-300))),
-        "platen_imbalance": float(np.max(np.abs(one - other)) / carried[peak]),
+        "platen_imbalance": float(np.max(np.abs(one - other)) / loads[peak]),
     }
