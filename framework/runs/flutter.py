@@ -77,7 +77,7 @@ class Flutter:
         tenfold = math.log(10) / self.rate
         return (
             f"flutters: {held}, its kinetic energy grows tenfold in {tenfold * 1e6:.3g} us ({tenfold / self.step:.0f} "
-            "steps); the strength of such samples depends on the damping"
+            "steps); the strength of such specimens depends on the damping"
         )
 
 
@@ -154,7 +154,7 @@ def hold(
     pressed, damaged = result.curves[STRESS], result.curves[DAMAGED][held]
     if pressed.max() < stress or pressed[held][0] < HELD * stress:
         error = StageError(
-            f"hold: the sample failed: it reached {pressed.max() * 1e-6:.4g} MPa and holds "
+            f"hold: the specimen failed: it reached {pressed.max() * 1e-6:.4g} MPa and holds "
             f"{pressed[held][0] * 1e-6:.4g} MPa; stress = {stress * 1e-6:g} MPa must be lower"
         )
         error.result = result
