@@ -267,7 +267,7 @@ class State:
     # --- for the engine ----------------------------------------------------------------------------------------------
 
     def search(self, before: np.ndarray) -> None:
-        """Search neighbours anew; ``before`` (2, i) m is the displacement a step ago."""
+        """Search neighbours; ``before`` (2, i) m is the displacement one step ago."""
         self.contacts.search(self.nodes.arrays.displacement, before)
 
     def motion(self) -> Motion:

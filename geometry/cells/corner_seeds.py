@@ -14,7 +14,7 @@ from grainlaw.geometry.cells.cutting import Cutter, Reentrant
 FURTHEST = 0.5  #: grain sizes that a seed may be moved
 NEAREST = 0.2  #: grain sizes that a moved seed keeps from all others
 CANDIDATES = 12  #: nearest seeds, among which the two in sight of a corner are looked for
-ROUNDS = 8  #: of choosing pairs anew, where seeds that moved have changed which are the nearest
+ROUNDS = 8  #: of choosing pairs again, where moved seeds have changed which are the nearest
 STEPS = 8  #: of Newton's method, which doubles the digits in each
 
 
