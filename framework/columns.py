@@ -26,7 +26,7 @@ EVERY_TEST = {
     TENSILE_CRACKS: "contact points that have broken in tension",
     SHEAR_CRACKS: "contact points that have broken in shear",
     DAMAGED: "contact points with any damage",
-    UNBALANCED: "mean force out of balance over mean contact force, 0 at rest",
+    UNBALANCED: "mean unbalanced force over mean contact force, 0 at rest",
     MOTION: "root of kinetic over stored energy, at most 1, 0 at rest; 1 while a load still changes",
 }
 

@@ -1,4 +1,4 @@
-"""How grains that no bond joins find each other, and what acts between them."""
+"""Detection of contacts without a bond, and the law and damping that act at them."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ def _laws_or_none(detection: Detection, attribute: attrs.Attribute, value: Any) 
 
 @attrs.frozen(kw_only=True)
 class Detection:
-    """Contacts between edges of grains that were never neighbours, or whose bond has broken and slid.
+    """Contacts between edges of grains that were never bonded, or whose bond has broken and moved apart.
 
-    Without a ``law`` of their own such contacts follow the law of the bonds between their phases as it is after it has
-    broken. A bond is handed over once it is broken at both points and its ends have moved apart by ``hand_over``.
+    Without a ``law`` of their own such contacts follow the law of the bonds between their phases, as it is after
+    breaking. A bond becomes a contact once it is broken at both points and one of its ends has moved by ``hand_over``.
     """
 
     law: Laws | None = attrs.field(default=None, validator=_laws_or_none)
-    skin: float = parameter("1", default=0.1, above=0, at_most=1)  #: over the grain size: how far the search looks
-    hand_over: float = parameter("1", default=0.05, above=0, at_most=1)  #: over the length of the interface
+    skin: float = parameter("1", default=0.1, above=0, at_most=1)  #: search distance over the grain size
+    hand_over: float = parameter("1", default=0.05, above=0, at_most=1)  #: displacement of an end over its length
     largest_overlap: float = parameter("1", default=0.1, above=0, at_most=0.5)  #: over the smaller grain's width
-    damping: float = parameter("1", default=0.0, at_least=0, at_most=1)  #: viscous, over the critical, along the normal
+    damping: float = parameter("1", default=0.0, at_least=0, at_most=1)  #: viscous, along the normal, over the critical
 
 
 EVERYWHERE = Detection()  #: the default

@@ -17,17 +17,17 @@ class Damping(ABC):
 
     @abstractmethod
     def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
-        """Damping force (N) from the force out of balance (N), velocity (m/s), mass (kg) and time step (s)."""
+        """Damping force (N) from the unbalanced force (N), velocity (m/s), mass (kg) and time step (s)."""
 
     @property
     def step_factor(self) -> float:
-        """How much of the undamped stable step is left."""
+        """Stable step with this damping over that without."""
         return 1.0
 
 
 @attrs.frozen
 class Undamped(Damping):
-    """None: for waves."""
+    """No damping: for waves."""
 
     def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
         return 0.0
@@ -35,7 +35,7 @@ class Undamped(Damping):
 
 @attrs.frozen(kw_only=True)
 class LocalDamping(Damping):
-    """A fraction of the force out of balance, against the velocity (Cundall 1987); UDEC's default for rest."""
+    """A fraction of the unbalanced force, against the velocity (Cundall 1987); UDEC's local damping."""
 
     fraction: float = parameter("1", default=0.8, at_least=0, below=1)
 
@@ -45,13 +45,14 @@ class LocalDamping(Damping):
 
     @property
     def step_factor(self) -> float:
-        # The fastest mode turns at every step, always against its force: it feels 1 + fraction times its stiffness.
+        # The fastest mode reverses at every step, its velocity always against its force. The damping force then adds to
+        # that force: the mode has 1 + fraction times its stiffness.
         return 1 / math.sqrt(1 + self.fraction)
 
 
 @attrs.frozen(kw_only=True)
 class MassDamping(Damping):
-    """Proportional to mass and velocity, taken at the middle of the step: stable for any coefficient."""
+    """Proportional to mass and to the mean velocity of the step: stable for any coefficient."""
 
     coefficient: float = parameter("1/s", at_least=0)
 
@@ -66,7 +67,7 @@ class Motion:
 
     velocity: np.ndarray  #: m/s
     displacement: np.ndarray  #: m
-    force: np.ndarray  #: N, out of balance
+    force: np.ndarray  #: N, unbalanced
     mass: np.ndarray  #: kg
 
     @property
@@ -88,7 +89,7 @@ class Integrator(ABC):
             def stable_step(self, highest_frequency):
                 return 0.9 * 2 / highest_frequency
 
-    The framework calls ``step``, imposes the velocity of driven freedoms, calls ``move``, and books the work of the
+    The framework calls ``step``, imposes the velocity of driven freedoms, calls ``move``, and records the work of the
     damping force.
     """
 
@@ -99,8 +100,8 @@ class Integrator(ABC):
     def move(self, displacement: Any, velocity: Any, time_step: Any) -> Any:
         """New displacement (m), from scalars, at the new or imposed velocity (m/s); compiled with ``step``.
 
-        By the velocity times the step unless told otherwise: second order, as velocities are half a step apart from
-        displacements.
+        By default it grows by the velocity times the step. This is of second order, as the velocity is that in the
+        middle of the step.
         """
         return displacement + velocity * time_step
 
@@ -111,7 +112,7 @@ class Integrator(ABC):
     def adapt(self, motion: Motion, before: Motion | None) -> tuple[Integrator, bool]:
         """The integrator for the next burst of steps, and whether to halt all motion before it.
 
-        From the motion now and a burst ago (None at first).
+        ``motion`` is that now, ``before`` that one burst earlier (None at first).
         """
         return self, False
 
@@ -120,7 +121,7 @@ class Integrator(ABC):
 
 @attrs.frozen(kw_only=True)
 class CentralDifference(Integrator):
-    """Explicit central differences, Eq. (9); takes the share ``safety`` of the stable step, Eq. (10)."""
+    """Explicit central differences, Eq. (9); with the fraction ``safety`` of the stable step, Eq. (10)."""
 
     damping: Damping = part(Damping, LocalDamping())
     safety: float = parameter("1", default=0.9, above=0, at_most=1)
@@ -134,7 +135,7 @@ class CentralDifference(Integrator):
 
 
 class Relaxation(ABC):
-    """How dynamic relaxation takes motion out of a specimen: part of :class:`DynamicRelaxation`."""
+    """How dynamic relaxation brings a specimen to rest: part of :class:`DynamicRelaxation`."""
 
     @abstractmethod
     def choose(self, motion: Motion, before: Motion | None) -> tuple[float, bool]:
@@ -143,7 +144,7 @@ class Relaxation(ABC):
 
 @attrs.frozen
 class AdaptiveRelaxation(Relaxation):
-    """Critical damping of the mode that moves most, by Rayleigh's quotient over the last burst (Underwood 1983)."""
+    """Critical damping of the mode that moves most, from Rayleigh's quotient over the last burst (Underwood 1983)."""
 
     def choose(self, motion: Motion, before: Motion | None) -> tuple[float, bool]:
         if before is None:
@@ -164,7 +165,7 @@ class KineticRelaxation(Relaxation):
 
 @attrs.frozen(kw_only=True)
 class DynamicRelaxation(Integrator):
-    """Central differences that bring a specimen to rest, with a damping that is chosen anew every ``burst`` steps."""
+    """Central differences that bring a specimen to rest; the damping is chosen again every ``burst`` steps."""
 
     relaxation: Relaxation = part(Relaxation, AdaptiveRelaxation())
     safety: float = parameter("1", default=0.9, above=0, at_most=1)

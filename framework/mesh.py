@@ -1,4 +1,4 @@
-"""Nodes, zones and interfaces made from grains: every grain owns its nodes and touches others along whole edges."""
+"""Nodes, zones and interfaces made from grains: every grain has its own nodes and shares whole edges with others."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Mesh:
     """Undeformed geometry. Index letters: ``i`` node, ``z`` zone, ``c`` interface, ``g`` grain.
 
     Nodes and zones are numbered grain by grain. An interface is an edge shared by grain A and grain B; its normal
-    points out of A, and its first end is where A's boundary, counter-clockwise, enters it.
+    points out of A, and its first end is the one that comes first counter-clockwise round A.
     """
 
     nodes: np.ndarray  #: (i, 2) m
@@ -41,7 +41,7 @@ class Mesh:
         return {name: float(np.hypot(*(place[:, 1] - place[:, 0]).T).sum()) for name, place in ends.items()}
 
     def middle(self, boundary: str) -> np.ndarray:
-        """Nodes nearest to the middle of the box round a boundary: one, or those of all grains that meet there."""
+        """Nodes nearest to the centre of a boundary's bounding box: one, or those of all grains that meet there."""
         nodes = self.boundaries[boundary]
         place = self.nodes[nodes]
         distance = np.hypot(*(place - (place.min(axis=0) + place.max(axis=0)) / 2).T)

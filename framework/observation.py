@@ -1,4 +1,4 @@
-"""Observers: what is kept or shown of a run while it goes on."""
+"""Observers: what is recorded or shown during a run."""
 
 from __future__ import annotations
 
@@ -26,4 +26,4 @@ class Observer(ABC):
 
     @abstractmethod
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
-        """Called after each sample with what was recorded so far and the share of the stage that is done."""
+        """Called after each sample with the curves so far and the share of the stage that is done."""

@@ -1,4 +1,4 @@
-"""A specimen: grains, what they are made of, and where they touch."""
+"""A specimen: grains, their material, and their contact points."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from grainlaw.tessellation import Tessellation
 
 
 class Plane(enum.Enum):
-    """What the third direction does."""
+    """Condition in the third direction."""
 
-    STRAIN = enum.auto()  #: it keeps its length
-    STRESS = enum.auto()  #: it is free of stress
+    STRAIN = enum.auto()  #: no strain
+    STRESS = enum.auto()  #: no stress
 
 
 @attrs.frozen(kw_only=True)
@@ -33,7 +33,7 @@ class Elastic:
 
     @property
     def constants(self) -> tuple[float, float, float]:
-        """Stress per strain (Pa): normal, across, shear; Eq. (4)."""
+        """Stress per strain (Pa): along the axis, across it, in shear; Eq. (4)."""
         e, nu = self.youngs_modulus, self.poissons_ratio
         shear = e / (2 * (1 + nu))
         if self.plane is Plane.STRESS:
@@ -67,7 +67,7 @@ class GaussPoints(ContactPoints):
 
 @attrs.frozen
 class EndPoints(ContactPoints):
-    """At the corners of the grains; such an interface resists rotation three times too much."""
+    """At the corners of the grains; such an interface is three times too stiff in rotation."""
 
     def weights(self, lengths: np.ndarray) -> np.ndarray:
         return np.zeros(len(lengths))
@@ -75,7 +75,7 @@ class EndPoints(ContactPoints):
 
 @attrs.frozen(kw_only=True)
 class InsetPoints(ContactPoints):
-    """At a length from the corners, as where UDEC rounds them; in the middle of interfaces shorter than twice it."""
+    """At a distance from the corners, as UDEC rounds them; in the middle of interfaces shorter than twice that."""
 
     inset: float = parameter("m")
 
@@ -87,7 +87,7 @@ class InsetPoints(ContactPoints):
 class Specimen:
     """Grains of one material, or of one per mineral phase, and the contact points between them.
 
-    ``refinement`` cuts every zone into four so many times (and every interface in two).
+    ``refinement`` is how many times every zone is cut into four (and every interface into two).
     """
 
     grains: Tessellation
@@ -112,7 +112,7 @@ class Specimen:
         return isinstance(self.material, Rigid)
 
     def check_grain_numbers(self, where: str, numbers: Iterable[int]) -> None:
-        """Raise :class:`ParameterError` for the number of a grain that there is not."""
+        """Raise :class:`ParameterError` for a number that no grain has."""
         for number in numbers:
             if not 0 <= number < self.grains.count:
                 raise ParameterError(

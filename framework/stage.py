@@ -30,7 +30,7 @@ def _ends(stage: Stage, attribute: attrs.Attribute, value: Sequence[Condition]) 
 
 
 def _rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray:
-    """From ``start`` to ``end`` in the time ``ramp``, smooth in value, rate and acceleration."""
+    """Rise from ``start`` to ``end`` in the time ``ramp``, smooth in value, rate and acceleration."""
     if ramp == 0:
         return np.full(len(time), end)
     x = np.clip(time / ramp, 0, 1)
@@ -58,7 +58,7 @@ class Drive:
     boundary: str
     axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
     speed: float = parameter("m/s", above=-math.inf)  #: with its sign
-    start: float = parameter("m/s", default=0.0, above=-math.inf)  #: from which the speed changes in the time ``ramp``
+    start: float = parameter("m/s", default=0.0, above=-math.inf)  #: at first; ``speed`` after the time ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)
     roller: bool = part(bool, False)
 
@@ -78,7 +78,7 @@ class Hold:
     boundary: str
     axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
     stress: float = parameter("Pa", above=-math.inf)
-    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: from which the stress changes in the time ``ramp``
+    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``stress`` after the time ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)
     stiffness: float = parameter("Pa/m", default=0.0, at_least=0)
 
@@ -89,11 +89,11 @@ class Hold:
 
 @attrs.frozen(kw_only=True)
 class Pressure:
-    """A pressure on a boundary that stays normal to it as it deforms, as of a fluid behind a thin membrane."""
+    """A pressure on a boundary, normal to it also when it deforms, like that of a fluid behind a thin membrane."""
 
     boundary: str
     pressure: float = parameter("Pa", above=-math.inf)  #: pressing inwards
-    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: from which it changes in the time ``ramp``
+    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``pressure`` after ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)
 
     def course(self, time: np.ndarray) -> np.ndarray:
@@ -112,7 +112,7 @@ class Condition(ABC):
 
     @abstractmethod
     def progress(self, curves: Curves) -> float:
-        """Share of the stage that is done, from what was recorded in it; 1 ends the stage.
+        """Share of the stage that is done, from the curves of this stage; 1 ends the stage.
 
         Raises :class:`StageError` where the test cannot go on.
         """
@@ -158,11 +158,11 @@ class FailsTo(Condition):
 
 @attrs.frozen
 class AtRest(Condition):
-    """Loads no longer change; ``unbalanced`` and ``motion`` are below a ratio in three samples in a row.
+    """Loads no longer change, and ``unbalanced`` and ``motion`` are below a ratio in three successive samples.
 
     ``unbalanced`` is the mean unbalanced force over the mean contact force, ``motion`` the root of kinetic over stored
-    energy. Both are needed: a slow motion of many nodes takes only small forces, and a vibration that reverses has no
-    velocity for a moment.
+    energy. Both are needed: a slow motion of many nodes needs only small forces, and a vibration has no velocity at the
+    moment of its reversal.
     """
 
     ratio: float = 1e-5
@@ -181,7 +181,7 @@ class Stage:
     name: str
     drives: Sequence[Drive | Hold] = ()
     pressures: Sequence[Pressure] = ()
-    until: Sequence[Condition] = attrs.field(validator=_ends)  #: the first that is fulfilled ends the stage
+    until: Sequence[Condition] = attrs.field(validator=_ends)  #: the stage ends when one of them is fulfilled
     interval: float = parameter("s")  #: time between samples
     integrator: Integrator = part(Integrator, CentralDifference())
     initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes

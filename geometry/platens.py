@@ -1,4 +1,4 @@
-"""Steel plates between a sample and what loads it."""
+"""Steel platens between a specimen and what loads it."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ def between_platens(
     columns: int = 1,
     rigid: bool = False,
 ) -> Tessellation:
-    """A sample between two platens (m) that touch the box round it, above and below, as bodies of their own.
+    """Grains between two platens (m) that touch the box round it, above and below, as bodies of their own.
 
     Boundaries top and bottom become the outer sides of the platens, so that tests load through them; those of the
-    sample are then rock_top and rock_bottom. The inner sides of the platens are platen_top and platen_bottom, their
+    grains are then rock_top and rock_bottom. The inner sides of the platens are platen_top and platen_bottom, their
     ends platen_side: such platens bend and shorten, as only their outer sides are driven. A ``rigid`` platen has all
     its sides in the boundary top, or bottom, so that its whole rim is driven and keeps its shape; only the middles of
-    its bricks are free. Platens are as wide as the sample and an ``overhang`` on either side, each of ``columns``
+    its bricks are free. Platens are as wide as the grains and an ``overhang`` on either side, each of ``columns``
     bonded bricks, and of a mineral phase of their own. Steel and rock meet by the law between their phases::
 
-        sample = Voronoi(grains=500).tessellate(rectangle(0.05, 0.1))
-        specimen = gl.Specimen(between_platens(sample, 0.02, columns=4), {0: rock, 1: steel})
+        grains = Voronoi(grains=500).tessellate(rectangle(0.05, 0.1))
+        specimen = gl.Specimen(between_platens(grains, 0.02, columns=4), {0: rock, 1: steel})
         bond = gl.laws.Linear(kn=1e14, ks=1e14)
         law = {(0, 0): bond, (0, 1): gl.laws.Friction(kn=1e14, ks=1e14, friction_angle=10), (1, 1): bond}
 

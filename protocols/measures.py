@@ -20,17 +20,17 @@ def size(specimen: Specimen) -> tuple[float, float]:
 
 
 def has_platens(specimen: Specimen) -> bool:
-    """Whether platens are separate bodies: the sample's ends are then the boundaries rock_top and rock_bottom."""
+    """Whether platens are separate bodies: the specimen's ends are then the boundaries rock_top and rock_bottom."""
     return "rock_top" in specimen.mesh.boundaries
 
 
 def ends(specimen: Specimen) -> tuple[str, str]:
-    """Boundaries at the upper and the lower end of the sample itself."""
+    """Boundaries at the upper and the lower end of the specimen itself."""
     return ("rock_top", "rock_bottom") if has_platens(specimen) else ("top", "bottom")
 
 
 def is_rock(specimen: Specimen) -> np.ndarray:
-    """(g,) whether a grain is of the sample; platens are the bodies with the boundaries top and bottom."""
+    """(g,) whether a grain is of the specimen; platens are the bodies with the boundaries top and bottom."""
     grains, mesh = specimen.grains, specimen.mesh
     if not has_platens(specimen):
         return np.ones(grains.count, dtype=bool)
@@ -39,7 +39,7 @@ def is_rock(specimen: Specimen) -> np.ndarray:
 
 
 def end_share(specimen: Specimen) -> float:
-    """Width of the sample over the length of the boundary top, through which platens load it; 1 without platens."""
+    """Width of the specimen over the length of the boundary top, through which platens load it; 1 without platens."""
     return size(specimen)[0] / specimen.mesh.boundary_lengths["top"] if has_platens(specimen) else 1.0
 
 
@@ -68,7 +68,7 @@ def axial_strain_of_points(state: State, points: int = 9) -> float:
 
 
 def axial_strain(state: State) -> float:
-    """Change of height over height from the ends of the sample, averaged over the same steps as the reactions.
+    """Change of height over height from the ends of the specimen, averaged over the same steps as the reactions.
 
     It does not include the deformation of platens, nor of the contacts with them.
     """
@@ -79,7 +79,7 @@ def axial_strain(state: State) -> float:
 def window_stress(state: State, share: float = 0.5) -> np.ndarray:
     """(3,) Pa, xx, yy, xy: area mean over the grains whose centroid lies in the middle ``share`` of both sides.
 
-    If there is none, the mean over all grains of the sample.
+    If there is none, the mean over all grains of the specimen.
     """
     grains = state.specimen.grains
     low, high = grains.region.bounds
@@ -126,14 +126,14 @@ def certificate(
     ``kinetic_ratio``: largest ratio of kinetic energy to the energy in zones and contacts. ``platen_imbalance``:
     largest difference of the columns ``ends``, which have the unit of the load, over its peak. nan without a peak.
     """
-    carried = curves[load]
-    peak = int(np.argmax(carried))
-    if not carried[peak] > 0:
+    loads = curves[load]
+    peak = int(np.argmax(loads))
+    if not loads[peak] > 0:
         return {"kinetic_ratio": float("nan"), "platen_imbalance": float("nan")}
-    rise = np.arange(np.argmax(carried >= 0.1 * carried[peak]), peak + 1)
+    rise = np.arange(np.argmax(loads >= 0.1 * loads[peak]), peak + 1)
     kinetic, stored = (energy(curves, *kinds)[rise] for kinds in ((KINETIC,), STORED))
     one, other = (curves[end][rise] for end in ends)
     return {
         "kinetic_ratio": float(np.max(kinetic / np.maximum(stored, 1e-300))),
-        "platen_imbalance": float(np.max(np.abs(one - other)) / carried[peak]),
+        "platen_imbalance": float(np.max(np.abs(one - other)) / loads[peak]),
     }

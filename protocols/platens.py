@@ -28,15 +28,15 @@ from grainlaw.protocols.measures import (
 from grainlaw.specimen import Elastic, Rigid, Specimen
 from grainlaw.stage import Curves, Drive, FallsTo, Reaches, Stage
 
-NO_TENSION = "tension does not pass the contact between two bodies; pull the sample at ends of its own, without platens"
+NO_TENSION = "tension does not pass the contact between two bodies; pull the specimen at its own ends, without platens"
 
 
 class Platens(enum.Enum):
     """How the ends of a specimen are held across the load.
 
     Platens that are separate bodies (see :func:`~grainlaw.geometry.between_platens`) are always held, so that they do
-    not slide away; the law between the two phases decides whether the sample slides on them. ``SMOOTH`` then only means
-    that a test without a ramp begins with a velocity field in which the sample grows wider.
+    not slide away; the law between the two phases decides whether the specimen slides on them. ``SMOOTH`` then only
+    means that a test without a ramp begins with a velocity field in which the specimen becomes wider.
     """
 
     SMOOTH = enum.auto()  #: free to slide
@@ -188,7 +188,7 @@ def homogeneous_velocity(specimen: Specimen, speed: float, platens: Platens, mov
 
 
 def _rock(specimen: Specimen) -> Elastic | Rigid | None:
-    """What the sample is made of; None where it is of several phases."""
+    """What the specimen is made of; None where it is of several phases."""
     if not isinstance(specimen.material, Mapping):
         return specimen.material
     phases = np.unique(specimen.grains.phase[is_rock(specimen)])

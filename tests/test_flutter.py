@@ -89,7 +89,7 @@ def test_check_tells_of_flutter(tmp_path):
     for law in (f"{file}:printed", "munjiza"):
         done = CliRunner().invoke(main, ["check", law])
         assert done.exit_code == 0  # both declare that they make energy
-        assert "a sample of 120 grains of 0.0029 m flutters: held at 58" in done.output
+        assert "a specimen of 120 grains of 0.0029 m flutters: held at 58" in done.output
         assert "its kinetic energy grows tenfold in" in done.output
     done = CliRunner().invoke(main, ["check", "mohr-coulomb"])
     assert done.exit_code == 0

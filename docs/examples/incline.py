@@ -40,20 +40,20 @@ def run(duration, stiffness=1e9):
 
 
 def measured(result):
-    """Acceleration (m/s2) of the first block down the slope, rotation (degrees) of the second, way (m) of the third."""
+    """Acceleration (m/s2) of the first block, rotation (degrees) of the second, displacement (m) of the third."""
     curves = {name: column[result.curves["stage"] == 1] for name, column in result.curves.items()}
-    way = {k: np.hypot(curves[f"x_{k}"] - curves[f"x_{k}"][0], curves[f"y_{k}"] - curves[f"y_{k}"][0]) for k in (1, 3)}
-    acceleration = 2 * np.polyfit(curves["time"], way[SLIDES], 2)[0]
-    return acceleration, np.degrees(curves[f"rotation_{TOPPLES}"][-1]), way[STAYS][-1]
+    distance = {k: np.hypot(*(curves[f"{axis}_{k}"] - curves[f"{axis}_{k}"][0] for axis in "xy")) for k in (1, 3)}
+    acceleration = 2 * np.polyfit(curves["time"], distance[SLIDES], 2)[0]
+    return acceleration, np.degrees(curves[f"rotation_{TOPPLES}"][-1]), distance[STAYS][-1]
 
 
 def main():
     options = command_line(__doc__)
     result = run(0.5 if options.quick else 1.5)
-    acceleration, rotation, way = measured(result)
+    acceleration, rotation, distance = measured(result)
     print(f"acceleration of the smooth block  {acceleration:.6f} m/s2 (theory {ACCELERATION:.6f})")
     print(f"rotation of the slender block     {rotation:.2f} degrees")
-    print(f"way of the rough, flat block      {way:.1e} m")
+    print(f"displacement of the rough block   {distance:.1e} m")
     print(f"energy error                      {result.summary['energy_error']:.1e}")
     times = np.linspace(SETTLE, result.curves["time"][-1], 4)
     figure = moments(result, times, ["0.85", "#e8b04a", "#c8281e", "#1f5fbf"], columns=2)

@@ -48,7 +48,7 @@ def blocks(bedding, cross):
 
 
 def run(friction, duration, bedding=2.5, cross=5.0):
-    """Result, and after settling the mean way of the loose blocks (m) and the acceleration of the lowest (m/s2)."""
+    """Result, mean displacement (m) of the loose blocks after settling, acceleration of the lowest (m/s2)."""
     grains, held, lowest = blocks(bedding, cross)
     law = Friction(kn=1e9, ks=1e9, friction_angle=friction)
     motion = FreeMotion(duration=duration, settle=SETTLE, fixed=held, tracked=[lowest], samples=100)
@@ -56,24 +56,24 @@ def run(friction, duration, bedding=2.5, cross=5.0):
     result = gl.simulate(specimen, law, motion, detection=gl.Detection(damping=0.2))
     curves = {name: column[result.curves["stage"] == 1] for name, column in result.curves.items()}
 
-    def way(x, y):
+    def distance(x, y):
         return np.hypot(curves[x] - curves[x][0], curves[y] - curves[y][0])
 
     first = curves["time"] < curves["time"][0] + 0.4
-    fit = np.polyfit(curves["time"][first], way(f"x_{lowest}", f"y_{lowest}")[first], 2)
-    return result, way("centre_x", "centre_y")[-1], 2 * fit[0]
+    fit = np.polyfit(curves["time"][first], distance(f"x_{lowest}", f"y_{lowest}")[first], 2)
+    return result, distance("centre_x", "centre_y")[-1], 2 * fit[0]
 
 
 def main():
     options = command_line(__doc__)
     figure = Figure(figsize=(12, 5.8), layout="constrained")
-    print("friction  factor of safety  way of all (m)  acceleration of the lowest block (m/s2, theory)  energy error")
+    print("friction  factor of safety  mean path (m)  acceleration of the lowest block (m/s2, theory)  energy error")
     for friction, axes in zip(FRICTION, figure.subplots(2, 3).flat, strict=True):
-        result, way, found = run(friction, 0.5 if options.quick else 3.0)
+        result, mean, found = run(friction, 0.5 if options.quick else 3.0)
         safety, error = factor_of_safety(friction), result.summary["energy_error"]
         found = round(found, 4) + 0.0  # never -0
         print(
-            f"{friction:8d}  {safety:16.3f}  {way:14.1e}  {found:35.4f}  {acceleration(friction):10.4f}  {error:12.1e}"
+            f"{friction:8d}  {safety:16.3f}  {mean:13.1e}  {found:35.4f}  {acceleration(friction):10.4f}  {error:12.1e}"
         )
         colors = np.full(result.specimen.grains.count, "#e8b04a", dtype="U7")
         colors[list(result.protocol.fixed)] = "#d9d9d9"

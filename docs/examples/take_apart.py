@@ -1,4 +1,4 @@
-"""The cohesive crack model taken apart: the way to its peak, its fracture energies, its friction.
+"""The cohesive crack model taken apart: the path to its peak, its fracture energies, its friction.
 
     python docs/examples/take_apart.py [--quick] [--out FOLDER]
 

@@ -1,4 +1,4 @@
-"""The command that puts a contact law to the conformance kit, and a small sample of it to a hold without damping."""
+"""The command that checks a contact law: its properties, and flutter of a small specimen with it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def check(*, law: str) -> None:
     """Ask a contact law of your own for every property that makes laws comparable and safe to run.
 
     LAW is an instance in the file, or a class whose parameters all have defaults, or the name of a law of grainlaw. The
-    file is run. In the end a sample of 120 grains is held under twice the law's strength without damping: if its
+    file is run. In the end a specimen of 120 grains is held under twice the law's strength without damping: if its
     kinetic energy grows, it flutters. The exit code is 1 if a property fails, or if the law flutters and does not
     declare that it makes energy; 2 if there is no such law.
     """
@@ -43,7 +43,7 @@ def check(*, law: str) -> None:
 
 
 def _held(law: ContactLaw) -> bool:
-    """Hold a small sample whose grains suit the law, print what comes out, and return whether it flutters."""
+    """Hold a small specimen whose grains suit the law, print the result, and return whether it flutters."""
     contact = alone(law)
     with np.errstate(all="ignore"):
         scale = measure(contact)
@@ -53,16 +53,16 @@ def _held(law: ContactLaw) -> bool:
     grains = Voronoi(grains=GRAINS, seed=1)
     width = size * (GRAINS / SLENDERNESS) ** 0.5
     rock = Elastic(youngs_modulus=STIFF * stress, poissons_ratio=0.25, density=3000)
-    sample = Specimen(grains.tessellate(rectangle(width, SLENDERNESS * width)), rock)
+    specimen = Specimen(grains.tessellate(rectangle(width, SLENDERNESS * width)), rock)
     for share in (1, 0.5, 0.25):
         try:
-            flutter = hold(sample, law, share * stress, confined=not bonded)
+            flutter = hold(specimen, law, share * stress, confined=not bonded)
         except StageError:  # it fails before: hold it under less
             continue
         except InstabilityError as error:
-            click.echo(f"  a sample of {GRAINS} grains: {error}")
+            click.echo(f"  a specimen of {GRAINS} grains: {error}")
             return False
-        click.echo(f"  a sample of {GRAINS} grains of {size:.3g} m {flutter}")
+        click.echo(f"  a specimen of {GRAINS} grains of {size:.3g} m {flutter}")
         return flutter.flutters
-    click.echo(f"  a sample of {GRAINS} grains fails under {share * stress * 1e-6:.3g} MPa: it was not held")
+    click.echo(f"  a specimen of {GRAINS} grains fails under {share * stress * 1e-6:.3g} MPa: it was not held")
     return False

@@ -1,4 +1,4 @@
-"""The main job: one rock sample compressed under several contact laws."""
+"""The main job: one rock specimen compressed under several contact laws."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ COMPARED = "linear,mohr-coulomb,cohesive-crack"
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
 @click.option("--threads", type=int, help="Models (and threads in a model) at a time.  [default: all cores]")
-@click.option("--quick", is_flag=True, help=f"A small sample, seconds: {QUICK[2]} grains in 20 x 50 mm.")
+@click.option("--quick", is_flag=True, help=f"A small specimen, seconds: {QUICK[2]} grains in 20 x 50 mm.")
 def compare(
     *, grains: int | None, seed: int, laws: str, speed: float, max_strain: float, out: Path, threads: int | None,
     quick: bool,
 ) -> None:  # fmt: skip
-    """Compress one rock sample to failure under several contact laws, and compare them.
+    """Compress one rock specimen to failure under several contact laws, and compare them.
 
     Writes report.html, comparison.png, cracks_LAW.png, summary.json and curves.csv, and for each law a folder with
-    grains.pvd and cracks.pvd for ParaView. The sample and the parameters are those of a published study
+    grains.pvd and cracks.pvd for ParaView. The specimen and the parameters are those of a published study
     (docs/validation.md).
     """
     width, height, count = QUICK if quick else SAMPLE

@@ -29,15 +29,15 @@ from grainlaw.units import MPa
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
 @click.option("--threads", type=int, help="Tests (and threads in a test) at a time.  [default: all cores]")
-@click.option("--quick", is_flag=True, help=f"A small sample: {QUICK[2]} grains in 20 x 50 mm.")
+@click.option("--quick", is_flag=True, help=f"A small specimen: {QUICK[2]} grains in 20 x 50 mm.")
 def envelope(
     *, law: str, confinement: str, seeds: str, grains: int | None, speed: float, max_strain: float, out: Path,
     threads: int | None, quick: bool,
 ) -> None:  # fmt: skip
-    """Compress a rock sample under several confinements, and fit Mohr-Coulomb and Hoek-Brown to the peaks.
+    """Compress a rock specimen under several confinements, and fit Mohr-Coulomb and Hoek-Brown to the peaks.
 
     Writes envelope.png and summary.json: confinement, peak_stress, cohesion, friction_angle (degrees), ucs, slope, and
-    their 95 % intervals. The sample and the parameters are those of a published study (docs/validation.md).
+    their 95 % intervals. The specimen and the parameters are those of a published study (docs/validation.md).
     """
     width, height, count = QUICK if quick else SAMPLE
     pressures = [value * MPa for value in _numbers("confinement", confinement)]

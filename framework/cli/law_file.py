@@ -102,7 +102,7 @@ def _helpers_of_its_own(folder: Path) -> Iterator[None]:
     Another file's helpers may have the same names; those of an earlier run may have been edited since.
     """
     path, writes_none = list(sys.path), sys.dont_write_bytecode
-    aside = _take_out(lambda top: _is_in_the_way(top, folder))
+    aside = _take_out(lambda top: _hides(top, folder))
     sys.path.insert(0, str(folder))
     sys.dont_write_bytecode = True  # an edit within the second of the first import would be missed
     importlib.invalidate_caches()
@@ -121,7 +121,7 @@ def _take_out(chosen: Callable[[str], bool]) -> dict[str, ModuleType]:
     return {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] in tops}
 
 
-def _is_in_the_way(top: str, folder: Path) -> bool:
+def _hides(top: str, folder: Path) -> bool:
     """Whether a loaded module would be taken for one of the folder; Python's own and installed ones may be."""
     found = _found_in(top)
     if found is None or _holds_installed(found):

@@ -1,4 +1,4 @@
-"""The tests that the command line knows by name, each with the sample that it is run on unless told otherwise."""
+"""The tests that the command line knows by name, each with its default specimen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Table 1 of the paper: carbonatite of the Palabora mine, its sample, and laws with the contact values found there."""
+"""Table 1 of the paper: carbonatite of the Palabora mine, its specimen, and laws with its contact values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command that runs any test of a sample under any law."""
+"""The command that runs any test of a specimen under any law."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from grainlaw.stage import StageError
 
 
 @click.command(
-    help=f"""Run a laboratory test of a rock sample under a contact law, and report it.
+    help=f"""Run a laboratory test of a rock specimen under a contact law, and report it.
 
 NAME is one of {", ".join(SETUPS)}. Every parameter can be given: in a TOML file with the sections [sample], [rock],
 [law], [test] and [numerics], or one by one, as in --set test.speed="20 mm/s" (docs/configuration.md). Others are
@@ -45,7 +45,7 @@ recorded is written all the same."""
 @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
 @click.option("--threads", type=int, help="Threads in the model, for large ones.  [default: 1]")
-@click.option("--quick", is_flag=True, help="A small sample.")
+@click.option("--quick", is_flag=True, help="A small specimen.")
 def test(
     *, name: str, law: str | None, grains: int | None, seed: int | None, config: Path | None,
     assignments: tuple[str, ...], out: Path, threads: int | None, quick: bool,

@@ -95,8 +95,8 @@ def _breaks(curves: Curves) -> int:
     return int(np.argmax(curves["broken"] >= 1))
 
 
-def _way_out(curves: Curves, displacement: str) -> np.ndarray:
-    """Samples before the break at which a displacement is the farthest so far."""
+def _loading(curves: Curves, displacement: str) -> np.ndarray:
+    """Samples before the break at which a displacement is larger than ever before."""
     before = curves[displacement][: _breaks(curves)]
     return np.flatnonzero(before >= np.maximum.accumulate(before))
 
@@ -114,7 +114,7 @@ def _tension_rows(law: CohesiveCrack, curves: Curves, exact: CohesiveCrack, exac
     def softened(place: float) -> float:
         return _chi((place - peak) / (last - peak)) * strength / MPa
 
-    out, end = _way_out(curves, "opening"), _breaks(curves)
+    out, end = _loading(curves, "opening"), _breaks(curves)
     back = np.setdiff1d(np.arange(end), out)
     turn = opening[: back[0]].max()  # the upper block does not turn round at once
     secant = back[(opening[back] > 1 * um) & (opening[back] < 4 * um)]
@@ -147,7 +147,7 @@ def _shear_rows(law: CohesiveCrack, curves: Curves) -> list[Row]:
     def softened(damage: float) -> float:
         return max(_chi(damage) * strength, friction)
 
-    out, end = _way_out(curves, "slip"), _breaks(curves)
+    out, end = _loading(curves, "slip"), _breaks(curves)
     rise = (1 - 2 / math.e) * law.ks * peak**2
     unknown = math.nan
     return [

@@ -31,7 +31,7 @@ from grainlaw.contact import ContactLaw, memory_names
 
 __all__ = ["CompilationError", "Compiled", "compile_integrator", "compile_law"]
 
-ABI = 4  #: raise when a component is compiled in another way
+ABI = 4  #: raise when components are compiled differently
 
 
 class _Writer:

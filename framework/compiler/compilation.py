@@ -124,7 +124,7 @@ class Compilation:
         return value
 
     def tuple_of(self, part: Structure) -> Any:
-        """An example of the tuple that stands for a part, for the types of its entries."""
+        """An example of the tuple that represents a part, for the types of its entries."""
         values = (*(0.0,) * len((*part.numbers, *part.rows)), *part.constants.values())
         return self.classes[id(part)](*(*values, *map(self.tuple_of, part.parts.values())) or (0.0,))
 
@@ -163,7 +163,7 @@ class Compilation:
         if reason and reason[0].startswith("Can't unify return type"):
             reason = [f"it must return {results} numbers on every path; {reason[0].split('following ')[-1]}"]
         if found := re.search(r"BoundFunction.*'(\w+)'", text):
-            # The name stands once in the byte code, for the number and for the method, and is marked as the method's.
+            # The name occurs once in the byte code, for the number and for the method, and is marked as the method's.
             owners = [part.component for part in self.structure if found[1] in part.fields]
             if owners and found[1] in self.names:
                 kind = type(owners[0]).__name__

@@ -192,7 +192,7 @@ def call(typing: Any, address: Any, arguments: Any) -> Any:
     """Call the C function at ``address`` with a tuple of int64: numbers, or addresses of arrays.
 
     So the step calls laws and integrators. A jitted function as an argument would do too, but its type is its own:
-    numba would compile the step anew for each law.
+    numba would compile the step again for each law.
     """
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:

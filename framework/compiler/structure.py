@@ -39,7 +39,7 @@ class Structure:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Names of what the tuple that stands for the component holds."""
+        """Names of the entries of the tuple that represents the component."""
         return (*self.numbers, *self.rows, *self.constants, *self.parts) or ("nothing",)
 
     def describe(self) -> tuple:

@@ -10,10 +10,10 @@ from numba import njit
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import atomic_add, atomic_load, atomic_store, call
 
-SIZE = 32  #: length of the int64 array a barrier lives in; the two counters lie in different cache lines
+SIZE = 32  #: length of the int64 array a barrier lives in; its two counters are in different cache lines
 
 
-SPINS = 2000  #: then give the core away: with more threads than cores, spinning delays the one waited for
+SPINS = 2000  #: before the core is yielded: with more threads than cores, a spinning thread delays the one it waits for
 
 
 @njit(**OPTIONS)

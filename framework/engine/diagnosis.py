@@ -1,4 +1,4 @@
-"""Where a run that became unstable went wrong, in words."""
+"""Where a run became unstable, in words."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from grainlaw.engine.state import State
 
 
 def first_fault(state: State) -> str | None:
-    """The contact point or grain that left the finite numbers, in words."""
+    """The contact point or grain whose numbers are no longer finite, in words."""
     tractions = state.normal + state.shear
     if not np.isfinite(tractions).all():
         p = int(np.argmin(np.isfinite(tractions)))
@@ -28,7 +28,7 @@ def first_fault(state: State) -> str | None:
 
 
 def fastest(state: State) -> str:
-    """The fastest grain and the contact point that has moved most, in words."""
+    """The fastest grain and the contact point with the largest displacement, in words."""
     node = int(np.argmax(np.hypot(*state.velocity.T)))
     speed = float(np.hypot(*state.velocity[node]))
     grain = int(state.mesh.node_grain[node])

@@ -11,24 +11,24 @@ from grainlaw.engine.parts.contact_table import ContactArrays, no_contacts
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 
-HALVINGS = 60  #: of the offset's bracket
+HALVINGS = 60  #: of the interval that contains the offset
 
 
 @attrs.frozen(eq=False)
 class Leaving:
-    """What bonds (n) give to the contacts that replace them."""
+    """State of bonds (n) that the contacts that replace them take over."""
 
     bond: np.ndarray  #: (n,) their numbers c
     force: np.ndarray  #: (2, 4, n) N on the nodes A1, A2, B1, B2
-    slip: np.ndarray  #: (n,) m, of the point that carries more
+    slip: np.ndarray  #: (n,) m, of the point with the higher pressure
     names: list[tuple[str, ...]]  #: of the memory of each bond's law
-    memory: list[np.ndarray]  #: (m,) of the point that carries more
+    memory: list[np.ndarray]  #: (m,) of the point with the higher pressure
 
 
 def hand_over(state: State) -> None:
-    """Turn the bonds that the step has marked into contacts.
+    """Replace the bonds that the step has marked by contacts.
 
-    How much more or less open such a contact is than its edges is kept as an offset, until it parts.
+    The difference between the opening of such a contact and that of its edges is kept as an offset until it parts.
     """
     bonds, contacts = state.bonds, state.contacts
     leaving = _leaving(state)
@@ -46,12 +46,12 @@ def hand_over(state: State) -> None:
             memory = np.stack(
                 [leaving.memory[k] if equal else group.virgin for k, equal in zip(mine, same, strict=True)], axis=1
             )
-            force = leaving.force[:, :, mine][:, [0, 1, 3, 2]]  # a contact has the nodes of b the other way round
+            force = leaving.force[:, :, mine][:, [0, 1, 3, 2]]  # a contact has the nodes of b in reverse order
             _take_over(contacts.arrays, g, group, place[mine], force, leaving.slip[mine], memory)
 
 
 def _leaving(state: State) -> Leaving:
-    """What the marked bonds carry; the marks are taken away."""
+    """State of the marked bonds; the marks are removed."""
     bonds = state.bonds
     arrays, count = bonds.arrays, len(bonds)
     chosen = np.flatnonzero(arrays.leaving)
@@ -76,10 +76,10 @@ def _take_over(
     table: ContactArrays, g: int, group: LawGroup, place: np.ndarray, force: np.ndarray, slip: np.ndarray,
     memory: np.ndarray,
 ) -> None:  # fmt: skip
-    """Give contacts ``place`` of law ``g`` the nodal forces (2, 4, n) of the bonds they replace.
+    """Let contacts ``place`` of law ``g`` begin with the nodal forces (2, 4, n) of the bonds they replace.
 
-    Their offset is found by bisection, so that the normal force is the same along the contact's own normal, and their
-    slip by Newton's method, so that the shear force is.
+    Bisection finds the offset for which the normal force, along the contact's own normal, is the same, and Newton's
+    method the slip for which the shear force is the same.
     """
     law, lift = group.compiled, group.row("dilation")
     trial = no_contacts(len(place), table.laws)._replace(
@@ -126,5 +126,5 @@ def _take_over(
     table.force_x[:, into], table.force_y[:, into] = force[0][:, mine], force[1][:, mine]
     table.normal_force[into], table.shear_force[into] = along("normal")[mine], along("shear")[mine]
     table.memory[: len(memory), into] = memory[:, mine]
-    if lift >= 0:  # also of faces that do not touch at this moment
+    if lift >= 0:  # also for faces that do not touch at this moment
         table.memory[lift, place] = memory[lift]

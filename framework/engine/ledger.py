@@ -1,4 +1,4 @@
-"""The energy ledger of a running specimen, Eq. (12) of docs/theory.md, and how far it is from rest."""
+"""The energy balance of a running specimen, Eq. (12) of docs/theory.md, and measures of its distance from rest."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from grainlaw.engine.state import State
 def energies(state: State) -> dict[str, float]:
     """J per metre of thickness by kind, at the moment of the last forces, of all parts.
 
-    Velocities are half a step later, so that half a step of power is taken back from what they have gained.
+    Velocities are those half a step later: half a step of power is subtracted from their kinetic energy.
     """
     f, driven = state.freedoms.arrays, state.boundaries.driven.arrays
     supplied = float(driven.reaction @ f.velocity[driven.row, driven.place])
-    power = float(np.sum(f.force * f.velocity)) + supplied  # forces of drives cancel where they do not accelerate
+    # The reaction of a drive cancels the other forces unless its velocity changes.
+    power = float(np.sum(f.force * f.velocity)) + supplied
     half = 0.5 * state.time_step
     total = dict.fromkeys(ENERGIES, 0.0)
     for part in state.parts.values():
@@ -45,10 +46,10 @@ def unbalanced(state: State) -> float:
 
 
 def motion(state: State, energy: Mapping[str, float]) -> float:
-    """Root of kinetic over stored energy, up to 1: about the distance still to go over that gone so far, 0 at rest.
+    """Root of kinetic over stored energy, at most 1: about the displacement still to come over that so far, 0 at rest.
 
-    1 while a load of the stage still changes, as what follows it slowly is balanced all the time. Along an axis that
-    nothing drives the specimen may drift as a whole.
+    1 while a load of the stage still changes: a specimen that follows a slow load is always near equilibrium. The
+    specimen may drift as a whole along an axis on which nothing is driven; this does not count.
     """
     ramps = [one.ramp for one in (*state.boundaries.drives, *state.boundaries.pressures)]
     if state.time - state.began < max(ramps, default=0.0):

@@ -37,7 +37,7 @@ def _contact_triplets(specimen: Specimen, kn: np.ndarray, ks: np.ndarray) -> tup
     weight = specimen.contact_points.weights(lengths)
     values = np.zeros((len(edges), 8, 8))
     for point, (near, far) in enumerate(((1 - weight, weight), (weight, 1 - weight))):
-        share = np.stack([-near, -far, near, far], axis=1)  # of the four nodes in the motion of B against A
+        share = np.stack([-near, -far, near, far], axis=1)  # of the four nodes in the displacement of B relative to A
         for direction, stiffness in ((normal, kn[point]), (tangent, ks[point])):
             motion = (share[:, :, None] * direction[:, None, :]).reshape(-1, 8)
             values += (stiffness * lengths / 2)[:, None, None] * motion[:, :, None] * motion[:, None, :]
@@ -47,7 +47,7 @@ def _contact_triplets(specimen: Specimen, kn: np.ndarray, ks: np.ndarray) -> tup
 def _edge_triplets(
     specimen: Specimen, edges: np.ndarray, kn: float, ks: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Stiffness of edges (e, 2) each pressed all along against its mirror image, which moves the other way."""
+    """Stiffness of edges (e, 2), each pressed along its length against its mirror image, which moves oppositely."""
     vectors = specimen.mesh.nodes[edges[:, 1]] - specimen.mesh.nodes[edges[:, 0]]
     lengths = np.hypot(*vectors.T)
     tangent = vectors / lengths[:, None]
@@ -76,7 +76,7 @@ def stiffness_matrix(
 ) -> csr_matrix:
     """Stiffness (N/m) of zones and contact points over node components (2 i); ``kn``, ``ks`` are (2, c) Pa/m.
 
-    ``rim`` are edges (e, 2) that may come to touch others, and the stiffness (Pa/m) they meet.
+    ``rim`` holds edges (e, 2) that may come into contact, and the stiffness (Pa/m) of such contacts.
     """
     parts = [_contact_triplets(specimen, kn, ks)]
     if rim is not None:
@@ -89,7 +89,7 @@ def stiffness_matrix(
 
 
 def rigid_map(specimen: Specimen) -> csr_matrix:
-    """Motion of node components (2 i) from grain translations and rotations (3 g: all x, all y, all angles)."""
+    """Displacement of node components (2 i) from grain translations and rotations (3 g: all x, all y, all angles)."""
     mesh = specimen.mesh
     count = len(mesh.first_node) - 1
     arm = mesh.nodes - specimen.grains.centroids[mesh.node_grain]
@@ -103,7 +103,7 @@ def rigid_map(specimen: Specimen) -> csr_matrix:
 def highest_frequency(stiffness: csr_matrix, mass: np.ndarray) -> float:
     """Highest angular frequency (1/s) of freedoms with lumped ``mass`` (kg), by Lanczos' method, within 0.1 %.
 
-    0 where nothing is stiff.
+    0 for a stiffness matrix of zeros.
     """
     scale = 1 / np.sqrt(mass)
     scaled = csr_matrix(stiffness.multiply(scale[:, None]).multiply(scale[None, :]))
@@ -126,7 +126,8 @@ def scale_masses(stiffness: csr_matrix, mass: np.ndarray, gain: float, groups: n
     """Raise the mass of the few freedoms that alone govern the stable step until it is ``gain`` times as long.
 
     A freedom's mass is raised to a multiple of its row sum of stiffness (Gershgorin's bound); the smallest multiple
-    that does is found by bisection. Freedoms of one of the ``groups`` (n,), those of a node, get the same mass.
+    that reaches the longer step is found by bisection. Freedoms of one group in ``groups`` (n,), those of a node, get
+    the same mass.
     """
     frequency = highest_frequency(stiffness, mass)
     target = frequency / gain
@@ -138,7 +139,7 @@ def scale_masses(stiffness: csr_matrix, mass: np.ndarray, gain: float, groups: n
     def raised(multiple: float) -> np.ndarray:
         return np.maximum(mass, multiple * sums / target**2)
 
-    low, high = 0.0, 1.0  # with 1, Gershgorin's theorem promises the target
+    low, high = 0.0, 1.0  # with 1, the target is reached by Gershgorin's theorem
     for _ in range(8):
         middle = (low + high) / 2
         low, high = (low, middle) if highest_frequency(stiffness, raised(middle)) <= target else (middle, high)

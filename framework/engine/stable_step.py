@@ -13,15 +13,15 @@ from grainlaw.engine.stability import highest_frequency, scale_masses, stiffness
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
 
-AHEAD = 1.2  #: stiffness that a shorter step allows for beyond the present one, so that shortening is rare
-LOOKS = 20, 500  #: steps between looks at what the step must allow for, with and without a closure that stiffens
-EASED = 1.5  #: times less stiff than the step allows for, from which on it grows again
-LITTLE = 1e-3  #: of a closure: what it is tried with
-LEAST = 1e-9  #: of a grain's size: less than that counts as no closure
+AHEAD = 1.2  #: reserve of stiffness when the step is shortened, so that this is rare
+LOOKS = 20, 500  #: steps between checks of the stiffness, with and without a closure that stiffens
+SOFTER = 1.5  #: the step grows again once the stiffness is so many times below what it allows for
+LITTLE = 1e-3  #: of a closure: increment with which its tangent is found
+LEAST = 1e-9  #: of a grain's size: smaller closures count as none
 
 
 def _in_one_piece(state: State) -> bool:
-    """Whether interfaces join all grains, so that nothing can meet at the rim soon."""
+    """Whether bonds connect all grains, so that no contact can form at the rim soon."""
     a, b = state.mesh.interface_grains.T
     count = state.specimen.grains.count
     bonds = coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
@@ -29,7 +29,7 @@ def _in_one_piece(state: State) -> bool:
 
 
 def _stiffens(law: LawGroup, memory: np.ndarray, size: float) -> bool:
-    """Whether a law's closure is stiffer anywhere than at its start, for closures up to a hundredth of a grain."""
+    """Whether a law stiffens in closure anywhere up to a hundredth of a grain's ``size`` (m)."""
     none = np.zeros(memory.shape[1])
     tangents = [
         law.tangent(none - closure, none, memory, LITTLE * closure) for closure in size * np.geomspace(1e-8, 1e-2, 13)
@@ -38,7 +38,7 @@ def _stiffens(law: LawGroup, memory: np.ndarray, size: float) -> bool:
 
 
 class StableStep:
-    """Highest frequency of a state, from the laws' first stiffness on; raises masses first where it is asked to."""
+    """Highest frequency of a state, at first with the laws' declared stiffness; scales masses first if asked to."""
 
     def __init__(self, state: State, mass_scaling: float = 1.0) -> None:
         self.state = state
@@ -47,7 +47,7 @@ class StableStep:
         laws += [(group, group.virgin[:, None]) for group in state.contacts.groups]
         self._stiffening = any(_stiffens(law, memory, self._size) for law, memory in laws if memory.shape[1])
         self.look = LOOKS[0] if self._stiffening else LOOKS[1]  #: steps after which to ask ``has_changed``
-        self.allowed = 1.0  #: closure stiffness over kn that the present step allows for
+        self.allowed = 1.0  #: highest closure stiffness, over kn, for which the present step is stable
         self.touching = self._touching or not _in_one_piece(state)  #: whether the step allows for contacts at the rim
         matrix, mass = self._matrix(self.state.stiffness[0]), self._masses()
         self.frequency = highest_frequency(matrix, mass)  #: 1/s
@@ -58,10 +58,10 @@ class StableStep:
             state.freedoms.arrays.mass[:] = state.grains.unflat(scaled.mass)
 
     def step(self, integrator: Integrator) -> float:
-        """Stable time step (s) of an integrator: infinite for grains that nothing holds and nothing can meet.
+        """Stable time step (s) of an integrator: infinite for a free grain that cannot meet another.
 
         A contact's dashpot shortens it by sqrt(1 + b^2) - b, where b is its share of the critical damping: its force
-        is that of the velocity half a step ago.
+        is taken from the velocity half a step before.
         """
         if self.frequency == 0:
             return math.inf
@@ -74,11 +74,11 @@ class StableStep:
         return len(self.state.contacts) > 0
 
     def has_changed(self) -> bool:
-        """Whether the frequency has followed a change: contacts at the rim came to be, or a closure stiffened (Bandis).
+        """Find the frequency again if contacts at the rim have formed or a closure is stiffer or softer; whether so.
 
-        What takes the place of a bond may be as stiff as the stiffest contact that is no bond. As long as the rim has
-        none, neighbours are searched here, so that the step depends on where grains are and not on when they were last
-        searched.
+        A contact that replaces a bond is taken to be as stiff as the stiffest contact. As long as the rim has no
+        contacts, neighbours are searched here, so that the step depends on where grains are and not on the moment of
+        the last search.
         """
         if not self.touching:
             self.state.search(self.state.contacts.arrays.before)
@@ -87,9 +87,9 @@ class StableStep:
         touching, replaced = self._touch_ratio(), np.tile(self.state.bonds.books.replaced, 2)
         tangents = np.where(replaced, touching * self.state.stiffness[0], self._closure_tangents())
         ratio = float(np.max(tangents / self.state.stiffness[0], initial=touching))
-        if not np.isfinite(ratio):  # the check of the energies tells where it went wrong
+        if not np.isfinite(ratio):  # the check of the energies reports where the run became unstable
             return False
-        stiffer, softer = ratio > 1.05 * self.allowed, max(AHEAD * ratio, 1.0) * EASED < self.allowed
+        stiffer, softer = ratio > 1.05 * self.allowed, max(AHEAD * ratio, 1.0) * SOFTER < self.allowed
         if not (stiffer or softer) and self.touching == self._touching:
             return False
         self.touching = self.touching or self._touching
@@ -101,7 +101,7 @@ class StableStep:
         return True
 
     def _touch_ratio(self) -> float:
-        """Tangent stiffness of closed contacts that are no bonds over the first, at most."""
+        """Highest tangent stiffness of closed contacts, over that declared by their law; at least 1."""
         contacts, ratio = self.state.contacts, 1.0
         arrays, closed, groups = contacts.arrays, contacts.arrays.overlap > 0, contacts.groups_of(contacts.books.keys)
         for g in np.unique(groups[closed]).tolist():
@@ -112,12 +112,12 @@ class StableStep:
         return ratio
 
     def _closure_tangents(self) -> np.ndarray:
-        """(p,) Pa/m: normal stiffness against a little more closure of contacts that are closed, or as they close."""
+        """(p,) Pa/m: tangent stiffness in closure of bonds; for open ones that at first contact."""
         bonds = self.state.bonds
         tangents = np.empty(2 * len(bonds))
         for g, group in enumerate(bonds.groups):
             places, memory, lift = group.points(len(bonds)), bonds.memory_of(g), group.row("dilation")
-            rest = 0.0 if lift < 0 else memory[lift]  # where its faces begin to press
+            rest = 0.0 if lift < 0 else memory[lift]  # opening at which its faces begin to press
             closed = np.minimum(self.state.opening[places], rest)
             little = LITTLE * max(float(np.max(rest - closed, initial=0.0)), LEAST * self._size)
             tangents[places] = group.tangent(closed, self.state.slip[places], memory, little)
@@ -132,7 +132,7 @@ class StableStep:
         return grains.over_freedoms(stiffness_matrix(self.state.specimen, rows[0], rows[1], self._rim()))
 
     def _rim(self) -> tuple[np.ndarray, float, float] | None:
-        """Edges that were never bonded, and the stiffness of the stiffest law they may meet."""
+        """Edges that were never bonded, and the highest stiffness of the laws of their contacts."""
         contacts = self.state.contacts
         if not self.touching or not contacts.groups:
             return None

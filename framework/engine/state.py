@@ -62,7 +62,7 @@ class State:
         }  # fmt: skip
 
     def shared(self, threads: int) -> Parts:
-        """The arrays of all parts, shared out to threads; made anew only where a part has other arrays than before."""
+        """The arrays of all parts, divided among threads; made again only where a part has other arrays than before."""
         parts = self.parts
         arrays = [parts[name].arrays for name in Parts._fields]
         if self._shared is None or self._shared[0] != threads or any(map(is_not, arrays, self._shared[1])):
@@ -71,7 +71,7 @@ class State:
         return self._shared[2]
 
     def _share_out(self, threads: int) -> Parts:
-        """Each thread gets whole grains, by their number of nodes, and with them the share of every part."""
+        """Give each thread whole grains with about equal numbers of nodes, and its share of every part."""
         ends = self.mesh.first_node[1:]
         cuts = np.searchsorted(ends, np.arange(1, threads) * ends[-1] / threads)
         grain = np.array([0, *cuts, self.specimen.grains.count])
@@ -83,7 +83,7 @@ class State:
         return {name: part.save() for name, part in self.parts.items()}
 
     def restore(self, saved: Saved) -> None:
-        """Go back to where ``save`` was called, in the same stage."""
+        """Return to the state at the call of ``save``, in the same stage."""
         self._zone_state = self._shared = None
         for name, part in self.parts.items():
             part.restore(saved[name])
@@ -91,21 +91,22 @@ class State:
     # --- boundary conditions ---------------------------------------------------------------------------------------
 
     def begin(self, stage: Stage) -> None:
-        """Impose what a stage says from now on; work done so far is kept."""
+        """Impose what a stage prescribes from now on; the work done so far stays in the ledger."""
         self.stage, self.began = stage.name, self.time
         self._new_weight = self.gravity.begin(stage.gravity, self.time_step)
         self.boundaries.impose(stage.drives, stage.pressures, stage.fixed)
         self.give_velocity(stage.initial_velocity)
 
     def take_back_half_a_step_of_gravity(self) -> None:
-        """Velocities are those half a step before what a stage gives them; a new weight has not acted then."""
+        """Velocities are those half a step before the stage begins: take half a step of its new weight from them."""
         f = self.freedoms.arrays
         gain = self.time_step * f.free * self._new_weight / f.mass
         f.velocity[:] -= gain / 2
-        self.freedoms.books.given[0] -= float(np.sum(f.mass * gain**2)) / 8  # energy is the product of both half steps
+        # The kinetic energy is half the mass times the product of the velocities half a step before and after.
+        self.freedoms.books.given[0] -= float(np.sum(f.mass * gain**2)) / 8
 
     def give_velocity(self, velocity: np.ndarray | None) -> None:
-        """Add a velocity field (i, 2) m/s, of which rigid grains take the mean and the spin, unless they are held."""
+        """Add a velocity field (i, 2) m/s; rigid grains take its mean and spin, fixed grains nothing."""
         if velocity is None:
             return
         before = self.freedoms.kinetic_energy
@@ -131,7 +132,7 @@ class State:
         return self.clock.next_times(count, self.time_step)
 
     def count_steps(self, steps: int, time: float) -> None:
-        """Book steps that the engine has done until ``time`` (s)."""
+        """Record steps that were done until ``time`` (s)."""
         self.clock.count(steps, time)
         self.boundaries.books.samples[0] += steps
 
@@ -173,7 +174,7 @@ class State:
         return self._at_points(self.bonds.arrays.shear)
 
     def _at_points(self, rows: np.ndarray, motion: int | None = None) -> np.ndarray:
-        """(p,) as the last step left it, but at replaced bonds the motion of their points, or nothing."""
+        """(p,) from the last step; at replaced bonds ``motion`` of their points, or 0."""
         row, replaced = rows[(self.steps + 1) % 2], self.bonds.books.replaced
         if not replaced.any():
             return row
@@ -181,12 +182,12 @@ class State:
         return np.where(np.tile(replaced, 2), moved, row)
 
     def memory(self, name: str) -> np.ndarray:
-        """(p,) of one name of the laws' memory; zero where a law has no such memory."""
+        """(p,) one variable of the laws' memory; zero where a law has no such memory."""
         return self.bonds.memory(name, np.zeros(2 * len(self.bonds)))
 
     @property
     def mode(self) -> np.ndarray:
-        """(p,) share of shear in the damage: the law's own, or from the work done in opening and in slip."""
+        """(p,) share of shear in the damage: by the law itself, or from the work done in opening and in slip."""
         work = np.maximum(self.bonds.work, 0)
         return self.bonds.memory("mode", work[1] / np.maximum(work.sum(axis=0), 1e-300))
 
@@ -197,12 +198,12 @@ class State:
 
     @property
     def contact_lengths(self) -> np.ndarray:
-        """(p,) m: half a bond each."""
+        """(p,) m: half the length of the bond."""
         return self.bonds.lengths
 
     @property
     def contact_positions(self) -> np.ndarray:
-        """(p, 2) m: of the middle of each point's half of its bond, on the deformed specimen."""
+        """(p, 2) m: middle of the half of the bond that belongs to each point, on the deformed specimen."""
         ends = self.positions[self.bonds.ends]
         first, second = (ends[:, 0] + ends[:, 2]) / 2, (ends[:, 1] + ends[:, 3]) / 2
         return np.concatenate([0.75 * first + 0.25 * second, 0.25 * first + 0.75 * second])
@@ -219,13 +220,13 @@ class State:
 
     @property
     def broken_work(self) -> np.ndarray:
-        """(p,) J/m2 spent until the break."""
+        """(p,) J/m2 spent until the point broke."""
         return self.breaks.books.work
 
     def zone_state(self) -> tuple[np.ndarray, np.ndarray]:
         """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, and strain energy density (z,) J/m3; none if rigid.
 
-        Of the moment of the last forces, like the tractions: nodes have moved on by one step since.
+        At the moment of the last forces, like the tractions: nodes have moved by one step since.
         """
         if self._zone_state is None or self._zone_state[0] != self.steps:
             self._zone_state = self.steps, *self.zones.stress_and_energy(self.displacement_at_forces())
@@ -251,7 +252,7 @@ class State:
         return self.grains.rotation(grain, self.freedoms, self.positions)
 
     def reaction(self, boundary: str) -> np.ndarray:
-        """(2,) N per metre, of the drives of a boundary on the specimen: mean over the steps since the last sample."""
+        """(2,) N per metre, reaction of the drives of a boundary, mean over the steps since the last sample."""
         return self.boundaries.reaction(boundary)
 
     def moved(self, boundary: str) -> np.ndarray:
@@ -266,25 +267,25 @@ class State:
     # --- for the engine ----------------------------------------------------------------------------------------------
 
     def search(self, before: np.ndarray) -> None:
-        """Search neighbours anew; ``before`` (2, i) m is the displacement a step ago."""
+        """Search neighbours; ``before`` (2, i) m is the displacement one step ago."""
         self.contacts.search(self.nodes.arrays.displacement, before)
 
     def motion(self) -> Motion:
-        """What an integrator may see between bursts: copies."""
+        """Copies of what an integrator sees between bursts."""
         return self.freedoms.motion()
 
     def stop(self) -> None:
-        """Take the velocity of all free freedoms."""
+        """Set the velocity of all free freedoms to zero."""
         self.freedoms.stop()
 
     def start_from_rest(self, lost: np.ndarray) -> None:
-        """Make the first step after ``stop`` one from rest; see :meth:`Freedoms.start_from_rest`."""
+        """Let the first step after ``stop`` begin from rest; see :meth:`Freedoms.start_from_rest`."""
         self.freedoms.start_from_rest(lost, self.time_step)
         if self.grains.is_rigid:
             self.nodes.arrays.displacement[:] = self.grains.nodes_at(self.freedoms.arrays.displacement)
 
     def new_sample(self) -> None:
-        """Begin a new interval of means."""
+        """Begin a new interval over which means are taken."""
         self.boundaries.new_sample()
 
     def note_breaks(self) -> None:

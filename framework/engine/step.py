@@ -25,7 +25,7 @@ from grainlaw.engine.parts.zones import ZoneArrays, add_zone_forces
 
 
 class Parts(NamedTuple):
-    """All that a step works on."""
+    """The arrays of all parts, for the step."""
 
     nodes: NodeArrays
     zones: ZoneArrays
@@ -53,14 +53,14 @@ class Chunk(NamedTuple):
     steps: int
     first: int  #: number of the first, counted from the start of the run
     time_step: float  #: s
-    schedule: np.ndarray  #: (steps, columns) what drives, platens and pressures are
+    schedule: np.ndarray  #: (steps, columns) velocities, forces and pressures that are imposed
     integrator: int  #: address of its code
     parameters: int  #: address of its numbers
 
 
 @njit(**OPTIONS)
 def _sum(tally, column):
-    """What all threads have counted."""
+    """Sum over threads of a column of their counts."""
     total = 0
     for thread in range(tally.shape[0]):
         total += tally[thread, column]
@@ -93,7 +93,7 @@ def _steps(thread, team, parts, chunk):
         if searching:
             tally[thread, LEAVING] = leaving
         barrier.wait(team.meeting, team.threads, team.pause)  # forces of all bonds and contacts
-        # Read now: a thread that is ahead writes them again before the next barrier.
+        # Read now: another thread may write them again before the next barrier.
         leaving, deep = _sum(tally, LEAVING), _sum(tally, DEEP)
         gather_bond_forces(bonds, nodes, thread)
         gather_contact_forces(contacts, nodes, thread)

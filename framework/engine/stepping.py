@@ -1,4 +1,4 @@
-"""Steps of a state: the compiled step, and what it asks for: a search of neighbours, a bond that becomes a contact."""
+"""Steps of a state: the compiled step, and what it cannot do: search neighbours, replace bonds by contacts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from grainlaw.engine.state import State
 
 
 class InstabilityError(ArithmeticError):
-    """A run that left the finite numbers or made energy; ``result`` holds what was recorded before."""
+    """A run whose numbers are no longer finite or whose energy does not balance; ``result`` holds the record before."""
 
     result: Any
 

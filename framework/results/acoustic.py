@@ -54,7 +54,7 @@ class AcousticEvents:
 
 
 def shear_wave_speed(specimen: Specimen) -> float:
-    """m/s in the grains, of several minerals the slowest; 0 for rigid grains, which no wave passes."""
+    """m/s in the grains, the slowest of several minerals; 0 for rigid grains, in which there are no waves."""
     if isinstance(specimen.material, Rigid):
         return 0.0
     materials = [specimen.material] if isinstance(specimen.material, Elastic) else list(specimen.material.values())
@@ -64,7 +64,7 @@ def shear_wave_speed(specimen: Specimen) -> float:
 def acoustic_events(
     result: Result, *, thickness: float = 1.0, distance: float | None = None, duration: float | None = None
 ) -> AcousticEvents:
-    """Group breaks at most ``distance`` (m) and ``duration`` (s) apart into events, also through other breaks.
+    """Group breaks at most ``distance`` (m) and ``duration`` (s) apart into events, also along chains of breaks.
 
     ``distance`` is twice the grain size (the root of the mean area) if not given, ``duration`` the time in which a
     shear wave passes that distance. A break has the time of its sample, so that all breaks of one sample are
@@ -83,7 +83,7 @@ def acoustic_events(
 
 
 def clustered(cracks: Cracks, distance: float, duration: float, thickness: float = 1.0) -> AcousticEvents:
-    """Breaks joined to events; see :func:`acoustic_events`."""
+    """Events made of breaks; see :func:`acoustic_events`."""
     pairs = (
         KDTree(cracks.position).query_pairs(distance, output_type="ndarray") if len(cracks) else np.zeros((0, 2), int)
     )

@@ -46,7 +46,7 @@ class FailurePlane:
 
 
 def failure_plane(cracks: Cracks) -> FailurePlane:
-    """Mean axis of the given cracks, weighted by length; of those in shear, give ``cracks[~cracks.tensile]``.
+    """Mean axis of cracks, weighted by length; ``failure_plane(cracks[~cracks.tensile])`` for those in shear.
 
     Angles are doubled before they are averaged, so that 1 and 179 deg give 0 (Mardia and Jupp 2000, ch. 9,
     doi:10.1002/9780470316979). The strength is the length of the mean unit vector. Two conjugate sets give the

@@ -1,4 +1,4 @@
-"""Fragments: grains that still hold together."""
+"""Fragments: groups of grains that are still bonded."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grainlaw.results.result import Result
 
 @attrs.frozen(eq=False)
 class Fragments:
-    """Groups of grains that still hold together, the largest first."""
+    """Groups of grains that are still bonded, the largest first."""
 
     of_grain: np.ndarray  #: (g,) number of the fragment each grain belongs to
     areas: np.ndarray  #: (f,) m2, undeformed
@@ -23,9 +23,9 @@ class Fragments:
 
 
 def fragments(result: Result, frame: int = -1) -> Fragments:
-    """Grains connected by interfaces with at least one contact point that has not broken, at one of the frames.
+    """Groups of grains connected by bonds with at least one unbroken contact point, at one of the frames.
 
-    Fragments of equal area are in the order of their first grain. Under a law without damage no grain ever parts.
+    Fragments of equal area are in the order of their first grain. Under a law without damage all grains stay connected.
     """
     broken = ~np.isnan(result.frames[frame].bonds["broken_time"].reshape(2, -1))
     a, b = result.mesh.node_grain[result.interfaces[~broken.all(axis=0)]][:, [0, 2]].T

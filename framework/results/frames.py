@@ -39,10 +39,10 @@ def take_frame(state: State) -> Frame:
 
 @attrs.define
 class FrameClock:
-    """Says when a frame is taken: at every ``1 / count`` of the progress of a stage, and as cracks grow.
+    """Decides when a frame is taken: at every ``1 / count`` of the progress of a stage, and as cracks grow.
 
-    Progress may be a strain, of which failure takes little; so a frame is also taken each time that another fiftieth of
-    the contact points has broken.
+    Failure may happen within a small part of the progress, such as a strain; so a frame is also taken each time that
+    another 2 % of the contact points has broken.
     """
 
     count: int = whole_number(default=30, at_least=1)

@@ -53,7 +53,7 @@ class Laboratory:
 
     @cached_property
     def half_lengths(self) -> np.ndarray:
-        """(p,) m, half of its interface for each contact point."""
+        """(p,) m, half the length of the interface of each contact point."""
         ends = self.result.mesh.nodes[self.result.interfaces]
         return np.tile(np.hypot(*(ends[:, 1] - ends[:, 0]).T) / 2, 2)
 
@@ -76,7 +76,7 @@ class Laboratory:
 
     @cached_property
     def fragments(self) -> Fragments:
-        """At the end."""
+        """Fragments at the end."""
         return fragments(self.result)
 
     @cached_property
@@ -101,7 +101,7 @@ class Laboratory:
         return self.result.frames[-1].bonds["mode"] < 0.5
 
     def value(self, name: str) -> float:
-        """One measure in SI, by its name: of this laboratory or a standard one. Raises ParameterError."""
+        """One measure in SI, by its name: one of this laboratory or a standard one. Raises ParameterError."""
         if name not in self._values:
             known = MEASURES | {measure.name: measure for measure in self.measures}
             if name not in known:
@@ -111,7 +111,7 @@ class Laboratory:
 
     @cached_property
     def properties(self) -> dict[str, float]:
-        """Its measures in SI, by name."""
+        """All measures in SI, by name."""
         return {measure.name: self.value(measure.name) for measure in self.measures}
 
     @property
@@ -137,7 +137,7 @@ class Laboratory:
         return "\n".join([*lines, *([self.note] if self.note else [])])
 
     def plot(self) -> Figure:
-        """Curves with thresholds, orientations, fragments, events, and what cracks grow to and spend."""
+        """Curves with thresholds, orientations, fragments, events, and length and energy of cracks."""
         from grainlaw.results.figures.laboratory import plot_laboratory
 
         return plot_laboratory(self)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Measure(ABC):
-    """A number found from a finished result.
+    """One number found from a finished result.
 
     A whole measure, the energy that damping took over the energy that was supplied::
 
@@ -33,7 +33,7 @@ class Measure(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """Under which :attr:`Laboratory.properties` has it."""
+        """Its key in :attr:`Laboratory.properties`."""
 
     @property
     @abstractmethod
@@ -42,22 +42,22 @@ class Measure(ABC):
 
     @property
     def unit(self) -> str:
-        """In which it is shown, such as "MPa"; "1" for a number without one."""
+        """Unit in which it is shown, such as "MPa"; "1" for a number without a unit."""
         return "1"
 
     @property
     def factor(self) -> float:
-        """The value in SI times this is the value in ``unit``; it follows from a unit of mechanics."""
+        """The value in SI times this is the value in ``unit``; by default found from the unit."""
         return factor_into(self.unit)
 
     @property
     def source(self) -> str:
-        """Who defined it."""
+        """Publication that defines it."""
         return ""
 
     @property
     def needs(self) -> Sequence[str]:
-        """Columns of the curves without which it does not exist: ``find`` is not asked where one is missing."""
+        """Columns of the curves that it needs: without one of them it is nan, and ``find`` is not called."""
         return ()
 
     @abstractmethod
@@ -70,7 +70,7 @@ class Measure(ABC):
 
 
 def check_measures(laboratory: Laboratory, attribute: object, measures: Sequence[Measure]) -> None:
-    """Raise :class:`ParameterError` for what is no measure, and for two measures of one name."""
+    """Raise :class:`ParameterError` for an object that is not a measure, and for two measures of one name."""
     for measure in measures:
         if not isinstance(measure, Measure):
             raise ParameterError(f"Laboratory: measures: {measure!r} is not allowed, it must be a Measure")
@@ -80,7 +80,7 @@ def check_measures(laboratory: Laboratory, attribute: object, measures: Sequence
 
 
 def found(measure: Measure, laboratory: Laboratory) -> float:
-    """Its number, nan without the columns that it needs. Raises :class:`ParameterError` for what is no number."""
+    """Value of a measure, nan without the columns it needs. Raises :class:`ParameterError` if it is not a number."""
     if missing(laboratory.result.curves, measure.needs):
         return float("nan")
     value = measure.find(laboratory)

@@ -22,12 +22,12 @@ QUANTITIES = ("opening", "slip", "normal", "shear", "damage")
 
 @attrs.frozen(kw_only=True, eq=False)
 class ContactPath:
-    """Opening, slip and tractions of one contact point, sample by sample; prints as a verdict."""
+    """Opening, slip and tractions of one contact point at all samples; prints as one line that says how it broke."""
 
     point: int  #: its number ``p``
     grains: tuple[int, int]
     position: np.ndarray  #: (2,) m, at the first sample
-    law: ContactLaw  #: that of its pair of phases, with the numbers of this point
+    law: ContactLaw  #: law of its pair of phases, with the parameters of this point
     time: np.ndarray  #: (i,) s
     opening: np.ndarray  #: (i,) m
     slip: np.ndarray  #: (i,) m
@@ -39,7 +39,7 @@ class ContactPath:
 
     @property
     def unbroken(self) -> int:
-        """Number of samples before the first at which it had broken."""
+        """Number of samples before the point broke."""
         return len(self.time) if np.isnan(self.broken) else int(np.searchsorted(self.time, self.broken * (1 - 1e-12)))
 
     def __str__(self) -> str:
@@ -67,7 +67,7 @@ class Probe(Observer):
 
     ``paths`` has one :class:`ContactPath` for each, in this order. Which points break first is not known in advance:
     until they have broken every point is kept, with 20 bytes per point and sample (755 grains, 1,000 samples: 90 MB).
-    In another run a probe forgets what it has followed.
+    A probe that is used in another run begins a new record.
     """
 
     points: tuple[int, ...] = attrs.field(default=(), converter=lambda points: tuple(map(int, points)))
@@ -86,7 +86,7 @@ class Probe(Observer):
 
     @property
     def paths(self) -> list[ContactPath]:
-        """The paths up to now."""
+        """The paths recorded so far."""
         return self._run.paths() if self._run else []
 
     def __str__(self) -> str:
@@ -110,7 +110,7 @@ class _Run:
         self.positions = state.contact_positions
         nearest = [int(np.argmin(np.hypot(*(self.positions - place).T))) for place in probe.places]
         self.named, self.first = [*probe.points, *nearest], probe.first
-        self.broken_time, self.broken_mode = state.broken_time, state.broken_mode  # the engine fills them
+        self.broken_time, self.broken_mode = state.broken_time, state.broken_mode  # arrays that the engine fills
         self.grains = state.mesh.interface_grains[state.bonds.order]
         self.groups = [(group.law, group.first, group.last) for group in state.bonds.groups]
         self.kept = np.arange(count) if self.first else self._chosen()
@@ -154,7 +154,7 @@ class _Run:
 
 
 def law_at(law: Any, place: int) -> Any:
-    """A law, or a part of one, with the numbers of one of its contact points."""
+    """A law, or a part of one, with the parameters of one of its contact points."""
     own = {}
     for field in attrs.fields(type(law)):
         value = getattr(law, field.name)

@@ -37,13 +37,13 @@ class Cracks:
     opening: np.ndarray  #: (k,) m
     slip: np.ndarray  #: (k,) m
     grains: np.ndarray  #: (k, 2) numbers of the two grains
-    spent: np.ndarray  #: (k,) J/m2, work done on it until it broke, less what its springs stored then
+    spent: np.ndarray  #: (k,) J/m2, work done on it until it broke, less the elastic energy then
 
     def __len__(self) -> int:
         return len(self.time)
 
     def __getitem__(self, chosen: np.ndarray) -> Cracks:
-        """Some of them: a mask or numbers, such as ``cracks[cracks.tensile]``."""
+        """A selection, by mask or numbers, such as ``cracks[cracks.tensile]``."""
         return Cracks(**{field.name: getattr(self, field.name)[chosen] for field in attrs.fields(Cracks)})
 
     @property
@@ -54,7 +54,7 @@ class Cracks:
 
 @attrs.frozen(eq=False)
 class Result:
-    """What one test of one specimen under one law has given."""
+    """The result of one test of one specimen under one law."""
 
     specimen: Specimen
     law: Laws
@@ -132,7 +132,7 @@ class Result:
         write_report({name: self}, file, title=title, record=record, incomplete=incomplete, measures=measures)
 
     def show(self) -> None:
-        """Look at the last moment in a window (pyvista)."""
+        """Show the last frame in a window (pyvista)."""
         from grainlaw.results.figures.curves import show_result
 
         show_result(self)

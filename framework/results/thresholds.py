@@ -16,7 +16,7 @@ NAN = float("nan")
 
 @attrs.frozen(eq=False)
 class Path:
-    """The path to the peak: samples whose load is higher than any before, in the stage that leads to the peak.
+    """The path to the peak: samples with a higher load than all before them, in the stage that leads to the peak.
 
     Strains count extension positive, from the start of that stage; nan where a test does not record them.
     """
@@ -46,7 +46,7 @@ class Path:
 
 
 def path_to_peak(curves: Mapping[str, np.ndarray]) -> Path:
-    """Find it in the curves of a test; empty where there is no ``stress`` or no load above zero.
+    """Find the path in the curves of a test; empty where there is no ``stress`` or no load above zero.
 
     The path begins with the stage in which the load first reaches half of its peak, so that a stage of confinement
     does not count. The load is the ``deviator`` where there is one.
@@ -145,7 +145,7 @@ def initiation_by_crack_volume(path: Path, tolerance: float = 0.01, low: float =
     limit = tolerance * abs(path.volumetric[-1] - opened[-1])
     if not opened[-1] > limit:
         return NAN
-    last = int(np.flatnonzero(~(opened > limit))[-1])  # there is one: a regression leaves some sample at or below zero
+    last = int(np.flatnonzero(~(opened > limit))[-1])  # there is one: some residual of a regression is at most zero
     share = (limit - opened[last]) / (opened[last + 1] - opened[last])
     return float(path.load[last] + share * (path.load[last + 1] - path.load[last])) + path.confinement
 

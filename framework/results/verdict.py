@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 def verdict(path: ContactPath) -> str:
-    """Which contact it is, whether and how it broke, and its highest tractions before, next to its strengths.
+    """Name the contact, say whether and how it broke, and give its highest tractions before with its strengths.
 
-    Between two samples nothing is known.
+    Tractions between two samples are not known.
     """
     x, y = path.position * 1e3
     a, b = path.grains

@@ -22,13 +22,13 @@ def _in_space(plane: np.ndarray) -> np.ndarray:
 
 
 class VtkSeries:
-    """A folder that grows by one pair of .vtu files per frame; the .pvd files always list complete ones.
+    """A folder that grows by .vtu files with each frame; the .pvd files list complete files only.
 
     Points lie on the deformed specimen. Grains: zones with grain number, phase, mean stress of their grain (Pa);
     displacement (m) and velocity (m/s) at nodes. Cracks: each contact point with damage as a line along its half of
     the interface, with damage, mode (share of shear), opening and slip (m), normal and shear traction (Pa), energy lost
     in opening and in slip (J/m2), time of breaking (s, nan where not broken) and the two grains. Contacts, where they
-    are detected: contacts without a bond as lines along what touches, with mean opening (negative) and slip
+    are detected: contacts without a bond as lines along their length, with mean opening (negative) and slip
     (m), normal and shear traction (Pa) and the two grains. Raises OSError where it cannot write.
     """
 
@@ -62,7 +62,7 @@ class VtkSeries:
         middle = (first + second) / 2
         begin, end = np.concatenate([first, middle]), np.concatenate([middle, second])
         chosen = np.flatnonzero(frame.bonds["damage"] > 0)
-        if not len(chosen):  # not every reader opens a file without cells: one undamaged point as a line of length zero
+        if not len(chosen):  # some readers need a cell: one undamaged point as a line of length zero
             chosen, end = np.array([0]), begin
         count = len(chosen)
         points = np.empty((2 * count, 2))
@@ -77,7 +77,7 @@ class VtkSeries:
         position, tangent, grains = (closed.pop(name) for name in ("position", "tangent", "grains"))
         half = tangent * closed.pop("length")[:, None] / 2
         data = {**closed, "grain_a": grains[:, 0], "grain_b": grains[:, 1]}
-        if not len(position):  # as above
+        if not len(position):  # the same for contacts
             position = half = np.zeros((1, 2))
             data = {name: np.zeros(1, dtype=row.dtype) for name, row in data.items()}
         points = np.stack([position - half, position + half], axis=1).reshape(-1, 2)

@@ -1,1 +1,1 @@
-"""Runs: one, several at a time, and those that answer one question."""
+"""Runs: one test, several at a time, and sets of tests such as a strength envelope."""

@@ -65,7 +65,7 @@ class Comparison(Mapping[str, Result]):
     def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
         """Write ``comparison.png``, ``cracks_<law>.png``, ``summary.json`` and ``curves.csv``.
 
-        ``record`` is added to the summary: what the run was made with. Raises OSError where it cannot, and
+        ``record``, the input of the run, is added to the summary. Raises OSError where it cannot write, and
         ParameterError for a test without the columns ``strain`` and ``stress``.
         """
         from grainlaw.results.figures.curves import plot_cracks
@@ -103,8 +103,8 @@ def compare(
 ) -> Comparison:
     """Put one specimen through one test under several laws, as many at a time as there are ``threads`` (all cores).
 
-    ``observers`` gives those of each run by the law's name; ``options`` go to :func:`simulate`. The results do not
-    depend on ``threads``.
+    ``observers`` maps the name of a law to the observers of its run; ``options`` go to :func:`simulate`. The results do
+    not depend on ``threads``.
     """
     if not isinstance(laws, Mapping):
         raise ParameterError(f"compare: laws = {laws!r} is not allowed, it must be a mapping from names to laws")

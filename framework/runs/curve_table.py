@@ -15,7 +15,7 @@ class CurveTable:
         self._table: dict[str, np.ndarray] = {}
 
     def append(self, row: Mapping[str, float]) -> None:
-        """Add a row. A name that earlier rows did not have makes a new column, which is nan in them."""
+        """Add a row. A name that is new makes a new column, with nan in the earlier rows."""
         for name, value in row.items():
             column = self._table.get(name)
             if column is None or self.count == len(column):

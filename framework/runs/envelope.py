@@ -129,7 +129,7 @@ _Line = tuple[_Coefficient, _Coefficient, _Spread]
 
 
 def _line(name: str, x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -> _Line:
-    """Slope and intercept of a regression line, and how they scatter."""
+    """Slope and intercept of a regression line, and their scatter."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     if len(x) != len(y) or len(np.unique(x)) < 2 or not np.isfinite([x, y]).all():
         raise ParameterError(
@@ -170,7 +170,7 @@ class StrengthEnvelope:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Confinements, their mean peaks, and both fits (SI, angles in degrees), by name."""
+        """Confinements, their mean peaks, and both fits, by name (SI, angles in degrees)."""
         peaks = self.peaks
         confinement = np.unique(peaks[:, 1])
         return {

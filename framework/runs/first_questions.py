@@ -1,4 +1,4 @@
-"""What a law is asked before its first run: whether it answers compiled as written, and no stiffer than it says."""
+"""Checks of a law before its first run: the same compiled as interpreted, and no stiffer than it declares."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from grainlaw.parameter import ParameterError
 from grainlaw.workbench.driver import Contact, run_together
 
 ROUNDING = 1e-12
-LEFT_OVER = 1e-9  #: rounding of memory, which may be what is left of the difference of larger numbers
-STIFFER = 1.05  #: times the declared stiffness, at most: time steps leave room for it
+LEFT_OVER = 1e-9  #: rounding of memory, which may be a small difference of larger numbers
+STIFFER = 1.05  #: times the declared stiffness, at most: the safety of time steps allows for it
 DISPLACEMENTS = 0.927 * np.geomspace(1e-12, 1e-2, 41)  #: m; round numbers are where laws change branches
 PRESSURES = (1e5, 1e7, 1e8)  #: Pa, under which a contact is sheared
-HIGHEST = 1e9  #: Pa, beyond which a closure is not asked, by the declared stiffness
+HIGHEST = 1e9  #: Pa, by the declared stiffness: larger closures are not tried
 
-_answered: set[tuple] = set()  #: by all that an answer depends on
+_answered: set[tuple] = set()  #: laws that have passed: everything that the answers depend on
 
 
 def ask_first_questions(laws: Laws, detection: Detection | None = None) -> None:
-    """Raise :class:`ParameterError` for a law that no run can trust; asked once for each law and its numbers.
+    """Raise :class:`ParameterError` for a law that gives wrong runs; done once for each law with its parameters.
 
-    A few points of one contact, interpreted and compiled: the answers must be equal and finite, and must not grow
-    faster with opening and slip than the declared stiffness. Where numbers differ from contact to contact, their means
-    are asked. Raises CompilationError too.
+    The law is evaluated along short paths of one contact, interpreted and compiled: the tractions must be equal and
+    finite, and must not grow faster with opening and slip than the declared stiffness. Where parameters differ from
+    contact to contact, their means are used. Raises CompilationError too.
     """
     check_laws("law", laws)
     for given in (laws, None if detection is None else detection.law):
@@ -64,7 +64,7 @@ def _check_stiffness(law: ContactLaw) -> None:
 
 
 def _paths(kn: float) -> dict[str, np.ndarray]:
-    """(i, 2) openings and slips of equal number, each from a fresh contact at rest."""
+    """Paths (i, 2) of opening and slip, of equal length, each from a virgin contact."""
     u, none = np.concatenate([[0.0], DISPLACEMENTS]), np.zeros(len(DISPLACEMENTS) + 1)
     closed = np.minimum(u, HIGHEST / kn)
     turn = np.arange(len(u)) % 4
@@ -81,7 +81,7 @@ def _paths(kn: float) -> dict[str, np.ndarray]:
 
 
 class _Questions:
-    """Points, and the answers to them interpreted and compiled."""
+    """Paths, and the tractions along them interpreted and compiled."""
 
     def __init__(self, law: ContactLaw, compiled: Compiled) -> None:
         self.law, self.contact = law, Contact(law)

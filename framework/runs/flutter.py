@@ -1,4 +1,4 @@
-"""Flutter: whether the kinetic energy of a sample grows that is held under a load without damping, and how fast."""
+"""Flutter: whether, and how fast, the kinetic energy of a specimen grows that is held loaded without damping."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Condition, Curves, Drive, FailsTo, Reaches, Stage, StageError
 
-PRESS, REST, CALM = 8, 15, 5  #: duration of these stages, over the time in which a wave passes the sample
+PRESS, REST, CALM = 8, 15, 5  #: duration of these stages, over the time in which a wave passes the specimen
 HOLD = 1300  #: duration of holding, over the time in which a wave passes a grain
-SAMPLES = 200  #: of the kinetic energy while the sample is held
-HELD = 0.9  #: share of the stress that must be left when the sample is at rest
-GROWTH = 10  #: of the kinetic energy, that counts as flutter; without a source it varies by a factor of 4
-QUIET = 0.3  #: mass damping (1/s) before holding, over the frequency of waves in a grain: stronger than flutter
-PUSH = 2e-10  #: random velocity at the start of holding, over the wave speed: flutter grows from it
+SAMPLES = 200  #: of the kinetic energy while the specimen is held
+HELD = 0.9  #: share of the stress that must be left when the specimen is at rest
+GROWTH = 10  #: of the kinetic energy, from which it is flutter; if energy is conserved it varies by a factor of 4
+QUIET = 0.3  #: mass damping (1/s) before holding, over the frequency of waves in a grain: stops any flutter
+PUSH = 2e-10  #: random velocity at the start of holding, over the wave speed, from which flutter grows
 
 
 @attrs.frozen
@@ -40,7 +40,7 @@ class _Samples(Condition):
 
 @attrs.frozen(eq=False)
 class Flutter:
-    """The kinetic energy of a sample that was held without damping; prints as one line."""
+    """The kinetic energy of a specimen that was held without damping; prints as one line."""
 
     stress: float  #: Pa, under which it was held, compression positive
     time: np.ndarray  #: (k,) s since the damping was removed
@@ -50,7 +50,7 @@ class Flutter:
 
     @property
     def _last(self) -> int:
-        """The last sample before a contact was damaged: a break moves its neighbours under any law."""
+        """Number of the last record before a contact was damaged: a break moves its neighbours under any law."""
         worse = np.flatnonzero(self.damaged > self.damaged[0])
         return max(int(worse[0]) - 1, 1) if len(worse) else len(self.time) - 1
 
@@ -77,7 +77,7 @@ class Flutter:
         tenfold = math.log(10) / self.rate
         return (
             f"flutters: {held}, its kinetic energy grows tenfold in {tenfold * 1e6:.3g} us ({tenfold / self.step:.0f} "
-            "steps); the strength of such samples depends on the damping"
+            "steps); the strength of such specimens depends on the damping"
         )
 
 
@@ -86,7 +86,7 @@ class _HeldStill(LoadingProtocol):
     """Press, bring to rest, hold without damping."""
 
     stress: float = parameter("Pa")
-    modulus: float = parameter("Pa")  #: of grains and contacts in series, about that of the sample
+    modulus: float = parameter("Pa")  #: of grains and contacts in series, about that of the specimen
     wave_speed: float = parameter("m/s")
     duration: float = parameter("s")  #: without damping
     confined: bool = part(bool, False)
@@ -134,13 +134,13 @@ def hold(
     specimen: Specimen, law: Laws, stress: float, *, confined: bool = False, duration: float | None = None,
     detection: Detection | None = EVERYWHERE, time_step_factor: float = 1.0, threads: int = 1,
 ) -> Flutter:  # fmt: skip
-    """Press a sample to a ``stress`` (Pa), bring it to rest, remove all damping, and record its kinetic energy.
+    """Press a specimen to a ``stress`` (Pa), bring it to rest, remove all damping, and record its kinetic energy.
 
-    The sample is held by its smooth platens and starts with a very small random velocity. If its contacts conserve
+    The specimen is held by its smooth platens and starts with a very small random velocity. If its contacts conserve
     energy, it vibrates with the same energy. If contacts make energy it flutters: the kinetic energy grows
     exponentially, and the results of a run with damping depend on the damping (docs/flutter.md). ``confined`` holds the
     sides too, for grains without bonds; ``duration`` (s) is that of holding, some 12,000 steps by default. Raises as
-    :func:`simulate`, and :class:`StageError` for a sample that fails before the stress is reached.
+    :func:`simulate`, and :class:`StageError` for a specimen that fails before the stress is reached.
     """
     modulus, wave_speed, size = _scales(specimen, law)
     test = _HeldStill(
@@ -154,7 +154,7 @@ def hold(
     pressed, damaged = result.curves[STRESS], result.curves[DAMAGED][held]
     if pressed.max() < stress or pressed[held][0] < HELD * stress:
         error = StageError(
-            f"hold: the sample failed: it reached {pressed.max() * 1e-6:.4g} MPa and holds "
+            f"hold: the specimen failed: it reached {pressed.max() * 1e-6:.4g} MPa and holds "
             f"{pressed[held][0] * 1e-6:.4g} MPa; stress = {stress * 1e-6:g} MPa must be lower"
         )
         error.result = result

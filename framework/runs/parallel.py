@@ -34,12 +34,12 @@ class Run:
 
 
 class _Stopped(Exception):
-    """Ends a run that nobody waits for any more."""
+    """Ends a run whose result is no longer needed."""
 
 
 @attrs.frozen
 class _Stop(Observer):
-    """Ends runs at their next sample once it is asked to."""
+    """Ends runs at their next sample once another run has failed."""
 
     asked: threading.Event = attrs.field(factory=threading.Event)
 
@@ -55,10 +55,10 @@ def simulate_all(
     observers: Callable[[Key], Sequence[Observer]] = lambda key: (),
     **options: Any,
 ) -> dict[Key, Result]:
-    """All runs, as many at a time as there are ``threads`` (all cores); threads left over share a model.
+    """Results of runs, as many at a time as ``threads`` (all cores); spare threads share a model.
 
-    ``observers`` gives those of each run by its key; ``options`` go to :func:`simulate`. The results do not depend on
-    ``threads``. If one run fails the others are ended.
+    ``observers`` maps the key of a run to its observers; ``options`` go to :func:`simulate`. The results do not depend
+    on ``threads``. If one run fails, the others are stopped.
     """
     threads = checked_whole_number("threads", os.cpu_count() or 1 if threads is None else threads, at_least=1)
     workers = min(threads, len(runs))
@@ -69,11 +69,11 @@ def simulate_all(
         watchers = [*observers(key), stop]
         return simulate(run.specimen, run.law, run.protocol, threads=share, observers=watchers, **options)
 
-    for run in runs.values():  # made once, before threads share them
+    for run in runs.values():  # made here, once, before threads share it
         _ = run.specimen.mesh, run.specimen.zone_constants, run.specimen.node_masses
     with ThreadPoolExecutor(workers) as pool:
         try:
             return dict(zip(runs, pool.map(one, runs), strict=True))
-        except BaseException:  # Ctrl-C, or one run has failed: the others need not go on
+        except BaseException:  # Ctrl-C, or one run has failed: stop the others
             stop.asked.set()
             raise

@@ -30,7 +30,7 @@ from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Drive, Stage, StageError
 
-CALL = 4_000_000  #: zones times steps of one call of the engine, some tenths of a second: Ctrl-C waits no longer
+CALL = 4_000_000  #: zones times steps of one call of the engine: some tenths of a second, the delay of Ctrl-C
 MOST_THREADS = 128
 ROUNDING = 1e-9  #: of kinetic energy, and of gravity's work over the size of the specimen: no run is judged by less
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
@@ -51,15 +51,14 @@ def simulate(
 ) -> Result:
     """Put a specimen through a test.
 
-    ``law`` is one contact law, or a mapping from pairs of phases to laws. ``detection`` says how grains that no bond
-    joins find each other, and by which law they meet; with None grains touch only the neighbours they were born with.
+    ``law`` is one contact law, or a mapping from pairs of phases to laws. ``detection`` says how contacts without a
+    bond are found, and which law they follow; with None there are only the bonds of the specimen.
     ``threads`` share one model (several models at a time, as in :func:`compare`, use cores better).
-    ``integrator`` takes the place of the protocol's in all stages, so that integrators can be compared like laws.
-    ``time_step_factor`` shortens the integrator's stable step; ``mass_scaling`` lengthens it so many times by raising
-    the mass of the nodes that alone govern it. ``frames`` is the number of moments kept for pictures and VTK. Raises
-    :class:`ParameterError` before any work is done,
-    :class:`InstabilityError` with the step, contact, grain and likely cause (:class:`OverlapError` where grains run
-    into each other), :class:`StageError`.
+    ``integrator`` replaces the protocol's in all stages, so that integrators can be compared like laws.
+    ``time_step_factor`` shortens the integrator's stable step; ``mass_scaling`` lengthens it by this factor by raising
+    the mass of the few nodes that govern it. ``frames`` is the number of moments kept for pictures and VTK. Raises
+    :class:`ParameterError` before any work is done, :class:`InstabilityError` with the step, contact, grain and
+    likely cause (:class:`OverlapError` where grains overlap too much), :class:`StageError`.
     """
     _check(specimen, law, protocol, threads, time_step_factor, mass_scaling, detection, integrator)
     ask_first_questions(law, detection)
@@ -90,7 +89,7 @@ def _check(
 
 
 class _Run:
-    """One run: the state, and what is needed to carry it through the stages."""
+    """One run: the state, and what takes it through the stages."""
 
     def __init__(
         self,
@@ -111,7 +110,7 @@ class _Run:
         self.columns = CurveTable()
         self.seconds = 0.0
         self.compiled: tuple[Integrator, Compiled] | None = None  #: the integrator of the last steps
-        self.first_step, self.next_adapt, self.halts = 0, 0, 0  #: of the present stage, the middle one counted from it
+        self.first_step, self.next_adapt, self.halts = 0, 0, 0  #: ``next_adapt`` counts in the stage
         self.most_steps = max(1, CALL // len(self.state.mesh.zones))
         self.supplied = 1e-300  #: J, largest external work so far, or that of giving all grains the platens' speed
         self.stability = StableStep(self.state, scaling)
@@ -139,14 +138,14 @@ class _Run:
         state.take_back_half_a_step_of_gravity()
         first = self.columns.count
         self.first_step, self.next_adapt, self.halts = state.steps, 0, 0
-        self._steps(integrator, 0)  # compiles, so that the clock sees the time loop alone
+        self._steps(integrator, 0)  # compiles, so that the clock measures the time loop alone
         for _ in range(stage.sample_limit):
             steps = max(1, round(stage.interval / state.time_step))
             saved = state.save()
             start = time.perf_counter()
             integrator, before = self._advance(stage, integrator, before, steps)
             self.seconds += time.perf_counter() - start
-            with np.errstate(all="ignore"):  # what is not finite is found by the check
+            with np.errstate(all="ignore"):  # the check finds numbers that are not finite
                 found = energies(state)
             self._check(found, saved, stage, integrator, steps)
             self._record(number, found)
@@ -167,7 +166,7 @@ class _Run:
     def _advance(
         self, stage: Stage, integrator: Integrator, before: Motion | None, steps: int
     ) -> tuple[Integrator, Motion | None]:
-        """Do ``steps``; what happens between them is counted from the start of the stage, however samples are taken."""
+        """Do ``steps``; integrator and time step change at steps counted from the stage's start, not at samples."""
         state = self.state
         end, look = state.steps + steps, self.stability.look
         while state.steps < end:
@@ -177,7 +176,7 @@ class _Run:
             if integrator.burst and since >= self.next_adapt:
                 motion = state.motion()
                 (integrator, halt), before = integrator.adapt(motion, before), motion
-                # Bursts of one length would meet a mode of that period at rest for ever.
+                # With bursts of equal length a mode of that period would be seen at rest every time.
                 self.next_adapt = since + integrator.burst + self.halts % integrator.burst // 2
                 if halt:
                     self.halts += 1
@@ -220,7 +219,7 @@ class _Run:
             return
         with np.errstate(all="ignore"):
             error = InstabilityError(self._explain(saved, stage, integrator, steps))
-        self.state.restore(saved)  # what is kept is the last moment before
+        self.state.restore(saved)  # the result ends with the last moment before
         error.result = self._result(stage.name)
         raise error
 

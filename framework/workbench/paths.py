@@ -34,7 +34,7 @@ def designed_paths(scale: Scale) -> dict[str, Corners]:
         "pull, slip, release": [(0, 0), (0.8 * t, 0), (0.8 * t, s), (0, s), (0, 0)],
         "pull, release, shear to the end": [(0, 0), (th, 0), (0, 0), (0, so), (0, 0)],
         "shear, slip back, pull to the end": [(0, 0), (0, sh), (0, 0), (to, 0), (0, 0)],
-        "all ways": [(0, 0), (th, s), (0.3 * t, -s), (-c, s), (2 * t, so), (-c, -far), (0, 0)],
+        "all directions": [(0, 0), (th, s), (0.3 * t, -s), (-c, s), (2 * t, so), (-c, -far), (0, 0)],
     }
     for share in (0.25, 0.5, 0.75):
         a, b = share, 1 - share

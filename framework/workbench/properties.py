@@ -63,7 +63,7 @@ def compiled_equals_interpreted(bench: Bench) -> Finding | None:
 
 
 def odd_in_slip(bench: Bench) -> Finding | None:
-    """Slip the other way gives the opposite shear traction, and nothing else."""
+    """Slip in the other direction gives the opposite shear traction, and changes nothing else."""
     for name, path in bench.paths.items():
         there = bench.answers[name]
         mirrored = bench.contact.run([(o, -s) for o, s in path])
@@ -72,7 +72,7 @@ def odd_in_slip(bench: Bench) -> Finding | None:
             i = int(np.nanargmax([0.0, *difference])) - 1
             if i >= 0 and difference[i] > ROUNDING * np.nanmax(np.abs(there[:, column])):
                 a, b = words(there[i, column], "Pa"), words(mirrored[i, column], "Pa")
-                text = f"{name}: {label(bench, column)} {a} at {place(path[i])}, and {b} with the slip the other way"
+                text = f"{name}: {label(bench, column)} {a} at {place(path[i])}, and {b} with the slip reversed"
                 return Finding(text, float(difference[i]))
     return None
 

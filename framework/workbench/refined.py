@@ -37,7 +37,7 @@ class Response:
     points: np.ndarray  #: (i, 2), opening and slip
     answers: np.ndarray  #: (i, 2 + m)
     corners: list[int]  #: as far as the answers are finite
-    legs: int  #: asked for
+    legs: int  #: number of legs requested
     jumps: list[Jump]
 
     @property

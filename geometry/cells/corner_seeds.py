@@ -14,7 +14,7 @@ from grainlaw.geometry.cells.cutting import Cutter, Reentrant
 FURTHEST = 0.5  #: grain sizes that a seed may be moved
 NEAREST = 0.2  #: grain sizes that a moved seed keeps from all others
 CANDIDATES = 12  #: nearest seeds, among which the two in sight of a corner are looked for
-ROUNDS = 8  #: of choosing pairs anew, where seeds that moved have changed which are the nearest
+ROUNDS = 8  #: of choosing pairs again, where moved seeds have changed which are the nearest
 STEPS = 8  #: of Newton's method, which doubles the digits in each
 
 
@@ -60,7 +60,7 @@ def _pairs(seeds: np.ndarray, cutter: Cutter) -> list[Pair]:
     near = cKDTree(seeds).query([found.corner for found in corners], min(CANDIDATES, len(seeds)))[1]
     pairs: dict[tuple[int, int], Pair] = {}
     for found, around in zip(corners, near, strict=True):
-        # From a little inside: from the corner itself the sides that meet there would be in the way by rounding.
+        # From a little inside: seen from the corner itself, the sides that meet there could hide seeds by rounding.
         eye = np.array(found.corner) + 1e3 * cutter.near * np.array(found.bisector)
         seen = tuple(sorted(around[cutter.sees(eye, seeds[around])][:2].tolist()))
         if len(seen) == 2:
@@ -70,9 +70,9 @@ def _pairs(seeds: np.ndarray, cutter: Cutter) -> list[Pair]:
 
 def _turned(found: Reentrant, seeds: np.ndarray) -> Point | None:
     """Direction, if need be, that the boundary must be turned into to leave less than 180 degrees on either side."""
-    ways = seeds - np.array(found.corner)
-    (ax, ay), (bx, by) = ways / np.maximum(np.hypot(*ways.T), np.finfo(float).tiny)[:, None]
-    (u, v), ex, ey = found.bisector, by - ay, ax - bx  # the boundary runs across the way from one seed to the other
+    rays = seeds - np.array(found.corner)
+    (ax, ay), (bx, by) = rays / np.maximum(np.hypot(*rays.T), np.finfo(float).tiny)[:, None]
+    (u, v), ex, ey = found.bisector, by - ay, ax - bx  # the boundary is perpendicular to the line between the seeds
     skew = math.remainder(math.atan2(u * ey - v * ex, u * ex + v * ey), math.pi)
     if abs(skew) < 0.9 * found.play:
         return None

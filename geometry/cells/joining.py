@@ -1,4 +1,4 @@
-"""Polygons put side by side become a tiling: near points made one, and every corner a corner of all that it touches."""
+"""Polygons side by side become a tiling: near points are merged, and all polygons at a corner share it."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ u32 = np.uint32  # unsigned indices need no wrap-around code
 
 @njit(**OPTIONS)
 def gather_motion(ux, uy, a1, a2, b1, b2, d1x, d1y, d2x, d2y, ex, ey):
-    """Motion of grain B against A at both ends of a bond, and the change of its mean edge."""
+    """Displacement of grain B relative to A at both ends of a bond, and the change of its mean edge vector."""
     for c in range(a1.shape[0]):
         i, j, k, m = u32(a1[c]), u32(a2[c]), u32(b1[c]), u32(b2[c])
         xi, yi, xj, yj = ux[i], uy[i], ux[j], uy[j]
@@ -52,7 +52,7 @@ def kinematics(d1x, d1y, d2x, d2y, ex, ey, edge_x, edge_y, weight, nx, ny, inver
 
 @njit(**OPTIONS)
 def moved_apart(d1x, d1y, d2x, d2y, reach):
-    """How many bonds have an end that has moved farther than the root of ``reach``."""
+    """How many bonds have an end whose relative displacement squared is above ``reach`` (m2)."""
     count = 0
     for c in range(d1x.shape[0]):
         first, second = d1x[c] * d1x[c] + d1y[c] * d1y[c], d2x[c] * d2x[c] + d2y[c] * d2y[c]
@@ -62,14 +62,14 @@ def moved_apart(d1x, d1y, d2x, d2y, reach):
 
 @njit(**OPTIONS)
 def add_work(now, before, traction_now, traction_before, work):
-    """Work done on each contact point by the trapezoidal rule, which closes the discrete energy balance, Eq. (12)."""
+    """Add the work on each contact point by the trapezoidal rule, with which the energy balance of Eq. (12) closes."""
     for p in range(now.shape[0]):
         work[p] += 0.5 * (traction_now[p] + traction_before[p]) * (now[p] - before[p])
 
 
 @njit(**OPTIONS)
 def end_forces(nx, ny, inverse, half, weight, n1, t1, n2, t2, o1, o2, s1, s2, a1x, a2x, b1x, b2x, a1y, a2y, b1y, b2y):
-    """Nodal forces of a bond, Eq. (8): the tractions, and the couple that balances their offset."""
+    """Nodal forces of a bond, Eq. (8): from the tractions, and the couple that balances their moment."""
     for c in range(nx.shape[0]):
         x = nx[c] * half[c]
         y = ny[c] * half[c]

@@ -1,4 +1,4 @@
-"""What a stage imposes on boundaries: drives, load-controlled platens and pressures, and their course in time."""
+"""What a stage imposes on boundaries: drives, load-controlled platens and pressures, as functions of time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from grainlaw.stage import Drive, Hold, Pressure
 
 
 class BoundaryBooks(NamedTuple):
-    """What is booked between stages and samples."""
+    """What is recorded between stages and samples."""
 
     done: Changing  #: (1,) J, work in earlier stages
     samples: Changing  #: (1,) steps since the last sample
@@ -37,7 +37,7 @@ def check_boundaries(specimen: Specimen, imposed: Sequence[Drive | Hold | Pressu
 
 
 class Boundaries(Part):
-    """The drives, platens and pressures of the present stage, and the work of those before."""
+    """The drives, platens and pressures of the present stage, and the work done in earlier stages."""
 
     arrays = NoBooks()
 
@@ -54,7 +54,7 @@ class Boundaries(Part):
     def impose(
         self, drives: Sequence[Drive | Hold], pressures: Sequence[Pressure] = (), fixed: Sequence[int] = ()
     ) -> None:
-        """Drive and press boundaries, and hold ``fixed`` grains. Raises :class:`ParameterError`."""
+        """Impose drives and pressures on boundaries, and fix the grains ``fixed``. Raises :class:`ParameterError`."""
         check_boundaries(self._grains.specimen, [*drives, *pressures])
         self.books.done[0] += float(self.driven.arrays.work.sum() + self.pressed.arrays.work.sum())
         self._impose(drives, pressures, fixed)
@@ -69,14 +69,14 @@ class Boundaries(Part):
         self.new_sample()
 
     def hold(self) -> None:
-        """Give platens the mass and the momentum of what they hold."""
+        """Give each platen the mass and the momentum of the freedoms on its boundary."""
         self.platens = Platens(self._grains.specimen, self.drives, self.driven, self._freedoms)
 
     def energy(self, time_step: float) -> dict[str, float]:
         return {"external": float(self.books.done[0])}
 
     def schedule(self, times: np.ndarray) -> np.ndarray:
-        """(t, columns) at times (s) of the stage: drives, nothing (of rotations and fixed grains), then pressures."""
+        """(t, columns) at times (s) of the stage: drives, a column of zeros (rotations and fixed grains), pressures."""
         table = np.zeros((len(times), len(self.drives) + 1 + len(self.pressures)))
         for column, drive in enumerate(self.drives):
             length = self._mesh.boundary_lengths[drive.boundary] if isinstance(drive, Hold) else 1.0
@@ -86,7 +86,7 @@ class Boundaries(Part):
         return table
 
     def reaction(self, boundary: str) -> np.ndarray:
-        """(2,) N per metre, of the drives of a boundary on the specimen: mean over the steps since the last sample."""
+        """(2,) N per metre, reaction of the drives of a boundary, mean over the steps since the last sample."""
         result = np.zeros(2)
         driven, steps = self.driven.arrays, max(int(self.books.samples[0]), 1)
         for column, drive in enumerate(self.drives):
@@ -102,7 +102,7 @@ class Boundaries(Part):
         return (self.books.start[self._number[boundary]] + self._mean_displacement(boundary)) / 2
 
     def new_sample(self) -> None:
-        """Begin a new interval of means."""
+        """Begin a new interval over which means are taken."""
         self.driven.arrays.total[:] = 0.0
         self.books.samples[0] = 0
         for name, k in self._number.items():

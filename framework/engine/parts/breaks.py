@@ -30,13 +30,13 @@ class Breaks(Part):
         return nothing_to_do(split)
 
     def new(self, damage: np.ndarray) -> np.ndarray:
-        """(p,) whether points have broken that were not noted, from their damage (p,)."""
+        """(p,) whether points have broken that are not in the record yet, from their damage (p,)."""
         return np.isnan(self.books.time) & (damage >= 1)
 
     def note(self, broken: np.ndarray, bonds: Bonds, time: float, mode: np.ndarray, traction: np.ndarray) -> None:
-        """Remember that points broke by ``time`` (s), from the mode (p,) and the tractions (2, p) Pa of all.
+        """Record that points broke by ``time`` (s), with the mode (p,) and the tractions (2, p) Pa of all points.
 
-        What the springs of closure and friction store at that moment is no part of the work.
+        The energy that the springs of closure and friction store at that moment is not part of the recorded work.
         """
         books = self.books
         books.time[broken] = time

@@ -10,7 +10,7 @@ from grainlaw.engine.parts.part import Changing, NoBooks, Part, Split, nothing_t
 
 
 class ClockBooks(NamedTuple):
-    """When the run is."""
+    """Time and steps that were done."""
 
     time: Changing  #: (1,) s
     steps: Changing  #: (1,)
@@ -20,7 +20,7 @@ class ClockBooks(NamedTuple):
 
 
 class Clock(Part):
-    """Time and steps; the times of steps are the same to the last digit, however many are done at a time."""
+    """Time and steps. The time of a step is the same to the last digit, however many steps are done in one call."""
 
     arrays = NoBooks()
 
@@ -51,6 +51,6 @@ class Clock(Part):
         return books.since_time[0] + time_step * (done + 1 + np.arange(count))
 
     def count(self, steps: int, time: float) -> None:
-        """Book steps that the engine has done until ``time`` (s)."""
+        """Record steps that were done until ``time`` (s)."""
         self.books.steps[0] += steps
         self.books.time[0] = time

@@ -5,10 +5,10 @@ nodes in use. ``t`` is the table of contacts (``ContactArrays`` in contact_table
 docs/theory.md. A contact is in one of four states:
 
 ========  ==========  ========  ==================================================================================
-state     ``length``  offset    what it waits for
+state     ``length``  offset    what ends the state
 ========  ==========  ========  ==================================================================================
-beside    0           infinite  edges that may already lie behind each other, as both sides of a corner do: it begins
-                                when they stand otherwise, and takes the overlap of that moment as its offset
+beside    0           infinite  edges that lie beside each other, as both sides of one corner do: it begins when they
+                                no longer do, and the overlap of that moment becomes its offset
 apart     0           0         an overlap
 offset    0           not 0     an overlap deeper than the offset, which shrinks as the edges part
 closed    above 0     any       the overlap to end, or (grains too deep in each other) the run to stop
@@ -24,8 +24,8 @@ from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts import overlap
 
 u32 = np.uint32
-NARROW = 1e-9  #: square of the length over that of the depth: narrower overlaps are those of other faces
-LEAST = 1e-13  #: depth over length of an overlap: what is less is rounding
+NARROW = 1e-9  #: square of the length over that of the depth: narrower overlaps belong to the contact of other faces
+LEAST = 1e-13  #: depth over length of an overlap: below it, it is only rounding
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -38,7 +38,7 @@ def both_edges(node, place, c):
 
 @njit(forceinline=True, **OPTIONS)
 def _is_near(ax, ay, bx, by, wx, wy, tx, ty, room):
-    """Whether edges overlap, seen along a tangent, once b is moved towards a by ``-room`` (m)."""
+    """Whether edges overlap, seen along a tangent, once b is moved away from a by ``room`` (m)."""
     _, _, _, _, depth = overlap.strip(tx, ty, ax, ay, bx, by, wx + room * ty, wy - room * tx)
     return depth > 0
 
@@ -62,8 +62,8 @@ def _motion(node, increment, c, x, y, nx, ny, ax, ay, bx, by, wx, wy, ex, ey, fx
 def contact_geometry(g, t, first, last, place, row):
     """Frame, opening, length and slip of contacts, Eqs. (13, 14, 16).
 
-    ``row`` of the memory is the lift of dilation, or -1. Lists the active ones from ``place`` on; returns where the
-    list ends, and how many overlap too much.
+    ``row`` of the memory is the lift of dilation, or -1 without one. Lists the active contacts from ``place`` on;
+    returns where the list ends, and how many contacts overlap too much.
     """
     deep = 0
     for c in range(first, last):
@@ -72,13 +72,14 @@ def contact_geometry(g, t, first, last, place, row):
         lift = t.memory[row, c] if row >= 0 else 0.0
         beginning = offset == np.inf
         if before == 0:
-            stand = overlap.arrangement(ax, ay, bx, by, wx, wy, t.skin)
-            if stand != overlap.BEHIND and (stand == overlap.BESIDE or (offset == 0 and lift == 0) or beginning):
-                t.offset[c] = np.inf if stand == overlap.BESIDE else 0.0
+            arrangement = overlap.arrangement(ax, ay, bx, by, wx, wy, t.skin)
+            is_beside = arrangement == overlap.BESIDE
+            if arrangement != overlap.BEHIND and (is_beside or (offset == 0 and lift == 0) or beginning):
+                t.offset[c] = np.inf if is_beside else 0.0
                 if row >= 0:
                     t.memory[row, c] = t.virgin[row, g]
                 continue
-        # Eq. (16): lifted faces touch where their edges are apart, and b is seen moved by what is left.
+        # Eq. (16): lifted faces touch while their edges are still apart; b is moved by offset less lift.
         offset = (0.0 if beginning else offset) - lift
         qa, qb = 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by)
         ex, ey, fx, fy = qa * ax, qa * ay, qb * bx, qb * by  # unit vectors of both edges
@@ -88,7 +89,8 @@ def contact_geometry(g, t, first, last, place, row):
         begin, end, first_end, last_end, _ = overlap.strip(tx, ty, ax, ay, bx, by, ux, uy)
         x1, y1, d1, x2, y2, d2 = overlap.ends(first_end, last_end, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy)
         along_a, along_b = ex * (x2 - x1) + ey * (y2 - y1), fx * (x2 - x1) + fy * (y2 - y1)
-        cut_a, cut_b = 0.0, 0.0  # where corners of A and B dig into each other: acute ones hold less
+        # Where a corner of A and one of B dig into each other: acute corners overlap over less length.
+        cut_a, cut_b = 0.0, 0.0
         if first_end * last_end < 0:
             cut_a, cut_b = (
                 (t.cotangent[0, c], t.cotangent[2, c]) if first_end > 0 else (t.cotangent[1, c], t.cotangent[3, c])
@@ -97,7 +99,7 @@ def contact_geometry(g, t, first, last, place, row):
             along_b -= cut_b * (d1 if first_end > 0 else d2)
         mean, narrow = 0.5 * (d1 + d2), along_a * along_b < NARROW * (d1 * d1 + d1 * d2 + d2 * d2)
         apart = begin >= end or along_a <= 0 or along_b <= 0 or mean <= LEAST * along_a or narrow
-        if beginning:  # without a force: what they overlap already becomes their offset
+        if beginning:  # without a force: the overlap they already have becomes their offset
             t.offset[c] = 0.0 if apart else overlap.deepest(ax, ay, bx, by, wx, wy)
             continue
         far = mean > 2 * t.largest_overlap[c]
@@ -106,9 +108,10 @@ def contact_geometry(g, t, first, last, place, row):
             place += 1
         if apart or far:
             deep += far and t.overlap[c] > 0.5 * t.largest_overlap[c]
-            if lift > 0:  # remembered until the faces are apart by more than grains may overlap
+            if lift > 0:  # kept until the faces are farther apart than grains may overlap
                 lift = lift if _is_near(ax, ay, bx, by, wx, wy, tx, ty, offset - t.largest_overlap[c]) else 0.0
-            # All but the lift is forgotten. Parting without a force, edges lose what they were more open than they are.
+            # A positive offset shrinks to the overlap that the edges still have, a negative one vanishes, both without
+            # a force; all but the lift is reset.
             deepest = 0.0 if offset == 0 else overlap.deepest(ax, ay, bx, by, wx, wy)
             t.offset[c] = max(min(t.offset[c], deepest), 0.0)
             t.length[c] = 0.0
@@ -120,7 +123,7 @@ def contact_geometry(g, t, first, last, place, row):
             if row >= 0 and lift > 0:
                 t.memory[row, c] = lift
             continue
-        # Eq. (14): the gradient of the energy at both ends gives normal and length; share is J^2 / (J^2 + D^2).
+        # Eq. (14): the gradient of the energy at both ends gives normal and length; ``share`` is J^2 / (J^2 + D^2).
         g1x, g1y, g2x, g2y, share = overlap.gradient(
             first_end, last_end, d1, d2, along_a, along_b, cut_a, cut_b, ex, ey, fx, fy
         )
@@ -131,7 +134,7 @@ def contact_geometry(g, t, first, last, place, row):
         t.length[c] = size / depth
         t.overlap[c] = depth
         t.opening[c] = lift - depth  # Eq. (16)
-        # It acts half-way between the edges, and the couple ``twist`` makes up for what the point cannot carry.
+        # The force acts in the middle between the edges; ``twist`` gives the moment that this point leaves out.
         centre = -(g2x * nx + g2y * ny) / size
         p1, q1, p2, q2 = (1 - centre) * x1, (1 - centre) * y1, centre * x2, centre * y2
         h1, h2 = 0.5 * (1 - centre) * d1, 0.5 * centre * d2
@@ -144,7 +147,7 @@ def contact_geometry(g, t, first, last, place, row):
             t.node, t.increment, c, x, y, nx, ny, ax, ay, bx, by, wx, wy, ex, ey, fx, fy, qa, qb
         )
         grown = 1 - before / t.length[c]
-        if grown > 0:  # what has just come into contact has not slipped: else it would be given elastic energy
+        if grown > 0:  # new length in contact has not slipped: otherwise it would gain elastic energy
             t.slip[c] -= grown * t.compliance[c] * t.shear[c]
         t.slip[c] += slid
         t.tangent_x[c] = -ny

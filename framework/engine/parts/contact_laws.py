@@ -1,4 +1,4 @@
-"""The laws of contacts: for each pair of phases that can meet, the law of their bonds as it is once it is broken."""
+"""The laws of contacts: for each pair of phases that can meet, by default the law of their bonds after breaking."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def uniform(component: Any) -> Any:
 
 
 def broken_memory(law: Compiled) -> np.ndarray:
-    """(m,) memory of a contact that was pulled apart and put back."""
+    """(m,) memory of a contact that was pulled apart until it broke and then closed."""
     memory = np.zeros((memory_of(law), 1))
-    for opening in (0.0, *2.0 ** np.arange(-60, 41), 0.0):  # m: powers of two, from which laws of any size break alike
+    for opening in (0.0, *2.0 ** np.arange(-60, 41), 0.0):  # m, from so small to so large that any law breaks
         before = memory.copy()
         law.batch(np.array([opening]), np.zeros(1), memory)
         if not np.isfinite(memory).all():
@@ -51,7 +51,7 @@ def contact_groups(specimen: Specimen, laws: Laws, detection: Detection) -> dict
             law = own or law_of_pair(laws, one, other)
             if law is None:
                 raise ParameterError(
-                    f"law: no law is given for contacts between the phases {(one, other)}, which may come to touch; "
+                    f"law: no law is given for contacts between the phases {(one, other)}, which may meet; "
                     f"give one in law or in Detection(law=...)"
                 )
             compiled = compile_law(uniform(law))

@@ -11,12 +11,12 @@ from numba import njit
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.overlap import FACING, beside
 
-AWAY = math.sqrt(1 - FACING**2)  #: the sine that belongs to it
+AWAY = math.sqrt(1 - FACING**2)  #: the sine of the same angle
 
 
 @njit(forceinline=True, **OPTIONS)
 def _rows(x0, y0, x1, y1, pad, size, column):
-    """First and last cell that a segment, widened by ``pad``, has in a column of cells."""
+    """First and last cell of a column that a segment, widened by ``pad`` (m), passes."""
     low, high = column * size - pad, (column + 1) * size + pad
     ya, yb = y0, y1
     if x1 != x0:
@@ -47,7 +47,7 @@ def _to_segment(px, py, x0, y0, x1, y1):
 
 @njit(forceinline=True, **OPTIONS)
 def _stay_beside(ax, ay, bx, by, cx, cy, turn, reach):
-    """Whether edges a and b, which begins at c, stay beside each other while they turn by ``turn`` (rad) and move."""
+    """Whether edges a and b (from corner c on) stay beside each other while they turn by ``turn`` (rad) and move."""
     facing = FACING * math.cos(turn) + AWAY * math.sin(turn) if turn < 1 else 2.0  # never
     return beside(ax, ay, -bx, -by, cx + bx, cy + by, facing, reach, 2 * reach)
 
@@ -76,11 +76,11 @@ def _near(x0, y0, x1, y1, turn, e, f, reach):
 
 
 def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
-    """(n, 2) edges of different grains that are near; the edge of the lower grain first; some pairs may come twice.
+    """(n, 2) pairs of near edges of different grains, that of the lower grain first; a pair may occur twice.
 
-    ``reach`` (m) counts between edges, each of which turns by at most ``turn`` (rad) until the next search; cells are
-    of ``size`` (m). Each edge is in the cells that it passes, hashed to a table, so that neither a long floor nor a far
-    flying grain costs more than its own length.
+    ``reach`` (m) is the distance between edges up to which they are near; each edge turns by at most ``turn`` (rad)
+    until the next search. Each edge is entered in the cells of ``size`` (m) that it passes. Cells are hashed to a
+    table, so that a long floor or a grain that flies far away costs no more than the length of its edges.
     """
     count = x0.shape[0]
     pad = 0.5 * reach
@@ -128,7 +128,7 @@ def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
 
 
 def widths(x, y, first):
-    """(g,) smallest distance between two parallel lines that hold a convex polygon with corners first[g]:first[g+1]."""
+    """(g,) m, least width between two parallel lines round a convex polygon with corners first[g]:first[g+1]."""
     result = np.empty(first.shape[0] - 1)
     for g in range(result.shape[0]):
         least = math.inf
@@ -159,7 +159,7 @@ def in_use(nodes, count):
 
 
 def matches(keys, old):
-    """For each of ``keys`` its place in ``old``, or -1; both ascending."""
+    """For each of ``keys`` its place in ``old``, or -1 where it is not there; both ascending."""
     found, k = np.full(keys.shape[0], -1), 0
     for c in range(keys.shape[0]):
         while k < old.shape[0] and old[k] < keys[c]:
@@ -170,7 +170,7 @@ def matches(keys, old):
 
 
 def carry(rows, found):
-    """Rows (r, c) of contacts that were in these places (c,) before; zero where they are new, -1."""
+    """Rows (r, c) for contacts that were at the places ``found`` (c,) before; 0 for new contacts (place -1)."""
     new = np.zeros((rows.shape[0], found.shape[0]))
     for r in range(rows.shape[0]):
         for c in range(found.shape[0]):

@@ -1,4 +1,4 @@
-"""The table of contacts: the arrays of contacts, and those of a contact that has not begun.
+"""The table of contacts: their arrays, and a table of contacts that have not begun.
 
 Index letters: ``c`` contact, ``i`` node, ``k`` place in the list of nodes in use.
 """
@@ -19,25 +19,25 @@ class ContactArrays(NamedTuple):
 
     laws: LawTable
     node: Changing  #: (4, c) places in ``used``: start and end of edge a, of edge b, each counter-clockwise
-    cotangent: Changing  #: (4, c) of the corners at these nodes, 0 where they are not acute
+    cotangent: Changing  #: (4, c) of the grain's angle at these nodes, 0 where it is not acute
     largest_overlap: Changing  #: (c,) m
-    dashpot: Changing  #: (c,) sqrt(kg/m): damping force over rate and root of stiffness
+    dashpot: Changing  #: (c,) sqrt(kg/m): damping force over closing rate and over the root of stiffness
     compliance: Changing  #: (c,) 1 / ks, m/Pa
-    offset: Changing  #: (c,) m, how much more open the contact is than its edges; infinite before it begins
-    overlap: Changing  #: (c,) m, mean overlap of the edges, moved by offset and by the lift of dilation; 0 where apart
-    opening: Changing  #: (c,) m, of the law: the lift less the overlap; 0 where apart
+    offset: Changing  #: (c,) m, opening of the contact less that of its edges; infinite before it begins
+    overlap: Changing  #: (c,) m, mean overlap of the edges after they are moved by offset and lift; 0 where apart
+    opening: Changing  #: (c,) m, given to the law: lift less overlap; 0 where apart
     slip: Changing  #: (c,) m
     normal: Changing  #: (c,) Pa
     shear: Changing  #: (c,) Pa
     length: Changing  #: (c,) m in contact, 0 where apart
     tangent_x: Changing  #: (c,) unit vector
     tangent_y: Changing
-    share_a: Changing  #: (c,) where the contact acts: share of edge a from its start
-    share_b: Changing  #: (c,) of edge b from its end
-    lever_a: Changing  #: (c,) how far beside edge a, over its length
+    share_a: Changing  #: (c,) where the force acts: distance from the start of edge a, over its length
+    share_b: Changing  #: (c,) distance from the end of edge b, over its length
+    lever_a: Changing  #: (c,) distance of the force from edge a, over the length of a
     lever_b: Changing
-    opened: Changing  #: (c,) m in the last step
-    slid: Changing  #: (c,) m in the last step
+    opened: Changing  #: (c,) m, increment of the opening in the last step
+    slid: Changing  #: (c,) m, increment of the slip in the last step
     twist: Changing  #: (c,) m, moment over normal force
     force_x: Changing  #: (4, c) N on the four nodes
     force_y: Changing
@@ -50,21 +50,21 @@ class ContactArrays(NamedTuple):
     memory: Changing  #: (m, c) of the laws
     virgin: Constant  #: (m, groups) memory of a contact that has just begun
     used: Changing  #: (k,) nodes of these edges, ascending
-    origin: Changing  #: (2, k) m, undeformed places
-    place: Changing  #: (2, k) m, present places
-    displacement: Changing  #: (2, k) m there
+    origin: Changing  #: (2, k) m, undeformed positions
+    place: Changing  #: (2, k) m, present positions
+    displacement: Changing  #: (2, k) m
     increment: Changing  #: (2, k) m, incremental displacement of the last step
     active: Changing  #: (c,) contacts that are closed, or were before this step: each thread lists its own
-    before: Changing  #: (2, i) m, displacement of all nodes a step ago, where the loop has done all its steps
-    searched: Changing  #: (2, i) m, displacement of all nodes at the last search; none: there is no search
-    skin: float  #: m, how far neighbours are searched
-    reach: float  #: m, a node that has moved farther asks for a new search
+    before: Changing  #: (2, i) m, displacement of all nodes before the last step, set when the loop ends
+    searched: Changing  #: (2, i) m, displacement of all nodes at the last search; without columns there is no search
+    skin: float  #: m, distance up to which edges are neighbours
+    reach: float  #: m, displacement of a node since the last search that causes a new one
     tally: Scratch  #: (threads, 8) what each thread has counted, a cache line for each
     used_share: Scratch  #: (threads + 1,) bounds in ``used`` of each thread's nodes
     share: Scratch
 
 
-FOUND = ("largest_overlap", "dashpot", "compliance")  #: numbers of a contact that each search gives anew
+FOUND = ("largest_overlap", "dashpot", "compliance")  #: numbers of a contact that each search finds again
 KEPT = (
     "offset", "overlap", "opening", "slip", "normal", "shear", "length", "tangent_x", "tangent_y", "share_a", "share_b",
     "lever_a", "lever_b", "opened", "slid", "twist", "normal_force", "shear_force", "damping_force", "opening_work",
@@ -73,7 +73,7 @@ KEPT = (
 
 
 def no_contacts(count: int = 0, laws: LawTable | None = None) -> ContactArrays:
-    """Contacts that are apart, and are not followed."""
+    """A table of contacts that are apart and not in use."""
     none = np.zeros(0, dtype=np.int64)
     return ContactArrays(
         laws=table_of([], bonding=False) if laws is None else laws,

@@ -1,4 +1,4 @@
-"""Contacts: pairs of edges of different grains that touch, or may soon, without a bond; found, kept and read.
+"""Contacts: pairs of edges of different grains that touch, or may soon, without a bond; their search and state.
 
 Index letters: ``c`` contact, ``e`` exposed edge, ``i`` node, ``k`` place in the list of nodes in use.
 """
@@ -21,8 +21,8 @@ from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.laws import table_of
 from grainlaw.engine.parts.part import Changing, Part, Split, nothing_to_do
 
-REACH = 0.5  #: of the skin: when a node has moved so far, two grains may have come as near as the skin
-TORN = 10.0  #: times its length that an edge cannot be in a run that is stable
+REACH = 0.5  #: of the skin: when two nodes have moved so far, their distance may have shrunk by the skin
+TORN = 10.0  #: times its undeformed length: no edge is so long in a stable run
 
 
 class ContactBooks(NamedTuple):
@@ -30,15 +30,15 @@ class ContactBooks(NamedTuple):
 
     keys: Changing  #: (c,) ascending: law, edge a, edge b
     pairs: Changing  #: (c, 2) edges a and b
-    exposed: Changing  #: (e,) whether anything may touch the edge
-    gone: Changing  #: (3,) J, work in opening, in slip and on dashpots of contacts that are no more
+    exposed: Changing  #: (e,) whether the edge takes part in the search
+    gone: Changing  #: (3,) J, work in opening, in slip and on dashpots of contacts that have left the table
 
 
 class Contacts(Part):
-    """The table of contacts, the search that fills it, and what is booked of contacts that have gone.
+    """The table of contacts, the search that fills it, and the work of contacts that have left it.
 
-    Edges are those of the bonds in their order (grain A's, then grain B's), then those on the rim of the specimen;
-    only exposed ones take part. Without a ``detection`` there are none.
+    Edges are numbered: those of bonds on grain A, the same on grain B, then those on the rim of the specimen. Only
+    exposed edges take part: the rim, and edges of bonds that were handed over. Without a ``detection`` there are none.
     """
 
     def __init__(self, grains: Grains, laws: Laws, detection: Detection | None, bonded: np.ndarray) -> None:
@@ -50,7 +50,7 @@ class Contacts(Part):
         self.edges = np.concatenate([bonded[:, [0, 1]], bonded[:, [3, 2]], np.unique(rim, axis=0)])
         self.rim = self.edges[2 * len(bonded) :]  #: (r, 2) nodes of the edges that were never bonded
         self.edge_grain = mesh.node_grain[self.edges[:, 0]]
-        self.searches, self.seconds = 0, 0.0  #: how often, and s spent
+        self.searches, self.seconds = 0, 0.0  #: number of searches, and the time spent on them (s)
         self._nodes = len(mesh.nodes)
         self.arrays = no_contacts()
         self.books = ContactBooks(
@@ -64,7 +64,8 @@ class Contacts(Part):
         corners = specimen.grains.vertices[specimen.grains.corners]
         width = compiled(contact_search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), specimen.grains.first)
         self._largest = np.minimum(detection.largest_overlap * width, self._skin)  #: (g,) m
-        self._turn = (self._skin / width)[self.edge_grain]  #: (e,) rad, as all nodes move by half the skin
+        #: (e,) rad, the most an edge turns while nodes move by half the skin
+        self._turn = (self._skin / width)[self.edge_grain]
         self._lengths = np.hypot(*(self._origin[:, self.edges[:, 1]] - self._origin[:, self.edges[:, 0]]))
         self._cotangent = self._cotangents()
         self._cell = float(2 * self._skin + (np.median(self._lengths) if len(self._lengths) else 1.0))
@@ -100,7 +101,7 @@ class Contacts(Part):
         origin = self._origin
         follower = np.zeros(origin.shape[1], dtype=np.int64)
         follower[self.edges[:, 0]] = np.arange(len(self.edges))
-        after = follower[self.edges[:, 1]]  # a node begins one edge
+        after = follower[self.edges[:, 1]]  # each node is the start of one edge
         x, y = origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]
         turn, ahead = x * y[after] - y * x[after], x * x[after] + y * y[after]
         cotangent = np.where(ahead < 0, -ahead / np.maximum(turn, 1e-300), 0.0)
@@ -130,7 +131,7 @@ class Contacts(Part):
         return np.where(rows >= 0, self.arrays.memory[rows, np.arange(len(rows))], 0.0)
 
     def closed(self) -> dict[str, np.ndarray]:
-        """Contacts (k) that are closed: position, tangent (k, 2), length, opening, slip (m), tractions (Pa), grains."""
+        """Closed contacts (k): position, tangent (k, 2), length, opening, slip (m), tractions (Pa), grains."""
         arrays = self.arrays
         chosen = np.flatnonzero(arrays.length > 0)
         start, end = arrays.place[:, arrays.node[:2, chosen]].transpose(1, 2, 0)
@@ -140,7 +141,7 @@ class Contacts(Part):
         return {"position": position, "tangent": tangent, **rows, "grains": self.grains[chosen]}
 
     def deepest(self) -> str:
-        """The contact that overlaps most, over what is allowed, in words."""
+        """The contact with the largest overlap over the allowed one, in words."""
         assert self.detection is not None
         arrays = self.arrays
         c = int(np.argmax(arrays.overlap / arrays.largest_overlap))
@@ -155,7 +156,7 @@ class Contacts(Part):
     # --- the search ---------------------------------------------------------------------------------------------------
 
     def search(self, displacement: np.ndarray, before: np.ndarray) -> None:
-        """Search neighbours at a displacement (2, i); contacts keep their state. ``before`` is that a step ago."""
+        """Search neighbours at a displacement (2, i), one step after ``before``; contacts keep their state."""
         if self.detection is None:
             return
         clock, known, last_increment = time.perf_counter(), self.arrays.used, self.arrays.increment
@@ -172,7 +173,8 @@ class Contacts(Part):
         there, origin = displacement.take(used, axis=1), self._origin.take(used, axis=1)
         increment = there - before.take(used, axis=1)
         _, now, then = np.intersect1d(used, known, assume_unique=True, return_indices=True)
-        increment[:, now] = last_increment[:, then]  # the same to the last digit, however often neighbours are searched
+        # Copied, not found again: rounding must not depend on how often neighbours are searched.
+        increment[:, now] = last_increment[:, then]
         groups, grain, mass = self.groups_of(keys), self.edge_grain, self._mass
         self.arrays = self._empty(0)._replace(
             **kept, node=node, cotangent=np.stack([*self._cotangent[:, a], *self._cotangent[:, b]]),
@@ -190,7 +192,7 @@ class Contacts(Part):
         self.seconds += time.perf_counter() - clock
 
     def _kept(self, found: np.ndarray) -> dict[str, Any]:
-        """State of contacts that were in these places; what was is let go field by field, as it is much."""
+        """State of contacts that were at these places; each old field is freed once it is copied, to save memory."""
         count, rows = len(self.books.keys), self.arrays._asdict()
         self.arrays = self._empty(0)
         result: dict[str, Any] = {}
@@ -209,7 +211,7 @@ class Contacts(Part):
         with np.errstate(invalid="ignore", over="ignore"):
             whole = np.hypot(x1 - x0, y1 - y0) < TORN * self._lengths[chosen]
         if not whole.all():
-            return self.books.pairs, self.books.keys  # the check of the energies tells where it went wrong
+            return self.books.pairs, self.books.keys  # the check of the energies reports where the run became unstable
         found = compiled(contact_search.near_pairs)(
             x0, y0, x1, y1, self.edge_grain[chosen], self._turn[chosen], self._skin, self._cell
         )
@@ -228,7 +230,7 @@ class Contacts(Part):
         return none._replace(memory=np.zeros((depth, count)), virgin=virgin, skin=self._skin, reach=REACH * self._skin)
 
     def key(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """(c,) what contacts of edges a and b are sorted by: law, edge a, edge b."""
+        """(c,) keys by which contacts of edges a and b are sorted: law, edge a, edge b."""
         size = len(self.edges)
         return (self._group[self._phase[a], self._phase[b]] * size + a) * size + b
 

@@ -1,4 +1,4 @@
-"""Deformable grains: their nodes are what is integrated."""
+"""Deformable grains: the freedoms are the components of their nodes."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class DeformableGrains(Grains):
     def check_drive(
         self, drives: Sequence[Drive | Hold], column: int, before: Sequence[tuple[int | None, int]]
     ) -> None:
-        """A node on two boundaries follows the later drive: its grain strains."""
+        """No conflict: a node on two boundaries follows the later drive, as its grain can deform."""
 
     def nodes_at(self, displacement: np.ndarray) -> np.ndarray:
         return displacement
@@ -65,7 +65,7 @@ class DeformableGrains(Grains):
         return centre, velocity
 
     def rotation(self, grain: int, freedoms: Freedoms, positions: np.ndarray) -> float:
-        """The rotation that takes the undeformed nodes nearest to where they are, weighted by mass."""
+        """The rigid rotation that fits the displacement of the nodes best, weighted by mass."""
         mesh = self.specimen.mesh
         nodes = np.flatnonzero(mesh.node_grain == grain)
         mass = self.specimen.node_masses[nodes]

@@ -1,4 +1,4 @@
-"""Driven freedoms: the velocity of boundaries, platens and held grains is imposed."""
+"""Driven freedoms: the velocity of boundaries, platens and fixed grains is imposed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class DriveArrays(NamedTuple):
 
     row: Constant  #: (d,) of the freedoms
     place: Constant  #: (d,) node or rigid grain
-    column: Constant  #: (d,) which velocity of the schedule
+    column: Constant  #: (d,) column of the schedule with the velocity
     reaction: Changing  #: (d,) N, of the last step
     total: Changing  #: (d,) N, summed over the steps of a sample
     work: Changing  #: (d,) J
@@ -43,7 +43,7 @@ def impose(drives, freedoms, velocities, time_step, thread):
 
 
 class Drives(Part):
-    """Freedoms on driven boundaries, and those of ``fixed`` grains, which follow the column after those of drives."""
+    """Freedoms on driven boundaries, and those of ``fixed`` grains, which take the column after those of the drives."""
 
     def __init__(self, grains: Grains, freedoms: Freedoms, drives: Sequence[Drive | Hold], fixed: Sequence[int]):
         self._freedoms = freedoms
@@ -55,7 +55,7 @@ class Drives(Part):
             places = grains.of_nodes(nodes).tolist()
             grains.check_drive(drives, column, [(held.get((drive.axis, place)), place) for place in places])
             held.update({(drive.axis, place): column for place in places})
-            if not roller:  # a platen that lies against the edge of a rigid grain keeps it from turning
+            if not roller:  # a platen along the edge of a rigid grain keeps it from turning
                 held.update({(row, place): still for row in grains.turning for place in places})
         grains.specimen.check_grain_numbers("Stage: fixed", fixed)
         places = grains.of_grains(np.asarray(fixed, dtype=int)).tolist()

@@ -1,4 +1,4 @@
-"""Nodes, and what is integrated: the components of nodes, or the translations and rotations of rigid grains."""
+"""Nodes and freedoms: the components of nodes, or the translations and rotations of rigid grains."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class NodeArrays(NamedTuple):
     """Nodes (i)."""
 
     displacement: Changing  #: (2, i) m
-    force: Changing  #: (2, i) N, of zones, bonds and contacts, left standing after each step
+    force: Changing  #: (2, i) N, of zones, bonds and contacts; kept until the next step begins
     share: Scratch
 
 
@@ -44,25 +44,25 @@ class FreedomArrays(NamedTuple):
     """Rows (r) of nodes or rigid grains (n)."""
 
     force: Changing  #: (r, n) N, or N m for rotations
-    velocity: Changing  #: (r, n) m/s, half a step before the displacement
+    velocity: Changing  #: (r, n) m/s, of the moment half a step before the displacement
     displacement: Changing  #: (r, n) m, or rad
     mass: Constant  #: (r, n) kg, or kg m2
     free: Constant  #: (r, n) 1, or 0 where the velocity is imposed
     imposed: Changing  #: (r, n) velocity of driven freedoms
-    loss: Changing  #: (r, n) J, taken by damping
+    loss: Changing  #: (r, n) J, dissipated by damping
     share: Scratch
 
 
 class FreedomBooks(NamedTuple):
-    """What is booked between steps."""
+    """What is recorded between steps."""
 
-    given: Changing  #: (1,) J, kinetic energy given when stages begin
-    halted: Changing  #: (1,) J, kinetic energy taken out by halts
+    given: Changing  #: (1,) J, kinetic energy added when stages begin
+    halted: Changing  #: (1,) J, kinetic energy removed by halts
 
 
 @njit(**OPTIONS)
 def integrate(freedoms, integrator, parameters, thread):
-    """Let the integrator, which is known by its address, move a thread's freedoms, Eq. (9)."""
+    """Move a thread's freedoms by the integrator, which is called by its address, Eq. (9)."""
     first, last = freedoms.share[thread], freedoms.share[thread + 1]
     offset = 8 * first
     for row in range(freedoms.force.shape[0]):
@@ -78,7 +78,7 @@ def integrate(freedoms, integrator, parameters, thread):
 
 
 class Freedoms(Part):
-    """The freedoms of a model; ``bounds`` gives each thread's from how the model is split."""
+    """The freedoms of a model; ``bounds`` gives those of each thread from the split of the model."""
 
     def __init__(
         self, force: np.ndarray, displacement: np.ndarray, mass: np.ndarray, bounds: Callable[[Split], np.ndarray]
@@ -99,30 +99,30 @@ class Freedoms(Part):
         return float(0.5 * np.sum(self.arrays.mass * self.arrays.velocity**2))
 
     def energy(self, time_step: float) -> dict[str, float]:
-        """Kinetic energy is left to the ledger, which knows the moment of the forces."""
+        """Without the kinetic energy, which the ledger takes at the moment of the forces."""
         return {
             "external": float(self.books.given[0]),
             "damping": float(self.arrays.loss.sum()) + float(self.books.halted[0]),
         }
 
     def displacement_at_forces(self, time_step: float) -> np.ndarray:
-        """(r, n) m, at the moment of the last forces: velocities have moved them on since."""
+        """(r, n) m, at the moment of the last forces, one step before the present displacement."""
         return self.arrays.displacement - self.arrays.velocity * time_step
 
     def motion(self) -> Motion:
-        """What an integrator may see between bursts: copies."""
+        """Copies of what an integrator sees between bursts."""
         f = self.arrays
         return Motion(f.velocity.copy(), f.displacement.copy(), f.force * f.free, f.mass)
 
     def stop(self) -> None:
-        """Take the velocity of all free freedoms."""
+        """Set the velocity of all free freedoms to zero."""
         self.arrays.velocity[self.arrays.free > 0] = 0.0
 
     def start_from_rest(self, lost: np.ndarray, time_step: float) -> None:
-        """Make the first step after ``stop`` one from rest, and book the energy of the velocity (r, n) that was lost.
+        """Let the first step after ``stop`` begin from rest; record the energy of the velocity (r, n) that was lost.
 
-        A step from rest gives half the velocity of a step from zero velocity half a step ago; without this, a halt
-        would feed the fast modes.
+        In a step from rest the force acts for half a step only, so that it gives half the velocity; without this
+        correction a halt would excite the fast modes.
         """
         f = self.arrays
         gained = f.velocity * f.free

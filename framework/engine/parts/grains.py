@@ -1,4 +1,4 @@
-"""Grains: how nodes follow what is integrated. Deformable grains move node by node, rigid ones carry their corners."""
+"""Grains: how nodes follow the freedoms. Nodes of deformable grains move freely, corners of rigid grains with them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def collect_forces(grains, nodes, freedoms, thread):
 
 @njit(**OPTIONS)
 def place_corners(grains, nodes, freedoms, thread):
-    """Put the corners of each rigid grain where its translation and rotation carry them."""
+    """Move the corners of each rigid grain by its translation and rotation."""
     gx, gy, angle = freedoms.displacement[0], freedoms.displacement[1], freedoms.displacement[-1]
     first, arm_x, arm_y = grains.first, grains.arm_x, grains.arm_y
     ux, uy = nodes.displacement[0], nodes.displacement[1]
@@ -62,7 +62,7 @@ def place_corners(grains, nodes, freedoms, thread):
 
 
 class Grains(Part):
-    """What the two kinds of grains answer differently; index letters ``r, n`` as in :class:`Freedoms`."""
+    """What differs between deformable and rigid grains; index letters ``r, n`` as in :class:`Freedoms`."""
 
     specimen: Specimen
     is_rigid: bool
@@ -74,11 +74,11 @@ class Grains(Part):
 
     @abstractmethod
     def mass_behind(self, edges: np.ndarray) -> np.ndarray:
-        """(e,) kg that a push on each of the edges (e, 2) moves at once."""
+        """(e,) kg that a force on each of the edges (e, 2) accelerates directly."""
 
     @abstractmethod
     def freedoms(self, nodes: Nodes) -> Freedoms:
-        """What is integrated, at rest and undeformed."""
+        """The freedoms, at rest and undeformed."""
 
     @abstractmethod
     def of_nodes(self, nodes: np.ndarray) -> np.ndarray:
@@ -92,7 +92,7 @@ class Grains(Part):
     def check_drive(
         self, drives: Sequence[Drive | Hold], column: int, before: Sequence[tuple[int | None, int]]
     ) -> None:
-        """Raise :class:`ParameterError` where a drive does not agree with the drives ``before`` it, by place."""
+        """Raise :class:`ParameterError` where a drive contradicts one of those ``before`` it on the same place."""
 
     @abstractmethod
     def nodes_at(self, displacement: np.ndarray) -> np.ndarray:
@@ -112,11 +112,11 @@ class Grains(Part):
 
     @abstractmethod
     def field(self, velocity: np.ndarray, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
-        """Velocity (rows, n) of the freedoms that follows a field (2, i) of the nodes best."""
+        """Velocity (rows, n) of the freedoms that fits a velocity field (2, i) of the nodes best."""
 
     @abstractmethod
     def over_freedoms(self, matrix: csr_matrix) -> csr_matrix:
-        """A stiffness over node components (2 i) as one over the freedoms in the order of ``flat``."""
+        """Transform a stiffness matrix over node components (2 i) to the freedoms, in the order of ``flat``."""
 
     @abstractmethod
     def flat(self, rows: np.ndarray) -> np.ndarray:

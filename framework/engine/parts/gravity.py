@@ -20,7 +20,7 @@ class GravityArrays(NamedTuple):
 
 
 class GravityBooks(NamedTuple):
-    """What is booked between stages."""
+    """What is recorded between stages."""
 
     since: Constant  #: (r, n) m, displacement from which the work of the present stage counts
     done: Changing  #: (1,) J, in earlier stages
@@ -36,7 +36,7 @@ def add_weight(gravity, freedoms, thread):
 
 
 class Gravity(Part):
-    """The weight of all freedoms; without a weight no thread has a share."""
+    """The weight of all freedoms; without gravity the step skips it."""
 
     def __init__(self, freedoms: Freedoms, true_mass: np.ndarray) -> None:
         self._freedoms, self._mass = freedoms, true_mass

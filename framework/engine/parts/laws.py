@@ -1,4 +1,4 @@
-"""The laws of a model, grouped and compiled: what bonds and contacts alike are called by."""
+"""The laws of a model, grouped and compiled: used by bonds and contacts alike."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from grainlaw.engine.parts.part import Constant
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
-#: A law is called for a multiple of so many contact points, but for the last of its group: whether the compiler rounds
-#: the few that do not fill its vectors in another order, as it may, then does not depend on where threads and tables
-#: begin.
+#: A law is called for a multiple of so many contact points, except for the last of its group: the compiler may round
+#: the few that do not fill a vector differently, and which these are must not depend on where threads and tables begin.
 LANES = 64
-LITTLE = 2.0 ** np.arange(-100, 0, 10)  #: m: some are small for any law, and none is too small for rounding
-NEVER, ALWAYS = -1, -2  #: in place of the row of the damage: a law that counts none, and one that bonds nothing
+LITTLE = 2.0 ** np.arange(-100, 0, 10)  #: m, trial displacements: some of them are small for any law
+#: In place of the row of the damage: a law without damage, and one without tensile strength and cohesion.
+NEVER, ALWAYS = -1, -2
 
 
 class LawTable(NamedTuple):
-    """Laws (g) as the step calls them; bonds or contacts of one law stand together."""
+    """Laws (g) as the step calls them; bonds or contacts of one law are consecutive."""
 
     address: Constant  #: (g,) of the machine code
     numbers: Constant  #: (g,) address of its parameters
@@ -41,7 +41,7 @@ class LawTable(NamedTuple):
 
 @njit(forceinline=True, **OPTIONS)
 def respond(laws, g, memory, second, first, last, opening, slip, normal, shear):
-    """Let law ``g`` answer for one contact point of bonds ``first`` to ``last``, the first or the ``second``.
+    """Evaluate law ``g`` at the first contact point of bonds ``first`` to ``last``, or at their ``second``.
 
     ``memory`` is (m, p); the other rows are addresses of p numbers.
     """
@@ -58,7 +58,7 @@ def respond(laws, g, memory, second, first, last, opening, slip, normal, shear):
 
 @njit(forceinline=True, **OPTIONS)
 def is_unbonded(laws, g, memory, p):
-    """Whether nothing bonds contact point ``p`` of law ``g`` any more."""
+    """Whether contact point ``p`` of law ``g`` is broken, or was never bonded."""
     row = laws.damage[g]
     return row == ALWAYS if row < 0 else memory[row, p] >= 1.0
 
@@ -69,7 +69,7 @@ class LawGroup:
 
     law: ContactLaw
     compiled: Compiled
-    virgin: np.ndarray  #: (m,) memory with which a contact point begins
+    virgin: np.ndarray  #: (m,) memory of a virgin contact point
     first: int = 0
     last: int = 0
 
@@ -84,7 +84,7 @@ class LawGroup:
 
     @property
     def depth(self) -> int:
-        """Rows of memory that are called with the law; one without a meaning where it has none."""
+        """Rows of memory with which the law is called; one unused row where it has none."""
         return len(self.virgin)
 
     def points(self, count: int) -> np.ndarray:
@@ -113,14 +113,14 @@ class LawGroup:
     def tangent(
         self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray, little: np.ndarray | float
     ) -> np.ndarray:
-        """(n,) Pa/m against a little more closure (m) of points with a ``memory`` (m, n), which keep it."""
+        """(n,) Pa/m, tangent stiffness against a ``little`` more closure (m), with a copy of the ``memory`` (m, n)."""
         now, _ = self.compiled.batch(opening, slip, memory.copy())
         more, _ = self.compiled.batch(opening - little, slip, memory.copy())
         return (now - more) / little
 
 
 def table_of(groups: Sequence[LawGroup], bonding: bool) -> LawTable:
-    """What the step calls; ``bonding``: the groups are bonds, of which it is asked whether they are broken."""
+    """The table for the step; with ``bonding`` the groups are bonds, whose damage the step reads."""
     rows = []
     for group in groups:
         fields = group.compiled.rows
@@ -135,14 +135,14 @@ def table_of(groups: Sequence[LawGroup], bonding: bool) -> LawTable:
 
 
 def memory_of(law: Compiled) -> int:
-    """Rows of memory that a law is called with: one without a meaning where it has none."""
+    """Rows of memory with which a law is called; one unused row where it has none."""
     return len(law.memory) or 1
 
 
 def bond_groups(specimen: Specimen, laws: Laws) -> tuple[np.ndarray, list[LawGroup]]:
-    """Order of the bonds in which those of each law stand together, and the laws with their virgin points.
+    """Order of the bonds in which those of each law are consecutive, and the groups of the laws.
 
-    Raises :class:`ParameterError` for what is not a law, and for a pair of phases without one.
+    Raises :class:`ParameterError` for an object that is not a law, and for a pair of phases without one.
     """
     check_laws("law", laws)
     count = len(specimen.mesh.interfaces)

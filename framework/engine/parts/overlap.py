@@ -1,7 +1,8 @@
-"""How two edges lie to each other, and where and how deep they overlap.
+"""How two edges are arranged, and where and how deep they overlap.
 
-Edge ``a`` runs from the first corner of A, ``b`` the same way from the second corner of B, which lies at ``w``, or at
-``u`` with the contact's offset; ``e`` and ``f`` are their unit vectors. Equation numbers are those of docs/theory.md.
+Edge ``a`` runs from the first corner of A; edge ``b`` in about the same direction from the second corner of B. That
+corner is at ``w`` from the first corner of A (at ``u`` with the contact's offset). ``e`` and ``f`` are unit vectors.
+Equation numbers are those of docs/theory.md.
 """
 
 import math
@@ -10,13 +11,13 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 
-FACING = 0.2  #: cosine between outward normals beyond which edges face the same way
-IN_FRONT, BESIDE, BEHIND = 0, 1, 2  #: how two edges that do not touch lie to each other
+FACING = 0.2  #: cosine between outward normals above which edges face in the same direction
+IN_FRONT, BESIDE, BEHIND = 0, 1, 2  #: arrangement of two edges that do not touch
 
 
 @njit(forceinline=True, **OPTIONS)
 def _behind(ax, ay, bx, by, wx, wy):
-    """How far both corners of b lie behind the line of a, and both of a behind that of b, times its length."""
+    """Depth of the corners of b behind the line of a, and of those of a behind that of b, times the line's length."""
     first, second = ax * wy - ay * wx, ax * (wy + by) - ay * (wx + bx)
     third, fourth = bx * wy - by * wx, bx * (wy - ay) - by * (wx - ax)
     return first, second, third, fourth
@@ -24,10 +25,10 @@ def _behind(ax, ay, bx, by, wx, wy):
 
 @njit(forceinline=True, **OPTIONS)
 def beside(ax, ay, bx, by, wx, wy, facing, out, deep):
-    """Whether two edges face the same way, or away from one corner.
+    """Whether two edges face in the same direction, or are the two sides of one corner.
 
-    Their outward normals have a cosine above ``facing``; or each runs from behind the other's line, or in front of it
-    by no more than ``out`` (m), to farther behind it than ``deep`` (m).
+    Either the cosine of their outward normals is above ``facing``, or each edge begins at most ``out`` (m) in front of
+    the other's line and ends more than ``deep`` (m) behind it.
     """
     length_a, length_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
     if -ax * bx - ay * by > facing * length_a * length_b:
@@ -40,10 +41,11 @@ def beside(ax, ay, bx, by, wx, wy, facing, out, deep):
 
 @njit(forceinline=True, **OPTIONS)
 def arrangement(ax, ay, bx, by, wx, wy, skin):
-    """How two edges that do not touch stand to each other: ``IN_FRONT``, ``BESIDE`` or ``BEHIND``.
+    """Arrangement of two edges that do not touch: ``IN_FRONT``, ``BESIDE`` or ``BEHIND``.
 
-    In front, one lies on the outer side of the other's line, so that they do not overlap. Beside each other they carry
-    nothing: edges that touch are nowhere farther behind each other than the skin. What is left may overlap.
+    ``IN_FRONT``: one edge is on the outer side of the other's line, so that they do not overlap. ``BESIDE``: no force
+    acts between them, as touching edges are nowhere farther behind each other than the skin. ``BEHIND``: they may
+    overlap.
     """
     first, second, third, fourth = _behind(ax, ay, bx, by, wx, wy)
     if max(first, second) <= 0 or max(third, fourth) <= 0:
@@ -60,10 +62,10 @@ def mean_tangent(ax, ay, bx, by, qa, qb):
 
 @njit(forceinline=True, **OPTIONS)
 def strip(tx, ty, ax, ay, bx, by, wx, wy):
-    """Where two edges overlap, seen along a tangent: shares of edge a at begin and end, whose ends they are, and depth.
+    """Where two edges overlap, seen along a tangent: begin and end as shares of edge a, the kinds of both ends, depth.
 
-    An end is 1 at a corner of A, -1 at one of B, 0 where the edges cross. The depth (m) is the larger of both ends.
-    Without an overlap begin is end.
+    The kind of an end is 1 at a corner of A, -1 at a corner of B, 0 where the edges cross. The depth (m) is that of
+    the deeper end. Without an overlap begin equals end.
     """
     span_a, span_b = ax * tx + ay * ty, bx * tx + by * ty
     start = wx * tx + wy * ty
@@ -72,7 +74,7 @@ def strip(tx, ty, ax, ay, bx, by, wx, wy):
         return 0.0, 0.0, 0, 0, 0.0
     inverse, slope_b = 1 / span_a, (bx * ty - by * tx) / span_b
     slope = (ax * ty - ay * tx) * inverse - slope_b
-    level = wx * ty - wy * tx - slope_b * start  # of b, beside the corner of A
+    level = wx * ty - wy * tx - slope_b * start  # of b, at the corner of A
     d1, d2 = slope * begin - level, slope * end - level
     if d1 <= 0 and d2 <= 0:
         return 0.0, 0.0, 0, 0, 0.0
@@ -93,7 +95,7 @@ def deepest(ax, ay, bx, by, wx, wy):
 
 @njit(forceinline=True, **OPTIONS)
 def ends(first, last, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy):
-    """Both ends of an overlap, of the kinds that `strip` says: their places, and their depths in the other grain."""
+    """Positions of both ends of an overlap, of the kinds that `strip` returns, and their depths in the other grain."""
     x1, y1 = (ux, uy) if first < 0 else (begin * ax, begin * ay)
     x2, y2 = (ux + bx, uy + by) if last < 0 else (end * ax, end * ay)
     d1 = ex * y1 - ey * x1 if first < 0 else (fy * (x1 - ux) - fx * (y1 - uy) if first > 0 else 0.0)
@@ -103,7 +105,7 @@ def ends(first, last, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy):
 
 @njit(forceinline=True, **OPTIONS)
 def _end(kind, sign, depth, length_a, length_b, ax, ay, bx, by):
-    """Gradient of the energy by the motion of B at one end of an overlap, from those by its depth and both lengths."""
+    """Gradient of the energy by the displacement of B at one end, from derivatives by its depth and both lengths."""
     if kind > 0:  # a corner of A, against edge b
         return -depth * by - sign * length_b * bx, depth * bx - sign * length_b * by
     if kind < 0:  # a corner of B, against edge a
@@ -114,7 +116,7 @@ def _end(kind, sign, depth, length_a, length_b, ax, ay, bx, by):
 
 @njit(forceinline=True, **OPTIONS)
 def gradient(first, last, d1, d2, along_a, along_b, cut_a, cut_b, ex, ey, fx, fy):
-    """Gradient of the energy, Eq. (13) over kn, by the motion of B at both ends; and J^2 / (J^2 + D^2)."""
+    """Gradient of the energy, Eq. (13) over kn, by the displacement of B at both ends; and J^2 / (J^2 + D^2)."""
     square, squares = along_a * along_b, d1 * d1 + d1 * d2 + d2 * d2
     run, share = math.sqrt(square), square / (square + squares * (1 / 3))
     f = share * share * (1 / 6)

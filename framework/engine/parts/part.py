@@ -10,7 +10,7 @@ import numpy as np
 
 Constant = Annotated[np.ndarray, "constant"]  #: built when the model or a stage begins
 Changing = Annotated[np.ndarray, "changing"]  #: steps change it: saved and restored
-Scratch = Annotated[np.ndarray, "scratch"]  #: handed from pass to pass, worth nothing after a step
+Scratch = Annotated[np.ndarray, "scratch"]  #: passes write and read it within a step; not kept after it
 
 
 class Split(NamedTuple):
@@ -22,7 +22,7 @@ class Split(NamedTuple):
 
 
 class NoBooks(NamedTuple):
-    """Nothing beside the arrays of the step."""
+    """For a part that needs only the arrays of the step."""
 
 
 @functools.cache
@@ -48,7 +48,7 @@ class Part(ABC):
         """(threads + 1,) bounds of what each thread works on."""
 
     def energy(self, time_step: float) -> dict[str, float]:
-        """J per metre of thickness by kind, at the moment of the last forces, when velocities are half a step old."""
+        """J per metre of thickness by kind, at the moment of the last forces."""
         return {}
 
     def shared(self, split: Split) -> Any:
@@ -77,5 +77,5 @@ class Part(ABC):
 
 
 def nothing_to_do(split: Split) -> np.ndarray:
-    """Bounds of a part that a model has none of."""
+    """Bounds of a part that a model does not have: no thread has a share of it."""
     return np.zeros(split.threads + 1, dtype=np.int64)

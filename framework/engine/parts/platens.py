@@ -18,11 +18,11 @@ from grainlaw.stage import Drive, Hold
 
 
 class PlatenArrays(NamedTuple):
-    """Platens (k); what moves has a row for each thread, which all compute alike, so that they need not wait."""
+    """Platens (k). Their motion has a row for each thread: every thread computes it, so that none has to wait."""
 
-    column: Constant  #: (k,) which force of the schedule, and which velocity of the driven freedoms
-    stiffness: Constant  #: (k,) N/m of a spring that pulls back to where the stage began
-    force: Changing  #: (threads, k) as rows of the freedoms: N
+    column: Constant  #: (k,) column of the schedule with the force, and column of the velocity for driven freedoms
+    stiffness: Constant  #: (k,) N/m of a spring that pulls back to the position at the start of the stage
+    force: Changing  #: (threads, k) N; this and the following rows have the form of freedoms
     velocity: Changing  #: m/s
     displacement: Changing  #: m
     mass: Changing  #: kg
@@ -39,7 +39,7 @@ MOTION = ("force", "velocity", "displacement", "mass", "free", "imposed", "loss"
 def move_platens(platens, drives, freedoms, schedule, velocities, integrator, parameters, thread):
     """Move platens under their forces by one step, and drive their freedoms with their velocity.
 
-    A platen has the mass of the freedoms that it holds, and is integrated like them.
+    A platen has the mass of the freedoms on its boundary, and is integrated like them.
     """
     force, displacement = platens.force[thread], platens.displacement[thread]
     for k in range(platens.column.shape[0]):
@@ -61,7 +61,7 @@ def move_platens(platens, drives, freedoms, schedule, velocities, integrator, pa
 
 
 class Platens(Part):
-    """The platens of a stage, each with the mass and the momentum of what it holds."""
+    """The platens of a stage, each with the mass and the momentum of the freedoms on its boundary."""
 
     def __init__(self, specimen: Specimen, drives: Sequence[Drive | Hold], driven: Drives, freedoms: Freedoms) -> None:
         holds = [(column, drive) for column, drive in enumerate(drives) if isinstance(drive, Hold)]
@@ -91,6 +91,6 @@ class Platens(Part):
         return self.arrays._replace(**rows, share=self.share(split))
 
     def take_back(self, shared: PlatenArrays) -> None:
-        """Keep what the steps have done to the arrays that the threads were given."""
+        """Copy the motion of the platens back from the arrays of the threads."""
         for name in MOTION if len(self) else ():
             getattr(self.arrays, name)[:] = getattr(shared, name)[:1]

@@ -17,7 +17,7 @@ from grainlaw.stage import Pressure
 class PressureArrays(NamedTuple):
     """Edges (e) of grains under pressure, in the order of their nodes."""
 
-    column: Constant  #: (e,) which pressure of the schedule
+    column: Constant  #: (e,) column of the schedule with the pressure
     node: Constant  #: (2, e) ends, counter-clockwise round the grain
     edge_x: Constant  #: (e,) m, undeformed, from the first end to the second
     edge_y: Constant

@@ -1,4 +1,4 @@
-"""Rigid grains: two translations and a rotation each, which carry their corners."""
+"""Rigid grains: two translations and a rotation each, with which their corners move."""
 
 from __future__ import annotations
 
@@ -61,13 +61,13 @@ class RigidGrains(Grains):
     def check_drive(
         self, drives: Sequence[Drive | Hold], column: int, before: Sequence[tuple[int | None, int]]
     ) -> None:
-        """A rigid grain on two boundaries cannot move in two ways at once, and so strain."""
+        """A rigid grain on two boundaries cannot strain, so that both must move it alike."""
         drive = drives[column]
         for other, grain in before:
             if other is not None and attrs.evolve(drives[other], boundary=drive.boundary) != drive:
                 raise ParameterError(
                     f"{type(drive).__name__}: boundary = {drive.boundary!r} is not allowed, rigid grain {grain} lies "
-                    f"on {drives[other].boundary!r} too, which is moved along the same axis in another way"
+                    f"on {drives[other].boundary!r} too, which is moved differently along the same axis"
                 )
 
     def _arms(self, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
@@ -94,7 +94,7 @@ class RigidGrains(Grains):
         return np.stack([rows[0, grain] - spin * arm[:, 1], rows[1, grain] + spin * arm[:, 0]], axis=1)
 
     def field(self, velocity: np.ndarray, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
-        """Mean and spin of the corners of each grain, unless it is held."""
+        """Mean velocity and spin of the corners of each grain, unless it is fixed."""
         grain = self.specimen.mesh.node_grain
         mean = np.stack([np.bincount(grain, row) for row in velocity]) / np.bincount(grain)
         arm = self._arms(freedoms, positions).T

@@ -27,10 +27,10 @@ class ZoneArrays(NamedTuple):
     c1: Constant  #: along y
     c2: Constant
     area: Constant  #: (z,) m2
-    d0: Constant  #: (z,) Pa, stress per strain: normal, across, shear
+    d0: Constant  #: (z,) Pa, stress per strain: along the axis, across it, in shear
     d1: Constant
     d2: Constant
-    x1: Scratch  #: (z,) m, motion of the first two corners against the third
+    x1: Scratch  #: (z,) m, displacement of the first two corners relative to the third
     y1: Scratch
     x2: Scratch
     y2: Scratch
@@ -43,7 +43,7 @@ class ZoneArrays(NamedTuple):
 
 @njit(**OPTIONS)
 def gather_motion(ux, uy, n0, n1, n2, x1, y1, x2, y2):
-    """Motion of the first and second corner of each zone against its third."""
+    """Displacement of the first and second corner of each zone relative to its third."""
     for z in range(n0.shape[0]):
         i, j, k = u32(n0[z]), u32(n1[z]), u32(n2[z])
         x1[z] = ux[i] - ux[k]
@@ -72,7 +72,7 @@ def rotated_stress(x1, y1, x2, y2, b1, b2, c1, c2, d0, d1, d2):
 
 @njit(**OPTIONS)
 def zone_forces(x1, y1, x2, y2, b1, b2, c1, c2, area, d0, d1, d2, f1x, f1y, f2x, f2y):
-    """Force of each zone on its first and second corner, Eq. (5); the third takes the reverse of both."""
+    """Force of each zone on its first and second corner, Eq. (5); that on the third is minus their sum."""
     for z in range(x1.shape[0]):
         cs, sn, sx, sy, sxy, _, _, _ = rotated_stress(
             x1[z], y1[z], x2[z], y2[z], b1[z], b2[z], c1[z], c2[z], d0[z], d1[z], d2[z]

@@ -1,1 +1,1 @@
-"""What is seen: curves, cracks, measures and the report."""
+"""Figures: curves, cracks, measures and the report."""
