@@ -72,7 +72,7 @@ def block(corners: Any, name: str | Sequence[str] = "block", phase: int = 0) -> 
 def moved(grains: Tessellation, by: Any = (0.0, 0.0), turn: float = 0.0) -> Tessellation:
     """Grains and their regions, turned about the origin by ``turn`` (degrees, counter-clockwise), then moved ``by`` m.
 
-    A sample on top of an equal one::
+    A specimen on top of an equal one::
 
         lower = Voronoi(grains=100).tessellate(rectangle(0.1, 0.1))
         grains = together(lower, moved(lower, by=(0, 0.1)))

@@ -281,8 +281,7 @@ class State:
     def start_from_rest(self, lost: np.ndarray) -> None:
         """Let the first step after ``stop`` begin from rest; see :meth:`Freedoms.start_from_rest`."""
         self.freedoms.start_from_rest(lost, self.time_step)
-        if self.grains.is_rigid:
-            self.nodes.arrays.displacement[:] = self.grains.nodes_at(self.freedoms.arrays.displacement)
+        self.nodes.arrays.displacement[:] = self.grains.nodes_at(self.freedoms.arrays.displacement)
 
     def new_sample(self) -> None:
         """Begin a new interval over which means are taken."""

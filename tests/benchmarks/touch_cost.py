@@ -1,4 +1,4 @@
-"""Cost of contact detection: in a sample that stays sound, and in rigid grains that are poured.
+"""Cost of contact detection: in a specimen that stays whole, and in rigid grains that are poured.
 
     python tests/benchmarks/touch_cost.py [--grains 100000] [--steps 10000] [--threads 1] [--skin 0.15]
 
@@ -35,7 +35,7 @@ def cpu(function):
     return time.thread_time() - start
 
 
-def sound_sample(rounds):
+def whole_specimen(rounds):
     """Ratio of a step with detection to one without, on the 755-grain sample before its peak."""
     specimen = gl.Specimen(Voronoi(grains=755, seed=1).tessellate(rectangle(50e-3, 125e-3)), ROCK)
     law = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
@@ -47,7 +47,9 @@ def sound_sample(rounds):
         advance(state, 10, 1e-12, damped)
     times = [[cpu(lambda state=state: advance(state, STEPS, 1e-12, damped)) for state in states] for _ in range(rounds)]
     without, with_detection = np.median(times, axis=0)
-    print(f"sound sample: {1e6 * without / STEPS:.1f} us per step, with detection {with_detection / without:.3f} of it")
+    print(
+        f"whole specimen: {1e6 * without / STEPS:.1f} us per step, with detection {with_detection / without:.3f} of it"
+    )
 
 
 def pour(count, steps, threads, skin):
@@ -104,7 +106,7 @@ def main():
     parser.add_argument("--skin", type=float, default=0.15)
     parser.add_argument("--rounds", type=int, default=9)
     options = parser.parse_args()
-    sound_sample(options.rounds)
+    whole_specimen(options.rounds)
     pour(options.grains, options.steps, options.threads, options.skin)
 
 

@@ -57,14 +57,14 @@ class BondArrays(NamedTuple):
 
 
 class BondBooks(NamedTuple):
-    """What is booked between steps."""
+    """What is kept between steps."""
 
     replaced: Changing  #: (c,) whether a contact has taken the bond's place
 
 
 @njit(**OPTIONS)
 def _mark_leaving(bonds, g, first, last, d1x, d1y, d2x, d2y):
-    """Mark bonds that have moved apart and have nothing left that bonds them; returns how many."""
+    """Mark bonds that are broken at both points and have moved apart; returns how many."""
     count, leaving = bonds.half.shape[0], 0
     for c in range(first, last):
         k = c - first

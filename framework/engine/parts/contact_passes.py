@@ -39,7 +39,7 @@ def contact_forces(t, time_step, first, last, row):
             if t.dashpot[c] > 0:
                 stiffness = max(-normal / max(t.overlap[c] + lifted, 1e-300), 0.0)
                 damping = min(t.dashpot[c] * math.sqrt(stiffness) * opened / time_step, -normal)  # never pulls
-        # Eq. (15): the force on A, handed to the nodes by the lever rule, its offset from the edges as a couple.
+        # Eq. (15): the force on A, shared between nodes by the lever rule; its distance from the edges as a couple.
         push = normal + damping
         px, py = push * ty + shear * tx, shear * ty - push * tx  # on A; the reverse acts on B
         ax, ay, bx, by, _, _ = both_edges(t.node, t.place, c)
@@ -66,7 +66,7 @@ def contact_forces(t, time_step, first, last, row):
 
 @njit(**OPTIONS)
 def _answer(t, g, first, last, rows):
-    """Let law ``g`` answer for active contacts, by way of scratch ``rows``.
+    """Let law ``g`` answer for active contacts; scratch ``rows`` take what goes in and out.
 
     They fill whole vectors of its code: how a contact is rounded does not depend on its place in the table. The law has
     no parameters of single contacts.
