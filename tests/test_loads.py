@@ -101,6 +101,17 @@ def test_pressure_on_the_sides(rows):
     assert result.curves["energy_external"][-1] == pytest.approx(0.5 * 10e6**2 / ALONG * 16e-6, rel=0.05)
 
 
+@pytest.mark.parametrize("rows", [1, 3])
+def test_pressure_on_an_end(rows):
+    """Its work is half of pressure times strain times volume, and the ledger closes."""
+    top = gl.Pressure(boundary="top", pressure=10e6, ramp=2e-5)
+    result = gl.simulate(block(rows=rows), Linear(**STIFF), Loads(drives=(HELD,), pressures=(top,)))
+    modulus = 1 / (1 / ALONG + (rows - 1) / (STIFF["kn"] * 4e-3))
+    assert result.summary["y"] == pytest.approx(-10e6 / modulus, rel=2e-3)
+    assert result.summary["energy_error"] < 1e-3
+    assert result.curves["energy_external"][-1] == pytest.approx(0.5 * 10e6**2 / modulus * 16e-6, rel=0.05)
+
+
 def test_pressure_all_round_a_free_specimen_leaves_it_where_it_is():
     """No resultant and no moment, however the specimen is turned and bent."""
     specimen = small_sample(15)

@@ -115,7 +115,7 @@ def initiation_by_lateral_strain(path: Path, least: float = 0.01) -> float:
     if not turn:
         return NAN
     load, lateral = path.load[: turn + 1], path.lateral[: turn + 1]
-    line = lateral[0] + (lateral[-1] - lateral[0]) * (load - load[0]) / (load[-1] - load[0])
+    line = lateral[-1] * (load - load[0]) / (load[-1] - load[0])  # strains count from the start
     short = line - lateral
     most = int(np.argmax(short))
     return float(load[most]) + path.confinement if short[most] > least * abs(lateral[-1]) else NAN
