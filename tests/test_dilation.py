@@ -36,7 +36,7 @@ class JointTractions(gl.Observer):
         self.rows = []
 
     def observe(self, state, curves, stage, progress):
-        if state.bonds.books.replaced.any():
+        if state.replaced.any():
             closed = state.contacts.closed()
             found = [float(closed[name] @ closed["length"]) / WIDTH for name in ("normal", "shear")]
         else:

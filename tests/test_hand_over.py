@@ -109,7 +109,7 @@ class Steps(gl.Observer):
 
     def observe(self, state, curves, stage, progress):
         self.places[state.steps] = state.displacement.tobytes()
-        self.handed_over = int(state.bonds.books.replaced.sum())
+        self.handed_over = int(state.replaced.sum())
 
 
 @pytest.mark.parametrize("integrator", [gl.CentralDifference(), gl.DynamicRelaxation()], ids=["central", "relaxation"])

@@ -43,7 +43,7 @@ class Overlap(gl.Observer):
         closed = state.contacts.closed()
         self.deepest = max(self.deepest, -closed["opening"].min(initial=0.0))
         self.contacts = max(self.contacts, len(closed["opening"]))
-        self.searches, self.handed_over = state.contacts.searches, int(state.bonds.books.replaced.sum())
+        self.searches, self.handed_over = state.contacts.searches, int(state.replaced.sum())
 
 
 def run(grains, width, height, confinement=0.0, strain=0.05, law=LAW, seed=1):

@@ -17,7 +17,7 @@ def balance(state: State) -> tuple[np.ndarray, np.ndarray]:
     intact point would give back beyond the work done on it: zero, if the law has an elastic energy.
     """
     surplus = stored(state) - state.bonds.work
-    intact = (state.memory("damage") == 0) & ~np.tile(state.bonds.books.replaced, 2)
+    intact = (state.memory("damage") == 0) & ~np.tile(state.replaced, 2)
     return np.maximum(-surplus, 0.0), np.where(intact, np.maximum(surplus.sum(axis=0), 0.0), 0.0)
 
 
@@ -34,7 +34,7 @@ def stored(state: State) -> np.ndarray:
         for axis in (0, 1) if group.size else ():
             result[axis, places] = _given_back(group, axis, places, bonds.memory_of(g), state)
     # Stored energy went over to the contact that replaced the bond.
-    result[:, np.tile(state.bonds.books.replaced, 2)] = 0.0
+    result[:, np.tile(state.replaced, 2)] = 0.0
     return result
 
 

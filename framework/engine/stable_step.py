@@ -84,7 +84,7 @@ class StableStep:
             self.state.search(self.state.contacts.arrays.before)
         if not (self._stiffening or self.touching != self._touching):
             return False
-        touching, replaced = self._touch_ratio(), np.tile(self.state.bonds.books.replaced, 2)
+        touching, replaced = self._touch_ratio(), np.tile(self.state.replaced, 2)
         tangents = np.where(replaced, touching * self.state.stiffness[0], self._closure_tangents())
         ratio = float(np.max(tangents / self.state.stiffness[0], initial=touching))
         if not np.isfinite(ratio):  # the check of the energies reports where the run became unstable

@@ -181,6 +181,11 @@ class State:
         moved = 0.0 if motion is None else self.bonds.motion(self.displacement_at_forces())[motion]
         return np.where(np.tile(replaced, 2), moved, row)
 
+    @property
+    def replaced(self) -> np.ndarray:
+        """(c,) whether a contact has taken the place of a bond, in the order of ``bonds.order``."""
+        return self.bonds.books.replaced
+
     def memory(self, name: str) -> np.ndarray:
         """(p,) one variable of the laws' memory; zero where a law has no such memory."""
         return self.bonds.memory(name, np.zeros(2 * len(self.bonds)))
