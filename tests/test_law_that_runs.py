@@ -59,6 +59,13 @@ def test_an_edit_is_followed_however_the_law_is_made(cache, tmp_path, loader):
     assert_edits_are_followed(loader, tmp_path, "in the method", "module")
 
 
+def test_a_law_in_a_file_named_math_has_the_functions_of_math(cache, tmp_path):
+    """Python's module in C lies in a folder of its own; the law's file does not hide it."""
+    by_name = {change.text: change for change in CHANGES}
+    place, root = "in the method", by_name["math.sqrt(0.25) * x - x"]
+    assert_is_as_written("math.py", tmp_path, (place, root), (place, by_name["x * 0.25"]))
+
+
 def test_enough_names_are_pythons():
     assert len(STANDARD_NAMES) >= 20
 

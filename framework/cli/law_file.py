@@ -130,7 +130,8 @@ def _hides(top: str, folder: Path) -> bool:
 
 
 def _holds_installed(folder: Path) -> bool:
-    return folder == _STANDARD or folder.name in ("site-packages", "dist-packages")
+    """Whether a folder holds Python's own modules (those in C lie in one below the others), or installed ones."""
+    return _STANDARD in (folder, folder.parent) or folder.name in ("site-packages", "dist-packages")
 
 
 def _found_in(top: str) -> Path | None:
