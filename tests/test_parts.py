@@ -169,10 +169,10 @@ def test_two_minerals_of_different_laws_keep_their_memory():
     state.nodes.arrays.displacement[:] = (place * [1e-3, 2e-3]).T
     state.time_step = 1e-30
     go(state, 1)
-    for g, group in enumerate(state.bonds.groups):
+    for group in state.bonds.groups:
         points = group.points(len(state.bonds))
         memory = np.zeros((group.depth, 2 * group.size))
         normal, shear = group.compiled.batch(state.opening[points], state.slip[points], memory)
         assert np.array_equal(state.normal[points], normal)
         assert np.array_equal(state.shear[points], shear)
-        assert np.array_equal(state.bonds.memory_of(g), memory)
+        assert np.array_equal(state.bonds.memory_of(group), memory)

@@ -29,10 +29,10 @@ def stored(state: State) -> np.ndarray:
     """
     bonds = state.bonds
     result = np.zeros_like(bonds.work)
-    for g, group in enumerate(bonds.groups):
+    for group in bonds.groups:
         places = group.points(len(bonds))
         for axis in (0, 1) if group.size else ():
-            result[axis, places] = _given_back(group, axis, places, bonds.memory_of(g), state)
+            result[axis, places] = _given_back(group, axis, places, bonds.memory_of(group), state)
     # Stored energy went over to the contact that replaced the bond.
     result[:, np.tile(state.replaced, 2)] = 0.0
     return result

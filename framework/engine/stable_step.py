@@ -43,7 +43,7 @@ class StableStep:
     def __init__(self, state: State, mass_scaling: float = 1.0) -> None:
         self.state = state
         self._size = state.specimen.grains.grain_size
-        laws = [(group, state.bonds.memory_of(g)) for g, group in enumerate(state.bonds.groups)]
+        laws = [(group, state.bonds.memory_of(group)) for group in state.bonds.groups]
         laws += [(group, group.virgin[:, None]) for group in state.contacts.groups]
         self._stiffening = any(_stiffens(law, memory, self._size) for law, memory in laws if memory.shape[1])
         self.look = LOOKS[0] if self._stiffening else LOOKS[1]  #: steps after which to ask ``has_changed``
@@ -115,8 +115,8 @@ class StableStep:
         """(p,) Pa/m: tangent stiffness in closure of bonds; for open ones that at first contact."""
         bonds = self.state.bonds
         tangents = np.empty(2 * len(bonds))
-        for g, group in enumerate(bonds.groups):
-            places, memory, lift = group.points(len(bonds)), bonds.memory_of(g), group.row("dilation")
+        for group in bonds.groups:
+            places, memory, lift = group.points(len(bonds)), bonds.memory_of(group), group.row("dilation")
             rest = 0.0 if lift < 0 else memory[lift]  # opening at which its faces begin to press
             closed = np.minimum(self.state.opening[places], rest)
             little = LITTLE * max(float(np.max(rest - closed, initial=0.0)), LEAST * self._size)

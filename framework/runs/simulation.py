@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import ENERGY, KINETIC, LOST, STORED, SUPPLIED
+from grainlaw.columns import ENERGY, SPENT, SUPPLIED
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
@@ -214,7 +214,7 @@ class _Run:
     def _check(self, energy: dict[str, float], saved: Saved, stage: Stage, integrator: Integrator, steps: int) -> None:
         moving = self.state.kinetic_energy + abs(float(self.state.freedoms.books.given[0]))
         self.supplied = max(self.supplied, abs(energy[SUPPLIED]), ROUNDING * moving)
-        gap = abs(energy[SUPPLIED] - sum(energy[kind] for kind in (*STORED, KINETIC, LOST)))
+        gap = abs(energy[SUPPLIED] - sum(energy[kind] for kind in SPENT))
         if gap <= TOLERATED_GAP * self.supplied and np.isfinite(list(energy.values())).all():
             return
         with np.errstate(all="ignore"):

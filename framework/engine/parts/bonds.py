@@ -16,7 +16,7 @@ from grainlaw.compiler.entry import compiled
 from grainlaw.contact import Laws
 from grainlaw.detection import Detection
 from grainlaw.engine.parts import bond_passes as passes
-from grainlaw.engine.parts.laws import LANES, LawTable, bond_groups, is_unbonded, respond, table_of
+from grainlaw.engine.parts.laws import LANES, LawGroup, LawTable, bond_groups, is_unbonded, respond, table_of
 from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
 from grainlaw.specimen import Specimen
 
@@ -157,7 +157,7 @@ class Bonds(Part):
         edges = mesh.interface_edges[self.order]
         lengths = np.hypot(*edges.T)
         hand_over = np.inf if detection is None else detection.hand_over**2
-        depth = max((len(group.virgin) for group in self.groups), default=1)
+        depth = max((group.depth for group in self.groups), default=1)
         points = {name: np.zeros((2, 2 * count)) for name in ("opening", "slip", "normal", "shear")}
         rows = {name: np.zeros(count) for name in ("leaving", *"d1x d1y d2x d2y ex ey nx ny inverse".split())}
         self.arrays = BondArrays(
@@ -255,7 +255,6 @@ class Bonds(Part):
                 values[places] = self.arrays.memory[row, places]
         return values
 
-    def memory_of(self, g: int) -> np.ndarray:
+    def memory_of(self, group: LawGroup) -> np.ndarray:
         """(m, 2 size) copy of the memory of the points of one group, row by row as a law takes it."""
-        group = self.groups[g]
         return np.ascontiguousarray(self.arrays.memory[: group.depth, group.points(len(self))])

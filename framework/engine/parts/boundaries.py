@@ -10,7 +10,7 @@ import numpy as np
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
 from grainlaw.engine.parts.grains import Grains
-from grainlaw.engine.parts.part import Changing, NoBooks, Part, Split, nothing_to_do
+from grainlaw.engine.parts.part import Changing, Part
 from grainlaw.engine.parts.platens import Platens
 from grainlaw.engine.parts.pressures import Pressures
 from grainlaw.parameter import ParameterError
@@ -39,17 +39,12 @@ def check_boundaries(specimen: Specimen, imposed: Sequence[Drive | Hold | Pressu
 class Boundaries(Part):
     """The drives, platens and pressures of the present stage, and the work done in earlier stages."""
 
-    arrays = NoBooks()
-
     def __init__(self, grains: Grains, nodes: Nodes, freedoms: Freedoms) -> None:
         self._grains, self._nodes, self._freedoms = grains, nodes, freedoms
         self._mesh = grains.specimen.mesh
         self._number = {name: k for k, name in enumerate(self._mesh.boundaries)}
         self.books = BoundaryBooks(np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros((len(self._number), 2)))
         self._impose([], [], [])
-
-    def share(self, split: Split) -> np.ndarray:
-        return nothing_to_do(split)
 
     def impose(
         self, drives: Sequence[Drive | Hold], pressures: Sequence[Pressure] = (), fixed: Sequence[int] = ()

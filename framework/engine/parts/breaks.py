@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grainlaw.engine.parts.bonds import Bonds
-from grainlaw.engine.parts.part import Changing, NoBooks, Part, Split, nothing_to_do
+from grainlaw.engine.parts.part import Changing, Part
 
 
 class BreakBooks(NamedTuple):
@@ -21,13 +21,8 @@ class BreakBooks(NamedTuple):
 class Breaks(Part):
     """The record of breaks."""
 
-    arrays = NoBooks()
-
     def __init__(self, points: int) -> None:
         self.books = BreakBooks(*(np.full(points, np.nan) for _ in range(3)))
-
-    def share(self, split: Split) -> np.ndarray:
-        return nothing_to_do(split)
 
     def new(self, damage: np.ndarray) -> np.ndarray:
         """(p,) whether points have broken that are not in the record yet, from their damage (p,)."""

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grainlaw.engine.parts.part import Changing, NoBooks, Part, Split, nothing_to_do
+from grainlaw.engine.parts.part import Changing, Part
 
 
 class ClockBooks(NamedTuple):
@@ -22,15 +22,10 @@ class ClockBooks(NamedTuple):
 class Clock(Part):
     """Time and steps. The time of a step is the same to the last digit, however many steps are done in one call."""
 
-    arrays = NoBooks()
-
     def __init__(self) -> None:
         self.books = ClockBooks(
             np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(1), np.zeros(1), np.zeros(1, dtype=np.int64)
         )
-
-    def share(self, split: Split) -> np.ndarray:
-        return nothing_to_do(split)
 
     @property
     def time(self) -> float:

@@ -19,7 +19,7 @@ from grainlaw.engine.parts.contact_laws import contact_groups
 from grainlaw.engine.parts.contact_table import KEPT, ContactArrays, no_contacts
 from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.laws import table_of
-from grainlaw.engine.parts.part import Changing, Part, Split, nothing_to_do
+from grainlaw.engine.parts.part import Changing, Part, Split
 
 REACH = 0.5  #: of the skin: when two nodes have moved so far, their distance may have shrunk by the skin
 TORN = 10.0  #: times its undeformed length: no edge is so long in a stable run
@@ -81,7 +81,7 @@ class Contacts(Part):
         return len(self.books.keys)
 
     def share(self, split: Split) -> np.ndarray:
-        return nothing_to_do(split) if not len(self) else np.arange(split.threads + 1) * len(self) // split.threads
+        return np.arange(split.threads + 1) * len(self) // split.threads
 
     def shared(self, split: Split) -> ContactArrays:
         bounds = np.searchsorted(self.groups_of(self.books.keys), np.arange(len(self.groups) + 1))

@@ -9,7 +9,6 @@ from scipy.sparse import csr_matrix
 
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
 from grainlaw.engine.parts.grains import GrainArrays, Grains
-from grainlaw.engine.parts.part import Split, nothing_to_do
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Drive, Hold
 
@@ -24,9 +23,6 @@ class DeformableGrains(Grains):
         self.specimen = specimen
         none = np.zeros(0)
         self.arrays = GrainArrays(np.zeros(1, dtype=np.int64), none, none, np.zeros(2, dtype=np.int64))
-
-    def share(self, split: Split) -> np.ndarray:
-        return nothing_to_do(split)
 
     def true_mass(self) -> np.ndarray:
         return self.specimen.node_masses

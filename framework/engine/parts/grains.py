@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -61,7 +61,7 @@ def place_corners(grains, nodes, freedoms, thread):
             uy[i] = gy[g] + sn * arm_x[i] + cs * arm_y[i]
 
 
-class Grains(Part):
+class Grains(Part, ABC):
     """What differs between deformable and rigid grains; index letters ``r, n`` as in :class:`Freedoms`."""
 
     specimen: Specimen

@@ -9,7 +9,7 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split, nothing_to_do
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
 
 
 class GravityArrays(NamedTuple):
@@ -45,7 +45,7 @@ class Gravity(Part):
         self.books = GravityBooks(freedoms.arrays.displacement.copy(), np.zeros(1))
 
     def share(self, split: Split) -> np.ndarray:
-        return self._freedoms.share(split) if self.arrays.weight.any() else nothing_to_do(split)
+        return self._freedoms.share(split) if self.arrays.weight.any() else super().share(split)
 
     def begin(self, acceleration: tuple[float, float], time_step: float) -> np.ndarray:
         """Impose an acceleration (m/s2) from now on; returns by how much the weights (r, n) N have changed."""

@@ -92,9 +92,9 @@ class LawGroup:
         return np.r_[self.first : self.last, count + self.first : count + self.last]
 
     @cached_property
-    def resists(self) -> np.ndarray:
-        """(2, 2 size) whether each virgin point resists a little opening, and a little slip."""
-        return np.stack([self._resists(0), self._resists(1)])
+    def resists_opening(self) -> np.ndarray:
+        """(2 size,) whether each virgin point resists a little opening."""
+        return self._resists(0)
 
     def _resists(self, mode: int) -> np.ndarray:
         memory = np.repeat(self.virgin[:, None], 2 * self.size, axis=1)
@@ -105,10 +105,10 @@ class LawGroup:
             held |= self.compiled.batch(opening, slip, memory.copy())[mode] > 0
         return held
 
-    @property
+    @cached_property
     def cohesive(self) -> np.ndarray:
         """(2, size) whether a virgin point resists opening, or slip under no pressure."""
-        return self.resists.any(axis=0).reshape(2, -1)
+        return (self.resists_opening | self._resists(1)).reshape(2, -1)
 
     def tangent(
         self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray, little: np.ndarray | float
@@ -125,7 +125,7 @@ def table_of(groups: Sequence[LawGroup], bonding: bool) -> LawTable:
     for group in groups:
         fields = group.compiled.rows
         damage = group.row("damage")
-        if bonding and not group.resists[0].any():
+        if bonding and not group.resists_opening.any():
             damage = ALWAYS
         rows.append((
             group.compiled.address, group.compiled.numbers.ctypes.data, fields.ctypes.data, fields.shape[1],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from abc import ABC, abstractmethod
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
@@ -21,8 +20,8 @@ class Split(NamedTuple):
     node: np.ndarray
 
 
-class NoBooks(NamedTuple):
-    """For a part that needs only the arrays of the step."""
+class NoRows(NamedTuple):
+    """For a part that the step does not see, or that needs nothing beside the arrays of the step."""
 
 
 @functools.cache
@@ -31,7 +30,7 @@ def changing(kind: Any) -> tuple[str, ...]:
     return tuple(name for name, hint in get_type_hints(kind, include_extras=True).items() if hint == Changing)
 
 
-class Part(ABC):
+class Part:
     """One part of the model: zones, bonds, a load.
 
     A part is a file: a named tuple of arrays whose fields are declared ``Constant``, ``Changing`` or ``Scratch``, the
@@ -40,12 +39,12 @@ class Part(ABC):
     works on.
     """
 
-    arrays: Any
-    books: Any = NoBooks()
+    arrays: Any = NoRows()
+    books: Any = NoRows()
 
-    @abstractmethod
     def share(self, split: Split) -> np.ndarray:
-        """(threads + 1,) bounds of what each thread works on."""
+        """(threads + 1,) bounds of what each thread works on; no thread has a share unless a part says otherwise."""
+        return np.zeros(split.threads + 1, dtype=np.int64)
 
     def energy(self, time_step: float) -> dict[str, float]:
         """J per metre of thickness by kind, at the moment of the last forces."""
@@ -74,8 +73,3 @@ class Part(ABC):
                     other[name] = copy.copy()
             if other:
                 setattr(self, where, rows._replace(**other))
-
-
-def nothing_to_do(split: Split) -> np.ndarray:
-    """Bounds of a part that a model does not have: no thread has a share of it."""
-    return np.zeros(split.threads + 1, dtype=np.int64)

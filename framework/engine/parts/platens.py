@@ -12,7 +12,7 @@ from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Freedoms
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split, nothing_to_do
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Drive, Hold
 
@@ -82,9 +82,6 @@ class Platens(Part):
 
     def __len__(self) -> int:
         return len(self.arrays.column)
-
-    def share(self, split: Split) -> np.ndarray:
-        return nothing_to_do(split)
 
     def shared(self, split: Split) -> PlatenArrays:
         rows = {name: np.repeat(getattr(self.arrays, name), split.threads, axis=0) for name in MOTION if len(self)}
