@@ -27,3 +27,10 @@ class Observer(ABC):
     @abstractmethod
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
         """Called after each sample with the curves so far and the share of the stage that is done."""
+
+    def save(self) -> dict[str, np.ndarray]:
+        """What a checkpoint must keep of this observer, as arrays by name; nothing by default."""
+        return {}
+
+    def restore(self, state: State, saved: Mapping[str, np.ndarray]) -> None:  # noqa: B027 (most need none)
+        """Go on from what :meth:`save` returned, in a run that is restarted at this ``state``."""

@@ -45,8 +45,10 @@ def test_the_main_job_prints_the_table_and_writes_the_folder(done):
 def test_the_summary_records_what_the_run_was_made_with(done):
     content = json.loads((done[1] / "summary.json").read_text())
     assert content["seed"] == 3
-    assert content["versions"]["grainlaw"] == version("grainlaw")
-    assert {"python", "numpy", "numba"} <= set(content["versions"])
+    record = json.loads((done[1] / "run.json").read_text())
+    assert record["status"] == "finished"
+    assert record["made_with"]["versions"]["grainlaw"] == version("grainlaw")
+    assert {"python", "numpy", "numba"} <= set(record["made_with"]["versions"])
     parameters = content["parameters"]
     assert parameters["tessellator"]["type"] == "Voronoi"
     assert (parameters["tessellator"]["grains"], parameters["tessellator"]["seed"]) == (20, 3)

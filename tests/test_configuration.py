@@ -77,7 +77,7 @@ def test_the_example_of_getting_started_runs(tmp_path):
     result = invoke("test", "uniaxial-tension", "--config", tmp_path / "granite.toml", "--quick", *SMALL[1:],
                     "--out", tmp_path / "granite")  # fmt: skip
     assert result.exit_code == 0, result.output
-    law = json.loads((tmp_path / "granite" / "summary.json").read_text())["configuration"]["law"]
+    law = json.loads((tmp_path / "granite" / "run.json").read_text())["configuration"]["law"]
     assert law["softening"]["type"] == "hordijk"
     assert law["tensile_strength"] == "10 MPa"
 

@@ -153,6 +153,12 @@ def serialized():
     assert pickle.loads(private.serialized({"x": (1, 2.0)})) == {"x": (1, 2.0)}
 
 
+def processor():
+    name, features = private.processor()
+    assert name
+    assert {"+", "-"} >= {feature[0] for feature in features.split(",")}
+
+
 def call():
     code = private.compile_for(njit(fill), (nb.CPointer(nb.int64), nb.int64))
     target = np.zeros(1, dtype=np.int64)
@@ -195,7 +201,7 @@ def atomic_store():
 
 
 PIECES = {
-    "VERSIONS": versions, "FOLDERS": folders, "NumbaError": numba_error, "python_function": python_function,
+    "VERSIONS": versions, "processor": processor, "FOLDERS": folders, "NumbaError": numba_error, "python_function": python_function,
     "definition": definition, "compile_for": compile_for, "return_type": return_type, "address_of": address_of,
     "is_number": is_number,
     "is_tuple_of_numbers": is_tuple_of_numbers, "named_tuple_method": named_tuple_method, "DiskCache": disk_cache,

@@ -10,6 +10,7 @@ from grainlaw.cli.check import check
 from grainlaw.cli.compare import compare
 from grainlaw.cli.envelope import envelope
 from grainlaw.cli.law import law
+from grainlaw.cli.rerun import rerun
 from grainlaw.cli.test import test
 from grainlaw.cli.verify import verify
 
@@ -20,5 +21,5 @@ def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 
-for command in (compare, envelope, law, check, test, verify):
+for command in (compare, envelope, law, check, rerun, test, verify):
     main.add_command(command)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import attrs
 
 from grainlaw.cli.components import choices, component, evolved, settings
-from grainlaw.cli.law_file import LawReferenceError, find_law, nearest
+from grainlaw.cli.law_file import LawReferenceError, find_law_and_files, nearest
 from grainlaw.cli.sample import sample
 from grainlaw.cli.sections import SECTIONS, Sections
 from grainlaw.cli.setups import SETUPS
@@ -38,6 +40,7 @@ class Configuration:
     protocol: LoadingProtocol
     numerics: Numerics
     sections: Sections
+    law_files: Sequence[Path] = ()  #: the user's file with the law, and those of its folder that it imports
 
 
 def configured(name: str, sections: Sections, quick: bool = False) -> Configuration:
@@ -52,7 +55,7 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
     if (other := given["test"].pop("type", name)) != name:
         raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
     test = evolved(setup.protocol, given["test"], "test")
-    reference, law = _law(given["law"])
+    reference, law, law_files = _law(given["law"])
     rock = component((Elastic, Rigid), given["rock"], "rock", ROCK)
     numerics = evolved(Numerics, given["numerics"], "numerics")
     section, specimen = sample(setup.quick if quick else setup.sample, given["sample"], rock, numerics.refinement)
@@ -64,19 +67,22 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
         "test": settings(test) | {"type": name},
         "numerics": {key: value for key, value in settings(numerics).items() if key != "type"},
     }
-    return Configuration(specimen=specimen, law=law, protocol=test, numerics=numerics, sections=made)
+    return Configuration(
+        specimen=specimen, law=law, protocol=test, numerics=numerics, sections=made, law_files=law_files
+    )
 
 
-def _law(given: dict[str, Any]) -> tuple[str, ContactLaw]:
-    """A law, and what it is called: a name in Table 1's laws, of another class, or FILE.py:LAW."""
+def _law(given: dict[str, Any]) -> tuple[str, ContactLaw, list[Path]]:
+    """What a law is called (a name in Table 1's laws, of another class, or FILE.py:LAW), the law, and its files."""
     name = str(given.pop("type", "cohesive-crack"))
     if ".py" in name:
         try:
-            return name, evolved(find_law(name), given, "law")
+            law, files = find_law_and_files(name)
+            return name, evolved(law, given, "law"), files
         except LawReferenceError as error:
             raise ParameterError(f"law.type: {error}") from None
     others = {short: cls for short, cls in choices(ContactLaw).items() if cls not in map(type, LAWS.values())}
     known: dict[str, Any] = LAWS | others
     if name not in known:
         raise ParameterError(f"there is no law '{name}'{nearest(name, known)} (laws: {', '.join(known)})")
-    return name, evolved(known[name], given, "law")
+    return name, evolved(known[name], given, "law"), []

@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import math
-import os
 from pathlib import Path
 
 import click
 
-from grainlaw.cli.law_file import LawReferenceError, find_law
-from grainlaw.cli.running import FAILURES, ProgressBar, check_threads, described, progress_bars, versions
+from grainlaw.cli.law_copy import copied
+from grainlaw.cli.law_file import LawReferenceError, find_law_and_files
+from grainlaw.cli.running import (
+    FAILURES,
+    ProgressBar,
+    check_threads,
+    finished,
+    folder_options,
+    progress_bars,
+    writing_to,
+)
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import BiaxialCompression
-from grainlaw.results.files import writable_folder
 from grainlaw.runs.envelope import strength_envelope
+from grainlaw.runs.record import described
 from grainlaw.specimen import Specimen
 from grainlaw.units import MPa
 
@@ -27,12 +35,12 @@ from grainlaw.units import MPa
 @click.option("--grains", type=int, help=f"Number of Voronoi grains.  [default: {SAMPLE[2]}]")
 @click.option("--speed", type=float, default=0.05, show_default=True, help="Platen speed in m/s.")
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
-@click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
+@folder_options
 @click.option("--threads", type=int, help="Tests (and threads in a test) at a time.  [default: all cores]")
 @click.option("--quick", is_flag=True, help=f"A small specimen: {QUICK[2]} grains in 20 x 50 mm.")
 def envelope(
     *, law: str, confinement: str, seeds: str, grains: int | None, speed: float, max_strain: float, out: Path,
-    threads: int | None, quick: bool,
+    restart: bool, overwrite: bool, threads: int | None, quick: bool,
 ) -> None:  # fmt: skip
     """Compress a rock specimen under several confinements, and fit Mohr-Coulomb and Hoek-Brown to the peaks.
 
@@ -43,7 +51,7 @@ def envelope(
     pressures = [value * MPa for value in _numbers("confinement", confinement)]
     numbers = _seeds(seeds)
     try:
-        chosen = find_law(law) if ".py" in law else law_named(law)
+        chosen, files = find_law_and_files(law) if ".py" in law else (law_named(law), [])
         check_threads(threads)
         test = BiaxialCompression(confinement=max(pressures), speed=speed, maximum_strain=max_strain)
         tests = {p: BiaxialCompression(confinement=p, speed=speed, maximum_strain=max_strain) for p in pressures}
@@ -51,31 +59,34 @@ def envelope(
             raise ParameterError(f"--confinement = {confinement} is not allowed, it must name at least two")
         tessellators = {seed: Voronoi(grains=count if grains is None else grains, seed=seed) for seed in numbers}
         specimens = {seed: Specimen(t.tessellate(rectangle(width, height)), ROCK) for seed, t in tessellators.items()}
-        folder = writable_folder(out)
-        with progress_bars() as progress:
-            found = strength_envelope(
-                specimens, chosen, pressures, tests.__getitem__, threads=threads,
-                observers=lambda key: [ProgressBar(progress, f"{key[1] / MPa:g} MPa, seed {key[0]}")],
-            )  # fmt: skip
-        first = tessellators[numbers[0]]
-        record = {
-            "seeds": numbers,
-            "versions": versions(),
-            "parameters": {
-                "region": {"width": width, "height": height},
-                "tessellator": described(first),
-                "material": described(ROCK),
-                "protocol": described(test),
-                "law": described(chosen),
-            },
-        }
-        found.write(folder, record)
     except LawReferenceError as error:
         raise click.BadParameter(str(error)) from None
     except FAILURES as error:
         raise click.ClickException(str(error)) from None
-    click.echo(found)
-    click.echo(f"\nwritten to {os.fspath(folder)}{os.sep}: envelope.png, summary.json")
+    arguments = {
+        "law": law, "confinement": confinement, "seeds": seeds, "grains": tessellators[numbers[0]].grains,
+        "speed": speed, "max_strain": max_strain, "threads": threads, "quick": quick,
+    }  # fmt: skip
+    parameters = {
+        "region": {"width": width, "height": height},
+        "tessellator": described(tessellators[numbers[0]]),
+        "material": described(ROCK),
+        "protocol": described(test),
+        "law": described(chosen),
+    }
+    about = {"command": {"name": "envelope", "arguments": arguments}, "parameters": parameters}
+    with writing_to(out, restart, overwrite, about) as claim:
+        arguments["law"], claim.about["law_files"] = copied(law, files, claim.path)
+        with progress_bars() as progress:
+            found = strength_envelope(
+                specimens, chosen, pressures, tests.__getitem__, threads=threads, checkpoint=claim,
+                observers=lambda key: [ProgressBar(progress, f"{key[1] / MPa:g} MPa, seed {key[0]}")],
+            )  # fmt: skip
+        found.write(claim.path, {"seeds": numbers, "parameters": parameters})
+        click.echo(found)
+        finished(claim)
+    if found.failed:
+        raise click.ClickException(f"{len(found.failed)} of {len(found.failed) + len(found.results)} tests failed")
 
 
 def _seeds(text: str) -> list[int]:

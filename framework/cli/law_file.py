@@ -29,8 +29,13 @@ def find_law(reference: str) -> ContactLaw:
 
     The file is run, as a module with its folder in the search path. Raises :class:`LawReferenceError`.
     """
+    return find_law_and_files(reference)[0]
+
+
+def find_law_and_files(reference: str) -> tuple[ContactLaw, list[Path]]:
+    """The law of :func:`find_law`; its file, and those of its folder that it imports."""
     file, _, name = reference.rpartition(":") if ".py:" in reference else (reference, "", "")
-    module = _run(Path(file))
+    module, files = _run(Path(file))
     laws = {key: value for key, value in vars(module).items() if not key.startswith("_") and _is_law(value)}
     known = f"laws in {file}: {', '.join(laws) or 'none'}"
     if not name:
@@ -40,7 +45,7 @@ def find_law(reference: str) -> ContactLaw:
     found = getattr(module, name)
     if not _is_law(found):
         raise LawReferenceError(f"'{name}' in {file} is no contact law but {_described(found)} ({known})")
-    return _made(found, file) if isinstance(found, type) else found
+    return _made(found, file) if isinstance(found, type) else found, files
 
 
 def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str:
@@ -77,27 +82,30 @@ def _made(kind: type[Any], file: str) -> ContactLaw:
     return made
 
 
-def _run(file: Path) -> ModuleType:
-    """The module of a file. Raises :class:`LawReferenceError`, with the line where the file goes wrong."""
+def _run(file: Path) -> tuple[ModuleType, list[Path]]:
+    """The module of a file, and the files it consists of.
+
+    Raises :class:`LawReferenceError`, with the line where the file goes wrong.
+    """
     if not file.is_file():
         raise LawReferenceError(f"there is no file {file}")
     spec = importlib.util.spec_from_file_location(file.stem, file)
     if spec is None:
         raise LawReferenceError(f"{file} is no Python file")
-    module = importlib.util.module_from_spec(spec)
+    module, files = importlib.util.module_from_spec(spec), [file]
     try:
-        with _helpers_of_its_own(file.resolve().parent):
+        with _helpers_of_its_own(file.resolve().parent, files):
             exec(compile(file.read_bytes(), file, "exec"), vars(module))  # never the byte code of an older file
     except Exception as error:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
         where = f"{file}:{lines[-1]}" if lines else str(file)
         raise LawReferenceError(f"{where} does not run: {type(error).__name__}: {error}") from None
-    return module
+    return module, files
 
 
 @contextlib.contextmanager
-def _helpers_of_its_own(folder: Path) -> Iterator[None]:
-    """Import what lies in a folder as it is on disk now, and forget it afterwards.
+def _helpers_of_its_own(folder: Path, files: list[Path]) -> Iterator[None]:
+    """Import what lies in a folder as it is on disk now, and forget it afterwards; what that was is added to ``files``.
 
     Another file's helpers may have the same names; those of an earlier run may have been edited since.
     """
@@ -111,7 +119,8 @@ def _helpers_of_its_own(folder: Path) -> Iterator[None]:
     finally:
         sys.path[:], sys.dont_write_bytecode = path, writes_none
         if not _holds_installed(folder):
-            _take_out(lambda top: _found_in(top) == folder)
+            helpers = _take_out(lambda top: _found_in(top) == folder)
+            files += [Path(str(helper.__file__)) for helper in helpers.values() if getattr(helper, "__file__", None)]
         sys.modules.update(aside)
 
 

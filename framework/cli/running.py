@@ -1,12 +1,16 @@
-"""What the commands that run tests share: a line of progress for each run, and the record of what was run."""
+"""What the commands that run tests share: a folder, a line of progress for each run, and how a command ends."""
 
 from __future__ import annotations
 
-import platform
-from collections.abc import Mapping, Sequence
-from importlib.metadata import version
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -17,12 +21,15 @@ from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.naming import shown
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError, parameters
+from grainlaw.parameter import ParameterError
+from grainlaw.runs.claim import Claim, claimed, tidy
 from grainlaw.runs.simulation import MOST_THREADS
+from grainlaw.runs.stopping import Stopped
 from grainlaw.stage import Stage, StageError
 
 #: What ends a command with its own words.
 FAILURES = (ParameterError, OSError, CompilationError, InstabilityError, StageError, MemoryError)
+SILENCE = 30.0  #: s between lines of progress where there is no terminal
 
 
 def check_threads(threads: int | None) -> None:
@@ -31,11 +38,59 @@ def check_threads(threads: int | None) -> None:
         raise ParameterError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
 
 
+def folder_options(command: Callable[..., None]) -> Callable[..., None]:
+    """The options that say where a command writes."""
+    for option in (
+        click.option("--overwrite", is_flag=True, help="Replace the run that the folder holds."),
+        click.option("--restart", is_flag=True, help="Go on with the run that the folder holds, if it holds one."),
+        click.option(
+            "--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to."
+        ),
+    ):
+        command = option(command)
+    return command
+
+
+@contextmanager
+def writing_to(out: Path, restart: bool, overwrite: bool, about: Mapping[str, Any]) -> Iterator[Claim]:
+    """The folder of a command. Errors become one line, and a command that is stopped says what is there."""
+    with ExitStack() as stack:
+        try:
+            claim = stack.enter_context(claimed(out, restart=restart, overwrite=overwrite, about=about))
+        except ParameterError as error:
+            raise click.UsageError(str(error)) from None
+        except OSError as error:
+            raise click.ClickException(str(error)) from None
+        try:
+            yield claim
+        except Stopped as stopped:
+            click.echo(f"\n{stopped}; {contents(claim.path)}", err=True)
+            click.echo(f"go on with the same command and --restart --out {os.fspath(out)}", err=True)
+            sys.exit(128 + stopped.signal)
+        except FAILURES as error:
+            raise click.ClickException(f"{error}\n{contents(claim.path)}") from None
+
+
+def finished(claim: Claim) -> None:
+    """Remove what only a restart needs, and say what is there."""
+    for folder in (claim.path, *claim.path.iterdir()):
+        if folder.is_dir():
+            tidy(folder)
+    click.echo(f"\n{contents(claim.path)}")
+
+
+def contents(folder: Path) -> str:
+    """The files of a folder in a few words: a series of pictures once."""
+    names = sorted(file.name for file in folder.iterdir() if file.suffix != ".vtu" and not file.name.startswith("."))
+    shown_too = [f"{name}{os.sep}" if (folder / name).is_dir() else name for name in names]
+    return f"written to {os.fspath(folder)}{os.sep}: {', '.join(shown_too) or 'nothing'}"
+
+
 class ProgressBar(Observer):
-    """A run's line: stage, strain, stress (or what the test has instead), time left."""
+    """A line of a run: stage, strain, stress (or what the test has instead), time left; now and then if no terminal."""
 
     def __init__(self, progress: Progress, name: str) -> None:
-        self.progress = progress
+        self.progress, self.name, self.told = progress, name, time.monotonic()
         self.task = progress.add_task(name, total=1.0, stage="starting", strain="", stress="")
 
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
@@ -46,6 +101,10 @@ class ProgressBar(Observer):
             strain=_last(curves, COURSE),
             stress=_last(curves, LOAD),
         )
+        if not self.progress.console.is_terminal and time.monotonic() - self.told > SILENCE:
+            self.told = time.monotonic()
+            done = f"{self.name}: {progress:.0%} of {stage.name}, {state.steps} steps"
+            click.echo(f"{done}, {_last(curves, COURSE)}, {_last(curves, LOAD)}", err=True)
 
 
 def _last(curves: Mapping[str, np.ndarray], names: Sequence[str]) -> str:
@@ -60,14 +119,3 @@ def progress_bars() -> Progress:
         TextColumn("{task.fields[stage]:<11}{task.fields[strain]:>9}{task.fields[stress]:>11}"),
         TimeRemainingColumn(compact=True), console=Console(stderr=True), refresh_per_second=4,
     )  # fmt: skip
-
-
-def versions() -> dict[str, str]:
-    """Of Python and of the packages that results depend on."""
-    packages = ("grainlaw", "numpy", "scipy", "numba", "llvmlite", "meshio", "attrs")
-    return {"python": platform.python_version(), **{name: version(name) for name in packages}}
-
-
-def described(component: Any) -> dict[str, Any]:
-    """A component's type and parameters, for a record."""
-    return {"type": type(component).__name__, **parameters(component)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +18,10 @@ SECTIONS = ("sample", "rock", "law", "test", "numerics")
 
 
 def read_file(file: Path) -> Sections:
-    """The sections of a TOML file. Raises :class:`ParameterError` for what is no section, OSError."""
+    """The sections of a TOML file, in which the file of a law is relative to the TOML file.
+
+    Raises :class:`ParameterError` for what is no section, OSError.
+    """
     try:
         sections = tomllib.loads(file.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -26,6 +30,9 @@ def read_file(file: Path) -> Sections:
         _check_section(name, file)
         if not isinstance(section, dict):
             raise ParameterError(f"{file}: {name} = {section!r} is not allowed, it must be a section [{name}]")
+    law = sections.get("law", {}).get("type")
+    if isinstance(law, str) and ".py" in law:
+        sections["law"]["type"] = os.fspath(file.parent / law)
     return sections
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,20 +9,24 @@ from typing import Any
 import click
 
 from grainlaw.cli.configuration import Configuration, configured
-from grainlaw.cli.running import ProgressBar, progress_bars, versions
+from grainlaw.cli.law_copy import copied
+from grainlaw.cli.running import ProgressBar, finished, folder_options, progress_bars, writing_to
 from grainlaw.cli.sections import Sections, assign, read_file, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
-from grainlaw.results.files import writable_folder, write_atomically
+from grainlaw.results.files import write_atomically
 from grainlaw.results.result import Result
-from grainlaw.results.tables import write_curves, write_json
 from grainlaw.results.vtk import VtkWriter
+from grainlaw.runs.claim import Claim
 from grainlaw.runs.first_questions import ask_first_questions
+from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import simulate
 from grainlaw.stage import StageError
+
+CONFIG = "config.toml"
 
 
 @click.command(
@@ -33,8 +36,9 @@ NAME is one of {", ".join(SETUPS)}. Every parameter can be given: in a TOML file
 [law], [test] and [numerics], or one by one, as in --set test.speed="20 mm/s" (docs/configuration.md). Others are
 those of a published study.
 
-Writes report.html, summary.json, curves.csv, grains.pvd and cracks.pvd for ParaView, and config.toml, which runs the
-same test again. The exit code is 2 for what is refused before the test, 1 for a test that could not end; what it
+Writes report.html, summary.json, curves.csv, cracks.csv, grains.pvd and cracks.pvd for ParaView, run.json, the record
+of what was run and with what, and config.toml, which runs the same test again. A test that is stopped goes on with
+--restart. The exit code is 2 for what is refused before the test, 1 for a test that could not end; what it
 recorded is written all the same."""
 )
 @click.argument("name", metavar="NAME")
@@ -43,12 +47,12 @@ recorded is written all the same."""
 @click.option("--seed", type=int, help="Seed of the grains.")
 @click.option("--config", type=click.Path(path_type=Path, dir_okay=False), help="TOML file with parameters.")
 @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
-@click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
+@folder_options
 @click.option("--threads", type=int, help="Threads in the model, for large ones.  [default: 1]")
 @click.option("--quick", is_flag=True, help="A small specimen.")
 def test(
     *, name: str, law: str | None, grains: int | None, seed: int | None, config: Path | None,
-    assignments: tuple[str, ...], out: Path, threads: int | None, quick: bool,
+    assignments: tuple[str, ...], out: Path, restart: bool, overwrite: bool, threads: int | None, quick: bool,
 ) -> None:  # fmt: skip
     options = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
     options["numerics", "threads"] = threads
@@ -63,44 +67,37 @@ def test(
         ask_first_questions(chosen.law)
     except (ParameterError, OSError, CompilationError, MemoryError) as error:
         raise click.UsageError(str(error)) from None
-    try:
-        folder = writable_folder(out)
+    about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG}}}
+    with writing_to(out, restart, overwrite, about) as claim:
+        law_there, files = copied(chosen.sections["law"]["type"], chosen.law_files, claim.path)
+        sections = {**chosen.sections, "law": {**chosen.sections["law"], "type": law_there}}
+        claim.about.update(configuration=chosen.sections, law_files=files)
         heading = "".join(f"# {package} {number}\n" for package, number in versions().items())
-        text = f"# grainlaw test {name} --config config.toml\n{heading}\n{toml(chosen.sections)}"
-        write_atomically(folder / "config.toml", lambda file: file.write_text(text, encoding="utf-8"))
-        result, reason = _run(name, chosen, folder)
-        _write(result, chosen.sections, folder, reason)
-    except (ParameterError, OSError, CompilationError, MemoryError) as error:
-        raise click.ClickException(str(error)) from None
-    click.echo(_table(result.summary))
-    files = "report.html, summary.json, curves.csv, grains.pvd, cracks.pvd, config.toml"
-    click.echo(f"\nwritten to {os.fspath(folder)}{os.sep}: {files}")
+        text = f"# grainlaw test {name} --config {CONFIG}\n{heading}\n{toml(sections)}"
+        write_atomically(claim.path / CONFIG, lambda file: file.write_text(text, encoding="utf-8"))
+        result, reason = _run(name, chosen, claim)
+        shown_too = {key: chosen.sections[key] for key in ("sample", "numerics")}
+        record = {**shown_too, "versions": versions()}
+        result.write_report(claim.path / "report.html", record=record, incomplete=reason)
+        click.echo(_table(result.summary))
+        finished(claim)
     if reason:
         raise click.ClickException(reason)
 
 
-def _run(name: str, chosen: Configuration, folder: Path) -> tuple[Result, str]:
+def _run(name: str, chosen: Configuration, claim: Claim) -> tuple[Result, str]:
     """The result, and why the test could not end, if it could not."""
     numerics = chosen.numerics
     with progress_bars() as progress:
         try:
             result = simulate(
                 chosen.specimen, chosen.law, chosen.protocol, threads=numerics.threads, frames=numerics.frames,
-                time_step_factor=numerics.time_step_factor, mass_scaling=numerics.mass_scaling,
-                observers=[ProgressBar(progress, name), VtkWriter(folder, numerics.frames)],
+                time_step_factor=numerics.time_step_factor, mass_scaling=numerics.mass_scaling, checkpoint=claim,
+                observers=[ProgressBar(progress, name), VtkWriter(claim.path, numerics.frames)],
             )  # fmt: skip
         except (StageError, InstabilityError) as error:
             return error.result, str(error)
     return result, ""
-
-
-def _write(result: Result, sections: Sections, folder: Path, reason: str) -> None:
-    record = {"versions": versions(), "configuration": sections}
-    unfinished = {"incomplete": reason} if reason else {}
-    write_json(folder / "summary.json", {"properties": result.summary, **unfinished, **record})
-    write_curves(folder / "curves.csv", {sections["law"]["type"]: result.curves})
-    shown_too = {key: sections[key] for key in ("sample", "numerics")}
-    result.write_report(folder / "report.html", record={**shown_too, "versions": versions()}, incomplete=reason)
 
 
 def _table(summary: Mapping[str, Any]) -> str:

@@ -36,6 +36,7 @@ __all__ = [
     "is_number",
     "is_tuple_of_numbers",
     "named_tuple_method",
+    "processor",
     "python_function",
     "return_type",
     "serialized",
@@ -44,6 +45,13 @@ __all__ = [
 
 VERSIONS = (numba.__version__, llvmlite.__version__)
 FOLDERS = [os.path.dirname(os.path.realpath(str(module.__file__))) for module in (numba, llvmlite)]
+
+
+def processor() -> tuple[str, str]:
+    """Name of the processor that code is compiled for, and its features, as LLVM has them."""
+    codegen = cpu_target.target_context.codegen()
+    _, name, features = codegen.magic_tuple()
+    return name, features
 
 
 # --- functions that numba has compiled -------------------------------------------------------------------------------

@@ -86,7 +86,7 @@ class State:
         """Return to the state at the call of ``save``, in the same stage."""
         self._zone_state = self._shared = None
         for name, part in self.parts.items():
-            part.restore(saved[name])
+            part.restore(saved.get(name, {}))
 
     # --- boundary conditions ---------------------------------------------------------------------------------------
 

@@ -2,21 +2,47 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
+import shutil
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+RESERVE = 32 * 2**20  #: bytes that pictures leave free for curves, summary and checkpoints, or a tenth of a small disk
+
+
+class OutputWarning(UserWarning):
+    """A file that could not be written while a run goes on."""
+
+
+def warn(message: str) -> None:
+    """Warn that something is not written."""
+    warnings.warn(message, OutputWarning, stacklevel=3)
+
+
+def check_room(folder: Path) -> None:
+    """Raise OSError where so little room is left that pictures would take it from curves and summary."""
+    disk = shutil.disk_usage(folder)
+    if disk.free < min(RESERVE, disk.total // 10):
+        raise OSError(errno.ENOSPC, f"only {disk.free / 2**20:.1f} MB are free", str(folder))
+
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Let ``write`` fill a file next to ``path`` with the same ending, then rename it to ``path`` in one step."""
+    """Let ``write`` fill a file next to ``path`` with the same ending, then rename it to ``path`` in one step.
+
+    Raises OSError, with the name of the file.
+    """
     other = path.with_name(f".{path.stem}.part{path.suffix}")
     try:
         write(other)
         os.replace(other, path)
+    except OSError as error:
+        raise OSError(error.errno or 0, error.strerror or str(error), str(path)) from None
     finally:
         other.unlink(missing_ok=True)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import attrs
 import numpy as np
@@ -37,6 +38,28 @@ def take_frame(state: State) -> Frame:
     return Frame(state.time, state.displacement.copy(), state.velocity.copy(), state.grain_stress(), bonds, closed)
 
 
+def packed(frame: Frame) -> dict[str, np.ndarray]:
+    """A frame as arrays by name, for a file; see :func:`unpacked`."""
+    arrays = {name: np.asarray(getattr(frame, name)) for name in _WHOLE}
+    for kind in ("bonds", "contacts"):
+        arrays |= {f"{kind}/{name}": row for name, row in getattr(frame, kind).items()}
+    return arrays
+
+
+def unpacked(arrays: Mapping[str, np.ndarray]) -> Frame:
+    """The frame that :func:`packed` was given."""
+    rows: dict[str, dict[str, np.ndarray]] = {"bonds": {}, "contacts": {}}
+    for name, row in arrays.items():
+        kind, slash, rest = name.partition("/")
+        if slash:
+            rows[kind][rest] = row
+    displacement, velocity, stress = (arrays[name] for name in _WHOLE[1:])
+    return Frame(float(arrays["time"]), displacement, velocity, stress, rows["bonds"], rows["contacts"])
+
+
+_WHOLE = ("time", "displacement", "velocity", "stress")
+
+
 @attrs.define
 class FrameClock:
     """Decides when a frame is taken: at every ``1 / count`` of the progress of a stage, and as cracks grow.
@@ -57,8 +80,16 @@ class FrameClock:
         broken = int(np.count_nonzero(~np.isnan(state.broken_time)))
         if progress < self._next and 50 * (broken - self._broken) < len(state.broken_time):
             return False
-        self._next, self._broken = (np.floor(progress * self.count) + 1) / self.count, broken
+        self._next, self._broken = float((np.floor(progress * self.count) + 1) / self.count), broken
         return True
+
+    def save(self) -> dict[str, np.ndarray]:
+        """Where it stands, as arrays by name."""
+        return {"clock": np.array([self._next, self._broken]), "stage": np.array(self._stage)}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from what :meth:`save` returned."""
+        self._next, self._broken, self._stage = float(saved["clock"][0]), int(saved["clock"][1]), str(saved["stage"])
 
 
 @attrs.define
@@ -71,3 +102,20 @@ class FrameRecorder(Observer):
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
         if self.clock.due(state, stage, progress):
             self.frames.append(take_frame(state))
+
+    def save(self) -> dict[str, np.ndarray]:
+        """All frames, and where the clock stands."""
+        arrays = self.clock.save()
+        for k, frame in enumerate(self.frames):
+            arrays |= {f"{k}/{name}": row for name, row in packed(frame).items()}
+        return arrays
+
+    def restore(self, state: State, saved: Mapping[str, np.ndarray]) -> None:
+        """Go on from what :meth:`save` returned."""
+        self.clock.restore(saved)
+        each: dict[int, dict[str, np.ndarray]] = {}
+        for name, row in saved.items():
+            number, slash, rest = name.partition("/")
+            if slash:
+                each.setdefault(int(number), {})[rest] = row
+        self.frames = [unpacked(each[k]) for k in sorted(each)]

@@ -84,6 +84,22 @@ class Probe(Observer):
             self._run = _Run(self, state)
         self._run.record(state)
 
+    def save(self) -> dict[str, np.ndarray]:
+        """The record so far."""
+        run = self._run
+        if run is None:
+            return {}
+        rows = np.array(run.rows) if run.rows else np.zeros((0, len(QUANTITIES), len(run.kept)), dtype=np.float32)
+        return {"times": np.array(run.times), "rows": rows, "kept": run.kept, "positions": run.positions}
+
+    def restore(self, state: State, saved: Mapping[str, np.ndarray]) -> None:
+        """Go on with a record."""
+        if saved:
+            self._run = run = _Run(self, state)
+            run.times, run.rows = saved["times"].tolist(), list(saved["rows"])
+            run.kept, run.positions = saved["kept"], saved["positions"]
+            run.named = run.named_at(self, run.positions)
+
     @property
     def paths(self) -> list[ContactPath]:
         """The paths recorded so far."""
@@ -108,14 +124,19 @@ class _Run:
         if wrong:
             raise ParameterError(f"Probe: there is no contact point {wrong[0]}, they go from 0 to {count - 1}")
         self.positions = state.contact_positions
-        nearest = [int(np.argmin(np.hypot(*(self.positions - place).T))) for place in probe.places]
-        self.named, self.first = [*probe.points, *nearest], probe.first
+        self.named, self.first = self.named_at(probe, self.positions), probe.first
         self.broken_time, self.broken_mode = state.broken_time, state.broken_mode  # arrays that the engine fills
         self.grains = state.mesh.interface_grains[state.bonds.order]
         self.groups = [(group.law, group.first, group.last) for group in state.bonds.groups]
         self.kept = np.arange(count) if self.first else self._chosen()
         self.times: list[float] = []
         self.rows: list[np.ndarray] = []  #: (q, kept)
+
+    @staticmethod
+    def named_at(probe: Probe, positions: np.ndarray) -> list[int]:
+        """Points that a probe names, by number and by place."""
+        nearest = [int(np.argmin(np.hypot(*(positions - place).T))) for place in probe.places]
+        return [*probe.points, *nearest]
 
     def _chosen(self) -> np.ndarray:
         """Numbers of the points to follow, each once: those named, and the first that have broken."""

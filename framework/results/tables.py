@@ -5,12 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from grainlaw.engine.state import State
 from grainlaw.results.files import without_nan, write_atomically
 
 
@@ -20,14 +21,47 @@ def write_json(file: Path, content: Mapping[str, Any]) -> None:
     write_atomically(file, lambda path: path.write_text(text, encoding="utf-8"))
 
 
+def lines(columns: Iterable[np.ndarray]) -> str:
+    """Rows of numbers, each with the fewest digits from which the same number is read again."""
+    return "".join(",".join(map(repr, row)) + "\n" for row in zip(*(c.tolist() for c in columns), strict=True))
+
+
+def curves_as_text(curves: Mapping[str, np.ndarray]) -> str:
+    """The curves of one run as CSV, with a line of names."""
+    return ",".join(curves) + "\n" + lines(curves.values())
+
+
 def write_curves(file: Path, curves: Mapping[str, Mapping[str, np.ndarray]]) -> None:
-    """Write the curves of laws, by the laws' names, below each other. Raises OSError."""
+    """Write the curves of several runs below each other, with their names in the column ``law``. Raises OSError."""
     columns = list(dict.fromkeys(name for recorded in curves.values() for name in recorded))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["law", *columns])
     for law, recorded in curves.items():
         count = max((len(values) for values in recorded.values()), default=0)
-        table = [recorded.get(column, np.full(count, np.nan)) for column in columns]
-        writer.writerows([law, *(f"{value:.9g}" for value in row)] for row in zip(*table, strict=True))
+        table = [recorded.get(column, np.full(count, np.nan)).tolist() for column in columns]
+        writer.writerows([law, *map(repr, row)] for row in zip(*table, strict=True))
     write_atomically(file, lambda path: path.write_text(text.getvalue(), encoding="utf-8"))
+
+
+def breaks(state: State) -> dict[str, np.ndarray]:
+    """Contact points that have broken, in this order, by column name: what :class:`Cracks` has and does not change.
+
+    Position (x, y) in m and orientation (rad from the x axis) are those on the undeformed specimen.
+    """
+    time = state.broken_time
+    point = np.flatnonzero(~np.isnan(time))
+    point = point[np.argsort(time[point], kind="stable")]
+    mesh, count = state.mesh, len(state.bonds)
+    interface = state.bonds.order[point % count] if count else point
+    ends = mesh.nodes[mesh.interfaces[interface]]
+    first, second = ends[:, 0], ends[:, 1]
+    near = np.where(point < count, 0.25, 0.75)[:, None]
+    x, y = (first + near * (second - first)).T
+    along = second - first
+    grain_a, grain_b = mesh.interface_grains[interface].T
+    return {
+        "time": time[point], "point": point, "grain_a": grain_a, "grain_b": grain_b, "x": x, "y": y,
+        "orientation": np.arctan2(along[:, 1], along[:, 0]) % np.pi, "length": state.contact_lengths[point],
+        "mode": state.broken_mode[point], "spent": state.broken_work[point],
+    }  # fmt: skip

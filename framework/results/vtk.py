@@ -11,10 +11,15 @@ import numpy as np
 
 from grainlaw.engine.state import State
 from grainlaw.observation import Observer
-from grainlaw.results.files import writable_folder, write_atomically
+from grainlaw.results.files import check_room, warn, writable_folder, write_atomically
 from grainlaw.results.frames import Frame, FrameClock, take_frame
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
+
+
+def vtu(name: str, number: int) -> str:
+    """The file of one moment of a series."""
+    return f"{name}_{number:04d}.vtu"
 
 
 def _in_space(plane: np.ndarray) -> np.ndarray:
@@ -85,7 +90,7 @@ class VtkSeries:
         return meshio.Mesh(_in_space(points), [("line", lines)], cell_data={name: [row] for name, row in data.items()})
 
     def _add(self, name: str, time: float, mesh: meshio.Mesh) -> None:
-        file = f"{name}_{len(self.entries[name]):04d}.vtu"
+        file = vtu(name, len(self.entries[name]))
         write_atomically(self.folder / file, lambda path: mesh.write(path))
         self.entries[name].append((time, file))
         lines = "\n".join(
@@ -99,14 +104,39 @@ class VtkSeries:
 
 
 class VtkWriter(Observer):
-    """Writes about ``count`` frames of each stage, and more as cracks grow, to a folder while the run goes on."""
+    """Writes about ``count`` frames of each stage, and more as cracks grow, to a folder while the run goes on.
+
+    Where a file cannot be written, or less than ``RESERVE`` bytes are free, it warns (:class:`OutputWarning`) and
+    writes no more: the run goes on.
+    """
 
     def __init__(self, folder: str | os.PathLike[str], count: int = 30) -> None:
         self.folder, self.clock = writable_folder(folder), FrameClock(count)
         self.series: VtkSeries | None = None
+        self.stopped = ""  #: why nothing more is written
 
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
+        if not self.clock.due(state, stage, progress) or self.stopped:
+            return
+        try:
+            check_room(self.folder)
+            self._series(state).write(take_frame(state))
+        except OSError as error:
+            self.stopped = f"no more pictures for ParaView are written to {self.folder}: {error}"
+            warn(self.stopped)
+
+    def _series(self, state: State) -> VtkSeries:
         if self.series is None:
             self.series = VtkSeries(self.folder, state.specimen, state.bonds.ends)
-        if self.clock.due(state, stage, progress):
-            self.series.write(take_frame(state))
+        return self.series
+
+    def save(self) -> dict[str, np.ndarray]:
+        """The moments written, and where the clock stands."""
+        entries = {} if self.series is None else self.series.entries
+        return self.clock.save() | {name: np.array([time for time, _ in each]) for name, each in entries.items()}
+
+    def restore(self, state: State, saved: Mapping[str, np.ndarray]) -> None:
+        """Go on in the same folder; files of moments after the checkpoint are written again."""
+        self.clock.restore(saved)
+        for name, known in self._series(state).entries.items():
+            known[:] = [(time, vtu(name, k)) for k, time in enumerate(saved.get(name, np.zeros(0)).tolist())]

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import attrs
 
 from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
-from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import file_name, writable_folder, write_atomically
@@ -18,6 +17,7 @@ from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.tables import write_curves, write_json
 from grainlaw.runs.parallel import Run, simulate_all
+from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 
 if TYPE_CHECKING:
@@ -33,11 +33,17 @@ TABLE = (
 
 @attrs.frozen(eq=False)
 class Comparison(Mapping[str, Result]):
-    """Results by the name of the law; prints as a table."""
+    """Results by the name of the law; prints as a table.
+
+    The laws whose run failed are in ``failed``, with their errors; to ask for their result raises this error.
+    """
 
     results: dict[str, Result]
+    failed: dict[str, Exception] = attrs.field(factory=dict)
 
     def __getitem__(self, name: str) -> Result:
+        if name in self.failed:
+            raise self.failed[name]
         return self.results[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -52,9 +58,17 @@ class Comparison(Mapping[str, Result]):
         return {name: result.summary for name, result in self.results.items()}
 
     def __str__(self) -> str:
-        rows = [["", *self.results]]
-        rows += [[shown(n).heading, *(shown(n).text(s.get(n)) for s in self.summary.values())] for n in TABLE]
-        return aligned(rows, rule=True)
+        rows = [["", *self.results, *self.failed]]
+        rows += [
+            [
+                shown(n).heading,
+                *(shown(n).text(s.get(n)) for s in self.summary.values()),
+                *("failed" for _ in self.failed),
+            ]
+            for n in TABLE
+        ]
+        reasons = (f"\n{name} failed: {error}" for name, error in self.failed.items())
+        return aligned(rows, rule=True) + "".join(reasons)
 
     def plot(self) -> Figure:
         """Stress-strain curves of all laws. Raises ParameterError for a test that does not record them."""
@@ -71,7 +85,8 @@ class Comparison(Mapping[str, Result]):
         from grainlaw.results.figures.curves import plot_cracks
 
         curves, path = self.plot(), writable_folder(folder)
-        write_json(path / "summary.json", {"laws": self.summary, **(record or {})})
+        failed = {"failed": {name: str(error) for name, error in self.failed.items()}} if self.failed else {}
+        write_json(path / "summary.json", {"laws": self.summary, **failed, **(record or {})})
         write_curves(path / "curves.csv", {name: result.curves for name, result in self.results.items()})
         write_atomically(path / "comparison.png", lambda file: curves.savefig(file, dpi=150))
         for name, result in self.results.items():
@@ -89,26 +104,32 @@ class Comparison(Mapping[str, Result]):
         """Write the laboratory report of all laws as a page of HTML; see :mod:`grainlaw.results.figures.report`."""
         from grainlaw.results.figures.report import write_report
 
-        write_report(self.results, file, title=title, record=record, measures=measures)
+        incomplete = "; ".join(f"{name}: {error}" for name, error in self.failed.items())
+        write_report(self.results, file, title=title, record=record, incomplete=incomplete, measures=measures)
 
 
 def compare(
     specimen: Specimen,
     laws: Mapping[str, Laws],
     protocol: LoadingProtocol,
-    *,
-    threads: int | None = None,
-    observers: Callable[[str], Sequence[Observer]] = lambda name: (),
     **options: Any,
 ) -> Comparison:
     """Put one specimen through one test under several laws, as many at a time as there are ``threads`` (all cores).
 
-    ``observers`` maps the name of a law to the observers of its run; ``options`` go to :func:`simulate`. The results do
-    not depend on ``threads``.
+    ``options`` are those of :func:`~grainlaw.runs.parallel.simulate_all`: ``threads``; ``observers``, which maps the
+    name of a law to the observers of its run; ``checkpoint``, a folder with one for each law, ``restart``,
+    ``overwrite``; and those of :func:`simulate`. The results do not depend on ``threads``. A law whose run fails does
+    not touch the others, see :class:`Comparison`; if all fail, the first error is raised. :class:`Stopped` has the
+    finished laws as its ``result``.
     """
     if not isinstance(laws, Mapping):
         raise ParameterError(f"compare: laws = {laws!r} is not allowed, it must be a mapping from names to laws")
     if not laws:
         raise ParameterError("compare: laws is empty, it must name at least one law")
     runs = {name: Run(specimen, law, protocol) for name, law in laws.items()}
-    return Comparison(simulate_all(runs, threads=threads, observers=observers, **options))
+    try:
+        outcome = simulate_all(runs, **options)
+    except Stopped as stopped:
+        stopped.result = Comparison(stopped.result.results, stopped.result.failed)
+        raise
+    return Comparison(outcome.results, outcome.failed)

@@ -28,3 +28,8 @@ class CurveTable:
     def since(self, first: int) -> dict[str, np.ndarray]:
         """The rows from number ``first`` on."""
         return {name: column[first : self.count] for name, column in self._table.items()}
+
+    def fill(self, curves: Mapping[str, np.ndarray]) -> None:
+        """Take whole columns of equal length in place of all rows."""
+        self._table = {name: np.array(values) for name, values in curves.items()}
+        self.count = len(next(iter(curves.values()), ()))

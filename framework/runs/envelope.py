@@ -12,13 +12,13 @@ import numpy as np
 from scipy.stats import linregress, t
 
 from grainlaw.contact import Laws
-from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import writable_folder, write_atomically
 from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
 from grainlaw.runs.parallel import Run, simulate_all
+from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 
 if TYPE_CHECKING:
@@ -149,14 +149,22 @@ def _line(name: str, x: Sequence[float] | np.ndarray, y: Sequence[float] | np.nd
 
 @attrs.frozen(eq=False)
 class StrengthEnvelope:
-    """Compression tests over confinement, and the criteria fitted to all their peaks."""
+    """Compression tests over confinement, and the criteria fitted to all their peaks; errors of those that failed."""
 
     results: dict[Test, Result]
+    failed: dict[Test, Exception] = attrs.field(factory=dict)
 
     @property
     def peaks(self) -> np.ndarray:
         """(k, 3) seed, confinement (Pa) and peak stress (Pa) of each test."""
-        return np.array([(*test, result.summary["peak_stress"]) for test, result in self.results.items()])
+        return np.array([(*test, result.summary["peak_stress"]) for test, result in self.results.items()]).reshape(
+            -1, 3
+        )
+
+    @property
+    def can_be_fitted(self) -> bool:
+        """Whether tests at two different confinements have come to their end."""
+        return len({confinement for _, confinement in self.results}) > 1
 
     @property
     def mohr_coulomb(self) -> MohrCoulombFit:
@@ -172,21 +180,27 @@ class StrengthEnvelope:
     def summary(self) -> dict[str, Any]:
         """Confinements, their mean peaks, and both fits, by name (SI, angles in degrees)."""
         peaks = self.peaks
-        confinement = np.unique(peaks[:, 1])
+        confinement, fits = np.unique(peaks[:, 1]), {}
+        if self.can_be_fitted:
+            fits = {**attrs.asdict(self.mohr_coulomb), "hoek_brown": attrs.asdict(self.hoek_brown)}
         return {
             "confinement": confinement.tolist(),
             "peak_stress": [float(peaks[peaks[:, 1] == p, 2].mean()) for p in confinement],
-            **attrs.asdict(self.mohr_coulomb),
-            "hoek_brown": attrs.asdict(self.hoek_brown),
+            **fits,
             "tests": [{"seed": seed, "confinement": p, **result.summary} for (seed, p), result in self.results.items()],
+            "failed": [{"seed": seed, "confinement": p, "reason": str(e)} for (seed, p), e in self.failed.items()],
         }
 
     def __str__(self) -> str:
-        line, parabola = self.mohr_coulomb, self.hoek_brown
         rows = [f"{'seed':>4}  {'confinement (MPa)':>17}  {'peak stress (MPa)':>17}  {'strain at peak (%)':>18}"]
         for (seed, confinement), result in self.results.items():
             peak, strain = result.summary["peak_stress"] * 1e-6, result.summary["peak_strain"] * 100
             rows.append(f"{seed:>4}  {confinement * 1e-6:>17g}  {peak:>17.2f}  {strain:>18.4f}")
+        for (seed, confinement), error in self.failed.items():
+            rows.append(f"{seed:>4}  {confinement * 1e-6:>17g}  failed: {error}")
+        if not self.can_be_fitted:
+            return "\n".join([*rows, "", "there are not two different confinements to fit strength criteria to"])
+        line, parabola = self.mohr_coulomb, self.hoek_brown
         rows.append("")
         for name, value, interval, unit in (
             ("slope", line.slope, line.slope_interval, ""),
@@ -206,9 +220,14 @@ class StrengthEnvelope:
         return plot_envelope(self)
 
     def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
-        """Write ``envelope.png`` and ``summary.json``, to which ``record`` is added. Raises OSError where it cannot."""
+        """Write ``summary.json``, to which ``record`` is added, and ``envelope.png``. Raises OSError where it cannot.
+
+        No picture where the tests that are done cannot be fitted.
+        """
         path = writable_folder(folder)
         write_json(path / "summary.json", {**self.summary, **(record or {})})
+        if not self.can_be_fitted:
+            return
         write_atomically(path / "envelope.png", lambda file: self.plot().savefig(file, dpi=150))
 
 
@@ -217,15 +236,14 @@ def strength_envelope(
     law: Laws,
     confinements: Sequence[float],
     test: Callable[[float], LoadingProtocol],
-    *,
-    threads: int | None = None,
-    observers: Callable[[Test], Sequence[Observer]] = lambda key: (),
     **options: Any,
 ) -> StrengthEnvelope:
     """Compress specimens (by seed) under each of the ``confinements`` (Pa), as many at a time as there are ``threads``.
 
     ``test`` makes the protocol of a confinement, such as ``lambda p: BiaxialCompression(confinement=p)``; its summary
-    must have a ``peak_stress``. ``options`` go to :func:`simulate`.
+    must have a ``peak_stress``. ``options`` are those of :func:`compare`; ``observers`` maps a seed and a confinement
+    to the observers of that test. A test that fails does not touch the others. :class:`Stopped` has the finished tests
+    as its ``result``.
     """
     if len(set(confinements)) < 2:
         raise ParameterError(
@@ -238,4 +256,14 @@ def strength_envelope(
         for seed, specimen in specimens.items()
         for p in confinements
     }
-    return StrengthEnvelope(simulate_all(runs, threads=threads, observers=observers, **options))
+    try:
+        outcome = simulate_all(runs, folder=folder_name, **options)
+    except Stopped as stopped:
+        stopped.result = StrengthEnvelope(stopped.result.results, stopped.result.failed)
+        raise
+    return StrengthEnvelope(outcome.results, outcome.failed)
+
+
+def folder_name(test: Test) -> str:
+    """The folder of one test inside that of the envelope."""
+    return f"seed {test[0]}, {test[1] / 1e6:g} MPa"

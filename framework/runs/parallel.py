@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import os
-import threading
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any, TypeVar
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import ExitStack
+from typing import Any, Generic, TypeVar
 
 import attrs
-import numpy as np
 
+from grainlaw.compiler.batch import CompilationError
 from grainlaw.contact import Laws
-from grainlaw.engine.state import State
 from grainlaw.observation import Observer
-from grainlaw.parameter import checked_whole_number
+from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.files import file_name
 from grainlaw.results.result import Result
+from grainlaw.runs.claim import Folder, check_file_names, claimed
+from grainlaw.runs.record import recorded
 from grainlaw.runs.simulation import simulate
+from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Stage
 
 Key = TypeVar("Key", bound=Hashable)
 
@@ -33,19 +35,12 @@ class Run:
     protocol: LoadingProtocol
 
 
-class _Stopped(Exception):
-    """Ends a run whose result is no longer needed."""
+@attrs.frozen(eq=False)
+class Outcome(Generic[Key]):
+    """Results of the runs that came to their end, and the errors of the others, by the keys of the runs."""
 
-
-@attrs.frozen
-class _Stop(Observer):
-    """Ends runs at their next sample once another run has failed."""
-
-    asked: threading.Event = attrs.field(factory=threading.Event)
-
-    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
-        if self.asked.is_set():
-            raise _Stopped
+    results: dict[Key, Result]
+    failed: dict[Key, Exception]
 
 
 def simulate_all(
@@ -53,27 +48,86 @@ def simulate_all(
     *,
     threads: int | None = None,
     observers: Callable[[Key], Sequence[Observer]] = lambda key: (),
+    checkpoint: Folder = None,
+    folder: Callable[[Key], str] = str,
+    restart: bool = False,
+    overwrite: bool = False,
+    stop: Stop | None = None,
     **options: Any,
-) -> dict[Key, Result]:
-    """Results of runs, as many at a time as ``threads`` (all cores); spare threads share a model.
+) -> Outcome[Key]:
+    """Do runs, as many at a time as ``threads`` (all cores); spare threads share a model.
 
-    ``observers`` maps the key of a run to its observers; ``options`` go to :func:`simulate`. The results do not depend
-    on ``threads``. If one run fails, the others are stopped.
+    ``observers`` maps the key of a run to its observers; ``options`` go to :func:`simulate`. In ``checkpoint`` each run
+    has a folder, whose name is given by ``folder``; with ``restart`` those that have finished are not run again. The
+    results do not depend on ``threads``. A run that fails does not touch the others. Raises :class:`ParameterError` and
+    :class:`CompilationError` for a run that is refused, :class:`Stopped`, whose ``result`` is the outcome so far, and
+    the error of the first run if all fail.
     """
+    names = {key: folder(key) for key in runs}
+    check_file_names("runs", names.values())
+    with ExitStack() as stack:
+        inside: Callable[[str], Folder] = lambda name: None  # noqa: E731
+        if checkpoint is not None:
+            claim = stack.enter_context(claimed(checkpoint, restart=restart, overwrite=overwrite))
+            stack.enter_context(recorded(claim.path, {**claim.about, "runs": [file_name(n) for n in names.values()]}))
+            inside = claim.inside
+        folders = {key: inside(name) for key, name in names.items()}
+        return _all(runs, threads, observers, folders, stop or Stop(), options)
+
+
+def _all(
+    runs: Mapping[Key, Run],
+    threads: int | None,
+    observers: Callable[[Key], Sequence[Observer]],
+    folders: Mapping[Key, Folder],
+    stop: Stop,
+    options: Mapping[str, Any],
+) -> Outcome[Key]:
     threads = checked_whole_number("threads", os.cpu_count() or 1 if threads is None else threads, at_least=1)
     workers = min(threads, len(runs))
-    stop = _Stop()
+    kept = any(folder is not None for folder in folders.values())
 
     def one(key: Key) -> Result:
+        stop.check()
         run, share = runs[key], max(1, threads // workers)
-        watchers = [*observers(key), stop]
-        return simulate(run.specimen, run.law, run.protocol, threads=share, observers=watchers, **options)
+        return simulate(
+            run.specimen, run.law, run.protocol, threads=share, observers=observers(key), stop=stop,
+            checkpoint=folders[key], **options,
+        )  # fmt: skip
 
     for run in runs.values():  # made here, once, before threads share it
         _ = run.specimen.mesh, run.specimen.zone_constants, run.specimen.node_masses
-    with ThreadPoolExecutor(workers) as pool:
+    with stop.by_signals(only_interrupt=not kept), ThreadPoolExecutor(workers) as pool:
+        futures = {key: pool.submit(one, key) for key in runs}
         try:
-            return dict(zip(runs, pool.map(one, runs), strict=True))
-        except BaseException:  # Ctrl-C, or one run has failed: stop the others
-            stop.asked.set()
+            _wait(futures.values(), stop)
+        except BaseException:
+            stop.ask("stopped")
             raise
+    return _outcome(futures, stop)
+
+
+def _wait(futures: Any, stop: Stop) -> None:
+    """Wait for all; a run that is refused stops the others. In short waits, between which signals are handled."""
+    left = set(futures)
+    while left:
+        done, left = wait(left, timeout=0.2)
+        for future in done:
+            if isinstance(future.exception(), (ParameterError, CompilationError)):
+                stop.ask("another run was refused")
+
+
+def _outcome(futures: Mapping[Key, Future[Result]], stop: Stop) -> Outcome[Key]:
+    errors = {key: error for key, future in futures.items() if (error := future.exception()) is not None}
+    results = {key: future.result() for key, future in futures.items() if key not in errors}
+    for error in errors.values():
+        if isinstance(error, (ParameterError, CompilationError)):
+            raise error
+    failed = {key: error for key, error in errors.items() if isinstance(error, Exception)}
+    if len(failed) < len(errors):
+        stopped = Stopped(stop.reason, stop.signal)
+        stopped.result = Outcome(results, failed)
+        raise stopped
+    if failed and not results:
+        raise next(iter(failed.values()))
+    return Outcome(results, failed)

@@ -40,7 +40,7 @@ def by_reading():
         for name, law in READINGS.items()
         for seed in samples
     }
-    results = simulate_all(runs, frames=1)
+    results = simulate_all(runs, frames=1).results
     print("| | peak (MPa) | mean | strain at peak (%) | tensile + shear | kinetic | imbalance |")
     print("|---|---|---|---|---|---|---|")
     for name in READINGS:
@@ -62,7 +62,7 @@ def by_evenness():
         (relaxation, law, seed): Run(sample(seed, relaxation), LAWS[law], UniaxialCompression())
         for relaxation in RELAXATIONS for law in ("mohr-coulomb", "cohesive-crack") for seed in (1, 2)
     }  # fmt: skip
-    results = simulate_all(runs, frames=1)
+    results = simulate_all(runs, frames=1).results
     print("\n| `relaxation` | spread of areas | E\\* (GPa) | Mohr-Coulomb peak (MPa) | cohesive crack peak (MPa) |")
     print("|---|---|---|---|---|")
     for relaxation in RELAXATIONS:

@@ -74,7 +74,7 @@ def load(seeds):
         )
         for name in LOADED for damping in DAMPINGS for seed in seeds
     }  # fmt: skip
-    results = simulate_all(runs, frames=20)
+    results = simulate_all(runs, frames=20).results
     print("\n| law | damping | peak (MPa) | mean | kinetic ratio | imbalance | energy made |")
     print("|---|---|---|---|---|---|---|")
     for name in LOADED:

@@ -52,7 +52,7 @@ def tested(test, laws, seeds, scattered):
         for seed, sample in samples.items():
             runs[name, seed, 1.0] = Run(sample, scattered(LAWS[name], sample), TESTS[test])
         runs[name, seeds[0], 0.5] = attrs.evolve(runs[name, seeds[0], 1.0], protocol=slow)
-    results = simulate_all(runs)
+    results = simulate_all(runs).results
     for (law, seed, factor), result in results.items():
         s = result.summary
         change = f"{(s['peak_stress'] / results[law, seed, 1.0].summary['peak_stress'] - 1) * 100:+.1f} %"

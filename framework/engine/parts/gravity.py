@@ -22,7 +22,7 @@ class GravityArrays(NamedTuple):
 class GravityBooks(NamedTuple):
     """What is recorded between stages."""
 
-    since: Constant  #: (r, n) m, displacement from which the work of the present stage counts
+    since: Changing  #: (r, n) m, displacement from which the work of the present stage counts
     done: Changing  #: (1,) J, in earlier stages
 
 

@@ -1,0 +1,129 @@
+"""Checkpoints: a run between two samples as one file, from which it goes on with the same bits."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.engine.state import Saved
+from grainlaw.integration import Integrator, Motion
+from grainlaw.observation import Observer
+from grainlaw.parameter import ParameterError
+from grainlaw.results.files import write_atomically
+
+FORMAT = 1  #: raise when a checkpoint of before could not be read any more
+
+Arrays = dict[str, np.ndarray]
+
+
+@attrs.frozen(eq=False)
+class Moment:
+    """A run between two samples: what it needs, beside its specimen, law and protocol, to go on from there."""
+
+    state: Saved
+    integrator: Integrator
+    before: Motion | None  #: the motion that the integrator has seen last
+    numbers: dict[str, Any]  #: counters of the run and what governs the time step, by name
+
+
+@attrs.frozen(eq=False)
+class Checkpoint:
+    """What is in a file; the integrator as its numbers."""
+
+    key: str  #: of all that decides the results of the run
+    made_with: dict[str, Any]  #: versions and processor
+    state: Saved
+    integrator: dict[str, Any]
+    before: Motion | None
+    numbers: dict[str, Any]
+    curves: Arrays
+    observers: list[tuple[str, Arrays]]  #: class and record of each
+
+    def moment(self, integrator: Integrator) -> Moment:
+        """The moment, with the integrator of its stage."""
+        return Moment(self.state, with_numbers(integrator, self.integrator), self.before, self.numbers)
+
+
+def save(
+    file: Path, key: str, made_with: Mapping[str, Any], moment: Moment, curves: Mapping[str, np.ndarray],
+    observers: Sequence[Observer],
+) -> None:  # fmt: skip
+    """Write a checkpoint, an uncompressed .npz without pickled objects. Raises OSError."""
+    arrays: Arrays = {f"curves/{name}": values for name, values in curves.items()}
+    for part, rows in moment.state.items():
+        arrays |= {f"state/{part}/{name}": row for name, row in rows.items()}
+    if moment.before is not None:
+        arrays |= {f"before/{name}": row for name, row in attrs.asdict(moment.before, recurse=False).items()}
+    for k, observer in enumerate(observers):
+        arrays |= {f"observers/{k}/{name}": row for name, row in observer.save().items()}
+    about = {
+        "format": FORMAT, "key": key, "made_with": made_with, "numbers": moment.numbers,
+        "integrator": numbers_of(moment.integrator), "observers": [type(each).__name__ for each in observers],
+    }  # fmt: skip
+    arrays["about"] = np.array(json.dumps(about, default=float))
+    write_atomically(file, lambda path: _write(path, arrays))
+
+
+def _write(path: Path, arrays: Arrays) -> None:
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+def load(file: Path) -> Checkpoint:
+    """Read a checkpoint. Raises :class:`ParameterError` for a file that is none, OSError."""
+    try:
+        with np.load(file, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        about = json.loads(str(arrays.pop("about")))
+    except OSError:
+        raise
+    except Exception as error:
+        raise ParameterError(f"{file} is no checkpoint that can be read: {error}") from None
+    if about["format"] != FORMAT:
+        raise ParameterError(f"{file} has the format {about['format']}; this version of grainlaw reads {FORMAT}")
+    state: Saved = {}
+    for name, row in _below("state", arrays).items():
+        part, _, field = name.partition("/")
+        state.setdefault(part, {})[field] = row
+    before = _below("before", arrays)
+    return Checkpoint(
+        key=about["key"], made_with=about["made_with"], state=state, integrator=about["integrator"],
+        before=Motion(**before) if before else None, numbers=about["numbers"], curves=_below("curves", arrays),
+        observers=[(name, _below(f"observers/{k}", arrays)) for k, name in enumerate(about["observers"])],
+    )  # fmt: skip
+
+
+def _below(place: str, arrays: Arrays) -> Arrays:
+    """The arrays whose names begin with a place, by the rest of their names."""
+    return {name.removeprefix(f"{place}/"): row for name, row in arrays.items() if name.startswith(f"{place}/")}
+
+
+def numbers_of(component: Any) -> dict[str, Any]:
+    """The numbers of a component and of its parts, by name, with the names of their classes."""
+    found: dict[str, Any] = {"type": type(component).__qualname__}
+    for field in attrs.fields(type(component)):
+        value = getattr(component, field.name)
+        if attrs.has(type(value)):
+            found[field.name] = numbers_of(value)
+        elif isinstance(value, (int, float)):
+            found[field.name] = value
+    return found
+
+
+def with_numbers(component: Any, numbers: Mapping[str, Any]) -> Any:
+    """The same component with other numbers. Raises :class:`ParameterError` for one of another class."""
+    kind = type(component).__qualname__
+    if numbers["type"] != kind:
+        raise ParameterError(f"the checkpoint has a {numbers['type']} where the run has a {kind}")
+    values = {}
+    for field in attrs.fields(type(component)):
+        if field.init and field.name in numbers:
+            own = getattr(component, field.name)
+            given = numbers[field.name]
+            values[field.alias] = with_numbers(own, given) if isinstance(given, Mapping) else given
+    return attrs.evolve(component, **values)

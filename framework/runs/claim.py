@@ -1,0 +1,122 @@
+"""The claim of a run to a folder: locked while it runs, refused where another run's files are."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import attrs
+from filelock import FileLock, Timeout
+
+from grainlaw.parameter import ParameterError
+from grainlaw.results.files import file_name, writable_folder
+
+RUN, CHECKPOINT, FRAMES, LOCK = "run.json", "checkpoint.npz", "frames", ".grainlaw.lock"
+
+#: what runs write to their folders, and --overwrite removes
+WRITTEN = (
+    RUN, CHECKPOINT, f"{FRAMES}/*.npz", "config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html",
+    "comparison.png", "envelope.png", "cracks_*.png", "law_files/*",
+    *(f"{name}{end}" for name in ("grains", "cracks", "contacts") for end in (".pvd", "_*.vtu")),
+)  # fmt: skip
+
+
+@attrs.frozen
+class Claim:
+    """A folder that is a run's own; ``about`` is what a command adds to the record of the run."""
+
+    path: Path
+    restart: bool = False  #: whether to go on with the run that the folder holds
+    about: dict[str, Any] = attrs.field(factory=dict)
+
+    def inside(self, name: str) -> Claim:
+        """A folder in this one, for one run of several. Raises OSError."""
+        return Claim(writable_folder(self.path / file_name(name)), self.restart)
+
+
+Folder = str | os.PathLike[str] | Claim | None
+
+
+def check_file_names(where: str, names: Iterable[str]) -> None:
+    """Refuse names that would share a folder. Raises :class:`ParameterError`."""
+    known: dict[str, str] = {}
+    for name in names:
+        folder = file_name(name).lower()  # some file systems know no capital letters
+        if folder in known or not folder.strip(". "):
+            other = f": '{known[folder]}' would have the same folder" if folder in known else ""
+            raise ParameterError(f"{where}: '{name}' is not allowed as a name{other}")
+        known[folder] = name
+
+
+@contextmanager
+def claimed(
+    folder: str | os.PathLike[str] | Claim,
+    *,
+    restart: bool = False,
+    overwrite: bool = False,
+    about: Mapping[str, Any] | None = None,
+) -> Iterator[Claim]:
+    """A folder that is this run's own for as long as the context lasts; one that is already stays so.
+
+    Raises :class:`ParameterError` where another process writes to it, or where it holds a run and neither ``restart``
+    nor ``overwrite`` is asked for; OSError where it cannot be written.
+    """
+    if restart and overwrite:
+        raise ParameterError("restart and overwrite are not allowed together: go on with a run, or begin anew")
+    if isinstance(folder, Claim):
+        yield folder
+        return
+    path = writable_folder(folder)
+    lock = FileLock(path / LOCK)
+    try:
+        lock.acquire(blocking=False)
+    except Timeout:
+        raise ParameterError(f"the folder '{path}' is in use: another run writes to it now") from None
+    try:
+        if overwrite:
+            clear(path)
+        elif (path / RUN).exists() and not restart:
+            raise ParameterError(
+                f"the folder '{path}' holds a run ({described(path)}): choose another folder, go on with that run "
+                "(--restart), or replace it (--overwrite)"
+            )
+        yield Claim(path, restart, dict(about or {}))
+    finally:
+        lock.release()
+
+
+def clear(folder: Path) -> None:
+    """Remove what a run has written to a folder, and to those in it that hold runs; other files stay."""
+    if not (folder / RUN).exists():
+        return
+    for inner in sorted(folder.iterdir()):
+        if inner.is_dir() and (inner / RUN).exists():
+            clear(inner)
+    for pattern in sorted(WRITTEN, key=lambda name: name == RUN):  # the record last: it says that this is a run
+        for file in folder.glob(pattern):
+            file.unlink()
+    for name in (FRAMES, "law_files"):
+        if (folder / name).is_dir() and not any((folder / name).iterdir()):
+            (folder / name).rmdir()
+
+
+def tidy(folder: Path) -> None:
+    """Remove the checkpoint and the frames of a run that has come to its end."""
+    for pattern in (CHECKPOINT, f"{FRAMES}/*.npz"):
+        for file in folder.glob(pattern):
+            file.unlink()
+    if (folder / FRAMES).is_dir():
+        (folder / FRAMES).rmdir()
+
+
+def described(folder: Path) -> str:
+    """What the record of a folder says about its run, in some words."""
+    try:
+        record = json.loads((folder / RUN).read_text(encoding="utf-8"))
+        return f"of {record['started'][:16].replace('T', ' ')}, {record['status']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "whose record cannot be read"

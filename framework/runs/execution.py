@@ -1,0 +1,292 @@
+"""One run on its way through the stages of a test: steps, samples, checks, and what is kept of them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.columns import ENERGY, SPENT, SUPPLIED
+from grainlaw.compiler.batch import Compiled, compile_integrator
+from grainlaw.contact import Laws
+from grainlaw.engine.diagnosis import fastest, first_fault
+from grainlaw.engine.ledger import energies, motion, unbalanced
+from grainlaw.engine.stable_step import StableStep
+from grainlaw.engine.state import State
+from grainlaw.engine.stepping import InstabilityError, advance
+from grainlaw.integration import Integrator, Motion
+from grainlaw.observation import Observer
+from grainlaw.parameter import ParameterError
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
+from grainlaw.results.result import Result
+from grainlaw.runs.checkpoint import Checkpoint, Moment
+from grainlaw.runs.curve_table import CurveTable
+from grainlaw.runs.run_folder import RunFolder
+from grainlaw.runs.stopping import Stop, Stopped
+from grainlaw.stage import Drive, Stage, StageError
+
+CALL = 4_000_000  #: zones times steps of one call of the engine: some tenths of a second, the delay of Ctrl-C
+ROUNDING = 1e-9  #: of kinetic energy, and of gravity's work over the size of the specimen: no run is judged by less
+TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
+
+
+@attrs.define(kw_only=True)
+class Counters:
+    """Where a run stands, and what governs its time step."""
+
+    stage: int = 0  #: its number
+    first_sample: int = 0  #: of the stage
+    first_step: int = 0  #: of the stage
+    next_adapt: int = 0  #: step since the stage began
+    halts: int = 0
+    supplied: float = 1e-300  #: J, largest external work so far, or that of giving all grains the platens' speed
+    seconds: float = 0.0  #: in the time loop
+    finished: bool = False
+
+
+class Execution:
+    """One run: the state, and what takes it through the stages."""
+
+    def __init__(
+        self,
+        state: State,
+        law: Laws,
+        protocol: LoadingProtocol,
+        stages: Sequence[Stage],
+        *,
+        threads: int,
+        factor: float,
+        scaling: float,
+        observers: Sequence[Observer],
+        frames: int,
+        stop: Stop,
+        folder: RunFolder | None,
+    ) -> None:
+        self.state, self.law, self.protocol, self.stages = state, law, protocol, stages
+        self.threads, self.factor, self.stop, self.folder = threads, factor, stop, folder
+        self.recorder, self.observers = FrameRecorder(FrameClock(frames)), list(observers)
+        self.columns, self.at = CurveTable(), Counters()
+        self.integrator: Integrator = stages[0].integrator
+        self.before: Motion | None = None  #: the motion that the integrator has seen last
+        self.compiled: tuple[Integrator, Compiled] | None = None  #: the integrator of the last steps
+        self.most_steps = max(1, CALL // len(state.mesh.zones))
+        self.stability = StableStep(state, scaling)
+        self.goes_on = False  #: in a stage that began before a checkpoint
+
+    # --- stages ------------------------------------------------------------------------------------------------------
+
+    def go(self) -> Result:
+        """Run to the end. Errors hold the result so far in ``result``."""
+        try:
+            while not self.at.finished:
+                self._run_stage()
+            self._save(self.moment())
+        except (StageError, InstabilityError, Stopped) as error:
+            error.result = self._result()
+            raise
+        return self._result()
+
+    def _run_stage(self) -> None:
+        stage, state = self.stages[self.at.stage], self.state
+        if not self.goes_on:
+            self._begin(stage)
+        self.goes_on = False
+        self._steps(0)  # compiles, so that the clock measures the time loop alone
+        while self.columns.count - self.at.first_sample < stage.sample_limit:
+            moment = self.moment()
+            steps = max(1, round(stage.interval / state.time_step))
+            start = time.perf_counter()
+            try:
+                self._advance(stage, steps)
+            except Stopped:
+                self._return_to(moment)
+                self._save(moment)
+                raise
+            self.at.seconds += time.perf_counter() - start
+            with np.errstate(all="ignore"):  # the check finds numbers that are not finite
+                found = energies(state)
+            self._check(found, moment, stage, steps)
+            self._record(found)
+            if self._observe(stage) >= 1:
+                self._end_stage()
+                return
+            if self.folder is not None and self.folder.checkpoint_is_due():
+                self._save(self.moment())
+        raise StageError(
+            f"stage '{stage.name}' did not end within {stage.sample_limit} samples; it waits for {list(stage.until)}"
+        )
+
+    def _begin(self, stage: Stage) -> None:
+        state, at = self.state, self.at
+        state.begin(stage)
+        fastest = max((abs(drive.speed) for drive in stage.drives if isinstance(drive, Drive)), default=0.0)
+        size = float(np.hypot(*np.ptp(state.mesh.nodes, axis=0)))
+        rounding = ROUNDING * size * float(np.abs(state.gravity.arrays.weight).sum())
+        at.supplied = max(at.supplied, 0.5 * float(state.freedoms.arrays.mass[0].sum()) * fastest**2, rounding)
+        self.integrator, self.before = stage.integrator, None
+        state.time_step = self._time_step(stage)
+        state.take_back_half_a_step_of_gravity()
+        at.first_sample, at.first_step, at.next_adapt, at.halts = self.columns.count, state.steps, 0, 0
+
+    def _observe(self, stage: Stage) -> float:
+        """Show the sample to all observers; returns the share of the stage that is done."""
+        curves = self.columns.since(self.at.first_sample)
+        progress = max(condition.progress(curves) for condition in stage.until)
+        if self.folder is not None:  # curves before pictures, which take more room
+            self.folder.sample(self.columns.since(0), self.state)
+        for observer in (self.recorder, *self.observers):
+            observer.observe(self.state, curves, stage, min(progress, 1.0))
+        if self.folder is not None:
+            self.folder.keep(self.recorder.frames)
+            if self.folder.summary_is_due():
+                self.folder.summarize(self._summary_so_far(), "running")
+        return progress
+
+    def _end_stage(self) -> None:
+        if self.at.stage == len(self.stages) - 1:
+            self.at.finished = True
+        else:
+            self.at.stage += 1
+
+    def _time_step(self, stage: Stage) -> float:
+        step = self.factor * self.stability.step(self.integrator)
+        return step if math.isfinite(step) else stage.interval
+
+    def _advance(self, stage: Stage, steps: int) -> None:
+        """Do ``steps``; integrator and time step change at steps counted from the stage's start, not at samples."""
+        state, at = self.state, self.at
+        end, look = state.steps + steps, self.stability.look
+        while state.steps < end:
+            self.stop.check()
+            since = state.steps - at.first_step
+            if since and since % look == 0 and self.stability.has_changed():
+                state.time_step = self._time_step(stage)
+            burst = self.integrator.burst
+            if burst and since >= at.next_adapt:
+                now = state.motion()
+                (self.integrator, halt), self.before = self.integrator.adapt(now, self.before), now
+                # With bursts of equal length a mode of that period would be seen at rest every time.
+                at.next_adapt = since + burst + at.halts % burst // 2
+                if halt:
+                    at.halts += 1
+                    self.before = attrs.evolve(now, velocity=np.zeros_like(now.velocity))
+                    state.stop()
+                    self._steps(1)
+                    state.start_from_rest(now.velocity)
+                    continue
+            pause = at.next_adapt - since if self.integrator.burst else look
+            self._steps(min(pause, look - since % look, self.most_steps, end - state.steps))
+
+    def _steps(self, steps: int) -> None:
+        if self.compiled is None or self.compiled[0] is not self.integrator:
+            self.compiled = self.integrator, compile_integrator(self.integrator)
+        advance(self.state, self.compiled[1], steps, threads=self.threads)
+
+    def _record(self, energies: dict[str, float]) -> None:
+        state = self.state
+        state.note_breaks()
+        row = {"time": state.time, "step": state.steps, "stage": self.at.stage, **self.protocol.measure(state)}
+        row |= {
+            "tensile_cracks": int(np.sum(state.broken_mode < 0.5)),
+            "shear_cracks": int(np.sum(state.broken_mode >= 0.5)),
+            "damaged": int(np.count_nonzero(state.memory("damage") > 0)),
+            "unbalanced": unbalanced(state),
+            "motion": motion(state, energies),
+        }
+        row |= {ENERGY + kind: value for kind, value in energies.items()}
+        self.columns.append(row)
+        state.new_sample()
+
+    # --- checkpoints -------------------------------------------------------------------------------------------------
+
+    def moment(self) -> Moment:
+        """All that the run needs to go on from here; copies."""
+        state, stability = self.state, self.stability
+        numbers = attrs.asdict(self.at) | {
+            "time_step": state.time_step, "began": state.began, "samples": self.columns.count,
+            "frames": len(self.recorder.frames), "allowed": stability.allowed, "touching": stability.touching,
+            "frequency": stability.frequency,
+            "clock": {name: row.tolist() for name, row in self.recorder.clock.save().items()},
+        }  # fmt: skip
+        return Moment(state.save(), self.integrator, self.before, numbers)
+
+    def _save(self, moment: Moment) -> None:
+        """Write a checkpoint. No observer may have seen a later moment."""
+        if self.folder is not None:
+            count = moment.numbers["samples"]
+            curves = {name: values[:count] for name, values in self.columns.since(0).items()}
+            self.folder.checkpoint(moment, curves, self.observers)
+
+    def go_on_from(self, found: Checkpoint) -> None:
+        """Take up a run, in a state that has just been made, where a checkpoint was written."""
+        state, numbers = self.state, found.numbers
+        self.at = Counters(**{field.name: numbers[field.name] for field in attrs.fields(Counters)})
+        stage = self.stages[self.at.stage]
+        state.begin(stage)
+        state.began, state.time_step = numbers["began"], numbers["time_step"]
+        for name in ("allowed", "touching", "frequency"):
+            setattr(self.stability, name, numbers[name])
+        self._return_to(found.moment(stage.integrator))
+        self.columns.fill(found.curves)
+        names = [name for name, _ in found.observers]
+        if names != [type(observer).__name__ for observer in self.observers]:
+            raise ParameterError(f"simulate: observers must be those of the run before, {', '.join(names) or 'none'}")
+        for observer, (_, saved) in zip(self.observers, found.observers, strict=True):
+            observer.restore(state, saved)
+        assert self.folder is not None
+        self.recorder.clock.restore(numbers["clock"])
+        self.recorder.frames = self.folder.frames(numbers["frames"])
+        self.goes_on = True
+
+    def _return_to(self, moment: Moment) -> None:
+        self.state.restore(moment.state)
+        self.integrator, self.before = moment.integrator, moment.before
+
+    # --- failure -----------------------------------------------------------------------------------------------------
+
+    def _check(self, energy: dict[str, float], moment: Moment, stage: Stage, steps: int) -> None:
+        moving = self.state.kinetic_energy + abs(float(self.state.freedoms.books.given[0]))
+        self.at.supplied = max(self.at.supplied, abs(energy[SUPPLIED]), ROUNDING * moving)
+        gap = abs(energy[SUPPLIED] - sum(energy[kind] for kind in SPENT))
+        if gap <= TOLERATED_GAP * self.at.supplied and np.isfinite(list(energy.values())).all():
+            return
+        with np.errstate(all="ignore"):
+            error = InstabilityError(self._explain(moment, stage, steps))
+        self.state.restore(moment.state)  # the result ends with the last moment before
+        raise error
+
+    def _explain(self, moment: Moment, stage: Stage, steps: int) -> str:
+        """Replay the chunk step by step to find where it went wrong."""
+        state = self.state
+        state.restore(moment.state)
+        for _ in range(steps):
+            self._steps(1)
+            if place := first_fault(state):
+                break
+        else:
+            place = fastest(state)
+        return f"the run became unstable at step {state.steps} (t = {state.time:.4g} s, stage '{stage.name}'): {place}"
+
+    def _result(self) -> Result:
+        if self.folder is not None and self.columns.count:
+            self.folder.sample(self.columns.since(0), self.state, last=True)
+        frames = self.recorder.frames
+        if not frames or frames[-1].time < self.state.time:
+            frames.append(take_frame(self.state))
+        return self._result_with(frames)
+
+    def _result_with(self, frames: list[Frame]) -> Result:
+        curves, seconds = self.columns.since(0), self.at.seconds
+        return Result.from_run(self.state, self.law, self.protocol, curves, frames, seconds)
+
+    def _summary_so_far(self) -> dict[str, Any]:
+        """Properties as far as the test has got; none where it has not got far enough for them."""
+        try:
+            return self._result_with(self.recorder.frames).summary
+        except Exception:  # a user's summary need not expect half a test
+            return {}

@@ -1,0 +1,250 @@
+"""The record of a run: what it was made of, with what, and the key of all that decides its results."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import hashlib
+import json
+import linecache
+import os
+import platform
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from datetime import datetime
+from importlib.metadata import version
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any
+
+import attrs
+import numpy as np
+
+import grainlaw
+from grainlaw.compiler.batch import compile_law
+from grainlaw.compiler.numba_private import processor
+from grainlaw.contact import Laws
+from grainlaw.engine.stepping import InstabilityError
+from grainlaw.parameter import ParameterError, parameters
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.files import warn, without_nan
+from grainlaw.results.tables import write_json
+from grainlaw.runs.claim import RUN
+from grainlaw.runs.stopping import Stopped
+from grainlaw.specimen import Specimen
+from grainlaw.stage import StageError
+from grainlaw.tessellation import Tessellation
+
+FORMAT = 1  #: raise when the same run would get another key
+LONGEST = 100  #: entries of an array that a record lists; of a longer one it has size, range and hash
+PACKAGES = ("grainlaw", "numpy", "scipy", "numba", "llvmlite", "meshio", "attrs")
+#: rooms of the package that decide no result
+SHOWN_ONLY = ("cli/", "workbench/", "results/figures/")
+COMPONENTS = ("laws", "geometry", "protocols")  #: packages that need not be loaded
+
+
+def versions() -> dict[str, str]:
+    """Of Python and of the packages that results depend on."""
+    return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
+
+
+def made_with() -> dict[str, Any]:
+    """Versions, system and processor: what decides the last digits of a result."""
+    name, features = processor()
+    return {
+        "versions": versions(),
+        "platform": platform.platform(),
+        "processor": name,
+        "processor_features": features,
+        "environment": {key: os.environ[key] for key in sorted(os.environ) if key.startswith(("NUMBA_", "GRAINLAW_"))},
+    }
+
+
+@functools.cache
+def revision() -> str:
+    """The commit of the checkout that grainlaw runs from, with "+" if files were changed since; empty for a package."""
+    folder = Path(str(grainlaw.__file__)).resolve().parent.parent
+    if not (folder / ".git").exists():
+        return ""
+    try:
+        run = functools.partial(subprocess.run, cwd=folder, capture_output=True, text=True, timeout=10, check=True)
+        commit = run(["git", "rev-parse", "--short=12", "HEAD"]).stdout.strip()
+        changed = run(["git", "status", "--porcelain", "--untracked-files=no"]).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return commit + ("+" if changed else "")
+
+
+@functools.cache
+def engine_hash() -> str:
+    """Hash of the sources of grainlaw that decide results."""
+    hasher = hashlib.sha256()
+    for name, file in sorted(_sources().items()):
+        hasher.update(f"{name} ".encode())
+        hasher.update(file.read_bytes())
+    return hasher.hexdigest()
+
+
+def _sources() -> dict[str, Path]:
+    """Files by their place in the package, which is the same wherever it is installed."""
+    places = {"": grainlaw, **{f"{name}/": sys.modules.get(f"grainlaw.{name}") for name in COMPONENTS}}
+    found = {}
+    for place, module in places.items():
+        folder = Path(str(module.__file__)).parent if module else Path()
+        for file in folder.rglob("*.py") if module else ():
+            name = place + file.relative_to(folder).as_posix()
+            if not name.startswith(SHOWN_ONLY):
+                found[name] = file
+    return found
+
+
+def described(component: Any) -> dict[str, Any]:
+    """A component's type and parameters; laws or materials by phase as a mapping of them."""
+    if isinstance(component, Mapping):
+        return {str(key): described(entry) for key, entry in component.items()}
+    return {"type": type(component).__name__, **_short(parameters(component))}
+
+
+def _short(value: Any) -> Any:
+    """The same, with long arrays as their size, range and hash."""
+    if isinstance(value, Mapping):
+        return {key: _short(entry) for key, entry in value.items()}
+    if not isinstance(value, list):
+        return value
+    if len(value) <= LONGEST:
+        return [_short(entry) for entry in value]
+    array = np.asarray(value, dtype=float)
+    least, most = float(array.min()), float(array.max())
+    return {"count": len(array), "least": least, "most": most, "sha256": hashlib.sha256(array.tobytes()).hexdigest()}
+
+
+def grains_hash(grains: Tessellation) -> str:
+    """Hash of the polygons, their phases and bodies."""
+    hasher = hashlib.sha256()
+    for name in ("vertices", "corners", "first", "phase", "body", "loose"):
+        array = np.ascontiguousarray(getattr(grains, name))
+        hasher.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        hasher.update(array.tobytes())
+    return hasher.hexdigest()
+
+
+def _specimen(specimen: Specimen) -> dict[str, Any]:
+    grains = specimen.grains
+    return {
+        "grains": {
+            "count": grains.count,
+            "sha256": grains_hash(grains),
+            "boundaries": sorted(specimen.mesh.boundaries),
+        },
+        "material": described(specimen.material),
+        "contact_points": described(specimen.contact_points),
+        "refinement": specimen.refinement,
+    }
+
+
+def of_run(specimen: Specimen, law: Laws, protocol: LoadingProtocol, options: Mapping[str, Any]) -> dict[str, Any]:
+    """What decides the results of a run, and their ``key``: its SHA-256.
+
+    The law counts with its fingerprint, that of its compiled code: a law whose comments are edited is the same. Other
+    components that are not grainlaw's count with the text of their source.
+    """
+    components = [law, protocol, specimen.contact_points, *options.values()]
+    content = {
+        "format": FORMAT,
+        "engine": {"version": version("grainlaw"), "sources": engine_hash()},
+        "specimen": _specimen(specimen),
+        "law": described(law) | {"fingerprint": fingerprints(law)},
+        "protocol": described(protocol),
+        "options": {name: described(value) if attrs.has(type(value)) else value for name, value in options.items()},
+        "sources": {name: source["sha256"] for name, source in own_sources(*components[1:]).items()},
+    }
+    text = json.dumps(without_nan(content), sort_keys=True, default=repr)
+    key = hashlib.sha256(text.encode()).hexdigest()
+    return {"key": key, **content, "sources": own_sources(*components)}
+
+
+def fingerprints(law: Laws) -> Any:
+    """The fingerprint of a law's code, or those of several by their phases."""
+    if isinstance(law, Mapping):
+        return {str(phases): fingerprints(each) for phases, each in law.items()}
+    return compile_law(law, _points(law)).key
+
+
+def _points(law: Any) -> int:
+    """How many contact points the arrays of a law are for."""
+    for field in attrs.fields(type(law)):
+        value = getattr(law, field.name)
+        if isinstance(value, np.ndarray):
+            return len(value)
+        if attrs.has(type(value)) and (count := _points(value)) > 1:
+            return count
+    return 1
+
+
+def own_sources(*components: Any) -> dict[str, dict[str, str]]:
+    """File, text and hash of the classes of the user's own among components and their parts, by class."""
+    found: dict[str, dict[str, str]] = {}
+    for kind in dict.fromkeys(kind for component in components for kind in _kinds(component)):
+        if kind.__module__.split(".")[0] == "grainlaw" or not attrs.has(kind):
+            continue
+        file, text = _source(kind)
+        digest = hashlib.sha256(text.encode()).hexdigest()
+        found[kind.__qualname__] = {"file": file, "sha256": digest, "source": text}
+    return found
+
+
+def _source(kind: type) -> tuple[str, str]:
+    """File and text of a class, by the code of its methods: the file of a law need not be a loaded module."""
+    codes = [entry.__code__ for entry in vars(kind).values() if isinstance(entry, FunctionType)]
+    for file in dict.fromkeys(code.co_filename for code in codes if not code.co_filename.startswith("<attrs")):
+        text = "".join(linecache.getlines(file))
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.ClassDef) and node.name == kind.__name__:
+                first = min((decorator.lineno for decorator in node.decorator_list), default=node.lineno)
+                return file, "\n".join(text.splitlines()[first - 1 : node.end_lineno]) + "\n"
+    return "", ""
+
+
+def _kinds(component: Any) -> Iterator[type]:
+    if isinstance(component, Mapping):
+        for entry in component.values():
+            yield from _kinds(entry)
+    elif attrs.has(type(component)):
+        yield type(component)
+        for field in attrs.fields(type(component)):
+            yield from _kinds(getattr(component, field.name))
+
+
+@contextmanager
+def recorded(folder: Path, content: Mapping[str, Any]) -> Iterator[None]:
+    """Keep ``run.json`` in a folder: at first as running, in the end with how the run ended and what it took.
+
+    Where the file cannot be written at the end it warns (:class:`~grainlaw.results.files.OutputWarning`).
+    """
+    main: ModuleType | None = sys.modules.get("__main__")
+    record = {
+        "status": "running",
+        "started": datetime.now().isoformat(timespec="seconds"),
+        "program": [str(getattr(main, "__file__", None) or "interactive"), *sys.argv[1:]],
+        "grainlaw": {"version": version("grainlaw"), "revision": revision()},
+        "made_with": made_with(),
+        **content,
+    }
+    write_json(folder / RUN, record)
+    began = time.monotonic()
+    try:
+        yield
+        record["status"] = "finished"
+    except BaseException as error:
+        known = isinstance(error, (StageError, InstabilityError, Stopped, ParameterError, OSError))
+        record["status"] = str(error) if known else f"{type(error).__name__}: {error}"
+        raise
+    finally:
+        record["duration"] = time.monotonic() - began
+        try:
+            write_json(folder / RUN, record)
+        except OSError as error:
+            warn(f"{folder / RUN} cannot be written: {error}")
