@@ -201,7 +201,8 @@ def atomic_store():
 
 
 PIECES = {
-    "VERSIONS": versions, "processor": processor, "FOLDERS": folders, "NumbaError": numba_error, "python_function": python_function,
+    "VERSIONS": versions, "processor": processor,
+    "FOLDERS": folders, "NumbaError": numba_error, "python_function": python_function,
     "definition": definition, "compile_for": compile_for, "return_type": return_type, "address_of": address_of,
     "is_number": is_number,
     "is_tuple_of_numbers": is_tuple_of_numbers, "named_tuple_method": named_tuple_method, "DiskCache": disk_cache,

@@ -1,0 +1,195 @@
+"""A run that is stopped at any moment goes on from its checkpoint with the same bits as one that never stopped."""
+
+import shutil
+
+import numpy as np
+import pytest
+from bodies import RIGID, box, turned
+from support import STRONG, small_sample
+from test_determinism import PAIRS, SOFT, several_minerals, varied
+
+import grainlaw as gl
+from grainlaw.geometry import Bricks, rectangle, together
+from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, MunjizaJoint
+from grainlaw.protocols import BiaxialCompression, Cyclic, DirectShear, FreeMotion, UniaxialCompression, UniaxialTension
+from grainlaw.results.vtk import VtkWriter
+from grainlaw.runs import execution
+from grainlaw.runs.stopping import Stop, Stopped
+from grainlaw.units import MPa, mm
+
+WEAK = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
+CRUSH = UniaxialCompression(speed=1.0, maximum_strain=0.01, samples=40, stop_fraction=0)
+PULL = UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=25, stop_fraction=0)
+BLOCKS = gl.Specimen(Bricks(rows=2, columns=1).tessellate(rectangle(20 * mm, 4 * mm)), SOFT)
+PILE = gl.Specimen(
+    together(
+        box(4, 1, -2, -1, "floor"), *(turned(0.5, 0.5, 20 * k, (0.3 * k, 0.28 + 0.6 * k), f"b{k}") for k in range(3))
+    ),
+    RIGID,
+)
+SHEAR = DirectShear(
+    normal_stress=5 * MPa, speed=0.1, normal_stiffness=1e11, maximum_slip=20e-6, resolution=4e-7, reverse_to=0
+)
+JOINT = MunjizaJoint(**STRONG, mode_i_energy=20, mode_ii_energy=40, closure=BandisClosure(maximum_closure=5e-6))
+
+#: specimen, law, test, options; what each is for
+CASES = {
+    "contacts after failure": (small_sample(), WEAK, CRUSH, {}),
+    "rigid grains": (small_sample(material=gl.Rigid(density=3100)), WEAK, PULL, {}),
+    "adaptive relaxation": (small_sample(), WEAK, PULL, {"integrator": gl.DynamicRelaxation()}),
+    "pressure": (
+        small_sample(), WEAK, BiaxialCompression(confinement=2 * MPa, speed=0.5, maximum_strain=0.003, samples=30), {},
+    ),
+    "servo": (BLOCKS, JOINT, SHEAR, {}),
+    "gravity, contacts, halts": (
+        PILE, Friction(kn=1e9, ks=1e9, friction_angle=30),
+        FreeMotion(duration=0.3, settle=0.2, gravity=(0.0, -9.81), fixed=[0], samples=30), {},
+    ),
+    "a closure that stiffens": (small_sample(), JOINT, CRUSH, {"detection": gl.Detection(damping=0.2)}),
+    "kinetic relaxation, scaled masses": (
+        small_sample(), WEAK, PULL,
+        {"mass_scaling": 3, "integrator": gl.DynamicRelaxation(relaxation=gl.KineticRelaxation())},
+    ),
+    "several stages": (small_sample(), WEAK, Cyclic(test=PULL, levels=(1e-4, 2e-4)), {}),
+    "minerals": (several_minerals({0: small_sample().material, 1: SOFT}), PAIRS, PULL, {}),
+    "random strength": (small_sample(), varied(small_sample()), PULL, {}),
+}  # fmt: skip
+
+
+def same(one, other):
+    """The same bits in all that a result holds."""
+    assert one.curves.keys() == other.curves.keys()
+    for name, values in one.curves.items():
+        assert np.array_equal(values, other.curves[name], equal_nan=True), name
+    for name in ("position", "mode", "time", "opening", "slip", "spent"):
+        assert np.array_equal(getattr(one.cracks, name), getattr(other.cracks, name), equal_nan=True), name
+    assert [frame.time for frame in one.frames] == [frame.time for frame in other.frames]
+    for mine, its in zip(one.frames, other.frames, strict=True):
+        assert np.array_equal(mine.velocity, its.velocity)
+        for kind in ("bonds", "contacts"):
+            rows, others = getattr(mine, kind), getattr(its, kind)
+            assert rows.keys() == others.keys()
+            assert all(np.array_equal(row, others[name], equal_nan=True) for name, row in rows.items())
+    differ = {name for name, value in one.summary.items() if value != other.summary[name] and value == value}
+    assert differ <= {"seconds"}
+
+
+class Calls:
+    """Counts calls of the compiled step, and asks to stop at one of them."""
+
+    def __init__(self, monkeypatch, stop=None, at=None):
+        self.count, self.stop, self.at, self.advance = 0, stop, at, execution.advance
+        monkeypatch.setattr(execution, "advance", self)
+
+    def __call__(self, *arguments, **options):
+        self.count += 1
+        if self.count == self.at:
+            self.stop.ask("enough")
+        self.advance(*arguments, **options)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_stopped_run_goes_on_with_the_same_bits(case, tmp_path, monkeypatch):
+    specimen, law, protocol, options = CASES[case]
+    with monkeypatch.context() as patch:
+        calls = Calls(patch)
+        whole = gl.simulate(specimen, law, protocol, **options)
+    for k, at in enumerate(np.random.default_rng(len(case)).integers(2, calls.count, 3).tolist()):
+        stop = Stop()
+        with monkeypatch.context() as patch:
+            Calls(patch, stop, at)
+            with pytest.raises(Stopped, match="enough") as stopped:
+                gl.simulate(specimen, law, protocol, **options, checkpoint=tmp_path, stop=stop, overwrite=True)
+        assert len(stopped.value.result.curves.get("time", ())) < len(whole.curves["time"])
+        options_now = options | {"threads": 1 + k % 2}
+        same(whole, gl.simulate(specimen, law, protocol, **options_now, checkpoint=tmp_path, restart=True))
+
+
+def test_a_run_that_is_stopped_again_and_again_comes_to_the_same_end(tmp_path, monkeypatch):
+    specimen, law, protocol, _ = CASES["contacts after failure"]
+    whole = gl.simulate(specimen, law, protocol)
+    for _ in range(30):
+        stop = Stop()
+        with monkeypatch.context() as patch:
+            Calls(patch, stop, 12)
+            try:
+                result = gl.simulate(specimen, law, protocol, checkpoint=tmp_path, restart=True, stop=stop)
+                break
+            except Stopped:
+                pass
+    same(whole, result)
+
+
+def test_a_checkpoint_in_the_course_of_a_run_is_as_good_as_one_at_its_stop(tmp_path, monkeypatch):
+    """As after a kill: files of moments after the checkpoint are there."""
+    specimen, law, protocol, _ = CASES["contacts after failure"]
+
+    def go(folder, **options):
+        watchers = [gl.Probe(points=[3], first=2), gl.FrameRecorder(), VtkWriter(folder, 5)]
+        result = gl.simulate(specimen, law, protocol, checkpoint=folder, every=0, observers=watchers, **options)
+        return result, watchers
+
+    whole, (probe, recorder, _) = go(tmp_path / "whole")
+    killed = tmp_path / "killed"
+    with monkeypatch.context() as patch:
+        calls, keep = Calls(patch, None, None), execution.RunFolder.checkpoint
+
+        def only_early(folder, moment, curves, observers):
+            if len(curves["time"]) <= 25:
+                keep(folder, moment, curves, observers)
+
+        patch.setattr(execution.RunFolder, "checkpoint", only_early)
+        go(killed)
+    assert calls.count > 25
+    again, (probe_again, recorder_again, _) = go(killed, restart=True)
+    same(whole, again)
+    for path, its in zip(probe.paths, probe_again.paths, strict=True):
+        assert path.point == its.point
+        assert np.array_equal(path.normal, its.normal)
+        assert np.array_equal(path.position, its.position)
+    assert [frame.time for frame in recorder.frames] == [frame.time for frame in recorder_again.frames]
+    for file in sorted(path.name for path in (tmp_path / "whole").iterdir()):
+        if file.endswith((".csv", ".pvd", ".vtu")):
+            assert (killed / file).read_bytes() == (tmp_path / "whole" / file).read_bytes(), file
+
+
+def test_a_finished_run_is_not_run_again(tmp_path, monkeypatch):
+    specimen, law, protocol, _ = CASES["rigid grains"]
+    whole = gl.simulate(specimen, law, protocol, checkpoint=tmp_path)
+    calls = Calls(monkeypatch)
+    same(whole, gl.simulate(specimen, law, protocol, checkpoint=tmp_path, restart=True))
+    assert calls.count == 0
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        ({"law": JOINT}, "belongs to another run"),
+        ({"specimen": small_sample(seed=2)}, "belongs to another run"),
+        ({"protocol": UniaxialTension(speed=0.2)}, "belongs to another run"),
+        ({"mass_scaling": 2}, "belongs to another run"),
+        ({"observers": [gl.FrameRecorder()]}, "observers must be those of the run before"),
+    ],
+)
+def test_another_run_does_not_go_on_from_a_checkpoint(other, words, tmp_path):
+    run = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
+    gl.simulate(**run, checkpoint=tmp_path)
+    with pytest.raises(gl.ParameterError, match=words):
+        gl.simulate(**run | other, checkpoint=tmp_path, restart=True)
+
+
+@pytest.mark.parametrize("damage", ["cut", "empty", "text"])
+def test_a_damaged_checkpoint_is_refused(damage, tmp_path):
+    run = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
+    gl.simulate(**run, checkpoint=tmp_path)
+    file = tmp_path / "checkpoint.npz"
+    whole = file.read_bytes()
+    file.write_bytes({"cut": whole[: len(whole) // 2], "empty": b"", "text": b"no file of arrays"}[damage])
+    with pytest.raises(gl.ParameterError, match="is no checkpoint that can be read"):
+        gl.simulate(**run, checkpoint=tmp_path, restart=True)
+
+
+def test_a_restart_without_a_checkpoint_begins(tmp_path):
+    run = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
+    same(gl.simulate(**run), gl.simulate(**run, checkpoint=tmp_path / "new", restart=True))
+    shutil.rmtree(tmp_path / "new")
