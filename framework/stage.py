@@ -188,3 +188,4 @@ class Stage:
     gravity: tuple[float, float] = attrs.field(default=(0.0, 0.0), converter=_vector)  #: m/s2
     fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
     sample_limit: int = whole_number(default=100_000, at_least=1)  #: the run stops with an error after so many samples
+    expected: int | None = whole_number(default=None, at_least=1)  #: samples, if known: for an estimate of the time

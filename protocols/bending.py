@@ -10,7 +10,7 @@ import numpy as np
 from grainlaw.engine.state import State
 from grainlaw.moduli import work
 from grainlaw.protocols.measures import certificate, size
-from grainlaw.protocols.platens import AtSpeed, refuse_platens, require_boundaries, sample_limit
+from grainlaw.protocols.platens import AtSpeed, expected_samples, refuse_platens, require_boundaries, sample_limit
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Drive, FailsTo, Reaches, Stage
 
@@ -42,6 +42,7 @@ def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
         interval=interval,
         integrator=test.integrator,
         sample_limit=sample_limit(test, interval),
+        expected=expected_samples(test, interval),
     )
 
 

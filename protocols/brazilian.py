@@ -15,7 +15,7 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import certificate, ends, size
-from grainlaw.protocols.platens import Platens, held_across, require_platens, sample_limit
+from grainlaw.protocols.platens import Platens, expected_samples, held_across, require_platens, sample_limit
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Drive, FailsTo, Reaches, Stage
 from grainlaw.window import window_mean, within_circle
@@ -58,6 +58,7 @@ class Brazilian(LoadingProtocol):
                 interval=interval,
                 integrator=self.integrator,
                 sample_limit=sample_limit(self, interval),
+                expected=expected_samples(self, interval),
             )
         ]
 

@@ -53,14 +53,16 @@ class DirectShear(LoadingProtocol):
                 interval=self.ramp,
                 integrator=self.integrator,
             ),
-            self._shear(specimen, "shear", 0.0, self.speed, Reaches("displacement", self.maximum_slip)),
+            self._shear(specimen, "shear", 0.0, self.speed, Reaches("displacement", self.maximum_slip), 1.0),
         ]
         if self.reverse_to < 1:
             back = FallsTo("displacement", self.reverse_to)
-            stages.append(self._shear(specimen, "reverse", self.speed, -self.speed, back))
+            stages.append(self._shear(specimen, "reverse", self.speed, -self.speed, back, 1 - self.reverse_to))
         return stages
 
-    def _shear(self, specimen: Specimen, name: str, before: float, speed: float, until: Condition) -> Stage:
+    def _shear(
+        self, specimen: Specimen, name: str, before: float, speed: float, until: Condition, share: float
+    ) -> Stage:
         stress, stiffness = (value * end_share(specimen) for value in (-self.normal_stress, self.normal_stiffness))
         press = Hold(boundary="top", axis=1, stress=stress, ramp=0.0, stiffness=stiffness)
         return Stage(
@@ -68,6 +70,7 @@ class DirectShear(LoadingProtocol):
             drives=[press, *self._across(specimen, before, speed)],
             until=[until],
             interval=self.resolution / self.speed,
+            expected=max(1, round(share * self.maximum_slip / self.resolution)),
             integrator=self.integrator,
         )
 

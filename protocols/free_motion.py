@@ -66,6 +66,7 @@ class FreeMotion(LoadingProtocol):
             thrown[grain] = velocity
         move = Stage(
             name="move", until=[_Lasts(self.settle, self.duration)], interval=self.duration / self.samples,
+            expected=self.samples,
             integrator=self.integrator, gravity=self.gravity, fixed=self.fixed,
             initial_velocity=thrown[specimen.mesh.node_grain],
         )  # fmt: skip

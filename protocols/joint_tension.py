@@ -63,6 +63,7 @@ class JointTension(LoadingProtocol):
             drives=[pull, Drive(boundary="bottom", axis=1, speed=0.0), *held],
             until=until,
             interval=self.resolution / self.speed,
+            expected=max(1, round(self.unload_at / self.resolution)),
             integrator=self.integrator,
         )
 

@@ -81,6 +81,11 @@ def sample_limit(test: AtSpeed, interval: float) -> int:
     return 2 * test.samples + math.ceil(test.ramp / interval)
 
 
+def expected_samples(test: AtSpeed, interval: float) -> int:
+    """Samples of a test whose specimen does not fail: half of its ramp is lost."""
+    return test.samples + math.ceil(test.ramp / 2 / interval)
+
+
 def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float, falls: str = STRESS) -> Stage:
     """Platens part (``sign`` 1) or approach (-1) until the strain is reached or the column ``falls`` has fallen."""
     require_ends(specimen, type(test).__name__)
@@ -100,6 +105,7 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
         integrator=test.integrator,
         initial_velocity=field,
         sample_limit=sample_limit(test, interval),
+        expected=expected_samples(test, interval),
     )
 
 

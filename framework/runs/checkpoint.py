@@ -21,6 +21,20 @@ FORMAT = 1  #: raise when a checkpoint of before could not be read any more
 Arrays = dict[str, np.ndarray]
 
 
+@attrs.define(kw_only=True)
+class Counters:
+    """Where a run stands, and what governs its time step."""
+
+    stage: int = 0  #: its number
+    first_sample: int = 0  #: of the stage
+    first_step: int = 0  #: of the stage
+    next_adapt: int = 0  #: step since the stage began
+    halts: int = 0
+    supplied: float = 1e-300  #: J, largest external work so far, or that of giving all grains the platens' speed
+    seconds: float = 0.0  #: in the time loop
+    finished: bool = False
+
+
 @attrs.frozen(eq=False)
 class Moment:
     """A run between two samples: what it needs, beside its specimen, law and protocol, to go on from there."""

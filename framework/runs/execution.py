@@ -24,8 +24,9 @@ from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
 from grainlaw.results.result import Result
-from grainlaw.runs.checkpoint import Checkpoint, Moment
+from grainlaw.runs.checkpoint import Checkpoint, Counters, Moment
 from grainlaw.runs.curve_table import CurveTable
+from grainlaw.runs.estimate import QUICK, estimate, expected_steps, warn_if_long
 from grainlaw.runs.run_folder import RunFolder
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.stage import Drive, Stage, StageError
@@ -33,20 +34,6 @@ from grainlaw.stage import Drive, Stage, StageError
 CALL = 4_000_000  #: zones times steps of one call of the engine: some tenths of a second, the delay of Ctrl-C
 ROUNDING = 1e-9  #: of kinetic energy, and of gravity's work over the size of the specimen: no run is judged by less
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
-
-
-@attrs.define(kw_only=True)
-class Counters:
-    """Where a run stands, and what governs its time step."""
-
-    stage: int = 0  #: its number
-    first_sample: int = 0  #: of the stage
-    first_step: int = 0  #: of the stage
-    next_adapt: int = 0  #: step since the stage began
-    halts: int = 0
-    supplied: float = 1e-300  #: J, largest external work so far, or that of giving all grains the platens' speed
-    seconds: float = 0.0  #: in the time loop
-    finished: bool = False
 
 
 class Execution:
@@ -95,8 +82,10 @@ class Execution:
         stage, state = self.stages[self.at.stage], self.state
         if not self.goes_on:
             self._begin(stage)
-        self.goes_on = False
         self._steps(0)  # compiles, so that the clock measures the time loop alone
+        if not self.goes_on and not self.columns.count:
+            self._estimate()
+        self.goes_on = False
         while self.columns.count - self.at.first_sample < stage.sample_limit:
             moment = self.moment()
             steps = max(1, round(stage.interval / state.time_step))
@@ -132,6 +121,16 @@ class Execution:
         state.time_step = self._time_step(stage)
         state.take_back_half_a_step_of_gravity()
         at.first_sample, at.first_step, at.next_adapt, at.halts = self.columns.count, state.steps, 0, 0
+
+    def _estimate(self) -> None:
+        """Warn of a run that takes long, before it begins: from a probe whose steps are taken back."""
+        state = self.state
+        steps = expected_steps(self.stages, state.time_step)
+        if steps * len(state.mesh.zones) > QUICK:
+            saved = state.save()
+            found = estimate(steps, len(state.mesh.zones), self._steps)
+            state.restore(saved)
+            warn_if_long(found, self.stages, state.specimen, state.time_step)
 
     def _observe(self, stage: Stage) -> float:
         """Show the sample to all observers; returns the share of the stage that is done."""

@@ -19,6 +19,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.result import Result
 from grainlaw.runs import record
 from grainlaw.runs.claim import Folder, claimed
+from grainlaw.runs.estimate import check_memory
 from grainlaw.runs.execution import Execution
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.run_folder import RunFolder, checkpoint_of
@@ -74,6 +75,7 @@ def simulate(
     stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
+    check_memory(specimen, frames)
     stop = stop or Stop()
     options = {
         "detection": detection, "integrator": integrator, "time_step_factor": time_step_factor,

@@ -1,0 +1,94 @@
+"""What is said before a run that would take very long, or more memory than there is."""
+
+import warnings
+
+import attrs
+import numpy as np
+import psutil
+import pytest
+from support import ROCK, STRONG, small_sample
+
+import grainlaw as gl
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.laws import MohrCoulomb
+from grainlaw.protocols import UniaxialCompression
+from grainlaw.runs import estimate, execution
+from grainlaw.runs.estimate import CostWarning, check_memory, expected_steps, in_words, warn_if_long
+from grainlaw.runs.stopping import Stop, Stopped
+from grainlaw.units import mm
+
+BRITTLE = MohrCoulomb(**STRONG)
+
+
+def begun(specimen, test):
+    """Begin a run, and stop it as soon as it steps."""
+    stop = Stop()
+    stop.ask("enough")
+    with pytest.raises(Stopped):
+        gl.simulate(specimen, BRITTLE, test, stop=stop)
+
+
+def test_a_very_slow_test_is_said_to_take_hours():
+    with pytest.warns(
+        CostWarning, match=r"about .* steps, .*: stage 'compression' lasts 400 s at a speed of 1e-06 m/s"
+    ):
+        begun(small_sample(), UniaxialCompression(speed=1e-6))
+
+
+def test_a_test_of_seconds_says_nothing():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        begun(small_sample(), UniaxialCompression(speed=0.05))
+
+
+def test_a_probe_leaves_no_trace(monkeypatch):
+    run = (small_sample(), BRITTLE, UniaxialCompression(speed=1.0, maximum_strain=1e-3, samples=20))
+    without = gl.simulate(*run)
+    monkeypatch.setattr(execution, "QUICK", 0)
+    probed = []
+    monkeypatch.setattr(execution, "warn_if_long", lambda found, *_: probed.append(found))
+    with_probe = gl.simulate(*run)
+    assert all(np.array_equal(row, with_probe.curves[name], equal_nan=True) for name, row in without.curves.items())
+    assert probed[0].steps == pytest.approx(without.summary["steps"], rel=0.05)
+
+
+def test_steps_are_those_of_the_stages_whose_length_is_known():
+    stage = gl.Stage(name="load", until=[gl.Reaches("time", 1)], interval=1e-3, expected=50)
+    unknown = attrs.evolve(stage, expected=None)
+    assert expected_steps([stage, unknown, stage], 1e-5) == 2 * 50 * 100
+    assert expected_steps([attrs.evolve(stage, interval=1e-6)], 1e-5) == 50  # a sample is at least one step
+
+
+def stages(specimen, **options):
+    return UniaxialCompression(**options).stages(specimen)
+
+
+def test_what_rules_the_length_is_named():
+    found = estimate.Estimate(1e8, 1e5)
+    plain = small_sample()
+    with pytest.warns(CostWarning, match=r"27.8 h: the ramp of 3 s is long"):
+        warn_if_long(found, stages(plain, ramp=3.0, speed=1.0), plain, 1e-7)
+    with pytest.warns(CostWarning, match=r"it has 40 grains, \d+ zones; use fewer"):
+        warn_if_long(found, stages(plain, speed=1.0), plain, 1e-7)
+    thin = gl.Specimen(Bricks(rows=200, columns=2).tessellate(rectangle(300 * mm, 2 * mm)), ROCK)
+    assert np.hypot(*thin.mesh.interface_edges.T).min() < 0.02e-3
+    with pytest.warns(CostWarning, match=r"time step of 1e-07 s is that of an edge of .* m between the grains \d+ and"):
+        warn_if_long(found, stages(thin, speed=1.0), thin, 1e-7)
+
+
+def test_more_memory_than_is_free_is_said(monkeypatch):
+    specimen = small_sample()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_memory(specimen, 30)
+    free = psutil.virtual_memory()._replace(available=100_000)
+    monkeypatch.setattr(estimate.psutil, "virtual_memory", lambda: free)
+    with pytest.warns(CostWarning, match=r"GB are free: 40 grains, refinement = 0, frames = 30; fewer frames help"):
+        check_memory(specimen, 30)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"), [(30, "30 s"), (600, "10 min"), (8 * 3600, "8 h"), (3 * 86400, "3 days"), (1e9, "31.7 years")]
+)
+def test_times_are_said_as_people_say_them(seconds, words):
+    assert in_words(seconds) == words
