@@ -1,0 +1,250 @@
+"""The folder of a run: whole at any moment, one run at a time, and a full disk stops no run."""
+
+import csv
+import json
+import multiprocessing
+import os
+import resource
+import stat
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+from support import STRONG, small_sample
+from test_restart import same
+
+import grainlaw as gl
+from grainlaw.laws import CohesiveCrack
+from grainlaw.protocols import UniaxialTension
+from grainlaw.results import files
+from grainlaw.results.files import OutputWarning
+from grainlaw.results.vtk import VtkWriter
+from grainlaw.runs import run_folder
+from grainlaw.runs.claim import Claim, claimed, clear, tidy
+
+WEAK = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
+PULL = UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=25, stop_fraction=0)
+RUN = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
+
+
+def table(file):
+    with file.open() as stream:
+        return list(csv.DictReader(stream))
+
+
+class Look(gl.Observer):
+    """Reads the curves file while the run goes on."""
+
+    def __init__(self, folder):
+        self.folder, self.counts = folder, []
+
+    def observe(self, state, curves, stage, progress):
+        rows = table(self.folder / "curves.csv")
+        assert float(rows[-1]["time"]) == state.time
+        self.counts.append(len(rows))
+
+
+def test_curves_and_cracks_are_there_at_every_sample_and_hold_every_digit(tmp_path):
+    look = Look(tmp_path)
+    result = gl.simulate(**RUN, checkpoint=tmp_path, observers=[look])
+    assert look.counts == list(range(1, len(result.curves["time"]) + 1))
+    rows = table(tmp_path / "curves.csv")
+    for name, values in result.curves.items():
+        assert np.array_equal([float(row[name]) for row in rows], values, equal_nan=True), name
+    cracks = table(tmp_path / "cracks.csv")
+    assert [float(row["time"]) for row in cracks] == result.cracks.time.tolist()
+    for name in ("mode", "spent", "length"):
+        assert [float(row[name]) for row in cracks] == getattr(result.cracks, name).tolist()
+    moved = np.hypot(*(result.cracks.position.T - np.array([[float(row[n]) for row in cracks] for n in "xy"])))
+    assert moved.max() < 1e-4  # the result has them on the deformed specimen, pulled by 0.02 mm
+    assert [[int(row["grain_a"]), int(row["grain_b"])] for row in cracks] == result.cracks.grains.tolist()
+
+
+def test_a_summary_is_written_while_the_run_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_folder, "SUMMARY", 0.0)
+    seen = []
+
+    class Read(gl.Observer):
+        def observe(self, state, curves, stage, progress):
+            if (tmp_path / "summary.json").exists():
+                seen.append(json.loads((tmp_path / "summary.json").read_text()))
+
+    result = gl.simulate(**RUN, checkpoint=tmp_path, observers=[Read()])
+    assert seen[-1]["incomplete"] == "running"
+    assert seen[-1]["properties"]["steps"] == result.curves["step"][-2]
+    last = json.loads((tmp_path / "summary.json").read_text())
+    assert "incomplete" not in last
+    assert last["properties"]["peak_stress"] == result.summary["peak_stress"]
+
+
+def test_the_record_says_what_decides_the_results(tmp_path):
+    gl.simulate(**RUN, checkpoint=tmp_path, threads=2, frames=7)
+    record = json.loads((tmp_path / "run.json").read_text())
+    assert record["status"] == "finished"
+    assert record["duration"] > 0
+    assert record["threads"] == 2
+    assert record["law"]["mode_ii_energy"] == 3
+    assert record["law"]["softening"]["type"] == "EvansMarathe"
+    assert record["protocol"]["samples"] == 25
+    assert record["options"]["frames"] == 7
+    assert record["options"]["detection"]["hand_over"] == 0.05
+    assert record["made_with"]["processor"]
+    assert {"python", "numpy", "numba", "llvmlite"} <= set(record["made_with"]["versions"])
+    assert record["program"]
+
+
+def test_the_key_follows_what_decides_the_results_and_nothing_else(tmp_path):
+    def key(**other):
+        gl.simulate(**RUN | other, checkpoint=tmp_path, overwrite=True)
+        return json.loads((tmp_path / "run.json").read_text())["key"]
+
+    first = key()
+    assert key(threads=2, specimen=small_sample(), every=1.0) == first
+    others = [
+        key(specimen=small_sample(seed=2)), key(protocol=UniaxialTension(speed=0.31, maximum_strain=1e-4)),
+        key(law=CohesiveCrack(**STRONG, mode_i_energy=1.6, mode_ii_energy=3)), key(frames=3), key(detection=None),
+        key(specimen=small_sample(material=gl.Rigid(density=3100))), key(integrator=gl.CentralDifference(safety=0.5)),
+    ]  # fmt: skip
+    assert len({first, *others}) == len(others) + 1
+
+
+# --- whose folder it is ----------------------------------------------------------------------------------------------
+
+
+def test_a_folder_with_a_run_is_refused_or_replaced(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    first = gl.simulate(**RUN, checkpoint=tmp_path, observers=[VtkWriter(tmp_path)])
+    before = (tmp_path / "curves.csv").read_bytes()
+    with pytest.raises(gl.ParameterError, match=r"holds a run \(of .*, finished\): choose another folder"):
+        gl.simulate(**RUN, checkpoint=tmp_path)
+    assert (tmp_path / "curves.csv").read_bytes() == before
+    same(first, gl.simulate(**RUN, checkpoint=tmp_path, overwrite=True))
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert not list(tmp_path.glob("*.vtu"))
+
+
+HOLD = (
+    "import sys; from grainlaw.runs.claim import claimed\nwith claimed(sys.argv[1]): print('held', flush=True); input()"
+)
+
+
+def test_a_folder_in_use_is_refused(tmp_path):
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path)], **pipes) as other:
+        assert other.stdout.readline() == "held\n"
+        for options in ({}, {"restart": True}, {"overwrite": True}):
+            with pytest.raises(gl.ParameterError, match="in use: another run writes to it now"):
+                gl.simulate(**RUN, checkpoint=tmp_path, **options)
+        other.communicate("\n")
+    gl.simulate(**RUN, checkpoint=tmp_path)
+
+
+def test_a_comparison_is_cleared_with_the_folders_of_its_laws(tmp_path):
+    laws = {"one": WEAK, "two": WEAK}
+    gl.compare(RUN["specimen"], laws, PULL, checkpoint=tmp_path)
+    (tmp_path / "one" / "notes.txt").write_text("mine")
+    assert (tmp_path / "two" / "checkpoint.npz").exists()
+    clear(tmp_path)
+    left = {file.relative_to(tmp_path).as_posix() for file in tmp_path.rglob("*") if file.is_file()}
+    assert {file for file in left if not file.endswith(".grainlaw.lock")} == {"one/notes.txt"}
+
+
+def test_a_folder_that_holds_no_run_is_left_alone(tmp_path):
+    (tmp_path / "curves.csv").write_text("mine")
+    clear(tmp_path)
+    assert (tmp_path / "curves.csv").read_text() == "mine"
+
+
+def test_what_only_a_restart_needs_is_removed(tmp_path):
+    gl.simulate(**RUN, checkpoint=tmp_path)
+    assert (tmp_path / "frames").is_dir()
+    tidy(tmp_path)
+    assert {file.name for file in tmp_path.iterdir()} == {
+        "run.json", "summary.json", "curves.csv", "cracks.csv", ".grainlaw.lock",
+    }  # fmt: skip
+
+
+def test_names_that_would_share_a_folder_are_refused(tmp_path):
+    with pytest.raises(gl.ParameterError, match=r"'a\?b' is not allowed as a name: 'a:b' would have the same folder"):
+        gl.compare(RUN["specimen"], {"a:b": WEAK, "a?b": WEAK}, PULL, checkpoint=tmp_path)
+
+
+@pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="needs an ordinary user")
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
+    tmp_path.chmod(stat.S_IRUSR | stat.S_IXUSR)
+    with pytest.raises(OSError, match="cannot write to the folder"):
+        gl.simulate(**RUN, checkpoint=tmp_path / "new")
+
+
+# --- a full disk -----------------------------------------------------------------------------------------------------
+
+
+def test_pictures_stop_before_the_disk_is_full(tmp_path, monkeypatch):
+    whole = gl.simulate(**RUN)
+    free = type("Disk", (), {"free": 2**20, "total": 2**40})
+    monkeypatch.setattr(files.shutil, "disk_usage", lambda folder: free)
+    with pytest.warns(OutputWarning) as told:
+        result = gl.simulate(**RUN, checkpoint=tmp_path, observers=[VtkWriter(tmp_path)])
+    same(whole, result)
+    words = [str(warning.message) for warning in told]
+    assert (
+        sum("no more pictures for ParaView are written" in message and "only 1.0 MB" in message for message in words)
+        == 1
+    )
+    assert not list(tmp_path.glob("*.vtu"))
+    assert len(table(tmp_path / "curves.csv")) == len(whole.curves["time"])
+
+
+LONGER = {"protocol": UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=60, stop_fraction=0)}
+
+
+def limited(folder, size, results):
+    """A run in a process that may write no file above a size (bytes), which looks to it like a full disk."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        result = gl.simulate(**RUN | LONGER, checkpoint=folder, every=0, observers=[VtkWriter(folder)])
+    results.put((result.curves["time"].tolist(), [str(warning.message) for warning in told]))
+
+
+@pytest.mark.parametrize("size", [30_000, 12_000])
+def test_a_file_that_cannot_grow_stops_no_run(size, tmp_path):
+    context = multiprocessing.get_context("fork")
+    results = context.Queue()
+    process = context.Process(target=limited, args=(tmp_path, size, results))
+    process.start()
+    times, told = results.get(timeout=120)
+    process.join()
+    assert times == gl.simulate(**RUN | LONGER).curves["time"].tolist()
+    assert any("checkpoint.npz cannot be written (File too large)" in message for message in told)
+    rows = (tmp_path / "curves.csv").read_text().splitlines() if (tmp_path / "curves.csv").exists() else []
+    assert all(row.count(",") == rows[0].count(",") for row in rows)  # no row is torn
+    assert 10 < len(rows) < len(times) or size == 30_000
+    assert not list(tmp_path.glob(".*.part.*"))
+
+
+def test_what_could_not_be_written_is_written_when_there_is_room_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_folder, "AGAIN", 0.0)
+    grow, calls = run_folder._Table._append, []
+
+    def full(self, text):
+        calls.append(text)
+        if 3 <= len(calls) <= 6:
+            raise OSError(28, "No space left on device", str(self.file))
+        grow(self, text)
+
+    monkeypatch.setattr(run_folder._Table, "_append", full)
+    with pytest.warns(
+        OutputWarning, match=r"curves.csv cannot be written \(No space left on device\); the run goes on"
+    ):
+        result = gl.simulate(**RUN, checkpoint=tmp_path)
+    assert [float(row["time"]) for row in table(tmp_path / "curves.csv")] == result.curves["time"].tolist()
+
+
+def test_a_claim_is_passed_on(tmp_path):
+    with claimed(tmp_path, about={"question": "why"}) as claim:
+        gl.simulate(**RUN, checkpoint=claim)
+    assert isinstance(claim, Claim)
+    assert json.loads((tmp_path / "run.json").read_text())["question"] == "why"
