@@ -77,6 +77,8 @@ def claimed(
     except Timeout:
         raise ParameterError(f"the folder '{path}' is in use: another run writes to it now") from None
     try:
+        for rest in (*path.glob(".*.part*"), *path.glob("*/.*.part*")):  # of a run that was killed
+            rest.unlink()
         if overwrite:
             clear(path)
         elif (path / RUN).exists() and not restart:

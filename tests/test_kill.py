@@ -1,0 +1,147 @@
+"""Commands that are killed or stopped at random moments: nothing damaged, and a restart ends as if nothing had been."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+FAST = ["--quick", "--grains", "30"]
+COMMANDS = {
+    "test": ["test", "uniaxial-compression", *FAST, "--set", "test.speed=0.3", "--set", "test.samples=150"],
+    "compare": ["compare", *FAST, "--speed", "0.3", "--max-strain", "0.006"],
+    "envelope": [
+        "envelope", *FAST, "--law", "mohr-coulomb", "--confinement", "0,3", "--speed", "0.3", "--max-strain", "0.004"
+    ],
+}  # fmt: skip
+ENDS = (".csv", ".vtu", ".pvd", ".toml")  #: files that must have the same bytes
+KILL, TERM, INT = "SIGKILL", "SIGTERM", "SIGINT"
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
+
+
+def start(command, folder, *options):
+    arguments = [sys.executable, "-m", "grainlaw", *COMMANDS[command], "--out", str(folder), *options]
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
+    return subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+
+
+def finish(command, folder, *options):
+    process = start(command, folder, *options)
+    output, _ = process.communicate(timeout=300)
+    assert process.returncode == 0, output
+    return output
+
+
+def whole(folder):
+    """Every file can be read to its end."""
+    for file in folder.rglob("*"):
+        if ".part" in file.name:  # what a kill leaves of a file that was being written beside its place
+            continue
+        if file.suffix == ".json":
+            json.loads(file.read_text())
+        elif file.suffix == ".npz":
+            with np.load(file) as stored:
+                assert all(stored[name] is not None for name in stored.files)
+        elif file.suffix in (".vtu", ".pvd"):
+            ElementTree.parse(file)
+        elif file.suffix == ".csv":
+            text = file.read_text()
+            lines = text.splitlines()
+            assert text.endswith("\n")
+            assert {line.count(",") for line in lines} == {lines[0].count(",")}
+
+
+def same(folder, reference):
+    def files(place):
+        return {file.relative_to(place).as_posix(): file for file in place.rglob("*") if file.suffix in ENDS}
+
+    mine, other = files(folder), files(reference)
+    assert mine.keys() == other.keys()
+    for name, file in mine.items():
+        assert file.read_bytes() == other[name].read_bytes(), name
+    for file in reference.rglob("summary.json"):
+        its = json.loads((folder / file.relative_to(reference)).read_text())
+        assert without_seconds(its) == without_seconds(json.loads(file.read_text()))
+    assert not [*folder.rglob("*.npz"), *folder.rglob(".*.part*")]
+
+
+def without_seconds(content):
+    if isinstance(content, dict):
+        return {name: without_seconds(value) for name, value in content.items() if name != "seconds"}
+    return [without_seconds(value) for value in content] if isinstance(content, list) else content
+
+
+@pytest.fixture(scope="session")
+def reference(tmp_path_factory):
+    """Folder and duration (s) of a command that nothing stopped; made when first asked for."""
+    done = {}
+
+    def made(command):
+        if command not in done:
+            finish(command, tmp_path_factory.mktemp(command) / "warm")  # compiles
+            folder, begin = tmp_path_factory.mktemp(command) / "out", time.monotonic()
+            finish(command, folder)
+            done[command] = folder, time.monotonic() - begin
+        return done[command]
+
+    return made
+
+
+def stop_and_go_on(command, name, rng, tmp_path, reference):
+    """Stop a command at random moments, until it comes to its end; each time look at what it left."""
+    unstopped, duration = reference(command)
+    folder, options = tmp_path / f"{command} {name}", []
+    for _ in range(3):
+        process = start(command, folder, *options)
+        try:
+            process.wait(timeout=rng.uniform(0.1, 1.1) * duration)
+        except subprocess.TimeoutExpired:
+            process.send_signal(getattr(signal, name))
+        output, _ = process.communicate(timeout=120)
+        assert "Traceback" not in output, output
+        if folder.exists():
+            whole(folder)
+        if process.returncode == 0:
+            break
+        options = ["--restart"]
+    if process.returncode != 0:
+        finish(command, folder, "--restart")
+    same(folder, unstopped)
+
+
+def test_a_killed_comparison_goes_on(tmp_path, reference):
+    stop_and_go_on("compare", KILL, np.random.default_rng(1), tmp_path, reference)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("name", [KILL, TERM, INT])
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_goes_on_from_any_moment(command, name, seed, tmp_path, reference):
+    stop_and_go_on(command, name, np.random.default_rng(seed), tmp_path, reference)
+
+
+@pytest.mark.parametrize("name", [TERM, INT])
+def test_a_command_that_is_stopped_says_what_is_there_and_how_to_go_on(name, tmp_path):
+    folder = tmp_path / "out"
+    process = start("test", folder, "--set", "test.speed=0.002")
+    deadline = time.monotonic() + 60
+    while not (folder / "curves.csv").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(0.3)
+    process.send_signal(getattr(signal, name))
+    output, _ = process.communicate(timeout=30)
+    assert process.returncode == 128 + getattr(signal, name)
+    assert "Traceback" not in output
+    words = " ".join(output.split())
+    assert {TERM: "stopped by the signal SIGTERM", INT: "interrupted from the keyboard"}[name] in words
+    assert "checkpoint.npz" in words
+    assert f"--restart --out {folder}" in words
+    assert json.loads((folder / "run.json").read_text())["status"] != "running"
+    assert json.loads((folder / "summary.json").read_text())["incomplete"]
