@@ -24,6 +24,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.region import Region
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
+from grainlaw.results.files import OutputWarning
 from grainlaw.results.fragments import Fragments, fragments
 from grainlaw.results.frames import Frame, FrameRecorder
 from grainlaw.results.laboratory import Laboratory, mean_stress
@@ -40,8 +41,10 @@ from grainlaw.runs.envelope import (
     fit_mohr_coulomb,
     strength_envelope,
 )
+from grainlaw.runs.estimate import CostWarning
 from grainlaw.runs.flutter import Flutter, hold
 from grainlaw.runs.simulation import simulate
+from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
 from grainlaw.stage import AtRest, Condition, Drive, FailsTo, FallsTo, Hold, Pressure, Reaches, Stage, StageError
 from grainlaw.tessellation import Tessellation, Tessellator, TilingError
@@ -65,6 +68,7 @@ __all__ = [
     "ContactLaw",
     "ContactPath",
     "ContactPoints",
+    "CostWarning",
     "Cracks",
     "Damping",
     "Detection",
@@ -96,6 +100,7 @@ __all__ = [
     "MohrCoulombFit",
     "Motion",
     "Observer",
+    "OutputWarning",
     "OverlapError",
     "ParameterError",
     "Plane",
@@ -112,6 +117,8 @@ __all__ = [
     "Stage",
     "StageError",
     "State",
+    "Stop",
+    "Stopped",
     "StrengthEnvelope",
     "Tessellation",
     "Tessellator",

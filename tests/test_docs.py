@@ -107,7 +107,14 @@ def check_flutter(page):
     assert not page["quiet"].flutters
 
 
+def check_reliability(page):
+    alone = gl.simulate(page["rock"], page["law"], page["result"].protocol)
+    assert np.array_equal(page["result"].curves["stress"], alone.curves["stress"])
+    assert Path("tension/checkpoint.npz").exists()
+
+
 CHECKS = {
+    "docs/reliability.md": check_reliability,
     "docs/flutter.md": check_flutter,
     "docs/contacts.md": check_contacts,
     "docs/compose-a-test.md": check_compose_a_test,
