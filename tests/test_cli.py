@@ -123,7 +123,10 @@ def test_a_law_is_shown_as_table_and_picture(tmp_path):
     result = invoke("law", "mohr-coulomb", "--out", tmp_path / "new")
     assert result.exit_code == 0, result.output
     assert re.search(r"^tension +13 +0\.1238 ", result.output, re.MULTILINE)
-    assert [file.name for file in (tmp_path / "new").iterdir()] == ["law_mohr-coulomb.png"]
+    assert {file.name for file in (tmp_path / "new").iterdir()} == {"law_mohr-coulomb.png", "law_mohr-coulomb.json"}
+    record = json.loads((tmp_path / "new" / "law_mohr-coulomb.json").read_text())
+    assert record["law"]["tensile_strength"] == 13e6
+    assert record["made_with"]["processor"]
     assert "law_mohr-coulomb.png" in result.output
 
 

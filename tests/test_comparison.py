@@ -77,3 +77,85 @@ def test_pictures_are_drawn(folder, name):
 def test_nothing_else_is_written(folder):
     names = {"comparison.png", "cracks_linear.png", "cracks_brittle.png", "curves.csv", "summary.json"}
     assert {file.name for file in folder.iterdir()} == names
+
+
+# --- laws that fail --------------------------------------------------------------------------------------------------
+
+
+class Overturned(gl.Observer):
+    """Breaks one of several runs after some samples."""
+
+    def __init__(self, error):
+        self.error, self.samples = error, 0
+
+    def observe(self, state, curves, stage, progress):
+        self.samples += 1
+        if self.samples == 5:
+            raise self.error
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_law_that_fails_leaves_the_others_and_its_reason(threads, tmp_path, comparison):
+    laws = {"bad": BRITTLE, "linear": Linear(**STIFF)}
+    watchers = {"bad": [Overturned(gl.InstabilityError("it broke"))], "linear": []}
+    found = gl.compare(
+        small_sample(20), laws, attrs.evolve(PULL, samples=20), threads=threads, frames=4,
+        observers=watchers.__getitem__, checkpoint=tmp_path,
+    )  # fmt: skip
+    assert list(found) == ["linear"]
+    assert np.array_equal(found["linear"].curves["stress"], comparison["linear"].curves["stress"])
+    with pytest.raises(gl.InstabilityError, match="it broke"):
+        found["bad"]
+    lines = str(found).splitlines()
+    assert lines[0].split() == ["linear", "bad"]
+    assert lines[2].split()[-1] == "failed"
+    assert lines[-1] == "bad failed: it broke"
+    found.write(tmp_path)
+    assert json.loads((tmp_path / "summary.json").read_text())["failed"] == {"bad": "it broke"}
+    found.write_report(tmp_path / "report.html")
+    assert "bad: it broke" in (tmp_path / "report.html").read_text()
+    assert json.loads((tmp_path / "bad" / "run.json").read_text())["status"] == "it broke"
+    assert len((tmp_path / "bad" / "curves.csv").read_text().splitlines()) == 1 + 5
+
+
+def test_if_all_laws_fail_the_first_error_is_raised():
+    with pytest.raises(gl.StageError, match="first"):
+        gl.compare(
+            small_sample(20), {"one": BRITTLE, "two": BRITTLE}, PULL, threads=1,
+            observers=lambda name: [Overturned(gl.StageError("first" if name == "one" else "second"))],
+        )  # fmt: skip
+
+
+def test_a_law_that_is_refused_stops_the_comparison():
+    class Refuses(gl.Observer):
+        def observe(self, state, curves, stage, progress):
+            raise gl.ParameterError("not so")
+
+    with pytest.raises(gl.ParameterError, match="not so"):
+        gl.compare(
+            small_sample(20), {"one": BRITTLE, "two": BRITTLE}, PULL, threads=1,
+            observers=lambda name: [Refuses()] if name == "one" else [],
+        )  # fmt: skip
+
+
+def test_a_stopped_comparison_has_what_is_finished(tmp_path):
+    stop, order = gl.Stop(), []
+
+    class AskInTheSecond(gl.Observer):
+        def observe(self, state, curves, stage, progress):
+            stop.ask("it is late")
+
+    def observers(name):
+        order.append(name)
+        return [AskInTheSecond()] if len(order) == 2 else []
+
+    laws = {"one": BRITTLE, "two": Linear(**STIFF), "three": BRITTLE}
+    with pytest.raises(gl.Stopped, match="it is late") as stopped:
+        gl.compare(small_sample(20), laws, PULL, threads=1, observers=observers, stop=stop, checkpoint=tmp_path)
+    assert list(stopped.value.result) == ["one"]
+    assert json.loads((tmp_path / "run.json").read_text())["status"] == "it is late"
+    again = gl.compare(small_sample(20), laws, PULL, threads=1, observers=lambda name: (
+        [AskInTheSecond()] if name == "two" else []), checkpoint=tmp_path, restart=True)  # fmt: skip
+    whole = gl.compare(small_sample(20), laws, PULL, threads=1)
+    for name, result in whole.items():
+        assert np.array_equal(result.curves["stress"], again[name].curves["stress"])

@@ -157,4 +157,6 @@ def test_verify_agrees_with_theory_within_one_percent(tmp_path):
     }  # fmt: skip
     for name, value in published.items():
         assert theory[name] == pytest.approx(value, abs=1.1e-4, rel=5e-6), name
-    assert {file.name for file in tmp_path.iterdir()} == {"verify_tension.png", "verify_shear.png"}
+    assert {file.name for file in tmp_path.iterdir()} == {
+        "verify_tension.png", "verify_shear.png", "verify.json",
+    }  # fmt: skip

@@ -14,12 +14,15 @@ import numpy as np
 from scipy.integrate import quad
 
 from grainlaw.cli.table1 import LAWS, ROCK
+from grainlaw.engine.stepping import InstabilityError
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, SofteningLength
 from grainlaw.naming import aligned
 from grainlaw.protocols import DirectShear, JointTension
 from grainlaw.results.files import writable_folder, write_atomically
-from grainlaw.runs.simulation import InstabilityError, simulate
+from grainlaw.results.tables import write_json
+from grainlaw.runs.record import described, origin
+from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
 from grainlaw.stage import StageError
 from grainlaw.units import MPa, mm, um
@@ -44,8 +47,9 @@ def verify(*, out: Path) -> None:
     """Verify the cohesive crack model on one joint between two blocks.
 
     A joint is pulled, unloaded, reloaded until it breaks, closed and pulled again, and sheared under a constant normal
-    stress and back. Prints each quantity as the paper has it, by theory and by this program, and draws
-    verify_tension.png and verify_shear.png. The exit code is 1 if one is more than 1 % from theory.
+    stress and back. Prints each quantity as the paper has it, by theory and by this program, writes the table and what
+    it was made with to verify.json, and draws verify_tension.png and verify_shear.png. The exit code is 1 if one is
+    more than 1 % from theory.
     """
     exact = LAWS["cohesive-crack"]
     assert isinstance(exact, CohesiveCrack)
@@ -60,10 +64,14 @@ def verify(*, out: Path) -> None:
         figures = {"tension": _tension_figure(printed, pulled, tall), "shear": _shear_figure(frictionless, sheared)}
         for name, figure in figures.items():
             write_atomically(folder / f"verify_{name}.png", lambda file, f=figure: f.savefig(file, dpi=130))  # type: ignore[misc]
+        names = ("quantity", "paper", "theory", "grainlaw")
+        table = [dict(zip(names, row, strict=True)) for row in rows]
+        laws = {"law": described(printed), "exact": described(exact), "sheared": described(frictionless)}
+        write_json(folder / "verify.json", {"table": table, **laws, **origin()})
     except (InstabilityError, StageError, OSError) as error:
         raise click.ClickException(str(error)) from None
     click.echo(_table(rows))
-    click.echo(f"\nwritten to {folder}{os.sep}: verify_tension.png, verify_shear.png")
+    click.echo(f"\nwritten to {folder}{os.sep}: verify_tension.png, verify_shear.png, verify.json")
     worst = max(abs(program / theory - 1) for _, _, theory, program in rows if theory)
     if worst > TOLERANCE:
         raise click.ClickException(f"{100 * worst:.2f} % from theory, more than {100 * TOLERANCE:g} %")

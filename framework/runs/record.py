@@ -218,21 +218,24 @@ def _kinds(component: Any) -> Iterator[type]:
             yield from _kinds(getattr(component, field.name))
 
 
+def origin() -> dict[str, Any]:
+    """When, by which program and with what something is made."""
+    main: ModuleType | None = sys.modules.get("__main__")
+    return {
+        "started": datetime.now().isoformat(timespec="seconds"),
+        "program": [str(getattr(main, "__file__", None) or "interactive"), *sys.argv[1:]],
+        "grainlaw": {"version": version("grainlaw"), "revision": revision()},
+        "made_with": made_with(),
+    }
+
+
 @contextmanager
 def recorded(folder: Path, content: Mapping[str, Any]) -> Iterator[None]:
     """Keep ``run.json`` in a folder: at first as running, in the end with how the run ended and what it took.
 
     Where the file cannot be written at the end it warns (:class:`~grainlaw.results.files.OutputWarning`).
     """
-    main: ModuleType | None = sys.modules.get("__main__")
-    record = {
-        "status": "running",
-        "started": datetime.now().isoformat(timespec="seconds"),
-        "program": [str(getattr(main, "__file__", None) or "interactive"), *sys.argv[1:]],
-        "grainlaw": {"version": version("grainlaw"), "revision": revision()},
-        "made_with": made_with(),
-        **content,
-    }
+    record = {"status": "running", **origin(), **content}
     write_json(folder / RUN, record)
     began = time.monotonic()
     try:
