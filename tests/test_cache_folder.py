@@ -149,6 +149,21 @@ def test_many_at_once_read_write_and_remove(folder, monkeypatch):
     assert len(list(folder.path.iterdir())) == 3
 
 
+def test_a_file_is_replaced_in_one_step(folder):
+    """Whoever reads while others write the same finds it whole, never missing."""
+    folder.write(NAMES[0], HEADER, CODE)
+
+    def work(k):
+        for _ in range(100):
+            if k < 4:
+                folder.write(NAMES[0], HEADER, CODE)
+            else:
+                assert folder.read(NAMES[0]) == (HEADER, CODE)
+
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(work, range(8)))
+
+
 def test_the_limit_is_500_megabytes_if_nothing_is_said(folder, monkeypatch):
     assert limit() == 500_000_000
     monkeypatch.setenv("GRAINLAW_CACHE_LIMIT", "1.5")

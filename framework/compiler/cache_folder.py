@@ -140,9 +140,7 @@ def _check(status: os.stat_result, path: Path) -> None:
     if status.st_uid != os.geteuid():
         raise NotPrivateError(f"{path} belongs to another user (number {status.st_uid})")
     if status.st_mode & _BY_OTHERS:
-        raise NotPrivateError(
-            f"others may write to {path} (mode {status.st_mode & 0o777:o}; chmod go-w would end that)"
-        )
+        raise NotPrivateError(f"others may write to {path} (mode {status.st_mode & 0o777:o}: chmod go-w)")
 
 
 def _digest(header: dict[str, Any], code: bytes) -> str:
