@@ -1,8 +1,11 @@
 """Compiled code kept on disk: found again from wherever a law comes, and never stale."""
 
+import errno
+import json
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import attrs
@@ -128,6 +131,12 @@ class Plain(gl.ContactLaw):
         return 3 * self.kn * opening, slip
 
 
+@attrs.frozen(kw_only=True)
+class Other(Plain):
+    def traction(self, opening, slip):
+        return 5 * self.kn * opening, slip
+
+
 @pytest.fixture
 def afresh(cache, monkeypatch):
     """As a new process finds the cache."""
@@ -139,7 +148,9 @@ def afresh(cache, monkeypatch):
 DAMAGES = {
     "cut": lambda b: b[: len(b) // 2],
     "empty": lambda b: b"",
-    "changed": lambda b: b[:9000] + bytes(16) + b[9016:],
+    "changed": lambda b: b[:3000] + bytes(16) + b[3016:],
+    "another function's": lambda b: b.replace(b'"function": "', b'"function": "_'),
+    "no header": lambda b: b"[1]" + b[b.index(b"\n") :],
 }
 
 
@@ -164,12 +175,65 @@ def test_what_is_found_on_disk_is_not_compiled(afresh, monkeypatch):
     assert afresh() == 3
 
 
+def full(*_):
+    raise OSError(errno.EROFS, "Read-only file system")
+
+
 def test_a_folder_that_cannot_be_written_gives_one_warning(cache, afresh):
     cache.write_text("a file, not a folder")
     _warn.cache_clear()
     with pytest.warns(UserWarning, match="not kept in .*cache.*: set GRAINLAW_CACHE to a writable folder") as caught:
         assert [afresh(), afresh()] == [3, 3]
     assert len(caught) == 1
+
+
+def test_a_folder_that_can_only_be_read_gives_one_warning_and_is_used(afresh, monkeypatch):
+    afresh()
+    for name in ("mkdir", "open", "replace", "utime"):
+        monkeypatch.setattr(os, name, full)
+    _warn.cache_clear()
+    other = Other(kn=1)
+    with pytest.warns(UserWarning, match="not kept in .*cache.*Read-only") as caught:
+        assert [batch.compile_law(law).respond(1.0, 0.0)[0] for law in (other, attrs.evolve(other, kn=2.0))] == [5, 10]
+    assert len(caught) == 1
+    monkeypatch.setattr(batch, "Compilation", None)
+    assert afresh() == 3
+
+
+def test_a_folder_of_another_user_is_not_used(cache, afresh, monkeypatch):
+    _warn.cache_clear()
+    assert afresh() == 3
+    files = kept(cache)
+    monkeypatch.setattr(os, "geteuid", lambda: cache.stat().st_uid + 1, raising=False)
+    with pytest.warns(UserWarning, match="executed: .*cache belongs to another user") as caught:
+        assert [afresh(), afresh()] == [3, 3]
+    assert len(caught) == 1
+    assert kept(cache) == files
+
+
+def test_nothing_in_the_cache_is_a_pickle(cache, afresh):
+    """A line of JSON, and object code."""
+    afresh()
+    (content,) = kept(cache).values()
+    header, code = content.split(b"\n", 1)
+    assert {"function", "environments", "name", "sha256"} <= set(json.loads(header))
+    assert code[:4] in (b"\x7fELF", b"\xcf\xfa\xed\xfe") or sys.platform == "win32"
+
+
+def test_a_wrong_limit_is_refused_before_anything_is_compiled(afresh, monkeypatch):
+    monkeypatch.setenv("GRAINLAW_CACHE_LIMIT", "much")
+    monkeypatch.setattr(batch, "Compilation", None)
+    with pytest.raises(gl.ParameterError, match="GRAINLAW_CACHE_LIMIT = much is not allowed"):
+        afresh()
+
+
+def test_four_first_starts_at_once(tmp_path, cache):
+    """Four processes compile and write the same, and find nothing amiss."""
+    code = LAW.format(imports="", helper="float") + PRINT
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: run(["-W", "error", "-"], tmp_path, cache, code), range(4)))
+    assert found == 4 * [["1.0"]]
+    assert [file.suffix for file in kept(cache)] == [".code"]
 
 
 def test_the_key_of_the_loop_does_not_depend_on_the_process(tmp_path, cache):

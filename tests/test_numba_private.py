@@ -3,9 +3,9 @@
 import ast
 import collections
 import ctypes
+import json
 import math
 import os
-import pickle
 import threading
 
 import numba
@@ -29,21 +29,20 @@ def fill(address, value):
     numba.carray(address, (1,))[0] = value
 
 
-class Files:
-    """A cache in memory."""
+COMPILED = private.compile_for(njit(double), (nb.float64,))
 
-    def __init__(self, broken=()):
-        self.kept, self.broken = {}, broken
+
+class Files:
+    """A cache in memory; what it keeps has been through JSON."""
+
+    def __init__(self):
+        self.kept = {}
 
     def load(self, key):
-        if "load" in self.broken:
-            raise OSError("damaged")
-        return pickle.loads(self.kept[repr(key)])
+        return self.kept.get(repr(key))
 
-    def save(self, key, data):
-        if "save" in self.broken:
-            raise OSError("full")
-        self.kept[repr(key)] = private.serialized(data)
+    def save(self, key, header, object_code):
+        self.kept[repr(key)] = json.loads(json.dumps(header)), bytes(object_code)
 
 
 def versions():
@@ -122,35 +121,49 @@ def named_tuple_method():
 
 def disk_cache():
     """Another process finds by the key what one has compiled; here: another jitted function of the same key."""
-    files, unsaved = Files(), []
-    assert private.DiskCache("key", files, "", unsaved.append).load((nb.float64,)) is None
-    jitted = private.use_cache(njit(double), private.DiskCache("key", files, "", unsaved.append))
+    files, unkept = Files(), []
+
+    def cache(key="key"):
+        return private.DiskCache(key, files, lambda name, error: unkept.append(str(error)))
+
+    assert cache().load((nb.float64,)) is None
+    jitted = private.use_cache(njit(double), cache())
     private.compile_for(jitted, (nb.float64,))
     assert len(files.kept) == 1
-    code = private.DiskCache("key", files, "", unsaved.append).load((nb.float64,))
+    code = cache().load((nb.float64,))
     assert ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(private.address_of(code))(1.5) == 3.0
     for key, signature in (("key", (nb.int64,)), ("other", (nb.float64,))):
-        assert private.DiskCache(key, files, "", unsaved.append).load(signature) is None
-    assert unsaved == []
-
-
-def unusable_disk_cache():
-    unsaved = []
-    cache = private.DiskCache("key", Files(broken=("load", "save")), "", unsaved.append)
-    jitted = private.use_cache(njit(double), cache)
-    assert jitted(1.5) == 3.0
-    assert [str(error) for error in unsaved] == ["full"]
+        assert cache(key).load(signature) is None
+    assert unkept == []
 
 
 def use_cache():
+    """The second function is not compiled, for its key is that of the first; it returns arrays as the first does."""
     files = Files()
-    for function in (double, lambda x: math.nan):  # the second is not compiled: its key is that of the first
-        jitted = private.use_cache(njit(function), private.DiskCache("key", files, "", None))
-        assert jitted(1.5) == 3.0
+    for function in (lambda x: (x.astype(np.int32), 2 * x), lambda x: math.nan):
+        jitted = private.use_cache(njit(function), private.DiskCache("key", files, None))
+        whole, twice = jitted(np.array([1.5, 2.5]))
+        assert (whole.dtype, whole.tolist(), twice.tolist()) == (np.int32, [1, 2], [3.0, 5.0])
+    with pytest.raises(private.NumbaError, match="undefined"):  # its type is not kept: no compiled code may call it
+        njit(lambda x: jitted(x))(np.array([1.5]))
 
 
-def serialized():
-    assert pickle.loads(private.serialized({"x": (1, 2.0)})) == {"x": (1, 2.0)}
+def not_kept_error():
+    """Code with addresses of this process, or objects of Python's, runs, and is not kept."""
+    files, told = Files(), []
+    native = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(private.address_of(COMPILED))
+
+    def boxed(x):
+        with numba.objmode(y="float64"):
+            y = 2.0 * x
+        return y
+
+    for name, function in {"native": lambda x: native(x), "boxed": boxed}.items():
+        cache = private.DiskCache(name, files, lambda *what: told.append(what))
+        assert private.use_cache(njit(function), cache)(1.5) == 3.0
+    assert not files.kept
+    assert [type(error) for _, error in told] == 2 * [private.NotKeptError]
+    assert "boxed" in told[1][0]
 
 
 def processor():
@@ -206,7 +219,7 @@ PIECES = {
     "definition": definition, "compile_for": compile_for, "return_type": return_type, "address_of": address_of,
     "is_number": is_number,
     "is_tuple_of_numbers": is_tuple_of_numbers, "named_tuple_method": named_tuple_method, "DiskCache": disk_cache,
-    "DiskCache, unusable": unusable_disk_cache, "use_cache": use_cache, "serialized": serialized, "call": call,
+    "NotKeptError": not_kept_error, "use_cache": use_cache, "call": call,
     "atomic_add": atomic_add, "atomic_load": atomic_load, "atomic_store": atomic_store,
 }  # fmt: skip
 

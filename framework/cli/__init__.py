@@ -6,6 +6,7 @@ from importlib.metadata import version
 
 import click
 
+from grainlaw.cli.cache import cache
 from grainlaw.cli.check import check
 from grainlaw.cli.compare import compare
 from grainlaw.cli.envelope import envelope
@@ -21,5 +22,5 @@ def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 
-for command in (compare, envelope, law, check, rerun, test, verify):
+for command in (cache, compare, envelope, law, check, rerun, test, verify):
     main.add_command(command)

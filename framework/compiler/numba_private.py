@@ -12,12 +12,16 @@ from typing import Any
 
 import llvmlite
 import numba
+import numpy as np
 from llvmlite import ir
 from numba import types as nb
-from numba.core import caching, cgutils
+from numba.core import cgutils
+from numba.core.compiler import compile_result
 from numba.core.dispatcher import Dispatcher
+from numba.core.environment import Environment, lookup_environment
 from numba.core.errors import NumbaError
 from numba.core.extending import _Intrinsic
+from numba.core.funcdesc import FunctionDescriptor
 from numba.core.registry import cpu_target
 from numba.extending import intrinsic, overload_method
 
@@ -25,6 +29,7 @@ __all__ = [
     "FOLDERS",
     "VERSIONS",
     "DiskCache",
+    "NotKeptError",
     "NumbaError",
     "address_of",
     "atomic_add",
@@ -39,7 +44,6 @@ __all__ = [
     "processor",
     "python_function",
     "return_type",
-    "serialized",
     "use_cache",
 ]
 
@@ -119,62 +123,40 @@ def named_tuple_method(name: str, find: Callable[[type], Any]) -> None:
 # --- the cache on disk -----------------------------------------------------------------------------------------------
 
 
-class _NoSource(caching._CacheLocator):
-    """numba asks it for the source file a function comes from, by which it would judge the age of the cache."""
-
-    def __init__(self, folder: str) -> None:
-        self.folder = folder
-
-    def get_cache_path(self) -> str:
-        return self.folder
-
-    def ensure_cache_path(self) -> None:
-        pass
-
-    def get_source_stamp(self) -> str:
-        return ""
-
-    def get_disambiguator(self) -> str:
-        return ""
-
-    @classmethod
-    def from_function(cls, *_: Any) -> Any:
-        return None
+class NotKeptError(Exception):
+    """Why compiled code cannot be used in another process."""
 
 
-class _Implementation(caching.CompileResultCacheImpl):
-    def __init__(self, given: tuple[str, str]) -> None:
-        folder, key = given
-        self._lineno, self._locator, self._filename_base = 0, _NoSource(folder), key
+class DiskCache:
+    """Takes the place of numba's cache, with a ``key`` in place of source file and line, and without pickles.
 
-
-class DiskCache(caching.FunctionCache):
-    """numba's cache with a ``key`` of our own in place of source file and line, and with ``files`` of our own.
-
-    ``files`` has ``load(key)`` and ``save(key, data)``, where the key is a tuple of texts. What cannot be loaded is
-    compiled again; ``unsaved`` is told what kept code from being saved.
+    ``files`` has ``load(key)`` and ``save(key, header, object_code)``, where the key is a tuple of texts and the header
+    fits JSON; what ``load`` does not find is None. ``unkept`` is told the name of a function that cannot be kept, and
+    why. Code found on disk is called from Python or by its address; other compiled code cannot call it, for the type of
+    its result is not kept.
     """
 
-    _impl_class = _Implementation
+    def __init__(self, key: str, files: Any, unkept: Callable[[str, NotKeptError], None], function: Any = None) -> None:
+        self.key, self.files, self.unkept, self.function = key, files, unkept, function
 
-    def __init__(self, key: str, files: Any, folder: str, unsaved: Callable[[Exception], None]) -> None:
-        super().__init__((folder, key))
-        self._key, self._cache_file, self._unsaved = key, files, unsaved
-
-    def _index_key(self, signature: Any, codegen: Any) -> tuple:
-        return str(signature), codegen.magic_tuple(), self._key
+    def _name(self, signature: Any, context: Any) -> tuple:
+        return str(signature), context.codegen().magic_tuple(), self.key
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        try:
-            return super().load_overload(signature, context)
-        except Exception:  # missing or unreadable; the save below replaces it
+        context.refresh()  # knows how to compile for this machine only afterwards
+        found = self.files.load(self._name(signature, context))
+        if found is None:
             return None
+        header, object_code = found
+        return _linked(header, object_code, self.function, signature, context)
 
-    def save_overload(self, signature: Any, data: Any) -> None:
+    def save_overload(self, signature: Any, code: Any) -> None:
         try:
-            super().save_overload(signature, data)
-        except Exception as error:
-            self._unsaved(error)
+            header, object_code = _apart(code)
+        except NotKeptError as error:
+            self.unkept(code.fndesc.qualname, error)
+        else:
+            self.files.save(self._name(signature, code.target_context), header, object_code)
 
     def load(self, signature: tuple[Any, ...]) -> Any:
         """Code compiled before for the types of arguments, or None."""
@@ -183,13 +165,69 @@ class DiskCache(caching.FunctionCache):
 
 def use_cache(jitted: Any, cache: DiskCache) -> Any:
     """The jitted function, which now looks into ``cache`` before it compiles."""
+    cache.function = jitted.py_func
     jitted._cache = cache
     return jitted
 
 
-def serialized(data: Any) -> bytes:
-    """Compiled code as bytes, which ``pickle`` reads."""
-    return caching.dumps(data)
+def _apart(code: Any) -> tuple[dict[str, Any], bytes]:
+    """Compiled code as the object code of all it calls, and the names by which to find it there."""
+    if code.library.has_dynamic_globals:
+        raise NotKeptError("it holds addresses of this process, as of a large array or a function of ctypes")
+    if code.lifted or code.reload_init:
+        raise NotKeptError("it calls Python, or needs something made when it is loaded")
+    environments = (code.environment, *code._find_referenced_environments())  # its own, and those of what it calls
+    header = {
+        "function": code.fndesc.mangled_name,
+        "environment": code.environment.env_name,
+        "environments": {env.env_name: [_written(c) for c in env.consts] for env in environments},
+    }
+    return header, code.library._get_compiled_object()
+
+
+def _written(constant: Any) -> Any:
+    """A constant that compiled code has from Python: in practice the data type of an array that it returns."""
+    if isinstance(constant, str):
+        return constant
+    if isinstance(constant, np.dtype) and np.dtype(constant.str) == constant:
+        return [constant.str]
+    raise NotKeptError(f"it needs an object of Python's {type(constant).__name__}")
+
+
+def _linked(header: dict[str, Any], object_code: bytes, function: Any, signature: Any, context: Any) -> Any:
+    """Compiled code from what :func:`_apart` has made of it; without ``function``, only for its address."""
+    environments = {name: _environment(name, written) for name, written in header["environments"].items()}
+    environment = environments[header["environment"]]
+    described = FunctionDescriptor(
+        native=True, modname=__name__, qualname=getattr(function, "__qualname__", ""), unique_name="", doc="",
+        typemap=None, restype=nb.undefined, calltypes=None, args=(), kws=(), argtypes=tuple(signature),
+        mangler=lambda *_, **__: header["function"], env_name=header["environment"],
+    )  # fmt: skip
+    library = context.codegen().create_library(header["function"])
+    library.enable_object_caching()
+    library._set_compiled_object(object_code)  # which LLVM takes, asked to compile the empty module
+    library._finalize_final_module()
+    names = {described.llvm_cfunc_wrapper_name, described.llvm_cpython_wrapper_name}
+    library.codegen._engine._defined_symbols |= names
+    for name, env in environments.items():
+        library.codegen.set_env(name, env)
+    return compile_result(
+        target_context=context, typing_context=context.typing_context, library=library, environment=environment,
+        entry_point=function and context.get_executable(library, described, environment), fndesc=described,
+        signature=nb.undefined(*signature), objectmode=False, lifted=(), reload_init=[],
+        referenced_envs=list(environments.values()),
+    )  # fmt: skip
+
+
+def _environment(name: str, written: list[Any]) -> Any:
+    """Where compiled code finds its constants; one for all code of the same name, as numba has it."""
+    environment = lookup_environment(name)
+    if environment is None:
+        environment = Environment(globals())
+        environment.env_name = name
+        environment.consts[:] = [np.dtype(*c) if isinstance(c, list) else c for c in written]
+        Environment._memo[name] = environment
+    return environment
 
 
 # --- instructions that Python has no word for ------------------------------------------------------------------------
