@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import inspect
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
+from grainlaw.arguments import Checked, short
 from grainlaw.parameter import ParameterError
 
 
-class ContactLaw(ABC):
+class ContactLaw(metaclass=Checked):
     """What two grains do to each other at one contact point, written in scalars as a pure function.
 
     A whole law, linear softening over the fracture energy (Hillerborg, Modeer and Petersson 1976,
@@ -36,6 +37,8 @@ class ContactLaw(ABC):
     Fields and properties are read once, before the loop. Written without branches (``min``, ``max``, conditional
     expressions) it vectorises.
     """
+
+    one_per_contact = True  #: parameters may be arrays
 
     @property
     @abstractmethod
@@ -82,7 +85,7 @@ def check_laws(where: str, laws: Any) -> None:
     )
     if not (isinstance(laws, ContactLaw) or pairs):
         raise ParameterError(
-            f"{where} = {laws!r} is not allowed, it must be a ContactLaw or a mapping of phase pairs to them"
+            f"{where} = {short(laws)} is not allowed, it must be a ContactLaw or a mapping of phase pairs to them"
         )
 
 
@@ -127,5 +130,5 @@ def answered(law: ContactLaw, names: tuple[str, ...], answer: Any) -> tuple[floa
             pass
     raise TypeError(
         f"{type(law).__name__}.traction must return {2 + len(names)} numbers, normal and shear traction and "
-        f"{', '.join(names) or 'no memory'}, not {answer!r}"
+        f"{', '.join(names) or 'no memory'}, not {short(answer)}"
     )

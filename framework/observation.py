@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 
 import numpy as np
 
+from grainlaw.arguments import Checked
 from grainlaw.engine.state import State
 from grainlaw.stage import Stage
 
 
-class Observer(ABC):
+class Observer(metaclass=Checked):
     """Sees the state after every sample.
 
     A whole observer, the highest speed of any node::

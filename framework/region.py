@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, fits, refusal
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following
 
@@ -16,6 +17,8 @@ ROUNDING = 1e-9  #: of a length: nearer than this to a side is on the side, flat
 
 
 def _names(names: Iterable[str]) -> tuple[str, ...]:
+    if not fits(names, Iterable):
+        raise refusal("Region: sides", names, "a list of names")
     return tuple(names)
 
 
@@ -30,9 +33,8 @@ def _rings(rings: Iterable[Any]) -> tuple[np.ndarray, ...]:
 
 
 def _ring_names(rings: Iterable[Iterable[str]]) -> tuple[tuple[str, ...], ...]:
-    rings = tuple(rings)
-    if any(isinstance(names, str) for names in rings):
-        raise ParameterError(f"Region: hole_sides = {rings} must hold a list of names for each hole")
+    if not fits(rings, Sequence[Sequence[str]]):
+        raise refusal("Region: hole_sides", rings, "a list of names for each hole")
     return tuple(tuple(names) for names in rings)
 
 
@@ -47,7 +49,9 @@ def array_field(kind: type) -> Any:
         try:
             array: np.ndarray = np.array(values).astype(kind, casting="same_kind")
         except (TypeError, ValueError):
-            raise ParameterError(f"{type(owner).__name__}: {field.name} must be an array of {kind.__name__}") from None
+            array = np.array(0)
+        if not array.ndim:
+            raise refusal(f"{type(owner).__name__}: {field.name}", values, f"an array of {kind.__name__}")
         array.flags.writeable = False
         return array
 
@@ -55,7 +59,7 @@ def array_field(kind: type) -> Any:
 
 
 @attrs.frozen(eq=False)
-class Region:
+class Region(metaclass=Checked):
     """A simple polygon, perhaps with holes, to be filled with grains; every side names the boundary it belongs to.
 
     Several sides may share a name. The sides of the outline and then those of the holes have the index letter ``k``.

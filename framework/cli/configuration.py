@@ -6,8 +6,9 @@ from typing import Any
 
 import attrs
 
+from grainlaw.arguments import nearest
 from grainlaw.cli.components import choices, component, evolved, settings
-from grainlaw.cli.law_file import LawReferenceError, find_law, nearest
+from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.sample import sample
 from grainlaw.cli.sections import SECTIONS, Sections
 from grainlaw.cli.setups import SETUPS

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-import difflib
 import importlib
 import importlib.util
 import os
 import sys
 import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import attrs
 
+from grainlaw.arguments import nearest
 from grainlaw.contact import ContactLaw
 from grainlaw.parameter import ParameterError
 
@@ -41,12 +41,6 @@ def find_law(reference: str) -> ContactLaw:
     if not _is_law(found):
         raise LawReferenceError(f"'{name}' in {file} is no contact law but {_described(found)} ({known})")
     return _made(found, file) if isinstance(found, type) else found
-
-
-def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str:
-    """A question that suggests the nearest known name, or nothing where none is as like (0 to 1)."""
-    near = difflib.get_close_matches(name, list(known), n=1, cutoff=likeness)
-    return f"; did you mean '{near[0]}'?" if near else ""
 
 
 def _is_law(value: Any) -> bool:

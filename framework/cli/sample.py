@@ -9,8 +9,8 @@ from typing import Any
 import attrs
 
 import grainlaw.geometry
+from grainlaw.arguments import nearest
 from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
-from grainlaw.cli.law_file import nearest
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.specimen import ContactPoints, Elastic, GaussPoints, Rigid, Specimen

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked
 from grainlaw.engine.dissipation import balance
 from grainlaw.engine.state import State
 from grainlaw.observation import Observer
@@ -15,7 +16,7 @@ from grainlaw.stage import Stage
 
 
 @attrs.frozen(eq=False)
-class Frame:
+class Frame(metaclass=Checked):
     """One moment, copied out of the state."""
 
     time: float  #: s

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked
 from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy
 from grainlaw.mesh import Mesh
+from grainlaw.parameter import checked_whole_number
 from grainlaw.specimen import Specimen
 
 if TYPE_CHECKING:
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @attrs.frozen(eq=False)
-class Cracks:
+class Cracks(metaclass=Checked):
     """Broken contact points, in the order of breaking; the length of each is half of its interface."""
 
     position: np.ndarray  #: (k, 2) m, on the deformed specimen
@@ -53,7 +55,7 @@ class Cracks:
 
 
 @attrs.frozen(eq=False)
-class Result:
+class Result(metaclass=Checked):
     """The result of one test of one specimen under one law."""
 
     specimen: Specimen
@@ -89,6 +91,11 @@ class Result:
         }
         interfaces = state.bonds.ends
         return cls(state.specimen, law, protocol, curves, summary, _cracks(state), frames, interfaces)
+
+    def frame(self, where: str, number: int) -> Frame:
+        """One of the frames, counted from the end if negative. Raises ParameterError, which begins with ``where``."""
+        count = len(self.frames)
+        return self.frames[checked_whole_number(f"{where}: frame", number, at_least=-count, at_most=count - 1)]
 
     @property
     def mesh(self) -> Mesh:

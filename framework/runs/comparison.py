@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
+from grainlaw.arguments import Checked, checked
 from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.observation import Observer
@@ -32,7 +33,7 @@ TABLE = (
 
 
 @attrs.frozen(eq=False)
-class Comparison(Mapping[str, Result]):
+class Comparison(Mapping[str, Result], metaclass=Checked):
     """Results by the name of the law; prints as a table."""
 
     results: dict[str, Result]
@@ -92,6 +93,7 @@ class Comparison(Mapping[str, Result]):
         write_report(self.results, file, title=title, record=record, measures=measures)
 
 
+@checked
 def compare(
     specimen: Specimen,
     laws: Mapping[str, Laws],
@@ -106,8 +108,6 @@ def compare(
     ``observers`` maps the name of a law to the observers of its run; ``options`` go to :func:`simulate`. The results do
     not depend on ``threads``.
     """
-    if not isinstance(laws, Mapping):
-        raise ParameterError(f"compare: laws = {laws!r} is not allowed, it must be a mapping from names to laws")
     if not laws:
         raise ParameterError("compare: laws is empty, it must name at least one law")
     runs = {name: Run(specimen, law, protocol) for name, law in laws.items()}

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import attrs
 import numpy as np
 
+from grainlaw.arguments import short
 from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.contact import ContactLaw, Laws, check_laws
 from grainlaw.detection import Detection
@@ -58,7 +59,7 @@ def _check_stiffness(law: ContactLaw) -> None:
         fine = False
     if not fine:
         raise ParameterError(
-            f"{type(law).__name__}.stiffness = {law.stiffness!r} is not allowed, it must be two positive finite "
+            f"{type(law).__name__}.stiffness = {short(law.stiffness)} is not allowed, it must be two positive finite "
             "numbers (Pa/m), normal and shear"
         )
 

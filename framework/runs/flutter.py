@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, checked
 from grainlaw.columns import DAMAGED, KINETIC, STAGE, STRESS, TIME, energy
 from grainlaw.contact import ContactLaw, Laws
 from grainlaw.detection import EVERYWHERE, Detection
@@ -39,7 +40,7 @@ class _Samples(Condition):
 
 
 @attrs.frozen(eq=False)
-class Flutter:
+class Flutter(metaclass=Checked):
     """The kinetic energy of a specimen that was held without damping; prints as one line."""
 
     stress: float  #: Pa, under which it was held, compression positive
@@ -130,6 +131,7 @@ class _HeldStill(LoadingProtocol):
         return {}
 
 
+@checked
 def hold(
     specimen: Specimen, law: Laws, stress: float, *, confined: bool = False, duration: float | None = None,
     detection: Detection | None = EVERYWHERE, time_step_factor: float = 1.0, threads: int = 1,
