@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import checked, is_number, refusal
 from grainlaw.columns import ENERGY, SPENT, SUPPLIED
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.contact import Laws
@@ -21,7 +21,7 @@ from grainlaw.engine.state import Saved, State
 from grainlaw.engine.stepping import InstabilityError, OverlapError, advance
 from grainlaw.integration import Integrator, Motion
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError, checked_whole_number
+from grainlaw.parameter import checked_whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import FrameClock, FrameRecorder, take_frame
 from grainlaw.results.result import Result
@@ -36,6 +36,7 @@ ROUNDING = 1e-9  #: of kinetic energy, and of gravity's work over the size of th
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
 
+@checked
 def simulate(
     specimen: Specimen,
     law: Laws,
@@ -60,7 +61,7 @@ def simulate(
     :class:`ParameterError` before any work is done, :class:`InstabilityError` with the step, contact, grain and
     likely cause (:class:`OverlapError` where grains overlap too much), :class:`StageError`.
     """
-    _check(specimen, law, protocol, threads, time_step_factor, mass_scaling, detection, integrator)
+    _check(threads, time_step_factor, mass_scaling)
     ask_first_questions(law, detection)
     stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
     if integrator is not None:
@@ -69,23 +70,12 @@ def simulate(
     return _Run(state, law, protocol, stages, threads, time_step_factor, mass_scaling, observers, frames).go()
 
 
-def _check(
-    specimen: Specimen, law: Laws, protocol: LoadingProtocol, threads: int, factor: float, scaling: float,
-    detection: Any, integrator: Any,
-) -> None:  # fmt: skip
-    if not isinstance(specimen, Specimen):
-        raise ParameterError(f"simulate: specimen = {specimen!r} is not allowed, it must be a Specimen")
-    if not isinstance(protocol, LoadingProtocol):
-        raise ParameterError(f"simulate: protocol = {protocol!r} is not allowed, it must be a LoadingProtocol")
+def _check(threads: int, factor: float, scaling: float) -> None:
     checked_whole_number("simulate: threads", threads, at_least=1, at_most=MOST_THREADS)
-    if not (integrator is None or isinstance(integrator, Integrator)):
-        raise ParameterError(f"simulate: integrator = {integrator!r} is not allowed, it must be an Integrator or None")
-    if not (detection is None or isinstance(detection, Detection)):
-        raise ParameterError(f"simulate: detection = {detection!r} is not allowed, it must be a Detection or None")
-    if not 0 < factor <= 1:
-        raise ParameterError(f"simulate: time_step_factor = {factor!r} is not allowed, it must be above 0, at most 1")
-    if not 1 <= scaling <= 100:
-        raise ParameterError(f"simulate: mass_scaling = {scaling!r} is not allowed, it must be from 1 to 100")
+    if not is_number(factor) or not 0 < factor <= 1:
+        raise refusal("simulate: time_step_factor", factor, "above 0, at most 1")
+    if not is_number(scaling) or not 1 <= scaling <= 100:
+        raise refusal("simulate: mass_scaling", scaling, "from 1 to 100")
 
 
 class _Run:
