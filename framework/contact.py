@@ -89,6 +89,16 @@ def check_laws(where: str, laws: Any) -> None:
         )
 
 
+def declared_stiffness(law: ContactLaw) -> Any:
+    """What a law says of its stiffness. Raises :class:`ParameterError` where its property fails."""
+    try:
+        return law.stiffness
+    except Exception as error:
+        raise ParameterError(
+            f"{type(law).__name__}.stiffness cannot be found: {type(error).__name__}: {error}"
+        ) from error
+
+
 def law_of_pair(laws: Laws, one: int, other: int) -> ContactLaw | None:
     """The law between two phases, or None."""
     if isinstance(laws, ContactLaw):

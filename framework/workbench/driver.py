@@ -9,10 +9,11 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, refusal, short
+from grainlaw.arguments import Checked, fits, refusal, short
 from grainlaw.compiler.batch import Compiled, compile_law
-from grainlaw.contact import ContactLaw, answered, memory_names
+from grainlaw.contact import ContactLaw, answered, declared_stiffness, memory_names
 from grainlaw.parameter import ParameterError, parameters
+from grainlaw.workbench.endless import refuse_endless
 
 
 @attrs.frozen(eq=False)
@@ -109,6 +110,8 @@ def alone(law: Any) -> Contact:
     if any(isinstance(value, list) for value in parameters(law).values()):
         name = type(law).__name__
         raise ParameterError(f"{name}: give the law of one contact, and give single numbers instead of arrays")
-    if not all(math.isfinite(k) and k > 0 for k in law.stiffness):
-        raise refusal(f"{type(law).__name__}.stiffness", law.stiffness, "two positive numbers (Pa/m)")
+    declared = declared_stiffness(law)
+    if not fits(declared, tuple[float, float]) or not all(math.isfinite(k) and k > 0 for k in declared):
+        raise refusal(f"{type(law).__name__}.stiffness", declared, "two positive numbers (Pa/m)")
+    refuse_endless(law)
     return Contact(law)
