@@ -10,6 +10,7 @@ import click
 from grainlaw.cli.running import FAILURES, ProgressBar, check_threads, described, progress_bars, versions
 from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
 from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.parameter import ParameterError
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.results.files import writable_folder
 from grainlaw.results.vtk import VtkWriter
@@ -67,6 +68,8 @@ def compare(
         comparison.write(folder, record)
         sample = {**described(tessellator), "width": written(width, "m"), "height": written(height, "m")}
         comparison.write_report(folder / "report.html", record={"sample": sample, "versions": versions()})
+    except ParameterError as error:
+        raise click.UsageError(str(error)) from None
     except FAILURES as error:
         raise click.ClickException(str(error)) from None
     click.echo(comparison)

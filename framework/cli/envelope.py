@@ -72,6 +72,8 @@ def envelope(
         found.write(folder, record)
     except LawReferenceError as error:
         raise click.BadParameter(str(error)) from None
+    except ParameterError as error:
+        raise click.UsageError(str(error)) from None
     except FAILURES as error:
         raise click.ClickException(str(error)) from None
     click.echo(found)

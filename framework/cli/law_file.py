@@ -82,11 +82,17 @@ def _run(file: Path) -> ModuleType:
     try:
         with _helpers_of_its_own(file.resolve().parent):
             exec(compile(file.read_bytes(), file, "exec"), vars(module))  # never the byte code of an older file
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
         where = f"{file}:{lines[-1]}" if lines else str(file)
-        raise LawReferenceError(f"{where} does not run: {type(error).__name__}: {error}") from None
+        raise LawReferenceError(f"{where} does not run: {_said(error)}") from None
     return module
+
+
+def _said(error: BaseException) -> str:
+    if isinstance(error, SystemExit):
+        return "it ends Python (sys.exit); a law file is imported, what it should do when run goes below __main__"
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
 @contextlib.contextmanager

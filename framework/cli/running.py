@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
+import click
 import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -28,7 +29,7 @@ FAILURES = (ParameterError, OSError, CompilationError, InstabilityError, StageEr
 def check_threads(threads: int | None) -> None:
     """Refuse a number of threads before any work is done."""
     if threads is not None and not 1 <= threads <= MOST_THREADS:
-        raise ParameterError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
+        raise click.UsageError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
 
 
 class ProgressBar(Observer):
