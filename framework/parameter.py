@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import math
 import operator
+import warnings
 from typing import Any
 
 import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, ParameterError, checked, is_number, refusal, short
+
+LARGEST = 1e30  #: no quantity of mechanics is larger in SI; beyond it products overflow
+
+
+class UnitWarning(UserWarning):
+    """A number far from what is usual, as after a slip of units.
+
+    ``warnings.simplefilter("ignore", gl.UnitWarning)`` silences it.
+    """
 
 
 @attrs.frozen
@@ -25,6 +35,8 @@ class Bounds:
     def allow(self, value: float) -> bool:
         """Whether ``value`` is a number inside the bounds."""
         if math.isnan(value) or (math.isinf(value) and not self.infinite):
+            return False
+        if LARGEST < abs(value) < math.inf or (self.above == 0 and value < 1 / LARGEST):
             return False
         return (
             (self.at_least is None or value >= self.at_least)
@@ -43,6 +55,15 @@ class Bounds:
         ]  # fmt: skip
         return " and ".join(["a number" if self.infinite else "a finite number", *words])
 
+    def why_not(self, value: float) -> str:
+        """What else is wrong with a number that these words allow."""
+        size = abs(value)
+        return (
+            ""
+            if size in (0.0, math.inf) or 1 / LARGEST <= size <= LARGEST
+            else f", of size {1 / LARGEST:g} to {LARGEST:g}"
+        )
+
 
 @checked
 def parameter(
@@ -54,11 +75,13 @@ def parameter(
     at_most: float | None = None,
     below: float | None = None,
     infinite: bool = False,
+    usual: tuple[float, float] | None = None,
 ) -> Any:
     """Declare a number of a component: ``cohesion: float = parameter("Pa", at_least=0)``.
 
     Without a bound the value must be above 0; ``above=-math.inf`` allows either sign, ``infinite=True`` infinity. A
-    contact law and its parts may be given an array, one entry per contact point. Raises :class:`ParameterError`.
+    contact law and its parts may be given an array, one entry per contact point. Outside of
+    what is ``usual`` (lowest, highest) it warns (:class:`UnitWarning`). Raises :class:`ParameterError`.
     """
     if at_least is above is at_most is below is None:
         above = 0.0
@@ -71,8 +94,12 @@ def parameter(
             if not bounds.allow(entry):
                 raise ParameterError(
                     f"{type(component).__name__}: {attribute.name} = {entry:g}{measured} is not allowed, "
-                    f"it must be {bounds}"
+                    f"it must be {bounds}{bounds.why_not(entry)}"
                 )
+            if usual and not usual[0] <= entry <= usual[1]:
+                words = f"{type(component).__name__}: {attribute.name} = {entry:g}{measured} is unusual"
+                range_ = f"usual are {usual[0]:g} to {usual[1]:g}{measured}"
+                warnings.warn(UnitWarning(f"{words}, {range_}: is the unit right?"), stacklevel=5)
 
     def convert(value: Any, component: Any, attribute: Any) -> Any:
         try:

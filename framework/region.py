@@ -13,6 +13,8 @@ from grainlaw.arguments import Checked, fits, refusal
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following
 
+SMALLEST, LARGEST = 1e-9, 1e7  #: m, from some atoms to the Earth
+SLENDEREST = 1e4  #: length over width
 ROUNDING = 1e-9  #: of a length: nearer than this to a side is on the side, flatter than this is straight
 
 
@@ -170,6 +172,12 @@ def _ring_fault(name: str, ring: np.ndarray, names: tuple[str, ...]) -> str | No
         return f"{name} has the shape {ring.shape}, it must be (n, 2) with at least 3 corners"
     if not np.isfinite(ring).all():
         return f"{name} has a corner that is not finite"
+    small, large = sorted(np.ptp(ring, axis=0).tolist())
+    if large > LARGEST or small < SMALLEST or np.abs(ring).max() > LARGEST:
+        allowed = f"{SMALLEST:g} to {LARGEST:g} m, and no farther than that from zero"
+        return f"{name} is {large:g} m long and {small:g} m wide, it must be {allowed}"
+    if large > SLENDEREST * small:
+        return f"{name} is {large / small:.2g} times as long as wide, it must be at most {SLENDEREST:g} times"
     if len(names) != len(ring):
         kind = "sides" if name == "outline" else f"hole_sides of {name}"
         return f"{kind} has {len(names)} names for {len(ring)} sides of the {name}"

@@ -27,9 +27,9 @@ class Plane(enum.Enum):
 class Elastic(metaclass=Checked):
     """Linear elastic, isotropic grains that deform: small strain, finite rotation."""
 
-    youngs_modulus: float = parameter("Pa")
+    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))
     poissons_ratio: float = parameter("1", above=-1.0, below=0.5)
-    density: float = parameter("kg/m3")
+    density: float = parameter("kg/m3", usual=(500, 20_000))
     plane: Plane = part(Plane, Plane.STRAIN)
 
     @property
@@ -47,7 +47,7 @@ class Elastic(metaclass=Checked):
 class Rigid(metaclass=Checked):
     """Grains that move but do not deform."""
 
-    density: float = parameter("kg/m3")
+    density: float = parameter("kg/m3", usual=(500, 20_000))
 
 
 class ContactPoints(metaclass=Checked):

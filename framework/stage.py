@@ -34,7 +34,8 @@ def _rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray
     """Rise from ``start`` to ``end`` in the time ``ramp``, smooth in value, rate and acceleration."""
     if ramp == 0:
         return np.full(len(time), end)
-    x = np.clip(time / ramp, 0, 1)
+    with np.errstate(over="ignore"):  # a ramp of next to nothing
+        x = np.clip(time / ramp, 0, 1)
     return start + (end - start) * x**3 * (10 - 15 * x + 6 * x**2)
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Any
 
 import attrs
@@ -21,8 +22,9 @@ from grainlaw.tessellation import Tessellation
 def together(*bodies: Tessellation) -> Tessellation:
     """Bodies side by side, their grains in this order; they share no vertex, also where they touch.
 
-    Boundaries of one name become one boundary, and ``region`` is that of the first. That bodies do not overlap is not
-    checked. A block that will slide down an incline of 30 degrees::
+    A boundary whose name a body before it has is renamed, left to left_2 and so on: to drive "left" moves one body
+    alone. ``region`` is that of the first. That bodies do not overlap is not checked. A block that will slide down an
+    incline of 30 degrees::
 
         base = block([(0, -1), (4, -1), (4, 0), (0, 0)], "base")
         slider = block([(3, 0), (4, 0), (4, 0.5), (3, 0.5)], "slider")
@@ -32,6 +34,22 @@ def together(*bodies: Tessellation) -> Tessellation:
     """
     if not bodies:
         raise ParameterError("together: there are no bodies, it must be given at least one Tessellation")
+    taken: set[str] = set()
+    named = []
+    for body in bodies:
+        own = dict.fromkeys(name for region in body.regions for name in region.names)
+        new = {name: _free(name, taken | own.keys()) for name in own if name in taken}
+        taken |= {new.get(name, name) for name in own}
+        named.append(renamed(body, new) if new else body)
+    return side_by_side(*named)
+
+
+def _free(name: str, taken: Set[str]) -> str:
+    return next(other for number in itertools.count(2) if (other := f"{name}_{number}") not in taken)
+
+
+def side_by_side(*bodies: Tessellation) -> Tessellation:
+    """As :func:`together`, but boundaries of one name become one boundary."""
     vertex, corner, number = (
         np.cumsum([0, *counts])
         for counts in zip(*((len(b.vertices), len(b.corners), len(b.regions)) for b in bodies), strict=True)

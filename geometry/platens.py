@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import checked
-from grainlaw.geometry.bodies import renamed, together
+from grainlaw.geometry.bodies import renamed, side_by_side
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.region import check_sizes
 from grainlaw.parameter import checked_whole_number
@@ -54,7 +54,7 @@ def between_platens(
         made: Any = Bricks(rows=1, columns=columns).tessellate(region)
         return attrs.evolve(made, phase=np.full(made.count, phase))
 
-    return together(
+    return side_by_side(
         renamed(grains, {"top": "rock_top", "bottom": "rock_bottom"}),
         platen(high[1], high[1] + thickness, "top", "platen_top", "platen_side", "top", "platen_side"),
         platen(low[1] - thickness, low[1], "bottom", "bottom", "platen_side", "platen_bottom", "platen_side"),

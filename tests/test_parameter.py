@@ -80,7 +80,7 @@ WHOLE = [
     (lambda value: Bricks(rows=value), "Bricks: rows", ", at least 1"),
     (lambda value: Voronoi(grains=value), "Voronoi: grains", ", at least 1"),
     (lambda value: Voronoi(grains=4, seed=value), "Voronoi: seed", ", at least 0"),
-    (lambda value: Voronoi(grains=4, relaxation=value), "Voronoi: relaxation", ", at least 0"),
+    (lambda value: Voronoi(grains=4, relaxation=value), "Voronoi: relaxation", " from 0 to 1000"),
     (lambda value: Hexagonal(grains=value), "Hexagonal: grains", ", at least 1"),
     (lambda value: UniaxialCompression(samples=value), "UniaxialCompression: samples", ", at least 10"),
     (lambda value: small_sample(4, refinement=value), "Specimen: refinement", " from 0 to 6"),

@@ -78,7 +78,9 @@ def _class(kind: Kind, name: Any, where: str, base: Any) -> type:
     for own, cls in known.items():
         if str(name).lower().replace("_", "-") in (own, name_of(cls), cls.__name__.lower()):
             return cls
-    raise ParameterError(f"{where}: there is no '{name}'{nearest(str(name), known)} (there are: {', '.join(known)})")
+    raise ParameterError(
+        f"{where}: there is no {short(str(name))}{nearest(str(name), known)} (there are: {', '.join(known)})"
+    )
 
 
 def evolved(base: Any, given: Mapping[str, Any], where: str) -> Any:

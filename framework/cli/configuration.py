@@ -6,7 +6,7 @@ from typing import Any
 
 import attrs
 
-from grainlaw.arguments import nearest
+from grainlaw.arguments import nearest, short
 from grainlaw.cli.components import choices, component, evolved, settings
 from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.sample import sample
@@ -48,7 +48,7 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
     Raises :class:`~grainlaw.parameter.ParameterError` for what is unknown, missing, of another unit or out of bounds.
     """
     if name not in SETUPS:
-        raise ParameterError(f"there is no test '{name}'{nearest(name, SETUPS)} (tests: {', '.join(SETUPS)})")
+        raise ParameterError(f"there is no test {short(name)}{nearest(name, SETUPS)} (tests: {', '.join(SETUPS)})")
     setup = SETUPS[name]
     given = {section: dict(sections.get(section, {})) for section in SECTIONS}
     if (other := given["test"].pop("type", name)) != name:
@@ -80,5 +80,5 @@ def _law(given: dict[str, Any]) -> tuple[str, ContactLaw]:
     others = {short: cls for short, cls in choices(ContactLaw).items() if cls not in map(type, LAWS.values())}
     known: dict[str, Any] = LAWS | others
     if name not in known:
-        raise ParameterError(f"there is no law '{name}'{nearest(name, known)} (laws: {', '.join(known)})")
+        raise ParameterError(f"there is no law {short(name)}{nearest(name, known)} (laws: {', '.join(known)})")
     return name, evolved(known[name], given, "law")

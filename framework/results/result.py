@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked
+from grainlaw.arguments import Checked, nearest
 from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy
 from grainlaw.mesh import Mesh
 from grainlaw.parameter import checked_whole_number
@@ -25,6 +25,13 @@ if TYPE_CHECKING:
     from grainlaw.results.frames import Frame
     from grainlaw.results.laboratory import Laboratory
     from grainlaw.results.measure import Measure
+
+
+class Named(dict[str, Any]):
+    """Values by name; a name that is not there is answered with those that are."""
+
+    def __missing__(self, name: str) -> Any:
+        raise KeyError(f"there is no {name!r}{nearest(str(name), self)} (there are: {', '.join(self)})")
 
 
 @attrs.frozen(eq=False)
@@ -78,7 +85,7 @@ class Result(metaclass=Checked):
         seconds: float,
     ) -> Result:
         """Make the result from the state at the end of a run."""
-        summary = dict(protocol.summary(curves, state.specimen)) if curves else {}
+        summary = Named(protocol.summary(curves, state.specimen) if curves else {})
         summary |= {
             TENSILE_CRACKS: int(curves[TENSILE_CRACKS][-1]) if curves else 0,
             SHEAR_CRACKS: int(curves[SHEAR_CRACKS][-1]) if curves else 0,
@@ -90,7 +97,7 @@ class Result(metaclass=Checked):
             "energy_made": energy_made(curves, frames, state.contact_lengths) if curves else 0.0,
         }
         interfaces = state.bonds.ends
-        return cls(state.specimen, law, protocol, curves, summary, _cracks(state), frames, interfaces)
+        return cls(state.specimen, law, protocol, Named(curves), summary, _cracks(state), frames, interfaces)
 
     def frame(self, where: str, number: int) -> Frame:
         """One of the frames, counted from the end if negative. Raises ParameterError, which begins with ``where``."""

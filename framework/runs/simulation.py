@@ -27,6 +27,7 @@ from grainlaw.results.frames import FrameClock, FrameRecorder, take_frame
 from grainlaw.results.result import Result
 from grainlaw.runs.curve_table import CurveTable
 from grainlaw.runs.first_questions import ask_first_questions
+from grainlaw.runs.plausibility import warn_of_scales
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Drive, Stage, StageError
 
@@ -66,6 +67,7 @@ def simulate(
     stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
+    warn_of_scales(specimen, law, stages)
     state = State(specimen, law, detection)
     return _Run(state, law, protocol, stages, threads, time_step_factor, mass_scaling, observers, frames).go()
 
