@@ -19,7 +19,7 @@ from grainlaw.integration import (
     Undamped,
 )
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError, parameter, parameters, part
+from grainlaw.parameter import ParameterError, UnitWarning, parameter, parameters, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.region import Region
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
@@ -125,6 +125,7 @@ __all__ = [
     "TilingError",
     "Trace",
     "Undamped",
+    "UnitWarning",
     "Window",
     "acoustic_events",
     "characteristics",

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import inspect
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
+from grainlaw.arguments import Checked, short
 from grainlaw.parameter import ParameterError
 
 
-class ContactLaw(ABC):
+class ContactLaw(metaclass=Checked):
     """What two grains do to each other at one contact point, written in scalars as a pure function.
 
     A whole law, linear softening over the fracture energy (Hillerborg, Modeer and Petersson 1976,
@@ -36,6 +37,8 @@ class ContactLaw(ABC):
     Fields and properties are read once, before the loop. Written without branches (``min``, ``max``, conditional
     expressions) it vectorises.
     """
+
+    one_per_contact = True  #: parameters may be arrays
 
     @property
     @abstractmethod
@@ -82,8 +85,18 @@ def check_laws(where: str, laws: Any) -> None:
     )
     if not (isinstance(laws, ContactLaw) or pairs):
         raise ParameterError(
-            f"{where} = {laws!r} is not allowed, it must be a ContactLaw or a mapping of phase pairs to them"
+            f"{where} = {short(laws)} is not allowed, it must be a ContactLaw or a mapping of phase pairs to them"
         )
+
+
+def declared_stiffness(law: ContactLaw) -> Any:
+    """What a law says of its stiffness. Raises :class:`ParameterError` where its property fails."""
+    try:
+        return law.stiffness
+    except Exception as error:
+        raise ParameterError(
+            f"{type(law).__name__}.stiffness cannot be found: {type(error).__name__}: {error}"
+        ) from error
 
 
 def law_of_pair(laws: Laws, one: int, other: int) -> ContactLaw | None:
@@ -127,5 +140,5 @@ def answered(law: ContactLaw, names: tuple[str, ...], answer: Any) -> tuple[floa
             pass
     raise TypeError(
         f"{type(law).__name__}.traction must return {2 + len(names)} numbers, normal and shear traction and "
-        f"{', '.join(names) or 'no memory'}, not {answer!r}"
+        f"{', '.join(names) or 'no memory'}, not {short(answer)}"
     )

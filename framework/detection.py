@@ -6,6 +6,7 @@ from typing import Any
 
 import attrs
 
+from grainlaw.arguments import Checked
 from grainlaw.contact import Laws, check_laws
 from grainlaw.parameter import parameter
 
@@ -16,7 +17,7 @@ def _laws_or_none(detection: Detection, attribute: attrs.Attribute, value: Any) 
 
 
 @attrs.frozen(kw_only=True)
-class Detection:
+class Detection(metaclass=Checked):
     """Contacts between edges of grains that were never bonded, or whose bond has broken and moved apart.
 
     Without a ``law`` of their own such contacts follow the law of the bonds between their phases, as it is after

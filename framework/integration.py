@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked
 from grainlaw.parameter import parameter, part, whole_number
 
 
-class Damping(ABC):
+class Damping(metaclass=Checked):
     """A force against the motion of one freedom."""
 
     @abstractmethod
@@ -62,7 +63,7 @@ class MassDamping(Damping):
 
 
 @attrs.frozen(eq=False)
-class Motion:
+class Motion(metaclass=Checked):
     """What an integrator sees between bursts of steps: arrays (r, n) over all freedoms, forces zero where driven."""
 
     velocity: np.ndarray  #: m/s
@@ -76,7 +77,7 @@ class Motion:
         return float(0.5 * np.sum(self.mass * self.velocity**2))
 
 
-class Integrator(ABC):
+class Integrator(metaclass=Checked):
     """Moves one freedom (a node's component, a rigid grain's translation or rotation) by one explicit step.
 
     A whole integrator, forward motion without damping::
@@ -134,7 +135,7 @@ class CentralDifference(Integrator):
         return self.safety * self.damping.step_factor * 2 / highest_frequency
 
 
-class Relaxation(ABC):
+class Relaxation(metaclass=Checked):
     """How dynamic relaxation brings a specimen to rest: part of :class:`DynamicRelaxation`."""
 
     @abstractmethod

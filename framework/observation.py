@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 
 import numpy as np
 
+from grainlaw.arguments import Checked
 from grainlaw.engine.state import State
 from grainlaw.stage import Stage
 
 
-class Observer(ABC):
+class Observer(metaclass=Checked):
     """Sees the state after every sample.
 
     A whole observer, the highest speed of any node::
@@ -32,5 +33,5 @@ class Observer(ABC):
         """What a checkpoint must keep of this observer, as arrays by name; nothing by default."""
         return {}
 
-    def restore(self, state: State, saved: Mapping[str, np.ndarray]) -> None:  # noqa: B027 (most need none)
+    def restore(self, state: State, saved: Mapping[str, np.ndarray]) -> None:
         """Go on from what :meth:`save` returned, in a run that is restarted at this ``state``."""

@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import math
 import operator
+import warnings
 from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, ParameterError, checked, is_number, refusal, short
 
-class ParameterError(ValueError):
-    """A value outside what its declaration allows; the message names component, parameter, value and bound."""
+LARGEST = 1e30  #: no quantity of mechanics is larger in SI; beyond it products overflow
+
+
+class UnitWarning(UserWarning):
+    """A number far from what is usual, as after a slip of units.
+
+    ``warnings.simplefilter("ignore", gl.UnitWarning)`` silences it.
+    """
 
 
 @attrs.frozen
@@ -27,6 +35,8 @@ class Bounds:
     def allow(self, value: float) -> bool:
         """Whether ``value`` is a number inside the bounds."""
         if math.isnan(value) or (math.isinf(value) and not self.infinite):
+            return False
+        if LARGEST < abs(value) < math.inf or (self.above == 0 and value < 1 / LARGEST):
             return False
         return (
             (self.at_least is None or value >= self.at_least)
@@ -45,7 +55,17 @@ class Bounds:
         ]  # fmt: skip
         return " and ".join(["a number" if self.infinite else "a finite number", *words])
 
+    def why_not(self, value: float) -> str:
+        """What else is wrong with a number that these words allow."""
+        size = abs(value)
+        return (
+            ""
+            if size in (0.0, math.inf) or 1 / LARGEST <= size <= LARGEST
+            else f", of size {1 / LARGEST:g} to {LARGEST:g}"
+        )
 
+
+@checked
 def parameter(
     unit: str,
     *,
@@ -55,11 +75,13 @@ def parameter(
     at_most: float | None = None,
     below: float | None = None,
     infinite: bool = False,
+    usual: tuple[float, float] | None = None,
 ) -> Any:
     """Declare a number of a component: ``cohesion: float = parameter("Pa", at_least=0)``.
 
     Without a bound the value must be above 0; ``above=-math.inf`` allows either sign, ``infinite=True`` infinity. A
-    contact law may be given an array, one entry per contact point. Raises :class:`ParameterError`.
+    contact law and its parts may be given an array, one entry per contact point. Outside of
+    what is ``usual`` (lowest, highest) it warns (:class:`UnitWarning`). Raises :class:`ParameterError`.
     """
     if at_least is above is at_most is below is None:
         above = 0.0
@@ -72,21 +94,27 @@ def parameter(
             if not bounds.allow(entry):
                 raise ParameterError(
                     f"{type(component).__name__}: {attribute.name} = {entry:g}{measured} is not allowed, "
-                    f"it must be {bounds}"
+                    f"it must be {bounds}{bounds.why_not(entry)}"
                 )
+            if usual and not usual[0] <= entry <= usual[1]:
+                words = f"{type(component).__name__}: {attribute.name} = {entry:g}{measured} is unusual"
+                range_ = f"usual are {usual[0]:g} to {usual[1]:g}{measured}"
+                warnings.warn(UnitWarning(f"{words}, {range_}: is the unit right?"), stacklevel=5)
 
     def convert(value: Any, component: Any, attribute: Any) -> Any:
         try:
             if isinstance(value, (bool, str, bytes)) or value is None:
                 raise TypeError
-            if isinstance(value, (np.ndarray, list, tuple)) and np.ndim(value) == 1:
+            if isinstance(value, (np.ndarray, list, tuple)):
                 array = np.array(value, dtype=float)
+                if array.ndim != 1 or not array.size or not _takes_arrays(type(component)):
+                    raise TypeError
                 array.flags.writeable = False
                 return array
             return float(value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
+                f"{type(component).__name__}: {attribute.name} = {short(value)} is not allowed, "
                 f"it must be {bounds}{measured and f' ({unit})'}"
             ) from None
 
@@ -99,6 +127,44 @@ def parameter(
     )
 
 
+def _takes_arrays(cls: type) -> bool:
+    """Whether parameters may differ between contacts: in laws, in parts of them, and in a user's own classes."""
+    return getattr(cls, "one_per_contact", not isinstance(cls, Checked))
+
+
+def checked_number(
+    where: str, value: Any, unit: str = "1", *, at_least: float | None = None, above: float | None = None
+) -> float:
+    """The value as a finite float. Raises :class:`ParameterError`, which begins with ``where``: ``"hold: stress"``."""
+    bounds = Bounds(at_least, above)
+    if not is_number(value) or not bounds.allow(float(value)):
+        measured = "" if unit == "1" else f" {unit}"
+        raise ParameterError(f"{where} = {short(value)}{measured} is not allowed, it must be {bounds}")
+    return float(value)
+
+
+def checked_points(where: str, value: Any) -> np.ndarray:
+    """(n, 2) m, finite. Raises :class:`ParameterError`, which begins with ``where``."""
+    try:
+        points = np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        points = np.zeros(0)
+    if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
+        raise refusal(where, value, "a list of points (x, y) in m, all finite")
+    return points
+
+
+def checked_vector(where: str, value: Any, unit: str = "m") -> np.ndarray:
+    """(2,) finite. Raises :class:`ParameterError`, which begins with ``where``: ``"moved: by"``."""
+    try:
+        vector = np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        vector = np.zeros(0)
+    if vector.shape != (2,) or not np.isfinite(vector).all():
+        raise refusal(f"{where}", value, f"two finite numbers (x, y) in {unit}")
+    return vector
+
+
 def checked_whole_number(where: str, value: Any, *, at_least: int, at_most: int | None = None) -> int:
     """The value as an int; numpy's integers are whole numbers too, ``2.0`` and ``True`` are not.
 
@@ -107,7 +173,7 @@ def checked_whole_number(where: str, value: Any, *, at_least: int, at_most: int 
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not whole or value < at_least or (at_most is not None and value > at_most):
         bounds = f", at least {at_least}" if at_most is None else f" from {at_least} to {at_most}"
-        raise ParameterError(f"{where} = {value!r} is not allowed, it must be a whole number{bounds}")
+        raise ParameterError(f"{where} = {short(value)} is not allowed, it must be a whole number{bounds}")
     return int(value)
 
 
@@ -134,13 +200,14 @@ def grain_numbers() -> Any:
             return tuple(operator.index(entry) for entry in value)
         except TypeError:
             raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
+                f"{type(component).__name__}: {attribute.name} = {short(value)} is not allowed, "
                 "it must be a list of grain numbers"
             ) from None
 
     return attrs.field(default=(), converter=attrs.Converter(convert, takes_self=True, takes_field=True))
 
 
+@checked
 def part(kind: Any, default: Any) -> Any:
     """Declare a part of a component, which must be a ``kind`` (an interface or an enumeration).
 
@@ -150,15 +217,21 @@ def part(kind: Any, default: Any) -> Any:
     def check(component: Any, attribute: Any, value: Any) -> None:
         if not isinstance(value, kind):
             raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
-                f"it must be a {kind.__name__} such as {default!r}"
+                f"{type(component).__name__}: {attribute.name} = {short(value)} is not allowed, "
+                f"it must be a {kind.__name__} such as {short(default)}"
             )
 
     return attrs.field(default=default, validator=check)
 
 
+@checked
 def parameters(component: Any) -> dict[str, Any]:
-    """All fields of a component by name, nested components as dictionaries: what a summary file records."""
+    """All fields of a component by name, nested components as dictionaries: what a summary file records.
+
+    Raises :class:`ParameterError` for what is no component.
+    """
+    if not attrs.has(type(component)):
+        raise ParameterError(f"parameters: component = {short(component)} is not allowed, it must be of an attrs class")
 
     def plain(value: Any) -> Any:
         if attrs.has(type(value)):

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
+from grainlaw.arguments import Checked
 from grainlaw.engine.state import State
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Stage
 
 
-class LoadingProtocol(ABC):
+class LoadingProtocol(metaclass=Checked):
     """A laboratory test.
 
     A whole test, which pulls the top of a specimen and holds its bottom::

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, fits, refusal
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following
 
+SMALLEST, LARGEST = 1e-9, 1e7  #: m, from some atoms to the Earth
+SLENDEREST = 1e4  #: length over width
 ROUNDING = 1e-9  #: of a length: nearer than this to a side is on the side, flatter than this is straight
 
 
 def _names(names: Iterable[str]) -> tuple[str, ...]:
+    if not fits(names, Iterable):
+        raise refusal("Region: sides", names, "a list of names")
     return tuple(names)
 
 
@@ -30,9 +35,8 @@ def _rings(rings: Iterable[Any]) -> tuple[np.ndarray, ...]:
 
 
 def _ring_names(rings: Iterable[Iterable[str]]) -> tuple[tuple[str, ...], ...]:
-    rings = tuple(rings)
-    if any(isinstance(names, str) for names in rings):
-        raise ParameterError(f"Region: hole_sides = {rings} must hold a list of names for each hole")
+    if not fits(rings, Sequence[Sequence[str]]):
+        raise refusal("Region: hole_sides", rings, "a list of names for each hole")
     return tuple(tuple(names) for names in rings)
 
 
@@ -47,7 +51,9 @@ def array_field(kind: type) -> Any:
         try:
             array: np.ndarray = np.array(values).astype(kind, casting="same_kind")
         except (TypeError, ValueError):
-            raise ParameterError(f"{type(owner).__name__}: {field.name} must be an array of {kind.__name__}") from None
+            array = np.array(0)
+        if not array.ndim:
+            raise refusal(f"{type(owner).__name__}: {field.name}", values, f"an array of {kind.__name__}")
         array.flags.writeable = False
         return array
 
@@ -55,7 +61,7 @@ def array_field(kind: type) -> Any:
 
 
 @attrs.frozen(eq=False)
-class Region:
+class Region(metaclass=Checked):
     """A simple polygon, perhaps with holes, to be filled with grains; every side names the boundary it belongs to.
 
     Several sides may share a name. The sides of the outline and then those of the holes have the index letter ``k``.
@@ -166,6 +172,12 @@ def _ring_fault(name: str, ring: np.ndarray, names: tuple[str, ...]) -> str | No
         return f"{name} has the shape {ring.shape}, it must be (n, 2) with at least 3 corners"
     if not np.isfinite(ring).all():
         return f"{name} has a corner that is not finite"
+    small, large = sorted(np.ptp(ring, axis=0).tolist())
+    if large > LARGEST or small < SMALLEST or np.abs(ring).max() > LARGEST:
+        allowed = f"{SMALLEST:g} to {LARGEST:g} m, and no farther than that from zero"
+        return f"{name} is {large:g} m long and {small:g} m wide, it must be {allowed}"
+    if large > SLENDEREST * small:
+        return f"{name} is {large / small:.2g} times as long as wide, it must be at most {SLENDEREST:g} times"
     if len(names) != len(ring):
         kind = "sides" if name == "outline" else f"hole_sides of {name}"
         return f"{kind} has {len(names)} names for {len(ring)} sides of the {name}"

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import enum
 import functools
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked
 from grainlaw.mesh import Mesh, build_mesh
 from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.tessellation import Tessellation
@@ -23,12 +24,12 @@ class Plane(enum.Enum):
 
 
 @attrs.frozen(kw_only=True)
-class Elastic:
+class Elastic(metaclass=Checked):
     """Linear elastic, isotropic grains that deform: small strain, finite rotation."""
 
-    youngs_modulus: float = parameter("Pa")
+    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))
     poissons_ratio: float = parameter("1", above=-1.0, below=0.5)
-    density: float = parameter("kg/m3")
+    density: float = parameter("kg/m3", usual=(500, 20_000))
     plane: Plane = part(Plane, Plane.STRAIN)
 
     @property
@@ -43,13 +44,13 @@ class Elastic:
 
 
 @attrs.frozen(kw_only=True)
-class Rigid:
+class Rigid(metaclass=Checked):
     """Grains that move but do not deform."""
 
-    density: float = parameter("kg/m3")
+    density: float = parameter("kg/m3", usual=(500, 20_000))
 
 
-class ContactPoints(ABC):
+class ContactPoints(metaclass=Checked):
     """Where the two contact points of an interface lie; strength depends on it (docs/theory.md)."""
 
     @abstractmethod
@@ -84,7 +85,7 @@ class InsetPoints(ContactPoints):
 
 
 @attrs.frozen(eq=False)
-class Specimen:
+class Specimen(metaclass=Checked):
     """Grains of one material, or of one per mineral phase, and the contact points between them.
 
     ``refinement`` is how many times every zone is cut into four (and every interface into two).
@@ -100,11 +101,6 @@ class Specimen:
             missing = sorted(set(self.grains.phase.tolist()) - set(self.material))
             if missing:
                 raise ParameterError(f"Specimen: material has no entry for the phases {missing} of the grains")
-        elif not isinstance(self.material, (Elastic, Rigid)):
-            raise ParameterError(
-                f"Specimen: material = {self.material!r} is not allowed, it must be Elastic, Rigid or a mapping from "
-                "phase to Elastic"
-            )
 
     @property
     def is_rigid(self) -> bool:

@@ -3,52 +3,49 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, fits, is_number, refusal, short
 from grainlaw.columns import MOTION, SHEAR_CRACKS, TENSILE_CRACKS, TIME, UNBALANCED, require
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.parameter import ParameterError, grain_numbers, parameter, part, whole_number
+from grainlaw.parameter import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
 
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
 
 
 def _is_axis(drive: Drive | Hold, attribute: attrs.Attribute, value: int) -> None:
-    if value not in (0, 1):
+    if not is_number(value, int) or value not in (0, 1):
         raise ParameterError(
-            f"{type(drive).__name__}: axis = {value!r} is not allowed, it must be 0 (along x) or 1 (along y)"
+            f"{type(drive).__name__}: axis = {short(value)} is not allowed, it must be 0 (along x) or 1 (along y)"
         )
 
 
 def _ends(stage: Stage, attribute: attrs.Attribute, value: Sequence[Condition]) -> None:
-    if not value or not all(isinstance(condition, Condition) for condition in value):
-        raise ParameterError(f"Stage: until = {value!r} is not allowed, it must be a list of at least one Condition")
+    if not fits(value, Sequence[Condition]) or not len(value):
+        raise refusal("Stage: until", value, "a list of at least one Condition")
 
 
 def _rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray:
     """Rise from ``start`` to ``end`` in the time ``ramp``, smooth in value, rate and acceleration."""
     if ramp == 0:
         return np.full(len(time), end)
-    x = np.clip(time / ramp, 0, 1)
+    with np.errstate(over="ignore"):  # a ramp of next to nothing
+        x = np.clip(time / ramp, 0, 1)
     return start + (end - start) * x**3 * (10 - 15 * x + 6 * x**2)
 
 
 def _vector(value: Any) -> tuple[float, float]:
-    try:
-        x, y = (float(entry) for entry in value)
-    except (TypeError, ValueError):
-        x = y = math.nan
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise ParameterError(f"Stage: gravity = {value!r} m/s2 is not allowed, it must be two finite numbers (x, y)")
+    x, y = checked_vector("Stage: gravity", value, "m/s2").tolist()
     return x, y
 
 
 @attrs.frozen(kw_only=True)
-class Drive:
+class Drive(metaclass=Checked):
     """A boundary that is moved: the velocity of all its nodes along one axis, or of its middle alone (a ``roller``).
 
     A roller lets the boundary turn: it drives only the node nearest to the middle; if several grains meet there, the
@@ -68,7 +65,7 @@ class Drive:
 
 
 @attrs.frozen(kw_only=True)
-class Hold:
+class Hold(metaclass=Checked):
     """A boundary under a force: a platen whose nodes all move by the same amount along one axis.
 
     ``stress`` is the force over the undeformed length of the boundary, positive along the axis. A spring of
@@ -88,7 +85,7 @@ class Hold:
 
 
 @attrs.frozen(kw_only=True)
-class Pressure:
+class Pressure(metaclass=Checked):
     """A pressure on a boundary, normal to it also when it deforms, like that of a fluid behind a thin membrane."""
 
     boundary: str
@@ -107,7 +104,7 @@ class StageError(RuntimeError):
     result: Any
 
 
-class Condition(ABC):
+class Condition(metaclass=Checked):
     """When a stage ends."""
 
     @abstractmethod
@@ -123,7 +120,7 @@ class Reaches(Condition):
     """A recorded quantity has reached a positive limit."""
 
     column: str
-    limit: float
+    limit: float = parameter("its own", above=0)
 
     def progress(self, curves: Curves) -> float:
         require("Reaches", curves, self.column)
@@ -135,7 +132,7 @@ class FallsTo(Condition):
     """A recorded quantity has fallen to a fraction of its highest value so far."""
 
     column: str
-    fraction: float
+    fraction: float = parameter("1", above=-math.inf)
 
     def progress(self, curves: Curves) -> float:
         require("FallsTo", curves, self.column)
@@ -148,7 +145,7 @@ class FailsTo(Condition):
     """As :class:`FallsTo`, but only after a contact has broken: vibration at the start of a test is no failure."""
 
     column: str
-    fraction: float
+    fraction: float = parameter("1", above=-math.inf)
 
     def progress(self, curves: Curves) -> float:
         if curves[TENSILE_CRACKS][-1] + curves[SHEAR_CRACKS][-1] == 0:
@@ -165,7 +162,7 @@ class AtRest(Condition):
     moment of its reversal.
     """
 
-    ratio: float = 1e-5
+    ratio: float = parameter("1", default=1e-5)
 
     def progress(self, curves: Curves) -> float:
         if len(curves[TIME]) < 3:
@@ -175,7 +172,7 @@ class AtRest(Condition):
 
 
 @attrs.frozen(kw_only=True)
-class Stage:
+class Stage(metaclass=Checked):
     """What is imposed, and until when. Boundaries and axes on which nothing is imposed are free."""
 
     name: str

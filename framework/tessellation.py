@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from abc import abstractmethod
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, fits, refusal, wanted
 from grainlaw.polygon import areas_and_centroids, cross, following
 from grainlaw.region import ROUNDING, Region, array_field
 
@@ -20,6 +21,8 @@ class TilingError(ValueError):
 
 
 def _regions(regions: Iterable[Region]) -> tuple[Region, ...]:
+    if not fits(regions, Sequence[Region]):
+        raise refusal("Tessellation: bodies", regions, wanted(Sequence[Region]))
     return tuple(regions)
 
 
@@ -42,7 +45,7 @@ class Edges:
 
 
 @attrs.frozen(eq=False)
-class Tessellation:
+class Tessellation(metaclass=Checked):
     """Convex polygons that cover a region without gap or overlap and meet along whole edges.
 
     Index letters: ``v`` vertex, ``g`` grain. The corners of grain g are ``corners[first[g]:first[g + 1]]``,
@@ -206,7 +209,7 @@ class Tessellation:
             raise TilingError(f"grain {grain} is not convex near its vertex {self.corners[bad.argmax()]}")
 
 
-class Tessellator(ABC):
+class Tessellator(metaclass=Checked):
     """Makes grains.
 
     A whole tessellator, equal bricks for an upright rectangle::

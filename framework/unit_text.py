@@ -9,6 +9,7 @@ from fractions import Fraction
 from numbers import Real
 from typing import Any
 
+from grainlaw.arguments import short
 from grainlaw.parameter import ParameterError
 
 Dimension = tuple[int, ...]  #: powers of kilogram, metre, second, degree
@@ -53,7 +54,7 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
     wanted += f" or a string such as '{USUAL[unit]}'" if unit in USUAL else ""
     found = NUMBER.fullmatch(value) if isinstance(value, str) else None
     if not found:
-        raise ParameterError(f"{name} = {value!r} is not allowed, it must be {wanted}")
+        raise ParameterError(f"{name} = {short(value)} is not allowed, it must be {wanted}")
     number, written = float(found[1]), found[2]
     if not written:
         return number
@@ -62,7 +63,7 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
         raise ParameterError(f"{name} = {value!r} is not allowed: there is no unit '{written}'; it must be {wanted}")
     if declared is None or declared[1] != given[1]:
         kind = "a number without a unit" if unit == "1" else f"one of {unit}"
-        raise ParameterError(f"{name} = {value!r} is not allowed: '{written}' is not {kind}; it must be {wanted}")
+        raise ParameterError(f"{name} = {short(value)} is not allowed: '{written}' is not {kind}; it must be {wanted}")
     if number == 0 or math.isinf(number):
         return number
     return float(Fraction(found[1]) * given[0] / declared[0])

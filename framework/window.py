@@ -7,25 +7,33 @@ from typing import Any
 
 import numpy as np
 
+from grainlaw.arguments import checked
+from grainlaw.parameter import checked_number, checked_points, checked_vector
 from grainlaw.polygon import enclosed
 from grainlaw.tessellation import Tessellation
 
 Window = Callable[[np.ndarray], np.ndarray]  #: which of the points (k, 2) m lie inside; any such function will do
 
 
+@checked
 def within_rectangle(low: Any, high: Any) -> Window:
     """Window between two corners (m), both included."""
+    low, high = checked_vector("within_rectangle: low", low), checked_vector("within_rectangle: high", high)
     return lambda points: ((points >= low) & (points <= high)).all(axis=1)
 
 
+@checked
 def within_circle(centre: Any, radius: float) -> Window:
     """Window round a point (m)."""
-    return lambda points: np.hypot(*(points - np.asarray(centre)).T) <= radius
+    centre = checked_vector("within_circle: centre", centre)
+    checked_number("within_circle: radius", radius, "m", above=0)
+    return lambda points: np.hypot(*(points - centre).T) <= radius
 
 
+@checked
 def within_polygon(corners: Any) -> Window:
     """Window with corners (n, 2) m in order, clockwise or counter-clockwise; it need not be convex."""
-    start = np.asarray(corners, dtype=float)
+    start = checked_points("within_polygon: corners", corners)
     return lambda points: enclosed(points, start, np.roll(start, -1, axis=0))
 
 

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
-from numbers import Real
+from collections.abc import Mapping, Sequence, Set
 from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import checked
 from grainlaw.geometry.cells.sides import is_convex, turns
 from grainlaw.geometry.region import polygon
-from grainlaw.parameter import ParameterError, checked_whole_number
+from grainlaw.parameter import ParameterError, checked_number, checked_vector, checked_whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
 
 
+@checked
 def together(*bodies: Tessellation) -> Tessellation:
     """Bodies side by side, their grains in this order; they share no vertex, also where they touch.
 
-    Boundaries of one name become one boundary, and ``region`` is that of the first. That bodies do not overlap is not
-    checked. A block that will slide down an incline of 30 degrees::
+    A boundary whose name a body before it has is renamed, left to left_2 and so on: to drive "left" moves one body
+    alone. ``region`` is that of the first. That bodies do not overlap is not checked. A block that will slide down an
+    incline of 30 degrees::
 
         base = block([(0, -1), (4, -1), (4, 0), (0, 0)], "base")
         slider = block([(3, 0), (4, 0), (4, 0.5), (3, 0.5)], "slider")
@@ -29,10 +32,24 @@ def together(*bodies: Tessellation) -> Tessellation:
 
     Raises :class:`~grainlaw.parameter.ParameterError`.
     """
-    wrong = [type(body).__name__ for body in bodies if not isinstance(body, Tessellation)]
-    if wrong or not bodies:
-        given = f"a {wrong[0]}" if wrong else "nothing"
-        raise ParameterError(f"together: bodies must be one or more Tessellations, {given} is not allowed")
+    if not bodies:
+        raise ParameterError("together: there are no bodies, it must be given at least one Tessellation")
+    taken: set[str] = set()
+    named = []
+    for body in bodies:
+        own = dict.fromkeys(name for region in body.regions for name in region.names)
+        new = {name: _free(name, taken | own.keys()) for name in own if name in taken}
+        taken |= {new.get(name, name) for name in own}
+        named.append(renamed(body, new) if new else body)
+    return side_by_side(*named)
+
+
+def _free(name: str, taken: Set[str]) -> str:
+    return next(other for number in itertools.count(2) if (other := f"{name}_{number}") not in taken)
+
+
+def side_by_side(*bodies: Tessellation) -> Tessellation:
+    """As :func:`together`, but boundaries of one name become one boundary."""
     vertex, corner, number = (
         np.cumsum([0, *counts])
         for counts in zip(*((len(b.vertices), len(b.corners), len(b.regions)) for b in bodies), strict=True)
@@ -50,6 +67,7 @@ def together(*bodies: Tessellation) -> Tessellation:
     )
 
 
+@checked
 def block(corners: Any, name: str | Sequence[str] = "block", phase: int = 0) -> Tessellation:
     """A single convex grain with ``corners`` (n, 2) m, clockwise or not.
 
@@ -69,6 +87,7 @@ def block(corners: Any, name: str | Sequence[str] = "block", phase: int = 0) -> 
     return Tessellation(region, region.outline, np.arange(count), np.array([0, count]), np.array([phase]))
 
 
+@checked
 def moved(grains: Tessellation, by: Any = (0.0, 0.0), turn: float = 0.0) -> Tessellation:
     """Grains and their regions, turned about the origin by ``turn`` (degrees, counter-clockwise), then moved ``by`` m.
 
@@ -79,14 +98,7 @@ def moved(grains: Tessellation, by: Any = (0.0, 0.0), turn: float = 0.0) -> Tess
 
     Raises :class:`~grainlaw.parameter.ParameterError`.
     """
-    try:
-        shift = np.array(by, dtype=float)
-    except (TypeError, ValueError):
-        shift = np.full(2, np.nan)
-    if shift.shape != (2,) or not np.isfinite(shift).all():
-        raise ParameterError(f"moved: by = {by!r} m is not allowed, it must be two finite numbers")
-    if not isinstance(turn, Real) or isinstance(turn, bool) or not math.isfinite(turn):
-        raise ParameterError(f"moved: turn = {turn!r} degrees is not allowed, it must be a finite number")
+    shift, turn = checked_vector("moved: by", by), checked_number("moved: turn", turn, "degrees")
     cosine, sine = math.cos(math.radians(turn)), math.sin(math.radians(turn))
 
     def placed(points: np.ndarray) -> np.ndarray:

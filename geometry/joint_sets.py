@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, refusal
 from grainlaw.geometry.cells.any_voronoi import NEAR, frame
 from grainlaw.geometry.cells.convex import Polygon, split
 from grainlaw.geometry.cells.cutting import Cutter
@@ -22,7 +23,7 @@ MOST = 1_000_000  #: joints of a set
 
 
 @attrs.frozen(kw_only=True)
-class JointSet:
+class JointSet(metaclass=Checked):
     """Parallel joints without end; ``dip`` counts from the x axis, negative where they fall to the right."""
 
     dip: float = parameter("deg", above=-90, at_most=90)
@@ -51,7 +52,7 @@ class JointSet:
 def _sets(value: Any) -> tuple[JointSet, ...]:
     made = tuple(value) if isinstance(value, Sequence) else (value,)
     if not made or not all(isinstance(each, JointSet) for each in made):
-        raise ParameterError(f"JointSets: sets = {value!r} is not allowed, it must be a list of at least one JointSet")
+        raise refusal("JointSets: sets", value, "a list of at least one JointSet")
     return made
 
 

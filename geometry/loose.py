@@ -7,14 +7,16 @@ from itertools import pairwise
 import attrs
 import numpy as np
 
+from grainlaw.arguments import checked
 from grainlaw.geometry.cells.convex import Polygon, split
-from grainlaw.geometry.region import checked, rectangle
+from grainlaw.geometry.region import check_sizes, rectangle
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import following
 from grainlaw.region import ROUNDING
 from grainlaw.tessellation import LOOSE, Tessellation
 
 
+@checked
 def apart(grains: Tessellation, gap: float = 0.0) -> Tessellation:
     """Every grain loose, with vertices of its own; sides that face each other are moved ``gap`` m apart.
 
@@ -26,7 +28,7 @@ def apart(grains: Tessellation, gap: float = 0.0) -> Tessellation:
 
     Raises :class:`~grainlaw.parameter.ParameterError` for a gap in which a grain would vanish, with its number.
     """
-    checked("apart", zero=True, gap=gap)
+    check_sizes("apart", zero=True, gap=gap)
     edges = grains.edges
     inward = np.full(len(grains.corners), gap / 2)
     names = np.array(edges.boundary_names)
@@ -80,6 +82,7 @@ def _cut(points: np.ndarray, along: np.ndarray, normal: np.ndarray, inward: np.n
     return left
 
 
+@checked
 def wall(width: float, height: float, brick_width: float, brick_height: float, gap: float = 0.0) -> Tessellation:
     """A wall (m) of loose bricks in running bond, lower left corner at the origin, its joints ``gap`` m wide.
 
@@ -91,8 +94,8 @@ def wall(width: float, height: float, brick_width: float, brick_height: float, g
 
     Raises :class:`~grainlaw.parameter.ParameterError`.
     """
-    checked("wall", width=width, height=height, brick_width=brick_width, brick_height=brick_height)
-    checked("wall", below=min(brick_width / 2, brick_height), zero=True, gap=gap)
+    check_sizes("wall", width=width, height=height, brick_width=brick_width, brick_height=brick_height)
+    check_sizes("wall", below=min(brick_width / 2, brick_height), zero=True, gap=gap)
     halves = _times("width", width, brick_width / 2, "half bricks", least=2)
     courses = _times("height", height, brick_height, "bricks", least=1)
     x, y = np.linspace(0, width, halves + 1), np.linspace(0, height, courses + 1)

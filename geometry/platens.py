@@ -7,14 +7,16 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.geometry.bodies import renamed, together
+from grainlaw.arguments import checked
+from grainlaw.geometry.bodies import renamed, side_by_side
 from grainlaw.geometry.bricks import Bricks
-from grainlaw.geometry.region import checked
+from grainlaw.geometry.region import check_sizes
 from grainlaw.parameter import checked_whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
 
 
+@checked
 def between_platens(
     grains: Tessellation,
     thickness: float,
@@ -39,8 +41,8 @@ def between_platens(
 
     Raises :class:`~grainlaw.parameter.ParameterError`.
     """
-    checked("between_platens", thickness=thickness)
-    checked("between_platens", zero=True, overhang=overhang)
+    check_sizes("between_platens", thickness=thickness)
+    check_sizes("between_platens", zero=True, overhang=overhang)
     phase = checked_whole_number("between_platens: phase", phase, at_least=0)
     low = np.min([region.bounds[0] for region in grains.regions], axis=0)
     high = np.max([region.bounds[1] for region in grains.regions], axis=0)
@@ -52,7 +54,7 @@ def between_platens(
         made: Any = Bricks(rows=1, columns=columns).tessellate(region)
         return attrs.evolve(made, phase=np.full(made.count, phase))
 
-    return together(
+    return side_by_side(
         renamed(grains, {"top": "rock_top", "bottom": "rock_bottom"}),
         platen(high[1], high[1] + thickness, "top", "platen_top", "platen_side", "top", "platen_side"),
         platen(low[1] - thickness, low[1], "bottom", "bottom", "platen_side", "platen_bottom", "platen_side"),

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from grainlaw.geometry.region import checked
+from grainlaw.arguments import checked
+from grainlaw.geometry.region import check_sizes
 from grainlaw.parameter import checked_whole_number
 from grainlaw.region import Region
 
@@ -24,6 +25,7 @@ def _ring(*pieces: tuple[str, list[tuple[float, float]] | np.ndarray]) -> Region
     return Region(outline, tuple(name for name, corners in pieces for _ in corners))
 
 
+@checked
 def disc(diameter: float, *, loaded: float = 20.0, flat: bool = True, sides: int = 64) -> Region:
     """Disc (m) about the origin for the Brazilian test, as a polygon of about so many ``sides``.
 
@@ -32,8 +34,8 @@ def disc(diameter: float, *, loaded: float = 20.0, flat: bool = True, sides: int
     2004, doi:10.1016/S1365-1609(03)00093-5); others follow the circle, as under curved jaws. The circle passes through
     the corners. Raises :class:`~grainlaw.parameter.ParameterError`.
     """
-    checked("disc", diameter=diameter)
-    checked("disc", below=180, unit="degrees", loaded=loaded)
+    check_sizes("disc", diameter=diameter)
+    check_sizes("disc", below=180, unit="degrees", loaded=loaded)
     sides = checked_whole_number("disc: sides", sides, at_least=8)
     radius, half, step = diameter / 2, loaded / 2, 360 / sides
     jaw = loaded if flat else step
@@ -45,6 +47,7 @@ def disc(diameter: float, *, loaded: float = 20.0, flat: bool = True, sides: int
     )
 
 
+@checked
 def semi_disc(
     diameter: float,
     *,
@@ -61,9 +64,9 @@ def semi_disc(
     whole circle. Raises :class:`~grainlaw.parameter.ParameterError`. Kuruppu, Obara, Ayatollahi, Chong and Funatsu
     2014, doi:10.1007/s00603-013-0422-7.
     """
-    checked("semi_disc", diameter=diameter)
-    checked("semi_disc", below=diameter / 2, notch_depth=notch_depth)
-    checked("semi_disc", below=diameter, span=span)
+    check_sizes("semi_disc", diameter=diameter)
+    check_sizes("semi_disc", below=diameter / 2, notch_depth=notch_depth)
+    check_sizes("semi_disc", below=diameter, span=span)
     sides = checked_whole_number("semi_disc: sides", sides, at_least=8)
     radius = diameter / 2
     supports = _supported("semi_disc", -radius, radius, 0.0, span, bearing, notch_width, notch_depth)
@@ -76,6 +79,7 @@ def semi_disc(
     )
 
 
+@checked
 def notched_beam(
     length: float, height: float, *, notch_depth: float, notch_width: float, span: float, bearing: float
 ) -> Region:
@@ -85,9 +89,9 @@ def notched_beam(
     of the top are ``bearing`` wide. Boundaries bottom, support_left, support_right, notch, right, top, load and left.
     Raises :class:`~grainlaw.parameter.ParameterError`.
     """
-    checked("notched_beam", length=length, height=height)
-    checked("notched_beam", below=height, notch_depth=notch_depth)
-    checked("notched_beam", below=length, span=span)
+    check_sizes("notched_beam", length=length, height=height)
+    check_sizes("notched_beam", below=height, notch_depth=notch_depth)
+    check_sizes("notched_beam", below=length, span=span)
     middle = length / 2
     return _ring(
         *_supported("notched_beam", 0.0, length, middle, span, bearing, notch_width, notch_depth),
@@ -111,8 +115,8 @@ def _supported(
 ) -> list[tuple[str, list[tuple[float, float]]]]:
     """Pieces of a bottom at height 0 from left to right, with two supports and a notch between them."""
     room = min(right - left - span, span)
-    checked(shape, below=room, bearing=bearing)
-    checked(shape, below=span - bearing, notch_width=notch_width)
+    check_sizes(shape, below=room, bearing=bearing)
+    check_sizes(shape, below=span - bearing, notch_width=notch_width)
     one, other, half, slit = middle - span / 2, middle + span / 2, bearing / 2, notch_width / 2
     return [
         ("bottom", [(left, 0)]),

@@ -31,7 +31,7 @@ class Voronoi(Tessellator):
     grains: int | None = whole_number(at_least=1, default=None)
     grain_size: float | None = length()  #: m
     seed: int = whole_number(at_least=0, default=1)  #: of the random numbers
-    relaxation: int = whole_number(at_least=0, default=3)  #: Lloyd iterations, each makes the grains more even
+    relaxation: int = whole_number(at_least=0, at_most=1000, default=3)  #: Lloyd iterations: the more, the more even
     merge: float = parameter("grain sizes", default=0.25, at_least=0, below=1)  #: shorter edges vanish where they can
 
     def __attrs_post_init__(self) -> None:

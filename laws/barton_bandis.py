@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, short
 from grainlaw.contact import ContactLaw
 from grainlaw.laws.checks import not_above
 from grainlaw.laws.closure import Closure
@@ -16,11 +17,13 @@ from grainlaw.parameter import ParameterError, parameter
 
 
 @attrs.frozen(kw_only=True)
-class Roughness:
+class Roughness(metaclass=Checked):
     """A joint's surface: it gives friction and dilation angle at a normal stress, for :class:`BartonBandis`.
 
     Barton and Choubey 1977, doi:10.1007/BF01261801.
     """
+
+    one_per_contact = True  #: parameters may be arrays
 
     jrc: float = parameter("1", at_least=0, at_most=20)  #: joint roughness coefficient
     jcs: float = parameter("Pa")  #: joint wall compressive strength
@@ -39,14 +42,16 @@ class Roughness:
     def dilation_angle(self, normal_stress: Any) -> Any:
         """Degrees at a normal stress (Pa), (B5); nothing from a stress of JCS on."""
         if not np.all(np.greater(normal_stress, 0)):
-            raise ParameterError(f"Roughness: normal_stress = {normal_stress!r} Pa is not allowed, it must be above 0")
+            raise ParameterError(
+                f"Roughness: normal_stress = {short(normal_stress)} Pa is not allowed, it must be above 0"
+            )
         return 0.5 * self.jrc * np.maximum(np.log10(self.jcs / normal_stress), 0.0)
 
 
 def _a_closure(component: Any, attribute: Any, value: Any) -> None:
     if not isinstance(value, Closure):
         raise ParameterError(
-            f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, "
+            f"{type(component).__name__}: {attribute.name} = {short(value)} is not allowed, "
             "it must be a Closure such as BandisClosure(maximum_closure=...)"
         )
 

@@ -7,6 +7,7 @@ import math
 import attrs
 import numpy as np
 
+from grainlaw.arguments import short
 from grainlaw.contact import ContactLaw
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
@@ -37,7 +38,7 @@ class BilinearMixedMode(ContactLaw):
     def __attrs_post_init__(self) -> None:
         if np.any(np.mod(self.eta, 0.25)) or np.ptp(self.eta) > 0:
             raise ParameterError(
-                f"BilinearMixedMode: eta = {self.eta!r} is not allowed, it must be one multiple of 1/4 "
+                f"BilinearMixedMode: eta = {short(self.eta)} is not allowed, it must be one multiple of 1/4 "
                 "(the power is taken by multiplication and square roots)"
             )
 

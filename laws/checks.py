@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from grainlaw.arguments import short
 from grainlaw.parameter import ParameterError
 
 
@@ -44,5 +45,5 @@ def kind_of_default(component: Any, attribute: Any, value: Any) -> None:
     if not isinstance(value, kind):
         members = ", ".join(f"{kind.__name__}.{member.name}" for member in kind)
         raise ParameterError(
-            f"{type(component).__name__}: {attribute.name} = {value!r} is not allowed, it must be one of {members}"
+            f"{type(component).__name__}: {attribute.name} = {short(value)} is not allowed, it must be one of {members}"
         )

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 
 import attrs
 
+from grainlaw.arguments import Checked
 from grainlaw.parameter import parameter
 
 
-class Closure(ABC):
+class Closure(metaclass=Checked):
     """Pressure of a closed contact; a law's part."""
+
+    one_per_contact = True  #: parameters may be arrays
 
     @abstractmethod
     def pressure(self, kn: float, closure: float) -> float:

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import functools
 import itertools
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 
 import attrs
 from scipy.integrate import quad
 
+from grainlaw.arguments import Checked, refusal
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.vector_math import exp_bounded
 
 
-class Softening(ABC):
+class Softening(metaclass=Checked):
     """Share of the strength that remains at a damage, falling from 1 to 0 as the damage grows from 0 to 1.
 
     A law's part; linear softening is ``def remaining(self, damage): return 1 - damage``.
     """
+
+    one_per_contact = True  #: parameters may be arrays
 
     @abstractmethod
     def remaining(self, damage: float) -> float:
@@ -27,6 +30,14 @@ class Softening(ABC):
     def length(self) -> float:
         """L for which a branch as long as L G/f dissipates G: 1 over the integral of ``remaining``."""
         return 1 / quad(self.remaining, 0, 1, epsabs=1e-14, epsrel=1e-14)[0]
+
+
+def _single(component: Softening, *names: str) -> None:
+    """Refuse arrays: the shape of these curves is checked for one number each."""
+    for name in names:
+        value = getattr(component, name)
+        if not isinstance(value, float):
+            raise refusal(f"{type(component).__name__}: {name}", value, "one number for all contacts")
 
 
 @attrs.frozen(kw_only=True)
@@ -86,6 +97,7 @@ class HordijkSoftening(Softening):
         return (1 + power) * exp_bounded(-self.c2 * damage) - damage * self.end
 
     def __attrs_post_init__(self) -> None:
+        _single(self, "c1", "c2")
         curve = [self.remaining(i / 64) for i in range(65)]
         if any(after >= before for before, after in itertools.pairwise(curve)):
             raise ParameterError(
@@ -151,6 +163,7 @@ class EvansMarathe(Softening):
         return low * (x8 if self.c & 8 else 1.0) * (x8 * x8 if self.c & 16 else 1.0)
 
     def __attrs_post_init__(self) -> None:
+        _single(self, "a", "b")
         if not self.a + self.b > 1:
             raise self._refusal("a + b must be above 1, or the curve does not start level")
         if not self.rate <= 8:

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked
 from grainlaw.contact import ContactLaw
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.specimen import Specimen
@@ -17,7 +18,7 @@ AnyLaws = TypeVar("AnyLaws", ContactLaw, Mapping[tuple[int, int], ContactLaw])
 
 
 @attrs.frozen(kw_only=True)
-class WeibullField:
+class WeibullField(metaclass=Checked):
     """Strength that differs between contacts by a random factor of mean 1 (Weibull 1951, doi:10.1115/1.4010337).
 
     An interface has one factor, whatever its length, at both contact points and for all ``names``. It depends on the

@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import short
 from grainlaw.columns import STAGE, STRAIN, STRESS
 from grainlaw.engine.state import State
 from grainlaw.moduli import work
@@ -23,7 +24,7 @@ def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]
     numbers = isinstance(value, tuple) and all(isinstance(level, Real) for level in value)
     if not numbers or not value or list(value) != sorted(set(value)) or value[0] <= 0:
         raise ParameterError(
-            f"Cyclic: levels = {value!r} is not allowed, it must be positive numbers, each above the last"
+            f"Cyclic: levels = {short(value)} is not allowed, it must be positive numbers, each above the last"
         )
 
 

@@ -9,9 +9,10 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import refusal
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
-from grainlaw.parameter import ParameterError, grain_numbers, parameter, part, whole_number
+from grainlaw.parameter import checked_vector, grain_numbers, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Condition, Curves, Stage
@@ -34,10 +35,13 @@ def _velocities(value: Any) -> dict[int, tuple[float, float]]:
     except (TypeError, ValueError):
         made = {0: (np.nan, np.nan)}
     if not np.isfinite(list(made.values())).all():
-        raise ParameterError(
-            f"FreeMotion: velocity = {value!r} m/s is not allowed, it must give grain numbers two finite numbers (x, y)"
-        )
+        raise refusal("FreeMotion: velocity", value, "grain numbers with two finite numbers (x, y) in m/s for each")
     return made
+
+
+def _gravity(value: Any) -> tuple[float, float]:
+    x, y = checked_vector("FreeMotion: gravity", value, "m/s2").tolist()
+    return x, y
 
 
 @attrs.frozen(kw_only=True)
@@ -50,7 +54,7 @@ class FreeMotion(LoadingProtocol):
 
     duration: float = parameter("s")
     settle: float = parameter("s", default=0.0, at_least=0)
-    gravity: tuple[float, float] = (0.0, -9.81)  #: m/s2
+    gravity: tuple[float, float] = attrs.field(default=(0.0, -9.81), converter=_gravity)  #: m/s2
     fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
     velocity: Mapping[int, tuple[float, float]] = attrs.field(factory=dict, converter=_velocities)  #: m/s, by grain
     tracked: Sequence[int] = grain_numbers()  #: grains whose motion is recorded

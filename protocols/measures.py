@@ -133,7 +133,9 @@ def certificate(
     rise = np.arange(np.argmax(loads >= 0.1 * loads[peak]), peak + 1)
     kinetic, stored = (energy(curves, *kinds)[rise] for kinds in ((KINETIC,), STORED))
     one, other = (curves[end][rise] for end in ends)
+    with np.errstate(over="ignore"):  # before anything is stored
+        ratio = float(np.max(kinetic / np.maximum(stored, 1e-300)))
     return {
-        "kinetic_ratio": float(np.max(kinetic / np.maximum(stored, 1e-300))),
+        "kinetic_ratio": ratio,
         "platen_imbalance": float(np.max(np.abs(one - other)) / loads[peak]),
     }

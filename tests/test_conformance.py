@@ -64,8 +64,8 @@ def test_the_path_is_told_in_numbers():
 @pytest.mark.parametrize(
     ("wrong", "error", "said"),
     [
-        (Hillerborg, TypeError, "takes an instance of an attrs class that is a gl.ContactLaw"),
-        (None, TypeError, "not None"),
+        (Hillerborg, gl.ParameterError, "law = <class .*Hillerborg.*> is not allowed, it must be a ContactLaw"),
+        (None, gl.ParameterError, "law = None is not allowed"),
         (Hillerborg(strength=[1e6, 2e6]), ValueError, "give single numbers instead of arrays"),
     ],
 )

@@ -117,6 +117,6 @@ def test_measures_that_cannot_be_are_refused(result, tmp_path):
     for value in (np.zeros(3), None, "12", True):
         with pytest.raises(gl.ParameterError, match=r"Eighth: find returned .* for 'eighth', it must"):
             gl.Laboratory(result, [Eighth(value=value)]).value("eighth")
-    with pytest.raises(TypeError, match="abstract"):
+    with pytest.raises(gl.ParameterError, match="Nameless cannot be made: it must define meaning, name"):
         type("Nameless", (gl.Measure,), {"find": lambda self, laboratory: 0.0})()
     assert not list(tmp_path.iterdir())

@@ -3,7 +3,7 @@ import math
 import attrs
 import numpy as np
 import pytest
-from support import small_sample
+from support import BRITTLE, PULL, small_sample
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, Hexagonal, Voronoi, disc
@@ -80,12 +80,12 @@ WHOLE = [
     (lambda value: Bricks(rows=value), "Bricks: rows", ", at least 1"),
     (lambda value: Voronoi(grains=value), "Voronoi: grains", ", at least 1"),
     (lambda value: Voronoi(grains=4, seed=value), "Voronoi: seed", ", at least 0"),
-    (lambda value: Voronoi(grains=4, relaxation=value), "Voronoi: relaxation", ", at least 0"),
+    (lambda value: Voronoi(grains=4, relaxation=value), "Voronoi: relaxation", " from 0 to 1000"),
     (lambda value: Hexagonal(grains=value), "Hexagonal: grains", ", at least 1"),
     (lambda value: UniaxialCompression(samples=value), "UniaxialCompression: samples", ", at least 10"),
     (lambda value: small_sample(4, refinement=value), "Specimen: refinement", " from 0 to 6"),
-    (lambda value: gl.crack_rose(None, bins=value), "crack_rose: bins", ", at least 1"),
-    (lambda value: gl.compare(None, {"law": None}, None, threads=value), "threads", ", at least 1"),
+    (lambda value: gl.crack_rose(gl.Cracks(*[np.zeros(0)] * 9), bins=value), "crack_rose: bins", ", at least 1"),
+    (lambda value: gl.compare(small_sample(4), {"law": BRITTLE}, PULL, threads=value), "threads", ", at least 1"),
 ]
 
 

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import traceback
+import warnings
 from importlib.metadata import version
+from pathlib import Path
+from typing import Any
 
 import click
 
@@ -16,7 +21,36 @@ from grainlaw.cli.test import test
 from grainlaw.cli.verify import verify
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+class _Commands(click.Group):
+    """Commands that end in words, and tell warnings in one line."""
+
+    def invoke(self, context: click.Context) -> Any:
+        os.environ["MPLBACKEND"] = "agg"  # commands draw into files; matplotlib refuses unknown names
+        with warnings.catch_warnings():
+            warnings.showwarning = _tell  # type: ignore[assignment]
+            try:
+                return super().invoke(context)
+            except (click.ClickException, click.exceptions.Exit, click.Abort):
+                raise
+            except Exception as error:
+                if os.environ.get("GRAINLAW_TRACEBACK"):
+                    raise
+                raise click.ClickException(_fault(error)) from None
+
+
+def _tell(message: Warning | str, *_: Any) -> None:
+    click.echo(f"Warning: {message}", err=True)
+
+
+def _fault(error: Exception) -> str:
+    """One line on what nobody has thought of."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    words = " ".join(str(error).split())[:300]
+    where = f"{Path(place.filename).name}:{place.lineno}"
+    return f"a fault of grainlaw ({type(error).__name__} at {where}: {words}); GRAINLAW_TRACEBACK=1 shows all of it"
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(version("grainlaw"), prog_name="grainlaw")
 def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""

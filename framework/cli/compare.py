@@ -17,6 +17,7 @@ from grainlaw.cli.running import (
 )
 from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
 from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.parameter import ParameterError
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.comparison import compare as compare_laws
@@ -54,6 +55,8 @@ def compare(
         test = UniaxialCompression(speed=speed, maximum_strain=max_strain)
         tessellator = Voronoi(grains=count if grains is None else grains, seed=seed)
         specimen = Specimen(tessellator.tessellate(rectangle(width, height)), ROCK)
+    except ParameterError as error:
+        raise click.UsageError(str(error)) from None
     except FAILURES as error:
         raise click.ClickException(str(error)) from None
     arguments = {

@@ -17,7 +17,7 @@ import grainlaw
 import grainlaw.geometry
 import grainlaw.laws
 import grainlaw.protocols
-from grainlaw.cli.law_file import nearest
+from grainlaw.arguments import nearest, short
 from grainlaw.parameter import ParameterError
 from grainlaw.unit_text import quantity, written
 
@@ -61,7 +61,7 @@ def component(kind: Kind, raw: Any, where: str, base: Any = None) -> Any:
     :class:`~grainlaw.parameter.ParameterError`, which suggests the nearest name.
     """
     if not isinstance(raw, (str, Mapping)):
-        raise ParameterError(f"{where} = {raw!r} is not allowed, it must be a name or a table")
+        raise ParameterError(f"{where} = {short(raw)} is not allowed, it must be a name or a table")
     given = {"type": raw} if isinstance(raw, str) else dict(raw)
     cls = _class(kind, given.pop("type", None), where, base)
     return evolved(base if type(base) is cls else cls, given, where)
@@ -75,10 +75,12 @@ def _class(kind: Kind, name: Any, where: str, base: Any) -> type:
         known.setdefault(name_of(type(base), kind), type(base))
     if name is None:
         raise ParameterError(f"{where}.type is missing, it must be one of {', '.join(known)}")
-    for short, cls in known.items():
-        if str(name).lower().replace("_", "-") in (short, name_of(cls), cls.__name__.lower()):
+    for own, cls in known.items():
+        if str(name).lower().replace("_", "-") in (own, name_of(cls), cls.__name__.lower()):
             return cls
-    raise ParameterError(f"{where}: there is no '{name}'{nearest(str(name), known)} (there are: {', '.join(known)})")
+    raise ParameterError(
+        f"{where}: there is no {short(str(name))}{nearest(str(name), known)} (there are: {', '.join(known)})"
+    )
 
 
 def evolved(base: Any, given: Mapping[str, Any], where: str) -> Any:
@@ -135,7 +137,9 @@ def _member(kind: type[enum.Enum], raw: Any, where: str) -> enum.Enum:
     members = {member.name.lower().replace("_", "-"): member for member in kind}
     name = str(raw).lower().replace("_", "-")
     if name not in members:
-        raise ParameterError(f"{where} = {raw!r} is not allowed{nearest(name, members)} (one of: {', '.join(members)})")
+        raise ParameterError(
+            f"{where} = {short(raw)} is not allowed{nearest(name, members)} (one of: {', '.join(members)})"
+        )
     return members[name]
 
 

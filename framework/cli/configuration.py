@@ -8,8 +8,9 @@ from typing import Any
 
 import attrs
 
+from grainlaw.arguments import nearest, short
 from grainlaw.cli.components import choices, component, evolved, settings
-from grainlaw.cli.law_file import LawReferenceError, find_law_and_files, nearest
+from grainlaw.cli.law_file import LawReferenceError, find_law_and_files
 from grainlaw.cli.sample import sample
 from grainlaw.cli.sections import SECTIONS, Sections
 from grainlaw.cli.setups import SETUPS
@@ -17,6 +18,7 @@ from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import ContactLaw
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.runs.simulation import MOST_THREADS
 from grainlaw.specimen import Elastic, Rigid, Specimen
 
 
@@ -28,7 +30,7 @@ class Numerics:
     mass_scaling: float = parameter("1", default=1.0, at_least=1, at_most=100)
     refinement: int = whole_number(default=0, at_least=0)
     frames: int = whole_number(default=30, at_least=1)
-    threads: int = whole_number(default=1, at_least=1)
+    threads: int = whole_number(default=1, at_least=1, at_most=MOST_THREADS)
 
 
 @attrs.frozen(kw_only=True)
@@ -49,7 +51,7 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
     Raises :class:`~grainlaw.parameter.ParameterError` for what is unknown, missing, of another unit or out of bounds.
     """
     if name not in SETUPS:
-        raise ParameterError(f"there is no test '{name}'{nearest(name, SETUPS)} (tests: {', '.join(SETUPS)})")
+        raise ParameterError(f"there is no test {short(name)}{nearest(name, SETUPS)} (tests: {', '.join(SETUPS)})")
     setup = SETUPS[name]
     given = {section: dict(sections.get(section, {})) for section in SECTIONS}
     if (other := given["test"].pop("type", name)) != name:
@@ -84,5 +86,5 @@ def _law(given: dict[str, Any]) -> tuple[str, ContactLaw, list[Path]]:
     others = {short: cls for short, cls in choices(ContactLaw).items() if cls not in map(type, LAWS.values())}
     known: dict[str, Any] = LAWS | others
     if name not in known:
-        raise ParameterError(f"there is no law '{name}'{nearest(name, known)} (laws: {', '.join(known)})")
+        raise ParameterError(f"there is no law {short(name)}{nearest(name, known)} (laws: {', '.join(known)})")
     return name, evolved(known[name], given, "law"), []

@@ -61,6 +61,8 @@ def envelope(
         specimens = {seed: Specimen(t.tessellate(rectangle(width, height)), ROCK) for seed, t in tessellators.items()}
     except LawReferenceError as error:
         raise click.BadParameter(str(error)) from None
+    except ParameterError as error:
+        raise click.UsageError(str(error)) from None
     except FAILURES as error:
         raise click.ClickException(str(error)) from None
     arguments = {

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-import difflib
 import importlib
 import importlib.util
 import os
 import sys
 import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import attrs
 
+from grainlaw.arguments import nearest
 from grainlaw.contact import ContactLaw
 from grainlaw.parameter import ParameterError
 
@@ -46,12 +46,6 @@ def find_law_and_files(reference: str) -> tuple[ContactLaw, list[Path]]:
     if not _is_law(found):
         raise LawReferenceError(f"'{name}' in {file} is no contact law but {_described(found)} ({known})")
     return _made(found, file) if isinstance(found, type) else found, files
-
-
-def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str:
-    """A question that suggests the nearest known name, or nothing where none is as like (0 to 1)."""
-    near = difflib.get_close_matches(name, list(known), n=1, cutoff=likeness)
-    return f"; did you mean '{near[0]}'?" if near else ""
 
 
 def _is_law(value: Any) -> bool:
@@ -96,11 +90,17 @@ def _run(file: Path) -> tuple[ModuleType, list[Path]]:
     try:
         with _helpers_of_its_own(file.resolve().parent, files):
             exec(compile(file.read_bytes(), file, "exec"), vars(module))  # never the byte code of an older file
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
         where = f"{file}:{lines[-1]}" if lines else str(file)
-        raise LawReferenceError(f"{where} does not run: {type(error).__name__}: {error}") from None
+        raise LawReferenceError(f"{where} does not run: {_said(error)}") from None
     return module, files
+
+
+def _said(error: BaseException) -> str:
+    if isinstance(error, SystemExit):
+        return "it ends Python (sys.exit); a law file is imported, what it should do when run goes below __main__"
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
 @contextlib.contextmanager

@@ -35,7 +35,7 @@ SILENCE = 30.0  #: s between lines of progress where there is no terminal
 def check_threads(threads: int | None) -> None:
     """Refuse a number of threads before any work is done."""
     if threads is not None and not 1 <= threads <= MOST_THREADS:
-        raise ParameterError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
+        raise click.UsageError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
 
 
 def folder_options(command: Callable[..., None]) -> Callable[..., None]:

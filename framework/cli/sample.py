@@ -9,8 +9,8 @@ from typing import Any
 import attrs
 
 import grainlaw.geometry
+from grainlaw.arguments import nearest, short
 from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
-from grainlaw.cli.law_file import nearest
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.specimen import ContactPoints, Elastic, GaussPoints, Rigid, Specimen
@@ -57,10 +57,12 @@ def sample(
 
 
 def _named(name: Any, known: Mapping[str, Any], where: str) -> str:
-    short = str(name).lower().replace("_", "-")
-    if short not in known:
-        raise ParameterError(f"{where}: there is no '{name}'{nearest(short, known)} (there are: {', '.join(known)})")
-    return short
+    key = str(name).lower().replace("_", "-")
+    if key not in known:
+        raise ParameterError(
+            f"{where}: there is no {short(str(name))}{nearest(key, known)} (there are: {', '.join(known)})"
+        )
+    return key
 
 
 def _size(parameter: inspect.Parameter, values: Mapping[str, Any], shape: str) -> Any:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from grainlaw.cli.law_file import nearest
+from grainlaw.arguments import nearest, short
 from grainlaw.parameter import ParameterError
 
 Sections = dict[str, dict[str, Any]]
@@ -29,7 +29,7 @@ def read_file(file: Path) -> Sections:
     for name, section in sections.items():
         _check_section(name, file)
         if not isinstance(section, dict):
-            raise ParameterError(f"{file}: {name} = {section!r} is not allowed, it must be a section [{name}]")
+            raise ParameterError(f"{file}: {name} = {short(section)} is not allowed, it must be a section [{name}]")
     law = sections.get("law", {}).get("type")
     if isinstance(law, str) and ".py" in law:
         sections["law"]["type"] = os.fspath(file.parent / law)

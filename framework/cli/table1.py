@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from grainlaw.cli.law_file import nearest
+from grainlaw.arguments import nearest
 from grainlaw.contact import ContactLaw
 from grainlaw.laws import (
     BandisClosure,

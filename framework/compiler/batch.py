@@ -25,6 +25,7 @@ from numba import types as nb
 from grainlaw.compiler.cache import OPTIONS, keyed_njit, stored
 from grainlaw.compiler.compilation import Compilation, CompilationError, refusal
 from grainlaw.compiler.fingerprint import NotCompilable, fingerprint
+from grainlaw.compiler.loops import has_loop, interruptible
 from grainlaw.compiler.numba_private import address_of, compile_for
 from grainlaw.compiler.structure import Structure, spread
 from grainlaw.contact import ContactLaw, memory_names
@@ -115,10 +116,17 @@ class Compiled:
     rows: np.ndarray  #: (r, count) per-contact parameters
     memory: tuple[str, ...]
     key: str  #: hash of all that went into the code, without the numbers
+    loops: bool  #: whether the code has a loop of its own, which may not end
     keep: Any = attrs.field(repr=False)  #: owns the machine code
 
     def batch(self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Tractions (n,) of n contacts of one law; ``memory`` (m, n) is changed."""
+        if self.loops:
+            return interruptible(lambda: self.call(opening, slip, memory))
+        return self.call(opening, slip, memory)
+
+    def call(self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As :meth:`batch`, in this thread, which nothing can interrupt."""
         opening, slip = np.ascontiguousarray(opening), np.ascontiguousarray(slip)
         normal, shear = np.empty_like(opening), np.empty_like(opening)
         _foreign(10)(
@@ -186,7 +194,7 @@ def _compile(
     except NotCompilable as error:
         raise refusal(component, methods[0].name, str(error)) from None
     code = _done[key]
-    return Compiled(address_of(code), numbers, rows, memory or (), key, code)
+    return Compiled(address_of(code), numbers, rows, memory or (), key, has_loop(functions), code)
 
 
 def _build(

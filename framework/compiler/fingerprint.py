@@ -96,6 +96,21 @@ def _signature(code: types.CodeType) -> tuple:
     )  # fmt: skip
 
 
+#: modules whose answers differ from call to call
+_CHANCE = ("random", "numpy.random", "numpy.random.mtrand", "secrets", "time", "datetime", "uuid")
+
+
+def _refuse_chance(value: Any, where: str) -> None:
+    """Refuse what makes numbers by chance or by the clock, as a module and as one of its functions."""
+    owner = value if isinstance(value, types.ModuleType) else getattr(value, "__self__", None)
+    source = owner.__name__ if isinstance(owner, types.ModuleType) else type(owner).__module__
+    if source in _CHANCE and is_standard(owner if isinstance(owner, types.ModuleType) else value):
+        raise NotCompilable(
+            f"{where}: the same opening, slip and memory must give the same traction, without chance or the clock; "
+            "strength that differs between contacts is an array, such as laws.WeibullField makes"
+        )
+
+
 class _Hasher:
     def __init__(self) -> None:
         self.hash = hashlib.sha256()
@@ -167,6 +182,7 @@ class _Hasher:
         for value in (*defaults, *named.values()):
             self.feed(value, f"{where}: default")
         for name, value in references(function):
+            _refuse_chance(value, f"{where}.{name}")
             self.word(name)
             self.feed(value, f"{where}.{name}")
 

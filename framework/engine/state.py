@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from grainlaw.arguments import Checked
 from grainlaw.contact import Laws
 from grainlaw.detection import Detection
 from grainlaw.engine.parts.bonds import Bonds
@@ -28,7 +29,7 @@ from grainlaw.stage import Stage
 Saved = dict[str, dict[str, np.ndarray]]  #: by part and name
 
 
-class State:
+class State(metaclass=Checked):
     """Everything that changes while a specimen is loaded. Observers and protocols read it; only the engine writes.
 
     Index letters as in :class:`~grainlaw.mesh.Mesh`, and ``p`` for contact points: the first points of all bonds, then

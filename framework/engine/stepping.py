@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.compiler.batch import Compiled
+from grainlaw.compiler.loops import interruptible
 from grainlaw.engine import step
 from grainlaw.engine.hand_over import hand_over
 from grainlaw.engine.parts.contact_passes import DEEP, LEAVING, MOVED
@@ -28,12 +29,16 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int = 1)
     numbers = np.append(integrator.numbers, state.time_step)
     times, done = state.next_times(steps), 0
     schedule = state.boundaries.schedule(times - state.began)
+    loops = integrator.loops or any(group.compiled.loops for group in (*state.bonds.groups, *state.contacts.groups))
     while True:
         parts = state.shared(threads)
         chunk = step.Chunk(
             steps - done, state.steps, state.time_step, schedule[done:], integrator.address, numbers.ctypes.data
         )
-        now = step.run(threads, parts, chunk)
+        if loops:
+            now = interruptible(lambda: step.run(threads, parts, chunk))  # noqa: B023
+        else:
+            now = step.run(threads, parts, chunk)
         state.boundaries.platens.take_back(parts.platens)
         done += now
         state.count_steps(now, float(times[done - 1]) if done else state.time)

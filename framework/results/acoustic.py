@@ -10,7 +10,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from grainlaw.parameter import ParameterError
+from grainlaw.arguments import Checked, checked
+from grainlaw.parameter import checked_number
 from grainlaw.results.result import Cracks, Result
 from grainlaw.specimen import Elastic, Rigid, Specimen
 
@@ -18,7 +19,7 @@ LEAST_EVENTS = 10  #: for a b-value
 
 
 @attrs.frozen(eq=False)
-class AcousticEvents:
+class AcousticEvents(metaclass=Checked):
     """Events in the order of their first break."""
 
     time: np.ndarray  #: (e,) s, of the first break
@@ -61,6 +62,7 @@ def shear_wave_speed(specimen: Specimen) -> float:
     return min(math.sqrt(material.constants[2] / material.density) for material in materials)
 
 
+@checked
 def acoustic_events(
     result: Result, *, thickness: float = 1.0, distance: float | None = None, duration: float | None = None
 ) -> AcousticEvents:
@@ -72,8 +74,8 @@ def acoustic_events(
     of the specimen.
     """
     for name, value in (("thickness", thickness), ("distance", distance), ("duration", duration)):
-        if value is not None and not 0 <= value < math.inf:
-            raise ParameterError(f"acoustic_events: {name} = {value!r} is not allowed, it must be finite, at least 0")
+        if value is not None:
+            checked_number(f"acoustic_events: {name}", value, at_least=0)
     if distance is None:
         distance = 2 * math.sqrt(float(result.specimen.grains.areas.mean()))
     if duration is None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, checked
 from grainlaw.parameter import checked_whole_number
 from grainlaw.results.result import Cracks
 
 
+@checked
 def crack_lengths(cracks: Cracks, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Length (t,) m of tensile and of shear cracks that had broken by each time (s)."""
     lengths = []
@@ -19,7 +21,7 @@ def crack_lengths(cracks: Cracks, times: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 @attrs.frozen(eq=False)
-class Rose:
+class Rose(metaclass=Checked):
     """Length of cracks by orientation."""
 
     edges: np.ndarray  #: (n + 1,) rad from the x axis, 0 to pi
@@ -27,6 +29,7 @@ class Rose:
     shear: np.ndarray  #: (n,) m
 
 
+@checked
 def crack_rose(cracks: Cracks, bins: int = 18) -> Rose:
     """Histogram of the orientation of cracks on the deformed specimen, weighted by length, in equal bins."""
     edges = np.linspace(0, np.pi, checked_whole_number("crack_rose: bins", bins, at_least=1) + 1)
@@ -38,13 +41,14 @@ def crack_rose(cracks: Cracks, bins: int = 18) -> Rose:
 
 
 @attrs.frozen
-class FailurePlane:
+class FailurePlane(metaclass=Checked):
     """Mean direction of cracks; nan where there are none."""
 
     angle: float  #: rad from the x axis, in [0, pi)
     strength: float  #: from 0, where the directions cancel and the angle has no meaning, to 1, where all are equal
 
 
+@checked
 def failure_plane(cracks: Cracks) -> FailurePlane:
     """Mean axis of cracks, weighted by length; ``failure_plane(cracks[~cracks.tensile])`` for those in shear.
 

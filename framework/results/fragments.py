@@ -7,11 +7,12 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from grainlaw.arguments import Checked, checked
 from grainlaw.results.result import Result
 
 
 @attrs.frozen(eq=False)
-class Fragments:
+class Fragments(metaclass=Checked):
     """Groups of grains that are still bonded, the largest first."""
 
     of_grain: np.ndarray  #: (g,) number of the fragment each grain belongs to
@@ -22,12 +23,13 @@ class Fragments:
         return len(self.areas)
 
 
+@checked
 def fragments(result: Result, frame: int = -1) -> Fragments:
     """Groups of grains connected by bonds with at least one unbroken contact point, at one of the frames.
 
     Fragments of equal area are in the order of their first grain. Under a law without damage all grains stay connected.
     """
-    broken = ~np.isnan(result.frames[frame].bonds["broken_time"].reshape(2, -1))
+    broken = ~np.isnan(result.frame("fragments", frame).bonds["broken_time"].reshape(2, -1))
     a, b = result.mesh.node_grain[result.interfaces[~broken.all(axis=0)]][:, [0, 2]].T
     areas = result.specimen.grains.areas
     bonds = coo_matrix((np.ones(len(a)), (a, b)), shape=(len(areas), len(areas)))

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked
 from grainlaw.engine.dissipation import balance
 from grainlaw.engine.state import State
 from grainlaw.observation import Observer
@@ -16,7 +17,7 @@ from grainlaw.stage import Stage
 
 
 @attrs.frozen(eq=False)
-class Frame:
+class Frame(metaclass=Checked):
     """One moment, copied out of the state."""
 
     time: float  #: s

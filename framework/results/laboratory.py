@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, checked, fits, refusal
 from grainlaw.columns import TIME, missing
 from grainlaw.parameter import ParameterError
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
@@ -24,17 +25,20 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@checked
 def mean_stress(result: Result, window: Window, frame: int = -1) -> np.ndarray:
     """(3,) Pa, xx, yy, xy: area mean over the grains whose centroid lies in a window, at one of the frames."""
-    return window_mean(result.specimen.grains, result.frames[frame].stress, window)
+    return window_mean(result.specimen.grains, result.frame("mean_stress", frame).stress, window)
 
 
 def _listed(measures: Sequence[Measure]) -> tuple[Measure, ...]:
+    if not fits(measures, Sequence):
+        raise refusal("Laboratory: measures", measures, "a list of Measures")
     return tuple(measures)
 
 
 @attrs.frozen(eq=False)
-class Laboratory:
+class Laboratory(metaclass=Checked):
     """The measures of one test, the standard ones if none are given; prints as a table.
 
     nan where a measure does not exist (``docs/measures.md``). Raises ParameterError for two measures of one name.

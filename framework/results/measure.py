@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
 from numbers import Real
 from typing import TYPE_CHECKING
 
+from grainlaw.arguments import Checked, short
 from grainlaw.columns import missing
 from grainlaw.parameter import ParameterError
 from grainlaw.unit_text import factor_into
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from grainlaw.results.laboratory import Laboratory
 
 
-class Measure(ABC):
+class Measure(metaclass=Checked):
     """One number found from a finished result.
 
     A whole measure, the energy that damping took over the energy that was supplied::
@@ -73,7 +74,7 @@ def check_measures(laboratory: Laboratory, attribute: object, measures: Sequence
     """Raise :class:`ParameterError` for an object that is not a measure, and for two measures of one name."""
     for measure in measures:
         if not isinstance(measure, Measure):
-            raise ParameterError(f"Laboratory: measures: {measure!r} is not allowed, it must be a Measure")
+            raise ParameterError(f"Laboratory: measures: {short(measure)} is not allowed, it must be a Measure")
     names = [measure.name for measure in measures]
     if twice := [name for name in names if names.count(name) > 1]:
         raise ParameterError(f"Laboratory: measures: two are named {twice[0]!r}, each must have a name of its own")
@@ -86,6 +87,6 @@ def found(measure: Measure, laboratory: Laboratory) -> float:
     value = measure.find(laboratory)
     if not isinstance(value, Real) or isinstance(value, bool):
         raise ParameterError(
-            f"{type(measure).__name__}: find returned {value!r} for {measure.name!r}, it must return one number"
+            f"{type(measure).__name__}: find returned {short(value)} for {measure.name!r}, it must return one number"
         )
     return value

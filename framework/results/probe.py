@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, fits, refusal
 from grainlaw.contact import ContactLaw
 from grainlaw.engine.state import State
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError, whole_number
+from grainlaw.parameter import ParameterError, checked_points, whole_number
 from grainlaw.stage import Stage
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ QUANTITIES = ("opening", "slip", "normal", "shear", "damage")
 
 
 @attrs.frozen(kw_only=True, eq=False)
-class ContactPath:
+class ContactPath(metaclass=Checked):
     """Opening, slip and tractions of one contact point at all samples; prints as one line that says how it broke."""
 
     point: int  #: its number ``p``
@@ -55,10 +56,13 @@ class ContactPath:
 
 
 def _places(value: Any) -> np.ndarray:
-    places = np.array(value, dtype=float).reshape(-1, 2) if np.size(value) else np.zeros((0, 2))
-    if not np.isfinite(places).all():
-        raise ParameterError(f"Probe: places = {value!r} is not allowed, they must be finite numbers (m)")
-    return places
+    return checked_points("Probe: places", value) if not fits(value, Sequence) or len(value) else np.zeros((0, 2))
+
+
+def _points(value: Any) -> tuple[int, ...]:
+    if not fits(value, Sequence[int]):
+        raise refusal("Probe: points", value, "a list of numbers of contact points")
+    return tuple(map(int, value))
 
 
 @attrs.define(eq=False, kw_only=True)
@@ -70,7 +74,7 @@ class Probe(Observer):
     A probe that is used in another run begins a new record.
     """
 
-    points: tuple[int, ...] = attrs.field(default=(), converter=lambda points: tuple(map(int, points)))
+    points: tuple[int, ...] = attrs.field(default=(), converter=_points)
     places: np.ndarray = attrs.field(default=(), converter=_places)  #: (k, 2) m
     first: int = whole_number(default=0, at_least=0)
     _run: _Run | None = attrs.field(default=None, init=False)

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, nearest
 from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy
 from grainlaw.mesh import Mesh
+from grainlaw.parameter import checked_whole_number
 from grainlaw.specimen import Specimen
 
 if TYPE_CHECKING:
@@ -25,8 +27,15 @@ if TYPE_CHECKING:
     from grainlaw.results.measure import Measure
 
 
+class Named(dict[str, Any]):
+    """Values by name; a name that is not there is answered with those that are."""
+
+    def __missing__(self, name: str) -> Any:
+        raise KeyError(f"there is no {name!r}{nearest(str(name), self)} (there are: {', '.join(self)})")
+
+
 @attrs.frozen(eq=False)
-class Cracks:
+class Cracks(metaclass=Checked):
     """Broken contact points, in the order of breaking; the length of each is half of its interface."""
 
     position: np.ndarray  #: (k, 2) m, on the deformed specimen
@@ -53,7 +62,7 @@ class Cracks:
 
 
 @attrs.frozen(eq=False)
-class Result:
+class Result(metaclass=Checked):
     """The result of one test of one specimen under one law."""
 
     specimen: Specimen
@@ -76,7 +85,7 @@ class Result:
         seconds: float,
     ) -> Result:
         """Make the result from the state at the end of a run."""
-        summary = dict(protocol.summary(curves, state.specimen)) if curves else {}
+        summary = Named(protocol.summary(curves, state.specimen) if curves else {})
         summary |= {
             TENSILE_CRACKS: int(curves[TENSILE_CRACKS][-1]) if curves else 0,
             SHEAR_CRACKS: int(curves[SHEAR_CRACKS][-1]) if curves else 0,
@@ -88,7 +97,12 @@ class Result:
             "energy_made": energy_made(curves, frames, state.contact_lengths) if curves else 0.0,
         }
         interfaces = state.bonds.ends
-        return cls(state.specimen, law, protocol, curves, summary, _cracks(state), frames, interfaces)
+        return cls(state.specimen, law, protocol, Named(curves), summary, _cracks(state), frames, interfaces)
+
+    def frame(self, where: str, number: int) -> Frame:
+        """One of the frames, counted from the end if negative. Raises ParameterError, which begins with ``where``."""
+        count = len(self.frames)
+        return self.frames[checked_whole_number(f"{where}: frame", number, at_least=-count, at_most=count - 1)]
 
     @property
     def mesh(self) -> Mesh:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
+from grainlaw.arguments import Checked, checked
 from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
@@ -32,7 +33,7 @@ TABLE = (
 
 
 @attrs.frozen(eq=False)
-class Comparison(Mapping[str, Result]):
+class Comparison(Mapping[str, Result], metaclass=Checked):
     """Results by the name of the law; prints as a table.
 
     The laws whose run failed are in ``failed``, with their errors; to ask for their result raises this error.
@@ -108,6 +109,7 @@ class Comparison(Mapping[str, Result]):
         write_report(self.results, file, title=title, record=record, incomplete=incomplete, measures=measures)
 
 
+@checked
 def compare(
     specimen: Specimen,
     laws: Mapping[str, Laws],
@@ -122,8 +124,6 @@ def compare(
     not touch the others, see :class:`Comparison`; if all fail, the first error is raised. :class:`Stopped` has the
     finished laws as its ``result``.
     """
-    if not isinstance(laws, Mapping):
-        raise ParameterError(f"compare: laws = {laws!r} is not allowed, it must be a mapping from names to laws")
     if not laws:
         raise ParameterError("compare: laws is empty, it must name at least one law")
     runs = {name: Run(specimen, law, protocol) for name, law in laws.items()}

@@ -11,6 +11,7 @@ import attrs
 import numpy as np
 from scipy.stats import linregress, t
 
+from grainlaw.arguments import Checked, checked
 from grainlaw.contact import Laws
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
@@ -30,7 +31,7 @@ Test = tuple[int, float]  #: seed, or any number of the specimen, and confinemen
 
 
 @attrs.frozen(kw_only=True)
-class MohrCoulombFit:
+class MohrCoulombFit(metaclass=Checked):
     """Peak stress = ucs + slope * confinement by least squares, with the angle and the cohesion that follow from it.
 
     phi = asin((m - 1)/(m + 1)), c = b (1 - sin phi)/(2 cos phi) with the slope m and the intercept b. Intervals (95 %)
@@ -50,7 +51,7 @@ class MohrCoulombFit:
 
 
 @attrs.frozen(kw_only=True)
-class HoekBrownFit:
+class HoekBrownFit(metaclass=Checked):
     """Peak stress = s3 + sqrt(m s_ci s3 + s_ci^2) for intact rock.
 
     Hoek and Brown 1980, Empirical strength criterion for rock masses, J. Geotech. Eng. 106, 1013-1035. By least
@@ -64,9 +65,10 @@ class HoekBrownFit:
     r_squared: float
 
 
+@checked
 def fit_mohr_coulomb(confinement: Sequence[float], peak_stress: Sequence[float]) -> MohrCoulombFit:
     """Fit peaks (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements."""
-    m, b, spread = _line("fit_mohr_coulomb", confinement, peak_stress)
+    m, b, spread = _line(*_pairs("fit_mohr_coulomb", confinement, peak_stress))
     angle, c = _angle_and_cohesion(m.value, b.value)
     root = math.sqrt(m.value) if m.value > 0 else math.nan
     by_slope, by_ucs = -b.value / (4 * root**3), 1 / (2 * root)  # c = b / (2 sqrt(m))
@@ -89,13 +91,14 @@ def _angle_and_cohesion(slope: float, ucs: float) -> tuple[float, float]:
     return math.degrees(phi), ucs * (1 - math.sin(phi)) / (2 * math.cos(phi))
 
 
+@checked
 def fit_hoek_brown(confinement: Sequence[float], peak_stress: Sequence[float]) -> HoekBrownFit:
     """Fit peaks (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements.
 
     nan where the peaks fall so steeply that s_ci^2 is negative.
     """
-    x, y = np.asarray(confinement, dtype=float), np.asarray(peak_stress, dtype=float)
-    slope, square, spread = _line("fit_hoek_brown", x, (y - x) ** 2)
+    x, y = _pairs("fit_hoek_brown", confinement, peak_stress)
+    slope, square, spread = _line(x, (y - x) ** 2)
     ucs = math.sqrt(square.value) if square.value > 0 else math.nan
     m = slope.value / ucs
     by_slope, by_square = 1 / ucs, -slope.value / (2 * ucs**3)
@@ -128,14 +131,19 @@ class _Spread:
 _Line = tuple[_Coefficient, _Coefficient, _Spread]
 
 
-def _line(name: str, x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -> _Line:
-    """Slope and intercept of a regression line, and their scatter."""
-    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+def _pairs(name: str, confinement: Any, peak_stress: Any) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) Pa each."""
+    x, y = np.asarray(confinement, dtype=float), np.asarray(peak_stress, dtype=float)
     if len(x) != len(y) or len(np.unique(x)) < 2 or not np.isfinite([x, y]).all():
         raise ParameterError(
             f"{name}: {len(x)} confinements and {len(y)} peak stresses are not allowed, there must be a finite peak "
             "for each confinement, and two different confinements"
         )
+    return x, y
+
+
+def _line(x: np.ndarray, y: np.ndarray) -> _Line:
+    """Slope and intercept of a regression line, and their scatter."""
     line = linregress(x, y)
     freedom = len(x) - 2
     quantile = float(t.ppf(0.5 + CONFIDENCE / 2, freedom)) if freedom > 0 else math.nan
@@ -148,7 +156,7 @@ def _line(name: str, x: Sequence[float] | np.ndarray, y: Sequence[float] | np.nd
 
 
 @attrs.frozen(eq=False)
-class StrengthEnvelope:
+class StrengthEnvelope(metaclass=Checked):
     """Compression tests over confinement, and the criteria fitted to all their peaks; errors of those that failed."""
 
     results: dict[Test, Result]
@@ -231,6 +239,7 @@ class StrengthEnvelope:
         write_atomically(path / "envelope.png", lambda file: self.plot().savefig(file, dpi=150))
 
 
+@checked
 def strength_envelope(
     specimens: Mapping[int, Specimen],
     law: Laws,

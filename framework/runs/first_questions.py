@@ -7,12 +7,14 @@ from collections.abc import Mapping
 import attrs
 import numpy as np
 
+from grainlaw.arguments import short
 from grainlaw.compiler.batch import Compiled, compile_law
-from grainlaw.contact import ContactLaw, Laws, check_laws
+from grainlaw.contact import ContactLaw, Laws, check_laws, declared_stiffness
 from grainlaw.detection import Detection
 from grainlaw.engine.parts.contact_laws import uniform
 from grainlaw.parameter import ParameterError
 from grainlaw.workbench.driver import Contact, run_together
+from grainlaw.workbench.endless import refuse_endless
 
 ROUNDING = 1e-12
 LEFT_OVER = 1e-9  #: rounding of memory, which may be a small difference of larger numbers
@@ -44,6 +46,7 @@ def _ask(law: ContactLaw) -> None:
     compiled = compile_law(one)
     key = compiled.key, compiled.numbers.tobytes(), tuple(map(float, one.stiffness))
     if key not in _answered:
+        refuse_endless(one, compiled)
         with np.errstate(all="ignore"):
             _Questions(one, compiled).ask()
         _answered.add(key)
@@ -51,14 +54,15 @@ def _ask(law: ContactLaw) -> None:
 
 def _check_stiffness(law: ContactLaw) -> None:
     """Two positive numbers, at every contact."""
+    given = declared_stiffness(law)
     try:
-        normal, shear = law.stiffness
+        normal, shear = given
         fine = all(np.all(np.isfinite(k) & (np.asarray(k) > 0)) for k in (normal, shear))
     except (TypeError, ValueError):
         fine = False
     if not fine:
         raise ParameterError(
-            f"{type(law).__name__}.stiffness = {law.stiffness!r} is not allowed, it must be two positive finite "
+            f"{type(law).__name__}.stiffness = {short(given)} is not allowed, it must be two positive finite "
             "numbers (Pa/m), normal and shear"
         )
 

@@ -8,13 +8,15 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, checked
 from grainlaw.columns import DAMAGED, KINETIC, STAGE, STRESS, TIME, energy
-from grainlaw.contact import ContactLaw, Laws
+from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, DynamicRelaxation, MassDamping, Undamped
 from grainlaw.parameter import parameter, part
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.runs.plausibility import scales
 from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Condition, Curves, Drive, FailsTo, Reaches, Stage, StageError
@@ -39,7 +41,7 @@ class _Samples(Condition):
 
 
 @attrs.frozen(eq=False)
-class Flutter:
+class Flutter(metaclass=Checked):
     """The kinetic energy of a specimen that was held without damping; prints as one line."""
 
     stress: float  #: Pa, under which it was held, compression positive
@@ -130,6 +132,7 @@ class _HeldStill(LoadingProtocol):
         return {}
 
 
+@checked
 def hold(
     specimen: Specimen, law: Laws, stress: float, *, confined: bool = False, duration: float | None = None,
     detection: Detection | None = EVERYWHERE, time_step_factor: float = 1.0, threads: int = 1,
@@ -142,7 +145,7 @@ def hold(
     sides too, for grains without bonds; ``duration`` (s) is that of holding, some 12,000 steps by default. Raises as
     :func:`simulate`, and :class:`StageError` for a specimen that fails before the stress is reached.
     """
-    modulus, wave_speed, size = _scales(specimen, law)
+    modulus, wave_speed, size = scales(specimen, law)
     test = _HeldStill(
         stress=stress, modulus=modulus, wave_speed=wave_speed, confined=confined,
         duration=HOLD * size / wave_speed if duration is None else duration,
@@ -161,14 +164,3 @@ def hold(
         raise error
     time, kinetic = result.curves[TIME][held], energy(result.curves, KINETIC)[held]
     return Flutter(float(pressed[held][0]), time - time[0], kinetic, damaged, result.summary["time_step"])
-
-
-def _scales(specimen: Specimen, law: Laws) -> tuple[float, float, float]:
-    """Modulus (Pa) of grains and contacts in series, wave speed (m/s), grain size (m)."""
-    size = specimen.grains.grain_size
-    laws = [law] if isinstance(law, ContactLaw) else list(law.values())
-    softness = 1 / (size * float(np.mean([np.mean(one.stiffness[0]) for one in laws])))
-    if not specimen.is_rigid:
-        softness += 1 / float(np.median(specimen.zone_constants[0]))
-    density = float(specimen.node_masses.sum() / specimen.grains.areas.sum())
-    return 1 / softness, math.sqrt(1 / (softness * density)), size

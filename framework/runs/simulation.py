@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from typing import Any
 
 import attrs
 
+from grainlaw.arguments import checked, is_number, refusal
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.state import State
@@ -22,6 +22,7 @@ from grainlaw.runs.claim import Folder, claimed
 from grainlaw.runs.estimate import check_memory
 from grainlaw.runs.execution import Execution
 from grainlaw.runs.first_questions import ask_first_questions
+from grainlaw.runs.plausibility import warn_of_scales
 from grainlaw.runs.run_folder import RunFolder, checkpoint_of
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import Specimen
@@ -30,6 +31,7 @@ from grainlaw.stage import StageError
 MOST_THREADS = 128
 
 
+@checked
 def simulate(
     specimen: Specimen,
     law: Laws,
@@ -66,7 +68,7 @@ def simulate(
     likely cause (:class:`OverlapError` where grains overlap too much), :class:`StageError`, and :class:`Stopped` (a
     KeyboardInterrupt); these four have the ``result`` so far.
     """
-    _check(specimen, law, protocol, threads, time_step_factor, mass_scaling, detection, integrator)
+    _check(threads, time_step_factor, mass_scaling)
     if not every >= 0:
         raise ParameterError(f"simulate: every = {every!r} s is not allowed, it must be at least 0")
     if checkpoint is None and (restart or overwrite):
@@ -75,6 +77,7 @@ def simulate(
     stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
+    warn_of_scales(specimen, law, stages)
     check_memory(specimen, frames)
     stop = stop or Stop()
     options = {
@@ -118,20 +121,9 @@ def _kept(run: Execution, folder: RunFolder) -> Result:
     return result
 
 
-def _check(
-    specimen: Specimen, law: Laws, protocol: LoadingProtocol, threads: int, factor: float, scaling: float,
-    detection: Any, integrator: Any,
-) -> None:  # fmt: skip
-    if not isinstance(specimen, Specimen):
-        raise ParameterError(f"simulate: specimen = {specimen!r} is not allowed, it must be a Specimen")
-    if not isinstance(protocol, LoadingProtocol):
-        raise ParameterError(f"simulate: protocol = {protocol!r} is not allowed, it must be a LoadingProtocol")
+def _check(threads: int, factor: float, scaling: float) -> None:
     checked_whole_number("simulate: threads", threads, at_least=1, at_most=MOST_THREADS)
-    if not (integrator is None or isinstance(integrator, Integrator)):
-        raise ParameterError(f"simulate: integrator = {integrator!r} is not allowed, it must be an Integrator or None")
-    if not (detection is None or isinstance(detection, Detection)):
-        raise ParameterError(f"simulate: detection = {detection!r} is not allowed, it must be a Detection or None")
-    if not 0 < factor <= 1:
-        raise ParameterError(f"simulate: time_step_factor = {factor!r} is not allowed, it must be above 0, at most 1")
-    if not 1 <= scaling <= 100:
-        raise ParameterError(f"simulate: mass_scaling = {scaling!r} is not allowed, it must be from 1 to 100")
+    if not is_number(factor) or not 0 < factor <= 1:
+        raise refusal("simulate: time_step_factor", factor, "above 0, at most 1")
+    if not is_number(scaling) or not 1 <= scaling <= 100:
+        raise refusal("simulate: mass_scaling", scaling, "from 1 to 100")

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, checked
 from grainlaw.contact import ContactLaw
 from grainlaw.naming import aligned
 from grainlaw.workbench.driver import Contact, alone, work_done
@@ -20,7 +21,7 @@ LONG = 30.0  #: breaking displacements after which what remains is residual
 
 
 @attrs.frozen(kw_only=True)
-class Mode:
+class Mode(metaclass=Checked):
     """Failure in tension, or in shear under one pressure.
 
     A number is nan where there is none: a law that never peaks, a contact that never breaks.
@@ -36,7 +37,7 @@ class Mode:
 
 
 @attrs.frozen(kw_only=True)
-class Characteristics:
+class Characteristics(metaclass=Checked):
     """A law in numbers; prints as a table."""
 
     name: str
@@ -67,6 +68,7 @@ def _row(name: str, mode: Mode, declared: float) -> tuple[str, ...]:
     return name, *("-" if math.isnan(value) else f"{value * factor:.4g}" for value, factor in values)
 
 
+@checked
 def characteristics(law: ContactLaw) -> Characteristics:
     """Pull a law, and shear it under no pressure and under three that suit its strength.
 

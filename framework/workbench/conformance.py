@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, checked
 from grainlaw.contact import ContactLaw
 from grainlaw.workbench.bench import Bench
 from grainlaw.workbench.properties import PROPERTIES
@@ -15,7 +16,7 @@ EXCUSABLE = ("stiffness", "energy", "fracture energies", "continuity")  #: prope
 
 
 @attrs.frozen(eq=False)
-class Entry:
+class Entry(metaclass=Checked):
     """One property of a law: whether it holds, and the worst that was found."""
 
     name: str
@@ -31,7 +32,7 @@ class Entry:
 
 
 @attrs.frozen(eq=False)
-class Report:
+class Report(metaclass=Checked):
     """What :func:`check_law` found: iterable over its entries, printed with one line for each."""
 
     law: str
@@ -58,6 +59,7 @@ class Report:
         return "\n".join([f"{self.law} {verdict}", *(f"  {entry}" for entry in self.entries)])
 
 
+@checked
 def check_law(law: ContactLaw, *, compiled: bool = True) -> Report:
     """Ask a law for every property that makes laws comparable and safe to run.
 

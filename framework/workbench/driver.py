@@ -9,13 +9,15 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked, fits, refusal, short
 from grainlaw.compiler.batch import Compiled, compile_law
-from grainlaw.contact import ContactLaw, answered, memory_names
-from grainlaw.parameter import parameters
+from grainlaw.contact import ContactLaw, answered, declared_stiffness, memory_names
+from grainlaw.parameter import ParameterError, parameters
+from grainlaw.workbench.endless import refuse_endless
 
 
 @attrs.frozen(eq=False)
-class Trace:
+class Trace(metaclass=Checked):
     """Answer of one contact along a path: arrays of equal length, the memory under its own names."""
 
     opening: np.ndarray  #: m
@@ -102,12 +104,14 @@ def run_together(compiled: Compiled, points: np.ndarray) -> np.ndarray:
 
 
 def alone(law: Any) -> Contact:
-    """One contact of a law. Raises TypeError for what is no law, ValueError where its numbers are not single ones."""
+    """One contact of a law. Raises ParameterError for what is no law, and where its numbers are not single ones."""
     if not isinstance(law, ContactLaw) or not attrs.has(type(law)):
-        raise TypeError(f"this takes an instance of an attrs class that is a gl.ContactLaw, not {law!r}")
+        raise ParameterError(f"this takes an instance of an attrs class that is a gl.ContactLaw, not {short(law)}")
     if any(isinstance(value, list) for value in parameters(law).values()):
         name = type(law).__name__
-        raise ValueError(f"{name}: give the law of one contact, and give single numbers instead of arrays")
-    if not all(math.isfinite(k) and k > 0 for k in law.stiffness):
-        raise ValueError(f"{type(law).__name__}.stiffness must be two positive numbers (Pa/m), not {law.stiffness!r}")
+        raise ParameterError(f"{name}: give the law of one contact, and give single numbers instead of arrays")
+    declared = declared_stiffness(law)
+    if not fits(declared, tuple[float, float]) or not all(math.isfinite(k) and k > 0 for k in declared):
+        raise refusal(f"{type(law).__name__}.stiffness", declared, "two positive numbers (Pa/m)")
+    refuse_endless(law)
     return Contact(law)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from grainlaw.arguments import checked
 from grainlaw.contact import ContactLaw
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@checked
 def plot_law(law: ContactLaw) -> Figure:
     """Draw what a law answers: pull and release, closure, shear under pressure, mixed paths, and its strength.
 

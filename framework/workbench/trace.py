@@ -6,18 +6,20 @@ from typing import Any
 
 import numpy as np
 
+from grainlaw.arguments import checked, refusal
 from grainlaw.contact import ContactLaw
 from grainlaw.parameter import ParameterError
 from grainlaw.workbench.driver import Contact, Trace
 
 
+@checked
 def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False) -> Trace:
     """Drive one contact alone along arrays of ``opening`` and ``slip`` (m; either may be a single number).
 
     Interpreted, or through the ``compiled`` code a simulation runs; both agree to 1e-12. Raises TypeError for a law
     that returns anything but its two tractions and its memory, ParameterError for arrays that are no path.
     """
-    ends = np.array(opening, dtype=float), np.array(slip, dtype=float)
+    ends = _path("opening", opening), _path("slip", slip)
     if any(end.ndim > 1 for end in ends) or len({end.size for end in ends if end.size != 1}) > 1:
         raise ParameterError(
             f"trace: opening of shape {ends[0].shape} and slip of shape {ends[1].shape} are not allowed, they must be "
@@ -25,3 +27,13 @@ def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False) -
         )
     points = np.stack(np.broadcast_arrays(*map(np.atleast_1d, ends)), axis=1)
     return Contact(law, compiled=compiled, raises=True).trace(points.tolist())
+
+
+def _path(name: str, value: Any) -> np.ndarray:
+    try:
+        path = np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        path = np.array(np.nan)
+    if not np.isfinite(path).all():
+        raise refusal(f"trace: {name}", value, "a finite number or an array of them (m)")
+    return path

@@ -10,6 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import short
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 
@@ -28,7 +29,7 @@ def length() -> Any:
             return None
         if not _is_number(value) or value <= 0:
             raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {value!r} m is not allowed, "
+                f"{type(component).__name__}: {attribute.name} = {short(value)} m is not allowed, "
                 "it must be a finite number above 0"
             )
         return float(value)

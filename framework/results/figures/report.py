@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -72,7 +73,7 @@ def _parts(
     yield html.text("p", f"grainlaw {version('grainlaw')}, {datetime.now():%Y-%m-%d %H:%M}")
     if incomplete:
         yield html.text("p", f"Incomplete: {incomplete}. What follows was recorded before.", "warning")
-    for warning in _warnings(results):
+    for warning in warnings_of(results):
         yield html.text("p", warning, "warning")
     yield html.text("h2", "Properties")
     yield _properties(results)
@@ -98,13 +99,17 @@ def _parts(
         yield html.side_by_side(_record(record))
 
 
-def _warnings(results: Mapping[str, Result]) -> Iterator[str]:
+def warnings_of(results: Mapping[str, Result]) -> Iterator[str]:
+    """One line for each check of the certificate that has failed, or cannot be computed, and for what is cut short."""
     for name, result in results.items():
         stress = result.curves.get(STRESS, np.zeros(0))
         if "peak_stress" in result.summary and len(stress) and np.argmax(stress) == len(stress) - 1:
             yield f"{name}: the highest stress is the last one; the specimen had not failed when the test ended."
         for measure, (limit, cure) in LIMITS.items():
-            if result.summary.get(measure, 0) > limit:
+            value = result.summary.get(measure, 0)
+            if math.isnan(value):
+                yield f"{name}: the {shown(measure).words} cannot be computed, so the test has failed its certificate."
+            elif value > limit:
                 yield f"{name}: the {shown(measure).words} is above its limit; {cure}."
 
 
@@ -130,6 +135,8 @@ def _certificate(results: Mapping[str, Result]) -> str:
 def _verdict(name: str, value: float | None, limit: float) -> str:
     if value is None:
         return ""
+    if math.isnan(value):
+        return html.Cell("cannot be computed FAIL", "fail")
     passed = value <= limit
     return html.Cell(f"{shown(name).text(value)} {'pass' if passed else 'FAIL'}", "pass" if passed else "fail")
 

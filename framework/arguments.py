@@ -1,0 +1,214 @@
+"""Arguments held to a signature: their names, with the nearest that exists, and the kinds of their values."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import inspect
+import sys
+import types
+import typing
+from abc import ABCMeta
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from numbers import Integral, Real
+from typing import Any, TypeVar
+
+import attrs
+import numpy as np
+
+Function = TypeVar("Function", bound=Callable)
+Hints = Mapping[str, Any]
+
+
+class ParameterError(ValueError):
+    """A value outside what its declaration allows; the message names component, parameter, value and bound."""
+
+
+def short(value: Any) -> str:
+    """A value for a message: one line, and never a page of an array."""
+    kind = type(value).__name__
+    if isinstance(value, np.ndarray) and value.size > 6:
+        return f"an array of shape {value.shape}"
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:
+        return f"a {kind}"
+    if len(text) <= 100:
+        return text
+    return f"{text[:60]}..." if isinstance(value, (str, bytes, list, tuple, dict, int)) else f"a {kind}"
+
+
+def refusal(where: str, value: Any, wanted: str) -> ParameterError:
+    """What to raise for a value: ``refusal("Stage: until", value, "a list of conditions")``."""
+    return ParameterError(f"{where} = {short(value)} is not allowed, it must be {wanted}")
+
+
+class Checked(ABCMeta):
+    """Classes whose arguments are checked before an instance is made; a user's class inherits it from its interface.
+
+    ``class Elastic(metaclass=Checked)``. Raises :class:`ParameterError` for a name that is not known, for one that is
+    missing, for a value of another kind than the annotation of a field says, and where an interface is not filled.
+    Fields with a converter or a validator check their values themselves, and what takes a number checks its bounds.
+    """
+
+    def __call__(cls, *given: Any, **named: Any) -> Any:
+        if missing := sorted(cls.__abstractmethods__):
+            raise ParameterError(f"{cls.__name__} cannot be made: it must define {', '.join(missing)}")
+        _check(cls.__name__, *_of_class(cls), given, named)
+        return super().__call__(*given, **named)
+
+    @property
+    def __signature__(cls) -> inspect.Signature:  # Python would show that of __call__
+        return _of_class(cls)[0]
+
+
+def checked(function: Function) -> Function:
+    """A function whose arguments are checked before it runs. Raises :class:`ParameterError`."""
+
+    @functools.wraps(function)
+    def call(*given: Any, **named: Any) -> Any:
+        _check(function.__name__, *_of_function(function), given, named)
+        return function(*given, **named)
+
+    return typing.cast(Function, call)
+
+
+def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str:
+    """A question that suggests the nearest known name, or nothing where none is as like (0 to 1)."""
+    near = difflib.get_close_matches(name, list(known), n=1, cutoff=likeness)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
+def _check(where: str, signature: inspect.Signature, hints: Hints, given: tuple, named: dict[str, Any]) -> None:
+    names = [name for name, p in signature.parameters.items() if p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
+    if not any(p.kind is p.VAR_KEYWORD for p in signature.parameters.values()):
+        for name in named:
+            if name not in names:
+                has = f"{where} has: {', '.join(names) or 'nothing'}"
+                raise ParameterError(f"{where}: there is no '{name}'{nearest(name, names)} ({has})")
+    try:
+        values = signature.bind(*given, **named).arguments
+    except TypeError as error:
+        raise ParameterError(f"{where}: {error} ({where}{_names(signature)})") from None
+    for name, value in values.items():
+        several = signature.parameters[name].kind is inspect.Parameter.VAR_POSITIONAL
+        for each in value if several else (value,):
+            hint = hints.get(name, Any)
+            if hint not in _BOUNDED and not fits(each, hint):
+                raise refusal(f"{where}: {name}", each, wanted(hint))
+
+
+def _names(signature: inspect.Signature) -> str:
+    plain = [p.replace(annotation=p.empty) for p in signature.parameters.values()]
+    return str(inspect.Signature(plain))
+
+
+@functools.cache
+def _of_function(function: Callable) -> tuple[inspect.Signature, Hints]:
+    names = vars(sys.modules[function.__module__])
+    return inspect.signature(function), {k: _evaluated(text, names) for k, text in function.__annotations__.items()}
+
+
+@functools.cache
+def _of_class(cls: type) -> tuple[inspect.Signature, Hints]:
+    """Signature of ``__init__`` without ``self``, and the annotations of fields that do not check themselves."""
+    made: Any = cls.__init__  # type: ignore[misc]
+    if made is object.__init__:
+        return inspect.Signature(), {}
+    _self, *others = inspect.signature(made).parameters.values()
+    signature = inspect.Signature(others)
+    if not attrs.has(cls):
+        return signature, {name: _evaluated(text, made.__globals__) for name, text in made.__annotations__.items()}
+    hints = {}
+    for field in attrs.fields(cls):
+        if field.converter is None and field.validator is None:
+            owner = next(base for base in cls.__mro__ if field.name in vars(base).get("__annotations__", {}))
+            module = sys.modules.get(owner.__module__)
+            hints[field.alias] = _evaluated(field.type, vars(module)) if module else Any
+    return signature, hints
+
+
+def _evaluated(hint: Any, names: Mapping[str, Any]) -> Any:
+    """What an annotation means; anything where it names what is imported for types alone."""
+    if not isinstance(hint, str):
+        return hint
+    try:
+        return eval(hint, dict(names))
+    except Exception:
+        return Any
+
+
+def fits(value: Any, hint: Any) -> bool:
+    """Whether a value is of the kind that an annotation says; True where the annotation cannot say it."""
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        return any(fits(value, kind) for kind in inner)
+    if origin is Callable or hint is Callable:
+        return callable(value)
+    if isinstance(origin, type):
+        return _holds(value, origin, inner)
+    if hint is None:
+        return value is None
+    if hint in _KINDS:
+        return _KINDS[hint][2](value)
+    return not isinstance(hint, type) or isinstance(value, hint)
+
+
+def _holds(value: Any, kind: type, inner: tuple[Any, ...]) -> bool:
+    """Whether a container is of a kind and holds what it should; what can be gone through only once is not tried."""
+    if issubclass(kind, Mapping):
+        if not isinstance(value, Mapping):
+            return False
+        return all(fits(key, inner[0]) and fits(entry, inner[1]) for key, entry in value.items())
+    if issubclass(kind, tuple) and inner[-1:] != (...,):
+        return _is_list(value) and len(value) == len(inner) and all(map(fits, value, inner))
+    if issubclass(kind, Sequence):
+        return _is_list(value) and all(fits(entry, inner[0]) for entry in value)
+    return isinstance(value, kind)
+
+
+def _is_list(value: Any) -> bool:
+    if isinstance(value, np.ndarray):
+        return value.ndim > 0
+    return isinstance(value, Sequence) and not isinstance(value, (str, bytes))
+
+
+def is_number(value: Any, kind: type = Real) -> bool:
+    """Whether a value is a single number, of Python or numpy; True and False are none."""
+    return isinstance(value, kind) and not isinstance(value, (bool, np.bool_))
+
+
+#: annotations that say less, or more, than their class: one and several of them in words, and what fits them
+_KINDS: dict[Any, tuple[str, str, Callable[[Any], bool]]] = {
+    Any: ("anything", "anything", lambda value: True),
+    float: ("a number", "numbers", is_number),
+    int: ("a whole number", "whole numbers", lambda value: is_number(value, Integral)),
+    bool: ("True or False", "True or False", lambda value: isinstance(value, (bool, np.bool_))),
+    str: ("a text", "texts", lambda value: isinstance(value, str)),
+    np.ndarray: ("an array", "arrays", lambda value: isinstance(value, np.ndarray)),
+    types.NoneType: ("None", "None", lambda value: value is None),
+}
+#: numbers by themselves, left to the function that knows their bounds
+_BOUNDED = (float, int, float | None, int | None)
+
+
+def wanted(hint: Any, several: bool = False) -> str:
+    """An annotation in words."""
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        return " or ".join(wanted(kind, several) for kind in inner)
+    if hint in _KINDS:
+        one, more, _fits = _KINDS[hint]
+        return more if several else one
+    if origin is Callable or hint is Callable:
+        one, more = "a function", ""
+    elif isinstance(origin, type) and issubclass(origin, Mapping):
+        one, more = "a mapping", f" from {wanted(inner[0], True)} to {wanted(inner[1], True)}"
+    elif isinstance(origin, type) and issubclass(origin, tuple) and inner[-1:] != (...,):
+        one, more = "a pair" if len(inner) == 2 else "a tuple", f" of {wanted(inner[0], True)}"
+    elif isinstance(origin, type):
+        one, more = "a list", f" of {wanted(inner[0], True)}"
+    else:
+        name = getattr(hint, "__name__", str(hint))
+        one, more = f"{'an' if name[0] in 'AEIOU' else 'a'} {name}", ""
+    return f"{one.partition(' ')[2]}s{more}" if several else one + more

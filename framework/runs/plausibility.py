@@ -1,0 +1,72 @@
+"""Warnings before a run: numbers that do not go with each other, as after a slip of units."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from grainlaw.contact import ContactLaw, Laws
+from grainlaw.parameter import UnitWarning
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Drive, Stage
+
+CONTACTS = (1e-3, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
+OPENING = 0.1  #: of the grain size: the most that a contact usually opens before it breaks
+SPEED = 0.02  #: of the speed of waves: the fastest usual loading
+
+
+def warn_of_scales(specimen: Specimen, law: Laws, stages: Sequence[Stage]) -> None:
+    """Warn (:class:`UnitWarning`) of contacts too soft or stiff for their grains, and of boundaries too fast."""
+    for words in (*_contacts(specimen, law), *_speeds(specimen, law, stages)):
+        warnings.warn(UnitWarning(words), stacklevel=4)
+
+
+def scales(specimen: Specimen, law: Laws) -> tuple[float, float, float]:
+    """Modulus (Pa) of grains and contacts in series, wave speed (m/s), grain size (m)."""
+    size = specimen.grains.grain_size
+    softness = 1 / (size * float(np.mean([np.mean(one.stiffness[0]) for one in _each(law)])))
+    if not specimen.is_rigid:
+        softness += 1 / float(np.median(specimen.zone_constants[0]))
+    density = float(specimen.node_masses.sum() / specimen.grains.areas.sum())
+    return 1 / softness, math.sqrt(1 / (softness * density)), size
+
+
+def _each(law: Laws) -> Sequence[ContactLaw]:
+    return list(law.values()) if isinstance(law, Mapping) else [law]
+
+
+def _contacts(specimen: Specimen, law: Laws) -> Iterator[str]:
+    size = specimen.grains.grain_size
+    for one in _each(law):
+        name, kn = type(one).__name__, float(np.mean(one.stiffness[0]))
+        if not specimen.is_rigid:
+            modulus = float(np.median(specimen.zone_constants[0]))
+            low, high = (share * modulus / size for share in CONTACTS)
+            if not low <= kn <= high:
+                yield (
+                    f"{name}: a normal stiffness of {kn:.4g} Pa/m is unusual between grains of {size:.2g} m and "
+                    f"{modulus:.2g} Pa: usual are {low:.1g} to {high:.1g} Pa/m"
+                )
+                continue
+        strength = getattr(one, "tensile_strength", None)
+        if strength is not None and float(np.max(strength)) / kn > OPENING * size:
+            yield (
+                f"{name}: contacts that open by {float(np.max(strength)) / kn:.2g} m before they break are unusual "
+                f"between grains of {size:.2g} m: usual is at most {OPENING * size:.1g} m, tensile_strength over kn"
+            )
+
+
+def _speeds(specimen: Specimen, law: Laws, stages: Sequence[Stage]) -> Iterator[str]:
+    drives = [drive for stage in stages for drive in stage.drives if isinstance(drive, Drive)]
+    fastest = max(drives, key=lambda drive: abs(drive.speed), default=None)
+    if fastest is None:
+        return
+    usual = SPEED * scales(specimen, law)[1]
+    if abs(fastest.speed) > usual:
+        yield (
+            f"the boundary {fastest.boundary} moves at {abs(fastest.speed):.4g} m/s, which is unusual: at most "
+            f"{usual:.2g} m/s, {SPEED:.0%} of the speed of waves in this specimen, or it is not loaded as a whole"
+        )

@@ -1,0 +1,106 @@
+"""Whatever is given is refused in one line, or runs: random calls and configurations, and those that once failed."""
+
+import math
+
+import numpy as np
+import pytest
+from fuzz import calls, configurations
+from fuzz.limits import Case, fault_of
+
+import grainlaw as gl
+from grainlaw.geometry import Voronoi, block, moved, polygon, rectangle
+from grainlaw.laws import EvansMarathe, HordijkSoftening
+from grainlaw.protocols import BiaxialCompression
+
+
+@pytest.fixture(autouse=True)
+def drawn_into_files(monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "agg")
+
+
+@pytest.mark.parametrize(("draw", "count"), [(calls.cases, 150), (configurations.cases, 50)], ids=["calls", "tests"])
+def test_a_few_random_cases_are_refused_or_run(draw, count):
+    assert [fault for case in draw(1, count) if (fault := fault_of(case))] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [2, 3, 4, 5, 6])
+def test_random_calls_are_refused_or_run(seed):
+    assert [fault for case in calls.cases(seed, 1000) if (fault := fault_of(case))] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [2, 3, 4, 5])
+def test_random_configurations_are_refused_or_run(seed):
+    assert [fault for case in configurations.cases(seed, 500) if (fault := fault_of(case))] == []
+
+
+def fits(confinement, peak):
+    return lambda: (gl.fit_hoek_brown(confinement, peak), gl.fit_mohr_coulomb(confinement, peak))
+
+
+def tested(*assignments):
+    return lambda: configurations.run("uniaxial-compression", ["sample.grains=8", *assignments])
+
+
+#: each of them once ended by another error, by a warning of numpy's, or not at all
+REFUSED = {
+    "trace: a number for the law": lambda: gl.trace(5, 1, 2),
+    "trace: text": lambda: gl.trace(calls.BRITTLE, "x", 0),
+    "trace: infinite": lambda: gl.trace(calls.BRITTLE, [0, math.inf], 0),
+    "polygon: a number": lambda: polygon(3),
+    "polygon: ragged": lambda: polygon([[1, 2], [3]]),
+    "block: a number": lambda: block(math.nan),
+    "region: names": lambda: gl.Region(calls.SQUARE, 5),
+    "region: hole_sides": lambda: gl.Region(calls.SQUARE, "abcd", (), 0.5),
+    "tessellation: a number": lambda: gl.Tessellation(rectangle(1, 1), 1, 2, 3),
+    "moved: no grains": lambda: moved(5),
+    "moved: infinite": lambda: moved(calls.specimen().grains, (0, math.inf)),
+    "fit: unequal lengths": fits([0, 1, 2], [1, 2]),
+    "fit: text": fits("ab", [1, 2]),
+    "probe: a number": lambda: gl.Probe(points=5),
+    "probe: places": lambda: gl.Probe(places=[1, 2, 3]),
+    "window: text": lambda: gl.within_polygon(""),
+    "events: an object": lambda: gl.acoustic_events(calls.result(), thickness=calls.ROCK),
+    "fragments: half a frame": lambda: gl.fragments(calls.result(), 0.5),
+    "laboratory: a number": lambda: gl.Laboratory(calls.result(), 5),
+    "parameters: a number": lambda: gl.parameters(5),
+    "stage: until": lambda: gl.Stage(name="x", until=0.5, interval=1),
+    "softening: arrays": lambda: (HordijkSoftening(c1=[1, 2]), EvansMarathe(a=[1, 2])),
+    "protocol: an array": lambda: BiaxialCompression(confinement=[1, 2]),
+    "region: 1e300 m": lambda: rectangle(1e300, 1),
+    "region: 1e14 m": lambda: rectangle(1e14, 1e14),
+    "region: thin": lambda: rectangle(1e-9, 0.05),
+    "relaxation for ever": lambda: Voronoi(grains=5, relaxation=10**9),
+    "test.speed=[1,2]": tested("test.speed=[1,2]"),
+    "rock.density=[]": tested("rock.density=[]"),
+    "sample.width=1e-9": tested("sample.width=1e-9"),
+    "sample.width=1e14": tested("sample.width=1e14"),
+    "rock.youngs_modulus=1e300": tested("rock.youngs_modulus=1e300"),
+    "law.kn=5e-324": tested("law.kn=5e-324"),
+    "threads": tested("numerics.threads=129"),
+}
+
+
+@pytest.mark.parametrize("call", REFUSED.values(), ids=REFUSED)
+def test_what_once_failed_is_refused(call):
+    assert fault_of(Case("", call, "")) == ""
+    with pytest.raises(gl.ParameterError):
+        call()
+
+
+def test_a_fault_is_found():
+    """The harness tells another error, a message of two lines, a warning and a loop without end."""
+
+    def wrong():
+        raise gl.ParameterError("two\nlines")
+
+    def endless():
+        while True:
+            pass
+
+    assert "ZeroDivisionError" in fault_of(Case("", lambda: 1 / 0, ""))
+    assert "two" in fault_of(Case("", wrong, ""))
+    assert "RuntimeWarning" in fault_of(Case("", lambda: np.float64(1e300) * 1e300, ""))
+    assert "no end" in fault_of(Case("", endless, ""), 0.2)
+    assert fault_of(Case("", lambda: 1, "")) == ""

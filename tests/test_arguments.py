@@ -1,0 +1,75 @@
+"""Names and kinds of arguments, for our classes and functions and for a user's."""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+
+import attrs
+import numpy as np
+import pytest
+from support import BRITTLE, PULL, STIFF, Hillerborg, small_sample
+
+import grainlaw as gl
+from grainlaw.arguments import fits, wanted
+from grainlaw.geometry import moved, together
+from grainlaw.laws import CohesiveCrack, Linear
+from grainlaw.protocols import UniaxialTension
+
+WRONG = {
+    "misspelt field": (
+        lambda: CohesiveCrack(tensile_strenght=1),
+        "CohesiveCrack: there is no 'tensile_strenght'",
+    ),
+    "nearest": (lambda: CohesiveCrack(tensile_strenght=1), r"did you mean 'tensile_strength'\? .*has: kn, ks"),
+    "misspelt option": (
+        lambda: gl.simulate(1, 2, 3, thread=2),
+        "simulate: there is no 'thread'; .* 'threads'",
+    ),
+    "a user's law": (lambda: Hillerborg(**STIFF, strenth=1), "Hillerborg: there is no 'strenth'; .* 'strength'"),
+    "evolved": (lambda: attrs.evolve(BRITTLE, cohesian=1), "MohrCoulomb: there is no 'cohesian'; .* 'cohesion'"),
+    "missing": (lambda: Linear(kn=1), r"Linear: missing a required.* 'ks' \(Linear\(\*, kn, ks\)\)"),
+    "twice": (lambda: moved(1, grains=2), "moved: multiple values for argument 'grains'"),
+    "kind": (lambda: moved(5), "moved: grains = 5 is not allowed, it must be a Tessellation"),
+    "one of several": (lambda: together(5), "together: bodies = 5 is not allowed, it must be a Tessellation"),
+    "in a list": (lambda: gl.Report("x", [5]), r"Report: entries = \[5\] is not allowed, it must be a list of Entrys"),
+    "interface": (lambda: gl.ContactLaw(), "ContactLaw cannot be made: it must define stiffness, traction"),
+    "array": (lambda: UniaxialTension(speed=[1, 2]), r"UniaxialTension: speed = \[1, 2\] is not allowed"),
+    "empty array": (lambda: Linear(kn=[], ks=1), r"Linear: kn = \[\] is not allowed"),
+}
+
+
+@pytest.mark.parametrize(("call", "words"), WRONG.values(), ids=WRONG)
+def test_what_does_not_fit_a_signature_is_refused(call, words):
+    with pytest.raises(gl.ParameterError, match=words) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+HINTS = [
+    (int, 2, True, "whole number"), (bool, np.bool_(True), 1, "True or False"), (float, np.float32(1), "1", "number"),
+    (str | None, None, 1, "a text or None"), (Sequence[str], ["a"], "a", "list of texts"),
+    (tuple[int, int], (1, 2), (1, 2, 3), "pair of whole numbers"), (Callable[[int], int], len, 1, "function"),
+    (Mapping[int, str], {1: "a"}, {"a": "a"}, "mapping from whole numbers to texts"),
+    (tuple[gl.Entry, ...], [], [1], "list of Entrys"), (np.ndarray, np.zeros(2), [0.0], "array"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("hint", "right", "other", "words"), HINTS, ids=[str(hint) for hint, *_ in HINTS])
+def test_annotations_say_what_fits(hint, right, other, words):
+    assert fits(right, hint)
+    assert not fits(other, hint)
+    assert words in wanted(hint)
+
+
+def test_signatures_stay_readable():
+    assert list(inspect.signature(Linear).parameters) == ["kn", "ks"]
+    assert inspect.signature(gl.trace).parameters["compiled"].default is False
+
+
+def test_a_name_that_a_result_does_not_have_is_answered_with_those_it_has():
+    result = gl.simulate(small_sample(4), BRITTLE, attrs.evolve(PULL, maximum_strain=1e-5, samples=10))
+    with pytest.raises(KeyError, match=r"no 'peak_stres'; did you mean 'peak_stress'\? .*are: peak_stress"):
+        result.summary["peak_stres"]
+    with pytest.raises(KeyError, match=r"there is no 'ucs' .*peak_stress, peak_strain"):
+        result.summary["ucs"]
+    with pytest.raises(KeyError, match="did you mean 'stress'"):
+        result.curves["stres"]

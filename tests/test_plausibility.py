@@ -1,0 +1,184 @@
+"""Numbers that are far from what is usual are told; a certificate that cannot be computed has failed."""
+
+import subprocess
+import sys
+import warnings
+
+import attrs
+import pytest
+from command_line import SMALL, invoke
+from support import BRITTLE, ROCK, STRONG, small_sample
+
+import grainlaw as gl
+from grainlaw.geometry import block, together
+from grainlaw.laws import MohrCoulomb
+from grainlaw.protocols import UniaxialCompression
+from grainlaw.results.figures.report import warnings_of
+from grainlaw.workbench import endless
+
+PRESS = UniaxialCompression(speed=0.2, maximum_strain=2e-5, samples=10)
+
+
+def told(call):
+    """What is warned of."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        call()
+    return [str(each.message) for each in caught if each.category is gl.UnitWarning]
+
+
+def run(law=BRITTLE, test=PRESS):
+    return gl.simulate(small_sample(12), law, test)
+
+
+def test_numbers_in_other_units_are_told_with_the_usual_range():
+    young, density = told(lambda: gl.Elastic(youngs_modulus=60, poissons_ratio=0.2, density=2.7))
+    assert young == "Elastic: youngs_modulus = 60 Pa is unusual, usual are 1e+08 to 1e+12 Pa: is the unit right?"
+    assert "density = 2.7 kg/m3 is unusual, usual are 500 to 20000 kg/m3" in density
+    assert told(lambda: attrs.evolve(ROCK, density=2700)) == []
+
+
+def test_contacts_too_soft_for_their_grains_are_told():
+    (soft,) = told(lambda: run(MohrCoulomb(**STRONG | {"kn": 105, "ks": 95})))
+    assert "MohrCoulomb: a normal stiffness of 105 Pa/m is unusual between grains of" in soft
+    assert "usual are 9e+09 to 9e+16 Pa/m" in soft  # 1e-3 and 1e4 times 72 GPa (uniaxial strain) over 8.2 mm
+    rigid = small_sample(12, material=gl.Rigid(density=3000))
+    wide, _speed = told(lambda: gl.simulate(rigid, MohrCoulomb(**STRONG | {"kn": 1e9, "ks": 1e9}), PRESS))
+    assert "open by 0.013 m before they break are unusual" in wide  # 13 MPa over 1 GPa/m
+    assert told(run) == []
+
+
+def test_a_speed_near_that_of_waves_is_told_and_the_certificate_has_failed():
+    fast = attrs.evolve(PRESS, speed=1e9)
+    results = []
+    (speed,) = told(lambda: results.append(run(test=fast)))
+    assert "moves at 1e+09 m/s, which is unusual: at most" in speed
+    lines = list(warnings_of({"law": results[0]}))
+    assert sum("cannot be computed, so the test has failed its certificate" in line for line in lines) == 2
+
+
+def test_the_report_shows_a_certificate_that_cannot_be_computed_as_failed(tmp_path):
+    run(test=attrs.evolve(PRESS, speed=1e9)).write_report(tmp_path / "report.html")
+    assert (tmp_path / "report.html").read_text("utf-8").count("cannot be computed FAIL") == 2
+
+
+def test_one_filter_silences_all():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.simplefilter("ignore", gl.UnitWarning)
+        gl.Elastic(youngs_modulus=60, poissons_ratio=0.2, density=2.7)
+        run(MohrCoulomb(**STRONG | {"kn": 105, "ks": 95}))
+
+
+def test_the_command_line_tells_it_in_one_line(tmp_path):
+    done = invoke("test", "uniaxial-compression", *SMALL, "--set", "rock.density=2.7", "--out", tmp_path)
+    assert done.exit_code == 0
+    lines = [line for line in done.stderr.splitlines() if line.startswith("Warning: ")]
+    assert "Warning: Elastic: density = 2.7 kg/m3 is unusual, usual are 500 to 20000 kg/m3: is the unit right?" in lines
+    assert ".py" not in "".join(lines)
+
+
+def test_a_wrong_number_of_threads_leaves_nothing_behind(tmp_path):
+    for command in (["test", "uniaxial-compression"], ["compare"], ["envelope"]):
+        done = invoke(*command, "--quick", "--threads", 129, "--out", tmp_path / "out")
+        assert done.exit_code == 2
+        assert "threads = 129 is not allowed" in done.output
+    assert not list(tmp_path.iterdir())
+
+
+LAWS = """
+import sys, random, attrs
+import grainlaw as gl
+@attrs.frozen(kw_only=True)
+class Chance(gl.ContactLaw):
+    stiffness = (1e14, 1e14)
+    def traction(self, opening, slip):
+        return 1e14 * opening * random.random(), 1e14 * slip
+@attrs.frozen(kw_only=True)
+class NoStiffness(gl.ContactLaw):
+    @property
+    def stiffness(self):
+        raise RuntimeError("no idea")
+    def traction(self, opening, slip):
+        return 1e14 * opening, 1e14 * slip
+"""
+
+
+def test_law_files_that_end_python_or_play_dice_are_refused(tmp_path):
+    (tmp_path / "quits.py").write_text("import sys\nsys.exit('bye')\n")
+    (tmp_path / "laws.py").write_text(LAWS)
+    for law, words in (
+        ("quits.py:law", "quits.py:2 does not run: it ends Python"),
+        ("laws.py:Chance", "without chance or the clock"),
+        ("laws.py:NoStiffness", "NoStiffness.stiffness cannot be found: RuntimeError: no idea"),
+    ):
+        done = invoke("test", "uniaxial-compression", "--law", tmp_path / law, "--out", tmp_path / "out")
+        assert done.exit_code == 2, done.output
+        assert words in done.output
+        assert invoke("check", tmp_path / law).exit_code == (1 if "Chance" in law else 2)  # it is asked and fails
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_backend_that_does_not_exist_is_no_matter(tmp_path, monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "bogus")
+    command = [sys.executable, "-m", "grainlaw", "law", "linear", "--out", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_what_nobody_has_thought_of_is_one_line(monkeypatch):
+    monkeypatch.setattr(sys.modules["grainlaw.cli.law"], "characteristics", lambda law: 1 // 0)
+    done = invoke("law", "linear")
+    assert done.exit_code == 1
+    assert "a fault of grainlaw (ZeroDivisionError at test_plausibility.py:" in done.output
+    assert "Traceback" not in done.output
+
+
+@attrs.frozen(kw_only=True)
+class Endless(gl.ContactLaw):
+    """Counts down, which takes long: 1e10 steps for a slip of 0.1 m."""
+
+    stiffness = (1e14, 1e14)
+
+    def traction(self, opening, slip):
+        rest = abs(slip) * 1e11
+        while rest > 1:
+            rest = rest - 1.0 - 1e-300 * opening
+        return 1e14 * opening + 0 * rest, 1e14 * slip
+
+
+@attrs.frozen(kw_only=True)
+class Loops(gl.ContactLaw):
+    stiffness = (1e14, 1e14)
+
+    def traction(self, opening, slip):
+        total = 0.0
+        for _ in range(3):
+            total = total + 1e14 * opening / 3
+        return total, 1e14 * slip
+
+
+def test_a_loop_that_does_not_end_is_refused_with_its_place(monkeypatch):
+    monkeypatch.setattr(endless, "SECONDS", 0.3)
+    for ask in (gl.check_law, gl.characteristics, lambda law: gl.simulate(small_sample(4), law, PRESS)):
+        with pytest.raises(
+            gl.ParameterError, match=r"Endless: at opening 0 m, slip .* did not return within 0.3 s: a loop"
+        ):
+            ask(Endless())
+
+
+def test_a_loop_that_ends_runs_in_a_thread_of_its_own_with_the_same_numbers():
+    from grainlaw.compiler.batch import compile_law
+
+    straight = gl.laws.Linear(kn=1e14, ks=1e14)
+    assert compile_law(Loops()).loops
+    assert not compile_law(straight).loops
+    one, other = (gl.simulate(small_sample(6), law, PRESS).curves["stress"] for law in (Loops(), straight))
+    assert one == pytest.approx(other, rel=1e-9, abs=1e-3)
+
+
+def test_boundaries_of_one_name_do_not_move_each_other():
+    square = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    sides = ["bottom", "right", "top", "left"]
+    grains = together(block(square, sides), block([(x + 2, y) for x, y in square], sides), block(square, "left_2"))
+    assert grains.boundary_names == (*sides, *(f"{side}_2" for side in sides), "left_2_2")
