@@ -19,7 +19,7 @@ ROUNDING = 1e-9  #: of a length: nearer than this to a side is on the side, flat
 
 
 def _names(names: Iterable[str]) -> tuple[str, ...]:
-    if not fits(names, Iterable):
+    if not fits(names, Sequence[str]):
         raise refusal("Region: sides", names, "a list of names")
     return tuple(names)
 

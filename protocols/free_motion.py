@@ -9,10 +9,10 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import refusal
+from grainlaw.arguments import short
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
-from grainlaw.parameter import checked_vector, grain_numbers, parameter, part, whole_number
+from grainlaw.parameter import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Condition, Curves, Stage
@@ -35,7 +35,8 @@ def _velocities(value: Any) -> dict[int, tuple[float, float]]:
     except (TypeError, ValueError):
         made = {0: (np.nan, np.nan)}
     if not np.isfinite(list(made.values())).all():
-        raise refusal("FreeMotion: velocity", value, "grain numbers with two finite numbers (x, y) in m/s for each")
+        wanted = "it must give grain numbers two finite numbers (x, y)"
+        raise ParameterError(f"FreeMotion: velocity = {short(value)} m/s is not allowed, {wanted}")
     return made
 
 

@@ -39,11 +39,11 @@ def test_numbers_in_other_units_are_told_with_the_usual_range():
 
 
 def test_contacts_too_soft_for_their_grains_are_told():
-    (soft,) = told(lambda: run(MohrCoulomb(**STRONG | {"kn": 105, "ks": 95})))
+    soft, *_ = told(lambda: run(MohrCoulomb(**STRONG | {"kn": 105, "ks": 95})))
     assert "MohrCoulomb: a normal stiffness of 105 Pa/m is unusual between grains of" in soft
     assert "usual are 9e+09 to 9e+16 Pa/m" in soft  # 1e-3 and 1e4 times 72 GPa (uniaxial strain) over 8.2 mm
     rigid = small_sample(12, material=gl.Rigid(density=3000))
-    wide, _speed = told(lambda: gl.simulate(rigid, MohrCoulomb(**STRONG | {"kn": 1e9, "ks": 1e9}), PRESS))
+    wide, *_ = told(lambda: gl.simulate(rigid, MohrCoulomb(**STRONG | {"kn": 1e9, "ks": 1e9}), PRESS))
     assert "open by 0.013 m before they break are unusual" in wide  # 13 MPa over 1 GPa/m
     assert told(run) == []
 

@@ -20,6 +20,9 @@ def crack_lengths(cracks: Cracks, times: np.ndarray) -> tuple[np.ndarray, np.nda
     return lengths[0], lengths[1]
 
 
+MOST_BINS = 18_000  #: a hundredth of a degree each
+
+
 @attrs.frozen(eq=False)
 class Rose(metaclass=Checked):
     """Length of cracks by orientation."""
@@ -32,7 +35,7 @@ class Rose(metaclass=Checked):
 @checked
 def crack_rose(cracks: Cracks, bins: int = 18) -> Rose:
     """Histogram of the orientation of cracks on the deformed specimen, weighted by length, in equal bins."""
-    edges = np.linspace(0, np.pi, checked_whole_number("crack_rose: bins", bins, at_least=1) + 1)
+    edges = np.linspace(0, np.pi, checked_whole_number("crack_rose: bins", bins, at_least=1, at_most=MOST_BINS) + 1)
     rows = []
     for chosen in (cracks.tensile, ~cracks.tensile):
         some = cracks[chosen]

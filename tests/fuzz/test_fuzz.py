@@ -52,6 +52,8 @@ REFUSED = {
     "polygon: ragged": lambda: polygon([[1, 2], [3]]),
     "block: a number": lambda: block(math.nan),
     "region: names": lambda: gl.Region(calls.SQUARE, 5),
+    "region: an array without a length": lambda: gl.Region(calls.SQUARE, np.array("x")),
+    "crack_rose: bins": lambda: gl.crack_rose(calls.result().cracks, 10**30),
     "region: hole_sides": lambda: gl.Region(calls.SQUARE, "abcd", (), 0.5),
     "tessellation: a number": lambda: gl.Tessellation(rectangle(1, 1), 1, 2, 3),
     "moved: no grains": lambda: moved(5),
