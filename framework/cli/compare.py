@@ -13,6 +13,7 @@ from grainlaw.cli.running import (
     finished,
     folder_options,
     progress_bars,
+    tell_certificate,
     writing_to,
 )
 from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
@@ -82,6 +83,7 @@ def compare(
         sample = {**described(tessellator), "width": written(width, "m"), "height": written(height, "m")}
         comparison.write_report(claim.path / "report.html", record={"sample": sample, "versions": versions()})
         click.echo(comparison)
+        tell_certificate(comparison.results)
         finished(claim)
     if comparison.failed:
         raise click.ClickException(f"{len(comparison.failed)} of {len(chosen)} laws failed")

@@ -22,6 +22,7 @@ from grainlaw.engine.stepping import InstabilityError
 from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
+from grainlaw.results.result import Result
 from grainlaw.runs.claim import Claim, claimed, tidy
 from grainlaw.runs.simulation import MOST_THREADS
 from grainlaw.runs.stopping import Stopped
@@ -77,6 +78,14 @@ def finished(claim: Claim) -> None:
         if folder.is_dir():
             tidy(folder)
     click.echo(f"\n{contents(claim.path)}")
+
+
+def tell_certificate(results: Mapping[str, Result]) -> None:
+    """Say what of the certificate fails, and what to do."""
+    from grainlaw.results.figures.report import warnings_of  # loads matplotlib
+
+    for words in warnings_of(results):
+        click.echo(f"Warning: {words}", err=True)
 
 
 def contents(folder: Path) -> str:

@@ -10,7 +10,7 @@ import click
 
 from grainlaw.cli.configuration import Configuration, configured
 from grainlaw.cli.law_copy import copied
-from grainlaw.cli.running import ProgressBar, finished, folder_options, progress_bars, writing_to
+from grainlaw.cli.running import ProgressBar, finished, folder_options, progress_bars, tell_certificate, writing_to
 from grainlaw.cli.sections import Sections, assign, read_file, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.batch import CompilationError
@@ -80,6 +80,7 @@ def test(
         record = {**shown_too, "versions": versions()}
         result.write_report(claim.path / "report.html", record=record, incomplete=reason)
         click.echo(_table(result.summary))
+        tell_certificate({name: result})
         finished(claim)
     if reason:
         raise click.ClickException(reason)

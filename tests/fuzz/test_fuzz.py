@@ -39,7 +39,7 @@ def fits(confinement, peak):
     return lambda: (gl.fit_hoek_brown(confinement, peak), gl.fit_mohr_coulomb(confinement, peak))
 
 
-def tested(*assignments):
+def tried(*assignments):
     return lambda: configurations.run("uniaxial-compression", ["sample.grains=8", *assignments])
 
 
@@ -74,13 +74,13 @@ REFUSED = {
     "region: 1e14 m": lambda: rectangle(1e14, 1e14),
     "region: thin": lambda: rectangle(1e-9, 0.05),
     "relaxation for ever": lambda: Voronoi(grains=5, relaxation=10**9),
-    "test.speed=[1,2]": tested("test.speed=[1,2]"),
-    "rock.density=[]": tested("rock.density=[]"),
-    "sample.width=1e-9": tested("sample.width=1e-9"),
-    "sample.width=1e14": tested("sample.width=1e14"),
-    "rock.youngs_modulus=1e300": tested("rock.youngs_modulus=1e300"),
-    "law.kn=5e-324": tested("law.kn=5e-324"),
-    "threads": tested("numerics.threads=129"),
+    "test.speed=[1,2]": tried("test.speed=[1,2]"),
+    "rock.density=[]": tried("rock.density=[]"),
+    "sample.width=1e-9": tried("sample.width=1e-9"),
+    "sample.width=1e14": tried("sample.width=1e14"),
+    "rock.youngs_modulus=1e300": tried("rock.youngs_modulus=1e300"),
+    "law.kn=5e-324": tried("law.kn=5e-324"),
+    "threads": tried("numerics.threads=129"),
 }
 
 
