@@ -9,6 +9,7 @@ import click
 
 from grainlaw.cli.running import FAILURES, ProgressBar, check_threads, described, progress_bars, versions
 from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
+from grainlaw.compiler.cache import compile_portably
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.results.files import writable_folder
@@ -28,10 +29,11 @@ COMPARED = "linear,mohr-coulomb,cohesive-crack"
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
 @click.option("--threads", type=int, help="Models (and threads in a model) at a time.  [default: all cores]")
+@click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
 @click.option("--quick", is_flag=True, help=f"A small specimen, seconds: {QUICK[2]} grains in 20 x 50 mm.")
 def compare(
     *, grains: int | None, seed: int, laws: str, speed: float, max_strain: float, out: Path, threads: int | None,
-    quick: bool,
+    quick: bool, portable: bool,
 ) -> None:  # fmt: skip
     """Compress one rock specimen to failure under several contact laws, and compare them.
 
@@ -41,6 +43,8 @@ def compare(
     """
     width, height, count = QUICK if quick else SAMPLE
     try:
+        if portable:
+            compile_portably()
         chosen = {name.strip(): law_named(name.strip()) for name in laws.split(",")}
         check_threads(threads)
         test = UniaxialCompression(speed=speed, maximum_strain=max_strain)

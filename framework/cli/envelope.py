@@ -11,6 +11,7 @@ import click
 from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.running import FAILURES, ProgressBar, check_threads, described, progress_bars, versions
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
+from grainlaw.compiler.cache import compile_portably
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import BiaxialCompression
@@ -29,10 +30,11 @@ from grainlaw.units import MPa
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
 @click.option("--threads", type=int, help="Tests (and threads in a test) at a time.  [default: all cores]")
+@click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
 @click.option("--quick", is_flag=True, help=f"A small specimen: {QUICK[2]} grains in 20 x 50 mm.")
 def envelope(
     *, law: str, confinement: str, seeds: str, grains: int | None, speed: float, max_strain: float, out: Path,
-    threads: int | None, quick: bool,
+    threads: int | None, quick: bool, portable: bool,
 ) -> None:  # fmt: skip
     """Compress a rock specimen under several confinements, and fit Mohr-Coulomb and Hoek-Brown to the peaks.
 
@@ -43,6 +45,8 @@ def envelope(
     pressures = [value * MPa for value in _numbers("confinement", confinement)]
     numbers = _seeds(seeds)
     try:
+        if portable:
+            compile_portably()
         chosen = find_law(law) if ".py" in law else law_named(law)
         check_threads(threads)
         test = BiaxialCompression(confinement=max(pressures), speed=speed, maximum_strain=max_strain)

@@ -14,6 +14,7 @@ from grainlaw.cli.running import ProgressBar, progress_bars, versions
 from grainlaw.cli.sections import Sections, assign, read_file, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.batch import CompilationError
+from grainlaw.compiler.cache import compile_portably
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
@@ -45,14 +46,17 @@ recorded is written all the same."""
 @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
 @click.option("--threads", type=int, help="Threads in the model, for large ones.  [default: 1]")
+@click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
 @click.option("--quick", is_flag=True, help="A small specimen.")
 def test(
     *, name: str, law: str | None, grains: int | None, seed: int | None, config: Path | None,
-    assignments: tuple[str, ...], out: Path, threads: int | None, quick: bool,
+    assignments: tuple[str, ...], out: Path, threads: int | None, quick: bool, portable: bool,
 ) -> None:  # fmt: skip
     options = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
     options["numerics", "threads"] = threads
     try:
+        if portable:
+            compile_portably()
         sections: Sections = read_file(config) if config else {}
         for (section, key), value in options.items():
             if value is not None:
