@@ -76,6 +76,8 @@ def test_joint_in_tension_follows_the_law(law):
 def test_joint_in_tension_spends_the_fracture_energy():
     curves = gl.simulate(blocks(4e-3), COHESIVE, JointTension(speed=0.02)).curves
     broken = int(np.argmax(curves["broken"] >= 1))
+    for end in ("stress_top", "stress_bottom", "stress"):  # they carry what the joint carries
+        assert curves[end][:broken].mean() == pytest.approx(curves["normal"][:broken].mean(), rel=0.02)
     work = curves["energy_contacts_normal"] / 10e-3
     assert work[broken] == pytest.approx(150 + 3.14258, rel=1e-3)  # fracture energy and work before the peak, J/m2
     assert work[-1] == pytest.approx(work[broken], rel=1e-3)  # closing and opening again gives back what it takes

@@ -195,8 +195,11 @@ def test_stress_in_a_window_is_weighted_by_area(parted):
     ):
         assert window_mean(grains, stress, window) == pytest.approx([mean, 0, 0])
     assert np.isnan(gl.mean_stress(parted, gl.within_circle((1, 1), 0.1))).all()
-    everywhere = gl.mean_stress(parted, gl.within_rectangle((0, 0), (1, 1)), frame=0)
-    assert everywhere == pytest.approx(np.average(parted.frames[0].stress, axis=0, weights=grains.areas))
+    whole = gl.within_rectangle((0, 0), (1, 1))
+    for frame in (0, 1, -1):
+        mean = np.average(parted.frames[frame].stress, axis=0, weights=grains.areas)
+        assert gl.mean_stress(parted, whole, frame) == pytest.approx(mean)
+    assert gl.mean_stress(parted, whole) == pytest.approx(mean)  # at the last frame
 
 
 # --- the report ------------------------------------------------------------------------------------------------------

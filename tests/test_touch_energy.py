@@ -16,8 +16,11 @@ def unit(vector):
     return vector / np.hypot(*vector)
 
 
-def energy(edges):
-    """kn/2 J^3 D^2 / (J^2 + D^2) of Eq. (14); corners are not acute."""
+def energy(edges, cotangent=(0, 0, 0, 0)):
+    """kn/2 J^3 D^2 / (J^2 + D^2) of Eq. (14); the grain's angle at a node is acute where its cotangent is above 0.
+
+    Where an overlap runs from a corner of A to one of B, a length begins at the other side of its own grain's corner.
+    """
     a1, a2, b1, b2 = edges
     along_a, along_b = unit(a2 - a1), unit(b1 - b2)
     tangent = unit(along_a + along_b)
@@ -27,31 +30,35 @@ def energy(edges):
         return 0.0
 
     def point_and_depth(s):
-        """The corner that lies at a place along the tangent, and how deep it lies behind the other edge."""
-        for corner in (a1, a2):
+        """The corner that lies at a place along the tangent, how deep it is behind the other edge, its cotangent."""
+        for corner, cot in zip((a1, a2), cotangent[:2], strict=True):
             if abs(corner @ tangent - s) < 1e-12:
-                return corner, along_b[1] * (corner - b2)[0] - along_b[0] * (corner - b2)[1]
-        corner = min((b1, b2), key=lambda point: abs(point @ tangent - s))
-        return corner, along_a[0] * (corner - a1)[1] - along_a[1] * (corner - a1)[0]
+                return corner, along_b[1] * (corner - b2)[0] - along_b[0] * (corner - b2)[1], cot, True
+        corner, cot = min(zip((b1, b2), cotangent[2:], strict=True), key=lambda point: abs(point[0] @ tangent - s))
+        return corner, along_a[0] * (corner - a1)[1] - along_a[1] * (corner - a1)[0], cot, False
 
-    (p, d1), (q, d2) = point_and_depth(begin), point_and_depth(end)
+    (p, d1, cot_1, of_a_1), (q, d2, cot_2, of_a_2) = point_and_depth(begin), point_and_depth(end)
     if max(d1, d2) <= 0:
         return 0.0
+    cut_a = cut_b = 0.0
+    if of_a_1 != of_a_2 and min(d1, d2) >= 0:
+        cut_a, cut_b = (cot_1 * d2, cot_2 * d1) if of_a_1 else (cot_2 * d1, cot_1 * d2)
     if min(d1, d2) < 0:  # lines that cross
         share = np.linalg.solve(np.column_stack([a2 - a1, b2 - b1]), b2 - a1)[0]
         crossing = a1 + share * (a2 - a1)
         p, d1, q, d2 = (p, d1, crossing, 0.0) if d2 < 0 else (crossing, 0.0, q, d2)
-    runs = (q - p) @ along_a, (q - p) @ along_b
+    runs = (q - p) @ along_a - cut_a, (q - p) @ along_b - cut_b
     if min(runs) <= 0:
         return 0.0
     run, square = np.sqrt(runs[0] * runs[1]), (d1**2 + d1 * d2 + d2**2) / 3
     return KN / 2 * run**3 * square / (run**2 + square)
 
 
-def contact_forces(edges):
+def contact_forces(edges, cotangent=(0, 0, 0, 0)):
     """Nodal forces (4, 2) N by the engine, for a linear closure without friction."""
     table = no_contacts(1)._replace(
         node=np.arange(4, dtype=np.int32).reshape(4, 1),
+        cotangent=np.array(cotangent, dtype=float)[:, None],
         largest_overlap=np.array([np.inf]), place=np.ascontiguousarray(np.transpose(edges)), increment=np.zeros((2, 4)),
     )  # fmt: skip
     contact_geometry.contact_geometry(0, table, 0, 1, 0, -1)
@@ -67,13 +74,14 @@ def contact_forces(edges):
     x=st.floats(-1.0, 1.0).filter(lambda x: abs(x) > 1e-3),
     y=st.floats(-0.3, 0.3).filter(lambda y: abs(y) > 1e-3),
     way=st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)),
+    cotangent=st.just((0, 0, 0, 0)) | st.tuples(*4 * [st.floats(0, 1.5)]),
 )
-def test_forces_and_moments_are_the_gradient_of_the_energy(turn, length, x, y, way):
+def test_forces_and_moments_are_the_gradient_of_the_energy(turn, length, x, y, way, cotangent):
     start = np.array([x, y])
     edges = np.array([[0, 0], [1, 0], start + length * np.array([np.cos(turn), np.sin(turn)]), start])
-    stored = energy(edges)
+    stored = energy(edges, cotangent)
     assume(stored >= 1e-4 * KN * length**3)  # less is next to nothing
-    forces = contact_forces(edges)
+    forces = contact_forces(edges, cotangent)
     resultant = forces.sum(axis=0)
     moment = (edges[:, 0] * forces[:, 1] - edges[:, 1] * forces[:, 0]).sum()
     scale = np.abs(forces).sum()
@@ -86,7 +94,7 @@ def test_forces_and_moments_are_the_gradient_of_the_energy(turn, length, x, y, w
         return np.concatenate([edges[:2], other])
 
     motion = (moved(STEP) - moved(-STEP)) / (2 * STEP)
-    before, after = (stored - energy(moved(-STEP))) / STEP, (energy(moved(STEP)) - stored) / STEP
+    before, after = (stored - energy(moved(-STEP), cotangent)) / STEP, (energy(moved(STEP), cotangent) - stored) / STEP
     assume(abs(after - before) <= 2e-5 * scale)  # else a corner passes the end of the other edge: the slope has a kink
     assert -np.sum(forces * motion) == pytest.approx((before + after) / 2, abs=2e-5 * scale)
 

@@ -17,6 +17,7 @@ from grainlaw.cli.running import (
     writing_to,
 )
 from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
+from grainlaw.compiler.cache import compile_portably, is_portable
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import UniaxialCompression
@@ -37,10 +38,11 @@ COMPARED = "linear,mohr-coulomb,cohesive-crack"
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @folder_options
 @click.option("--threads", type=int, help="Models (and threads in a model) at a time.  [default: all cores]")
+@click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
 @click.option("--quick", is_flag=True, help=f"A small specimen, seconds: {QUICK[2]} grains in 20 x 50 mm.")
 def compare(
     *, grains: int | None, seed: int, laws: str, speed: float, max_strain: float, out: Path, restart: bool,
-    overwrite: bool, threads: int | None, quick: bool,
+    overwrite: bool, threads: int | None, quick: bool, portable: bool,
 ) -> None:  # fmt: skip
     """Compress one rock specimen to failure under several contact laws, and compare them.
 
@@ -50,6 +52,8 @@ def compare(
     """
     width, height, count = QUICK if quick else SAMPLE
     try:
+        if portable:
+            compile_portably()
         names = list(dict.fromkeys(name.strip() for name in laws.split(",")))
         chosen = {name: law_named(name) for name in names}
         check_threads(threads)
@@ -62,7 +66,7 @@ def compare(
         raise click.ClickException(str(error)) from None
     arguments = {
         "grains": tessellator.grains, "seed": seed, "laws": ",".join(names), "speed": speed, "max_strain": max_strain,
-        "threads": threads, "quick": quick,
+        "threads": threads, "quick": quick, "portable": is_portable(),
     }  # fmt: skip
     parameters = {
         "region": {"width": width, "height": height},

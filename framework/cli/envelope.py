@@ -19,6 +19,7 @@ from grainlaw.cli.running import (
     writing_to,
 )
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
+from grainlaw.compiler.cache import compile_portably, is_portable
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import BiaxialCompression
@@ -37,10 +38,11 @@ from grainlaw.units import MPa
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @folder_options
 @click.option("--threads", type=int, help="Tests (and threads in a test) at a time.  [default: all cores]")
+@click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
 @click.option("--quick", is_flag=True, help=f"A small specimen: {QUICK[2]} grains in 20 x 50 mm.")
 def envelope(
     *, law: str, confinement: str, seeds: str, grains: int | None, speed: float, max_strain: float, out: Path,
-    restart: bool, overwrite: bool, threads: int | None, quick: bool,
+    restart: bool, overwrite: bool, threads: int | None, quick: bool, portable: bool,
 ) -> None:  # fmt: skip
     """Compress a rock specimen under several confinements, and fit Mohr-Coulomb and Hoek-Brown to the peaks.
 
@@ -51,6 +53,8 @@ def envelope(
     pressures = [value * MPa for value in _numbers("confinement", confinement)]
     numbers = _seeds(seeds)
     try:
+        if portable:
+            compile_portably()
         chosen, files = find_law_and_files(law) if ".py" in law else (law_named(law), [])
         check_threads(threads)
         test = BiaxialCompression(confinement=max(pressures), speed=speed, maximum_strain=max_strain)
@@ -67,7 +71,7 @@ def envelope(
         raise click.ClickException(str(error)) from None
     arguments = {
         "law": law, "confinement": confinement, "seeds": seeds, "grains": tessellators[numbers[0]].grains,
-        "speed": speed, "max_strain": max_strain, "threads": threads, "quick": quick,
+        "speed": speed, "max_strain": max_strain, "threads": threads, "quick": quick, "portable": is_portable(),
     }  # fmt: skip
     parameters = {
         "region": {"width": width, "height": height},

@@ -14,6 +14,7 @@ from grainlaw.cli.running import ProgressBar, finished, folder_options, progress
 from grainlaw.cli.sections import Sections, assign, read_file, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.batch import CompilationError
+from grainlaw.compiler.cache import compile_portably, is_portable
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
@@ -49,14 +50,18 @@ recorded is written all the same."""
 @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
 @folder_options
 @click.option("--threads", type=int, help="Threads in the model, for large ones.  [default: 1]")
+@click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
 @click.option("--quick", is_flag=True, help="A small specimen.")
 def test(
     *, name: str, law: str | None, grains: int | None, seed: int | None, config: Path | None,
     assignments: tuple[str, ...], out: Path, restart: bool, overwrite: bool, threads: int | None, quick: bool,
+    portable: bool,
 ) -> None:  # fmt: skip
     options = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
     options["numerics", "threads"] = threads
     try:
+        if portable:
+            compile_portably()
         sections: Sections = read_file(config) if config else {}
         for (section, key), value in options.items():
             if value is not None:
@@ -67,7 +72,7 @@ def test(
         ask_first_questions(chosen.law)
     except (ParameterError, OSError, CompilationError, MemoryError) as error:
         raise click.UsageError(str(error)) from None
-    about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG}}}
+    about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG, "portable": is_portable()}}}
     with writing_to(out, restart, overwrite, about) as claim:
         law_there, files = copied(chosen.sections["law"]["type"], chosen.law_files, claim.path)
         sections = {**chosen.sections, "law": {**chosen.sections["law"], "type": law_there}}

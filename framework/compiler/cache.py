@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import os
 import warnings
 from typing import Any
 
@@ -16,8 +17,25 @@ import numba
 
 from grainlaw.compiler.cache_folder import Folder, NotPrivateError, cache_folder, limit
 from grainlaw.compiler.numba_private import DiskCache, NotKeptError, use_cache
+from grainlaw.parameter import ParameterError
 
-OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}  #: how every kernel is compiled
+PORTABLE = os.environ.get("GRAINLAW_PORTABLE", "0") not in ("", "0")
+#: Multiplication and addition in one rounding, where the processor can: others round twice, and curves part.
+FUSED = set() if PORTABLE else {"contract"}
+_begun: list[str] = []  #: keys of what was compiled, or found on disk
+OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": FUSED}  #: how every kernel is compiled
+
+
+def compile_portably() -> None:
+    """Compile so that every processor gives the same bits. Raises ParameterError if something else was compiled."""
+    if FUSED and _begun:
+        raise ParameterError("something was compiled that is not portable: set GRAINLAW_PORTABLE=1 before the start")
+    FUSED.clear()  # numba reads it when it compiles
+
+
+def is_portable() -> bool:
+    """Whether code is compiled so that every processor gives the same bits."""
+    return not FUSED
 
 
 class _Files:
@@ -46,6 +64,7 @@ def _name(key: tuple[Any, ...]) -> str:
 
 def _cache(key: str) -> DiskCache:
     limit()  # a wrong one is refused before anything is compiled
+    _begun.append(key)
     return DiskCache(key, _Files(), _unkept)
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-from grainlaw.compiler.cache import keyed_njit
+from grainlaw.compiler.cache import OPTIONS, keyed_njit
 from grainlaw.compiler.fingerprint import fingerprint
 
 
 @functools.cache
 def compiled(function: Any) -> Any:
     """The compiled form of a plain function, keyed by all that goes into it."""
-    return keyed_njit(function, fingerprint(function, extra=("entry", 1)))
+    return keyed_njit(function, fingerprint(function, extra=("entry", 1, repr(OPTIONS))))

@@ -25,6 +25,7 @@ import numpy as np
 
 import grainlaw
 from grainlaw.compiler.batch import compile_law
+from grainlaw.compiler.cache import is_portable
 from grainlaw.compiler.numba_private import processor
 from grainlaw.contact import Laws
 from grainlaw.engine.stepping import InstabilityError
@@ -154,7 +155,7 @@ def of_run(specimen: Specimen, law: Laws, protocol: LoadingProtocol, options: Ma
     components = [law, protocol, specimen.contact_points, *options.values()]
     content = {
         "format": FORMAT,
-        "engine": {"version": version("grainlaw"), "sources": engine_hash()},
+        "engine": {"version": version("grainlaw"), "sources": engine_hash(), "portable": is_portable()},
         "specimen": _specimen(specimen),
         "law": described(law) | {"fingerprint": fingerprints(law)},
         "protocol": described(protocol),
