@@ -13,7 +13,7 @@ from grainlaw.arguments import Checked, fits, refusal
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following
 
-SMALLEST, LARGEST = 1e-9, 1e7  #: m, from some atoms to the Earth
+SMALLEST, LARGEST = 1e-18, 1e12  #: m: beyond them products of lengths lose digits
 SLENDEREST = 1e4  #: length over width
 ROUNDING = 1e-9  #: of a length: nearer than this to a side is on the side, flatter than this is straight
 

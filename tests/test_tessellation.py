@@ -232,7 +232,7 @@ def test_bricks_are_equal_and_in_rows(width: float, slenderness: float, rows: in
     assert np.all(np.diff(middle[..., 0], axis=1) > 0)
 
 
-@pytest.mark.parametrize("region", [TRIANGLE, DISC, Region([(0, 1), (1, 0), (2, 1), (1, 2)], "abcd")])
+@pytest.mark.parametrize("region", [TRIANGLE, DISC, Region([(0, 1), (1, 0), (2, 1), (1, 2)], tuple("abcd"))])
 def test_bricks_need_an_upright_rectangle(region: Region) -> None:
     with pytest.raises(ParameterError, match=r"Bricks: region .* upright rectangle"):
         Bricks().tessellate(region)
