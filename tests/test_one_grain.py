@@ -91,3 +91,14 @@ def test_a_rigid_grain_may_lie_on_two_boundaries_that_move_alike():
     drives = tuple(gl.Drive(boundary=name, axis=0, speed=0.5) for name in ("left", "right"))
     result = gl.simulate(blocks(RIGID), LAW, Imposed(drives=drives))
     assert result.curves["x"][-1] == pytest.approx(0.5 * result.curves["time"][-1], rel=0.02)
+
+
+def test_nodes_of_a_rigid_grain_that_turns_move_about_its_centre():
+    """v + w x r, with r on the turned grain: the nodes are where they were, turned by a quarter."""
+    state = gl.State(blocks(RIGID), LAW)
+    state.freedoms.arrays.displacement[2, 0] = np.pi / 2
+    state.nodes.arrays.displacement[:] = state.grains.nodes_at(state.freedoms.arrays.displacement)
+    state.freedoms.arrays.velocity[:, 0] = 2.0, -3.0, 5.0  # m/s, m/s, rad/s
+    x, y = (state.mesh.nodes - SIDE / 2).T
+    assert state.positions == pytest.approx(SIDE / 2 + np.stack([-y, x], axis=1), abs=1e-15)
+    assert state.velocity == pytest.approx(np.stack([2 - 5 * x, -3 - 5 * y], axis=1), abs=1e-12)

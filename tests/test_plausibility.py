@@ -1,5 +1,6 @@
 """Numbers that are far from what is usual are told; a certificate that cannot be computed has failed."""
 
+import re
 import subprocess
 import sys
 import warnings
@@ -10,6 +11,7 @@ from command_line import SMALL, invoke
 from support import BRITTLE, ROCK, STRONG, small_sample
 
 import grainlaw as gl
+from grainlaw.cli import running
 from grainlaw.geometry import block, together
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
@@ -89,6 +91,7 @@ def test_a_wrong_number_of_threads_leaves_nothing_behind(tmp_path):
 LAWS = """
 import sys, random, attrs
 import grainlaw as gl
+from grainlaw.cli import running
 @attrs.frozen(kw_only=True)
 class Chance(gl.ContactLaw):
     stiffness = (1e14, 1e14)
@@ -182,3 +185,19 @@ def test_boundaries_of_one_name_do_not_move_each_other():
     sides = ["bottom", "right", "top", "left"]
     grains = together(block(square, sides), block([(x + 2, y) for x, y in square], sides), block(square, "left_2"))
     assert grains.boundary_names == (*sides, *(f"{side}_2" for side in sides), "left_2_2")
+
+
+def test_the_terminal_says_what_of_the_certificate_fails(tmp_path):
+    result = invoke("test", "uniaxial-compression", *SMALL, "--set", "test.speed=1e9", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    words = " ".join(result.output.split())
+    assert "Warning: the boundary top moves at 1e+09 m/s, which is unusual" in words
+    assert "the kinetic ratio cannot be computed, so the test has failed its certificate" in words
+
+
+def test_without_a_terminal_a_line_of_progress_is_written_now_and_then(tmp_path, monkeypatch):
+    monkeypatch.setattr(running, "SILENCE", 0.0)
+    result = invoke("test", "uniaxial-compression", *SMALL, "--out", tmp_path)
+    assert re.search(
+        r"^uniaxial-compression: \d+% of compression, \d+ steps, [\d.]+ %, [\d.]+ MPa$", result.output, re.M
+    )

@@ -171,9 +171,10 @@ def test_names_that_would_share_a_folder_are_refused(tmp_path):
         gl.compare(RUN["specimen"], {"a:b": WEAK, "a?b": WEAK}, PULL, checkpoint=tmp_path)
 
 
-@pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="needs an ordinary user")
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
     tmp_path.chmod(stat.S_IRUSR | stat.S_IXUSR)
+    if os.access(tmp_path, os.W_OK):
+        pytest.skip("needs a user who may not write everywhere")
     with pytest.raises(OSError, match="cannot write to the folder"):
         gl.simulate(**RUN, checkpoint=tmp_path / "new")
 

@@ -14,7 +14,7 @@ from grainlaw.compiler.entry import compiled
 from grainlaw.engine.parts import contact_geometry, contacts, overlap
 from grainlaw.engine.parts import contact_search as search
 from grainlaw.engine.parts.contact_table import no_contacts
-from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.geometry import Voronoi, block, rectangle
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
 
@@ -235,3 +235,23 @@ def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_search_after_every_s
             assert often.curves[name] == pytest.approx(curve, rel=1e-9, abs=1e-12)
         else:
             assert np.array_equal(often.curves[name], curve, equal_nan=True), name
+
+
+def test_acute_corners_are_known_by_their_angles():
+    """A triangle with angles of 30, 80 and 70 degrees, turned: the cotangents of its corners; 0 for right angles."""
+    corners = np.array([(0, 0), (1, 0), (0.9397, 0.5425)])  # sin 70 / sin 80 of the base away, at 30 degrees
+    turn = np.array([[np.cos(0.4), -np.sin(0.4)], [np.sin(0.4), np.cos(0.4)]])
+    grains = together(block((corners @ turn.T + (0, 3)).tolist(), "triangle"), box(1, 1))
+    table = gl.State(gl.Specimen(grains, RIGID), FACES, gl.Detection()).contacts
+    for edge, found in zip(table.edges, table._cotangents().T, strict=True):
+        for node, cotangent in zip(edge, found, strict=True):
+            angle = corner_angle(table, int(node))
+            assert cotangent == pytest.approx(1 / np.tan(angle) if angle < 1.57 else 0, abs=1e-9)
+
+
+def corner_angle(table, node):
+    place = table._origin.T
+    before = next(edge[0] for edge in table.edges if edge[1] == node)
+    after = next(edge[1] for edge in table.edges if edge[0] == node)
+    one, other = place[before] - place[node], place[after] - place[node]
+    return np.arccos(one @ other / np.linalg.norm(one) / np.linalg.norm(other))
