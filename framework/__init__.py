@@ -18,6 +18,7 @@ from grainlaw.integration import (
     Relaxation,
     Undamped,
 )
+from grainlaw.loading import AccuracyError, Adaptive, Constant, Loading, Pace
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, UnitWarning, parameter, parameters, part
 from grainlaw.protocol import LoadingProtocol
@@ -57,7 +58,9 @@ from grainlaw.workbench.trace import trace
 
 __all__ = [
     "MEASURES",
+    "AccuracyError",
     "AcousticEvents",
+    "Adaptive",
     "AdaptiveRelaxation",
     "AtRest",
     "CentralDifference",
@@ -65,6 +68,7 @@ __all__ = [
     "Comparison",
     "CompilationError",
     "Condition",
+    "Constant",
     "ContactLaw",
     "ContactPath",
     "ContactPoints",
@@ -92,6 +96,7 @@ __all__ = [
     "Integrator",
     "KineticRelaxation",
     "Laboratory",
+    "Loading",
     "LoadingProtocol",
     "LocalDamping",
     "MassDamping",
@@ -102,6 +107,7 @@ __all__ = [
     "Observer",
     "OutputWarning",
     "OverlapError",
+    "Pace",
     "ParameterError",
     "Plane",
     "Pressure",

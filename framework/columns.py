@@ -17,6 +17,7 @@ from grainlaw.parameter import ParameterError
 TIME, STEP, STAGE = "time", "step", "stage"
 TENSILE_CRACKS, SHEAR_CRACKS, DAMAGED = "tensile_cracks", "shear_cracks", "damaged"
 UNBALANCED, MOTION = "unbalanced", "motion"
+LOADING_SPEED, VIBRATION = "loading_speed", "vibration"
 
 #: what they mean; the energies below are recorded in every test, too
 EVERY_TEST = {
@@ -27,6 +28,8 @@ EVERY_TEST = {
     SHEAR_CRACKS: "contact points that have broken in shear",
     DAMAGED: "contact points with any damage",
     UNBALANCED: "mean unbalanced force over mean contact force, 0 at rest",
+    LOADING_SPEED: "m/s, by which the speeds of all drives were multiplied; 1 where a stage has no loading",
+    VIBRATION: "J per metre of thickness, kinetic energy of the motion beside the steady motion of the loading",
     MOTION: "root of kinetic over stored energy, at most 1, 0 at rest; 1 while a load still changes",
 }
 

@@ -117,15 +117,20 @@ class Integrator(metaclass=Checked):
         """
         return self, False
 
+    beside_loading: bool = False  #: whether ``step`` sees the velocity beside the steady motion of a stage's loading
     burst: int = 0  #: steps between calls of ``adapt``; 0 never calls it
 
 
 @attrs.frozen(kw_only=True)
 class CentralDifference(Integrator):
-    """Explicit central differences, Eq. (9); with the fraction ``safety`` of the stable step, Eq. (10)."""
+    """Explicit central differences, Eq. (9); with the fraction ``safety`` of the stable step, Eq. (10).
+
+    Where a stage has a loading, damping acts on the motion ``beside_loading``, or, if that is False, on all motion.
+    """
 
     damping: Damping = part(Damping, LocalDamping())
     safety: float = parameter("1", default=0.9, above=0, at_most=1)
+    beside_loading: bool = part(bool, True)
 
     def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
         resistance = self.damping.force(force, velocity, mass, time_step)

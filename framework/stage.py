@@ -13,6 +13,7 @@ import numpy as np
 from grainlaw.arguments import Checked, fits, is_number, refusal, short
 from grainlaw.columns import MOTION, SHEAR_CRACKS, TENSILE_CRACKS, TIME, UNBALANCED, require
 from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import Loading
 from grainlaw.parameter import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
 
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
@@ -177,12 +178,31 @@ class Stage(metaclass=Checked):
 
     name: str
     drives: Sequence[Drive | Hold] = ()
+    loading: Loading | None = None  #: multiplies the speeds of all drives; they are then written for 1 m/s
     pressures: Sequence[Pressure] = ()
     until: Sequence[Condition] = attrs.field(validator=_ends)  #: the stage ends when one of them is fulfilled
-    interval: float = parameter("s")  #: time between samples
+    interval: float = parameter("s")  #: time between samples; with a loading the time at 1 m/s, so a travel in m
     integrator: Integrator = part(Integrator, CentralDifference())
     initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes
     gravity: tuple[float, float] = attrs.field(default=(0.0, 0.0), converter=_vector)  #: m/s2
     fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
     sample_limit: int = whole_number(default=100_000, at_least=1)  #: the run stops with an error after so many samples
-    expected: int | None = whole_number(default=None, at_least=1)  #: samples, if known: for an estimate of the time
+    expected: int | None = whole_number(default=None, at_least=1)  #: samples to its end, if known; a loading needs it
+
+    def __attrs_post_init__(self) -> None:
+        if self.loading is None:
+            return
+        if self.expected is None:
+            raise ParameterError(f"Stage '{self.name}': a loading needs expected, the number of samples to its end")
+        if not any(isinstance(drive, Drive) and drive.speed for drive in self.drives):
+            raise ParameterError(f"Stage '{self.name}': a loading needs a drive whose speed is not 0")
+
+    @property
+    def imposed(self) -> list[Drive | Hold]:
+        """The drives, with the ramp of the loading."""
+        ramp = 0.0 if self.loading is None else self.loading.ramp
+        return [attrs.evolve(drive, ramp=ramp) if ramp and isinstance(drive, Drive) else drive for drive in self.drives]
+
+    def rise(self, time: float) -> float:
+        """Share of its speed that a loading with a ramp has at a time (s) since the stage began."""
+        return float(_rise(np.array([time]), 0.0 if self.loading is None else self.loading.ramp, 0.0, 1.0)[0])

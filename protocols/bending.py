@@ -10,14 +10,14 @@ import numpy as np
 from grainlaw.engine.state import State
 from grainlaw.moduli import work
 from grainlaw.protocols.measures import certificate, size
-from grainlaw.protocols.platens import AtSpeed, expected_samples, refuse_platens, require_boundaries, sample_limit
+from grainlaw.protocols.platens import UntilFailure, refuse_platens, require_boundaries, sampling
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Drive, FailsTo, Reaches, Stage
 
 SUPPORTS = ("support_left", "support_right")
 
 
-class BetweenRollers(AtSpeed, Protocol):
+class BetweenRollers(UntilFailure, Protocol):
     """What the bending tests have in common."""
 
     @property
@@ -30,19 +30,15 @@ def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
     refuse_platens(
         specimen, type(test).__name__, "it is loaded at its own boundaries load and support, without platens"
     )
-    interval = test.maximum_deflection / test.speed / test.samples
     return Stage(
         name="bend",
         drives=[
-            Drive(boundary="load", axis=1, speed=-test.speed, ramp=test.ramp, roller=True),
+            Drive(boundary="load", axis=1, speed=-1.0, roller=True),
             Drive(boundary="load", axis=0, speed=0.0, roller=True),
             *(Drive(boundary=support, axis=1, speed=0.0, roller=True) for support in SUPPORTS),
         ],
         until=[Reaches("deflection", test.maximum_deflection), FailsTo("force", test.stop_fraction)],
-        interval=interval,
-        integrator=test.integrator,
-        sample_limit=sample_limit(test, interval),
-        expected=expected_samples(test, interval),
+        **sampling(test, test.maximum_deflection),
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import Adaptive, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import end_share, has_platens
@@ -59,8 +60,7 @@ class BiaxialCompression(LoadingProtocol):
 
     confinement: float = parameter("Pa", at_least=0)
     confining_ramp: float = parameter("s", default=2e-4)  #: time in which the confinement rises
-    speed: float = parameter("m/s", default=0.05)  #: at which the platens approach each other
-    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed rises from zero
+    loading: Loading = part(Loading, Adaptive())  #: how fast the platens approach each other
     platens: Platens = part(Platens, Platens.SMOOTH)
     moving: Moving = part(Moving, Moving.TOP)
     maximum_strain: float = parameter("1", default=0.01, above=0, below=0.5)

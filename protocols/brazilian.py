@@ -12,10 +12,11 @@ import numpy as np
 from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import Adaptive, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import certificate, ends, size
-from grainlaw.protocols.platens import Platens, expected_samples, held_across, require_platens, sample_limit
+from grainlaw.protocols.platens import Platens, held_across, require_platens, sampling
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Drive, FailsTo, Reaches, Stage
 from grainlaw.window import window_mean, within_circle
@@ -32,8 +33,7 @@ class Brazilian(LoadingProtocol):
     bodies (see :func:`~grainlaw.geometry.between_platens`), these are moved and held instead.
     """
 
-    speed: float = parameter("m/s", default=0.02)  #: at which the jaws approach each other
-    ramp: float = parameter("s", default=2e-4, at_least=0)  #: time in which the speed rises from zero
+    loading: Loading = part(Loading, Adaptive())  #: how fast the jaws approach each other
     jaws: Platens = part(Platens, Platens.ROUGH)
     shape_factor: float = parameter("1", default=1.0)
     maximum_strain: float = parameter("1", default=0.005, above=0, below=0.5)  #: approach over the diameter
@@ -45,20 +45,16 @@ class Brazilian(LoadingProtocol):
         require_platens(specimen, type(self).__name__)
         held = held_across(specimen, self.jaws) is Platens.ROUGH
         across = [Drive(boundary=jaw, axis=0, speed=0.0) for jaw in ("top", "bottom") if held]
-        interval = self.maximum_strain * size(specimen)[1] / self.speed / self.samples
         return [
             Stage(
                 name="split",
                 drives=[
-                    Drive(boundary="top", axis=1, speed=-self.speed, ramp=self.ramp),
+                    Drive(boundary="top", axis=1, speed=-1.0),
                     Drive(boundary="bottom", axis=1, speed=0.0),
                     *across,
                 ],
                 until=[Reaches(STRAIN, self.maximum_strain), FailsTo(STRESS, self.stop_fraction)],
-                interval=interval,
-                integrator=self.integrator,
-                sample_limit=sample_limit(self, interval),
-                expected=expected_samples(self, interval),
+                **sampling(self, self.maximum_strain * size(specimen)[1]),
             )
         ]
 

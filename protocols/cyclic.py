@@ -44,24 +44,15 @@ class Cyclic(LoadingProtocol):
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         *before, main = self.test.stages(specimen)
-        back = [
-            attrs.evolve(drive, speed=-drive.speed, start=0.0, ramp=0.0) if isinstance(drive, Drive) else drive
-            for drive in main.drives
-        ]
-        forth = [attrs.evolve(d, start=0.0, ramp=0.0) if isinstance(d, Drive) else d for d in main.drives]
-        field = main.initial_velocity
-        turn = None if field is None else 2 * field  # reverses a homogeneous motion at once, without a wave
+        back = [attrs.evolve(drive, speed=-drive.speed) if isinstance(drive, Drive) else drive for drive in main.drives]
         stages = list(before)
         for number, level in enumerate(self.levels, 1):
             load = attrs.evolve(main, name=f"load {number}", until=[Reaches(self.displacement, level), *main.until])
-            if number > 1:
-                load = attrs.evolve(load, drives=forth, initial_velocity=turn)
             unload = attrs.evolve(
-                main, name=f"unload {number}", drives=back, until=[FallsTo(self.load, self.unload_to)],
-                initial_velocity=None if turn is None else -turn,
-            )  # fmt: skip
+                main, name=f"unload {number}", drives=back, until=[FallsTo(self.load, self.unload_to)]
+            )
             stages += [load, unload]
-        return [*stages, attrs.evolve(main, drives=forth, initial_velocity=turn)]
+        return [*stages, main]
 
     def measure(self, state: State) -> dict[str, float]:
         return self.test.measure(state)

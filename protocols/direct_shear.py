@@ -9,6 +9,7 @@ import attrs
 
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import Adaptive, Loading
 from grainlaw.parameter import parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.joint import joint_means, require_joint
@@ -31,9 +32,8 @@ class DirectShear(LoadingProtocol):
 
     normal_stress: float = parameter("Pa", at_least=0)  #: compression
     normal_stiffness: float = parameter("Pa/m", default=0.0, at_least=0)
-    speed: float = parameter("m/s", default=0.01)
+    loading: Loading = part(Loading, Adaptive())  #: how fast the upper half moves
     ramp: float = parameter("s", default=5e-5)  #: time in which the normal stress rises
-    turn: float = parameter("s", default=1e-5, at_least=0)  #: time in which the speed changes from stage to stage
     maximum_slip: float = parameter("m", default=50e-6)  #: of the platens against each other
     reverse_to: float = parameter("1", default=1.0, at_least=-1, at_most=1)  #: 1 does not reverse
     resolution: float = parameter("m", default=4e-8)  #: displacement of the upper block between samples
@@ -48,36 +48,35 @@ class DirectShear(LoadingProtocol):
         stages = [
             Stage(
                 name="press",
-                drives=[press, *self._across(specimen, 0.0, 0.0)],
+                drives=[press, *self._across(specimen, 0.0)],
                 until=[AtRest(1e-4) if self.normal_stress > 0 else Reaches("time", self.ramp)],
                 interval=self.ramp,
                 integrator=self.integrator,
             ),
-            self._shear(specimen, "shear", 0.0, self.speed, Reaches("displacement", self.maximum_slip), 1.0),
+            self._shear(specimen, "shear", 1.0, Reaches("displacement", self.maximum_slip), 1.0),
         ]
         if self.reverse_to < 1:
             back = FallsTo("displacement", self.reverse_to)
-            stages.append(self._shear(specimen, "reverse", self.speed, -self.speed, back, 1 - self.reverse_to))
+            stages.append(self._shear(specimen, "reverse", -1.0, back, 1 - self.reverse_to))
         return stages
 
-    def _shear(
-        self, specimen: Specimen, name: str, before: float, speed: float, until: Condition, share: float
-    ) -> Stage:
+    def _shear(self, specimen: Specimen, name: str, sign: float, until: Condition, share: float) -> Stage:
         stress, stiffness = (value * end_share(specimen) for value in (-self.normal_stress, self.normal_stiffness))
         press = Hold(boundary="top", axis=1, stress=stress, ramp=0.0, stiffness=stiffness)
         return Stage(
             name=name,
-            drives=[press, *self._across(specimen, before, speed)],
+            drives=[press, *self._across(specimen, sign)],
             until=[until],
-            interval=self.resolution / self.speed,
-            expected=max(1, round(share * self.maximum_slip / self.resolution)),
+            loading=self.loading,
+            interval=self.resolution,
+            expected=max(1, round(share * self.maximum_slip / self.resolution)) + self.loading.delay(self.resolution),
             integrator=self.integrator,
         )
 
-    def _across(self, specimen: Specimen, before: float, speed: float) -> list[Drive]:
+    def _across(self, specimen: Specimen, speed: float) -> list[Drive]:
         moved, held = ("top", *_boxed(specimen, "upper")), ("bottom", *_boxed(specimen, "lower"))
         return [
-            *(Drive(boundary=name, axis=0, start=before, speed=speed, ramp=self.turn) for name in moved),
+            *(Drive(boundary=name, axis=0, speed=speed) for name in moved),
             *(Drive(boundary=name, axis=0, speed=0.0) for name in held),
             Drive(boundary="bottom", axis=1, speed=0.0),
         ]

@@ -10,6 +10,7 @@ import attrs
 from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import Adaptive, Loading
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.joint import joint_means, require_joint
@@ -27,8 +28,7 @@ class JointTension(LoadingProtocol):
     for 60 GPa and the cohesive crack of the paper) snap back: the joint softens faster than the platen moves.
     """
 
-    speed: float = parameter("m/s", default=0.005)
-    turn: float = parameter("s", default=1e-5, at_least=0)  #: time in which the speed changes from stage to stage
+    loading: Loading = part(Loading, Adaptive())  #: how fast the upper block moves
     unload_at: float = parameter("m", default=5e-6)  #: opening of the joint
     maximum_opening: float = parameter("m", default=50e-6)  #: where pulling ends if the joint has not broken
     closing_pressure: float = parameter("Pa", default=10e6)
@@ -47,23 +47,23 @@ class JointTension(LoadingProtocol):
         refuse_platens(specimen, type(self).__name__, NO_TENSION)
         open_wide = Reaches("opening", self.maximum_opening)
         return [
-            self._stage("pull", 0, 1, Reaches("opening", self.unload_at), Reaches("broken", 1.0)),
-            self._stage("unload", 1, -1, FallsTo("normal", 0.0), FallsTo("opening", 0.0)),
-            self._stage("reload", -1, 1, Reaches("broken", 1.0), open_wide),
-            self._stage("close", 1, -1, Reaches("pressure", self.closing_pressure)),
-            self._stage("pull again", -1, 1, Reaches("opening", self.unload_at)),
+            self._stage("pull", 1, Reaches("opening", self.unload_at), Reaches("broken", 1.0)),
+            self._stage("unload", -1, FallsTo("normal", 0.0), FallsTo("opening", 0.0)),
+            self._stage("reload", 1, Reaches("broken", 1.0), open_wide),
+            self._stage("close", -1, Reaches("pressure", self.closing_pressure)),
+            self._stage("pull again", 1, Reaches("opening", self.unload_at)),
         ]
 
-    def _stage(self, name: str, before: float, direction: float, *until: Condition) -> Stage:
-        before, direction = before * self.speed, direction * self.speed
-        pull = Drive(boundary="top", axis=1, start=before, speed=direction, ramp=self.turn)
+    def _stage(self, name: str, direction: float, *until: Condition) -> Stage:
+        pull = Drive(boundary="top", axis=1, speed=direction)
         held = [Drive(boundary=side, axis=0, speed=0.0) for side in ("bottom", "top")]
         return Stage(
             name=name,
             drives=[pull, Drive(boundary="bottom", axis=1, speed=0.0), *held],
             until=until,
-            interval=self.resolution / self.speed,
-            expected=max(1, round(self.unload_at / self.resolution)),
+            loading=self.loading,
+            interval=self.resolution,
+            expected=max(1, round(self.unload_at / self.resolution)) + self.loading.delay(self.resolution),
             integrator=self.integrator,
         )
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from grainlaw.columns import KINETIC, LATERAL_STRAIN, STORED, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, energy
+from grainlaw.columns import LATERAL_STRAIN, STORED, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VIBRATION, energy
 from grainlaw.engine.state import State
 from grainlaw.moduli import converted, slope
 from grainlaw.specimen import Specimen
@@ -123,15 +123,16 @@ def certificate(
 ) -> dict[str, float]:
     """How quasi-static a test was, from a tenth of the peak of the column ``load`` up to the peak.
 
-    ``kinetic_ratio``: largest ratio of kinetic energy to the energy in zones and contacts. ``platen_imbalance``:
-    largest difference of the columns ``ends``, which have the unit of the load, over its peak. nan without a peak.
+    ``kinetic_ratio``: largest ratio of the kinetic energy of vibration to the energy in zones and contacts.
+    ``platen_imbalance``: largest difference of the columns ``ends``, which have the unit of the load, over its peak.
+    nan without a peak.
     """
     loads = curves[load]
     peak = int(np.argmax(loads))
     if not loads[peak] > 0:
         return {"kinetic_ratio": float("nan"), "platen_imbalance": float("nan")}
     rise = np.arange(np.argmax(loads >= 0.1 * loads[peak]), peak + 1)
-    kinetic, stored = (energy(curves, *kinds)[rise] for kinds in ((KINETIC,), STORED))
+    kinetic, stored = curves[VIBRATION][rise], energy(curves, *STORED)[rise]
     one, other = (curves[end][rise] for end in ends)
     with np.errstate(over="ignore"):  # before anything is stored
         ratio = float(np.max(kinetic / np.maximum(stored, 1e-300)))

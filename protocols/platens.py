@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import enum
-import math
-from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,6 +10,7 @@ import numpy as np
 from grainlaw.columns import LATERAL_STRAIN, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
+from grainlaw.loading import Loading
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols.measures import (
     axial_strain,
@@ -20,12 +19,11 @@ from grainlaw.protocols.measures import (
     elastic_moduli,
     ends,
     has_platens,
-    is_rock,
     lateral_strain,
     size,
     window_stress,
 )
-from grainlaw.specimen import Elastic, Rigid, Specimen
+from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Drive, FallsTo, Reaches, Stage
 
 NO_TENSION = "tension does not pass the contact between two bodies; pull the specimen at its own ends, without platens"
@@ -35,8 +33,7 @@ class Platens(enum.Enum):
     """How the ends of a specimen are held across the load.
 
     Platens that are separate bodies (see :func:`~grainlaw.geometry.between_platens`) are always held, so that they do
-    not slide away; the law between the two phases decides whether the specimen slides on them. ``SMOOTH`` then only
-    means that a test without a ramp begins with a velocity field in which the specimen becomes wider.
+    not slide away; the law between the two phases decides whether the specimen slides on them.
     """
 
     SMOOTH = enum.auto()  #: free to slide
@@ -50,13 +47,11 @@ class Moving(enum.Enum):
     BOTH = enum.auto()  #: each at half the speed
 
 
-class AtSpeed(Protocol):
-    """What tests that load at a speed until the load has fallen have in common."""
+class UntilFailure(Protocol):
+    """What tests that load until the load has fallen have in common."""
 
     @property
-    def speed(self) -> float: ...
-    @property
-    def ramp(self) -> float: ...
+    def loading(self) -> Loading: ...
     @property
     def stop_fraction(self) -> float: ...
     @property
@@ -65,7 +60,7 @@ class AtSpeed(Protocol):
     def integrator(self) -> Integrator: ...
 
 
-class BetweenPlatens(AtSpeed, Protocol):
+class BetweenPlatens(UntilFailure, Protocol):
     """What the uniaxial tests have in common."""
 
     @property
@@ -76,14 +71,14 @@ class BetweenPlatens(AtSpeed, Protocol):
     def maximum_strain(self) -> float: ...
 
 
-def sample_limit(test: AtSpeed, interval: float) -> int:
-    """Most samples of a test: twice those that it asks for, and those of its ramp."""
-    return 2 * test.samples + math.ceil(test.ramp / interval)
-
-
-def expected_samples(test: AtSpeed, interval: float) -> int:
-    """Samples of a test whose specimen does not fail: half of its ramp is lost."""
-    return test.samples + math.ceil(test.ramp / 2 / interval)
+def sampling(test: UntilFailure, travel: float) -> dict[str, Any]:
+    """How a stage is loaded and sampled whose drives part or approach by at most ``travel`` (m)."""
+    interval = travel / test.samples
+    expected = test.samples + test.loading.delay(interval)
+    return {
+        "loading": test.loading, "interval": interval, "expected": expected, "sample_limit": 2 * expected,
+        "integrator": test.integrator,
+    }  # fmt: skip
 
 
 def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float, falls: str = STRESS) -> Stage:
@@ -91,21 +86,14 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
     require_ends(specimen, type(test).__name__)
     if sign > 0:
         refuse_platens(specimen, type(test).__name__, NO_TENSION)
-    duration = test.maximum_strain * size(specimen)[1] / test.speed
-    interval = duration / test.samples
-    field = None if test.ramp > 0 else homogeneous_velocity(specimen, sign * test.speed, test.platens, test.moving)
     return Stage(
         name=name,
-        drives=platen_drives(sign * test.speed, test.ramp, held_across(specimen, test.platens), test.moving),
+        drives=platen_drives(sign, held_across(specimen, test.platens), test.moving),
         until=[
             Reaches(STRAIN, test.maximum_strain),
             *([FallsTo(falls, test.stop_fraction)] if test.stop_fraction else []),
         ],
-        interval=interval,
-        integrator=test.integrator,
-        initial_velocity=field,
-        sample_limit=sample_limit(test, interval),
-        expected=expected_samples(test, interval),
+        **sampling(test, test.maximum_strain * size(specimen)[1]),
     )
 
 
@@ -160,45 +148,16 @@ def require_ends(specimen: Specimen, test: str) -> None:
             raise ParameterError(f"{test}: the {name} of the specimen is not flat and level")
 
 
-def platen_drives(speed: float, ramp: float, platens: Platens, moving: Moving) -> list[Drive]:
-    """Drives that part the platens at ``speed`` (m/s; negative presses)."""
+def platen_drives(sign: float, platens: Platens, moving: Moving) -> list[Drive]:
+    """Drives that part the platens at 1 m/s (``sign`` 1), or press (-1)."""
     share = 0.5 if moving is Moving.BOTH else 0.0
     drives = [
-        Drive(boundary="top", axis=1, speed=(1 - share) * speed, ramp=ramp),
-        Drive(boundary="bottom", axis=1, speed=-share * speed, ramp=ramp),
+        Drive(boundary="top", axis=1, speed=(1 - share) * sign),
+        Drive(boundary="bottom", axis=1, speed=-share * sign),
     ]
     if platens is Platens.ROUGH:
         drives += [Drive(boundary=name, axis=0, speed=0.0) for name in ("top", "bottom")]
     return drives
-
-
-def homogeneous_velocity(specimen: Specimen, speed: float, platens: Platens, moving: Moving) -> np.ndarray:
-    """(i, 2) m/s: linear in height, and between smooth platens in width, by the Poisson effect of the grains.
-
-    With it the stress grows everywhere at once and no wave leaves the platen. Platens that are separate bodies move
-    with their drives; the small wave that their own deformation makes is accepted.
-    """
-    low, high = specimen.grains.region.bounds
-    place = (specimen.mesh.nodes - low) / (high - low)
-    steel = ~is_rock(specimen)[specimen.mesh.node_grain]
-    place[steel, 1] = np.clip(place[steel, 1], 0, 1)
-    field = np.zeros_like(place)
-    field[:, 1] = speed * (place[:, 1] - (0.5 if moving is Moving.BOTH else 0.0))
-    rock = _rock(specimen)
-    if platens is Platens.SMOOTH and isinstance(rock, Elastic):
-        along, across, _ = rock.constants
-        width, height = high - low
-        field[:, 0] = -speed * across / along * width / height * (place[:, 0] - 0.5)
-        field[steel, 0] = 0.0
-    return field
-
-
-def _rock(specimen: Specimen) -> Elastic | Rigid | None:
-    """What the specimen is made of; None where it is of several phases."""
-    if not isinstance(specimen.material, Mapping):
-        return specimen.material
-    phases = np.unique(specimen.grains.phase[is_rock(specimen)])
-    return specimen.material[int(phases[0])] if len(phases) == 1 and has_platens(specimen) else None
 
 
 def measure_between_platens(state: State, sign: float) -> dict[str, float]:

@@ -9,6 +9,7 @@ import attrs
 
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import Adaptive, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.platens import Moving, Platens, measure_between_platens, uniaxial_stage, uniaxial_summary
@@ -20,12 +21,10 @@ from grainlaw.stage import Curves, Stage
 class UniaxialCompression(LoadingProtocol):
     """Press a specimen until it has lost part of its strength; stress and strain count compression positive.
 
-    Without a ``ramp`` it starts with the velocity field of homogeneous compression, with one at rest. It ends at
-    ``stop_fraction`` of the peak stress or at ``maximum_strain``.
+    It ends at ``stop_fraction`` of the peak stress or at ``maximum_strain``.
     """
 
-    speed: float = parameter("m/s", default=0.05)  #: at which the platens approach each other
-    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed rises from zero
+    loading: Loading = part(Loading, Adaptive())  #: how fast the platens approach each other
     platens: Platens = part(Platens, Platens.SMOOTH)
     moving: Moving = part(Moving, Moving.TOP)
     maximum_strain: float = parameter("1", default=0.01, above=0, below=0.5)

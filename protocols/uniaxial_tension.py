@@ -9,6 +9,7 @@ import attrs
 
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import Adaptive, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.platens import Moving, Platens, measure_between_platens, uniaxial_stage, uniaxial_summary
@@ -20,12 +21,10 @@ from grainlaw.stage import Curves, Stage
 class UniaxialTension(LoadingProtocol):
     """Pull a specimen by its glued ends until it parts; stress and strain count tension positive.
 
-    Without a ``ramp`` it starts with the velocity field of homogeneous tension, with one at rest. It ends at
-    ``stop_fraction`` of the peak stress or at ``maximum_strain``.
+    It ends at ``stop_fraction`` of the peak stress or at ``maximum_strain``.
     """
 
-    speed: float = parameter("m/s", default=0.005)  #: at which the platens part
-    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed rises from zero
+    loading: Loading = part(Loading, Adaptive())  #: how fast the platens part
     platens: Platens = part(Platens, Platens.SMOOTH)
     moving: Moving = part(Moving, Moving.BOTH)
     maximum_strain: float = parameter("1", default=0.001, above=0, below=0.5)

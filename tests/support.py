@@ -19,7 +19,7 @@ STRONG = STIFF | {
 }  # fmt: skip
 ROCK = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
 BRITTLE = MohrCoulomb(**STRONG)
-PULL = UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=40, stop_fraction=0)
+PULL = UniaxialTension(loading=gl.Constant(speed=0.3), maximum_strain=5e-4, samples=40, stop_fraction=0)
 
 
 @attrs.frozen(kw_only=True)

@@ -32,7 +32,7 @@ WRONG = {
     "one of several": (lambda: together(5), "together: bodies = 5 is not allowed, it must be a Tessellation"),
     "in a list": (lambda: gl.Report("x", [5]), r"Report: entries = \[5\] is not allowed, it must be a list of Entrys"),
     "interface": (lambda: gl.ContactLaw(), "ContactLaw cannot be made: it must define stiffness, traction"),
-    "array": (lambda: UniaxialTension(speed=[1, 2]), r"UniaxialTension: speed = \[1, 2\] is not allowed"),
+    "array": (lambda: UniaxialTension(loading=gl.Constant(speed=[1, 2])), r"Constant: speed = \[1, 2\] is not allowed"),
     "empty array": (lambda: Linear(kn=[], ks=1), r"Linear: kn = \[\] is not allowed"),
 }
 

@@ -16,7 +16,10 @@ from test_report import Page
 def done(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run") / "new" / "out"
     config = folder.parents[1] / "mine.toml"
-    config.write_text('[law]\ntensile_strength = "10 MPa"\ncohesion = "30 MPa"\n[test]\nspeed = "0.2 m/s"\n')
+    config.write_text(
+        '[law]\ntensile_strength = "10 MPa"\ncohesion = "30 MPa"\n'
+        '[test]\nloading = {type = "constant", speed = "0.2 m/s"}\n'
+    )
     given = ("--config", config, *SMALL, "--seed", 3, "--set", "law.cohesion = 25e6")
     return invoke("test", "uniaxial-compression", *given, "--out", folder), folder
 
@@ -36,7 +39,7 @@ def test_file_options_and_single_values_reach_the_run_in_this_order(done):
     assert made["law"]["tensile_strength"] == "10 MPa"
     assert made["law"]["cohesion"] == "25 MPa"
     assert made["law"]["mode_i_energy"] == "150 J/m2"
-    assert made["test"]["speed"] == "200 mm/s"
+    assert made["test"]["loading"]["speed"] == "200 mm/s"
     assert (made["sample"]["grains"], made["sample"]["seed"]) == (20, 3)
     assert content["made_with"]["versions"]["grainlaw"]
     with (done[1] / "curves.csv").open() as file:
@@ -65,9 +68,9 @@ def test_the_written_configuration_runs_the_same_test_again(done, tmp_path):
         (["biaxial-compression"], "test.confinement (Pa) is missing"),
         (["uniaxial-compression", "--law", "cohesive-crak"], "did you mean 'cohesive-crack'?"),
         (["uniaxial-compression", "--law", "none.py:LAW"], "there is no file none.py"),
-        (["uniaxial-compression", "--set", "test.speed=-0.1"], "speed = -0.1 m/s is not allowed"),
-        (["uniaxial-compression", "--set", "test.speed=10 MPa"], "'MPa' is not one of m/s"),
-        (["uniaxial-compression", "--set", "test.sped=1"], "there is no 'test.sped'; did you mean 'speed'?"),
+        (["uniaxial-compression", "--set", "test.loading={type='constant',speed=-1}"], "speed = -1 m/s is not allowed"),
+        (["uniaxial-compression", "--set", "test.loading={type='constant', speed='1 Pa'}"], "'Pa' is not one of m/s"),
+        (["uniaxial-compression", "--set", "test.lading=1"], "there is no 'test.lading'; did you mean 'loading'?"),
         (["uniaxial-compression", "--set", "tests.speed=1"], "there is no section 'tests'; did you mean 'test'?"),
         (["uniaxial-compression", "--set", "speed=1"], "it must be like law.tensile_strength="),
         (["uniaxial-compression", "--set", "test.platens=rouh"], "did you mean 'rough'? (one of: smooth, rough)"),

@@ -13,7 +13,9 @@ from grainlaw.units import MPa, mm
 
 FREE = {"tensile_strength": 0, "cohesion": 0}
 JOINTS = MohrCoulomb(**STIFF, **FREE, friction_angle=30, residual_friction_angle=30)
-TEST = BiaxialCompression(confinement=10 * MPa, speed=0.2, maximum_strain=0.004, samples=40, stop_fraction=0)
+TEST = BiaxialCompression(
+    confinement=10 * MPa, loading=gl.Constant(speed=0.2), maximum_strain=0.004, samples=40, stop_fraction=0
+)
 
 
 @pytest.fixture(scope="module")

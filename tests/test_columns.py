@@ -11,7 +11,7 @@ from grainlaw.laws import Linear
 from grainlaw.protocols import BiaxialCompression, Cyclic, UniaxialCompression
 
 LAW = Linear(**STIFF)
-PRESS = UniaxialCompression(speed=0.3, maximum_strain=1e-4, samples=20)
+PRESS = UniaxialCompression(loading=gl.Constant(speed=0.3), maximum_strain=1e-4, samples=20)
 
 
 @attrs.frozen(kw_only=True)

@@ -44,7 +44,7 @@ def test_a_law_of_ones_own_traces_its_energy_and_runs():
     result = gl.simulate(
         small_sample(12),
         attrs.evolve(HILLERBORG, energy=1.0),
-        UniaxialTension(speed=0.2, maximum_strain=6e-4, samples=60),
+        UniaxialTension(loading=gl.Constant(speed=0.2), maximum_strain=6e-4, samples=60),
     )
     assert 5e6 < result.summary["peak_stress"] < 14e6
     assert result.summary["tensile_cracks"] > 0

@@ -61,7 +61,7 @@ def test_the_example_of_the_configuration_page_means_what_it_says():
     assert law.unloading is laws.Unloading.RETRACED
     assert law.tensile_strength == 13e6
     assert made.protocol.platens is protocols.Platens.ROUGH
-    assert made.protocol.ramp == 1e-4
+    assert made.protocol.loading.ramp == 1e-4
     assert made.protocol.integrator == gl.CentralDifference(damping=gl.LocalDamping(fraction=0.7))
     assert made.specimen.contact_points == gl.InsetPoints(inset=2e-4)
     assert made.specimen.material.plane is gl.Plane.STRESS
@@ -85,13 +85,14 @@ def test_the_example_of_getting_started_runs(tmp_path):
 def test_parts_are_set_one_by_one():
     sections = {"law": {"closure": "bandis"}}
     for text in ('law.closure.maximum_closure="5 um"', "law.softening = {type = \"exponential\", rate = 3}",
-                 "law.pre_peak=linear", "test.speed=20 mm/s", "law.softening.rate=4"):  # fmt: skip
+                 "law.pre_peak=linear", "test.loading={type='constant', speed='20 mm/s'}",
+                 "law.softening.rate=4"):  # fmt: skip
         assign(sections, text)
     made = configured("joint-tension", sections)
     assert made.law.closure == laws.BandisClosure(maximum_closure=5e-6)
     assert made.law.softening == laws.ExponentialSoftening(rate=4)
     assert made.law.pre_peak is laws.PrePeak.LINEAR
-    assert made.protocol.speed == 0.02
+    assert made.protocol.loading.speed == 0.02
 
 
 def test_names_are_those_of_the_classes():

@@ -12,7 +12,7 @@ from grainlaw.protocols import UniaxialCompression, UniaxialTension
 
 MOHR_COULOMB = MohrCoulomb(**STRONG)
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
-TENSION = UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=25, stop_fraction=0)
+TENSION = UniaxialTension(loading=gl.Constant(speed=0.3), maximum_strain=5e-4, samples=25, stop_fraction=0)
 
 
 def several_minerals(material=ROCK, **options):
@@ -97,7 +97,10 @@ def test_inside_a_comparison(threads):
 @pytest.mark.parametrize("relaxation", [gl.AdaptiveRelaxation(), gl.KineticRelaxation()])
 def test_relaxation_in_several_threads(relaxation):
     test = UniaxialCompression(
-        maximum_strain=1e-4, speed=0.1, samples=10, integrator=gl.DynamicRelaxation(relaxation=relaxation)
+        maximum_strain=1e-4,
+        loading=gl.Constant(speed=0.1),
+        samples=10,
+        integrator=gl.DynamicRelaxation(relaxation=relaxation),
     )
     first, other = (gl.simulate(small_sample(20), COHESIVE, test, threads=threads) for threads in (1, 3))
     assert_same_bits(first, other)

@@ -46,7 +46,9 @@ class JointTractions(gl.Observer):
 
 def sheared(law, detection, slip=8e-4):
     blocks = gl.Specimen(Bricks(rows=2).tessellate(rectangle(WIDTH, 20e-3)), ROCK)
-    test = DirectShear(normal_stress=PRESSURE, speed=0.05, maximum_slip=slip, resolution=slip / 200, turn=2e-4)
+    test = DirectShear(
+        normal_stress=PRESSURE, loading=gl.Constant(speed=0.05), maximum_slip=slip, resolution=slip / 200
+    )
     joint = JointTractions()
     return gl.simulate(blocks, law, test, detection=detection, observers=[joint], frames=1), np.array(joint.rows).T
 

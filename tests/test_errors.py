@@ -17,7 +17,7 @@ from grainlaw.protocols import UniaxialCompression
 from grainlaw.results.vtk import VtkWriter
 
 LINEAR = Linear(**STIFF)
-PRESS = UniaxialCompression(speed=0.2, maximum_strain=5e-4, samples=50)
+PRESS = UniaxialCompression(loading=gl.Constant(speed=0.2), maximum_strain=5e-4, samples=50)
 SQUARE = rectangle(1, 1)
 RIGID = gl.Rigid(density=3100)
 
@@ -77,7 +77,7 @@ REFUSED = {
         r"laws = \[Linear.* from texts to ContactLaws",
     ),
     "compare threads": (lambda: gl.compare(small_sample(5), {"a": LINEAR}, PRESS, threads=-1), "threads = -1 is not"),
-    "speed": (lambda: UniaxialCompression(speed=0), "UniaxialCompression: speed = 0 m/s is not allowed"),
+    "speed": (lambda: UniaxialCompression(loading=gl.Constant(speed=0)), "Constant: speed = 0 m/s is not allowed"),
     "samples": (lambda: UniaxialCompression(samples=2), "samples = 2 is not allowed, .* whole number, at least 10"),
     "integrator": (lambda: UniaxialCompression(integrator="fast"), "integrator = 'fast' .* Integrator such as"),
     "damping": (lambda: gl.LocalDamping(fraction=1), "LocalDamping: fraction = 1 is not allowed, .* below 1"),
@@ -157,10 +157,11 @@ def test_a_law_that_returns_nan_is_named_with_its_place(material):
 
 
 HASTY = attrs.evolve(PRESS, integrator=Hasty())
+RISING = attrs.evolve(HASTY, loading=gl.Constant(speed=0.2, ramp=1e-4))
 EXPLOSIONS = {
     "linear": (LINEAR, HASTY, ROCK), "brittle": (MohrCoulomb(**STRONG), HASTY, ROCK), "rigid": (LINEAR, HASTY, RIGID),
     "long chunks": (LINEAR, attrs.evolve(HASTY, samples=10), ROCK),
-    "ramp": (LINEAR, attrs.evolve(HASTY, ramp=1e-4), ROCK), "stiffness": (Stiffer(), PRESS, ROCK),
+    "ramp": (LINEAR, RISING, ROCK), "stiffness": (Stiffer(), PRESS, ROCK),
 }  # fmt: skip
 
 
@@ -187,7 +188,9 @@ def assert_good(result):
     "integrator", [gl.CentralDifference(damping=gl.Undamped()), gl.DynamicRelaxation()], ids=lambda i: type(i).__name__
 )
 def test_a_slow_start_sampled_at_every_step_is_no_instability(integrator, ramp):
-    test = attrs.evolve(PRESS, ramp=ramp, samples=1000, maximum_strain=5e-5, integrator=integrator)
+    test = attrs.evolve(
+        PRESS, loading=gl.Constant(speed=0.2, ramp=ramp), samples=1000, maximum_strain=5e-5, integrator=integrator
+    )
     assert len(run(protocol=test).curves["time"]) > 30
 
 

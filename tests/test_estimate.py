@@ -32,17 +32,21 @@ def test_a_very_slow_test_is_said_to_take_hours():
     with pytest.warns(
         CostWarning, match=r"about .* steps, .*: stage 'compression' lasts 400 s at a speed of 1e-06 m/s"
     ):
-        begun(small_sample(), UniaxialCompression(speed=1e-6))
+        begun(small_sample(), UniaxialCompression(loading=gl.Constant(speed=1e-6)))
 
 
 def test_a_test_of_seconds_says_nothing():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        begun(small_sample(), UniaxialCompression(speed=0.05))
+        begun(small_sample(), UniaxialCompression(loading=gl.Constant(speed=0.05)))
 
 
 def test_a_probe_leaves_no_trace(monkeypatch):
-    run = (small_sample(), BRITTLE, UniaxialCompression(speed=1.0, maximum_strain=1e-3, samples=20))
+    run = (
+        small_sample(),
+        BRITTLE,
+        UniaxialCompression(loading=gl.Constant(speed=1.0), maximum_strain=1e-3, samples=20),
+    )
     without = gl.simulate(*run)
     monkeypatch.setattr(execution, "QUICK", 0)
     probed = []
@@ -55,25 +59,25 @@ def test_a_probe_leaves_no_trace(monkeypatch):
 def test_steps_are_those_of_the_stages_whose_length_is_known():
     stage = gl.Stage(name="load", until=[gl.Reaches("time", 1)], interval=1e-3, expected=50)
     unknown = attrs.evolve(stage, expected=None)
-    assert expected_steps([stage, unknown, stage], 1e-5) == 2 * 50 * 100
-    assert expected_steps([attrs.evolve(stage, interval=1e-6)], 1e-5) == 50  # a sample is at least one step
+    assert expected_steps([stage, unknown, stage], 1e-5, 1e4) == 2 * 50 * 100
+    assert expected_steps([attrs.evolve(stage, interval=1e-6)], 1e-5, 1e4) == 50  # a sample is at least one step
 
 
-def stages(specimen, **options):
-    return UniaxialCompression(**options).stages(specimen)
+def stages(specimen, **loading):
+    return UniaxialCompression(loading=gl.Constant(**loading)).stages(specimen)
 
 
 def test_what_rules_the_length_is_named():
     found = estimate.Estimate(1e8, 1e5)
     plain = small_sample()
     with pytest.warns(CostWarning, match=r"27.8 h: the ramp of 3 s is long"):
-        warn_if_long(found, stages(plain, ramp=3.0, speed=1.0), plain, 1e-7)
+        warn_if_long(found, stages(plain, ramp=3.0, speed=1.0), plain, 1e-7, 1e4)
     with pytest.warns(CostWarning, match=r"it has 40 grains, \d+ zones; use fewer"):
-        warn_if_long(found, stages(plain, speed=1.0), plain, 1e-7)
+        warn_if_long(found, stages(plain, speed=1.0), plain, 1e-7, 1e4)
     thin = gl.Specimen(Bricks(rows=200, columns=2).tessellate(rectangle(300 * mm, 2 * mm)), ROCK)
     assert np.hypot(*thin.mesh.interface_edges.T).min() < 0.02e-3
     with pytest.warns(CostWarning, match=r"time step of 1e-07 s is that of an edge of .* m between the grains \d+ and"):
-        warn_if_long(found, stages(thin, speed=1.0), thin, 1e-7)
+        warn_if_long(found, stages(thin, speed=1.0), thin, 1e-7, 1e4)
 
 
 def test_more_memory_than_is_free_is_said(monkeypatch):

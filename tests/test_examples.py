@@ -79,7 +79,7 @@ def test_dissipation_of_a_joint_that_opens(example, joint, stop):
 
 def slid(watcher, joint, law, way, speed=0.01):
     """Slip (m) and what is lost in it (J/m2), sheared under 10 MPa."""
-    test = DirectShear(normal_stress=10e6, maximum_slip=way, speed=speed)
+    test = DirectShear(normal_stress=10e6, maximum_slip=way, loading=gl.Constant(speed=speed))
     gl.simulate(joint, law, test, observers=[watcher], frames=1)
     opening, slip = watcher.lost(*law.stiffness)
     assert opening == pytest.approx(0, abs=1e-3 * slip)

@@ -28,7 +28,9 @@ MATERIALS = {
 
 def sheared(law, material, detection):
     specimen = gl.Specimen(Bricks(rows=2).tessellate(rectangle(WIDTH, WIDTH)), material)
-    test = DirectShear(normal_stress=PRESSURE, speed=1.0, maximum_slip=0.1 * WIDTH, resolution=5e-4 * WIDTH)
+    test = DirectShear(
+        normal_stress=PRESSURE, loading=gl.Constant(speed=1.0), maximum_slip=0.1 * WIDTH, resolution=5e-4 * WIDTH
+    )
     return gl.simulate(specimen, law, test, detection=detection)
 
 
@@ -121,7 +123,11 @@ def test_how_often_one_samples_changes_no_bit_of_the_motion(integrator):
     runs = []
     for samples in (120, 5000):
         test = UniaxialCompression(
-            speed=4.0, ramp=2e-5, maximum_strain=0.02, stop_fraction=0, samples=samples, integrator=integrator
+            loading=gl.Constant(speed=4.0, ramp=2e-5),
+            maximum_strain=0.02,
+            stop_fraction=0,
+            samples=samples,
+            integrator=integrator,
         )
         watch = Steps()
         gl.simulate(specimen, law, test, detection=gl.Detection(hand_over=0.02), observers=[watch], frames=1)

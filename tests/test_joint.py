@@ -62,7 +62,7 @@ def deviation(law, watch):
 @pytest.mark.parametrize("law", BONDED, ids=label)
 def test_joint_in_tension_follows_the_law(law):
     watch = Watch()  # of every step: between samples the law alone would miss how far it has been
-    test = JointTension(speed=0.05, resolution=1e-12, maximum_opening=6e-6, unload_at=2e-6, turn=1e-6)
+    test = JointTension(loading=gl.Constant(speed=0.05), resolution=1e-12, maximum_opening=6e-6, unload_at=2e-6)
     result = gl.simulate(blocks(4e-3), law, test, observers=[watch])
     assert deviation(law, watch)[0] < 0.01 * law.tensile_strength
     found, curves = result.summary, result.curves
@@ -74,7 +74,7 @@ def test_joint_in_tension_follows_the_law(law):
 
 
 def test_joint_in_tension_spends_the_fracture_energy():
-    curves = gl.simulate(blocks(4e-3), COHESIVE, JointTension(speed=0.02)).curves
+    curves = gl.simulate(blocks(4e-3), COHESIVE, JointTension(loading=gl.Constant(speed=0.02))).curves
     broken = int(np.argmax(curves["broken"] >= 1))
     for end in ("stress_top", "stress_bottom", "stress"):  # they carry what the joint carries
         assert curves[end][:broken].mean() == pytest.approx(curves["normal"][:broken].mean(), rel=0.02)
@@ -88,7 +88,9 @@ def test_joint_in_tension_spends_the_fracture_energy():
 @pytest.mark.parametrize("law", [*BONDED, ROUGH, FRICTION], ids=label)
 def test_joint_in_shear_follows_the_law_and_its_reversal(law):
     watch = Watch()
-    test = DirectShear(normal_stress=40e6, speed=0.05, resolution=1e-12, maximum_slip=6e-6, reverse_to=0.5)
+    test = DirectShear(
+        normal_stress=40e6, loading=gl.Constant(speed=0.05), resolution=1e-12, maximum_slip=6e-6, reverse_to=0.5
+    )
     result = gl.simulate(blocks(2e-3), law, test, observers=[watch])
     normal, shear = deviation(law, watch)
     assert normal < 0.01 * 40e6
@@ -101,7 +103,7 @@ def test_joint_in_shear_follows_the_law_and_its_reversal(law):
 
 @pytest.mark.parametrize(("law", "tangent"), [(FRICTION, np.tan(np.radians(30))), (COHESIVE, np.tan(np.radians(5)))])
 def test_friction_holds_what_it_should_and_follows_the_reversal(law, tangent):
-    test = DirectShear(normal_stress=40e6, speed=0.02, maximum_slip=40e-6, reverse_to=0.5)
+    test = DirectShear(normal_stress=40e6, loading=gl.Constant(speed=0.02), maximum_slip=40e-6, reverse_to=0.5)
     result = gl.simulate(blocks(2e-3), law, test)
     assert result.summary["residual_stress"] == pytest.approx(40e6 * tangent, rel=0.02)
     assert result.curves["shear"][-1] == pytest.approx(-40e6 * tangent, rel=2e-3)
@@ -109,7 +111,7 @@ def test_friction_holds_what_it_should_and_follows_the_reversal(law, tangent):
 
 def test_a_rough_joint_rises_and_hardens_under_constant_stiffness():
     """Dilation of 10 deg: it rises by tan(10 deg) times the slip, which a spring answers with stress."""
-    free = DirectShear(normal_stress=10e6, speed=0.02, maximum_slip=20e-6)
+    free = DirectShear(normal_stress=10e6, loading=gl.Constant(speed=0.02), maximum_slip=20e-6)
     stiff = attrs.evolve(free, normal_stiffness=5e12)
     runs = [gl.simulate(blocks(2e-3), ROUGH, test).curves for test in (free, stiff)]
     late = [np.flatnonzero(c["displacement"] > 5e-6) for c in runs]
@@ -122,7 +124,7 @@ def test_a_rough_joint_rises_and_hardens_under_constant_stiffness():
 
 
 def test_joint_in_tension_holds_its_strength_on_both_platens():
-    result = gl.simulate(blocks(10e-3), COHESIVE, UniaxialTension(speed=0.01, maximum_strain=1e-3))
+    result = gl.simulate(blocks(10e-3), COHESIVE, UniaxialTension(loading=gl.Constant(speed=0.01), maximum_strain=1e-3))
     assert result.summary["platen_imbalance"] < 0.02
     assert result.summary["energy_error"] < 0.005
 

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 FAST = ["--quick", "--grains", "30"]
+FASTER = "test.loading={type='constant', speed=0.3}"
 COMMANDS = {
-    "test": ["test", "uniaxial-compression", *FAST, "--set", "test.speed=0.3", "--set", "test.samples=150"],
+    "test": ["test", "uniaxial-compression", *FAST, "--set", FASTER, "--set", "test.samples=150"],
     "compare": ["compare", *FAST, "--speed", "0.3", "--max-strain", "0.006"],
     "envelope": [
         "envelope", *FAST, "--law", "mohr-coulomb", "--confinement", "0,3", "--speed", "0.3", "--max-strain", "0.004"
@@ -132,7 +133,7 @@ def test_a_command_goes_on_from_any_moment(command, name, seed, tmp_path, refere
 @pytest.mark.parametrize("name", [TERM, INT])
 def test_a_command_that_is_stopped_says_what_is_there_and_how_to_go_on(name, tmp_path):
     folder = tmp_path / "out"
-    process = start("test", folder, "--set", "test.speed=0.002")
+    process = start("test", folder, "--set", "test.loading={type='constant', speed=0.002}")
     deadline = time.monotonic() + 60
     while not (folder / "curves.csv").exists() and time.monotonic() < deadline:
         time.sleep(0.05)

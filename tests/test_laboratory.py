@@ -120,7 +120,7 @@ def test_what_a_break_spends_leaves_out_closure_and_the_spring_of_friction():
 
 
 def test_a_joint_pulled_apart_has_spent_its_fracture_energy():
-    result = gl.simulate(blocks(), COHESIVE, JointTension(speed=0.02))
+    result = gl.simulate(blocks(), COHESIVE, JointTension(loading=gl.Constant(speed=0.02)))
     measured = result.laboratory.properties
     assert measured["lost_opening"] == pytest.approx((150 + 3.14258) * 10e-3, rel=1e-3)
     assert measured["lost_tensile_cracks"] == pytest.approx(measured["lost_opening"], rel=1e-3)
@@ -134,7 +134,7 @@ def test_a_joint_pulled_apart_has_spent_its_fracture_energy():
 
 
 def test_a_joint_sheared_through_has_spent_its_fracture_energy():
-    result = gl.simulate(blocks(2e-3), COHESIVE, DirectShear(normal_stress=0, speed=0.05))
+    result = gl.simulate(blocks(2e-3), COHESIVE, DirectShear(normal_stress=0, loading=gl.Constant(speed=0.05)))
     measured = result.laboratory.properties
     assert measured["lost_slip"] == pytest.approx((150 + 17.3761) * 10e-3, rel=2e-3)
     assert measured["lost_shear_cracks"] == pytest.approx(measured["lost_slip"], rel=1e-2)
@@ -153,7 +153,9 @@ def parted():
     grains = gl.Tessellation(rectangle(10e-3, 26e-3), vertices, corners.ravel(), np.arange(0, 17, 4))
     grains.check()
     law = MohrCoulomb(**STRONG)
-    return gl.simulate(gl.Specimen(grains, ROCK), law, UniaxialTension(speed=0.1, stop_fraction=0.1))
+    return gl.simulate(
+        gl.Specimen(grains, ROCK), law, UniaxialTension(loading=gl.Constant(speed=0.1), stop_fraction=0.1)
+    )
 
 
 def test_bricks_pulled_apart_are_two_fragments(parted):
@@ -206,7 +208,7 @@ def test_stress_in_a_window_is_weighted_by_area(parted):
 
 
 def test_every_measure_is_explained_and_none_crashes(parted, tmp_path):
-    slow = UniaxialCompression(speed=0.3, maximum_strain=1e-4, samples=20)
+    slow = UniaxialCompression(loading=gl.Constant(speed=0.3), maximum_strain=1e-4, samples=20)
     rigid = small_sample(12, material=gl.Rigid(density=3100))
     results = [
         parted,

@@ -40,7 +40,7 @@ def disc_stress(x, y, half):
 
 def test_the_middle_of_an_elastic_disc():
     grains = Voronoi(grains=2000, seed=1).tessellate(disc(50 * mm, loaded=10, flat=False, sides=144))
-    test = Brazilian(speed=0.02, ramp=2e-4, maximum_strain=2e-4, samples=200, jaws=Platens.SMOOTH)
+    test = Brazilian(loading=gl.Constant(speed=0.02, ramp=2e-4), maximum_strain=2e-4, samples=200, jaws=Platens.SMOOTH)
     found = gl.simulate(gl.Specimen(grains, ROCK), LINEAR, test).curves
     places = np.random.default_rng(0).uniform(-0.2, 0.2, (4000, 2))
     across, along = (s.mean() for s in disc_stress(*places[np.hypot(*places.T) < 0.2].T, np.radians(5)))
@@ -87,7 +87,9 @@ def beam(height, grains, **options):
 
 def test_an_elastic_beam_bends_as_its_zones_do():
     specimen = beam(10 * mm, 150)
-    result = gl.simulate(specimen, LINEAR, ThreePointBending(speed=0.05, maximum_deflection=1.5e-5, samples=400))
+    result = gl.simulate(
+        specimen, LINEAR, ThreePointBending(loading=gl.Constant(speed=0.05), maximum_deflection=1.5e-5, samples=400)
+    )
     found = result.curves["force"][-1] / result.curves["deflection"][-1]
     assert found == pytest.approx(static_bending(specimen), rel=0.01)
     assert result.summary["energy_error"] < 1e-4
@@ -109,8 +111,12 @@ HALF_DISC = semi_disc(40 * mm, notch_depth=8 * mm, notch_width=1 * mm, span=24 *
 @pytest.mark.parametrize(
     ("region", "test", "sections"),
     [
-        (polygon(*beam_outline(10 * mm)), ThreePointBending(speed=0.05, maximum_deflection=1.5e-5), (10 * mm, 40 * mm)),
-        (HALF_DISC, SemiCircularBend(speed=0.01, maximum_deflection=3e-6), (-8 * mm, 8 * mm)),
+        (
+            polygon(*beam_outline(10 * mm)),
+            ThreePointBending(loading=gl.Constant(speed=0.05), maximum_deflection=1.5e-5),
+            (10 * mm, 40 * mm),
+        ),
+        (HALF_DISC, SemiCircularBend(loading=gl.Constant(speed=0.01), maximum_deflection=3e-6), (-8 * mm, 8 * mm)),
     ],
     ids=["beam", "half disc"],
 )
@@ -143,7 +149,7 @@ def test_bending_along_a_straight_joint_spends_the_fracture_energy():
     halves = np.array([0, 1, 2, 3, 9, 10, 11, 3, 4, 5, 6, 7, 8, 9])
     grains = gl.Tessellation(polygon(corners, names), np.array(corners), halves, np.array([0, 7, 14]))
     law = CohesiveCrack(**STRONG, mode_i_energy=60, mode_ii_energy=120)
-    test = ThreePointBending(maximum_deflection=3e-4, stop_fraction=0, speed=0.01)
+    test = ThreePointBending(maximum_deflection=3e-4, stop_fraction=0, loading=gl.Constant(speed=0.01))
     result = gl.simulate(gl.Specimen(grains, ROCK, refinement=1), law, test)
     rise = (1 - 2 / np.e) * law.kn * law.peak_opening**2
     assert result.curves["tensile_cracks"][-1] == 4  # all contact points of the ligament
@@ -157,7 +163,9 @@ def test_toughness_of_a_half_disc():
     """Y' = 5.85 at a/R = 0.5 and s/2R = 0.8 by hand: -1.297 + 7.6128 - 6.8178 + 7.14795."""
     assert shape_factor(0.5, 0.8) == pytest.approx(6.64595, abs=1e-4)
     specimen = gl.Specimen(Voronoi(grains=60, seed=1).tessellate(HALF_DISC), ROCK)
-    result = gl.simulate(specimen, LINEAR, SemiCircularBend(speed=0.02, maximum_deflection=6e-6, samples=50))
+    result = gl.simulate(
+        specimen, LINEAR, SemiCircularBend(loading=gl.Constant(speed=0.02), maximum_deflection=6e-6, samples=50)
+    )
     found = result.summary
     expected = shape_factor(0.4, 0.6) * found["peak_force"] * np.sqrt(np.pi * 8 * mm) / (40 * mm)
     assert found["toughness"] == pytest.approx(expected, rel=1e-9)
@@ -168,14 +176,16 @@ def test_a_shear_box_shears_a_specimen_through_the_middle():
     """Less stiff than the gap alone in simple shear, for its ends are free and the halves give way, but not by far."""
     gap, height = 4 * mm, 8 * mm
     specimen = gl.Specimen(Voronoi(grains=200, seed=1).tessellate(shear_box(30 * mm, height, gap)), ROCK)
-    test = DirectShear(normal_stress=5e6, maximum_slip=4e-6, speed=0.1, resolution=1e-7)
+    test = DirectShear(normal_stress=5e6, maximum_slip=4e-6, loading=gl.Constant(speed=0.1), resolution=1e-7)
     result = gl.simulate(specimen, LINEAR, test)
     curves = result.curves
     assert curves["normal_stress"][-1] == pytest.approx(5e6, rel=0.02)
     shear = 53.2e9 / (2 * 1.28)
     stiffness = curves["shear_stress"][-1] / curves["displacement"][-1]
     assert 0.4 * shear / gap < stiffness < shear / gap
-    strong = gl.simulate(specimen, MohrCoulomb(**STRONG), attrs.evolve(test, maximum_slip=6e-5, speed=0.2))
+    strong = gl.simulate(
+        specimen, MohrCoulomb(**STRONG), attrs.evolve(test, maximum_slip=6e-5, loading=gl.Constant(speed=0.2))
+    )
     assert strong.curves["shear_stress"].max() < 0.9 * stiffness * 6e-5
     assert len(strong.cracks) > 5
 

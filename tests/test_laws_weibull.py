@@ -139,7 +139,7 @@ def test_a_column_is_as_strong_as_its_weakest_link():
 
 
 def test_more_scatter_is_less_strength(rock):
-    test = UniaxialTension(speed=0.05, maximum_strain=4e-4, samples=200)
+    test = UniaxialTension(loading=gl.Constant(speed=0.05), maximum_strain=4e-4, samples=200)
     fields = {str(modulus): WeibullField(modulus=modulus).scatter(BRITTLE, rock) for modulus in (2, 6, 20)}
     strength = [result.summary["peak_stress"] for result in gl.compare(rock, fields | {"even": BRITTLE}, test).values()]
     assert all(weaker < stronger for weaker, stronger in itertools.pairwise(strength))

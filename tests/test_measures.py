@@ -10,7 +10,7 @@ from grainlaw.laws import Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.unit_text import factor_into
 
-PRESS = UniaxialCompression(speed=0.5, maximum_strain=0.005, samples=100)
+PRESS = UniaxialCompression(loading=gl.Constant(speed=0.5), maximum_strain=0.005, samples=100)
 
 
 @attrs.frozen

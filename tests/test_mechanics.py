@@ -176,7 +176,7 @@ def test_stable_step_is_the_limit(damping, safety):
 def test_rigid_grains_are_the_limit_of_stiff_ones():
     """The same contacts, grains a hundred times stiffer than the contacts or rigid: the same modulus."""
     law = Linear(kn=1e12, ks=0.9e12)
-    test = UniaxialCompression(maximum_strain=2e-4, samples=40, speed=0.02, ramp=1e-4)
+    test = UniaxialCompression(maximum_strain=2e-4, samples=40, loading=gl.Constant(speed=0.02, ramp=1e-4))
     hard = gl.Elastic(youngs_modulus=2e12, poissons_ratio=0.2, density=3100)
     found = [
         gl.simulate(small_sample(40, material=m), law, test).summary["apparent_modulus"]

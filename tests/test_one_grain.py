@@ -74,7 +74,7 @@ def test_a_held_grain_that_is_thrown_stays(material):
 
 def test_two_rigid_blocks_slide_with_friction():
     """As a rigid sample starts: the first sample of its press is one step."""
-    test = DirectShear(normal_stress=1e5, speed=1e-3, turn=5e-3, maximum_slip=40e-6)
+    test = DirectShear(normal_stress=1e5, loading=gl.Constant(speed=1e-3), maximum_slip=40e-6)
     result = gl.simulate(blocks(RIGID, rows=2), LAW, test)
     assert result.summary["peak_stress"] == pytest.approx(1e5 * np.tan(np.radians(30)), rel=0.01)
     assert result.summary["energy_error"] < 1e-10
@@ -84,7 +84,9 @@ def test_a_rigid_grain_between_platens_is_refused():
     """It went with the platen that was named last, and the test measured nothing: an energy error of 1."""
     with pytest.raises(gl.ParameterError, match="boundary = 'bottom' is not allowed, rigid grain 0 lies on 'top' too"):
         gl.simulate(blocks(RIGID), LAW, UniaxialCompression())
-    gl.simulate(blocks(ELASTIC), LAW, UniaxialCompression(speed=1.0, maximum_strain=1e-4, samples=10))
+    gl.simulate(
+        blocks(ELASTIC), LAW, UniaxialCompression(loading=gl.Constant(speed=1.0), maximum_strain=1e-4, samples=10)
+    )
 
 
 def test_a_rigid_grain_may_lie_on_two_boundaries_that_move_alike():

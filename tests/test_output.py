@@ -79,7 +79,7 @@ def test_grains_read_back(broken, written):
 def test_stress_of_bricks_under_uniform_pressure(tmp_path):
     """Known beforehand: smooth platens on level joints, so that every grain bears the same."""
     bricks = gl.Specimen(Bricks(rows=4, columns=2).tessellate(rectangle(0.02, 0.04)), ROCK)
-    test = UniaxialCompression(speed=0.02, maximum_strain=1e-4, samples=10)
+    test = UniaxialCompression(loading=gl.Constant(speed=0.02), maximum_strain=1e-4, samples=10)
     result = gl.simulate(bricks, Linear(**STIFF), test, frames=2)
     result.write_vtk(tmp_path)
     data = meshio.read(listed(tmp_path, "grains")[1][-1]).cell_data
@@ -155,7 +155,7 @@ import grainlaw as gl
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import UniaxialTension
 from grainlaw.results.vtk import VtkWriter
-test = UniaxialTension(speed=0.01, maximum_strain=0.01, samples=5000, stop_fraction=0)
+test = UniaxialTension(loading=gl.Constant(speed=0.01), maximum_strain=0.01, samples=5000, stop_fraction=0)
 gl.simulate(small_sample(150), MohrCoulomb(**STRONG), test, observers=[VtkWriter(sys.argv[1], count=5000)])
 """
 
@@ -227,7 +227,7 @@ def test_a_window_shows_the_last_moment(broken, monkeypatch, tmp_path):
 
 def test_frames_are_denser_while_cracks_grow():
     """Failure takes little of the way to the strain limit, and is what pictures are wanted of."""
-    test = UniaxialCompression(maximum_strain=0.05, stop_fraction=0.7, samples=5000, speed=0.2)
+    test = UniaxialCompression(maximum_strain=0.05, stop_fraction=0.7, samples=5000, loading=gl.Constant(speed=0.2))
     result = gl.simulate(small_sample(40), MohrCoulomb(**STRONG), test, frames=5)
     broken = [np.count_nonzero(~np.isnan(frame.bonds["broken_time"])) for frame in result.frames]
     points = len(result.frames[0].bonds["broken_time"])

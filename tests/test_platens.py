@@ -3,8 +3,6 @@
 import attrs
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from support import ROCK, STIFF, STRONG
 
 import grainlaw as gl
@@ -24,12 +22,11 @@ from grainlaw.protocols import (
     UniaxialTension,
 )
 from grainlaw.protocols.measures import is_rock, size
-from grainlaw.protocols.platens import homogeneous_velocity
 
 STEEL = gl.Elastic(youngs_modulus=200e9, poissons_ratio=0.3, density=7850)
 WIDTH, HEIGHT, OVERHANG = 20e-3, 40e-3, 2e-3
 COLUMN = Voronoi(grains=40, seed=1).tessellate(rectangle(WIDTH, HEIGHT))
-COMPRESSION = UniaxialCompression(maximum_strain=5e-4, samples=50, speed=0.05)
+COMPRESSION = UniaxialCompression(maximum_strain=5e-4, samples=50, loading=gl.Constant(speed=0.05))
 JOINT = Bricks(rows=2).tessellate(rectangle(40e-3, 20e-3))  # wide enough not to tip over when it is sheared
 
 
@@ -103,7 +100,7 @@ def test_energy_and_forces_balance(compressed):
 @pytest.mark.parametrize("moving", Moving)
 def test_strain_is_that_of_the_rock_however_soft_the_contacts(moving, kn):
     one = Bricks(rows=1).tessellate(rectangle(WIDTH, HEIGHT))
-    test = attrs.evolve(COMPRESSION, moving=moving, maximum_strain=2e-4, speed=0.02)
+    test = attrs.evolve(COMPRESSION, moving=moving, maximum_strain=2e-4, loading=gl.Constant(speed=0.02))
     found = gl.simulate(held(one, columns=1), laws(0, kn=kn), test)
     assert found.summary["apparent_modulus"] == pytest.approx(60e9 / (1 - 0.25**2), rel=0.01)
     assert found.summary["apparent_poisson"] == pytest.approx(0.25 / 0.75, abs=0.01)
@@ -142,23 +139,9 @@ def test_platens_stay_in_place_and_rigid_ones_in_shape(rigid):
     assert (shorter < 1e-15) if rigid else (0.8 * plain < shorter < 2 * plain)
 
 
-@settings(max_examples=20, deadline=None)
-@given(speed=st.floats(-1, 1), thickness=st.floats(1e-3, 0.1), moving=st.sampled_from(Moving), rough=st.booleans())
-def test_platens_begin_with_their_drives(speed, thickness, moving, rough):
-    specimen = gl.Specimen(between_platens(COLUMN, thickness), {0: ROCK, 1: STEEL})
-    platens = Platens.ROUGH if rough else Platens.SMOOTH
-    field = homogeneous_velocity(specimen, speed, platens, moving)
-    rock = is_rock(specimen)[specimen.mesh.node_grain]
-    assert np.array_equal(field[rock], homogeneous_velocity(gl.Specimen(COLUMN, ROCK), speed, platens, moving))
-    above = specimen.mesh.nodes[:, 1] > HEIGHT / 2
-    shift = 0.5 if moving is Moving.BOTH else 0.0
-    assert np.array_equal(field[~rock & above], np.tile([0, speed * (1 - shift)], (np.sum(~rock & above), 1)))
-    assert np.array_equal(field[~rock & ~above], np.tile([0, -speed * shift], (np.sum(~rock & ~above), 1)))
-
-
 @pytest.mark.parametrize("rigid", [False, True])
 def test_confinement_is_that_of_the_rock_not_of_the_wider_platen(rigid):
-    test = BiaxialCompression(confinement=5e6, maximum_strain=3e-4, samples=50, speed=0.02)
+    test = BiaxialCompression(confinement=5e6, maximum_strain=3e-4, samples=50, loading=gl.Constant(speed=0.02))
     result = gl.simulate(held(rigid=rigid), laws(0), test)
     bare = gl.simulate(gl.Specimen(COLUMN, ROCK), Linear(**STIFF), test)
     end = np.flatnonzero(result.curves["stage"] == 0)[-1]

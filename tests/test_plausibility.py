@@ -18,7 +18,7 @@ from grainlaw.protocols import UniaxialCompression
 from grainlaw.results.figures.report import warnings_of
 from grainlaw.workbench import endless
 
-PRESS = UniaxialCompression(speed=0.2, maximum_strain=2e-5, samples=10)
+PRESS = UniaxialCompression(loading=gl.Constant(speed=0.2), maximum_strain=2e-5, samples=10)
 
 
 def told(call):
@@ -51,7 +51,7 @@ def test_contacts_too_soft_for_their_grains_are_told():
 
 
 def test_a_speed_near_that_of_waves_is_told_and_the_certificate_has_failed():
-    fast = attrs.evolve(PRESS, speed=1e9)
+    fast = attrs.evolve(PRESS, loading=gl.Constant(speed=1e9))
     results = []
     (speed,) = told(lambda: results.append(run(test=fast)))
     assert "moves at 1e+09 m/s, which is unusual: at most" in speed
@@ -60,7 +60,7 @@ def test_a_speed_near_that_of_waves_is_told_and_the_certificate_has_failed():
 
 
 def test_the_report_shows_a_certificate_that_cannot_be_computed_as_failed(tmp_path):
-    run(test=attrs.evolve(PRESS, speed=1e9)).write_report(tmp_path / "report.html")
+    run(test=attrs.evolve(PRESS, loading=gl.Constant(speed=1e9))).write_report(tmp_path / "report.html")
     assert (tmp_path / "report.html").read_text("utf-8").count("cannot be computed FAIL") == 2
 
 
@@ -188,7 +188,9 @@ def test_boundaries_of_one_name_do_not_move_each_other():
 
 
 def test_the_terminal_says_what_of_the_certificate_fails(tmp_path):
-    result = invoke("test", "uniaxial-compression", *SMALL, "--set", "test.speed=1e9", "--out", tmp_path)
+    result = invoke(
+        "test", "uniaxial-compression", *SMALL, "--set", "test.loading={type='constant', speed=1e9}", "--out", tmp_path
+    )
     assert result.exit_code == 0, result.output
     words = " ".join(result.output.split())
     assert "Warning: the boundary top moves at 1e+09 m/s, which is unusual" in words

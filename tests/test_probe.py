@@ -13,7 +13,7 @@ from grainlaw.results.probe import law_at
 from grainlaw.units import mm
 
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=10, mode_ii_energy=20)
-PULL = UniaxialTension(speed=0.05, maximum_strain=6e-4)
+PULL = UniaxialTension(loading=gl.Constant(speed=0.05), maximum_strain=6e-4)
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +69,12 @@ def test_the_law_alone_walks_the_same_path(pulled):
 
 def test_an_elastic_path_is_exact():
     probe = gl.Probe(points=[0, 7])
-    gl.simulate(small_sample(), Linear(**STIFF), UniaxialCompression(speed=0.1, maximum_strain=2e-4), observers=[probe])
+    gl.simulate(
+        small_sample(),
+        Linear(**STIFF),
+        UniaxialCompression(loading=gl.Constant(speed=0.1), maximum_strain=2e-4),
+        observers=[probe],
+    )
     assert len(probe.paths) == 2
     for path in probe.paths:
         assert path.opening.any()

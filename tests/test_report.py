@@ -20,7 +20,7 @@ from grainlaw.results.figures.report import LIMITS, write_report
 from grainlaw.units import mm
 
 LAW = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300, closure=BandisClosure(maximum_closure=5e-6))
-SHORT = UniaxialCompression(speed=0.2, maximum_strain=0.0005, samples=20)
+SHORT = UniaxialCompression(loading=gl.Constant(speed=0.2), maximum_strain=0.0005, samples=20)
 EMPTY = {"img", "meta"}
 
 

@@ -18,8 +18,8 @@ from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.units import MPa, mm
 
 WEAK = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
-CRUSH = UniaxialCompression(speed=1.0, maximum_strain=0.01, samples=40, stop_fraction=0)
-PULL = UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=25, stop_fraction=0)
+CRUSH = UniaxialCompression(loading=gl.Constant(speed=1.0), maximum_strain=0.01, samples=40, stop_fraction=0)
+PULL = UniaxialTension(loading=gl.Constant(speed=0.3), maximum_strain=5e-4, samples=25, stop_fraction=0)
 BLOCKS = gl.Specimen(Bricks(rows=2, columns=1).tessellate(rectangle(20 * mm, 4 * mm)), SOFT)
 PILE = gl.Specimen(
     together(
@@ -28,7 +28,12 @@ PILE = gl.Specimen(
     RIGID,
 )
 SHEAR = DirectShear(
-    normal_stress=5 * MPa, speed=0.1, normal_stiffness=1e11, maximum_slip=20e-6, resolution=4e-7, reverse_to=0
+    normal_stress=5 * MPa,
+    loading=gl.Constant(speed=0.1),
+    normal_stiffness=1e11,
+    maximum_slip=20e-6,
+    resolution=4e-7,
+    reverse_to=0,
 )
 JOINT = MunjizaJoint(**STRONG, mode_i_energy=20, mode_ii_energy=40, closure=BandisClosure(maximum_closure=5e-6))
 
@@ -38,7 +43,8 @@ CASES = {
     "rigid grains": (small_sample(material=gl.Rigid(density=3100)), WEAK, PULL, {}),
     "adaptive relaxation": (small_sample(), WEAK, PULL, {"integrator": gl.DynamicRelaxation()}),
     "pressure": (
-        small_sample(), WEAK, BiaxialCompression(confinement=2 * MPa, speed=0.5, maximum_strain=0.003, samples=30), {},
+        small_sample(), WEAK,
+        BiaxialCompression(confinement=2 * MPa, loading=gl.Constant(speed=0.5), maximum_strain=0.003, samples=30), {},
     ),
     "servo": (BLOCKS, JOINT, SHEAR, {}),
     "gravity, contacts, halts": (
@@ -166,7 +172,7 @@ def test_a_finished_run_is_not_run_again(tmp_path, monkeypatch):
     [
         ({"law": JOINT}, "belongs to another run"),
         ({"specimen": small_sample(seed=2)}, "belongs to another run"),
-        ({"protocol": UniaxialTension(speed=0.2)}, "belongs to another run"),
+        ({"protocol": UniaxialTension(loading=gl.Constant(speed=0.2))}, "belongs to another run"),
         ({"mass_scaling": 2}, "belongs to another run"),
         ({"observers": [gl.FrameRecorder()]}, "observers must be those of the run before"),
     ],

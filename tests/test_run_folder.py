@@ -25,7 +25,7 @@ from grainlaw.runs import run_folder
 from grainlaw.runs.claim import Claim, claimed, clear, tidy
 
 WEAK = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
-PULL = UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=25, stop_fraction=0)
+PULL = UniaxialTension(loading=gl.Constant(speed=0.3), maximum_strain=5e-4, samples=25, stop_fraction=0)
 RUN = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
 
 
@@ -103,7 +103,8 @@ def test_the_key_follows_what_decides_the_results_and_nothing_else(tmp_path):
     first = key()
     assert key(threads=2, specimen=small_sample(), every=1.0) == first
     others = [
-        key(specimen=small_sample(seed=2)), key(protocol=UniaxialTension(speed=0.31, maximum_strain=1e-4)),
+        key(specimen=small_sample(seed=2)),
+        key(protocol=UniaxialTension(loading=gl.Constant(speed=0.31), maximum_strain=1e-4)),
         key(law=CohesiveCrack(**STRONG, mode_i_energy=1.6, mode_ii_energy=3)), key(frames=3), key(detection=None),
         key(specimen=small_sample(material=gl.Rigid(density=3100))), key(integrator=gl.CentralDifference(safety=0.5)),
     ]  # fmt: skip
@@ -198,7 +199,7 @@ def test_pictures_stop_before_the_disk_is_full(tmp_path, monkeypatch):
     assert len(table(tmp_path / "curves.csv")) == len(whole.curves["time"])
 
 
-LONGER = {"protocol": UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=60, stop_fraction=0)}
+LONGER = {"protocol": UniaxialTension(loading=gl.Constant(speed=0.3), maximum_strain=5e-4, samples=60, stop_fraction=0)}
 
 
 def limited(folder, size, results):

@@ -43,7 +43,7 @@ def crushed(length, stress):
     """Breaks, hands bonds over, and closes on stiffening contacts."""
     grains = Voronoi(grains=40, seed=1).tessellate(rectangle(20 * mm * length, 40 * mm * length))
     law = crack(length, stress, closure=BandisClosure(maximum_closure=50 * um * length))
-    test = UniaxialCompression(speed=3.0, maximum_strain=0.03, samples=30, stop_fraction=0)
+    test = UniaxialCompression(loading=gl.Constant(speed=3.0), maximum_strain=0.03, samples=30, stop_fraction=0)
     return gl.simulate(specimen(grains, stress), law, test)
 
 
@@ -52,7 +52,7 @@ def sheared(length, stress):
     grains = Bricks(rows=2).tessellate(rectangle(40 * mm * length, 20 * mm * length))
     closure = BandisClosure(maximum_closure=5 * um * length)
     law = BartonBandis(**stiff(length, stress), friction_angle=40, dilation_angle=15, closure=closure)
-    test = DirectShear(normal_stress=5 * MPa * stress, speed=0.5, ramp=5e-5 * length, turn=1e-5 * length,
+    test = DirectShear(normal_stress=5 * MPa * stress, loading=gl.Constant(speed=0.5), ramp=5e-5 * length,
                        maximum_slip=0.2 * mm * length, resolution=0.02 * mm * length)  # fmt: skip
     return gl.simulate(specimen(grains, stress), law, test)
 

@@ -224,7 +224,9 @@ def test_how_often_neighbours_are_searched_changes_no_bit(make, monkeypatch):
 def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_search_after_every_step(monkeypatch):
     """Bonds that are handed over, pieces that slide and meet, platens that start smoothly."""
     rock = gl.Specimen(Voronoi(grains=14, seed=1).tessellate(rectangle(6e-3, 15e-3)), ROCK)
-    test = UniaxialCompression(speed=2, ramp=1e-5, maximum_strain=0.06, stop_fraction=0, samples=300)
+    test = UniaxialCompression(
+        loading=gl.Constant(speed=2, ramp=1e-5), maximum_strain=0.06, stop_fraction=0, samples=300
+    )
     seldom = gl.simulate(rock, MohrCoulomb(**STRONG), test)
     monkeypatch.setattr(contacts, "REACH", 0.0)
     often = gl.simulate(rock, MohrCoulomb(**STRONG), test)

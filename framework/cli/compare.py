@@ -19,6 +19,7 @@ from grainlaw.cli.running import (
 from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
 from grainlaw.compiler.cache import compile_portably, is_portable
 from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.loading import Adaptive, Constant
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.results.vtk import VtkWriter
@@ -34,14 +35,14 @@ COMPARED = "linear,mohr-coulomb,cohesive-crack"
 @click.option("--grains", type=int, help=f"Number of Voronoi grains.  [default: {SAMPLE[2]}]")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of the grains.")
 @click.option("--laws", default=COMPARED, show_default=True, help="Contact laws, separated by commas.")
-@click.option("--speed", type=float, default=0.05, show_default=True, help="Platen speed in m/s.")
+@click.option("--speed", type=float, help="Constant platen speed in m/s.  [default: as fast as is accurate]")
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @folder_options
 @click.option("--threads", type=int, help="Models (and threads in a model) at a time.  [default: all cores]")
 @click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
 @click.option("--quick", is_flag=True, help=f"A small specimen, seconds: {QUICK[2]} grains in 20 x 50 mm.")
 def compare(
-    *, grains: int | None, seed: int, laws: str, speed: float, max_strain: float, out: Path, restart: bool,
+    *, grains: int | None, seed: int, laws: str, speed: float | None, max_strain: float, out: Path, restart: bool,
     overwrite: bool, threads: int | None, quick: bool, portable: bool,
 ) -> None:  # fmt: skip
     """Compress one rock specimen to failure under several contact laws, and compare them.
@@ -57,7 +58,8 @@ def compare(
         names = list(dict.fromkeys(name.strip() for name in laws.split(",")))
         chosen = {name: law_named(name) for name in names}
         check_threads(threads)
-        test = UniaxialCompression(speed=speed, maximum_strain=max_strain)
+        loading = Adaptive() if speed is None else Constant(speed=speed)
+        test = UniaxialCompression(loading=loading, maximum_strain=max_strain)
         tessellator = Voronoi(grains=count if grains is None else grains, seed=seed)
         specimen = Specimen(tessellator.tessellate(rectangle(width, height)), ROCK)
     except ParameterError as error:

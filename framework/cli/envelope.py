@@ -21,6 +21,7 @@ from grainlaw.cli.running import (
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
 from grainlaw.compiler.cache import compile_portably, is_portable
 from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.loading import Adaptive, Constant
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import BiaxialCompression
 from grainlaw.runs.envelope import strength_envelope
@@ -34,14 +35,14 @@ from grainlaw.units import MPa
 @click.option("--confinement", default="0,1,2,3,4", show_default=True, help="Confinements in MPa, with commas between.")
 @click.option("--seeds", default="1", show_default=True, help="Seeds of the grains, with commas between.")
 @click.option("--grains", type=int, help=f"Number of Voronoi grains.  [default: {SAMPLE[2]}]")
-@click.option("--speed", type=float, default=0.05, show_default=True, help="Platen speed in m/s.")
+@click.option("--speed", type=float, help="Constant platen speed in m/s.  [default: as fast as is accurate]")
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @folder_options
 @click.option("--threads", type=int, help="Tests (and threads in a test) at a time.  [default: all cores]")
 @click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
 @click.option("--quick", is_flag=True, help=f"A small specimen: {QUICK[2]} grains in 20 x 50 mm.")
 def envelope(
-    *, law: str, confinement: str, seeds: str, grains: int | None, speed: float, max_strain: float, out: Path,
+    *, law: str, confinement: str, seeds: str, grains: int | None, speed: float | None, max_strain: float, out: Path,
     restart: bool, overwrite: bool, threads: int | None, quick: bool, portable: bool,
 ) -> None:  # fmt: skip
     """Compress a rock specimen under several confinements, and fit Mohr-Coulomb and Hoek-Brown to the peaks.
@@ -57,8 +58,9 @@ def envelope(
             compile_portably()
         chosen, files = find_law_and_files(law) if ".py" in law else (law_named(law), [])
         check_threads(threads)
-        test = BiaxialCompression(confinement=max(pressures), speed=speed, maximum_strain=max_strain)
-        tests = {p: BiaxialCompression(confinement=p, speed=speed, maximum_strain=max_strain) for p in pressures}
+        loading = Adaptive() if speed is None else Constant(speed=speed)
+        test = BiaxialCompression(confinement=max(pressures), loading=loading, maximum_strain=max_strain)
+        tests = {p: BiaxialCompression(confinement=p, loading=loading, maximum_strain=max_strain) for p in pressures}
         if len(tests) < 2:
             raise ParameterError(f"--confinement = {confinement} is not allowed, it must name at least two")
         tessellators = {seed: Voronoi(grains=count if grains is None else grains, seed=seed) for seed in numbers}

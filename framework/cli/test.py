@@ -34,7 +34,7 @@ CONFIG = "config.toml"
     help=f"""Run a laboratory test of a rock specimen under a contact law, and report it.
 
 NAME is one of {", ".join(SETUPS)}. Every parameter can be given: in a TOML file with the sections [sample], [rock],
-[law], [test] and [numerics], or one by one, as in --set test.speed="20 mm/s" (docs/configuration.md). Others are
+[law], [test] and [numerics], or one by one, as in --set law.cohesion="30 MPa" (docs/configuration.md). Others are
 those of a published study.
 
 Writes report.html, summary.json, curves.csv, cracks.csv, grains.pvd and cracks.pvd for ParaView, run.json, the record

@@ -32,7 +32,7 @@ from grainlaw.contact import ContactLaw, memory_names
 
 __all__ = ["CompilationError", "Compiled", "compile_integrator", "compile_law"]
 
-ABI = 4  #: raise when components are compiled differently
+ABI = 5  #: raise when components are compiled differently
 
 
 class _Writer:
@@ -88,7 +88,8 @@ def _integrator_source(writer: _Writer) -> str:
 def inner({", ".join([*p, "time_step"])}, force, velocity, displacement, mass, free, imposed, loss):
     for c in range(force.shape[0]):
         before = velocity[c]
-        after, damping = step({writer.expression}, force[c], before, mass[c], time_step)
+        steady = free[c] * imposed[c]
+        after, damping = step({writer.expression}, force[c], before - steady, mass[c], time_step)
         after = free[c] * after + imposed[c]
         velocity[c] = after
         displacement[c] = move({writer.expression}, displacement[c], after, time_step)

@@ -10,6 +10,8 @@ import numpy as np
 from grainlaw.columns import ENERGIES, KINETIC, STORED, SUPPLIED
 from grainlaw.engine.state import State
 
+ROUNDING = 1e-9  #: of kinetic energy, and of gravity's work over the size of the specimen: no run is judged by less
+
 
 def energies(state: State) -> dict[str, float]:
     """J per metre of thickness by kind, at the moment of the last forces, of all parts.
@@ -17,7 +19,7 @@ def energies(state: State) -> dict[str, float]:
     Velocities are those half a step later: half a step of power is subtracted from their kinetic energy.
     """
     f, driven = state.freedoms.arrays, state.boundaries.driven.arrays
-    supplied = float(driven.reaction @ f.velocity[driven.row, driven.place])
+    supplied = float(np.sum(driven.reaction * f.velocity[driven.row, driven.place]))
     # The reaction of a drive cancels the other forces unless its velocity changes.
     power = float(np.sum(f.force * f.velocity)) + supplied
     half = 0.5 * state.time_step
@@ -25,10 +27,18 @@ def energies(state: State) -> dict[str, float]:
     for part in state.parts.values():
         for kind, energy in part.energy(state.time_step).items():
             total[kind] += energy
-    total["zones"] += float(state.zone_state()[1] @ state.zones.areas)
+    # No product of vectors, whose last digit depends on the processor: loadings go by these sums.
+    total["zones"] += float(np.sum(state.zone_state()[1] * state.zones.areas))
     total[SUPPLIED] -= half * supplied
     total[KINETIC] += state.kinetic_energy - half * power
     return total
+
+
+def least_work(state: State) -> float:
+    """J, by which a run is judged at least: all grains at the speed of the drives, or rounding of gravity's work."""
+    fastest = state.steady.pace * float(np.abs(state.boundaries.speeds).max(initial=0.0))
+    size, weight = float(np.hypot(*np.ptp(state.mesh.nodes, axis=0))), float(np.abs(state.gravity.arrays.weight).sum())
+    return max(0.5 * float(state.freedoms.arrays.mass[0].sum()) * fastest**2, ROUNDING * size * weight)
 
 
 def unbalanced(state: State) -> float:

@@ -49,7 +49,7 @@ class StableStep:
         self.look = LOOKS[0] if self._stiffening else LOOKS[1]  #: steps after which to ask ``has_changed``
         self.allowed = 1.0  #: highest closure stiffness, over kn, for which the present step is stable
         self.touching = self._touching or not _in_one_piece(state)  #: whether the step allows for contacts at the rim
-        matrix, mass = self._matrix(self.state.stiffness[0]), self._masses()
+        matrix, mass = self._matrix(self.state.stiffness[0], self._rim()), self._masses()
         self.frequency = highest_frequency(matrix, mass)  #: 1/s
         if mass_scaling > 1 and self.frequency > 0:
             alike = state.grains.alike(state.freedoms.arrays.mass.shape[1])
@@ -97,7 +97,7 @@ class StableStep:
         kn = self.state.stiffness[0]
         if self.allowed > 1:
             kn = np.maximum(kn, AHEAD * tangents)
-        self.frequency = highest_frequency(self._matrix(kn), self._masses())
+        self.frequency = highest_frequency(self._matrix(kn, self._rim()), self._masses())
         return True
 
     def _touch_ratio(self) -> float:
@@ -123,13 +123,17 @@ class StableStep:
             tangents[places] = group.tangent(closed, self.state.slip[places], memory, little)
         return tangents
 
-    def _matrix(self, kn: np.ndarray) -> csr_matrix:
-        """Stiffness over the freedoms, in the order of :meth:`Grains.flat`."""
+    def stiffness(self) -> csr_matrix:
+        """N/m over the freedoms, in the order of :meth:`Grains.flat`, of zones and bonds as the laws declare them."""
+        return self._matrix(self.state.stiffness[0], None)
+
+    def _matrix(self, kn: np.ndarray, rim: tuple[np.ndarray, float, float] | None) -> csr_matrix:
+        """Stiffness over the freedoms, in the order of :meth:`Grains.flat`, with contacts at the rim."""
         bonds, grains = self.state.bonds, self.state.grains
         rows = np.empty((2, 2, len(bonds)))
         for row, values in zip(rows, (kn, bonds.stiffness[1]), strict=True):
             row[:, bonds.order] = values.reshape(2, -1)
-        return grains.over_freedoms(stiffness_matrix(self.state.specimen, rows[0], rows[1], self._rim()))
+        return grains.over_freedoms(stiffness_matrix(self.state.specimen, rows[0], rows[1], rim))
 
     def _rim(self) -> tuple[np.ndarray, float, float] | None:
         """Edges that were never bonded, and the highest stiffness of the laws of their contacts."""

@@ -20,9 +20,9 @@ from grainlaw.engine.parts.freedoms import Nodes
 from grainlaw.engine.parts.gravity import Gravity
 from grainlaw.engine.parts.part import Part, Split
 from grainlaw.engine.parts.rigid_grains import RigidGrains
+from grainlaw.engine.parts.steady import Steady
 from grainlaw.engine.parts.zones import Zones
 from grainlaw.engine.step import Parts
-from grainlaw.integration import Motion
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
@@ -46,7 +46,7 @@ class State(metaclass=Checked):
         self.boundaries = Boundaries(self.grains, self.nodes, self.freedoms)
         self.gravity = Gravity(self.freedoms, self.grains.true_mass())
         self.contacts = Contacts(self.grains, laws, detection, self.bonds.ends)
-        self.clock, self.breaks = Clock(), Breaks(2 * len(self.bonds))
+        self.clock, self.breaks, self.steady = Clock(), Breaks(2 * len(self.bonds)), Steady(self.freedoms)
         self._zone_state: tuple[int, np.ndarray, np.ndarray] | None = None
         self._shared: tuple[int, list[Any], Parts] | None = None
         self.search(self.displacement_at_forces())
@@ -59,7 +59,7 @@ class State(metaclass=Checked):
             "drives": boundaries.driven, "pressures": boundaries.pressed, "platens": boundaries.platens,
             "boundaries": boundaries, "gravity": self.gravity, "nodes": self.nodes, "freedoms": self.freedoms,
             "grains": self.grains, "zones": self.zones, "bonds": self.bonds, "contacts": self.contacts,
-            "clock": self.clock, "breaks": self.breaks,
+            "clock": self.clock, "breaks": self.breaks, "steady": self.steady,
         }  # fmt: skip
 
     def shared(self, threads: int) -> Parts:
@@ -95,7 +95,7 @@ class State(metaclass=Checked):
         """Impose what a stage prescribes from now on; the work done so far stays in the ledger."""
         self.stage, self.began = stage.name, self.time
         self._new_weight = self.gravity.begin(stage.gravity, self.time_step)
-        self.boundaries.impose(stage.drives, stage.pressures, stage.fixed)
+        self.boundaries.impose(stage.imposed, stage.pressures, stage.fixed)
         self.give_velocity(stage.initial_velocity)
 
     def take_back_half_a_step_of_gravity(self) -> None:
@@ -110,11 +110,12 @@ class State(metaclass=Checked):
         """Add a velocity field (i, 2) m/s; rigid grains take its mean and spin, fixed grains nothing."""
         if velocity is None:
             return
-        before = self.freedoms.kinetic_energy
-        rows = self.grains.field(np.asarray(velocity, dtype=float).T, self.freedoms, self.positions)
-        self.freedoms.arrays.velocity[: len(rows)] += rows
-        self.boundaries.hold()
-        self.freedoms.books.given[0] += self.freedoms.kinetic_energy - before
+        self.change_velocity(self.grains.field(np.asarray(velocity, dtype=float).T, self.freedoms, self.positions))
+
+    def change_velocity(self, rows: np.ndarray) -> None:
+        """Add velocities (r, n) to the freedoms, and to platens with them; the energy is recorded."""
+        self.freedoms.change_velocity(rows, self.time_step)
+        self.boundaries.platens.follow(self.boundaries.driven, rows)
 
     # --- time --------------------------------------------------------------------------------------------------------
 
@@ -131,6 +132,11 @@ class State(metaclass=Checked):
     def next_times(self, count: int) -> np.ndarray:
         """(count,) s of the next steps."""
         return self.clock.next_times(count, self.time_step)
+
+    def change_time_step(self, time_step: float) -> None:
+        """Take another time step (s) while in motion; the energy is recorded."""
+        self.freedoms.change_time_step(self.time_step, time_step)
+        self.time_step = time_step
 
     def count_steps(self, steps: int, time: float) -> None:
         """Record steps that were done until ``time`` (s)."""
@@ -275,14 +281,6 @@ class State(metaclass=Checked):
     def search(self, before: np.ndarray) -> None:
         """Search neighbours; ``before`` (2, i) m is the displacement one step ago."""
         self.contacts.search(self.nodes.arrays.displacement, before)
-
-    def motion(self) -> Motion:
-        """Copies of what an integrator sees between bursts."""
-        return self.freedoms.motion()
-
-    def stop(self) -> None:
-        """Set the velocity of all free freedoms to zero."""
-        self.freedoms.stop()
 
     def start_from_rest(self, lost: np.ndarray) -> None:
         """Let the first step after ``stop`` begin from rest; see :meth:`Freedoms.start_from_rest`."""

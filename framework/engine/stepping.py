@@ -28,7 +28,7 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int = 1)
     """Do ``steps`` of the present stage. Raises :class:`OverlapError`."""
     numbers = np.append(integrator.numbers, state.time_step)
     times, done = state.next_times(steps), 0
-    schedule = state.boundaries.schedule(times - state.began)
+    schedule = state.boundaries.schedule(times - state.began, state.steady.pace)
     loops = integrator.loops or any(group.compiled.loops for group in (*state.bonds.groups, *state.contacts.groups))
     while True:
         parts = state.shared(threads)

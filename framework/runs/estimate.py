@@ -58,9 +58,19 @@ def check_memory(specimen: Specimen, frames: int) -> None:
         )  # fmt: skip
 
 
-def expected_steps(stages: Sequence[Stage], time_step: float) -> float:
-    """Steps of the stages whose length is known, if the specimen does not fail before their end."""
-    return sum(stage.expected * max(1.0, stage.interval / time_step) for stage in stages if stage.expected)
+def expected_steps(stages: Sequence[Stage], time_step: float, frequency: float) -> float:
+    """Steps of the stages whose length is known, if the specimen does not fail before their end.
+
+    ``frequency`` (1/s) is the lowest of the specimen, about.
+    """
+    return sum(max(stage.expected, _time(stage, frequency) / time_step) for stage in stages if stage.expected)
+
+
+def _time(stage: Stage, frequency: float) -> float:
+    """s"""
+    assert stage.expected is not None
+    span = stage.expected * stage.interval
+    return span if stage.loading is None else stage.loading.usual(span, frequency)
 
 
 def estimate(steps: float, zones: int, do: Callable[[int], None]) -> Estimate:
@@ -72,15 +82,19 @@ def estimate(steps: float, zones: int, do: Callable[[int], None]) -> Estimate:
     return Estimate(steps, steps * (time.perf_counter() - start) / count)
 
 
-def warn_if_long(found: Estimate, stages: Sequence[Stage], specimen: Specimen, time_step: float) -> None:
+def warn_if_long(
+    found: Estimate, stages: Sequence[Stage], specimen: Specimen, time_step: float, frequency: float
+) -> None:
     """Warn (:class:`CostWarning`) of a run above an hour, with what rules its length."""
     if found.seconds > LONG:
-        warnings.warn(f"the run takes {found}: {_ruled_by(stages, specimen, time_step)}", CostWarning, stacklevel=3)
+        warnings.warn(
+            f"the run takes {found}: {_ruled_by(stages, specimen, time_step, frequency)}", CostWarning, stacklevel=3
+        )
 
 
-def _ruled_by(stages: Sequence[Stage], specimen: Specimen, time_step: float) -> str:
+def _ruled_by(stages: Sequence[Stage], specimen: Specimen, time_step: float, frequency: float) -> str:
     duration, longest = max(
-        ((stage.expected * stage.interval, stage) for stage in stages if stage.expected), key=lambda pair: pair[0]
+        ((_time(stage, frequency), stage) for stage in stages if stage.expected), key=lambda pair: pair[0]
     )
     lengths = np.hypot(*specimen.mesh.interface_edges.T) if len(specimen.mesh.interfaces) else np.ones(1)
     if lengths.min() < SLIVER * lengths.mean():
@@ -89,8 +103,9 @@ def _ruled_by(stages: Sequence[Stage], specimen: Specimen, time_step: float) -> 
             f"its time step of {time_step:.2g} s is that of an edge of {lengths.min():.2g} m between the grains {a} "
             f"and {b} (their mean is {lengths.mean():.2g} m); merge short edges"
         )
-    drives = [drive for drive in longest.drives if isinstance(drive, Drive)]
+    drives = [drive for drive in longest.imposed if isinstance(drive, Drive)]
     ramp, speed = (max((abs(getattr(d, name)) for d in drives), default=0.0) for name in ("ramp", "speed"))
+    speed *= 1.0 if longest.loading is None else (longest.expected or 0) * longest.interval / duration
     if ramp > duration / 4:
         return f"the ramp of {ramp:.3g} s is long against the time step of {time_step:.2g} s"
     crossing = duration / time_step

@@ -14,7 +14,7 @@ from grainlaw.columns import ENERGY, SPENT, SUPPLIED
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.contact import Laws
 from grainlaw.engine.diagnosis import fastest, first_fault
-from grainlaw.engine.ledger import energies, motion, unbalanced
+from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbalanced
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, advance
@@ -27,12 +27,13 @@ from grainlaw.results.result import Result
 from grainlaw.runs.checkpoint import Checkpoint, Counters, Moment
 from grainlaw.runs.curve_table import CurveTable
 from grainlaw.runs.estimate import QUICK, estimate, expected_steps, warn_if_long
+from grainlaw.runs.loader import Loader
+from grainlaw.runs.plausibility import lowest_frequency
 from grainlaw.runs.run_folder import RunFolder
 from grainlaw.runs.stopping import Stop, Stopped
-from grainlaw.stage import Drive, Stage, StageError
+from grainlaw.stage import Stage, StageError
 
 CALL = 4_000_000  #: zones times steps of one call of the engine: some tenths of a second, the delay of Ctrl-C
-ROUNDING = 1e-9  #: of kinetic energy, and of gravity's work over the size of the specimen: no run is judged by less
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
 
@@ -63,6 +64,7 @@ class Execution:
         self.compiled: tuple[Integrator, Compiled] | None = None  #: the integrator of the last steps
         self.most_steps = max(1, CALL // len(state.mesh.zones))
         self.stability = StableStep(state, scaling)
+        self.loader = Loader(state, self.stability)
         self.goes_on = False  #: in a stage that began before a checkpoint
 
     # --- stages ------------------------------------------------------------------------------------------------------
@@ -88,7 +90,7 @@ class Execution:
         self.goes_on = False
         while self.columns.count - self.at.first_sample < stage.sample_limit:
             moment = self.moment()
-            steps = max(1, round(stage.interval / state.time_step))
+            steps, began = self.loader.steps(stage), state.time
             start = time.perf_counter()
             try:
                 self._advance(stage, steps)
@@ -100,9 +102,15 @@ class Execution:
             with np.errstate(all="ignore"):  # the check finds numbers that are not finite
                 found = energies(state)
             self._check(found, moment, stage, steps)
+            if not self.loader.accepts(stage, found, began):
+                self._return_to(moment)
+                self.loader.repeat(stage)
+                continue
             self._record(found)
+            self.loader.go_on(stage)
             if self._observe(stage) >= 1:
-                self._end_stage()
+                self.at.finished = self.at.stage == len(self.stages) - 1
+                self.at.stage += not self.at.finished
                 return
             if self.folder is not None and self.folder.checkpoint_is_due():
                 self._save(self.moment())
@@ -113,24 +121,23 @@ class Execution:
     def _begin(self, stage: Stage) -> None:
         state, at = self.state, self.at
         state.begin(stage)
-        fastest = max((abs(drive.speed) for drive in stage.drives if isinstance(drive, Drive)), default=0.0)
-        size = float(np.hypot(*np.ptp(state.mesh.nodes, axis=0)))
-        rounding = ROUNDING * size * float(np.abs(state.gravity.arrays.weight).sum())
-        at.supplied = max(at.supplied, 0.5 * float(state.freedoms.arrays.mass[0].sum()) * fastest**2, rounding)
         self.integrator, self.before = stage.integrator, None
-        state.time_step = self._time_step(stage)
+        state.change_time_step(self._time_step(stage))
+        self.loader.begin(stage)
+        at.supplied = max(at.supplied, least_work(state))
         state.take_back_half_a_step_of_gravity()
         at.first_sample, at.first_step, at.next_adapt, at.halts = self.columns.count, state.steps, 0, 0
 
     def _estimate(self) -> None:
         """Warn of a run that takes long, before it begins: from a probe whose steps are taken back."""
         state = self.state
-        steps = expected_steps(self.stages, state.time_step)
+        frequency = lowest_frequency(state.specimen, self.law)
+        steps = expected_steps(self.stages, state.time_step, frequency)
         if steps * len(state.mesh.zones) > QUICK:
             saved = state.save()
             found = estimate(steps, len(state.mesh.zones), self._steps)
             state.restore(saved)
-            warn_if_long(found, self.stages, state.specimen, state.time_step)
+            warn_if_long(found, self.stages, state.specimen, state.time_step, frequency)
 
     def _observe(self, stage: Stage) -> float:
         """Show the sample to all observers; returns the share of the stage that is done."""
@@ -146,12 +153,6 @@ class Execution:
                 self.folder.summarize(self._summary_so_far(), "running")
         return progress
 
-    def _end_stage(self) -> None:
-        if self.at.stage == len(self.stages) - 1:
-            self.at.finished = True
-        else:
-            self.at.stage += 1
-
     def _time_step(self, stage: Stage) -> float:
         step = self.factor * self.stability.step(self.integrator)
         return step if math.isfinite(step) else stage.interval
@@ -164,26 +165,30 @@ class Execution:
             self.stop.check()
             since = state.steps - at.first_step
             if since and since % look == 0 and self.stability.has_changed():
-                state.time_step = self._time_step(stage)
+                state.change_time_step(self._time_step(stage))
             burst = self.integrator.burst
             if burst and since >= at.next_adapt:
-                now = state.motion()
+                now = state.freedoms.motion()
                 (self.integrator, halt), self.before = self.integrator.adapt(now, self.before), now
                 # With bursts of equal length a mode of that period would be seen at rest every time.
                 at.next_adapt = since + burst + at.halts % burst // 2
                 if halt:
                     at.halts += 1
                     self.before = attrs.evolve(now, velocity=np.zeros_like(now.velocity))
-                    state.stop()
+                    state.freedoms.stop()
                     self._steps(1)
                     state.start_from_rest(now.velocity)
                     continue
-            pause = at.next_adapt - since if self.integrator.burst else look
+            pause = at.next_adapt - since if burst else look
             self._steps(min(pause, look - since % look, self.most_steps, end - state.steps))
 
     def _steps(self, steps: int) -> None:
         if self.compiled is None or self.compiled[0] is not self.integrator:
             self.compiled = self.integrator, compile_integrator(self.integrator)
+        if steps and self.state.freedoms.lags:
+            advance(self.state, self.compiled[1], 1, threads=self.threads)
+            self.state.freedoms.catch_up()
+            steps -= 1
         advance(self.state, self.compiled[1], steps, threads=self.threads)
 
     def _record(self, energies: dict[str, float]) -> None:
@@ -191,6 +196,8 @@ class Execution:
         state.note_breaks()
         row = {"time": state.time, "step": state.steps, "stage": self.at.stage, **self.protocol.measure(state)}
         row |= {
+            "loading_speed": state.steady.pace,
+            "vibration": state.steady.vibration(),
             "tensile_cracks": int(np.sum(state.broken_mode < 0.5)),
             "shear_cracks": int(np.sum(state.broken_mode >= 0.5)),
             "damaged": int(np.count_nonzero(state.memory("damage") > 0)),
@@ -209,7 +216,7 @@ class Execution:
         numbers = attrs.asdict(self.at) | {
             "time_step": state.time_step, "began": state.began, "samples": self.columns.count,
             "frames": len(self.recorder.frames), "allowed": stability.allowed, "touching": stability.touching,
-            "frequency": stability.frequency,
+            "frequency": stability.frequency, "loader": self.loader.save(),
             "clock": {name: row.tolist() for name, row in self.recorder.clock.save().items()},
         }  # fmt: skip
         return Moment(state.save(), self.integrator, self.before, numbers)
@@ -231,6 +238,7 @@ class Execution:
         for name in ("allowed", "touching", "frequency"):
             setattr(self.stability, name, numbers[name])
         self._return_to(found.moment(stage.integrator))
+        self.loader.restore(numbers["loader"])
         self.columns.fill(found.curves)
         names = [name for name, _ in found.observers]
         if names != [type(observer).__name__ for observer in self.observers]:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from grainlaw.contact import ContactLaw, Laws
+from grainlaw.loading import Constant
 from grainlaw.parameter import UnitWarning
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Drive, Stage
@@ -32,6 +33,11 @@ def scales(specimen: Specimen, law: Laws) -> tuple[float, float, float]:
         softness += 1 / float(np.median(specimen.zone_constants[0]))
     density = float(specimen.node_masses.sum() / specimen.grains.areas.sum())
     return 1 / softness, math.sqrt(1 / (softness * density)), size
+
+
+def lowest_frequency(specimen: Specimen, law: Laws) -> float:
+    """1/s, about: of waves along the longer side, one end held."""
+    return math.pi / 2 * scales(specimen, law)[1] / float(np.max(np.ptp(specimen.mesh.nodes, axis=0)))
 
 
 def _each(law: Laws) -> Sequence[ContactLaw]:
@@ -60,13 +66,15 @@ def _contacts(specimen: Specimen, law: Laws) -> Iterator[str]:
 
 
 def _speeds(specimen: Specimen, law: Laws, stages: Sequence[Stage]) -> Iterator[str]:
-    drives = [drive for stage in stages for drive in stage.drives if isinstance(drive, Drive)]
-    fastest = max(drives, key=lambda drive: abs(drive.speed), default=None)
-    if fastest is None:
-        return
+    speeds = {
+        drive.boundary: abs(drive.speed) * (1.0 if stage.loading is None else stage.loading.speed)
+        for stage in stages for drive in stage.drives
+        if isinstance(drive, Drive) and isinstance(stage.loading, Constant | None)
+    }  # fmt: skip
+    boundary = max(speeds, key=lambda name: speeds[name], default="")
     usual = SPEED * scales(specimen, law)[1]
-    if abs(fastest.speed) > usual:
+    if speeds and speeds[boundary] > usual:
         yield (
-            f"the boundary {fastest.boundary} moves at {abs(fastest.speed):.4g} m/s, which is unusual: at most "
+            f"the boundary {boundary} moves at {speeds[boundary]:.4g} m/s, which is unusual: at most "
             f"{usual:.2g} m/s, {SPEED:.0%} of the speed of waves in this specimen, or it is not loaded as a whole"
         )

@@ -33,7 +33,8 @@ RIGHT = {
     "law.kn": ('"105 TPa/m"',), "law.ks": ("9e13",), "law.tensile_strength": ('"13 MPa"',),
     "law.cohesion": ('"29 MPa"',), "law.friction_angle": ("54",), "law.softening": ('"exponential"', "hordijk"),
     "law.closure": ('{type = "bandis", maximum_closure = "5 um"}',), "law.mode_i_energy": ("150",),
-    "test.speed": ('"0.2 m/s"', "1"), "test.ramp": ('"0.1 ms"', "0"), "test.platens": ('"rough"',),
+    "test.loading": ('{type = "constant", speed = "0.2 m/s"}', '{type = "adaptive", rate = 0.01}'),
+    "test.platens": ('"rough"',),
     "test.maximum_strain": ("1e-4",), "test.samples": ("10",), "test.stop_fraction": ("0.5",),
     "test.integrator": (
         '{type = "central-difference", damping = {type = "local", fraction = 0.7}}', '"dynamic-relaxation"'),

@@ -74,7 +74,7 @@ REFUSED = {
     "region: 1e14 m": lambda: rectangle(1e14, 1e14),
     "region: thin": lambda: rectangle(1e-9, 0.05),
     "relaxation for ever": lambda: Voronoi(grains=5, relaxation=10**9),
-    "test.speed=[1,2]": tried("test.speed=[1,2]"),
+    "test.samples=[1,2]": tried("test.samples=[1,2]"),
     "rock.density=[]": tried("rock.density=[]"),
     "sample.width=1e-9": tried("sample.width=1e-9"),
     "sample.width=1e14": tried("sample.width=1e14"),

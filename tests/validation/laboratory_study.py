@@ -46,7 +46,7 @@ def specimen(test, seed):
 def tested(test, laws, seeds, scattered):
     """Results by law, seed and factor of the speed, with a row of the table for each."""
     samples = {seed: specimen(test, seed) for seed in seeds}
-    slow = attrs.evolve(TESTS[test], speed=TESTS[test].speed / 2)
+    slow = attrs.evolve(TESTS[test], loading=gl.Adaptive(rate=TESTS[test].loading.rate / 2))
     runs = {}
     for name in laws:
         for seed, sample in samples.items():

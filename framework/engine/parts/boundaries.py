@@ -70,15 +70,29 @@ class Boundaries(Part):
     def energy(self, time_step: float) -> dict[str, float]:
         return {"external": float(self.books.done[0])}
 
-    def schedule(self, times: np.ndarray) -> np.ndarray:
-        """(t, columns) at times (s) of the stage: drives, a column of zeros (rotations and fixed grains), pressures."""
+    def schedule(self, times: np.ndarray, pace: float) -> np.ndarray:
+        """(t, columns) at times (s) of the stage: drives, a column of zeros (rotations and fixed grains), pressures.
+
+        The speeds of the drives are multiplied by ``pace``.
+        """
         table = np.zeros((len(times), len(self.drives) + 1 + len(self.pressures)))
         for column, drive in enumerate(self.drives):
-            length = self._mesh.boundary_lengths[drive.boundary] if isinstance(drive, Hold) else 1.0
-            table[:, column] = drive.course(times) * length
+            factor = self._mesh.boundary_lengths[drive.boundary] if isinstance(drive, Hold) else pace
+            table[:, column] = drive.course(times) * factor
         for column, pressure in enumerate(self.pressures, len(self.drives) + 1):
             table[:, column] = pressure.course(times)
         return table
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """(d,) m/s of the drives at a pace of 1; 0 of boundaries under a force."""
+        return np.array([drive.speed if isinstance(drive, Drive) else 0.0 for drive in self.drives])
+
+    def largest_load(self) -> float:
+        """N per metre: the largest force of one drive, mean over the steps since the last sample."""
+        driven, steps = self.driven.arrays, max(int(self.books.samples[0]), 1)
+        loads = np.bincount(driven.column, driven.total, len(self.drives) + 1)
+        return float(np.abs(loads).max()) / steps
 
     def reaction(self, boundary: str) -> np.ndarray:
         """(2,) N per metre, reaction of the drives of a boundary, mean over the steps since the last sample."""

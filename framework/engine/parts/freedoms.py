@@ -48,7 +48,7 @@ class FreedomArrays(NamedTuple):
     displacement: Changing  #: (r, n) m, or rad
     mass: Constant  #: (r, n) kg, or kg m2
     free: Constant  #: (r, n) 1, or 0 where the velocity is imposed
-    imposed: Changing  #: (r, n) velocity of driven freedoms
+    imposed: Changing  #: (r, n) m/s: velocity of driven freedoms; of others that of the steady motion
     loss: Changing  #: (r, n) J, dissipated by damping
     share: Scratch
 
@@ -58,6 +58,8 @@ class FreedomBooks(NamedTuple):
 
     given: Changing  #: (1,) J, kinetic energy added when stages begin
     halted: Changing  #: (1,) J, kinetic energy removed by halts
+    lag: Changing  #: (r, n) m, on which the next forces do work that the ledger lacks
+    lags: Changing  #: (1,) whether there is any
 
 
 @njit(**OPTIONS)
@@ -88,7 +90,7 @@ class Freedoms(Part):
         self.arrays = FreedomArrays(
             force, zeros.copy(), displacement, mass, ones, zeros.copy(), zeros.copy(), np.zeros(2, dtype=np.int64)
         )
-        self.books = FreedomBooks(np.zeros(1), np.zeros(1))
+        self.books = FreedomBooks(np.zeros(1), np.zeros(1), zeros.copy(), np.zeros(1, dtype=np.int64))
 
     def share(self, split: Split) -> np.ndarray:
         return self._bounds(split)
@@ -117,6 +119,35 @@ class Freedoms(Part):
     def stop(self) -> None:
         """Set the velocity of all free freedoms to zero."""
         self.arrays.velocity[self.arrays.free > 0] = 0.0
+
+    def change_velocity(self, change: np.ndarray, time_step: float) -> None:
+        """Add ``change`` (r, n) m/s to the velocity between two steps; record the energy.
+
+        The ledger takes the power of the next forces with the new velocity, while nodes have come to where these forces
+        act with the old one. It lacks the work of these forces on the difference, half a step of ``change``.
+        """
+        before = self.kinetic_energy
+        self.arrays.velocity[:] += change
+        self.books.given[0] += self.kinetic_energy - before
+        self._lag(0.5 * time_step * change)
+
+    def change_time_step(self, before: float, after: float) -> None:
+        """Record, in the same way, that the velocity has moved the nodes for a time step (s) other than the next."""
+        self._lag(0.5 * (after - before) * self.arrays.velocity)
+
+    def _lag(self, way: np.ndarray) -> None:
+        self.books.lag[:] += way
+        self.books.lags[0] = 1
+
+    @property
+    def lags(self) -> bool:
+        """Whether the ledger lacks the work of the next forces on a way."""
+        return bool(self.books.lags[0])
+
+    def catch_up(self) -> None:
+        """After one step: record the work of its forces on the way that was lacking."""
+        self.books.given[0] += float(np.sum(self.arrays.force * self.books.lag))
+        self.books.lag[:], self.books.lags[0] = 0.0, 0
 
     def start_from_rest(self, lost: np.ndarray, time_step: float) -> None:
         """Let the first step after ``stop`` begin from rest; record the energy of the velocity (r, n) that was lost.

@@ -64,6 +64,7 @@ class Platens(Part):
     """The platens of a stage, each with the mass and the momentum of the freedoms on its boundary."""
 
     def __init__(self, specimen: Specimen, drives: Sequence[Drive | Hold], driven: Drives, freedoms: Freedoms) -> None:
+        self._freedoms = freedoms
         holds = [(column, drive) for column, drive in enumerate(drives) if isinstance(drive, Hold)]
         lengths, f = specimen.mesh.boundary_lengths, freedoms.arrays
         rows = {name: np.zeros((1, len(holds))) for name in MOTION}
@@ -79,6 +80,14 @@ class Platens(Part):
             **rows,
             share=np.zeros(2, dtype=np.int64),
         )
+
+    def follow(self, driven: Drives, change: np.ndarray) -> None:
+        """Add to each platen's velocity the mean of what was added to its freedoms, ``change`` (r, n) m/s."""
+        at, mass = driven.arrays, self._freedoms.arrays.mass
+        for k, column in enumerate(self.arrays.column.tolist()):
+            mine = at.column == column
+            place = at.row[mine], at.place[mine]
+            self.arrays.velocity[0, k] += np.average(change[place], weights=mass[place])
 
     def __len__(self) -> int:
         return len(self.arrays.column)

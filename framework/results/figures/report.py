@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 #: the most that a certificate may be, and what to do if it is more (docs/theory.md, Measures)
 LIMITS = {
-    "kinetic_ratio": (0.01, "the test was not quasi-static: load more slowly, or let the speed rise over a ramp"),
-    "platen_imbalance": (0.02, "waves ran through the specimen: load more slowly, or let the speed rise over a ramp"),
+    "kinetic_ratio": (0.01, "the test was not quasi-static: load more slowly, with a lower rate or speed"),
+    "platen_imbalance": (0.02, "waves ran through the specimen: load more slowly, with a lower rate or speed"),
     "energy_error": (0.005, "the time steps were too long: lower the time_step_factor"),
     "energy_made": (1e-4, "intact contacts made energy: the law may flutter, and the strength depend on the damping"),
 }

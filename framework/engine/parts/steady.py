@@ -1,0 +1,72 @@
+"""The steady motion of a stage: the velocities that go with its drives. What moves beside it is vibration."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from grainlaw.engine.parts.drives import Drives
+from grainlaw.engine.parts.freedoms import Freedoms
+from grainlaw.engine.parts.part import Changing, Part
+
+
+class SteadyBooks(NamedTuple):
+    """Rows (r) of freedoms (n)."""
+
+    field: Changing  #: (r, n) m/s where the drives move at the speeds of the stage, times a pace of 1
+    pace: Changing  #: (1,) by which they are multiplied
+    rise: Changing  #: (1,) share of the pace, below 1 while a speed rises
+    mark: Changing  #: (r, n) m, displacement from which the mean motion counts
+    since: Changing  #: (1,) s, when that was
+
+
+class Steady(Part):
+    """The steady motion: at first that of the static solution, then the mean of the motion over some time."""
+
+    def __init__(self, freedoms: Freedoms) -> None:
+        self._freedoms = freedoms
+        zeros = np.zeros_like(freedoms.arrays.mass)
+        self.books = SteadyBooks(zeros, np.ones(1), np.ones(1), zeros.copy(), np.zeros(1))
+
+    @property
+    def pace(self) -> float:
+        """By which the speeds of all drives are multiplied."""
+        return float(self.books.pace[0])
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """(r, n) m/s."""
+        return self.pace * self.books.rise[0] * self.books.field
+
+    def begin(self, field: np.ndarray, pace: float, time: float) -> None:
+        """A field (r, n) m/s, of another stage."""
+        self.books.field[:], self.books.pace[0], self.books.rise[0] = field, pace, 1.0
+        self._mark(time)
+
+    def _mark(self, time: float) -> None:
+        self.books.mark[:], self.books.since[0] = self._freedoms.arrays.displacement, time
+
+    def follow(self, driven: Drives, speeds: np.ndarray, time: float, least: float) -> None:
+        """If ``least`` (s) have passed, take the mean motion of this time for the steady motion.
+
+        ``speeds`` (d,) m/s are those of the drives; the mean is divided by how far they have moved.
+        """
+        if time - self.books.since[0] < least:
+            return
+        moved, at = self._freedoms.arrays.displacement - self.books.mark, driven.arrays
+        wanted = np.append(speeds, 0.0)[at.column]
+        travel = float(np.sum(moved[at.row, at.place] * wanted) / np.sum(wanted**2))
+        if travel > 0:
+            self.books.field[:] = moved / travel
+        self._mark(time)
+
+    def damp_beside(self, beside: bool) -> None:
+        """Let damping see velocities beside the steady motion, or, if not ``beside``, all of them."""
+        f = self._freedoms.arrays
+        f.imposed[:] = np.where(f.free > 0, beside * self.velocity, f.imposed)
+
+    def vibration(self) -> float:
+        """J, kinetic energy of the motion beside the steady motion."""
+        f = self._freedoms.arrays
+        return float(0.5 * np.sum(f.mass * (f.velocity - self.velocity) ** 2))
