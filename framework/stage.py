@@ -202,7 +202,3 @@ class Stage(metaclass=Checked):
         """The drives, with the ramp of the loading."""
         ramp = 0.0 if self.loading is None else self.loading.ramp
         return [attrs.evolve(drive, ramp=ramp) if ramp and isinstance(drive, Drive) else drive for drive in self.drives]
-
-    def rise(self, time: float) -> float:
-        """Share of its speed that a loading with a ramp has at a time (s) since the stage began."""
-        return float(_rise(np.array([time]), 0.0 if self.loading is None else self.loading.ramp, 0.0, 1.0)[0])

@@ -164,8 +164,10 @@ class Execution:
         while state.steps < end:
             self.stop.check()
             since = state.steps - at.first_step
-            if since and since % look == 0 and self.stability.has_changed():
-                state.change_time_step(self._time_step(stage))
+            if since % look == 0:
+                self.loader.look(stage)
+                if since and self.stability.has_changed():
+                    state.change_time_step(self._time_step(stage))
             burst = self.integrator.burst
             if burst and since >= at.next_adapt:
                 now = state.freedoms.motion()

@@ -54,7 +54,7 @@ class Loader:
         if stage.loading is not None:
             field, pace = self._static(stage), 0.0
             pace = stage.loading.first(self._pace())
-        state.steady.begin(field, pace, state.time)
+        state.steady.begin(field, pace, state.time, rises=stage.loading is not None and stage.loading.ramp > 0)
         self._change(stage, before)
 
     def _static(self, stage: Stage) -> np.ndarray:
@@ -98,9 +98,22 @@ class Loader:
         if stage.loading is None:
             return
         self._seen = self._new
-        state, period = self._state, 2 * math.pi / self._seen.frequency
-        state.steady.follow(state.boundaries.driven, state.boundaries.speeds, state.time, period)
         self._take(stage)
+
+    def look(self, stage: Stage) -> None:
+        """Let the steady motion follow the mean motion; asked at steps that do not depend on samples.
+
+        While a speed rises over a ramp, nothing is steady: all motion is damped.
+        """
+        if stage.loading is None:
+            return
+        state, steady = self._state, self._state.steady
+        if steady.rises:
+            steady.rise(state.time, done=state.time - state.began >= stage.loading.ramp)
+        else:
+            period = 2 * math.pi / self._seen.frequency
+            steady.follow(state.boundaries.driven, state.boundaries.speeds, state.time, period)
+        self._damp(stage)
 
     def _take(self, stage: Stage) -> None:
         before = self._state.steady.velocity
@@ -108,17 +121,14 @@ class Loader:
         self._change(stage, before)
 
     def _change(self, stage: Stage, before: np.ndarray) -> None:
-        """Replace the steady motion ``before`` (r, n) by the present one: vibration stays, and no wave starts.
-
-        While a speed rises over a ramp, the steady motion is that of the middle of the next sample, and forces make it.
-        """
-        state, steady = self._state, self._state.steady
-        if stage.loading is not None and stage.loading.ramp > 0:
-            steady.books.rise[0] = stage.rise(state.time - state.began + stage.interval / steady.pace / 2)
-        elif (change := steady.velocity - before).any():
-            state.change_velocity(change)
-        steady.damp_beside(stage.integrator.beside_loading)
+        """Replace the steady motion ``before`` (r, n) by the present one: vibration stays, and no wave starts."""
+        if (change := self._state.steady.velocity - before).any():
+            self._state.change_velocity(change)
+        self._damp(stage)
         self._seen = attrs.evolve(self._seen, momentum=self._momentum())
+
+    def _damp(self, stage: Stage) -> None:
+        self._state.steady.damp_beside(stage.integrator.beside_loading)
 
     # --- what a loading sees ----------------------------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ class SteadyBooks(NamedTuple):
 
     field: Changing  #: (r, n) m/s where the drives move at the speeds of the stage, times a pace of 1
     pace: Changing  #: (1,) by which they are multiplied
-    rise: Changing  #: (1,) share of the pace, below 1 while a speed rises
+    share: Changing  #: (1,) of it that counts: 0 while a speed rises, then 1
     mark: Changing  #: (r, n) m, displacement from which the mean motion counts
     since: Changing  #: (1,) s, when that was
 
@@ -37,11 +37,21 @@ class Steady(Part):
     @property
     def velocity(self) -> np.ndarray:
         """(r, n) m/s."""
-        return self.pace * self.books.rise[0] * self.books.field
+        return self.pace * self.books.share[0] * self.books.field
 
-    def begin(self, field: np.ndarray, pace: float, time: float) -> None:
-        """A field (r, n) m/s, of another stage."""
-        self.books.field[:], self.books.pace[0], self.books.rise[0] = field, pace, 1.0
+    def begin(self, field: np.ndarray, pace: float, time: float, *, rises: bool) -> None:
+        """A field (r, n) m/s, of another stage, which counts when its speed no longer ``rises``."""
+        self.books.field[:], self.books.pace[0] = field, pace
+        self.rise(time, done=not rises)
+
+    @property
+    def rises(self) -> bool:
+        """Whether the speed rises, so that nothing is steady."""
+        return self.books.share[0] == 0
+
+    def rise(self, time: float, *, done: bool) -> None:
+        """Go on to rise, or end to do so at a time (s)."""
+        self.books.share[0] = done
         self._mark(time)
 
     def _mark(self, time: float) -> None:
