@@ -16,6 +16,7 @@ from support import STRONG, small_sample
 from test_restart import same
 
 import grainlaw as gl
+from grainlaw.cli.running import finished
 from grainlaw.laws import CohesiveCrack
 from grainlaw.protocols import UniaxialTension
 from grainlaw.results import files
@@ -157,6 +158,16 @@ def test_a_folder_that_holds_no_run_is_left_alone(tmp_path):
     assert (tmp_path / "curves.csv").read_text() == "mine"
 
 
+def test_copies_of_law_files_are_removed_with_the_folders_of_their_helpers(tmp_path):
+    (tmp_path / "run.json").write_text("{}")
+    for place in ("law.py", "helpers/curve.py", "helpers/deep/table.py"):
+        file = tmp_path / "law_files" / place
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
+    clear(tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_only_a_restart_needs_is_removed(tmp_path):
     gl.simulate(**RUN, checkpoint=tmp_path)
     assert (tmp_path / "frames").is_dir()
@@ -164,6 +175,17 @@ def test_what_only_a_restart_needs_is_removed(tmp_path):
     assert {file.name for file in tmp_path.iterdir()} == {
         "run.json", "summary.json", "curves.csv", "cracks.csv", ".grainlaw.lock",
     }  # fmt: skip
+
+
+def test_a_folder_of_the_users_own_is_not_tidied(tmp_path):
+    (tmp_path / "run.json").write_text("{}")
+    for folder in ("law", "mine"):
+        (tmp_path / folder / "frames").mkdir(parents=True)
+        (tmp_path / folder / "frames" / "0000.npz").touch()
+    (tmp_path / "law" / "run.json").write_text("{}")
+    finished(Claim(tmp_path))
+    assert not (tmp_path / "law" / "frames").exists()
+    assert (tmp_path / "mine" / "frames" / "0000.npz").exists()
 
 
 def test_names_that_would_share_a_folder_are_refused(tmp_path):

@@ -75,8 +75,7 @@ def writing_to(out: Path, restart: bool, overwrite: bool, about: Mapping[str, An
 def finished(claim: Claim) -> None:
     """Remove what only a restart needs, and say what is there."""
     for folder in (claim.path, *claim.path.iterdir()):
-        if folder.is_dir():
-            tidy(folder)
+        tidy(folder)
     click.echo(f"\n{contents(claim.path)}")
 
 
