@@ -69,10 +69,12 @@ class Execution:
 
     def go(self) -> Result:
         """Run to the end. Errors hold the result so far in ``result``."""
+        had_finished = self.at.finished
         try:
             while not self.at.finished:
                 self._run_stage()
-            self._save(self.moment())
+            if self.folder is not None and not had_finished:
+                self._save(self.moment())
         except (StageError, InstabilityError, Stopped) as error:
             error.result = self._result()
             raise
