@@ -185,7 +185,8 @@ class Execution:
 
     def _steps(self, steps: int) -> None:
         if self.compiled is None or self.compiled[0] is not self.integrator:
-            self.compiled = self.integrator, compile_integrator(self.integrator)
+            before = None if self.compiled is None else self.compiled[1]
+            self.compiled = self.integrator, compile_integrator(self.integrator, before)
         advance(self.state, self.compiled[1], steps, threads=self.threads)
 
     def _record(self, energies: dict[str, float]) -> None:
