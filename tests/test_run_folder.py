@@ -2,6 +2,7 @@
 
 import csv
 import json
+import linecache
 import multiprocessing
 import os
 import resource
@@ -24,6 +25,7 @@ from grainlaw.results.files import OutputWarning
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs import run_folder
 from grainlaw.runs.claim import Claim, claimed, clear, tidy
+from grainlaw.runs.record import own_sources
 
 WEAK = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
 PULL = UniaxialTension(speed=0.3, maximum_strain=5e-4, samples=25, stop_fraction=0)
@@ -109,6 +111,18 @@ def test_the_key_follows_what_decides_the_results_and_nothing_else(tmp_path):
         key(specimen=small_sample(material=gl.Rigid(density=3100))), key(integrator=gl.CentralDifference(safety=0.5)),
     ]  # fmt: skip
     assert len({first, *others}) == len(others) + 1
+
+
+def test_a_component_whose_file_is_no_python_any_more_has_no_source(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("import attrs\n\n\n@attrs.frozen\nclass Mine:\n    def size(self):\n        return 1\n")
+    scope = {"__name__": "mine"}
+    exec(compile(file.read_text(), str(file), "exec"), scope)
+    source = own_sources(scope["Mine"]())["Mine"]["source"]
+    assert source.startswith("@attrs.frozen\nclass Mine:")
+    file.write_text("class Mine: def\n")
+    linecache.clearcache()
+    assert own_sources(scope["Mine"]())["Mine"]["source"] == ""
 
 
 # --- whose folder it is ----------------------------------------------------------------------------------------------
