@@ -86,7 +86,7 @@ def claimed(
             clear(path)
         elif (path / RUN).exists() and not restart:
             raise ParameterError(
-                f"the folder '{path}' holds a run ({described(path)}): choose another folder, go on with that run "
+                f"the folder '{path}' holds a run ({_run_of(path)}): choose another folder, go on with that run "
                 "(--restart), or replace it (--overwrite)"
             )
         yield Claim(path, restart, dict(about or {}))
@@ -120,7 +120,7 @@ def _remove(folder: Path, patterns: Iterable[str]) -> None:
                 found.rmdir()
 
 
-def described(folder: Path) -> str:
+def _run_of(folder: Path) -> str:
     """What the record of a folder says about its run, in some words."""
     try:
         record = json.loads((folder / RUN).read_text(encoding="utf-8"))
