@@ -8,17 +8,18 @@ import click
 
 from grainlaw.cli.running import (
     ProgressBar,
-    check_threads,
     finished,
     folder_options,
     portable_option,
     progress_bars,
     refusing,
     tell_certificate,
+    threads_option,
     writing_to,
 )
 from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
 from grainlaw.compiler.cache import is_portable
+from grainlaw.engine.thread_count import Threads
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.results.vtk import VtkWriter
@@ -37,12 +38,12 @@ COMPARED = "linear,mohr-coulomb,cohesive-crack"
 @click.option("--speed", type=float, default=0.05, show_default=True, help="Platen speed in m/s.")
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @folder_options
-@click.option("--threads", type=int, help="Models (and threads in a model) at a time.  [default: all cores]")
+@threads_option("Models (and threads in a model) at a time.")
 @portable_option
 @click.option("--quick", is_flag=True, help=f"A small specimen, seconds: {QUICK[2]} grains in 20 x 50 mm.")
 def compare(
     *, grains: int | None, seed: int, laws: str, speed: float, max_strain: float, out: Path, restart: bool,
-    overwrite: bool, threads: int | None, quick: bool,
+    overwrite: bool, threads: Threads, quick: bool,
 ) -> None:  # fmt: skip
     """Compress one rock specimen to failure under several contact laws, and compare them.
 
@@ -54,7 +55,6 @@ def compare(
     with refusing():
         names = list(dict.fromkeys(name.strip() for name in laws.split(",")))
         chosen = {name: law_named(name) for name in names}
-        check_threads(threads)
         test = UniaxialCompression(speed=speed, maximum_strain=max_strain)
         tessellator = Voronoi(grains=count if grains is None else grains, seed=seed)
         specimen = Specimen(tessellator.tessellate(rectangle(width, height)), ROCK)

@@ -11,17 +11,18 @@ from grainlaw.cli.law_copy import copied
 from grainlaw.cli.law_file import find_law_and_files
 from grainlaw.cli.running import (
     ProgressBar,
-    check_threads,
     finished,
     folder_options,
     portable_option,
     progress_bars,
     refusing,
     tell_certificate,
+    threads_option,
     writing_to,
 )
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
 from grainlaw.compiler.cache import is_portable
+from grainlaw.engine.thread_count import Threads
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import BiaxialCompression
@@ -39,12 +40,12 @@ from grainlaw.units import MPa
 @click.option("--speed", type=float, default=0.05, show_default=True, help="Platen speed in m/s.")
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @folder_options
-@click.option("--threads", type=int, help="Tests (and threads in a test) at a time.  [default: all cores]")
+@threads_option("Tests (and threads in a test) at a time.")
 @portable_option
 @click.option("--quick", is_flag=True, help=f"A small specimen: {QUICK[2]} grains in 20 x 50 mm.")
 def envelope(
     *, law: str, confinement: str, seeds: str, grains: int | None, speed: float, max_strain: float, out: Path,
-    restart: bool, overwrite: bool, threads: int | None, quick: bool,
+    restart: bool, overwrite: bool, threads: Threads, quick: bool,
 ) -> None:  # fmt: skip
     """Compress a rock specimen under several confinements, and fit Mohr-Coulomb and Hoek-Brown to the peaks.
 
@@ -56,7 +57,6 @@ def envelope(
     numbers = _seeds(seeds)
     with refusing():
         chosen, files = find_law_and_files(law) if ".py" in law else (law_named(law), [])
-        check_threads(threads)
         test = BiaxialCompression(confinement=max(pressures), speed=speed, maximum_strain=max_strain)
         tests = {p: BiaxialCompression(confinement=p, speed=speed, maximum_strain=max_strain) for p in pressures}
         if len(tests) < 2:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,12 +23,12 @@ from grainlaw.compiler.batch import CompilationError
 from grainlaw.compiler.cache import compile_portably
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
+from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.results.result import Result
 from grainlaw.runs.claim import Claim, claimed, tidy
-from grainlaw.runs.simulation import MOST_THREADS
 from grainlaw.runs.stopping import Stopped
 from grainlaw.stage import Stage, StageError
 
@@ -37,10 +38,19 @@ FAILURES = (ParameterError, OSError, CompilationError, InstabilityError, StageEr
 SILENCE = 30.0  #: s between lines of progress where there is no terminal
 
 
-def check_threads(threads: int | None) -> None:
-    """Refuse a number of threads before any work is done."""
-    if threads is not None and not 1 <= threads <= MOST_THREADS:
-        raise click.UsageError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
+def threads_option(words: str, default: str | None = AUTO) -> Callable[..., Any]:
+    """The option ``--threads``, a number or auto."""
+    words = f"{words}  [default: {AUTO}]"
+    return click.option("--threads", metavar="NUMBER", default=default, callback=_threads, help=words)
+
+
+def _threads(_context: Any, _option: Any, value: str | None) -> Threads | None:
+    if value is None:
+        return None
+    try:
+        return checked_threads("--threads", int(value) if re.fullmatch(r"[+-]?\d{1,9}", value) else value)
+    except ParameterError as error:
+        raise click.UsageError(str(error)) from None
 
 
 @contextmanager

@@ -18,12 +18,14 @@ from grainlaw.cli.running import (
     progress_bars,
     refusing,
     tell_certificate,
+    threads_option,
     writing_to,
 )
 from grainlaw.cli.sections import Sections, assign, read_file, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.stepping import InstabilityError
+from grainlaw.engine.thread_count import Threads
 from grainlaw.naming import aligned, shown
 from grainlaw.results.files import write_atomically
 from grainlaw.results.result import Result
@@ -53,17 +55,15 @@ recorded is written all the same."""
 @click.option("--law", help="Name of a law, or FILE.py:LAW.  [default: cohesive-crack]")
 @click.option("--grains", type=int, help="Number of grains.")
 @click.option("--seed", type=int, help="Seed of the grains.")
-@click.option(
-    "--config", type=click.Path(path_type=Path, exists=True, dir_okay=False), help="TOML file with parameters."
-)
+@click.option("--config", type=click.Path(path_type=Path, dir_okay=False), help="TOML file with parameters.")
 @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
 @folder_options
-@click.option("--threads", type=int, help="Threads in the model, for large ones.  [default: 1]")
+@threads_option("Threads in the model.", default=None)
 @portable_option
 @click.option("--quick", is_flag=True, help="A small specimen.")
 def test(
     *, name: str, law: str | None, grains: int | None, seed: int | None, config: Path | None,
-    assignments: tuple[str, ...], out: Path, restart: bool, overwrite: bool, threads: int | None, quick: bool,
+    assignments: tuple[str, ...], out: Path, restart: bool, overwrite: bool, threads: Threads | None, quick: bool,
 ) -> None:  # fmt: skip
     options = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
     options["numerics", "threads"] = threads

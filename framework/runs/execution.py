@@ -18,6 +18,7 @@ from grainlaw.engine.ledger import energies, motion, unbalanced
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, advance
+from grainlaw.engine.thread_count import ThreadCount
 from grainlaw.integration import Integrator, Motion
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
@@ -46,7 +47,7 @@ class Execution:
         protocol: LoadingProtocol,
         stages: Sequence[Stage],
         *,
-        threads: int,
+        threads: int | ThreadCount,
         factor: float,
         scaling: float,
         observers: Sequence[Observer],
