@@ -16,6 +16,7 @@ from typing import Any
 import numba
 
 from grainlaw.compiler.cache_folder import Folder, NotPrivateError, cache_folder, limit
+from grainlaw.compiler.numba_inner import inner_options
 from grainlaw.compiler.numba_private import DiskCache, NotKeptError, use_cache
 from grainlaw.parameter import ParameterError
 
@@ -23,7 +24,8 @@ PORTABLE = os.environ.get("GRAINLAW_PORTABLE", "0") not in ("", "0")
 #: Multiplication and addition in one rounding, where the processor can: others round twice, and curves part.
 FUSED = set() if PORTABLE else {"contract"}
 _begun: list[str] = []  #: keys of what was compiled, or found on disk
-OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": FUSED}  #: how every kernel is compiled
+_ENTRY: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": FUSED}
+OPTIONS = inner_options(_ENTRY)  #: how every kernel is compiled; those that Python calls go through :func:`keyed_njit`
 
 
 def compile_portably() -> None:
@@ -88,4 +90,4 @@ def stored(key: str, signature: tuple[Any, ...]) -> Any:
 
 def keyed_njit(function: Any, key: str) -> Any:
     """njit whose disk cache is keyed by ``key``."""
-    return use_cache(numba.njit(**OPTIONS)(function), _cache(key))
+    return use_cache(numba.njit(**_ENTRY)(function), _cache(key))
