@@ -22,7 +22,7 @@ import numpy as np
 from numba import carray, njit
 from numba import types as nb
 
-from grainlaw.compiler.cache import OPTIONS, keyed_njit, stored
+from grainlaw.compiler.cache import OPTIONS, keyed_njit, stored, tell_compiling
 from grainlaw.compiler.compilation import Compilation, CompilationError, refusal
 from grainlaw.compiler.fingerprint import NotCompilable, fingerprint
 from grainlaw.compiler.loops import has_loop, interruptible
@@ -208,6 +208,7 @@ def _compile(
 def _build(
     struct: Structure, methods: tuple[_Scalar, ...], memory: tuple[str, ...] | None, signature: Any, key: str
 ) -> Any:
+    tell_compiling(type(struct.component).__name__)
     compilation = Compilation(struct, key)
     for method in methods:
         problem = compilation.problem(method.name, (nb.float64,) * method.inputs, method.results)

@@ -129,7 +129,7 @@ def run(threads: int, parts: Parts, chunk: Chunk) -> int:
 
     The interpreter lock is released meanwhile. Returns how many steps were done (``contacts.tally`` says why fewer).
     """
-    loop: Any = compiled(_steps)
+    loop: Any = compiled(_steps, "the time loop, once: this takes up to half a minute")
     team = Team(threads, np.zeros(barrier.SIZE, dtype=np.int64), _pause())
     helpers = [threading.Thread(target=loop, args=(k, team, parts, chunk)) for k in range(1, threads)]
     for helper in helpers:
