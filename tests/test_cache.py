@@ -247,8 +247,8 @@ def doubled(x):
 
 
 def test_what_is_compiled_is_told_and_what_is_kept_is_not(afresh, caplog):
-    tell_compiling.cache_clear()
     for first in (True, False):
+        tell_compiling.cache_clear()
         caplog.clear()
         entry.compiled.cache_clear()
         assert afresh() == 3
