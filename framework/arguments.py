@@ -52,14 +52,15 @@ class Checked(ABCMeta):
     """
 
     def __call__(cls, *given: Any, **named: Any) -> Any:
-        if missing := sorted(cls.__abstractmethods__):
-            raise ParameterError(f"{cls.__name__} cannot be made: it must define {', '.join(missing)}")
-        _check(cls.__name__, *_of_class(cls), given, named)
+        if cls.__abstractmethods__:
+            missing = ", ".join(sorted(cls.__abstractmethods__))
+            raise ParameterError(f"{cls.__name__} cannot be made: it must define {missing}")
+        _check(cls.__name__, _of_class(cls), given, named)
         return super().__call__(*given, **named)
 
     @property
     def __signature__(cls) -> inspect.Signature:  # Python would show that of __call__
-        return _of_class(cls)[0]
+        return _of_class(cls).signature
 
 
 def checked(function: Function) -> Function:
@@ -67,7 +68,7 @@ def checked(function: Function) -> Function:
 
     @functools.wraps(function)
     def call(*given: Any, **named: Any) -> Any:
-        _check(function.__name__, *_of_function(function), given, named)
+        _check(function.__name__, _of_function(function), given, named)
         return function(*given, **named)
 
     return typing.cast(Function, call)
@@ -79,7 +80,37 @@ def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str:
     return f"; did you mean '{near[0]}'?" if near else ""
 
 
-def _check(where: str, signature: inspect.Signature, hints: Hints, given: tuple, named: dict[str, Any]) -> None:
+@attrs.frozen
+class _Declared:
+    """What a function or class declares of its arguments."""
+
+    signature: inspect.Signature
+    hints: Hints  #: of the values that are checked here
+    required: frozenset[str]  #: parameters without a default
+    named: frozenset[str]  #: parameters that can be given by name
+
+
+def _declared(signature: inspect.Signature, hints: Hints) -> _Declared:
+    several = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
+    single = [name for name, p in signature.parameters.items() if p.kind not in several]
+    required = frozenset(name for name in single if signature.parameters[name].default is inspect.Parameter.empty)
+    checked_here = {name: hint for name, hint in hints.items() if hint not in _BOUNDED and hint is not Any}
+    return _Declared(signature, checked_here, required, frozenset(single))
+
+
+def _check(where: str, declared: _Declared, given: tuple, named: dict[str, Any]) -> None:
+    # Two components are made in every burst of dynamic relaxation; a signature takes long to bind.
+    simple = not given and declared.required <= named.keys() <= declared.named
+    for name, value in (named if simple else _bound(where, declared.signature, given, named)).items():
+        hint = declared.hints.get(name, Any)
+        several = not simple and declared.signature.parameters[name].kind is inspect.Parameter.VAR_POSITIONAL
+        for each in value if several else (value,):
+            if not fits(each, hint):
+                raise refusal(f"{where}: {name}", each, wanted(hint))
+
+
+def _bound(where: str, signature: inspect.Signature, given: tuple, named: dict[str, Any]) -> dict[str, Any]:
+    """Values by the names of parameters."""
     names = [name for name, p in signature.parameters.items() if p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
     if not any(p.kind is p.VAR_KEYWORD for p in signature.parameters.values()):
         for name in named:
@@ -87,15 +118,9 @@ def _check(where: str, signature: inspect.Signature, hints: Hints, given: tuple,
                 has = f"{where} has: {', '.join(names) or 'nothing'}"
                 raise ParameterError(f"{where}: there is no '{name}'{nearest(name, names)} ({has})")
     try:
-        values = signature.bind(*given, **named).arguments
+        return signature.bind(*given, **named).arguments
     except TypeError as error:
         raise ParameterError(f"{where}: {error} ({where}{_names(signature)})") from None
-    for name, value in values.items():
-        several = signature.parameters[name].kind is inspect.Parameter.VAR_POSITIONAL
-        for each in value if several else (value,):
-            hint = hints.get(name, Any)
-            if hint not in _BOUNDED and not fits(each, hint):
-                raise refusal(f"{where}: {name}", each, wanted(hint))
 
 
 def _names(signature: inspect.Signature) -> str:
@@ -104,28 +129,31 @@ def _names(signature: inspect.Signature) -> str:
 
 
 @functools.cache
-def _of_function(function: Callable) -> tuple[inspect.Signature, Hints]:
+def _of_function(function: Callable) -> _Declared:
     names = vars(sys.modules[function.__module__])
-    return inspect.signature(function), {k: _evaluated(text, names) for k, text in function.__annotations__.items()}
+    hints = {k: _evaluated(text, names) for k, text in function.__annotations__.items()}
+    return _declared(inspect.signature(function), hints)
 
 
 @functools.cache
-def _of_class(cls: type) -> tuple[inspect.Signature, Hints]:
-    """Signature of ``__init__`` without ``self``, and the annotations of fields that do not check themselves."""
+def _of_class(cls: type) -> _Declared:
+    """What ``__init__`` takes, and the annotations of fields that do not check themselves."""
     made: Any = cls.__init__  # type: ignore[misc]
     if made is object.__init__:
-        return inspect.Signature(), {}
+        return _declared(inspect.Signature(), {})
     _self, *others = inspect.signature(made).parameters.values()
     signature = inspect.Signature(others)
     if not attrs.has(cls):
-        return signature, {name: _evaluated(text, made.__globals__) for name, text in made.__annotations__.items()}
+        return _declared(
+            signature, {name: _evaluated(text, made.__globals__) for name, text in made.__annotations__.items()}
+        )
     hints = {}
     for field in attrs.fields(cls):
         if field.converter is None and field.validator is None:
             owner = next(base for base in cls.__mro__ if field.name in vars(base).get("__annotations__", {}))
             module = sys.modules.get(owner.__module__)
             hints[field.alias] = _evaluated(field.type, vars(module)) if module else Any
-    return signature, hints
+    return _declared(signature, hints)
 
 
 def _evaluated(hint: Any, names: Mapping[str, Any]) -> Any:
@@ -140,6 +168,10 @@ def _evaluated(hint: Any, names: Mapping[str, Any]) -> Any:
 
 def fits(value: Any, hint: Any) -> bool:
     """Whether a value is of the kind that an annotation says; True where the annotation cannot say it."""
+    if hint in _KINDS:
+        return _KINDS[hint][2](value)
+    if isinstance(hint, Checked):
+        return isinstance(value, hint)
     origin, inner = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
         return any(fits(value, kind) for kind in inner)
@@ -149,8 +181,6 @@ def fits(value: Any, hint: Any) -> bool:
         return _holds(value, origin, inner)
     if hint is None:
         return value is None
-    if hint in _KINDS:
-        return _KINDS[hint][2](value)
     return not isinstance(hint, type) or isinstance(value, hint)
 
 

@@ -12,9 +12,10 @@ import attrs
 import pytest
 
 import grainlaw as gl
-from grainlaw.compiler import batch
-from grainlaw.compiler.cache import _warn
+from grainlaw.compiler import batch, entry
+from grainlaw.compiler.cache import _warn, tell_compiling
 from grainlaw.compiler.fingerprint import fingerprint
+from grainlaw.engine import step
 from grainlaw.engine.step import _steps
 
 LAW = """
@@ -239,3 +240,32 @@ def test_four_first_starts_at_once(tmp_path, cache):
 def test_the_key_of_the_loop_does_not_depend_on_the_process(tmp_path, cache):
     code = "from grainlaw.engine.step import _steps\nfrom grainlaw.compiler.fingerprint import fingerprint\n"
     assert run(["-"], tmp_path, cache, code + "print(fingerprint(_steps))\n", seed="1") == [fingerprint(_steps)]
+
+
+def doubled(x):
+    return 2 * x
+
+
+def test_what_is_compiled_is_told_and_what_is_kept_is_not(afresh, caplog):
+    for first in (True, False):
+        tell_compiling.cache_clear()
+        caplog.clear()
+        entry.compiled.cache_clear()
+        assert afresh() == 3
+        assert entry.compiled(doubled, "a doubling")(1.5) == 3.0
+        assert entry.compiled(doubled)(1) == 2  # without words nothing is said
+        told = [record.getMessage() for record in caplog.records if record.name == "grainlaw"]
+        assert told == (["compiling Plain", "compiling a doubling"] if first else [])
+
+
+def test_the_time_loop_is_told(monkeypatch):
+    asked = []
+
+    def compiled(function, what):
+        asked.append(what)
+        raise StopIteration
+
+    monkeypatch.setattr(step, "compiled", compiled)
+    with pytest.raises(StopIteration):
+        step.run(1, None, None)
+    assert asked[0].startswith("the time loop, once")

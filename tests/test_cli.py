@@ -83,6 +83,7 @@ def test_options_reach_the_run(done, tmp_path):
         (["--max-strain", "0"], "maximum_strain = 0 is not allowed"),
         (["--threads", "0"], "threads = 0 is not allowed"),
         (["--threads", "100000"], "threads = 100000 is not allowed"),
+        (["--threads", "many"], "threads = 'many' is not allowed, it must be a whole number from 1 to 128, or 'auto'"),
         (["--seed", "-1"], "seed = -1 is not allowed"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",

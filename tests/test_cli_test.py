@@ -41,6 +41,7 @@ def test_file_options_and_single_values_reach_the_run_in_this_order(done):
     assert made["law"]["mode_i_energy"] == "150 J/m2"
     assert made["test"]["loading"]["speed"] == "200 mm/s"
     assert (made["sample"]["grains"], made["sample"]["seed"]) == (20, 3)
+    assert made["numerics"]["threads"] == content["threads"] == "auto"
     assert content["made_with"]["versions"]["grainlaw"]
     with (done[1] / "curves.csv").open() as file:
         rows = list(csv.DictReader(file))

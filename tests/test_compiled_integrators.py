@@ -84,3 +84,40 @@ def test_an_integrator_of_ones_own_runs():
     theirs = gl.simulate(small_sample(12), Linear(**STIFF), undamped)
     assert own.summary["steps"] == theirs.summary["steps"]
     assert np.allclose(own.curves["stress"], theirs.curves["stress"], rtol=1e-6)
+
+
+@attrs.frozen(kw_only=True)
+class Switched(Free):
+    """One whose flag is a constant of its code."""
+
+    reverse: bool = False
+    limit: float = gl.parameter("N", default=1.0)
+
+    @property
+    def strict(self):
+        return self.limit > 5
+
+    def step(self, force, velocity, mass, time_step):
+        if self.reverse or self.strict:
+            return velocity - force / mass * time_step, self.limit
+        return velocity + force / mass * time_step, 0.0
+
+
+OTHERS = {
+    "a number": (Drifting(), Drifting(drift=2.0), True),
+    "a number of a part": (gl.DynamicRelaxation(), gl.DynamicRelaxation(damping=gl.MassDamping(coefficient=3)), True),
+    "nothing": (Drifting(), Drifting(), True),
+    "a class": (Free(), Drifting(), False),
+    "the class of a part": (gl.CentralDifference(), gl.CentralDifference(damping=gl.Undamped()), False),
+    "a flag": (Switched(), Switched(reverse=True), False),
+    "a flag that follows from a number": (Switched(), Switched(limit=6.0), False),
+}
+
+
+@pytest.mark.parametrize("case", OTHERS)
+def test_an_integrator_with_other_numbers_takes_the_code_of_the_one_before(case):
+    one, other, same = OTHERS[case]
+    before, anew = compile_integrator(one), compile_integrator(other)
+    found = compile_integrator(other, before)
+    assert (found.key, found.address, found.numbers.tolist()) == (anew.key, anew.address, anew.numbers.tolist())
+    assert (found.structure is before.structure) == same

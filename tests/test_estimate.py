@@ -6,14 +6,14 @@ import attrs
 import numpy as np
 import psutil
 import pytest
-from support import ROCK, STRONG, small_sample
+from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.laws import MohrCoulomb
+from grainlaw.laws import Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.runs import estimate, execution
-from grainlaw.runs.estimate import CostWarning, check_memory, expected_steps, in_words, warn_if_long
+from grainlaw.runs.estimate import CostWarning, check_memory, expected_steps, expected_work, in_words, warn_if_long
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.units import mm
 
@@ -48,7 +48,7 @@ def test_a_probe_leaves_no_trace(monkeypatch):
         UniaxialCompression(loading=gl.Constant(speed=1.0), maximum_strain=1e-3, samples=20),
     )
     without = gl.simulate(*run)
-    monkeypatch.setattr(execution, "QUICK", 0)
+    monkeypatch.setattr(estimate, "QUICK", 0)
     probed = []
     monkeypatch.setattr(execution, "warn_if_long", lambda found, *_: probed.append(found))
     with_probe = gl.simulate(*run)
@@ -96,3 +96,22 @@ def test_more_memory_than_is_free_is_said(monkeypatch):
 )
 def test_times_are_said_as_people_say_them(seconds, words):
     assert in_words(seconds) == words
+
+
+def work(specimen, law, test):
+    return expected_work(specimen, law, test.stages(specimen))
+
+
+def test_runs_are_put_in_the_order_in_which_they_take_long():
+    """What is expected, over the steps of a run to the end, is about the same for very unlike samples."""
+    short = UniaxialCompression(speed=2.0, maximum_strain=5e-4, samples=20)
+    law = Linear(**STIFF)
+    samples = (small_sample(10), small_sample(60, seed=3), small_sample(20, material=gl.Rigid(density=3100)))
+    shares = []
+    for specimen in samples:
+        steps = gl.simulate(specimen, law, short, detection=None).summary["steps"]
+        shares.append(work(specimen, law, short)[0] / (steps * len(specimen.mesh.zones)))
+    assert max(shares) < 1.15 * min(shares)
+    slow = attrs.evolve(short, speed=1.0)
+    assert work(samples[0], law, slow)[0] == pytest.approx(2 * work(samples[0], law, short)[0], rel=0.02)
+    assert work(samples[0], law, short) > work(samples[0], BRITTLE, short)  # nothing breaks: it goes on to the end

@@ -16,6 +16,7 @@ from numba import types as nb
 from numba.extending import intrinsic
 from test_imports import MODULES
 
+from grainlaw.compiler import numba_inner
 from grainlaw.compiler import numba_private as private
 
 ADDRESS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
@@ -148,6 +149,25 @@ def use_cache():
         njit(lambda x: jitted(x))(np.array([1.5]))
 
 
+def inner_options():
+    """Other code takes it in, with its constants; no machine code is made for it; Python can call it all the same."""
+    options = numba_inner.inner_options({"error_model": "numpy"})
+    inner = njit(**options)(lambda x: ((2 * x).astype(np.int32), 1.0 / x[1]))
+    array = np.array([1.5, 0.0])
+    code = private.compile_for(inner, (numba.typeof(array),))
+    assert not code.library._codegen._engine.is_symbol_defined(code.fndesc.mangled_name)
+    files = Files()
+    outer = private.use_cache(njit(lambda x: inner(x)), private.DiskCache("key", files, None))
+    for call in (outer, inner):
+        whole, ratio = call(array)
+        assert (whole.dtype, whole.tolist(), ratio) == (np.int32, [3, 0], math.inf)
+    assert len(files.kept) == 1
+    engine, taken_in = code.library._codegen._engine, private.compile_for(outer, (numba.typeof(array),))
+    for environment in taken_in._find_referenced_environments():
+        place = engine.get_global_value_address(environment.env_name)
+        assert ctypes.c_void_p.from_address(place).value == id(environment)
+
+
 def not_kept_error():
     """Code with addresses of this process, or objects of Python's, runs, and is not kept."""
     files, told = Files(), []
@@ -217,7 +237,7 @@ PIECES = {
     "VERSIONS": versions, "processor": processor,
     "FOLDERS": folders, "NumbaError": numba_error, "python_function": python_function,
     "definition": definition, "compile_for": compile_for, "return_type": return_type, "address_of": address_of,
-    "is_number": is_number,
+    "is_number": is_number, "inner_options": inner_options,
     "is_tuple_of_numbers": is_tuple_of_numbers, "named_tuple_method": named_tuple_method, "DiskCache": disk_cache,
     "NotKeptError": not_kept_error, "use_cache": use_cache, "call": call,
     "atomic_add": atomic_add, "atomic_load": atomic_load, "atomic_store": atomic_store,
@@ -229,11 +249,11 @@ def test_piece_fits_this_numba(name):
     try:
         PIECES[name]()
     except (Exception, pytest.fail.Exception) as error:
-        pytest.fail(f"grainlaw.compiler.numba_private.{name} does not fit numba {numba.__version__}: {error!r}")
+        pytest.fail(f"grainlaw.compiler: {name} does not fit numba {numba.__version__}: {error!r}")
 
 
 def test_every_piece_has_its_test():
-    assert {name.split(",")[0] for name in PIECES} == set(private.__all__)
+    assert {name.split(",")[0] for name in PIECES} == {*private.__all__, *numba_inner.__all__}
 
 
 DOCUMENTED = {"numba", "numba.extending"}
@@ -243,7 +263,7 @@ INSIDE = {
     "inttoptr", "library", "load_atomic", "load_overload", "make_array", "magic_tuple", "nopython_signatures",
     "overloads", "py_func", "save_overload", "store_atomic", "target_context",
 }  # fmt: skip
-ELSEWHERE = [name for name in MODULES if name != "grainlaw.compiler.numba_private"]
+ELSEWHERE = [name for name in MODULES if name not in (private.__name__, numba_inner.__name__)]
 
 
 def numba_inside(tree):

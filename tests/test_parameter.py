@@ -85,7 +85,11 @@ WHOLE = [
     (lambda value: UniaxialCompression(samples=value), "UniaxialCompression: samples", ", at least 10"),
     (lambda value: small_sample(4, refinement=value), "Specimen: refinement", " from 0 to 6"),
     (lambda value: gl.crack_rose(gl.Cracks(*[np.zeros(0)] * 9), bins=value), "crack_rose: bins", " from 1 to 18000"),
-    (lambda value: gl.compare(small_sample(4), {"law": BRITTLE}, PULL, threads=value), "threads", ", at least 1"),
+    (
+        lambda value: gl.compare(small_sample(4), {"law": BRITTLE}, PULL, threads=value),
+        "threads",
+        " from 1 to 128, or 'auto'",
+    ),
 ]
 
 

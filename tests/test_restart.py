@@ -162,9 +162,11 @@ def test_a_checkpoint_in_the_course_of_a_run_is_as_good_as_one_at_its_stop(tmp_p
 def test_a_finished_run_is_not_run_again(tmp_path, monkeypatch):
     specimen, law, protocol, _ = CASES["rigid grains"]
     whole = gl.simulate(specimen, law, protocol, checkpoint=tmp_path)
-    calls = Calls(monkeypatch)
+    calls, written = Calls(monkeypatch), (tmp_path / "checkpoint.npz").stat()
     same(whole, gl.simulate(specimen, law, protocol, checkpoint=tmp_path, restart=True))
     assert calls.count == 0
+    now = (tmp_path / "checkpoint.npz").stat()
+    assert (now.st_ino, now.st_mtime_ns) == (written.st_ino, written.st_mtime_ns)
 
 
 @pytest.mark.parametrize(

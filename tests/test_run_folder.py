@@ -2,6 +2,7 @@
 
 import csv
 import json
+import linecache
 import multiprocessing
 import os
 import resource
@@ -16,6 +17,7 @@ from support import STRONG, small_sample
 from test_restart import same
 
 import grainlaw as gl
+from grainlaw.cli.running import finished
 from grainlaw.laws import CohesiveCrack
 from grainlaw.protocols import UniaxialTension
 from grainlaw.results import files
@@ -23,6 +25,7 @@ from grainlaw.results.files import OutputWarning
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs import run_folder
 from grainlaw.runs.claim import Claim, claimed, clear, tidy
+from grainlaw.runs.record import own_sources
 
 WEAK = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
 PULL = UniaxialTension(loading=gl.Constant(speed=0.3), maximum_strain=5e-4, samples=25, stop_fraction=0)
@@ -111,6 +114,18 @@ def test_the_key_follows_what_decides_the_results_and_nothing_else(tmp_path):
     assert len({first, *others}) == len(others) + 1
 
 
+def test_a_component_whose_file_is_no_python_any_more_has_no_source(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("import attrs\n\n\n@attrs.frozen\nclass Mine:\n    def size(self):\n        return 1\n")
+    scope = {"__name__": "mine"}
+    exec(compile(file.read_text(), str(file), "exec"), scope)
+    source = own_sources(scope["Mine"]())["Mine"]["source"]
+    assert source.startswith("@attrs.frozen\nclass Mine:")
+    file.write_text("class Mine: def\n")
+    linecache.clearcache()
+    assert own_sources(scope["Mine"]())["Mine"]["source"] == ""
+
+
 # --- whose folder it is ----------------------------------------------------------------------------------------------
 
 
@@ -158,6 +173,16 @@ def test_a_folder_that_holds_no_run_is_left_alone(tmp_path):
     assert (tmp_path / "curves.csv").read_text() == "mine"
 
 
+def test_copies_of_law_files_are_removed_with_the_folders_of_their_helpers(tmp_path):
+    (tmp_path / "run.json").write_text("{}")
+    for place in ("law.py", "helpers/curve.py", "helpers/deep/table.py"):
+        file = tmp_path / "law_files" / place
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
+    clear(tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_only_a_restart_needs_is_removed(tmp_path):
     gl.simulate(**RUN, checkpoint=tmp_path)
     assert (tmp_path / "frames").is_dir()
@@ -165,6 +190,17 @@ def test_what_only_a_restart_needs_is_removed(tmp_path):
     assert {file.name for file in tmp_path.iterdir()} == {
         "run.json", "summary.json", "curves.csv", "cracks.csv", ".grainlaw.lock",
     }  # fmt: skip
+
+
+def test_a_folder_of_the_users_own_is_not_tidied(tmp_path):
+    (tmp_path / "run.json").write_text("{}")
+    for folder in ("law", "mine"):
+        (tmp_path / folder / "frames").mkdir(parents=True)
+        (tmp_path / folder / "frames" / "0000.npz").touch()
+    (tmp_path / "law" / "run.json").write_text("{}")
+    finished(Claim(tmp_path))
+    assert not (tmp_path / "law" / "frames").exists()
+    assert (tmp_path / "mine" / "frames" / "0000.npz").exists()
 
 
 def test_names_that_would_share_a_folder_are_refused(tmp_path):

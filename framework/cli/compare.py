@@ -7,20 +7,21 @@ from pathlib import Path
 import click
 
 from grainlaw.cli.running import (
-    FAILURES,
     ProgressBar,
-    check_threads,
     finished,
     folder_options,
+    portable_option,
     progress_bars,
+    refusing,
     tell_certificate,
+    threads_option,
     writing_to,
 )
 from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
-from grainlaw.compiler.cache import compile_portably, is_portable
+from grainlaw.compiler.cache import is_portable
+from grainlaw.engine.thread_count import Threads
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.loading import Adaptive, Constant
-from grainlaw.parameter import ParameterError
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.comparison import compare as compare_laws
@@ -38,12 +39,12 @@ COMPARED = "linear,mohr-coulomb,cohesive-crack"
 @click.option("--speed", type=float, help="Constant platen speed in m/s.  [default: as fast as is accurate]")
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @folder_options
-@click.option("--threads", type=int, help="Models (and threads in a model) at a time.  [default: all cores]")
-@click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
+@threads_option("Models (and threads in a model) at a time.")
+@portable_option
 @click.option("--quick", is_flag=True, help=f"A small specimen, seconds: {QUICK[2]} grains in 20 x 50 mm.")
 def compare(
     *, grains: int | None, seed: int, laws: str, speed: float | None, max_strain: float, out: Path, restart: bool,
-    overwrite: bool, threads: int | None, quick: bool, portable: bool,
+    overwrite: bool, threads: Threads, quick: bool,
 ) -> None:  # fmt: skip
     """Compress one rock specimen to failure under several contact laws, and compare them.
 
@@ -52,20 +53,13 @@ def compare(
     of a published study (docs/validation.md). A law whose run fails does not touch the others.
     """
     width, height, count = QUICK if quick else SAMPLE
-    try:
-        if portable:
-            compile_portably()
+    with refusing():
         names = list(dict.fromkeys(name.strip() for name in laws.split(",")))
         chosen = {name: law_named(name) for name in names}
-        check_threads(threads)
         loading = Adaptive() if speed is None else Constant(speed=speed)
         test = UniaxialCompression(loading=loading, maximum_strain=max_strain)
         tessellator = Voronoi(grains=count if grains is None else grains, seed=seed)
         specimen = Specimen(tessellator.tessellate(rectangle(width, height)), ROCK)
-    except ParameterError as error:
-        raise click.UsageError(str(error)) from None
-    except FAILURES as error:
-        raise click.ClickException(str(error)) from None
     arguments = {
         "grains": tessellator.grains, "seed": seed, "laws": ",".join(names), "speed": speed, "max_strain": max_strain,
         "threads": threads, "quick": quick, "portable": is_portable(),

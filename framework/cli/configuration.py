@@ -16,9 +16,9 @@ from grainlaw.cli.sections import SECTIONS, Sections
 from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import ContactLaw
+from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.runs.simulation import MOST_THREADS
 from grainlaw.specimen import Elastic, Rigid, Specimen
 
 
@@ -30,7 +30,7 @@ class Numerics:
     mass_scaling: float = parameter("1", default=1.0, at_least=1, at_most=100)
     refinement: int = whole_number(default=0, at_least=0)
     frames: int = whole_number(default=30, at_least=1)
-    threads: int = whole_number(default=1, at_least=1, at_most=MOST_THREADS)
+    threads: Threads = attrs.field(default=AUTO, converter=lambda value: checked_threads("threads", value))
 
 
 @attrs.frozen(kw_only=True)

@@ -8,23 +8,26 @@ from pathlib import Path
 import click
 
 from grainlaw.cli.law_copy import copied
-from grainlaw.cli.law_file import LawReferenceError, find_law_and_files
+from grainlaw.cli.law_file import find_law_and_files
 from grainlaw.cli.running import (
-    FAILURES,
     ProgressBar,
-    check_threads,
     finished,
     folder_options,
+    portable_option,
     progress_bars,
+    refusing,
+    tell_certificate,
+    threads_option,
     writing_to,
 )
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
-from grainlaw.compiler.cache import compile_portably, is_portable
+from grainlaw.compiler.cache import is_portable
+from grainlaw.engine.thread_count import Threads
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.loading import Adaptive, Constant
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import BiaxialCompression
-from grainlaw.runs.envelope import strength_envelope
+from grainlaw.runs.envelope import Test, strength_envelope
 from grainlaw.runs.record import described
 from grainlaw.specimen import Specimen
 from grainlaw.units import MPa
@@ -38,12 +41,12 @@ from grainlaw.units import MPa
 @click.option("--speed", type=float, help="Constant platen speed in m/s.  [default: as fast as is accurate]")
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
 @folder_options
-@click.option("--threads", type=int, help="Tests (and threads in a test) at a time.  [default: all cores]")
-@click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
+@threads_option("Tests (and threads in a test) at a time.")
+@portable_option
 @click.option("--quick", is_flag=True, help=f"A small specimen: {QUICK[2]} grains in 20 x 50 mm.")
 def envelope(
     *, law: str, confinement: str, seeds: str, grains: int | None, speed: float | None, max_strain: float, out: Path,
-    restart: bool, overwrite: bool, threads: int | None, quick: bool, portable: bool,
+    restart: bool, overwrite: bool, threads: Threads, quick: bool,
 ) -> None:  # fmt: skip
     """Compress a rock specimen under several confinements, and fit Mohr-Coulomb and Hoek-Brown to the peaks.
 
@@ -53,11 +56,8 @@ def envelope(
     width, height, count = QUICK if quick else SAMPLE
     pressures = [value * MPa for value in _numbers("confinement", confinement)]
     numbers = _seeds(seeds)
-    try:
-        if portable:
-            compile_portably()
+    with refusing():
         chosen, files = find_law_and_files(law) if ".py" in law else (law_named(law), [])
-        check_threads(threads)
         loading = Adaptive() if speed is None else Constant(speed=speed)
         test = BiaxialCompression(confinement=max(pressures), loading=loading, maximum_strain=max_strain)
         tests = {p: BiaxialCompression(confinement=p, loading=loading, maximum_strain=max_strain) for p in pressures}
@@ -65,12 +65,6 @@ def envelope(
             raise ParameterError(f"--confinement = {confinement} is not allowed, it must name at least two")
         tessellators = {seed: Voronoi(grains=count if grains is None else grains, seed=seed) for seed in numbers}
         specimens = {seed: Specimen(t.tessellate(rectangle(width, height)), ROCK) for seed, t in tessellators.items()}
-    except LawReferenceError as error:
-        raise click.BadParameter(str(error)) from None
-    except ParameterError as error:
-        raise click.UsageError(str(error)) from None
-    except FAILURES as error:
-        raise click.ClickException(str(error)) from None
     arguments = {
         "law": law, "confinement": confinement, "seeds": seeds, "grains": tessellators[numbers[0]].grains,
         "speed": speed, "max_strain": max_strain, "threads": threads, "quick": quick, "portable": is_portable(),
@@ -88,13 +82,18 @@ def envelope(
         with progress_bars() as progress:
             found = strength_envelope(
                 specimens, chosen, pressures, tests.__getitem__, threads=threads, checkpoint=claim,
-                observers=lambda key: [ProgressBar(progress, f"{key[1] / MPa:g} MPa, seed {key[0]}")],
+                observers=lambda key: [ProgressBar(progress, _name(key))],
             )  # fmt: skip
         found.write(claim.path, {"seeds": numbers, "parameters": parameters})
         click.echo(found)
+        tell_certificate({_name(key): result for key, result in found.results.items()})
         finished(claim)
     if found.failed:
         raise click.ClickException(f"{len(found.failed)} of {len(found.failed) + len(found.results)} tests failed")
+
+
+def _name(test: Test) -> str:
+    return f"{test[1] / MPa:g} MPa, seed {test[0]}"
 
 
 def _seeds(text: str) -> list[int]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-LAW_FILES = "law_files"
+from grainlaw.runs.claim import LAW_FILES
 
 
 def copied(reference: str, files: Sequence[Path], folder: Path) -> tuple[str, list[dict[str, Any]]]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import os
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,28 +17,65 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.columns import COURSE, LOAD
 from grainlaw.compiler.batch import CompilationError
+from grainlaw.compiler.cache import compile_portably
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
+from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.results.result import Result
 from grainlaw.runs.claim import Claim, claimed, tidy
-from grainlaw.runs.simulation import MOST_THREADS
 from grainlaw.runs.stopping import Stopped
 from grainlaw.stage import Stage, StageError
 
-#: What ends a command with its own words.
+#: What the user gave is at fault; and all that ends a command with its own words.
+REFUSALS = (ParameterError, LawReferenceError, CompilationError)
 FAILURES = (ParameterError, OSError, CompilationError, InstabilityError, StageError, MemoryError)
 SILENCE = 30.0  #: s between lines of progress where there is no terminal
 
 
-def check_threads(threads: int | None) -> None:
-    """Refuse a number of threads before any work is done."""
-    if threads is not None and not 1 <= threads <= MOST_THREADS:
-        raise click.UsageError(f"--threads = {threads} is not allowed, it must be from 1 to {MOST_THREADS}")
+def threads_option(words: str, default: str | None = AUTO) -> Callable[..., Any]:
+    """The option ``--threads``, a number or auto."""
+    words = f"{words}  [default: {AUTO}]"
+    return click.option("--threads", metavar="NUMBER", default=default, callback=_threads, help=words)
+
+
+def _threads(_context: Any, _option: Any, value: str | None) -> Threads | None:
+    if value is None:
+        return None
+    try:
+        return checked_threads("--threads", int(value) if re.fullmatch(r"[+-]?\d{1,9}", value) else value)
+    except ParameterError as error:
+        raise click.UsageError(str(error)) from None
+
+
+@contextmanager
+def refusing() -> Iterator[None]:
+    """End a command in one line: with exit code 2 for what is refused, 1 where memory or a file fails."""
+    try:
+        yield
+    except REFUSALS as error:
+        raise click.UsageError(str(error)) from None
+    except FAILURES as error:
+        raise click.ClickException(str(error)) from None
+
+
+def portable_option(command: Callable[..., None]) -> Callable[..., None]:
+    """The option ``--portable``, which takes effect before the command runs."""
+
+    @click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
+    @functools.wraps(command)
+    def run(*, portable: bool, **options: Any) -> None:
+        if portable:
+            with refusing():
+                compile_portably()
+        command(**options)
+
+    return run
 
 
 def folder_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -56,12 +95,8 @@ def folder_options(command: Callable[..., None]) -> Callable[..., None]:
 def writing_to(out: Path, restart: bool, overwrite: bool, about: Mapping[str, Any]) -> Iterator[Claim]:
     """The folder of a command. Errors become one line, and a command that is stopped says what is there."""
     with ExitStack() as stack:
-        try:
+        with refusing():
             claim = stack.enter_context(claimed(out, restart=restart, overwrite=overwrite, about=about))
-        except ParameterError as error:
-            raise click.UsageError(str(error)) from None
-        except OSError as error:
-            raise click.ClickException(str(error)) from None
         try:
             yield claim
         except Stopped as stopped:
@@ -75,8 +110,7 @@ def writing_to(out: Path, restart: bool, overwrite: bool, about: Mapping[str, An
 def finished(claim: Claim) -> None:
     """Remove what only a restart needs, and say what is there."""
     for folder in (claim.path, *claim.path.iterdir()):
-        if folder.is_dir():
-            tidy(folder)
+        tidy(folder)
     click.echo(f"\n{contents(claim.path)}")
 
 

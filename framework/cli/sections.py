@@ -20,10 +20,12 @@ SECTIONS = ("sample", "rock", "law", "test", "numerics")
 def read_file(file: Path) -> Sections:
     """The sections of a TOML file, in which the file of a law is relative to the TOML file.
 
-    Raises :class:`ParameterError` for what is no section, OSError.
+    Raises :class:`ParameterError` for what is no section, and for a file that cannot be read.
     """
     try:
         sections = tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ParameterError(f"{file} cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ParameterError(f"{file} is no TOML: {error}") from None
     for name, section in sections.items():

@@ -10,14 +10,23 @@ import click
 
 from grainlaw.cli.configuration import Configuration, configured
 from grainlaw.cli.law_copy import copied
-from grainlaw.cli.running import ProgressBar, finished, folder_options, progress_bars, tell_certificate, writing_to
+from grainlaw.cli.running import (
+    ProgressBar,
+    finished,
+    folder_options,
+    portable_option,
+    progress_bars,
+    refusing,
+    tell_certificate,
+    threads_option,
+    writing_to,
+)
 from grainlaw.cli.sections import Sections, assign, read_file, toml
 from grainlaw.cli.setups import SETUPS
-from grainlaw.compiler.batch import CompilationError
-from grainlaw.compiler.cache import compile_portably, is_portable
+from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.stepping import InstabilityError
+from grainlaw.engine.thread_count import Threads
 from grainlaw.naming import aligned, shown
-from grainlaw.parameter import ParameterError
 from grainlaw.results.files import write_atomically
 from grainlaw.results.result import Result
 from grainlaw.results.vtk import VtkWriter
@@ -49,19 +58,16 @@ recorded is written all the same."""
 @click.option("--config", type=click.Path(path_type=Path, dir_okay=False), help="TOML file with parameters.")
 @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
 @folder_options
-@click.option("--threads", type=int, help="Threads in the model, for large ones.  [default: 1]")
-@click.option("--portable", is_flag=True, help="The same bits on every processor, for some more time.")
+@threads_option("Threads in the model.", default=None)
+@portable_option
 @click.option("--quick", is_flag=True, help="A small specimen.")
 def test(
     *, name: str, law: str | None, grains: int | None, seed: int | None, config: Path | None,
-    assignments: tuple[str, ...], out: Path, restart: bool, overwrite: bool, threads: int | None, quick: bool,
-    portable: bool,
+    assignments: tuple[str, ...], out: Path, restart: bool, overwrite: bool, threads: Threads | None, quick: bool,
 ) -> None:  # fmt: skip
     options = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
     options["numerics", "threads"] = threads
-    try:
-        if portable:
-            compile_portably()
+    with refusing():
         sections: Sections = read_file(config) if config else {}
         for (section, key), value in options.items():
             if value is not None:
@@ -70,8 +76,6 @@ def test(
             assign(sections, assignment)
         chosen = configured(name, sections, quick)
         ask_first_questions(chosen.law)
-    except (ParameterError, OSError, CompilationError, MemoryError) as error:
-        raise click.UsageError(str(error)) from None
     about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG, "portable": is_portable()}}}
     with writing_to(out, restart, overwrite, about) as claim:
         law_there, files = copied(chosen.sections["law"]["type"], chosen.law_files, claim.path)

@@ -22,12 +22,12 @@ import numpy as np
 from numba import carray, njit
 from numba import types as nb
 
-from grainlaw.compiler.cache import OPTIONS, keyed_njit, stored
+from grainlaw.compiler.cache import OPTIONS, keyed_njit, stored, tell_compiling
 from grainlaw.compiler.compilation import Compilation, CompilationError, refusal
 from grainlaw.compiler.fingerprint import NotCompilable, fingerprint
 from grainlaw.compiler.loops import has_loop, interruptible
 from grainlaw.compiler.numba_private import address_of, compile_for
-from grainlaw.compiler.structure import Structure, spread
+from grainlaw.compiler.structure import Structure, other_numbers, spread
 from grainlaw.contact import ContactLaw, memory_names
 
 __all__ = ["CompilationError", "Compiled", "compile_integrator", "compile_law"]
@@ -119,6 +119,7 @@ class Compiled:
     key: str  #: hash of all that went into the code, without the numbers
     loops: bool  #: whether the code has a loop of its own, which may not end
     keep: Any = attrs.field(repr=False)  #: owns the machine code
+    structure: Structure = attrs.field(repr=False)
 
     def batch(self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Tractions (n,) of n contacts of one law; ``memory`` (m, n) is changed."""
@@ -165,8 +166,15 @@ def compile_law(law: ContactLaw, count: int = 1) -> Compiled:
     return _compile(law, (_Scalar("traction", size, size),), memory, _LAW_SIGNATURE, count)
 
 
-def compile_integrator(integrator: Any) -> Compiled:
-    """Compile ``integrator.step`` and ``move``; their batch finds the time step after the parameters."""
+def compile_integrator(integrator: Any, before: Compiled | None = None) -> Compiled:
+    """Compile ``integrator.step`` and ``move``; their batch finds the time step after the parameters.
+
+    Where the code is that of the integrator ``before``, as in each burst of dynamic relaxation, only the numbers are
+    taken anew.
+    """
+    numbers = None if before is None else other_numbers(before.structure, integrator)
+    if before is not None and numbers is not None:
+        return attrs.evolve(before, numbers=np.array(numbers))
     return _compile(integrator, (_Scalar("step", 4, 2), _Scalar("move", 3, 1)), None, _INTEGRATOR_SIGNATURE, 1)
 
 
@@ -195,12 +203,13 @@ def _compile(
     except NotCompilable as error:
         raise refusal(component, methods[0].name, str(error)) from None
     code = _done[key]
-    return Compiled(address_of(code), numbers, rows, memory or (), key, has_loop(functions), code)
+    return Compiled(address_of(code), numbers, rows, memory or (), key, has_loop(functions), code, struct)
 
 
 def _build(
     struct: Structure, methods: tuple[_Scalar, ...], memory: tuple[str, ...] | None, signature: Any, key: str
 ) -> Any:
+    tell_compiling(type(struct.component).__name__)
     compilation = Compilation(struct, key)
     for method in methods:
         problem = compilation.problem(method.name, (nb.float64,) * method.inputs, method.results)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import logging
 import os
 import warnings
 from typing import Any
@@ -16,6 +17,7 @@ from typing import Any
 import numba
 
 from grainlaw.compiler.cache_folder import Folder, NotPrivateError, cache_folder, limit
+from grainlaw.compiler.numba_inner import inner_options
 from grainlaw.compiler.numba_private import DiskCache, NotKeptError, use_cache
 from grainlaw.parameter import ParameterError
 
@@ -23,7 +25,8 @@ PORTABLE = os.environ.get("GRAINLAW_PORTABLE", "0") not in ("", "0")
 #: Multiplication and addition in one rounding, where the processor can: others round twice, and curves part.
 FUSED = set() if PORTABLE else {"contract"}
 _begun: list[str] = []  #: keys of what was compiled, or found on disk
-OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": FUSED}  #: how every kernel is compiled
+_ENTRY: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": FUSED}
+OPTIONS = inner_options(_ENTRY)  #: how every kernel is compiled; those that Python calls go through :func:`keyed_njit`
 
 
 def compile_portably() -> None:
@@ -38,15 +41,27 @@ def is_portable() -> bool:
     return not FUSED
 
 
+@functools.cache
+def tell_compiling(what: str) -> None:
+    """Say once that something is compiled, as a message of the logger "grainlaw": on the error stream if not told."""
+    logging.getLogger("grainlaw").warning("compiling %s", what)
+
+
 class _Files:
     """The files of the cache, which say what is wrong with them once, as a warning."""
 
+    def __init__(self, what: str = "") -> None:
+        self.what = what  #: in words, to say that it is compiled
+
     def load(self, key: tuple[Any, ...]) -> tuple[dict[str, Any], bytes] | None:
+        found = None
         try:
-            return Folder(cache_folder()).read(_name(key))
+            found = Folder(cache_folder()).read(_name(key))
         except NotPrivateError as error:
             _warn_not_private(error)
-            return None
+        if found is None and self.what:
+            tell_compiling(self.what)
+        return found
 
     def save(self, key: tuple[Any, ...], header: dict[str, Any], code: bytes) -> None:
         try:
@@ -62,10 +77,10 @@ def _name(key: tuple[Any, ...]) -> str:
     return hashlib.sha256(repr(key).encode()).hexdigest()[:40]
 
 
-def _cache(key: str) -> DiskCache:
+def _cache(key: str, what: str = "") -> DiskCache:
     limit()  # a wrong one is refused before anything is compiled
     _begun.append(key)
-    return DiskCache(key, _Files(), _unkept)
+    return DiskCache(key, _Files(what), _unkept)
 
 
 def _unkept(name: str, error: NotKeptError) -> None:
@@ -86,6 +101,6 @@ def stored(key: str, signature: tuple[Any, ...]) -> Any:
     return _cache(key).load(signature)
 
 
-def keyed_njit(function: Any, key: str) -> Any:
-    """njit whose disk cache is keyed by ``key``."""
-    return use_cache(numba.njit(**OPTIONS)(function), _cache(key))
+def keyed_njit(function: Any, key: str, what: str = "") -> Any:
+    """njit whose disk cache is keyed by ``key``; ``what`` it is in words, if it shall be said that it is compiled."""
+    return use_cache(numba.njit(**_ENTRY)(function), _cache(key, what))

@@ -10,6 +10,6 @@ from grainlaw.compiler.fingerprint import fingerprint
 
 
 @functools.cache
-def compiled(function: Any) -> Any:
-    """The compiled form of a plain function, keyed by all that goes into it."""
-    return keyed_njit(function, fingerprint(function, extra=("entry", 1, repr(OPTIONS))))
+def compiled(function: Any, what: str = "") -> Any:
+    """The compiled form of a plain function, keyed by all that goes into it; see :func:`keyed_njit`."""
+    return keyed_njit(function, fingerprint(function, extra=("entry", 1, repr(OPTIONS))), what)

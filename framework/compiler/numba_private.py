@@ -1,4 +1,4 @@
-"""What we use of numba and llvmlite beyond their documented interfaces; no other file may.
+"""What we use of numba and llvmlite beyond their documented interfaces; no file but this and numba_inner.py may.
 
 Each function here has one purpose and a test of its own (tests/test_numba_private.py), which names it when another
 version of numba does not fit. That is why pyproject.toml bounds the version of numba from above.
@@ -151,6 +151,7 @@ class DiskCache:
         return _linked(header, object_code, self.function, signature, context)
 
     def save_overload(self, signature: Any, code: Any) -> None:
+        _set_environments(code)
         try:
             header, object_code = _apart(code)
         except NotKeptError as error:
@@ -168,6 +169,12 @@ def use_cache(jitted: Any, cache: DiskCache) -> Any:
     cache.function = jitted.py_func
     jitted._cache = cache
     return jitted
+
+
+def _set_environments(code: Any) -> None:
+    """Tell compiled code where the constants are of all that it has taken in."""
+    for environment in code._find_referenced_environments():
+        code.library.codegen.set_env(environment.env_name, environment)
 
 
 def _apart(code: Any) -> tuple[dict[str, Any], bytes]:

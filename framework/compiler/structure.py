@@ -97,6 +97,22 @@ def structure(component: Any, *methods: str, asked: frozenset[str] = frozenset()
     )
 
 
+def other_numbers(struct: Structure, component: Any) -> list[float] | None:
+    """The numbers of another component if its code is that of ``struct``, in the order of the compiled code."""
+    if type(component) is not type(struct.component) or struct.rows:
+        return None
+    numbers = [getattr(component, name) for name in struct.numbers]
+    constants = [(type(c), c) for c in (getattr(component, name) for name in struct.constants)]
+    if constants != [(type(c), c) for c in struct.constants.values()]:
+        return None
+    for name, part in struct.parts.items():
+        more = other_numbers(part, getattr(component, name))
+        if more is None:
+            return None
+        numbers += more
+    return numbers if all(isinstance(number, (float, np.floating)) for number in numbers) else None
+
+
 # --- parameters that differ between contacts -------------------------------------------------------------------------
 
 

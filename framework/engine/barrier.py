@@ -13,7 +13,7 @@ from grainlaw.compiler.numba_private import atomic_add, atomic_load, atomic_stor
 SIZE = 32  #: length of the int64 array a barrier lives in; its two counters are in different cache lines
 
 
-SPINS = 2000  #: before the core is yielded: with more threads than cores, a spinning thread delays the one it waits for
+SPINS = 200  #: before the core is yielded: with more threads than cores, a spinning thread delays the one it waits for
 
 
 @njit(**OPTIONS)

@@ -71,8 +71,8 @@ def _sum(tally, column):
 def _remember(contacts, nodes, thread):
     """Keep the displacement of a thread's nodes before they move, for the search."""
     first, last = nodes.share[thread], nodes.share[thread + 1]
-    contacts.before[0, first:last] = nodes.displacement[0, first:last]
-    contacts.before[1, first:last] = nodes.displacement[1, first:last]
+    for i in range(first, last):  # of slices numba compiles a check of their shapes, with its words
+        contacts.before[0, i], contacts.before[1, i] = nodes.displacement[0, i], nodes.displacement[1, i]
 
 
 def _steps(thread, team, parts, chunk):
@@ -100,7 +100,8 @@ def _steps(thread, team, parts, chunk):
         press(parts.pressures, nodes, schedule, thread)
         collect_forces(parts.grains, nodes, freedoms, thread)
         add_weight(parts.gravity, freedoms, thread)
-        velocities[:] = schedule
+        for column in range(velocities.shape[0]):
+            velocities[column] = schedule[column]
         if parts.platens.column.shape[0] > 0:
             barrier.wait(team.meeting, team.threads, team.pause)  # forces on all of a platen's freedoms
             move_platens(
@@ -128,7 +129,7 @@ def run(threads: int, parts: Parts, chunk: Chunk) -> int:
 
     The interpreter lock is released meanwhile. Returns how many steps were done (``contacts.tally`` says why fewer).
     """
-    loop: Any = compiled(_steps)
+    loop: Any = compiled(_steps, "the time loop, once: this takes up to half a minute")
     team = Team(threads, np.zeros(barrier.SIZE, dtype=np.int64), _pause())
     helpers = [threading.Thread(target=loop, args=(k, team, parts, chunk)) for k in range(1, threads)]
     for helper in helpers:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from grainlaw.engine import step
 from grainlaw.engine.hand_over import hand_over
 from grainlaw.engine.parts.contact_passes import DEEP, LEAVING, MOVED
 from grainlaw.engine.state import State
+from grainlaw.engine.thread_count import ThreadCount
 
 
 class InstabilityError(ArithmeticError):
@@ -24,25 +26,22 @@ class OverlapError(InstabilityError):
     """Grains overlap more than is allowed; the message names the pair and what to do."""
 
 
-def advance(state: State, integrator: Compiled, steps: int, *, threads: int = 1) -> None:
+def advance(state: State, integrator: Compiled, steps: int, *, threads: int | ThreadCount = 1) -> None:
     """Do ``steps`` of the present stage. Raises :class:`OverlapError`."""
     numbers = np.append(integrator.numbers, state.time_step)
     times, done = state.next_times(steps), 0
     schedule = state.boundaries.schedule(times - state.began, state.steady.pace)
     loops = integrator.loops or any(group.compiled.loops for group in (*state.bonds.groups, *state.contacts.groups))
     while True:
-        parts = state.shared(threads)
-        chunk = step.Chunk(
-            steps - done, state.steps, state.time_step, schedule[done:], integrator.address, numbers.ctypes.data
-        )
-        if loops:
-            now = interruptible(lambda: step.run(threads, parts, chunk))  # noqa: B023
-        else:
-            now = step.run(threads, parts, chunk)
-        state.boundaries.platens.take_back(parts.platens)
+        count, some = threads.turn(steps - done) if isinstance(threads, ThreadCount) else (threads, steps - done)
+        imposed = schedule[done : done + some]
+        start = time.perf_counter()
+        chunk = step.Chunk(some, state.steps, state.time_step, imposed, integrator.address, numbers.ctypes.data)
+        now, tally = _run(state, count, chunk, loops)
+        if isinstance(threads, ThreadCount):
+            threads.note(now, time.perf_counter() - start)
         done += now
         state.count_steps(now, float(times[done - 1]) if done else state.time)
-        tally = parts.contacts.tally.sum(axis=0).tolist()
         if tally[DEEP]:
             where = f"the run stopped at step {state.steps} (t = {state.time:.4g} s, stage '{state.stage}')"
             raise OverlapError(f"{where}: {state.contacts.deepest()}")
@@ -52,3 +51,11 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int = 1)
             state.search(state.displacement_at_forces())
         if done == steps:
             return
+
+
+def _run(state: State, threads: int, chunk: step.Chunk, loops: bool) -> tuple[int, list[int]]:
+    """Do a chunk; how many of its steps were done, and the sum of the threads' tallies."""
+    parts = state.shared(threads)
+    done = interruptible(lambda: step.run(threads, parts, chunk)) if loops else step.run(threads, parts, chunk)
+    state.boundaries.platens.take_back(parts.platens)
+    return done, parts.contacts.tally.sum(axis=0).tolist()

@@ -129,6 +129,7 @@ class _Run:
             raise ParameterError(f"Probe: there is no contact point {wrong[0]}, they go from 0 to {count - 1}")
         self.positions = state.contact_positions
         self.named, self.first = self.named_at(probe, self.positions), probe.first
+        self.breaks = state.breaks
         self.broken_time, self.broken_mode = state.broken_time, state.broken_mode  # arrays that the engine fills
         self.grains = state.mesh.interface_grains[state.bonds.order]
         self.groups = [(group.law, group.first, group.last) for group in state.bonds.groups]
@@ -144,9 +145,8 @@ class _Run:
 
     def _chosen(self) -> np.ndarray:
         """Numbers of the points to follow, each once: those named, and the first that have broken."""
-        broken = np.flatnonzero(~np.isnan(self.broken_time))
-        order = broken[np.argsort(self.broken_time[broken], kind="stable")]  # as in Result.cracks
-        return np.array(list(dict.fromkeys([*self.named, *order[: self.first].tolist()])), dtype=int)
+        first = self.breaks.in_order()[: self.first]
+        return np.array(list(dict.fromkeys([*self.named, *first.tolist()])), dtype=int)
 
     def record(self, state: State) -> None:
         values = (state.opening, state.slip, state.normal, state.shear, state.memory("damage"))

@@ -165,8 +165,7 @@ def energy_made(curves: Mapping[str, np.ndarray], frames: Sequence[Frame], lengt
 
 
 def _cracks(state: State) -> Cracks:
-    broken = np.flatnonzero(~np.isnan(state.broken_time))
-    broken = broken[np.argsort(state.broken_time[broken], kind="stable")]
+    broken = state.breaks.in_order()
     interface = state.bonds.order[broken % len(state.bonds)]
     ends = state.positions[state.mesh.interfaces[interface]]
     along = (ends[:, 1] + ends[:, 3] - ends[:, 0] - ends[:, 2]) / 2

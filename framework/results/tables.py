@@ -26,9 +26,9 @@ def lines(columns: Iterable[np.ndarray]) -> str:
     return "".join(",".join(map(repr, row)) + "\n" for row in zip(*(c.tolist() for c in columns), strict=True))
 
 
-def curves_as_text(curves: Mapping[str, np.ndarray]) -> str:
-    """The curves of one run as CSV, with a line of names."""
-    return ",".join(curves) + "\n" + lines(curves.values())
+def as_csv(table: Mapping[str, np.ndarray]) -> str:
+    """Columns by name as CSV, with a line of names."""
+    return ",".join(table) + "\n" + lines(table.values())
 
 
 def write_curves(file: Path, curves: Mapping[str, Mapping[str, np.ndarray]]) -> None:
@@ -49,9 +49,7 @@ def breaks(state: State) -> dict[str, np.ndarray]:
 
     Position (x, y) in m and orientation (rad from the x axis) are those on the undeformed specimen.
     """
-    time = state.broken_time
-    point = np.flatnonzero(~np.isnan(time))
-    point = point[np.argsort(time[point], kind="stable")]
+    point = state.breaks.in_order()
     mesh, count = state.mesh, len(state.bonds)
     interface = state.bonds.order[point % count] if count else point
     ends = mesh.nodes[mesh.interfaces[interface]]
@@ -61,7 +59,7 @@ def breaks(state: State) -> dict[str, np.ndarray]:
     along = second - first
     grain_a, grain_b = mesh.interface_grains[interface].T
     return {
-        "time": time[point], "point": point, "grain_a": grain_a, "grain_b": grain_b, "x": x, "y": y,
+        "time": state.broken_time[point], "point": point, "grain_a": grain_a, "grain_b": grain_b, "x": x, "y": y,
         "orientation": np.arctan2(along[:, 1], along[:, 0]) % np.pi, "length": state.contact_lengths[point],
         "mode": state.broken_mode[point], "spent": state.broken_work[point],
     }  # fmt: skip

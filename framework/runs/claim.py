@@ -16,12 +16,15 @@ from grainlaw.parameter import ParameterError
 from grainlaw.results.files import file_name, writable_folder
 
 RUN, CHECKPOINT, FRAMES, LOCK = "run.json", "checkpoint.npz", "frames", ".grainlaw.lock"
+LAW_FILES = "law_files"  #: folder of the copies of a user's law files, with folders of their own
 
-#: what runs write to their folders, and --overwrite removes
+#: what only a restart needs
+FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
+#: what runs write to their folders, and --overwrite removes; the record last, for it says that this is a run
 WRITTEN = (
-    RUN, CHECKPOINT, f"{FRAMES}/*.npz", "config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html",
-    "comparison.png", "envelope.png", "cracks_*.png", "law_files/*",
-    *(f"{name}{end}" for name in ("grains", "cracks", "contacts") for end in (".pvd", "_*.vtu")),
+    *FOR_RESTART, "config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html",
+    "comparison.png", "envelope.png", "cracks_*.png", f"{LAW_FILES}/**/*", LAW_FILES,
+    *(f"{name}{end}" for name in ("grains", "cracks", "contacts") for end in (".pvd", "_*.vtu")), RUN,
 )  # fmt: skip
 
 
@@ -83,7 +86,7 @@ def claimed(
             clear(path)
         elif (path / RUN).exists() and not restart:
             raise ParameterError(
-                f"the folder '{path}' holds a run ({described(path)}): choose another folder, go on with that run "
+                f"the folder '{path}' holds a run ({_run_of(path)}): choose another folder, go on with that run "
                 "(--restart), or replace it (--overwrite)"
             )
         yield Claim(path, restart, dict(about or {}))
@@ -98,24 +101,26 @@ def clear(folder: Path) -> None:
     for inner in sorted(folder.iterdir()):
         if inner.is_dir() and (inner / RUN).exists():
             clear(inner)
-    for pattern in sorted(WRITTEN, key=lambda name: name == RUN):  # the record last: it says that this is a run
-        for file in folder.glob(pattern):
-            file.unlink()
-    for name in (FRAMES, "law_files"):
-        if (folder / name).is_dir() and not any((folder / name).iterdir()):
-            (folder / name).rmdir()
+    _remove(folder, WRITTEN)
 
 
 def tidy(folder: Path) -> None:
-    """Remove the checkpoint and the frames of a run that has come to its end."""
-    for pattern in (CHECKPOINT, f"{FRAMES}/*.npz"):
-        for file in folder.glob(pattern):
-            file.unlink()
-    if (folder / FRAMES).is_dir():
-        (folder / FRAMES).rmdir()
+    """Remove the checkpoint and the frames of a run that has come to its end; a folder without a run is left alone."""
+    if (folder / RUN).exists():
+        _remove(folder, FOR_RESTART)
 
 
-def described(folder: Path) -> str:
+def _remove(folder: Path, patterns: Iterable[str]) -> None:
+    """Remove files, and folders that are empty then."""
+    for pattern in patterns:
+        for found in sorted(folder.glob(pattern), reverse=True):  # what is in a folder before the folder
+            if found.is_symlink() or not found.is_dir():
+                found.unlink()
+            elif not any(found.iterdir()):
+                found.rmdir()
+
+
+def _run_of(folder: Path) -> str:
     """What the record of a folder says about its run, in some words."""
     try:
         record = json.loads((folder / RUN).read_text(encoding="utf-8"))

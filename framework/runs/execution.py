@@ -18,6 +18,7 @@ from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbal
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, advance
+from grainlaw.engine.thread_count import ThreadCount
 from grainlaw.integration import Integrator, Motion
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
@@ -26,9 +27,8 @@ from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
 from grainlaw.results.result import Result
 from grainlaw.runs.checkpoint import Checkpoint, Counters, Moment
 from grainlaw.runs.curve_table import CurveTable
-from grainlaw.runs.estimate import QUICK, estimate, expected_steps, warn_if_long
+from grainlaw.runs.estimate import warn_of_cost
 from grainlaw.runs.loader import Loader
-from grainlaw.runs.plausibility import lowest_frequency
 from grainlaw.runs.run_folder import RunFolder
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.stage import Stage, StageError
@@ -47,7 +47,7 @@ class Execution:
         protocol: LoadingProtocol,
         stages: Sequence[Stage],
         *,
-        threads: int,
+        threads: int | ThreadCount,
         factor: float,
         scaling: float,
         observers: Sequence[Observer],
@@ -71,10 +71,12 @@ class Execution:
 
     def go(self) -> Result:
         """Run to the end. Errors hold the result so far in ``result``."""
+        had_finished = self.at.finished
         try:
             while not self.at.finished:
                 self._run_stage()
-            self._save(self.moment())
+            if self.folder is not None and not had_finished:
+                self._save(self.moment())
         except (StageError, InstabilityError, Stopped) as error:
             error.result = self._result()
             raise
@@ -86,7 +88,7 @@ class Execution:
             self._begin(stage)
         self._steps(0)  # compiles, so that the clock measures the time loop alone
         if not self.goes_on and not self.columns.count:
-            self._estimate()
+            warn_of_cost(state, self.law, self.stages, self._steps)
         self.goes_on = False
         while self.columns.count - self.at.first_sample < stage.sample_limit:
             moment = self.moment()
@@ -127,17 +129,6 @@ class Execution:
         at.supplied = max(at.supplied, least_work(state))
         state.take_back_half_a_step_of_gravity()
         at.first_sample, at.first_step, at.next_adapt, at.halts = self.columns.count, state.steps, 0, 0
-
-    def _estimate(self) -> None:
-        """Warn of a run that takes long, before it begins: from a probe whose steps are taken back."""
-        state = self.state
-        frequency = lowest_frequency(state.specimen, self.law)
-        steps = expected_steps(self.stages, state.time_step, frequency)
-        if steps * len(state.mesh.zones) > QUICK:
-            saved = state.save()
-            found = estimate(steps, len(state.mesh.zones), self._steps)
-            state.restore(saved)
-            warn_if_long(found, self.stages, state.specimen, state.time_step, frequency)
 
     def _observe(self, stage: Stage) -> float:
         """Show the sample to all observers; returns the share of the stage that is done."""
@@ -186,7 +177,8 @@ class Execution:
 
     def _steps(self, steps: int) -> None:
         if self.compiled is None or self.compiled[0] is not self.integrator:
-            self.compiled = self.integrator, compile_integrator(self.integrator)
+            before = None if self.compiled is None else self.compiled[1]
+            self.compiled = self.integrator, compile_integrator(self.integrator, before)
         if steps and self.state.freedoms.lags:
             advance(self.state, self.compiled[1], 1, threads=self.threads)
             self.state.freedoms.catch_up()

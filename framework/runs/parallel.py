@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import threading
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack
@@ -12,12 +12,16 @@ import attrs
 
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.contact import Laws
+from grainlaw.detection import EVERYWHERE
+from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError, checked_whole_number
+from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import file_name
 from grainlaw.results.result import Result
 from grainlaw.runs.claim import Folder, check_file_names, claimed
+from grainlaw.runs.estimate import expected_work
+from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.record import recorded
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
@@ -46,7 +50,7 @@ class Outcome(Generic[Key]):
 def simulate_all(
     runs: Mapping[Key, Run],
     *,
-    threads: int | None = None,
+    threads: Threads = AUTO,
     observers: Callable[[Key], Sequence[Observer]] = lambda key: (),
     checkpoint: Folder = None,
     folder: Callable[[Key], str] = str,
@@ -55,8 +59,9 @@ def simulate_all(
     stop: Stop | None = None,
     **options: Any,
 ) -> Outcome[Key]:
-    """Do runs, as many at a time as ``threads`` (all cores); spare threads share a model.
+    """Do runs, as many at a time as ``threads`` (all cores); threads that a run leaves idle go to the others.
 
+    Where they are more than the threads, those that are expected to take longest begin first.
     ``observers`` maps the key of a run to its observers; ``options`` go to :func:`simulate`. In ``checkpoint`` each run
     has a folder, whose name is given by ``folder``; with ``restart`` those that have finished are not run again. The
     results do not depend on ``threads``. A run that fails does not touch the others. Raises :class:`ParameterError` and
@@ -75,36 +80,67 @@ def simulate_all(
         return _all(runs, threads, observers, folders, stop or Stop(), options)
 
 
+class _Shared:
+    """Threads that runs share: each may have an equal part of them, and more as others come to their end."""
+
+    def __init__(self, threads: int) -> None:
+        self.threads, self.running = threads, 0
+        self._lock = threading.Lock()
+
+    def most(self) -> int:
+        return max(1, self.threads // max(1, self.running))
+
+    def __enter__(self) -> ThreadCount:
+        with self._lock:
+            self.running += 1
+        return ThreadCount(self.most)
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self.running -= 1
+
+
 def _all(
     runs: Mapping[Key, Run],
-    threads: int | None,
+    threads: Threads,
     observers: Callable[[Key], Sequence[Observer]],
     folders: Mapping[Key, Folder],
     stop: Stop,
     options: Mapping[str, Any],
 ) -> Outcome[Key]:
-    threads = checked_whole_number("threads", os.cpu_count() or 1 if threads is None else threads, at_least=1)
-    workers = min(threads, len(runs))
+    given = checked_threads("threads", threads)
+    total = cores() if given == AUTO else given
+    workers, shared = min(total, len(runs)), _Shared(total)
     kept = any(folder is not None for folder in folders.values())
 
     def one(key: Key) -> Result:
         stop.check()
-        run, share = runs[key], max(1, threads // workers)
-        return simulate(
-            run.specimen, run.law, run.protocol, threads=share, observers=observers(key), stop=stop,
-            checkpoint=folders[key], **options,
-        )  # fmt: skip
+        run = runs[key]
+        with shared as count:
+            return simulate(
+                run.specimen, run.law, run.protocol, threads=count, observers=observers(key), stop=stop,
+                checkpoint=folders[key], **options,
+            )  # fmt: skip
 
     for run in runs.values():  # made here, once, before threads share it
         _ = run.specimen.mesh, run.specimen.zone_constants, run.specimen.node_masses
     with stop.by_signals(only_interrupt=not kept), ThreadPoolExecutor(workers) as pool:
-        futures = {key: pool.submit(one, key) for key in runs}
+        order = list(runs) if workers == len(runs) else _longest_first(runs, options)
+        futures = {key: pool.submit(one, key) for key in order}
         try:
             _wait(futures.values(), stop)
         except BaseException:
             stop.ask("stopped")
             raise
-    return _outcome(futures, stop)
+    return _outcome({key: futures[key] for key in runs}, stop)
+
+
+def _longest_first(runs: Mapping[Key, Run], options: Mapping[str, Any]) -> list[Key]:
+    """So that the last runs are short, and no core waits long for another."""
+    for run in runs.values():
+        ask_first_questions(run.law, options.get("detection", EVERYWHERE))  # a law that is no law has no stiffness
+    work = {key: expected_work(r.specimen, r.law, r.protocol.stages(r.specimen)) for key, r in runs.items()}
+    return sorted(runs, key=work.__getitem__, reverse=True)
 
 
 def _wait(futures: Any, stop: Stop) -> None:

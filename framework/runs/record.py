@@ -28,6 +28,7 @@ from grainlaw.compiler.batch import compile_law
 from grainlaw.compiler.cache import is_portable
 from grainlaw.compiler.numba_private import processor
 from grainlaw.contact import Laws
+from grainlaw.engine.parts.contact_laws import uniform
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.protocol import LoadingProtocol
@@ -49,6 +50,11 @@ COMPONENTS = ("laws", "geometry", "protocols")  #: packages that need not be loa
 
 def versions() -> dict[str, str]:
     """Of Python and of the packages that results depend on."""
+    return dict(_versions())
+
+
+@functools.cache
+def _versions() -> dict[str, str]:  # a checkpoint asks each time, and version() searches the disk
     return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
 
 
@@ -152,44 +158,33 @@ def of_run(specimen: Specimen, law: Laws, protocol: LoadingProtocol, options: Ma
     The law counts with its fingerprint, that of its compiled code: a law whose comments are edited is the same. Other
     components that are not grainlaw's count with the text of their source.
     """
-    components = [law, protocol, specimen.contact_points, *options.values()]
+    sources = own_sources(protocol, specimen.contact_points, *options.values())
     content = {
         "format": FORMAT,
-        "engine": {"version": version("grainlaw"), "sources": engine_hash(), "portable": is_portable()},
+        "engine": {"version": versions()["grainlaw"], "sources": engine_hash(), "portable": is_portable()},
         "specimen": _specimen(specimen),
         "law": described(law) | {"fingerprint": fingerprints(law)},
         "protocol": described(protocol),
         "options": {name: described(value) if attrs.has(type(value)) else value for name, value in options.items()},
-        "sources": {name: source["sha256"] for name, source in own_sources(*components[1:]).items()},
+        "sources": {name: source["sha256"] for name, source in sources.items()},
     }
     text = json.dumps(without_nan(content), sort_keys=True, default=repr)
     key = hashlib.sha256(text.encode()).hexdigest()
-    return {"key": key, **content, "sources": own_sources(*components)}
+    return {"key": key, **content, "sources": own_sources(law) | sources}
 
 
 def fingerprints(law: Laws) -> Any:
     """The fingerprint of a law's code, or those of several by their phases."""
     if isinstance(law, Mapping):
         return {str(phases): fingerprints(each) for phases, each in law.items()}
-    return compile_law(law, _points(law)).key
-
-
-def _points(law: Any) -> int:
-    """How many contact points the arrays of a law are for."""
-    for field in attrs.fields(type(law)):
-        value = getattr(law, field.name)
-        if isinstance(value, np.ndarray):
-            return len(value)
-        if attrs.has(type(value)) and (count := _points(value)) > 1:
-            return count
-    return 1
+    return compile_law(uniform(law)).key
 
 
 def own_sources(*components: Any) -> dict[str, dict[str, str]]:
     """File, text and hash of the classes of the user's own among components and their parts, by class."""
     found: dict[str, dict[str, str]] = {}
     for kind in dict.fromkeys(kind for component in components for kind in _kinds(component)):
-        if kind.__module__.split(".")[0] == "grainlaw" or not attrs.has(kind):
+        if kind.__module__.split(".")[0] == "grainlaw":
             continue
         file, text = _source(kind)
         digest = hashlib.sha256(text.encode()).hexdigest()
@@ -198,11 +193,18 @@ def own_sources(*components: Any) -> dict[str, dict[str, str]]:
 
 
 def _source(kind: type) -> tuple[str, str]:
-    """File and text of a class, by the code of its methods: the file of a law need not be a loaded module."""
+    """File and text of a class, by the code of its methods: the file of a law need not be a loaded module.
+
+    Empty where there is none that can be read.
+    """
     codes = [entry.__code__ for entry in vars(kind).values() if isinstance(entry, FunctionType)]
     for file in dict.fromkeys(code.co_filename for code in codes if not code.co_filename.startswith("<attrs")):
         text = "".join(linecache.getlines(file))
-        for node in ast.walk(ast.parse(text)):
+        try:
+            tree = ast.parse(text)
+        except (SyntaxError, ValueError):  # edited since it was loaded
+            continue
+        for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef) and node.name == kind.__name__:
                 first = min((decorator.lineno for decorator in node.decorator_list), default=node.lineno)
                 return file, "\n".join(text.splitlines()[first - 1 : node.end_lineno]) + "\n"
@@ -225,7 +227,7 @@ def origin() -> dict[str, Any]:
     return {
         "started": datetime.now().isoformat(timespec="seconds"),
         "program": [str(getattr(main, "__file__", None) or "interactive"), *sys.argv[1:]],
-        "grainlaw": {"version": version("grainlaw"), "revision": revision()},
+        "grainlaw": {"version": versions()["grainlaw"], "revision": revision()},
         "made_with": made_with(),
     }
 

@@ -12,9 +12,10 @@ from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
+from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
 from grainlaw.integration import Integrator
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError, checked_whole_number
+from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.result import Result
 from grainlaw.runs import record
@@ -28,8 +29,6 @@ from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import Specimen
 from grainlaw.stage import StageError
 
-MOST_THREADS = 128
-
 
 @checked
 def simulate(
@@ -38,7 +37,7 @@ def simulate(
     protocol: LoadingProtocol,
     *,
     detection: Detection | None = EVERYWHERE,
-    threads: int = 1,
+    threads: Threads | ThreadCount = "auto",
     integrator: Integrator | None = None,
     time_step_factor: float = 1.0,
     mass_scaling: float = 1.0,
@@ -54,7 +53,8 @@ def simulate(
 
     ``law`` is one contact law, or a mapping from pairs of phases to laws. ``detection`` says how contacts without a
     bond are found, and which law they follow; with None there are only the bonds of the specimen.
-    ``threads`` share one model (several models at a time, as in :func:`compare`, use cores better).
+    ``threads`` share one model; with "auto" they are as many as pay for its size and for what else the machine does,
+    which is tried anew now and then. The result does not depend on them.
     ``integrator`` replaces the protocol's in all stages, so that integrators can be compared like laws.
     ``time_step_factor`` shortens the integrator's stable step; ``mass_scaling`` lengthens it by this factor by raising
     the mass of the few nodes that govern it. ``frames`` is the number of moments kept for pictures and VTK.
@@ -68,7 +68,8 @@ def simulate(
     likely cause (:class:`OverlapError` where grains overlap too much), :class:`StageError`, and :class:`Stopped` (a
     KeyboardInterrupt); these four have the ``result`` so far.
     """
-    _check(threads, time_step_factor, mass_scaling)
+    shared = threads if isinstance(threads, ThreadCount) else checked_threads("simulate: threads", threads)
+    _check(time_step_factor, mass_scaling)
     if not every >= 0:
         raise ParameterError(f"simulate: every = {every!r} s is not allowed, it must be at least 0")
     if checkpoint is None and (restart or overwrite):
@@ -87,7 +88,8 @@ def simulate(
 
     def execution(folder: RunFolder | None) -> Execution:
         return Execution(
-            State(specimen, law, detection), law, protocol, stages, threads=threads, factor=time_step_factor,
+            State(specimen, law, detection), law, protocol, stages,
+            threads=ThreadCount(cores) if shared == AUTO else shared, factor=time_step_factor,
             scaling=mass_scaling, observers=observers, frames=frames, stop=stop, folder=folder,
         )  # fmt: skip
 
@@ -97,9 +99,10 @@ def simulate(
             return execution(None).go()
         claim = stack.enter_context(claimed(checkpoint, restart=restart, overwrite=overwrite))
         stack.enter_context(stop.by_signals())
+        about = {**claim.about, "threads": shared if isinstance(shared, int) else AUTO}
         what = record.of_run(specimen, law, protocol, options)
         found = checkpoint_of(claim.path, what["key"]) if claim.restart else None
-        stack.enter_context(record.recorded(claim.path, {**claim.about, "threads": threads, **what}))
+        stack.enter_context(record.recorded(claim.path, {**about, **what}))
         folder = RunFolder(claim.path, every, what["key"])
         stack.callback(folder.close)
         run = execution(folder)
@@ -121,8 +124,7 @@ def _kept(run: Execution, folder: RunFolder) -> Result:
     return result
 
 
-def _check(threads: int, factor: float, scaling: float) -> None:
-    checked_whole_number("simulate: threads", threads, at_least=1, at_most=MOST_THREADS)
+def _check(factor: float, scaling: float) -> None:
     if not is_number(factor) or not 0 < factor <= 1:
         raise refusal("simulate: time_step_factor", factor, "above 0, at most 1")
     if not is_number(scaling) or not 1 <= scaling <= 100:

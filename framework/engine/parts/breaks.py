@@ -28,6 +28,11 @@ class Breaks(Part):
         """(p,) whether points have broken that are not in the record yet, from their damage (p,)."""
         return np.isnan(self.books.time) & (damage >= 1)
 
+    def in_order(self) -> np.ndarray:
+        """(k,) numbers of the points that have broken, in the order of breaking."""
+        broken = np.flatnonzero(~np.isnan(self.books.time))
+        return broken[np.argsort(self.books.time[broken], kind="stable")]
+
     def note(self, broken: np.ndarray, bonds: Bonds, time: float, mode: np.ndarray, traction: np.ndarray) -> None:
         """Record that points broke by ``time`` (s), with the mode (p,) and the tractions (2, p) Pa of all points.
 

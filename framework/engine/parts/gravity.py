@@ -32,7 +32,8 @@ def add_weight(gravity, freedoms, thread):
     first, last = gravity.share[thread], gravity.share[thread + 1]
     if first < last:
         for row in range(freedoms.force.shape[0]):
-            freedoms.force[row, first:last] += gravity.weight[row, first:last]
+            for n in range(first, last):  # of slices numba compiles a check of their shapes, with its words
+                freedoms.force[row, n] += gravity.weight[row, n]
 
 
 class Gravity(Part):
