@@ -10,7 +10,7 @@ import attrs
 from grainlaw.arguments import Checked
 from grainlaw.parameter import parameter
 
-RECENT = 20  #: samples that a loading may look back on
+RECENT = 5  #: samples that a loading may look back on
 
 
 @attrs.frozen(kw_only=True)

@@ -145,8 +145,9 @@ def test_a_law_stiffer_than_it_says_is_refused_before_the_test(tmp_path):
 def test_an_unstable_run_keeps_what_it_recorded(tmp_path):
     (tmp_path / "mine.py").write_text(STIFFER)
     result = invoke(
-        "test", "uniaxial-compression", *SMALL, "--law", f"{tmp_path / 'mine.py'}:Stiffer", "--out", tmp_path
-    )
+        "test", "uniaxial-compression", *SMALL, "--law", f"{tmp_path / 'mine.py'}:Stiffer", "--out", tmp_path,
+        "--set", "test.loading={type='constant',speed=0.05}",
+    )  # fmt: skip
     assert result.exit_code == 1
     assert "the run became unstable at step" in result.output
     assert "Traceback" not in result.output

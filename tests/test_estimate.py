@@ -12,7 +12,7 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.runs import estimate, execution
+from grainlaw.runs import estimate
 from grainlaw.runs.estimate import CostWarning, check_memory, expected_steps, expected_work, in_words, warn_if_long
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.units import mm
@@ -50,7 +50,7 @@ def test_a_probe_leaves_no_trace(monkeypatch):
     without = gl.simulate(*run)
     monkeypatch.setattr(estimate, "QUICK", 0)
     probed = []
-    monkeypatch.setattr(execution, "warn_if_long", lambda found, *_: probed.append(found))
+    monkeypatch.setattr(estimate, "warn_if_long", lambda found, *_: probed.append(found))
     with_probe = gl.simulate(*run)
     assert all(np.array_equal(row, with_probe.curves[name], equal_nan=True) for name, row in without.curves.items())
     assert probed[0].steps == pytest.approx(without.summary["steps"], rel=0.05)
@@ -104,7 +104,7 @@ def work(specimen, law, test):
 
 def test_runs_are_put_in_the_order_in_which_they_take_long():
     """What is expected, over the steps of a run to the end, is about the same for very unlike samples."""
-    short = UniaxialCompression(speed=2.0, maximum_strain=5e-4, samples=20)
+    short = UniaxialCompression(loading=gl.Constant(speed=2.0), maximum_strain=5e-4, samples=20)
     law = Linear(**STIFF)
     samples = (small_sample(10), small_sample(60, seed=3), small_sample(20, material=gl.Rigid(density=3100)))
     shares = []
@@ -112,6 +112,8 @@ def test_runs_are_put_in_the_order_in_which_they_take_long():
         steps = gl.simulate(specimen, law, short, detection=None).summary["steps"]
         shares.append(work(specimen, law, short)[0] / (steps * len(specimen.mesh.zones)))
     assert max(shares) < 1.15 * min(shares)
-    slow = attrs.evolve(short, speed=1.0)
+    slow = attrs.evolve(short, loading=gl.Constant(speed=1.0))
     assert work(samples[0], law, slow)[0] == pytest.approx(2 * work(samples[0], law, short)[0], rel=0.02)
     assert work(samples[0], law, short) > work(samples[0], BRITTLE, short)  # nothing breaks: it goes on to the end
+    quick = attrs.evolve(short, loading=gl.Adaptive())
+    assert work(samples[0], law, quick) < work(samples[0], BRITTLE, quick)  # and does so quickly

@@ -2,6 +2,7 @@
 
 import shutil
 
+import attrs
 import numpy as np
 import pytest
 from bodies import RIGID, box, turned
@@ -47,6 +48,7 @@ CASES = {
         BiaxialCompression(confinement=2 * MPa, loading=gl.Constant(speed=0.5), maximum_strain=0.003, samples=30), {},
     ),
     "servo": (BLOCKS, JOINT, SHEAR, {}),
+    "adaptive loading": (small_sample(), WEAK, attrs.evolve(CRUSH, loading=gl.Adaptive(rate=0.01)), {}),
     "gravity, contacts, halts": (
         PILE, Friction(kn=1e9, ks=1e9, friction_angle=30),
         FreeMotion(duration=0.3, settle=0.2, gravity=(0.0, -9.81), fixed=[0], samples=30), {},

@@ -1,0 +1,165 @@
+"""Loading: the start without a wave, the speed that follows accuracy, damping beside the load, and its energy."""
+
+import math
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import grainlaw as gl
+from grainlaw.columns import SPENT
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
+from grainlaw.loading import RELEASED, Pace
+from grainlaw.protocols import BiaxialCompression, Cyclic, Platens, UniaxialCompression, UniaxialTension
+from grainlaw.units import MPa
+from tests.support import ROCK, STIFF, STRONG, small_sample
+
+COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
+BRITTLE = MohrCoulomb(**STRONG)
+CRUSH = UniaxialCompression(samples=200)
+SPEEDS = st.floats(1e-6, 1e2)
+
+
+def ledger(curves):
+    """Largest gap of the energies over the largest energy that was supplied."""
+    spent = sum(curves[f"energy_{kind}"] for kind in SPENT)
+    supplied = curves["energy_external"]
+    return np.abs(supplied - spent).max() / np.abs(supplied).max()
+
+
+@pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])
+@pytest.mark.parametrize("platens", Platens)
+def test_a_test_begins_without_a_wave_at_any_speed(material, platens):
+    """In a linear specimen the static solution is the motion, so that the ends carry the same force at every moment."""
+    test = UniaxialCompression(loading=gl.Constant(speed=2.0), platens=platens, maximum_strain=2e-4, samples=20)
+    found = gl.simulate(small_sample(material=material), Linear(**STIFF), test)
+    assert found.summary["platen_imbalance"] < 1e-4
+    assert found.summary["kinetic_ratio"] < 1e-6
+    assert found.curves["energy_damping"][-1] < 1e-4 * found.curves["energy_external"][-1]
+
+
+def test_the_static_solution_of_a_column_is_that_of_springs_in_series():
+    """Blocks that cannot become wider: strains by M = E (1 - nu)/((1 + nu)(1 - 2 nu)), jumps by kn."""
+    height, rows, speed = 20e-3, 4, 0.5
+
+    @attrs.define
+    class First(gl.Observer):
+        velocity: object = None
+
+        def observe(self, state, curves, stage, progress):
+            self.velocity = state.velocity if self.velocity is None else self.velocity
+
+    sides = [gl.Drive(boundary=side, axis=0, speed=0.0) for side in ("left", "right")]
+    ends = [gl.Drive(boundary="top", axis=1, speed=-1.0), gl.Drive(boundary="bottom", axis=1, speed=0.0)]
+
+    @attrs.frozen
+    class Press(gl.LoadingProtocol):
+        def stages(self, specimen):
+            return [gl.Stage(name="press", drives=[*ends, *sides], loading=gl.Constant(speed=speed), interval=1e-8,
+                             expected=2, until=[gl.Reaches("time", 1e-9)])]  # fmt: skip
+
+        def measure(self, state):
+            return {}
+
+        def summary(self, curves, specimen):
+            return {}
+
+    specimen = gl.Specimen(Bricks(rows=rows).tessellate(rectangle(10e-3, height)), ROCK)
+    watch = First()
+    gl.simulate(specimen, Linear(**STIFF), Press(), observers=[watch])
+    young, poisson = ROCK.youngs_modulus, ROCK.poissons_ratio
+    confined = young * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson))
+    stress = speed / (height / confined + (rows - 1) / STIFF["kn"])  # per second
+    y, block = specimen.mesh.nodes[:, 1], specimen.mesh.node_grain
+    expected = -stress * (y / confined + block / STIFF["kn"])
+    assert np.abs(watch.velocity[:, 1] - expected).max() < 1e-6 * speed
+
+
+@pytest.mark.parametrize("law", [BRITTLE, COHESIVE], ids=["brittle", "cohesive"])
+def test_the_default_test_passes_its_certificate_and_closes_its_ledger(law):
+    specimen = small_sample()
+    found = gl.simulate(specimen, law, CRUSH)
+    if law is BRITTLE:  # in so small a sample one break of the other is a twentieth of the load
+        assert found.summary["platen_imbalance"] < 0.02
+    assert found.summary["kinetic_ratio"] < 0.01
+    assert ledger(found.curves) < 1e-6
+    slower = gl.simulate(specimen, law, attrs.evolve(CRUSH, loading=gl.Adaptive(rate=0.0005)))
+    assert found.summary["peak_stress"] == pytest.approx(slower.summary["peak_stress"], rel=0.02)
+    assert found.summary["steps"] < 0.6 * slower.summary["steps"]
+
+
+def test_the_speed_is_high_at_first_and_low_when_bonds_break():
+    curves = gl.simulate(small_sample(), BRITTLE, CRUSH).curves
+    speed, peak = curves["loading_speed"], int(np.argmax(curves["stress"]))
+    assert curves["damaged"][0] == 0
+    assert speed[peak] < speed[0] / 20
+
+
+@pytest.mark.parametrize(
+    ("law", "test"),
+    [
+        (BRITTLE, Cyclic(test=CRUSH, levels=(5e-4, 8e-4))),
+        (BRITTLE, BiaxialCompression(confinement=5 * MPa, samples=200)),
+        (attrs.evolve(COHESIVE, closure=BandisClosure(maximum_closure=5e-6)), CRUSH),  # its time step changes
+    ],
+    ids=["cycles", "confined", "closure"],
+)
+def test_every_change_of_speed_and_step_is_in_the_ledger(law, test):
+    assert ledger(gl.simulate(small_sample(), law, test).curves) < 1e-6
+
+
+def test_the_speed_does_not_depend_on_threads():
+    first, *others = (gl.simulate(small_sample(), BRITTLE, CRUSH, threads=threads).curves for threads in (1, 2, 3))
+    for other in others:
+        assert all(np.array_equal(first[name], other[name], equal_nan=True) for name in first)
+
+
+def test_an_accuracy_that_cannot_be_had_ends_with_words_and_what_was_found():
+    test = attrs.evolve(CRUSH, samples=1000, loading=gl.Adaptive(imbalance=1e-6))
+    with pytest.raises(gl.StageError, match=r"compression': Adaptive: imbalance = 1e-06 cannot be had") as caught:
+        gl.simulate(small_sample(), BRITTLE, test)
+    assert len(caught.value.result.curves["stress"]) > 10
+
+
+def test_damping_of_all_motion_drags_the_load():
+    """Where bonds break, it takes the sign of the load's own motion: the end that moves carries more, on the mean."""
+    press = attrs.evolve(CRUSH, loading=gl.Constant(speed=0.2), stop_fraction=0.9)
+    drag = []
+    for integrator in (gl.CentralDifference(), gl.CentralDifference(beside_loading=False)):
+        curves = gl.simulate(small_sample(), BRITTLE, attrs.evolve(press, integrator=integrator)).curves
+        damaged = slice(int(np.argmax(curves["damaged"] > 0)), int(np.argmax(curves["stress"])))
+        drag.append(np.mean((curves["stress_top"] - curves["stress_bottom"])[damaged]) / curves["stress"].max())
+    assert abs(drag[0]) < 0.2 * drag[1]
+
+
+@given(
+    speed=SPEEDS, span=SPEEDS, inertia=SPEEDS, frequency=st.floats(1, 1e6), stored=st.floats(0, 1e3),
+    damaged=st.booleans(), released=st.floats(0, 10), imbalance=st.floats(0, 1),
+)  # fmt: skip
+def test_an_adaptive_speed_stays_in_its_bounds(**seen):
+    adaptive, pace = gl.Adaptive(), Pace(**seen)
+    fast = adaptive.first(pace)
+    wanted, again = adaptive.next(pace)
+    assert 0 < wanted <= max(fast, pace.speed)
+    if again:
+        assert wanted < pace.speed
+    if pace.damaged and pace.released > RELEASED and pace.imbalance < adaptive.imbalance:
+        kinetic, slowest = 0.5 * pace.inertia * wanted**2, fast / 500
+        assert wanted <= 1.001 * slowest or kinetic <= 1.001 * adaptive.rate**2 * pace.stored * (2 if again else 4)
+
+
+def test_loading_is_checked():
+    stage = {"name": "load", "until": [gl.Reaches("time", 1)], "interval": 1e-6, "loading": gl.Adaptive()}
+    moving, still = (gl.Drive(boundary="top", axis=1, speed=speed) for speed in (1.0, 0.0))
+    with pytest.raises(gl.ParameterError, match="Stage 'load': a loading needs expected"):
+        gl.Stage(**stage, drives=[moving])
+    with pytest.raises(gl.ParameterError, match="Stage 'load': a loading needs a drive whose speed is not 0"):
+        gl.Stage(**stage, drives=[still], expected=10)
+    with pytest.raises(gl.ParameterError, match=r"Adaptive: rate = 0\.5 is not allowed"):
+        gl.Adaptive(rate=0.5)
+    with pytest.raises(gl.ParameterError, match=r"loading = 0\.05 is not allowed"):
+        UniaxialTension(loading=0.05)
+    assert math.isinf(Pace(span=1, inertia=1, frequency=1).fastest)
