@@ -11,9 +11,10 @@ from support import ROCK, STRONG
 
 import grainlaw as gl
 from grainlaw.compiler.entry import compiled
-from grainlaw.engine.parts import contact_geometry, contacts, overlap
+from grainlaw.engine.parts import contact_passes, contacts, overlap
 from grainlaw.engine.parts import contact_search as search
-from grainlaw.engine.parts.contact_table import no_contacts
+from grainlaw.engine.parts.contact_rows import rows_of
+from grainlaw.engine.parts.contact_table import APART, CLOSED, HELD, WAITING
 from grainlaw.geometry import Voronoi, block, rectangle
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
@@ -166,19 +167,28 @@ def test_what_the_search_leaves_out_stays_beside_or_in_front_until_the_next():
 
 
 def pair(i, j, k, m, table):
-    """What becomes of a pair of edges i to j and k to m, as they stand now: offset, and length in contact."""
-    contact_geometry.contact_geometry(
-        0, table._replace(place=np.array([i, j, k, m], dtype=float).T.copy()), 0, 1, 0, -1
-    )
-    return table.offset[0], table.length[0]
+    """What becomes of a pair of edges i to j and k to m, as they stand now: state, offset, and length in contact."""
+    place = np.array([i, j, k, m], dtype=float).T.copy()
+    contact_passes.contact_step(table._replace(place=place), 1.0, 0)
+    return int(table.state[0]), float(table.offset[0]), float(table.length[0])
 
 
 @pytest.fixture
 def waiting():
-    return no_contacts(1)._replace(
-        node=np.arange(4, dtype=np.int32).reshape(4, 1), largest_overlap=np.array([1.0]), increment=np.zeros((2, 4)),
-        skin=SKIN, offset=np.array([np.inf]),
-    )  # fmt: skip
+    """A table of one contact that was just found, of faces with friction; they live as long as the test."""
+    state = gl.State(gl.Specimen(together(box(1, 1), box(1, 1, 2)), RIGID), FACES, gl.Detection())
+    table = state.contacts._empty(1)
+    yield table._replace(  # noqa: PT022 - the state lives on
+        laws=table.laws._replace(first=np.array([0]), last=np.array([1])),
+        node=np.arange(4, dtype=np.int32)[:, None],
+        state=np.array([WAITING], dtype=np.int8),
+        largest_overlap=np.array([1.0]),
+        increment=np.zeros((2, 4)),
+        cotangent=np.zeros(4),
+        skin=SKIN,
+        rows=rows_of(1, len(table.memory)),
+        share=np.array([0, 1]),
+    )
 
 
 def test_a_side_turns_to_the_floor_about_a_corner_that_is_in_it(waiting):
@@ -188,11 +198,11 @@ def test_a_side_turns_to_the_floor_about_a_corner_that_is_in_it(waiting):
         angle = np.radians(degrees)
         return pair((1, 0), (0, 0), (0.5 + np.cos(angle), np.sin(angle) - 0.01), (0.5, -0.01), waiting)
 
-    assert turned_to(60) == turned_to(75) == (np.inf, 0)
-    assert turned_to(85) == (0, 0)
-    offset, length = turned_to(91)
-    assert offset == 0
-    assert 0 < length < turned_to(120)[1]
+    assert turned_to(60) == turned_to(75) == (WAITING, 0, 0)
+    assert turned_to(85) == (APART, 0, 0)
+    state, offset, length = turned_to(91)
+    assert (state, offset) == (CLOSED, 0)
+    assert 0 < length < turned_to(120)[2]
 
 
 def test_sides_of_a_corner_that_come_to_face_each_other_begin_without_a_force(waiting):
@@ -201,11 +211,11 @@ def test_sides_of_a_corner_that_come_to_face_each_other_begin_without_a_force(wa
         rise, run = depth, 0.3
         return pair((0, 0), (1, 0), (1, -0.01), (1 - run, rise - 0.01), waiting)
 
-    assert moved(0.2) == (np.inf, 0)
-    offset, length = moved(0.08)
-    assert (offset > 0.02, length) == (True, 0)
-    assert moved(0.08)[1] == 0
-    assert moved(0.081)[1] > 0
+    assert moved(0.2) == (WAITING, 0, 0)
+    state, offset, length = moved(0.08)
+    assert (state, offset > 0.02, length) == (HELD, True, 0)
+    assert moved(0.08)[2] == 0
+    assert moved(0.081)[2] > 0
 
 
 @pytest.mark.parametrize("make", [corner_on_face, pile])
@@ -243,10 +253,10 @@ def test_acute_corners_are_known_by_their_angles():
     turn = np.array([[np.cos(0.4), -np.sin(0.4)], [np.sin(0.4), np.cos(0.4)]])
     grains = together(block((corners @ turn.T + (0, 3)).tolist(), "triangle"), box(1, 1))
     table = gl.State(gl.Specimen(grains, RIGID), FACES, gl.Detection()).contacts
-    for edge, found in zip(table.edges, table._cotangents().T, strict=True):
-        for node, cotangent in zip(edge, found, strict=True):
-            angle = corner_angle(table, int(node))
-            assert cotangent == pytest.approx(1 / np.tan(angle) if angle < 1.57 else 0, abs=1e-9)
+    for node in np.unique(table.edges):
+        cotangent = table._cotangents()[node]
+        angle = corner_angle(table, node)
+        assert cotangent == pytest.approx(1 / np.tan(angle) if angle < 1.57 else 0, abs=1e-9)
 
 
 def corner_angle(table, node):

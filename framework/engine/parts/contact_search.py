@@ -171,7 +171,7 @@ def matches(keys, old):
 
 def carry(rows, found):
     """Rows (r, c) for contacts that were at the places ``found`` (c,) before; 0 for new contacts (place -1)."""
-    new = np.zeros((rows.shape[0], found.shape[0]))
+    new = np.zeros((rows.shape[0], found.shape[0]), dtype=rows.dtype)
     for r in range(rows.shape[0]):
         for c in range(found.shape[0]):
             if found[c] >= 0:

@@ -16,7 +16,8 @@ from grainlaw.contact import Laws
 from grainlaw.detection import Detection
 from grainlaw.engine.parts import contact_search
 from grainlaw.engine.parts.contact_laws import contact_groups
-from grainlaw.engine.parts.contact_table import KEPT, ContactArrays, no_contacts
+from grainlaw.engine.parts.contact_rows import rows_of
+from grainlaw.engine.parts.contact_table import HELD, KEPT, WAITING, ContactArrays, no_contacts
 from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.laws import table_of
 from grainlaw.engine.parts.part import Changing, Part, Split
@@ -60,7 +61,6 @@ class Contacts(Part):
         if detection is None:
             return
         self._skin = detection.skin * specimen.grains.grain_size
-        self._compliance = np.array([1 / np.mean(group.law.stiffness[1]) for group in self.groups], dtype=float)
         corners = specimen.grains.vertices[specimen.grains.corners]
         width = compiled(contact_search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), specimen.grains.first)
         self._largest = np.minimum(detection.largest_overlap * width, self._skin)  #: (g,) m
@@ -88,6 +88,7 @@ class Contacts(Part):
         return self.arrays._replace(
             laws=self.arrays.laws._replace(first=bounds[:-1], last=bounds[1:]),
             tally=np.zeros((split.threads, 8), dtype=np.int64),
+            rows=rows_of(split.threads, len(self.arrays.memory)),
             used_share=np.searchsorted(self.arrays.used, split.node),
             share=self.share(split),
         )
@@ -97,16 +98,15 @@ class Contacts(Part):
         return {"contacts_normal": opening, "contacts_shear": slip, "damping": dashpot}
 
     def _cotangents(self) -> np.ndarray:
-        """(2, e) of the grain's angles at both ends of each edge; 0 where they are not acute."""
+        """(i,) of the grain's angle at each node of the edges; 0 where it is not acute."""
         origin = self._origin
         follower = np.zeros(origin.shape[1], dtype=np.int64)
         follower[self.edges[:, 0]] = np.arange(len(self.edges))
         after = follower[self.edges[:, 1]]  # each node is the start of one edge
         x, y = origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]
         turn, ahead = x * y[after] - y * x[after], x * x[after] + y * y[after]
-        cotangent = np.where(ahead < 0, -ahead / np.maximum(turn, 1e-300), 0.0)
-        result = np.zeros((2, len(self.edges)))
-        result[1], result[0, after] = cotangent, cotangent
+        result = np.zeros(origin.shape[1])
+        result[self.edges[:, 1]] = np.where(ahead < 0, -ahead / np.maximum(turn, 1e-300), 0.0)
         return result
 
     # --- what may be read ------------------------------------------------------------------------------------------
@@ -123,6 +123,13 @@ class Contacts(Part):
     def grains(self) -> np.ndarray:
         """(c, 2) grains A and B."""
         return self.edge_grain[self.books.pairs]
+
+    @property
+    def forces(self) -> np.ndarray:
+        """(2, 4, c) N on start and end of edge a, and on start and end of edge b."""
+        rows = np.stack([self.arrays.force_x, self.arrays.force_y])
+        on_a, end_a, start_b = rows[:, 0], rows[:, 1], rows[:, 2]
+        return np.stack([on_a - end_a, end_a, start_b, -on_a - start_b], axis=1)
 
     @property
     def lifts(self) -> np.ndarray:
@@ -177,15 +184,14 @@ class Contacts(Part):
         increment[:, now] = last_increment[:, then]
         groups, grain, mass = self.groups_of(keys), self.edge_grain, self._mass
         self.arrays = self._empty(0)._replace(
-            **kept, node=node, cotangent=np.stack([*self._cotangent[:, a], *self._cotangent[:, b]]),
-            compliance=self._compliance[groups],
-            largest_overlap=np.minimum(self._largest[grain[a]], self._largest[grain[b]]),
+            **kept, node=node, largest_overlap=np.minimum(self._largest[grain[a]], self._largest[grain[b]]),
             dashpot=2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b])),
-            used=used, origin=origin, place=origin + there, displacement=there, increment=increment,
-            active=np.zeros(len(keys), dtype=np.int64), before=before.copy(), searched=displacement.copy(),
+            used=used, cotangent=self._cotangent[used], origin=origin, place=origin + there, displacement=there,
+            increment=increment, follow=np.zeros(len(keys), dtype=np.int8), active=np.zeros(len(keys), dtype=np.int64),
+            before=before.copy(), searched=displacement.copy(),
         )  # fmt: skip
         new = np.flatnonzero(found < 0)
-        self.arrays.offset[new] = np.inf
+        self.arrays.state[new] = WAITING
         self.arrays.memory[:, new] = self.arrays.virgin[:, groups[new]]
         self.books = self.books._replace(keys=keys, pairs=pairs)
         self.searches += 1
@@ -196,7 +202,7 @@ class Contacts(Part):
         count, rows = len(self.books.keys), self.arrays._asdict()
         self.arrays = self._empty(0)
         result: dict[str, Any] = {}
-        for name in (*KEPT, "force_x", "force_y", "memory"):
+        for name in KEPT:
             old = rows.pop(name)
             flat = old.reshape(math.prod(old.shape[:-1]), count)
             result[name] = compiled(contact_search.carry)(flat, found)
@@ -217,7 +223,7 @@ class Contacts(Part):
         )
         a, b = chosen[found].T.reshape(2, -1)
         size, known = len(self.edges), self.books.keys
-        keys = np.sort(np.concatenate([self.key(a, b), known[(self.arrays.length > 0) | (self.lifts > 0)]]))
+        keys = np.sort(np.concatenate([self.key(a, b), known[self.arrays.state >= HELD]]))
         keys = keys[np.diff(keys, prepend=-1) > 0]
         return np.column_stack([keys // size % size, keys % size]), keys
 
@@ -226,8 +232,11 @@ class Contacts(Part):
         virgin = np.zeros((depth, max(len(self.groups), 1)))
         for g, group in enumerate(self.groups):
             virgin[: group.depth, g] = group.virgin
-        none = no_contacts(count, table_of(self.groups, bonding=False))
-        return none._replace(memory=np.zeros((depth, count)), virgin=virgin, skin=self._skin, reach=REACH * self._skin)
+        compliance = np.array([1 / np.mean(group.law.stiffness[1]) for group in self.groups], dtype=float)
+        return no_contacts(count, table_of(self.groups, bonding=False))._replace(
+            memory=np.zeros((depth, count)), virgin=virgin, compliance=compliance, skin=self._skin,
+            reach=REACH * self._skin,
+        )  # fmt: skip
 
     def key(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """(c,) keys by which contacts of edges a and b are sorted: law, edge a, edge b."""
