@@ -11,7 +11,7 @@ from support import ROCK, STRONG
 
 import grainlaw as gl
 from grainlaw.compiler.entry import compiled
-from grainlaw.engine.parts import contact_passes, contacts, overlap
+from grainlaw.engine.parts import contact_neighbours, contact_passes, overlap
 from grainlaw.engine.parts import contact_search as search
 from grainlaw.engine.parts.contact_rows import rows_of
 from grainlaw.engine.parts.contact_table import APART, CLOSED, HELD, WAITING
@@ -40,10 +40,14 @@ def distance(p, q):
 
 
 def corner(p, q, reach):
-    """Whether two edges are the sides of a corner: each runs from about the other's line to far behind it."""
+    """Whether two edges are the sides of a corner: each runs from about the other's line to far behind it.
+
+    They stay so while their ends move, and their lines turn about them.
+    """
+    way = reach + 2 * TURN * (np.hypot(*(p[1] - p[0])) + np.hypot(*(q[1] - q[0])))
     heights = [cross(one[1] - one[0], point - one[0]) / np.hypot(*(one[1] - one[0])) for one, other in ((p, q), (q, p))
                for point in other]  # fmt: skip
-    return all(min(pair) >= -reach and max(pair) > 2 * reach for pair in (heights[:2], heights[2:]))
+    return all(min(pair) >= way - 2 * reach and max(pair) > reach + way for pair in (heights[:2], heights[2:]))
 
 
 def cross(a, b):
@@ -150,19 +154,23 @@ def corner_on_face(detection=None):
 SKIN = 0.1
 
 
-def test_what_the_search_leaves_out_stays_beside_or_in_front_until_the_next():
-    """Edges nearer than the skin, whose ends then move by half of it."""
+@pytest.mark.parametrize("reach", [SKIN, 0.3 * SKIN, 0.02 * SKIN])
+def test_what_the_search_leaves_out_stays_beside_or_in_front_until_the_next(reach):
+    """Edges nearer than what they are searched for, whose ends then move by half of it."""
     random, left_out = np.random.default_rng(0), 0
     for _ in range(6000):
         angle, length = random.uniform(-np.pi, np.pi), random.uniform(3, 30) * SKIN
         along = length * np.array([np.cos(angle), np.sin(angle)])
         start = (random.uniform(0, 1), random.uniform(-SKIN, SKIN)) - random.choice([0, 1, random.uniform()]) * along
         ends = np.array([(0, 0), (1, 0), start, start + along])  # i, j of edge a, k, m of edge b
-        if not search._near(*ends[::2].T, *ends[1::2].T, np.arcsin([SKIN, SKIN / length]), 0, 1, SKIN):
+        if not search._near(*ends[::2].T, *ends[1::2].T, np.arcsin([reach, reach / length]), 0, 1, reach, SKIN):
             left_out += 1
             turn = random.uniform(-np.pi, np.pi, 4)
-            i, j, k, m = ends + 0.5 * SKIN * np.column_stack([np.cos(turn), np.sin(turn)])
-            assert overlap.arrangement(*(j - i), *(k - m), *(m - i), SKIN) != overlap.BEHIND
+            i, j, k, m = ends + 0.5 * reach * np.column_stack([np.cos(turn), np.sin(turn)])
+            if distance(ends[:2], ends[2:]) < SKIN:  # touching edges are nowhere deeper behind each other
+                stands, depth = (check(*(j - i), *(k - m), *(m - i), *more) for check, more in (
+                    (overlap.arrangement, (SKIN,)), (overlap.deepest, ())))  # fmt: skip
+                assert stands != overlap.BEHIND or depth == 0
     assert left_out > 1500
 
 
@@ -222,10 +230,10 @@ def test_sides_of_a_corner_that_come_to_face_each_other_begin_without_a_force(wa
 def test_how_often_neighbours_are_searched_changes_no_bit(make, monkeypatch):
     seldom = make()
     seldom.steps(1500)
-    monkeypatch.setattr(contacts, "REACH", 0.0)  # a search after every step
+    monkeypatch.setattr(contact_neighbours, "SPENT", 0.0)  # a search after every step
     often = make()
     often.steps(1500)
-    assert often.state.contacts.searches > 1000 > 4 * seldom.state.contacts.searches
+    assert often.state.contacts.searches > 1000 > 3 * seldom.state.contacts.searches
     assert seldom.state.contacts.work.any()
     assert np.array_equal(often.state.freedoms.arrays.displacement, seldom.state.freedoms.arrays.displacement)
     assert np.array_equal(often.state.freedoms.arrays.velocity, seldom.state.freedoms.arrays.velocity)
@@ -236,7 +244,7 @@ def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_search_after_every_s
     rock = gl.Specimen(Voronoi(grains=14, seed=1).tessellate(rectangle(6e-3, 15e-3)), ROCK)
     test = UniaxialCompression(speed=2, ramp=1e-5, maximum_strain=0.06, stop_fraction=0, samples=300)
     seldom = gl.simulate(rock, MohrCoulomb(**STRONG), test)
-    monkeypatch.setattr(contacts, "REACH", 0.0)
+    monkeypatch.setattr(contact_neighbours, "SPENT", 0.0)
     often = gl.simulate(rock, MohrCoulomb(**STRONG), test)
     assert len(seldom.frames[-1].contacts["opening"]) > 5
     booked = ("energy_contacts_normal", "energy_contacts_shear", "energy_damping")  # sums over the table

@@ -35,7 +35,7 @@ def hand_over(state: State) -> None:
     leaving = _leaving(state)
     chosen, count = leaving.bond, len(bonds)
     bonds.retire(chosen)
-    contacts.books.exposed[chosen] = contacts.books.exposed[count + chosen] = True
+    contacts.expose(np.concatenate([chosen, count + chosen]))
     state.search(contacts.arrays.before)
     known, keys = contacts.books.keys, contacts.key(chosen, count + chosen)
     place = np.minimum(np.searchsorted(known, keys), max(len(known) - 1, 0))

@@ -46,7 +46,9 @@ def find_followed(node_1, node_2, node_3, node_4, x, y, state, follow):
         xi, yi, xm, ym = x[i], y[i], x[m], y[m]
         ax, ay, bx, by, wx, wy = x[j] - xi, y[j] - yi, x[k] - xm, y[k] - ym, xm - xi, ym - yi
         room = CLEARLY * (ax * ax + ay * ay + bx * bx + by * by + wx * wx + wy * wy)
-        follow[c] = (state[c] != APART) | (not overlap.in_front(ax, ay, bx, by, wx, wy, -room))
+        follow[c] = state[c] != APART
+        if state[c] == APART and not overlap.in_front(ax, ay, bx, by, wx, wy, -room):
+            follow[c] = overlap.may_overlap(ax, ay, bx, by, wx, wy, CLEARLY)
 
 
 @njit(**OPTIONS)

@@ -54,8 +54,8 @@ class ContactArrays(NamedTuple):
     increment: Changing  #: (2, k) m, incremental displacement of the last step
     before: Changing  #: (2, i) m, displacement of all nodes before the last step, set when the loop ends
     searched: Changing  #: (2, i) m, displacement of all nodes at the last search; without columns there is no search
+    room: Changing  #: (i,) m, how far each node may move from there until the next
     skin: float  #: m, distance up to which edges are neighbours
-    reach: float  #: m, displacement of a node since the last search that causes a new one
     tally: Scratch  #: (threads, 8) what each thread has counted, a cache line for each
     rows: Scratch  #: (threads, n) scratch, see contact_rows.py
     used_share: Scratch  #: (threads + 1,) bounds in ``used`` of each thread's nodes
@@ -79,6 +79,6 @@ def no_contacts(count: int = 0, laws: LawTable | None = None) -> ContactArrays:
         node=np.zeros((4, count), dtype=np.int32), state=np.zeros(count, dtype=np.int8), **numbers,
         force_x=np.zeros((3, count)), force_y=np.zeros((3, count)), memory=np.zeros((1, count)),
         follow=np.zeros(count, dtype=np.int8), active=np.zeros(count, dtype=np.int64), used=none, cotangent=np.zeros(0),
-        **places, skin=math.inf, reach=math.inf, tally=np.zeros((1, 8), dtype=np.int64), rows=np.zeros((1, 0)),
+        **places, skin=math.inf, room=np.zeros(0), tally=np.zeros((1, 8), dtype=np.int64), rows=np.zeros((1, 0)),
         used_share=none, share=none,
     )  # fmt: skip

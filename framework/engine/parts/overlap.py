@@ -88,6 +88,20 @@ def strip(tx, ty, ax, ay, bx, by, wx, wy):
 
 
 @njit(**OPTIONS)
+def may_overlap(ax, ay, bx, by, wx, wy, share):
+    """Whether edges overlap, seen along their mean tangent, or miss it by no more than a ``share`` of their lengths."""
+    length_a, length_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
+    tx, ty = mean_tangent(ax, ay, bx, by, 1 / length_a, 1 / length_b)
+    room = share * (length_a + length_b + abs(wx) + abs(wy))
+    span_a, span_b, start = ax * tx + ay * ty, bx * tx + by * ty, wx * tx + wy * ty
+    begin, end = max(0.0, start), min(span_a, start + span_b)
+    slope_a, slope_b = (ax * ty - ay * tx) / span_a, (bx * ty - by * tx) / span_b
+    level = wx * ty - wy * tx - slope_b * start
+    d1, d2 = (slope_a - slope_b) * begin - level, (slope_a - slope_b) * end - level
+    return (begin < end + room) & (max(d1, d2) > -room)
+
+
+@njit(**OPTIONS)
 def deepest(ax, ay, bx, by, wx, wy):
     """How deep two edges overlap (m), seen along the mean tangent."""
     tx, ty = mean_tangent(ax, ay, bx, by, 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by))
