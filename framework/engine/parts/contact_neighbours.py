@@ -41,9 +41,9 @@ class Neighbours:
         self.forget()
 
     def forget(self) -> None:
-        """Search with a grid next time: edges were exposed, or the specimen is in another state."""
-        self._searched: np.ndarray | None = None
-        self._pairs = np.zeros((0, 2), dtype=np.int64)
+        """Search with a grid next time: edges were exposed."""
+        self.pairs = np.zeros((0, 2), dtype=np.int64)  #: (n, 2) within the skin at the last search with a grid
+        self.searched = np.zeros((2, 0))  #: (2, i) m, displacement at that search; without columns there was none
 
     def find(self, displacement: np.ndarray, before: np.ndarray, exposed: np.ndarray) -> np.ndarray | None:
         """(n, 2) pairs of edges, that of the lower grain first, and in ``room`` how far nodes may move meanwhile.
@@ -57,7 +57,7 @@ class Neighbours:
         if self._search(displacement, farthest, ends, exposed):
             way, _ = self._ways(displacement, before)
         self.room = np.repeat(SPENT * way, np.diff(self._first))  #: (i,) m
-        return self._pairs[self._still_near(ends, way)]
+        return self.pairs[self._still_near(ends, way)]
 
     def any_within(self, displacement: np.ndarray, exposed: np.ndarray) -> bool:
         """Whether any are nearer than half the skin, whenever they were searched."""
@@ -76,7 +76,7 @@ class Neighbours:
         return (x0, y0, x1, y1) if whole[exposed].all() else None
 
     def _ways(self, displacement: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, float]:
-        searched = displacement if self._searched is None else self._searched
+        searched = self.searched if self.searched.size else displacement
         way, farthest = compiled(contact_search.ways)(
             displacement, before, searched, self._first, AHEAD, LEAST * self._skin, REACH * self._skin
         )
@@ -86,17 +86,17 @@ class Neighbours:
         self, displacement: np.ndarray, farthest: float, ends: tuple[np.ndarray, ...], exposed: np.ndarray
     ) -> bool:
         """Find all pairs within the skin, unless no node has moved by more than half the reach since; whether done."""
-        if self._searched is not None and farthest < REACH * self._skin / 2:
+        if self.searched.size and farthest < REACH * self._skin / 2:
             return False
         chosen, turn = np.flatnonzero(exposed), self._skin / self._width
         found = compiled(contact_search.near_pairs)(
             *(row[chosen] for row in ends), self._grain[chosen], turn[self._grain[chosen]], self._skin, self._cell
         )
-        self._pairs, self._searched = chosen[found], displacement.copy()
+        self.pairs, self.searched = chosen[found], displacement.copy()
         return True
 
     def _still_near(self, ends: tuple[np.ndarray, ...], way: np.ndarray) -> np.ndarray:
         """(n,) which of the pairs may meet while nodes of each grain move by its ``way`` (g,) m."""
         turn = (2 * way / self._width)[self._grain]
-        near: np.ndarray = compiled(contact_search.still_near)(self._pairs, *ends, turn, way[self._grain], self._skin)
+        near: np.ndarray = compiled(contact_search.still_near)(self.pairs, *ends, turn, way[self._grain], self._skin)
         return near

@@ -30,6 +30,8 @@ class ContactBooks(NamedTuple):
     keys: Changing  #: (c,) ascending: law, edge a, edge b
     pairs: Changing  #: (c, 2) edges a and b
     exposed: Changing  #: (e,) whether the edge takes part in the search
+    listed: Changing  #: (n, 2) edges of all pairs within the skin, and
+    listed_at: Changing  #: (2, i) m, the displacement at which they were found: the next searches depend on it
     gone: Changing  #: (3,) J, work in opening, in slip and on dashpots of contacts that have left the table
 
 
@@ -51,10 +53,8 @@ class Contacts(Part):
         self.edge_grain = mesh.node_grain[self.edges[:, 0]]
         self.searches, self.seconds = 0, 0.0  #: number of searches, and the time spent on them (s)
         self.arrays = no_contacts()
-        self.books = ContactBooks(
-            np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64),
-            np.arange(len(self.edges)) >= 2 * len(bonded), np.zeros(3),
-        )  # fmt: skip
+        none, exposed = np.zeros((0, 2), dtype=np.int64), np.arange(len(self.edges)) >= 2 * len(bonded)
+        self.books = ContactBooks(np.zeros(0, dtype=np.int64), none, exposed, none, np.zeros((2, 0)), np.zeros(3))
         if detection is None:
             return
         self._skin = detection.skin * specimen.grains.grain_size
@@ -190,12 +190,17 @@ class Contacts(Part):
         self.arrays.state[new] = WAITING
         self.arrays.memory[:, new] = self.arrays.virgin[:, groups[new]]
         self.books = self.books._replace(keys=keys, pairs=pairs)
+        self._note_list()
         self.searches += 1
         self.seconds += time.perf_counter() - clock
 
     def are_near(self, displacement: np.ndarray) -> bool:
         """Whether any exposed edges are nearer than half the skin."""
-        return self.detection is not None and self._neighbours.any_within(displacement, self.books.exposed)
+        if self.detection is None:
+            return False
+        near = self._neighbours.any_within(displacement, self.books.exposed)
+        self._note_list()
+        return near
 
     def expose(self, edges: np.ndarray) -> None:
         """Let edges take part in the search from now on."""
@@ -204,10 +209,14 @@ class Contacts(Part):
         self._neighbours.forget()
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
-        """As of every part; what is found next depends on nothing else."""
+        """As of every part, and of the search."""
         super().restore(saved)
         if self.detection is not None:
-            self.expose(np.zeros(0, dtype=np.int64))
+            self._used = np.unique(self.edges[self.books.exposed])
+            self._neighbours.pairs, self._neighbours.searched = self.books.listed.copy(), self.books.listed_at.copy()
+
+    def _note_list(self) -> None:
+        self.books = self.books._replace(listed=self._neighbours.pairs, listed_at=self._neighbours.searched)
 
     def _nodes_in_use(
         self, known: ContactArrays, displacement: np.ndarray, before: np.ndarray

@@ -17,7 +17,7 @@ IN_FRONT, BESIDE, BEHIND = 0.0, 1.0, 2.0  #: arrangement of two edges that do no
 
 
 @njit(forceinline=True, **OPTIONS)
-def _behind(ax, ay, bx, by, wx, wy):
+def behind(ax, ay, bx, by, wx, wy):
     """Depth of the corners of b behind the line of a, and of those of a behind that of b, times the line's length."""
     first, second = ax * wy - ay * wx, ax * (wy + by) - ay * (wx + bx)
     third, fourth = bx * wy - by * wx, bx * (wy - ay) - by * (wx - ax)
@@ -33,7 +33,7 @@ def beside(ax, ay, bx, by, wx, wy, facing, out, deep):
     """
     length_a, length_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
     same_way = -ax * bx - ay * by > facing * length_a * length_b
-    first, second, third, fourth = _behind(ax, ay, bx, by, wx, wy)
+    first, second, third, fourth = behind(ax, ay, bx, by, wx, wy)
     begins = (min(first, second) >= -out * length_a) & (min(third, fourth) >= -out * length_b)
     ends = (max(first, second) > deep * length_a) & (max(third, fourth) > deep * length_b)
     return same_way | (begins & ends)
@@ -42,7 +42,7 @@ def beside(ax, ay, bx, by, wx, wy, facing, out, deep):
 @njit(forceinline=True, **OPTIONS)
 def in_front(ax, ay, bx, by, wx, wy, room):
     """Whether one edge is on the outer side of the other's line, or behind it by at most ``room`` over its length."""
-    first, second, third, fourth = _behind(ax, ay, bx, by, wx, wy)
+    first, second, third, fourth = behind(ax, ay, bx, by, wx, wy)
     return (max(first, second) <= room) | (max(third, fourth) <= room)
 
 
