@@ -175,7 +175,7 @@ class _SlideLiftAndPress(gl.LoadingProtocol):
 
     def measure(self, state):
         x, y = state.moved("box")
-        return {"x": float(x), "y": float(y), "force": -float(state.contacts.arrays.force_y[:2].sum()),
+        return {"x": float(x), "y": float(y), "force": -float(state.contacts.forces[1, :2].sum()),
                 "steps_done": float(state.steps)}  # fmt: skip
 
     def summary(self, curves, specimen):

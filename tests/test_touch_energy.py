@@ -6,6 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from grainlaw.engine.parts import contact_geometry, contact_passes
+from grainlaw.engine.parts.contact_rows import FX, FY, GX, GY, HX, HY, LARGEST, NORMAL, OVERLAP, rows_of
 from grainlaw.engine.parts.contact_table import no_contacts
 
 KN = 2.5e9
@@ -57,14 +58,17 @@ def energy(edges, cotangent=(0, 0, 0, 0)):
 def contact_forces(edges, cotangent=(0, 0, 0, 0)):
     """Nodal forces (4, 2) N by the engine, for a linear closure without friction."""
     table = no_contacts(1)._replace(
-        node=np.arange(4, dtype=np.int32).reshape(4, 1),
-        cotangent=np.array(cotangent, dtype=float)[:, None],
-        largest_overlap=np.array([np.inf]), place=np.ascontiguousarray(np.transpose(edges)), increment=np.zeros((2, 4)),
+        node=np.arange(4, dtype=np.int32).reshape(4, 1), cotangent=np.array(cotangent, dtype=float),
+        place=np.ascontiguousarray(np.transpose(edges)), increment=np.zeros((2, 4)),
     )  # fmt: skip
-    contact_geometry.contact_geometry(0, table, 0, 1, 0, -1)
-    table.normal[:] = KN * table.opening
-    contact_passes.contact_forces(table, 1.0, 0, 1, -1)
-    return np.stack([table.force_x[:, 0], table.force_y[:, 0]], axis=1)
+    row = rows_of(1, 0)[0]
+    row[LARGEST] = np.inf
+    contact_geometry.gather_edges(table, row, np.array([0]))
+    contact_geometry.overlaps(row, 1)
+    row[NORMAL] = -KN * row[OVERLAP]
+    contact_passes.forces(row, 1, 1.0)
+    on_a, end_a, start_b = row[[FX, FY]], row[[GX, GY]], row[[HX, HY]]
+    return np.stack([on_a - end_a, end_a, start_b, -on_a - start_b])
 
 
 @settings(max_examples=400, deadline=None)

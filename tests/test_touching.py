@@ -169,7 +169,7 @@ def test_no_catching_at_joints_of_a_level_floor(material, step):
     weight = 2600 * 1.37 * GRAVITY
     run = motion.run(
         4.0, 1000, drag=lambda state: state.reaction("box")[0] / weight,
-        pressed=lambda state: float(state.contacts.arrays.force_y[2:].sum()) / weight,
+        pressed=lambda state: float(state.contacts.forces[1, 2:].sum()) / weight,
     )  # fmt: skip
     moving = run["time"] > 1.0
     ripple = weight / (1.37 * faces().kn) / 1.37  # sinking over length: what a strip that deep can feel of an end

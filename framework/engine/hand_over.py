@@ -6,8 +6,9 @@ import attrs
 import numpy as np
 
 from grainlaw.compiler.entry import compiled
-from grainlaw.engine.parts.contact_geometry import geometry_of_all
-from grainlaw.engine.parts.contact_table import ContactArrays, no_contacts
+from grainlaw.engine.parts.contact_geometry import edges_of, overlaps_of
+from grainlaw.engine.parts.contact_rows import BLOCK, LARGEST, LENGTH, LIFT, OFFSET, OVERLAP, SHARE_A, TX, TY, rows_of
+from grainlaw.engine.parts.contact_table import CLOSED, HELD, WAITING, ContactArrays
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 
@@ -34,7 +35,7 @@ def hand_over(state: State) -> None:
     leaving = _leaving(state)
     chosen, count = leaving.bond, len(bonds)
     bonds.retire(chosen)
-    contacts.books.exposed[chosen] = contacts.books.exposed[count + chosen] = True
+    contacts.expose(np.concatenate([chosen, count + chosen]))
     state.search(contacts.arrays.before)
     known, keys = contacts.books.keys, contacts.key(chosen, count + chosen)
     place = np.minimum(np.searchsorted(known, keys), max(len(known) - 1, 0))
@@ -81,50 +82,62 @@ def _take_over(
     Bisection finds the offset for which the normal force, along the contact's own normal, is the same, and Newton's
     method the slip for which the shear force is the same.
     """
-    law, lift = group.compiled, group.row("dilation")
-    trial = no_contacts(len(place), table.laws)._replace(
-        node=np.ascontiguousarray(table.node[:, place]),
-        cotangent=np.ascontiguousarray(table.cotangent[:, place]), compliance=table.compliance[place],
-        largest_overlap=np.full(len(place), np.inf), place=table.place - table.increment,
-        increment=np.zeros_like(table.increment), memory=memory.copy(), virgin=table.virgin[: len(memory)],
-    )  # fmt: skip
+    law, lift, count = group.compiled, group.row("dilation"), len(place)
+    trial, rows = table._replace(place=table.place - table.increment), rows_of(-(-count // BLOCK), 0)
+    compiled(edges_of)(trial, rows, place)
+
+    def found(begin: int) -> np.ndarray:
+        """(n,) what all rows have at one place."""
+        return rows[:, begin : begin + BLOCK].reshape(-1)[:count]
+
+    def give(begin: int, values: np.ndarray | float) -> None:
+        padded = np.zeros(len(rows) * BLOCK)
+        padded[:count] = values
+        rows[:, begin : begin + BLOCK] = padded.reshape(-1, BLOCK)
+
+    give(LARGEST, np.inf)
+    give(LIFT, memory[lift] if lift >= 0 else 0.0)
     wanted = force[:, :2].sum(axis=1)  # (2, n) on A
 
+    def opening() -> np.ndarray:
+        return np.where(found(LENGTH) > 0, found(LIFT) - found(OVERLAP), 0.0)
+
     def normal_force(offset: np.ndarray) -> np.ndarray:
-        trial.offset[:], trial.memory[:], trial.slip[:] = offset, memory, slip
-        compiled(geometry_of_all)(trial, g, lift)
-        apart = trial.length == 0
-        trial.memory[:, apart] = memory[:, apart]
-        trial.offset[:], trial.slip[:] = offset, slip
-        return np.minimum(law.batch(trial.opening, slip, memory.copy())[0], 0.0) * trial.length
+        give(OFFSET, offset)
+        compiled(overlaps_of)(rows)
+        return np.minimum(law.batch(opening(), slip, memory.copy())[0], 0.0) * found(LENGTH)
 
     def along(component: str) -> np.ndarray:
-        tx, ty = trial.tangent_x, trial.tangent_y
+        tx, ty = found(TX), found(TY)
         x, y = (ty, -tx) if component == "normal" else (tx, ty)
         return wanted[0] * x + wanted[1] * y
 
     closed, opened = -4 * table.largest_overlap[place], 4 * table.largest_overlap[place]
     for _ in range(HALVINGS):
         middle = (closed + opened) / 2
-        enough = (normal_force(middle) <= along("normal")) & (trial.length > 0)
+        enough = (normal_force(middle) <= along("normal")) & (found(LENGTH) > 0)
         closed, opened = np.where(enough, middle, closed), np.where(enough, opened, middle)
     normal_force(closed)
-    target = along("shear") / np.where(trial.length > 0, trial.length, np.inf)
+    length = found(LENGTH)
+    target = along("shear") / np.where(length > 0, length, np.inf)
     stiffness = group.law.stiffness[1]
     for _ in range(3):
-        shear = law.batch(trial.opening, slip, memory.copy())[1]
+        shear = law.batch(opening(), slip, memory.copy())[1]
         slip = slip + (target - shear) / np.mean(stiffness)
-    normal, shear = law.batch(trial.opening, slip, memory)
-    pushes = (trial.length > 0) & (along("normal") < 0)
+    normal, shear = law.batch(opening(), slip, memory)
+    pushes = (length > 0) & (along("normal") < 0)
     held_open = np.flatnonzero(along("normal") >= 0)
     table.offset[place[held_open]] = np.maximum(opened[held_open], 0.0)
+    lifted = memory[lift] > 0 if lift >= 0 else np.zeros(count, dtype=bool)
+    table.state[place] = np.where(pushes, CLOSED, np.where((table.offset[place] > 0) | lifted, HELD, WAITING))
     mine, into = np.flatnonzero(pushes), place[pushes]
-    for name in ("offset", "overlap", "opening", "length", "tangent_x", "tangent_y", "share_a", "share_b", "lever_a",
-                 "lever_b", "opened", "slid", "twist"):  # fmt: skip
-        getattr(table, name)[into] = getattr(trial, name)[mine]
+    table.opening[into] = opening()[mine]
+    for name, begin in (("offset", OFFSET), ("overlap", OVERLAP), ("length", LENGTH), ("tangent_x", TX),
+                        ("tangent_y", TY), ("share_a", SHARE_A)):  # fmt: skip
+        getattr(table, name)[into] = found(begin)[mine]
     table.slip[into], table.normal[into], table.shear[into] = slip[mine], normal[mine], shear[mine]
-    table.force_x[:, into], table.force_y[:, into] = force[0][:, mine], force[1][:, mine]
-    table.normal_force[into], table.shear_force[into] = along("normal")[mine], along("shear")[mine]
+    for row, (start_a, end_a, start_b, _) in zip((table.force_x, table.force_y), force[:, :, mine], strict=True):
+        row[:, into] = start_a + end_a, end_a, start_b
     table.memory[: len(memory), into] = memory[:, mine]
     if lift >= 0:  # also for faces that do not touch at this moment
         table.memory[lift, place] = memory[lift]

@@ -49,7 +49,8 @@ def unbalanced(state: State) -> float:
     forces = np.hypot(state.normal, state.shear) * state.contact_lengths
     contacts = state.contacts.arrays
     closed = contacts.length > 0
-    forces = np.append(forces, np.hypot(contacts.normal_force[closed], contacts.shear_force[closed]))
+    normal = np.minimum(contacts.normal[closed], 0.0)
+    forces = np.append(forces, np.hypot(normal, contacts.shear[closed]) * contacts.length[closed])
     forces = forces if len(forces) else state.boundaries.driven.arrays.reaction
     scale = float(np.mean(np.abs(forces))) if len(forces) else 0.0
     return float(np.mean(np.abs(state.freedoms.arrays.force[:2][free]))) / scale if scale > 0 else 1.0

@@ -71,18 +71,16 @@ class StableStep:
 
     @property
     def _touching(self) -> bool:
-        return len(self.state.contacts) > 0
+        """Whether contacts may form at the rim soon: this depends on where grains are, not on the last search."""
+        return self.state.contacts.are_near(self.state.nodes.arrays.displacement)
 
     def has_changed(self) -> bool:
         """Find the frequency again if contacts at the rim have formed or a closure is stiffer or softer; whether so.
 
-        A contact that replaces a bond is taken to be as stiff as the stiffest contact. As long as the rim has no
-        contacts, neighbours are searched here, so that the step depends on where grains are and not on the moment of
-        the last search.
+        A contact that replaces a bond is taken to be as stiff as the stiffest contact.
         """
-        if not self.touching:
-            self.state.search(self.state.contacts.arrays.before)
-        if not (self._stiffening or self.touching != self._touching):
+        formed = not self.touching and self._touching
+        if not (self._stiffening or formed):
             return False
         touching, replaced = self._touch_ratio(), np.tile(self.state.replaced, 2)
         tangents = np.where(replaced, touching * self.state.stiffness[0], self._closure_tangents())
@@ -90,9 +88,9 @@ class StableStep:
         if not np.isfinite(ratio):  # the check of the energies reports where the run became unstable
             return False
         stiffer, softer = ratio > 1.05 * self.allowed, max(AHEAD * ratio, 1.0) * SOFTER < self.allowed
-        if not (stiffer or softer) and self.touching == self._touching:
+        if not (stiffer or softer or formed):
             return False
-        self.touching = self.touching or self._touching
+        self.touching = self.touching or formed
         self.allowed = max(AHEAD * ratio, 1.0) if stiffer or softer else self.allowed
         kn = self.state.stiffness[0]
         if self.allowed > 1:

@@ -1,9 +1,10 @@
-"""Cost of contact detection: in a specimen that stays whole, and in rigid grains that are poured.
+"""Cost of contact detection: in a specimen that stays whole, of one contact, and in rigid grains that are poured.
 
     python tests/benchmarks/touch_cost.py [--grains 100000] [--steps 10000] [--threads 1] [--skin 0.15]
 
 The first figure is the ratio of medians of CPU time over alternating rounds, with detection against without. The second
-part lets grains fall into a box: microseconds per step, the share of the search, contacts, and the memory at its peak.
+part compares hexagons that are nearly in contact, or pressed, with some among which no pairs are found. The third lets
+grains fall into a box: microseconds per step, the share of the search, contacts per grain, time, memory at its peak.
 """
 
 import argparse
@@ -21,6 +22,7 @@ import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator
 from grainlaw.engine import stepping
 from grainlaw.engine.ledger import energies
+from grainlaw.engine.parts.contact_table import APART
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.geometry import Hexagonal, Voronoi, apart, block, rectangle, together
@@ -49,6 +51,43 @@ def whole_specimen(rounds):
     without, with_detection = np.median(times, axis=0)
     print(
         f"whole specimen: {1e6 * without / STEPS:.1f} us per step, with detection {with_detection / without:.3f} of it"
+    )
+
+
+def pack(count, gap):
+    """Rigid hexagons whose faces are ``gap`` (of their size) apart; those that overlap are in contact."""
+    size = 0.01
+    width = size * np.sqrt(2 * count)
+    loose = 0.03
+    grains = apart(Hexagonal(grains=count).tessellate(rectangle(width, width / 2)), loose * size)
+    law = Friction(kn=1e10, ks=1e10, friction_angle=30)
+    state = State(gl.Specimen(grains, gl.Rigid(density=2600)), law, gl.Detection(damping=0.2))
+    centre = state.grain_motion()[0]
+    spacing = np.sqrt(2 / np.sqrt(3))  # of the centres of hexagons, over the root of their area
+    shift = -(loose - gap) / spacing * (centre - centre.mean(axis=0))
+    turn = np.random.default_rng(0).uniform(-0.1, 0.1, len(shift)) * loose  # no two corners stand alike
+    state.freedoms.arrays.displacement[:, : len(shift)] = [*shift.T, turn]
+    state.nodes.arrays.displacement[:] = state.grains.nodes_at(state.freedoms.arrays.displacement)
+    state.search(state.nodes.arrays.displacement)
+    state.contacts.arrays.state[:] = APART  # they meet with a force
+    return state
+
+
+def one_contact(count, rounds):
+    """Nanoseconds that a step takes longer for each pair that is near, and for each contact that is closed."""
+    states = [pack(count, gap) for gap in (0.02, 0.003, -0.002)]
+    rest = gl.CentralDifference(damping=gl.Undamped())
+    steps = max(200_000 // count, 10)
+    for state in states:
+        advance(state, 2, 1e-12, rest)
+    times = [[cpu(lambda state=state: advance(state, steps, 1e-12, rest)) for state in states] for _ in range(rounds)]
+    far, near, pressed = 1e9 * np.median(times, axis=0) / steps
+    pairs, closed = len(states[1].contacts), int(np.count_nonzero(states[2].contacts.arrays.length))
+    each = (near - far) / pairs
+    print(
+        f"{count} hexagons: {each:.1f} ns per near pair, "
+        f"{(pressed - far - each * (len(states[2].contacts) - closed)) / closed:.0f} ns per closed contact "
+        f"({pairs / count:.1f} pairs, {closed / count:.1f} closed contacts per grain)"
     )
 
 
@@ -82,6 +121,7 @@ def pour(count, steps, threads, skin):
     compiled = compile_integrator(integrator)
     stepping.advance(state, compiled, 1, threads=threads)
     state.contacts.seconds = 0.0
+    start_of_pour = time.perf_counter()
     for _ in range(10):
         start, before, searched = time.perf_counter(), state.contacts.searches, state.contacts.seconds
         stepping.advance(state, compiled, max(steps // 10, 1), threads=threads)
@@ -89,13 +129,14 @@ def pour(count, steps, threads, skin):
         energy = energies(state)
         ledger = energy["external"] - sum(value for name, value in energy.items() if name != "external")
         closed = int(np.count_nonzero(state.contacts.arrays.length))
+        searches, share = state.contacts.searches - before, (state.contacts.seconds - searched) / seconds
         print(
-            f"t = {state.time:.4f} s: {1e6 * seconds / max(steps // 10, 1):.0f} us per step, search "
-            f"{100 * (state.contacts.seconds - searched) / seconds:.1f} % ({state.contacts.searches - before} times), "
-            f"{len(state.contacts)} pairs, {closed} closed, kinetic energy {energy['kinetic']:.4g} J, "
-            f"ledger gap {ledger:.1e} J"
+            f"t = {state.time:.4f} s: {1e6 * seconds / max(steps // 10, 1):.0f} us per step, "
+            f"search {100 * share:.1f} % ({searches} times), per grain {len(state.contacts) / total:.1f} pairs, "
+            f"{closed / total:.1f} closed contacts, kinetic energy {energy['kinetic']:.4g} J, ledger gap {ledger:.1e} J"
         )
-    print(f"memory at its peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GB")
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    print(f"{time.perf_counter() - start_of_pour:.0f} s, memory at its peak {peak:.2f} GB")
 
 
 def main():
@@ -107,6 +148,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=9)
     options = parser.parse_args()
     whole_specimen(options.rounds)
+    one_contact(min(options.grains, 20_000), options.rounds)
     pour(options.grains, options.steps, options.threads, options.skin)
 
 

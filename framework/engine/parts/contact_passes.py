@@ -1,96 +1,128 @@
 """The passes over contacts, pairs of edges without a bond: law, forces, work, and who gathers what.
 
-Index letters: ``c`` contact, ``i`` node, ``k`` place in the list of nodes in use. ``t`` is the table of contacts
-(:class:`~grainlaw.engine.parts.contact_table.ContactArrays`). Equation numbers are those of docs/theory.md.
+Index letters: ``c`` contact, ``i`` node, ``k`` place in the list of nodes in use, or in a row of a chunk of contacts.
+``t`` is the table of contacts and ``r`` its rows (contact_table.py). Equation numbers are those of docs/theory.md.
+
+Followed contacts go in chunks through simple loops over rows. A row is filled to whole vectors with copies of the last
+contact: how a contact is rounded depends neither on its place in the table nor on what else is in it.
 """
 
-import math
+import math  # noqa: I001 - the rows in few lines
 
 import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
-from grainlaw.engine.parts.contact_geometry import both_edges, contact_geometry
+from grainlaw.engine.parts import contact_exchange as exchange
+from grainlaw.engine.parts import contact_geometry as geometry
+from grainlaw.engine.parts.contact_rows import (
+    AX, AY, BEFORE, BLOCK, BX, BY, DAMPING_FORCE, DAMPING_WORK, DASHPOT, DAX, DAY, DBX, DBY, DWX, DWY, FX, FY, GX, GY,
+    HX, HY, LARGEST, LENGTH, LEVER_A, LEVER_B, LIFT, MEMORY, NEW_LIFT, NORMAL, OFFSET, OPENED, OPENING, OPENING_WORK,
+    OVERLAP, ROW, SHARE_A, SHARE_B, SHEAR, SHEAR_FORCE, SLID, SLIP, SLIP_WORK, STATE, TOUCH, TWIST, TX, TY,
+)  # fmt: skip
+from grainlaw.engine.parts.contact_table import CLOSED
 from grainlaw.engine.parts.laws import LANES
 
 u32 = np.uint32
-BLOCK = 512  #: contacts that go through geometry, law and forces together; a multiple of ``LANES``
 MOVED, DEEP, ACTIVE, LEAVING = range(4)  #: columns of the tally of each thread
-OPENING, SLIP, NORMAL, SHEAR, MEMORY = range(5)  #: rows of the scratch by which laws answer; the memory is the last
 
 
 @njit(**OPTIONS)
-def contact_forces(t, time_step, first, last, row):
-    """Nodal forces of active contacts, Eq. (15), and their work by the trapezoidal rule, Eq. (12).
+def slips(r, count, compliance):
+    """The new slip of contacts, and their shear force of the step before.
 
-    A dashpot resists the closing of lifted faces, and not their lifting.
+    New length in contact has not slipped: otherwise it would gain elastic energy.
     """
-    vx, vy = t.increment[0], t.increment[1]
-    for c in t.active[first:last]:
-        length = t.length[c]
-        i, j, k, m = u32(t.node[0, c]), u32(t.node[1, c]), u32(t.node[2, c]), u32(t.node[3, c])
-        tx, ty, xa, xb = t.tangent_x[c], t.tangent_y[c], t.share_a[c], t.share_b[c]
-        normal, shear = min(t.normal[c], 0.0) * length, t.shear[c] * length
-        damping, opened = 0.0, 0.0
-        if length > 0:
-            lifted = t.memory[row, c] - t.opening[c] - t.overlap[c] if row >= 0 else 0.0  # in this step
-            opened = t.opened[c] - lifted
-            if t.dashpot[c] > 0:
-                stiffness = max(-normal / max(t.overlap[c] + lifted, 1e-300), 0.0)
-                damping = min(t.dashpot[c] * math.sqrt(stiffness) * opened / time_step, -normal)  # never pulls
-        # Eq. (15): the force on A, shared between nodes by the lever rule; its distance from the edges as a couple.
-        push = normal + damping
-        px, py = push * ty + shear * tx, shear * ty - push * tx  # on A; the reverse acts on B
-        ax, ay, bx, by, _, _ = both_edges(t.node, t.place, c)
-        twist = t.twist[c] * normal
-        qa = (t.lever_a[c] * (ax * px + ay * py) + twist) / (ax * ax + ay * ay)
-        qb = (t.lever_b[c] * (bx * px + by * py) - twist) / (bx * bx + by * by)
-        fx = (1 - xa) * px + qa * ay, xa * px - qa * ay, qb * (-by) - xb * px, (xb - 1) * px + qb * by
-        fy = (1 - xa) * py - qa * ax, xa * py + qa * ax, qb * bx - xb * py, (xb - 1) * py - qb * bx
-        # Eq. (12): the work of all nodal forces, and of it that in slip and on the dashpot.
-        total = 0.0
-        for n, node in enumerate((i, j, k, m)):
-            total -= (t.force_x[n, c] + fx[n]) * vx[node] + (t.force_y[n, c] + fy[n]) * vy[node]
-            t.force_x[n, c] = fx[n]
-            t.force_y[n, c] = fy[n]
-        in_slip = 0.5 * (t.shear_force[c] + shear) * (t.slid[c] if length > 0 else 0.0)
-        on_dashpot = 0.5 * (t.damping_force[c] + damping) * opened
-        t.opening_work[c] += 0.5 * total - in_slip - on_dashpot
-        t.slip_work[c] += in_slip
-        t.damping_work[c] += on_dashpot
-        t.normal_force[c] = normal
-        t.shear_force[c] = shear
-        t.damping_force[c] = damping
-
-
-@njit(**OPTIONS)
-def _answer(t, g, first, last, rows):
-    """Let law ``g`` answer for active contacts; scratch ``rows`` take what goes in and out.
-
-    They fill whole vectors of its code: how a contact is rounded does not depend on its place in the table. The law has
-    no parameters of single contacts.
-    """
-    count, depth, size = last - first, t.memory.shape[0], 8 * rows.shape[1]
     for k in range(count):
-        c = t.active[first + k]
-        rows[OPENING, k], rows[SLIP, k] = t.opening[c], t.slip[c]
-        for n in range(depth):
-            rows[MEMORY + n, k] = t.memory[n, c]
-    start = rows.ctypes.data
+        before, length, shear = r[BEFORE + k], r[LENGTH + k], r[SHEAR + k]
+        slip = r[SLIP + k] - max(1 - before / length, 0.0) * compliance * shear + r[SLID + k]
+        r[SHEAR_FORCE + k] = shear * before
+        r[SLIP + k] = slip if length > 0 else 0.0
+
+
+@njit(**OPTIONS)
+def _answer(t, g, r, count, row):
+    """Let law ``g`` answer; it has no parameters of single contacts."""
+    start = r.ctypes.data
     call(
         t.laws.address[g],
         (
-            t.laws.numbers[g], t.laws.numbers[g], 0, start + MEMORY * size, rows.shape[1],
-            start + OPENING * size, start + SLIP * size, start + NORMAL * size, start + SHEAR * size,
-            (count + LANES - 1) // LANES * LANES,
+            t.laws.numbers[g], t.laws.numbers[g], 0, start + 8 * MEMORY, ROW,
+            start + 8 * OPENING, start + 8 * SLIP, start + 8 * NORMAL, start + 8 * SHEAR, count,
         ),
     )  # fmt: skip
+    if row >= 0:
+        exchange.copy(r, MEMORY + row * ROW, NEW_LIFT, count)
+
+
+@njit(**OPTIONS)
+def forces(r, count, time_step):
+    """Forces of contacts, Eq. (15), and their work by the trapezoidal rule, Eq. (12).
+
+    A dashpot resists the closing of lifted faces, and not their lifting.
+    """
     for k in range(count):
-        c = t.active[first + k]
-        t.normal[c], t.shear[c] = rows[NORMAL, k], rows[SHEAR, k]
-        for n in range(depth):
-            t.memory[n, c] = rows[MEMORY + n, k]
+        length, lifted = r[LENGTH + k], r[NEW_LIFT + k] - r[LIFT + k]
+        normal, shear = min(r[NORMAL + k], 0.0) * length, r[SHEAR + k] * length
+        opened = r[OPENED + k] - lifted if length > 0 else 0.0
+        stiffness = max(-normal / max(r[OVERLAP + k] + lifted, 1e-300), 0.0)
+        damping = min(r[DASHPOT + k] * math.sqrt(stiffness) * opened / time_step, -normal)  # never pulls
+        # Eq. (15): the force on A, shared between nodes by the lever rule; its distance from the edges as a couple.
+        ax, ay, bx, by, tx, ty = r[AX + k], r[AY + k], r[BX + k], r[BY + k], r[TX + k], r[TY + k]
+        push, turn, share_a, share_b = normal + damping, r[TWIST + k] * normal, r[SHARE_A + k], r[SHARE_B + k]
+        fx, fy = push * ty + shear * tx, shear * ty - push * tx  # on A; the reverse acts on B
+        qa = (r[LEVER_A + k] * (ax * fx + ay * fy) + turn) / (ax * ax + ay * ay)
+        qb = (r[LEVER_B + k] * (bx * fx + by * fy) - turn) / (bx * bx + by * by)
+        gx, gy = share_a * fx - qa * ay, share_a * fy + qa * ax
+        hx, hy = -share_b * fx - qb * by, qb * bx - share_b * fy
+        # Eq. (12): the work of all nodal forces, and of it that in slip and on the dashpot.
+        total = (r[FX + k] + fx) * r[DWX + k] + (r[FY + k] + fy) * r[DWY + k]
+        total -= (r[GX + k] + gx) * r[DAX + k] + (r[GY + k] + gy) * r[DAY + k]
+        total -= (r[HX + k] + hx) * r[DBX + k] + (r[HY + k] + hy) * r[DBY + k]
+        in_slip = 0.5 * (r[SHEAR_FORCE + k] + shear) * r[SLID + k]
+        on_dashpot = 0.5 * (r[DAMPING_FORCE + k] + damping) * opened
+        r[OPENING_WORK + k] = 0.5 * total - in_slip - on_dashpot
+        r[SLIP_WORK + k], r[DAMPING_WORK + k], r[DAMPING_FORCE + k] = in_slip, on_dashpot, damping
+        r[FX + k], r[FY + k], r[GX + k], r[GY + k], r[HX + k], r[HY + k] = fx, fy, gx, gy, hx, hy
+
+
+@njit(**OPTIONS)
+def _settle(t, g, r, contact, count, row):
+    """What becomes of contacts that are not closed: all but offset and lift is reset; returns how many are too deep."""
+    deep = 0
+    for k in range(count):
+        if r[LENGTH + k] > 0:
+            r[STATE + k] = CLOSED
+            deep += r[OVERLAP + k] > r[LARGEST + k]
+            continue
+        deep += r[TOUCH + k] == geometry.FAR and t.overlap[contact[k]] > 0.5 * r[LARGEST + k]
+        state, offset, lift = geometry.settle(r, k)
+        r[STATE + k], r[OFFSET + k] = state, offset
+        r[SLIP + k], r[NORMAL + k], r[SHEAR + k] = 0.0, 0.0, 0.0
+        for m in range(t.memory.shape[0]):
+            r[MEMORY + m * ROW + k] = t.virgin[m, g]
+        if lift > 0:
+            r[MEMORY + row * ROW + k] = lift
+    return deep
+
+
+@njit(**OPTIONS)
+def _chunk(t, g, r, time_step, first, count, contact):
+    """All passes for followed contacts ``first`` to ``first + count`` of the list; returns how many are too deep."""
+    row, filled = t.laws.dilation[g], contact.shape[0]
+    exchange.fill(t.active, first, count, contact)
+    exchange.take_from_table(t, r, contact, row)
+    geometry.arrangements(r, filled, t.skin)
+    geometry.overlaps(r, filled)
+    geometry.close(r, filled)
+    geometry.motions(r, filled)
+    slips(r, filled, t.compliance[g])
+    _answer(t, g, r, filled, row)
+    forces(r, filled, time_step)
+    deep = _settle(t, g, r, contact, count, row)
+    exchange.put_into_table(t, r, contact, count)
+    return deep
 
 
 @njit(**OPTIONS)
@@ -98,16 +130,14 @@ def contact_step(t, time_step, thread):
     """Geometry, law and forces of a thread's contacts, law by law; tells its tally what it found."""
     first, last = t.share[thread], t.share[thread + 1]
     deep, listed = 0, first
-    rows = np.zeros((MEMORY + t.memory.shape[0], BLOCK if first < last else 0))
+    contacts = np.empty(BLOCK if first < last else 0, dtype=np.int64)
     for g in range(t.laws.address.shape[0]):
-        final = min(last, t.laws.last[g])
-        for begin in range(max(first, t.laws.first[g]), final, BLOCK):
-            before = listed
-            listed, too_deep = contact_geometry(g, t, begin, min(begin + BLOCK, final), listed, t.laws.dilation[g])
-            deep += too_deep
-            if listed > before:
-                _answer(t, g, before, listed, rows)
-                contact_forces(t, time_step, before, listed, t.laws.dilation[g])
+        begin = listed
+        listed = geometry.list_followed(t, max(first, t.laws.first[g]), min(last, t.laws.last[g]), listed)
+        for k in range(begin, listed, BLOCK):
+            count = min(listed - k, BLOCK)
+            filled = (count + LANES - 1) // LANES * LANES
+            deep += _chunk(t, g, t.rows[thread], time_step, k, count, contacts[:filled])
     t.tally[thread, DEEP], t.tally[thread, ACTIVE] = deep, listed - first
 
 
@@ -117,25 +147,42 @@ def gather_contact_forces(t, nodes, thread):
     first, last, fx, fy = t.used_share[thread], t.used_share[thread + 1], nodes.force[0], nodes.force[1]
     for other in range(t.tally.shape[0] if first < last else 0):
         for c in t.active[t.share[other] : t.share[other] + t.tally[other, ACTIVE]]:
-            for n in range(4):
-                k = t.node[n, c]
-                if first <= k < last:
-                    i = t.used[k]
-                    fx[i] += t.force_x[n, c]
-                    fy[i] += t.force_y[n, c]
+            px, py, jx, jy = t.force_x[0, c], t.force_y[0, c], t.force_x[1, c], t.force_y[1, c]
+            kx, ky = t.force_x[2, c], t.force_y[2, c]
+            i, j, k, m = t.node[0, c], t.node[1, c], t.node[2, c], t.node[3, c]
+            if first <= i < last:
+                fx[t.used[i]] += px - jx
+                fy[t.used[i]] += py - jy
+            if first <= j < last:
+                fx[t.used[j]] += jx
+                fy[t.used[j]] += jy
+            if first <= k < last:
+                fx[t.used[k]] += kx
+                fy[t.used[k]] += ky
+            if first <= m < last:
+                fx[t.used[m]] -= px + kx
+                fy[t.used[m]] -= py + ky
+
+
+@njit(**OPTIONS)
+def count_moved(ux, uy, at_x, at_y, room):
+    """How many nodes have moved by more than their ``room`` (m) since the last search."""
+    count = 0
+    for i in range(room.shape[0]):
+        x, y = ux[i] - at_x[i], uy[i] - at_y[i]
+        count += x * x + y * y > room[i] * room[i]
+    return count
 
 
 @njit(**OPTIONS)
 def follow_nodes(t, nodes, thread):
     """Take over where the nodes in use have moved, and count all nodes that have moved far since the last search."""
-    ux, uy, count = nodes.displacement[0], nodes.displacement[1], 0
+    ux, uy = nodes.displacement[0], nodes.displacement[1]
     for k in range(t.used_share[thread], t.used_share[thread + 1]):
         i = t.used[k]
         x, y = ux[i], uy[i]
         t.increment[0, k], t.increment[1, k] = x - t.displacement[0, k], y - t.displacement[1, k]
         t.displacement[0, k], t.displacement[1, k] = x, y
         t.place[0, k], t.place[1, k] = t.origin[0, k] + x, t.origin[1, k] + y
-    for i in range(nodes.share[thread], nodes.share[thread + 1]):
-        x, y = ux[i] - t.searched[0, i], uy[i] - t.searched[1, i]
-        count += x * x + y * y > t.reach * t.reach
-    t.tally[thread, MOVED] = count
+    i, j = nodes.share[thread], nodes.share[thread + 1]
+    t.tally[thread, MOVED] = count_moved(ux[i:j], uy[i:j], t.searched[0, i:j], t.searched[1, i:j], t.room[i:j])

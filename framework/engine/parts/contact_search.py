@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine.parts.overlap import FACING, beside
+from grainlaw.engine.parts.overlap import FACING, behind, beside, in_front, mean_tangent
 
 AWAY = math.sqrt(1 - FACING**2)  #: the sine of the same angle
 
@@ -46,18 +46,46 @@ def _to_segment(px, py, x0, y0, x1, y1):
 
 
 @njit(forceinline=True, **OPTIONS)
-def _stay_beside(ax, ay, bx, by, cx, cy, turn, reach):
+def _stay_beside(ax, ay, bx, by, cx, cy, turn, reach, skin):
     """Whether edges a and b (from corner c on) stay beside each other while they turn by ``turn`` (rad) and move."""
     facing = FACING * math.cos(turn) + AWAY * math.sin(turn) if turn < 1 else 2.0  # never
-    return beside(ax, ay, -bx, -by, cx + bx, cy + by, facing, reach, 2 * reach)
+    # A corner moves against the line of the other edge, and the line turns.
+    way = reach + turn * (math.sqrt(ax * ax + ay * ay) + math.sqrt(bx * bx + by * by))
+    return beside(ax, ay, -bx, -by, cx + bx, cy + by, facing, 2 * skin - way, skin + way)
+
+
+@njit(forceinline=True, **OPTIONS)
+def _are_behind(ax, ay, bx, by, wx, wy, turn, reach):
+    """Whether edges are behind each other and, seen along their mean tangent, may overlap after they have moved.
+
+    Such edges may lie deep in each other, far from where they cross.
+    """
+    length_a, length_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
+    tx, ty = mean_tangent(ax, ay, bx, by, 1 / length_a, 1 / length_b)
+    start = wx * tx + wy * ty
+    overlap = min(ax * tx + ay * ty, start + bx * tx + by * ty) - max(0.0, start)
+    return not in_front(ax, ay, bx, by, wx, wy, 0.0) and overlap > -reach - turn * (length_a + length_b)
+
+
+@njit(forceinline=True, **OPTIONS)
+def _clearly_in_front(ax, ay, bx, by, wx, wy, reach):
+    """Whether one edge is at least ``reach`` (m) in front of the other's line."""
+    first, second, third, fourth = behind(ax, ay, bx, by, wx, wy)
+    over_a, over_b = max(first, second), max(third, fourth)
+    square = reach * reach
+    return (over_a <= 0 and over_a * over_a >= square * (ax * ax + ay * ay)) or (
+        over_b <= 0 and over_b * over_b >= square * (bx * bx + by * by)
+    )
 
 
 @njit(**OPTIONS)
-def _near(x0, y0, x1, y1, turn, e, f, reach):
+def _near(x0, y0, x1, y1, turn, e, f, reach, skin):
     """Whether two edges come nearer than ``reach`` and may overlap before the next search."""
     ax, ay, bx, by = x1[e] - x0[e], y1[e] - y0[e], x1[f] - x0[f], y1[f] - y0[f]
     cx, cy = x0[f] - x0[e], y0[f] - y0[e]
-    if _stay_beside(ax, ay, bx, by, cx, cy, turn[e] + turn[f], reach):
+    if _clearly_in_front(ax, ay, -bx, -by, cx + bx, cy + by, reach):  # most are, and this is found soonest
+        return False
+    if _stay_beside(ax, ay, bx, by, cx, cy, turn[e] + turn[f], reach, skin):
         return False
     denominator = ax * by - ay * bx
     if denominator != 0:
@@ -72,7 +100,9 @@ def _near(x0, y0, x1, y1, turn, e, f, reach):
             _to_segment(x0[f], y0[f], x0[e], y0[e], x1[e], y1[e]), _to_segment(x1[f], y1[f], x0[e], y0[e], x1[e], y1[e])
         ),
     )
-    return nearest < reach * reach
+    return nearest < reach * reach or (
+        nearest < skin * skin and _are_behind(ax, ay, -bx, -by, cx + bx, cy + by, turn[e] + turn[f], reach)
+    )
 
 
 def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
@@ -117,7 +147,7 @@ def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
                     continue
                 if grain[e] > grain[f]:
                     e, f = f, e
-                if _near(x0, y0, x1, y1, turn, e, f, reach):
+                if _near(x0, y0, x1, y1, turn, e, f, reach, reach):
                     if size_found == found.shape[0]:
                         longer = np.empty((2 * size_found, 2), dtype=np.int64)
                         longer[:size_found] = found
@@ -143,19 +173,43 @@ def widths(x, y, first):
     return result
 
 
-def in_use(nodes, count):
-    """Which of ``count`` nodes are in use (k,), ascending, and the place of each of ``nodes`` (4, c) there."""
-    number = np.zeros(count, dtype=np.int32)
-    for node in nodes.flat:
-        number[node] = 1
-    touched = np.flatnonzero(number)
-    for k in range(touched.shape[0]):
-        number[touched[k]] = k
-    place = np.empty(nodes.shape, dtype=np.int32)
-    for n in range(nodes.shape[0]):
-        for c in range(nodes.shape[1]):
-            place[n, c] = number[nodes[n, c]]
-    return touched, place
+def ways(displacement, before, searched, first, ahead, least, most):
+    """(g,) m, how far nodes of each grain may move until near pairs are chosen again, and the farthest any has moved.
+
+    That is the way of ``ahead`` steps at the present speed, or ``least``; with what nodes have moved since the last
+    search it is at most ``most`` (m). ``before`` is the displacement one step ago.
+    """
+    way, farthest = np.empty(first.shape[0] - 1), 0.0
+    for g in range(way.shape[0]):
+        step, moved = 0.0, 0.0
+        for i in range(first[g], first[g + 1]):
+            x, y = displacement[0, i] - before[0, i], displacement[1, i] - before[1, i]
+            step = max(step, x * x + y * y)
+            x, y = displacement[0, i] - searched[0, i], displacement[1, i] - searched[1, i]
+            moved = max(moved, x * x + y * y)
+        way[g] = max(min(max(ahead * math.sqrt(step), least), most - math.sqrt(moved)), 0.0)
+        farthest = max(farthest, math.sqrt(moved))
+    return way, farthest
+
+
+def still_near(pairs, x0, y0, x1, y1, turn, reach, skin):
+    """(n,) whether the edges of each pair (n, 2) may meet while they move by ``reach`` (e,) and turn by ``turn``."""
+    result = np.empty(pairs.shape[0], dtype=np.bool_)
+    for n in range(pairs.shape[0]):
+        e, f = pairs[n, 0], pairs[n, 1]
+        result[n] = _near(x0, y0, x1, y1, turn, e, f, reach[e] + reach[f], skin)
+    return result
+
+
+def nodes_of(pairs, edges, place):
+    """(4, c) places of start and end of edge a, and of edge b, of each pair (c, 2) of edges (e, 2)."""
+    node = np.empty((4, pairs.shape[0]), dtype=np.int32)
+    for c in range(pairs.shape[0]):
+        a, b = pairs[c, 0], pairs[c, 1]
+        node[0, c], node[1, c], node[2, c], node[3, c] = (
+            place[edges[a, 0]], place[edges[a, 1]], place[edges[b, 0]], place[edges[b, 1]]
+        )  # fmt: skip
+    return node
 
 
 def matches(keys, old):
@@ -171,7 +225,7 @@ def matches(keys, old):
 
 def carry(rows, found):
     """Rows (r, c) for contacts that were at the places ``found`` (c,) before; 0 for new contacts (place -1)."""
-    new = np.zeros((rows.shape[0], found.shape[0]))
+    new = np.zeros((rows.shape[0], found.shape[0]), dtype=rows.dtype)
     for r in range(rows.shape[0]):
         for c in range(found.shape[0]):
             if found[c] >= 0:

@@ -16,13 +16,12 @@ from grainlaw.contact import Laws
 from grainlaw.detection import Detection
 from grainlaw.engine.parts import contact_search
 from grainlaw.engine.parts.contact_laws import contact_groups
-from grainlaw.engine.parts.contact_table import KEPT, ContactArrays, no_contacts
+from grainlaw.engine.parts.contact_neighbours import Neighbours
+from grainlaw.engine.parts.contact_rows import rows_of
+from grainlaw.engine.parts.contact_table import HELD, KEPT, WAITING, ContactArrays, no_contacts
 from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.laws import table_of
 from grainlaw.engine.parts.part import Changing, Part, Split
-
-REACH = 0.5  #: of the skin: when two nodes have moved so far, their distance may have shrunk by the skin
-TORN = 10.0  #: times its undeformed length: no edge is so long in a stable run
 
 
 class ContactBooks(NamedTuple):
@@ -31,6 +30,8 @@ class ContactBooks(NamedTuple):
     keys: Changing  #: (c,) ascending: law, edge a, edge b
     pairs: Changing  #: (c, 2) edges a and b
     exposed: Changing  #: (e,) whether the edge takes part in the search
+    listed: Changing  #: (n, 2) edges of all pairs within the skin, and
+    listed_at: Changing  #: (2, i) m, the displacement at which they were found: the next searches depend on it
     gone: Changing  #: (3,) J, work in opening, in slip and on dashpots of contacts that have left the table
 
 
@@ -51,24 +52,17 @@ class Contacts(Part):
         self.rim = self.edges[2 * len(bonded) :]  #: (r, 2) nodes of the edges that were never bonded
         self.edge_grain = mesh.node_grain[self.edges[:, 0]]
         self.searches, self.seconds = 0, 0.0  #: number of searches, and the time spent on them (s)
-        self._nodes = len(mesh.nodes)
         self.arrays = no_contacts()
-        self.books = ContactBooks(
-            np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64),
-            np.arange(len(self.edges)) >= 2 * len(bonded), np.zeros(3),
-        )  # fmt: skip
+        none, exposed = np.zeros((0, 2), dtype=np.int64), np.arange(len(self.edges)) >= 2 * len(bonded)
+        self.books = ContactBooks(np.zeros(0, dtype=np.int64), none, exposed, none, np.zeros((2, 0)), np.zeros(3))
         if detection is None:
             return
         self._skin = detection.skin * specimen.grains.grain_size
-        self._compliance = np.array([1 / np.mean(group.law.stiffness[1]) for group in self.groups], dtype=float)
         corners = specimen.grains.vertices[specimen.grains.corners]
         width = compiled(contact_search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), specimen.grains.first)
         self._largest = np.minimum(detection.largest_overlap * width, self._skin)  #: (g,) m
-        #: (e,) rad, the most an edge turns while nodes move by half the skin
-        self._turn = (self._skin / width)[self.edge_grain]
-        self._lengths = np.hypot(*(self._origin[:, self.edges[:, 1]] - self._origin[:, self.edges[:, 0]]))
         self._cotangent = self._cotangents()
-        self._cell = float(2 * self._skin + (np.median(self._lengths) if len(self._lengths) else 1.0))
+        self._neighbours = Neighbours(self.edges, self.edge_grain, mesh.first_node, width, self._skin, self._origin)
         self._mass = grains.mass_behind(self.edges)
         phases, self._phase = np.unique(specimen.grains.phase[self.edge_grain], return_inverse=True)
         self._group = np.zeros((len(phases), len(phases)), dtype=np.int64)  #: law of each pair of phases
@@ -76,6 +70,7 @@ class Contacts(Part):
             one, other = np.searchsorted(phases, pair)
             self._group[one, other] = self._group[other, one] = k
         self.arrays = self._empty(0)
+        self.expose(np.zeros(0, dtype=np.int64))
 
     def __len__(self) -> int:
         return len(self.books.keys)
@@ -88,6 +83,7 @@ class Contacts(Part):
         return self.arrays._replace(
             laws=self.arrays.laws._replace(first=bounds[:-1], last=bounds[1:]),
             tally=np.zeros((split.threads, 8), dtype=np.int64),
+            rows=rows_of(split.threads, len(self.arrays.memory)),
             used_share=np.searchsorted(self.arrays.used, split.node),
             share=self.share(split),
         )
@@ -97,16 +93,15 @@ class Contacts(Part):
         return {"contacts_normal": opening, "contacts_shear": slip, "damping": dashpot}
 
     def _cotangents(self) -> np.ndarray:
-        """(2, e) of the grain's angles at both ends of each edge; 0 where they are not acute."""
+        """(i,) of the grain's angle at each node of the edges; 0 where it is not acute."""
         origin = self._origin
         follower = np.zeros(origin.shape[1], dtype=np.int64)
         follower[self.edges[:, 0]] = np.arange(len(self.edges))
         after = follower[self.edges[:, 1]]  # each node is the start of one edge
         x, y = origin[:, self.edges[:, 1]] - origin[:, self.edges[:, 0]]
         turn, ahead = x * y[after] - y * x[after], x * x[after] + y * y[after]
-        cotangent = np.where(ahead < 0, -ahead / np.maximum(turn, 1e-300), 0.0)
-        result = np.zeros((2, len(self.edges)))
-        result[1], result[0, after] = cotangent, cotangent
+        result = np.zeros(origin.shape[1])
+        result[self.edges[:, 1]] = np.where(ahead < 0, -ahead / np.maximum(turn, 1e-300), 0.0)
         return result
 
     # --- what may be read ------------------------------------------------------------------------------------------
@@ -123,6 +118,13 @@ class Contacts(Part):
     def grains(self) -> np.ndarray:
         """(c, 2) grains A and B."""
         return self.edge_grain[self.books.pairs]
+
+    @property
+    def forces(self) -> np.ndarray:
+        """(2, 4, c) N on start and end of edge a, and on start and end of edge b."""
+        rows = np.stack([self.arrays.force_x, self.arrays.force_y])
+        on_a, end_a, start_b = rows[:, 0], rows[:, 1], rows[:, 2]
+        return np.stack([on_a - end_a, end_a, start_b, -on_a - start_b], axis=1)
 
     @property
     def lifts(self) -> np.ndarray:
@@ -159,75 +161,102 @@ class Contacts(Part):
         """Search neighbours at a displacement (2, i), one step after ``before``; contacts keep their state."""
         if self.detection is None:
             return
-        clock, known, last_increment = time.perf_counter(), self.arrays.used, self.arrays.increment
-        pairs, keys = self._near(displacement)
+        clock = time.perf_counter()
+        near = self._neighbours.find(displacement, before, self.books.exposed)
+        if near is None:
+            return
+        keys = np.sort(np.concatenate([self.key(*near.T), self.books.keys[self.arrays.state >= HELD]]))
+        keys = keys[np.diff(keys, prepend=-1) > 0]
+        size, known = len(self.edges), self.arrays
+        pairs = np.column_stack([keys // size % size, keys % size])
         found = compiled(contact_search.matches)(keys, self.books.keys)
         lost = np.ones(len(self.books.keys), dtype=bool)
         lost[found[found >= 0]] = False
         for k, name in enumerate(("opening_work", "slip_work", "damping_work")):
-            self.books.gone[k] += getattr(self.arrays, name)[lost].sum()
-        kept = self._kept(found)
-        a, b = pairs.T
-        nodes = np.ascontiguousarray(np.concatenate([self.edges[a], self.edges[b]], axis=1).T)
-        used, node = compiled(contact_search.in_use)(nodes, self._nodes)
-        there, origin = displacement.take(used, axis=1), self._origin.take(used, axis=1)
-        increment = there - before.take(used, axis=1)
-        _, now, then = np.intersect1d(used, known, assume_unique=True, return_indices=True)
-        # Copied, not found again: rounding must not depend on how often neighbours are searched.
-        increment[:, now] = last_increment[:, then]
-        groups, grain, mass = self.groups_of(keys), self.edge_grain, self._mass
+            self.books.gone[k] += getattr(known, name)[lost].sum()
+        kept = self._kept(found) | self._nodes_in_use(known, displacement, before)
+        groups, (a, b), (mass_a, mass_b) = self.groups_of(keys), self.edge_grain[pairs].T, self._mass[pairs].T
         self.arrays = self._empty(0)._replace(
-            **kept, node=node, cotangent=np.stack([*self._cotangent[:, a], *self._cotangent[:, b]]),
-            compliance=self._compliance[groups],
-            largest_overlap=np.minimum(self._largest[grain[a]], self._largest[grain[b]]),
-            dashpot=2 * self.detection.damping * np.sqrt(mass[a] * mass[b] / (mass[a] + mass[b])),
-            used=used, origin=origin, place=origin + there, displacement=there, increment=increment,
-            active=np.zeros(len(keys), dtype=np.int64), before=before.copy(), searched=displacement.copy(),
+            **kept, largest_overlap=np.minimum(self._largest[a], self._largest[b]),
+            dashpot=2 * self.detection.damping * np.sqrt(mass_a * mass_b / (mass_a + mass_b)),
+            follow=np.zeros(len(keys), dtype=np.int8), active=np.zeros(len(keys), dtype=np.int64),
+            before=before.copy(), searched=displacement.copy(), room=self._neighbours.room,
         )  # fmt: skip
+        place = np.zeros(self._origin.shape[1], dtype=np.int64)
+        place[self.arrays.used] = np.arange(len(self.arrays.used))
+        node = compiled(contact_search.nodes_of)(pairs, self.edges, place)
+        self.arrays = self.arrays._replace(node=node)
         new = np.flatnonzero(found < 0)
-        self.arrays.offset[new] = np.inf
+        self.arrays.state[new] = WAITING
         self.arrays.memory[:, new] = self.arrays.virgin[:, groups[new]]
         self.books = self.books._replace(keys=keys, pairs=pairs)
+        self._note_list()
         self.searches += 1
         self.seconds += time.perf_counter() - clock
+
+    def are_near(self, displacement: np.ndarray) -> bool:
+        """Whether any exposed edges are nearer than half the skin."""
+        if self.detection is None:
+            return False
+        near = self._neighbours.any_within(displacement, self.books.exposed)
+        self._note_list()
+        return near
+
+    def expose(self, edges: np.ndarray) -> None:
+        """Let edges take part in the search from now on."""
+        self.books.exposed[edges] = True
+        self._used = np.unique(self.edges[self.books.exposed])
+        self._neighbours.forget()
+
+    def restore(self, saved: dict[str, np.ndarray]) -> None:
+        """As of every part, and of the search."""
+        super().restore(saved)
+        if self.detection is not None:
+            self._used = np.unique(self.edges[self.books.exposed])
+            self._neighbours.pairs, self._neighbours.searched = self.books.listed.copy(), self.books.listed_at.copy()
+
+    def _note_list(self) -> None:
+        self.books = self.books._replace(listed=self._neighbours.pairs, listed_at=self._neighbours.searched)
+
+    def _nodes_in_use(
+        self, known: ContactArrays, displacement: np.ndarray, before: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Nodes of exposed edges, and where they are."""
+        used = self._used
+        there, origin = displacement.take(used, axis=1), self._origin.take(used, axis=1)
+        increment = there - before.take(used, axis=1)
+        # Copied, not found again: rounding must not depend on how often neighbours are searched.
+        if np.array_equal(used, known.used):
+            increment[:] = known.increment
+        else:
+            _, now, then = np.intersect1d(used, known.used, assume_unique=True, return_indices=True)
+            increment[:, now] = known.increment[:, then]
+        return {
+            "used": used, "cotangent": self._cotangent[used], "origin": origin, "place": origin + there,
+            "displacement": there, "increment": increment,
+        }  # fmt: skip
 
     def _kept(self, found: np.ndarray) -> dict[str, Any]:
         """State of contacts that were at these places; each old field is freed once it is copied, to save memory."""
         count, rows = len(self.books.keys), self.arrays._asdict()
         self.arrays = self._empty(0)
         result: dict[str, Any] = {}
-        for name in (*KEPT, "force_x", "force_y", "memory"):
+        for name in KEPT:
             old = rows.pop(name)
             flat = old.reshape(math.prod(old.shape[:-1]), count)
             result[name] = compiled(contact_search.carry)(flat, found)
             result[name] = result[name].reshape(*old.shape[:-1], len(found))
         return result
 
-    def _near(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Pairs of exposed edges nearer than the skin, and their keys, ascending: by law, edge a, edge b."""
-        chosen = np.flatnonzero(self.books.exposed)
-        place = self._origin + displacement
-        (x0, x1), (y0, y1) = (row[self.edges[chosen].T].copy() for row in place)
-        with np.errstate(invalid="ignore", over="ignore"):
-            whole = np.hypot(x1 - x0, y1 - y0) < TORN * self._lengths[chosen]
-        if not whole.all():
-            return self.books.pairs, self.books.keys  # the check of the energies reports where the run became unstable
-        found = compiled(contact_search.near_pairs)(
-            x0, y0, x1, y1, self.edge_grain[chosen], self._turn[chosen], self._skin, self._cell
-        )
-        a, b = chosen[found].T.reshape(2, -1)
-        size, known = len(self.edges), self.books.keys
-        keys = np.sort(np.concatenate([self.key(a, b), known[(self.arrays.length > 0) | (self.lifts > 0)]]))
-        keys = keys[np.diff(keys, prepend=-1) > 0]
-        return np.column_stack([keys // size % size, keys % size]), keys
-
     def _empty(self, count: int) -> ContactArrays:
         depth = max((group.depth for group in self.groups), default=1)
         virgin = np.zeros((depth, max(len(self.groups), 1)))
         for g, group in enumerate(self.groups):
             virgin[: group.depth, g] = group.virgin
-        none = no_contacts(count, table_of(self.groups, bonding=False))
-        return none._replace(memory=np.zeros((depth, count)), virgin=virgin, skin=self._skin, reach=REACH * self._skin)
+        compliance = np.array([1 / np.mean(group.law.stiffness[1]) for group in self.groups], dtype=float)
+        return no_contacts(count, table_of(self.groups, bonding=False))._replace(
+            memory=np.zeros((depth, count)), virgin=virgin, compliance=compliance, skin=self._skin,
+        )  # fmt: skip
 
     def key(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """(c,) keys by which contacts of edges a and b are sorted: law, edge a, edge b."""

@@ -1,7 +1,8 @@
-"""How two edges are arranged, and where and how deep they overlap.
+"""How two edges are arranged, and where and how deep they overlap; without branches, so that loops vectorise.
 
 Edge ``a`` runs from the first corner of A; edge ``b`` in about the same direction from the second corner of B. That
 corner is at ``w`` from the first corner of A (at ``u`` with the contact's offset). ``e`` and ``f`` are unit vectors.
+Where edges do not overlap, numbers may be infinite or none at all; ``overlaps`` of the same call says so.
 Equation numbers are those of docs/theory.md.
 """
 
@@ -12,11 +13,11 @@ from numba import njit
 from grainlaw.compiler.cache import OPTIONS
 
 FACING = 0.2  #: cosine between outward normals above which edges face in the same direction
-IN_FRONT, BESIDE, BEHIND = 0, 1, 2  #: arrangement of two edges that do not touch
+IN_FRONT, BESIDE, BEHIND = 0.0, 1.0, 2.0  #: arrangement of two edges that do not touch
 
 
 @njit(forceinline=True, **OPTIONS)
-def _behind(ax, ay, bx, by, wx, wy):
+def behind(ax, ay, bx, by, wx, wy):
     """Depth of the corners of b behind the line of a, and of those of a behind that of b, times the line's length."""
     first, second = ax * wy - ay * wx, ax * (wy + by) - ay * (wx + bx)
     third, fourth = bx * wy - by * wx, bx * (wy - ay) - by * (wx - ax)
@@ -31,12 +32,18 @@ def beside(ax, ay, bx, by, wx, wy, facing, out, deep):
     the other's line and ends more than ``deep`` (m) behind it.
     """
     length_a, length_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
-    if -ax * bx - ay * by > facing * length_a * length_b:
-        return True
-    first, second, third, fourth = _behind(ax, ay, bx, by, wx, wy)
-    if min(first, second) < -out * length_a or min(third, fourth) < -out * length_b:
-        return False
-    return max(first, second) > deep * length_a and max(third, fourth) > deep * length_b
+    same_way = -ax * bx - ay * by > facing * length_a * length_b
+    first, second, third, fourth = behind(ax, ay, bx, by, wx, wy)
+    begins = (min(first, second) >= -out * length_a) & (min(third, fourth) >= -out * length_b)
+    ends = (max(first, second) > deep * length_a) & (max(third, fourth) > deep * length_b)
+    return same_way | (begins & ends)
+
+
+@njit(forceinline=True, **OPTIONS)
+def in_front(ax, ay, bx, by, wx, wy, room):
+    """Whether one edge is on the outer side of the other's line, or behind it by at most ``room`` over its length."""
+    first, second, third, fourth = behind(ax, ay, bx, by, wx, wy)
+    return (max(first, second) <= room) | (max(third, fourth) <= room)
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -47,10 +54,8 @@ def arrangement(ax, ay, bx, by, wx, wy, skin):
     acts between them, as touching edges are nowhere farther behind each other than the skin. ``BEHIND``: they may
     overlap.
     """
-    first, second, third, fourth = _behind(ax, ay, bx, by, wx, wy)
-    if max(first, second) <= 0 or max(third, fourth) <= 0:
-        return IN_FRONT
-    return BESIDE if beside(ax, ay, bx, by, wx, wy, FACING, 2 * skin, skin) else BEHIND
+    is_beside = beside(ax, ay, bx, by, wx, wy, FACING, 2 * skin, skin)
+    return IN_FRONT if in_front(ax, ay, bx, by, wx, wy, 0.0) else (BESIDE if is_beside else BEHIND)
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -65,25 +70,35 @@ def strip(tx, ty, ax, ay, bx, by, wx, wy):
     """Where two edges overlap, seen along a tangent: begin and end as shares of edge a, the kinds of both ends, depth.
 
     The kind of an end is 1 at a corner of A, -1 at a corner of B, 0 where the edges cross. The depth (m) is that of
-    the deeper end. Without an overlap begin equals end.
+    the deeper end, 0 without an overlap.
     """
     span_a, span_b = ax * tx + ay * ty, bx * tx + by * ty
     start = wx * tx + wy * ty
     begin, end = max(0.0, start), min(span_a, start + span_b)
-    if span_a <= 0 or span_b <= 0 or begin >= end:
-        return 0.0, 0.0, 0, 0, 0.0
     inverse, slope_b = 1 / span_a, (bx * ty - by * tx) / span_b
     slope = (ax * ty - ay * tx) * inverse - slope_b
     level = wx * ty - wy * tx - slope_b * start  # of b, at the corner of A
     d1, d2 = slope * begin - level, slope * end - level
-    if d1 <= 0 and d2 <= 0:
-        return 0.0, 0.0, 0, 0, 0.0
-    first, last = 1 if start <= 0 else -1, 1 if span_a <= start + span_b else -1
-    if d1 < 0:
-        begin, first = begin - d1 / slope, 0
-    if d2 < 0:
-        end, last = end - d2 / slope, 0
-    return begin * inverse, end * inverse, first, last, max(d1, d2)
+    overlaps = (span_a > 0) & (span_b > 0) & (begin < end) & ((d1 > 0) | (d2 > 0))
+    first = 0.0 if d1 < 0 else (1.0 if start <= 0 else -1.0)
+    last = 0.0 if d2 < 0 else (1.0 if span_a <= start + span_b else -1.0)
+    begin = begin - d1 / slope if d1 < 0 else begin
+    end = end - d2 / slope if d2 < 0 else end
+    return begin * inverse, end * inverse, first, last, max(d1, d2) if overlaps else 0.0
+
+
+@njit(**OPTIONS)
+def may_overlap(ax, ay, bx, by, wx, wy, share):
+    """Whether edges overlap, seen along their mean tangent, or miss it by no more than a ``share`` of their lengths."""
+    length_a, length_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
+    tx, ty = mean_tangent(ax, ay, bx, by, 1 / length_a, 1 / length_b)
+    room = share * (length_a + length_b + abs(wx) + abs(wy))
+    span_a, span_b, start = ax * tx + ay * ty, bx * tx + by * ty, wx * tx + wy * ty
+    begin, end = max(0.0, start), min(span_a, start + span_b)
+    slope_a, slope_b = (ax * ty - ay * tx) / span_a, (bx * ty - by * tx) / span_b
+    level = wx * ty - wy * tx - slope_b * start
+    d1, d2 = (slope_a - slope_b) * begin - level, (slope_a - slope_b) * end - level
+    return (begin < end + room) & (max(d1, d2) > -room)
 
 
 @njit(**OPTIONS)
@@ -96,8 +111,8 @@ def deepest(ax, ay, bx, by, wx, wy):
 @njit(forceinline=True, **OPTIONS)
 def ends(first, last, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy):
     """Positions of both ends of an overlap, of the kinds that `strip` returns, and their depths in the other grain."""
-    x1, y1 = (ux, uy) if first < 0 else (begin * ax, begin * ay)
-    x2, y2 = (ux + bx, uy + by) if last < 0 else (end * ax, end * ay)
+    x1, y1 = ux if first < 0 else begin * ax, uy if first < 0 else begin * ay
+    x2, y2 = ux + bx if last < 0 else end * ax, uy + by if last < 0 else end * ay
     d1 = ex * y1 - ey * x1 if first < 0 else (fy * (x1 - ux) - fx * (y1 - uy) if first > 0 else 0.0)
     d2 = ex * y2 - ey * x2 if last < 0 else (fy * (x2 - ux) - fx * (y2 - uy) if last > 0 else 0.0)
     return x1, y1, d1, x2, y2, d2
@@ -106,12 +121,14 @@ def ends(first, last, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy):
 @njit(forceinline=True, **OPTIONS)
 def _end(kind, sign, depth, length_a, length_b, ax, ay, bx, by):
     """Gradient of the energy by the displacement of B at one end, from derivatives by its depth and both lengths."""
-    if kind > 0:  # a corner of A, against edge b
-        return -depth * by - sign * length_b * bx, depth * bx - sign * length_b * by
-    if kind < 0:  # a corner of B, against edge a
-        return -depth * ay + sign * length_a * ax, depth * ax + sign * length_a * ay
-    q = (length_a + length_b * (ax * bx + ay * by)) / (ay * bx - ax * by)
-    return sign * (-q * by - length_b * bx), sign * (q * bx - length_b * by)
+    q = (length_a + length_b * (ax * bx + ay * by)) / (ay * bx - ax * by)  # both edges cross
+    # A corner of A moves against edge b, one of B against edge a.
+    x = -depth * by - sign * length_b * bx if kind > 0 else -depth * ay + sign * length_a * ax
+    y = depth * bx - sign * length_b * by if kind > 0 else depth * ax + sign * length_a * ay
+    return (
+        sign * (-q * by - length_b * bx) if kind == 0 else x,
+        sign * (q * bx - length_b * by) if kind == 0 else y,
+    )
 
 
 @njit(forceinline=True, **OPTIONS)

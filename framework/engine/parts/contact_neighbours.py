@@ -1,0 +1,102 @@
+"""Which contacts are in the table: pairs of exposed edges that may meet before the next search.
+
+A grid finds all pairs within the skin, seldom. Among these the pairs are chosen, more often, that grains can bring
+together in the next steps, each at its own speed. No result depends on when this happens.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grainlaw.compiler.entry import compiled
+from grainlaw.engine.parts import contact_search
+
+REACH = 0.5  #: of the skin: when two nodes have moved so far, their distance may have shrunk by the skin
+AHEAD = 50  #: steps for which pairs are chosen
+LEAST = 0.05  #: of the skin: the least way for which they are chosen
+SPENT = 0.8  #: of that way: when a node has moved so far they are chosen again, before any can overlap
+TORN = 10.0  #: times its undeformed length: no edge is so long in a stable run
+
+
+class Neighbours:
+    """The search of near pairs of exposed edges; ``room`` says until when what it found last holds.
+
+    ``edges`` (e, 2) nodes, ``grain`` (e,) of each, ``first`` (g + 1,) first node of each grain, ``width`` (g,) m their
+    least width, ``skin`` m, ``origin`` (2, i) m undeformed positions.
+    """
+
+    def __init__(
+        self,
+        edges: np.ndarray,
+        grain: np.ndarray,
+        first: np.ndarray,
+        width: np.ndarray,
+        skin: float,
+        origin: np.ndarray,
+    ) -> None:
+        self._edges, self._grain, self._first, self._width = edges, grain, first, width
+        self._skin, self._origin = skin, origin
+        self._lengths = np.hypot(*(origin[:, edges[:, 1]] - origin[:, edges[:, 0]]))
+        self._cell = float(2 * skin + (np.median(self._lengths) if len(edges) else 1.0))
+        self.forget()
+
+    def forget(self) -> None:
+        """Search with a grid next time: edges were exposed."""
+        self.pairs = np.zeros((0, 2), dtype=np.int64)  #: (n, 2) within the skin at the last search with a grid
+        self.searched = np.zeros((2, 0))  #: (2, i) m, displacement at that search; without columns there was none
+
+    def find(self, displacement: np.ndarray, before: np.ndarray, exposed: np.ndarray) -> np.ndarray | None:
+        """(n, 2) pairs of edges, that of the lower grain first, and in ``room`` how far nodes may move meanwhile.
+
+        None in a run that has become unstable: the check of the energies reports where.
+        """
+        ends = self._ends(displacement, exposed)
+        if ends is None:
+            return None
+        way, farthest = self._ways(displacement, before)
+        if self._search(displacement, farthest, ends, exposed):
+            way, _ = self._ways(displacement, before)
+        self.room = np.repeat(SPENT * way, np.diff(self._first))  #: (i,) m
+        return self.pairs[self._still_near(ends, way)]
+
+    def any_within(self, displacement: np.ndarray, exposed: np.ndarray) -> bool:
+        """Whether any are nearer than half the skin, whenever they were searched."""
+        ends = self._ends(displacement, exposed)
+        if ends is None:
+            return False
+        _, farthest = self._ways(displacement, displacement)
+        self._search(displacement, farthest, ends, exposed)
+        return bool(self._still_near(ends, np.full(len(self._width), self._skin / 4)).any())
+
+    def _ends(self, displacement: np.ndarray, exposed: np.ndarray) -> tuple[np.ndarray, ...] | None:
+        """(e,) x0, y0, x1, y1 m of start and end of each edge; None where one is torn."""
+        (x0, x1), (y0, y1) = (row[self._edges.T].copy() for row in self._origin + displacement)
+        with np.errstate(invalid="ignore", over="ignore"):
+            whole = np.hypot(x1 - x0, y1 - y0) < TORN * self._lengths
+        return (x0, y0, x1, y1) if whole[exposed].all() else None
+
+    def _ways(self, displacement: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, float]:
+        searched = self.searched if self.searched.size else displacement
+        way, farthest = compiled(contact_search.ways)(
+            displacement, before, searched, self._first, AHEAD, LEAST * self._skin, REACH * self._skin
+        )
+        return way, farthest
+
+    def _search(
+        self, displacement: np.ndarray, farthest: float, ends: tuple[np.ndarray, ...], exposed: np.ndarray
+    ) -> bool:
+        """Find all pairs within the skin, unless no node has moved by more than half the reach since; whether done."""
+        if self.searched.size and farthest < REACH * self._skin / 2:
+            return False
+        chosen, turn = np.flatnonzero(exposed), self._skin / self._width
+        found = compiled(contact_search.near_pairs)(
+            *(row[chosen] for row in ends), self._grain[chosen], turn[self._grain[chosen]], self._skin, self._cell
+        )
+        self.pairs, self.searched = chosen[found], displacement.copy()
+        return True
+
+    def _still_near(self, ends: tuple[np.ndarray, ...], way: np.ndarray) -> np.ndarray:
+        """(n,) which of the pairs may meet while nodes of each grain move by its ``way`` (g,) m."""
+        turn = (2 * way / self._width)[self._grain]
+        near: np.ndarray = compiled(contact_search.still_near)(self.pairs, *ends, turn, way[self._grain], self._skin)
+        return near
