@@ -33,6 +33,7 @@ from grainlaw.results.measure import Measure
 from grainlaw.results.probe import ContactPath, Probe
 from grainlaw.results.result import Cracks, Result
 from grainlaw.results.standard_measures import MEASURES
+from grainlaw.runs.certify import QuasiStaticLimit, certify
 from grainlaw.runs.comparison import Comparison, compare
 from grainlaw.runs.envelope import (
     HoekBrownFit,
@@ -112,6 +113,7 @@ __all__ = [
     "Plane",
     "Pressure",
     "Probe",
+    "QuasiStaticLimit",
     "Reaches",
     "Region",
     "Relaxation",
@@ -134,6 +136,7 @@ __all__ = [
     "UnitWarning",
     "Window",
     "acoustic_events",
+    "certify",
     "characteristics",
     "check_law",
     "compare",

@@ -56,6 +56,9 @@ class Loading(metaclass=Checked):
 
             def next(self, pace):
                 return self.speed / (1 + pace.stored), False
+
+            def slower(self):
+                return attrs.evolve(self, speed=self.speed / 2)
     """
 
     ramp: float = 0.0  #: s, in which the speed rises from zero; without it a stage begins with the steady motion
@@ -70,6 +73,10 @@ class Loading(metaclass=Checked):
 
         Raises :class:`AccuracyError`, which ends the run and keeps what it has recorded.
         """
+
+    @abstractmethod
+    def slower(self) -> Loading:
+        """The same at half the speed, to see what the speed does."""
 
     def usual(self, span: float, frequency: float) -> float:
         """Time (s) that a stage usually takes, from what ``Pace`` calls so."""
@@ -92,6 +99,9 @@ class Constant(Loading):
 
     def next(self, pace: Pace) -> tuple[float, bool]:
         return self.speed, False
+
+    def slower(self) -> Loading:
+        return attrs.evolve(self, speed=self.speed / 2, ramp=self.ramp * 2)
 
     def delay(self, interval: float) -> int:
         return math.ceil(self.ramp * self.speed / interval / 2)
@@ -140,6 +150,9 @@ class Adaptive(Loading):
                 f"{pace.least_imbalance:.2g} in the last {RECENT} samples, at {pace.speed:.2g} m/s"
             )
         return pace.speed, False
+
+    def slower(self) -> Loading:
+        return attrs.evolve(self, rate=self.rate / 2)
 
     @staticmethod
     def _calm(pace: Pace) -> float:

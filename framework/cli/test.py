@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import attrs
 import click
 
 from grainlaw.cli.configuration import Configuration, configured
@@ -29,7 +30,9 @@ from grainlaw.engine.thread_count import Threads
 from grainlaw.naming import aligned, shown
 from grainlaw.results.files import write_atomically
 from grainlaw.results.result import Result
+from grainlaw.results.tables import write_json
 from grainlaw.results.vtk import VtkWriter
+from grainlaw.runs.certify import certify_result, slower
 from grainlaw.runs.claim import Claim
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.record import versions
@@ -60,10 +63,12 @@ recorded is written all the same."""
 @folder_options
 @threads_option("Threads in the model.", default=None)
 @portable_option
+@click.option("--certify", is_flag=True, help="Test again at half the speed: what the strength tends to.")
 @click.option("--quick", is_flag=True, help="A small specimen.")
 def test(
     *, name: str, law: str | None, grains: int | None, seed: int | None, config: Path | None,
     assignments: tuple[str, ...], out: Path, restart: bool, overwrite: bool, threads: Threads | None, quick: bool,
+    certify: bool,
 ) -> None:  # fmt: skip
     options = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
     options["numerics", "threads"] = threads
@@ -76,6 +81,8 @@ def test(
             assign(sections, assignment)
         chosen = configured(name, sections, quick)
         ask_first_questions(chosen.law)
+        if certify:
+            slower(chosen.protocol)
     about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG, "portable": is_portable()}}}
     with writing_to(out, restart, overwrite, about) as claim:
         law_there, files = copied(chosen.sections["law"]["type"], chosen.law_files, claim.path)
@@ -89,6 +96,8 @@ def test(
         record = {**shown_too, "versions": versions()}
         result.write_report(claim.path / "report.html", record=record, incomplete=reason)
         click.echo(_table(result.summary))
+        if certify and not reason:
+            click.echo(f"\n{_certified(name, result, chosen, claim)}")
         tell_certificate({name: result})
         finished(claim)
     if reason:
@@ -108,6 +117,18 @@ def _run(name: str, chosen: Configuration, claim: Claim) -> tuple[Result, str]:
         except (StageError, InstabilityError) as error:
             return error.result, str(error)
     return result, ""
+
+
+def _certified(name: str, result: Result, chosen: Configuration, claim: Claim) -> str:
+    """The quasi-static limit in words; also in certificate.json."""
+    numerics = chosen.numerics
+    with progress_bars() as progress:
+        found = certify_result(
+            result, chosen.law, threads=numerics.threads, time_step_factor=numerics.time_step_factor,
+            mass_scaling=numerics.mass_scaling, observers=[ProgressBar(progress, f"{name}, half the speed")],
+        )  # fmt: skip
+    write_json(claim.path / "certificate.json", attrs.asdict(found) | {"limit": found.limit, "error": found.error})
+    return str(found)
 
 
 def _table(summary: Mapping[str, Any]) -> str:

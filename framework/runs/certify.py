@@ -1,0 +1,84 @@
+"""The quasi-static limit of a strength: the same test at two speeds, and what their difference says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+
+from grainlaw.arguments import checked
+from grainlaw.contact import Laws
+from grainlaw.loading import Loading
+from grainlaw.naming import shown
+from grainlaw.parameter import ParameterError
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.result import Result
+from grainlaw.runs.parallel import Run, simulate_all
+from grainlaw.runs.simulation import simulate
+from grainlaw.specimen import Specimen
+
+PEAKS = ("peak_stress", "peak_force")
+
+
+@attrs.frozen(kw_only=True)
+class QuasiStaticLimit:
+    """A strength at two speeds, and what slower runs tend to if the excess is proportional to the speed."""
+
+    name: str  #: of the summary's entry
+    peak: float  #: at the speed of the test (Pa, or N/m)
+    slower: float  #: at half of it
+
+    @property
+    def limit(self) -> float:
+        """Richardson's extrapolation to no speed."""
+        return 2 * self.slower - self.peak
+
+    @property
+    def error(self) -> float:
+        """Of the limit: the difference of the two peaks. What breaks first differs by chance, too."""
+        return abs(self.peak - self.slower)
+
+    def __str__(self) -> str:
+        what, share = shown(self.name), abs(self.peak / self.limit - 1)
+        words = (
+            f"{what.text(value)} {what.unit}".strip() for value in (self.peak, self.slower, self.limit, self.error)
+        )
+        return "{}, at half the speed {}: quasi-static limit {}, give or take {}".format(*words) + f" ({share:.1%} off)"
+
+
+def slower(protocol: Any) -> LoadingProtocol:
+    """The same test at half the speed. Raises :class:`ParameterError` for one without a loading."""
+    for name in ("loading", "test"):
+        part: Any = getattr(protocol, name, None)
+        if isinstance(part, Loading):
+            return attrs.evolve(protocol, **{name: part.slower()})
+        if isinstance(part, LoadingProtocol):
+            return attrs.evolve(protocol, **{name: slower(part)})
+    raise ParameterError(f"certify: {type(protocol).__name__} has no loading whose speed could be halved")
+
+
+@checked
+def certify(specimen: Specimen, law: Laws, protocol: LoadingProtocol, **options: Any) -> QuasiStaticLimit:
+    """Do a test twice, the second time at half the speed, and say what its strength tends to.
+
+    ``options`` are those of :func:`~grainlaw.runs.parallel.simulate_all`. Raises what :func:`simulate` raises,
+    :class:`ParameterError` for a test without a loading or a strength.
+    """
+    runs = {"test": Run(specimen, law, protocol), "slower": Run(specimen, law, slower(protocol))}
+    outcome = simulate_all(runs, **options)
+    for error in outcome.failed.values():
+        raise error
+    return limit_of(outcome.results["test"], outcome.results["slower"])
+
+
+def certify_result(result: Result, law: Laws, **options: Any) -> QuasiStaticLimit:
+    """The same for a test that is done: only the slower run is made. ``options`` are those of :func:`simulate`."""
+    return limit_of(result, simulate(result.specimen, law, slower(result.protocol), **options))
+
+
+def limit_of(result: Result, other: Result) -> QuasiStaticLimit:
+    """From a result and that at half the speed."""
+    for name in PEAKS:
+        if name in result.summary:
+            return QuasiStaticLimit(name=name, peak=result.summary[name], slower=other.summary[name])
+    raise ParameterError(f"certify: {type(result.protocol).__name__} measures no {' or '.join(PEAKS)}")
