@@ -15,7 +15,7 @@ from typing import Any
 import click
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn
 
 from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.columns import COURSE, LOAD
@@ -29,6 +29,7 @@ from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.results.result import Result
 from grainlaw.runs.claim import Claim, claimed, tidy
+from grainlaw.runs.estimate import in_words
 from grainlaw.runs.stopping import Stopped
 from grainlaw.stage import Stage, StageError
 
@@ -134,7 +135,8 @@ class ProgressBar(Observer):
 
     def __init__(self, progress: Progress, name: str) -> None:
         self.progress, self.name, self.told = progress, name, time.monotonic()
-        self.task = progress.add_task(name, total=1.0, stage="starting", strain="", stress="")
+        self.task = progress.add_task(name, total=1.0, stage="starting", strain="", stress="", left="")
+        self.began: tuple[float, int] | None = None  #: s by the clock, and steps, at the first sample
 
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
         self.progress.update(
@@ -143,11 +145,22 @@ class ProgressBar(Observer):
             stage=stage.name if progress < 1 else "done",
             strain=_last(curves, COURSE),
             stress=_last(curves, LOAD),
+            left=self._left(state) if progress < 1 else "",
         )
         if not self.progress.console.is_terminal and time.monotonic() - self.told > SILENCE:
             self.told = time.monotonic()
-            done = f"{self.name}: {progress:.0%} of {stage.name}, {state.steps} steps"
+            left = self._left(state)
+            done = f"{self.name}: {progress:.0%} of {stage.name}, {state.steps} steps{left and f', {left} left'}"
             click.echo(f"{done}, {_last(curves, COURSE)}, {_last(curves, LOAD)}", err=True)
+
+    def _left(self, state: State) -> str:
+        """Time that tests usually still take from here, at the pace of the clock so far."""
+        now = time.monotonic()
+        began, steps = self.began = self.began or (now, state.steps)
+        left = (state.usual_end - state.time) / state.time_step
+        if state.steps == steps or left <= 0:
+            return ""
+        return f"about {in_words(left * (now - began) / (state.steps - steps))}"
 
 
 def _last(curves: Mapping[str, np.ndarray], names: Sequence[str]) -> str:
@@ -160,5 +173,5 @@ def progress_bars() -> Progress:
     return Progress(
         TextColumn("{task.description:<14}"), BarColumn(16), TextColumn("{task.percentage:>3.0f}%"),
         TextColumn("{task.fields[stage]:<11}{task.fields[strain]:>9}{task.fields[stress]:>11}"),
-        TimeRemainingColumn(compact=True), console=Console(stderr=True), refresh_per_second=4,
+        TextColumn("{task.fields[left]:>14}"), console=Console(stderr=True), refresh_per_second=4,
     )  # fmt: skip

@@ -232,7 +232,7 @@ class Execution:
         for name in ("allowed", "touching", "frequency"):
             setattr(self.stability, name, numbers[name])
         self._return_to(found.moment(stage.integrator))
-        self.loader.restore(numbers["loader"])
+        self.loader.restore(numbers["loader"], stage)
         self.columns.fill(found.curves)
         names = [name for name, _ in found.observers]
         if names != [type(observer).__name__ for observer in self.observers]:

@@ -54,8 +54,15 @@ class Loader:
         if stage.loading is not None:
             field, pace = self._static(stage), 0.0
             pace = stage.loading.first(self._pace())
+        self._expect(stage)
         state.steady.begin(field, pace, state.time, rises=stage.loading is not None and stage.loading.ramp > 0)
         self._change(stage, before)
+
+    def _expect(self, stage: Stage) -> None:
+        """Note when the stage usually ends."""
+        span = stage.interval * (stage.expected or 0)
+        lasts = span if stage.loading is None else stage.loading.usual(span, self._seen.frequency)
+        self._state.usual_end = self._state.began + lasts if span else 0.0
 
     def _static(self, stage: Stage) -> np.ndarray:
         """The static solution; notes what a loading goes by."""
@@ -178,6 +185,7 @@ class Loader:
         """Numbers of a checkpoint."""
         return attrs.asdict(self._seen)
 
-    def restore(self, numbers: Mapping[str, object]) -> None:
+    def restore(self, numbers: Mapping[str, object], stage: Stage) -> None:
         """Go on from what ``save`` returned."""
         self._seen = _Seen(**{name: tuple(v) if isinstance(v, list) else v for name, v in numbers.items()})  # type: ignore[arg-type]
+        self._expect(stage)
