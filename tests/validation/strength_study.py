@@ -20,8 +20,8 @@ from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
 
 CASES = {
-    "base: 0.05 m/s, gauss points": {},
-    "speed halved, 0.025 m/s": {"test": {"speed": 0.025}},
+    "base: default loading, gauss points": {},
+    "half the rate of loading": {"test": {"loading": gl.Adaptive(rate=0.00075)}},
     "time step halved": {"run": {"time_step_factor": 0.5}},
     "zones refined once": {"specimen": {"refinement": 1}},
     "contact points at the ends": {"specimen": {"contact_points": gl.EndPoints()}},
