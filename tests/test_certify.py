@@ -4,6 +4,8 @@ import json
 
 import attrs
 import pytest
+from command_line import invoke
+from support import ROCK, STRONG
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
@@ -11,8 +13,6 @@ from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import Cyclic, DirectShear, FreeMotion, UniaxialCompression
 from grainlaw.runs.certify import QuasiStaticLimit, slower
 from grainlaw.units import MPa, mm, um
-from tests.command_line import invoke
-from tests.support import ROCK, STRONG
 
 
 def test_the_limit_is_richardsons():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw.columns import SPENT
@@ -15,7 +16,6 @@ from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.loading import RELEASED, Pace
 from grainlaw.protocols import BiaxialCompression, Cyclic, Platens, UniaxialCompression, UniaxialTension
 from grainlaw.units import MPa
-from tests.support import ROCK, STIFF, STRONG, small_sample
 
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
 BRITTLE = MohrCoulomb(**STRONG)

@@ -9,6 +9,8 @@ from scipy.sparse.linalg import eigsh
 
 from grainlaw.specimen import Specimen
 
+TOUCHING = 1e-6  #: of the length of an edge
+
 
 def _zone_triplets(specimen: Specimen) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stiffness of the undeformed zones: values (z, 6, 6) and the freedoms (z, 6) they couple."""
@@ -56,6 +58,36 @@ def _edge_triplets(
     directions = sum(k * d[:, :, None] * d[:, None, :] for k, d in ((kn, normal), (ks, tangent)))
     values = 2 * lengths[:, None, None, None, None] * ends[:, None, :, None] * directions[:, None, :, None, :]
     return _triplets(values.reshape(-1, 4, 4), edges)
+
+
+def touching_stiffness(places: np.ndarray, nodes: np.ndarray, kn: np.ndarray, ks: np.ndarray, count: int) -> csr_matrix:
+    """Stiffness (N/m) over the components of ``count`` nodes of edges that touch, pressed together and not sliding.
+
+    ``places`` (4, c, 2) m are the ends of the edges a and b of c contacts, both counter-clockwise round their grains,
+    ``nodes`` (4, c) their nodes, ``kn`` and ``ks`` (c,) Pa/m. Edges touch where they overlap, and where
+    they are apart by less than ``TOUCHING`` of their length. Two points on the common part of a pair share its stiffness.
+    """
+    along = places[1] - places[0]
+    length = np.hypot(*along.T)
+    tangent = along / length[:, None]
+    normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+    start, end = (np.sum((places[k] - places[0]) * tangent, axis=1) for k in (3, 2))  # b runs the other way
+    low, high = np.maximum(start, 0.0), np.minimum(end, length)
+    gaps = np.stack([np.sum((places[k] - places[0]) * normal, axis=1) for k in (3, 2)])
+    values = np.zeros((len(length), 8, 8))
+    touching = high - low > TOUCHING * length
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for share in (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3)):
+            at = low + share * (high - low)
+            on_a, on_b = at / length, (at - start) / (end - start)
+            touches = touching & (gaps[0] + on_b * (gaps[1] - gaps[0]) < TOUCHING * length)
+            shares = np.stack([on_a - 1, -on_a, on_b, 1 - on_b], axis=1)
+            for direction, stiffness in ((normal, kn), (tangent, ks)):
+                motion = (shares[:, :, None] * direction[:, None, :]).reshape(-1, 8)
+                part = (stiffness * (high - low) / 2)[:, None, None] * motion[:, :, None] * motion[:, None, :]
+                values[touches] += part[touches]
+    data, rows, columns = _triplets(values, nodes.T)
+    return coo_matrix((data, (rows, columns)), (2 * count, 2 * count)).tocsr()
 
 
 def _triplets(values: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

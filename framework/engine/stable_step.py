@@ -9,7 +9,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from grainlaw.engine.parts.laws import LawGroup
-from grainlaw.engine.stability import highest_frequency, scale_masses, stiffness_matrix
+from grainlaw.engine.stability import highest_frequency, scale_masses, stiffness_matrix, touching_stiffness
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
 
@@ -122,8 +122,19 @@ class StableStep:
         return tangents
 
     def stiffness(self) -> csr_matrix:
-        """N/m over the freedoms, in the order of :meth:`Grains.flat`, of zones and bonds as the laws declare them."""
-        return self._matrix(self.state.stiffness[0], None)
+        """N/m over the freedoms, in the order of :meth:`Grains.flat`, of zones, bonds and edges that touch.
+
+        As the laws declare it; what touches is taken to stick.
+        """
+        matrix, contacts = self._matrix(self.state.stiffness[0], None), self.state.contacts
+        if not len(contacts):
+            return matrix
+        arrays, groups = contacts.arrays, contacts.groups_of(contacts.books.keys)
+        stiffness = np.array([[float(np.mean(k)) for k in group.law.stiffness] for group in contacts.groups])[groups]
+        nodes = arrays.used[arrays.node]
+        places = self.state.positions[nodes]
+        touching = touching_stiffness(places, nodes, stiffness[:, 0], stiffness[:, 1], len(self.state.mesh.nodes))
+        return matrix + self.state.grains.over_freedoms(touching)
 
     def _matrix(self, kn: np.ndarray, rim: tuple[np.ndarray, float, float] | None) -> csr_matrix:
         """Stiffness over the freedoms, in the order of :meth:`Grains.flat`, with contacts at the rim."""

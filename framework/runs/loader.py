@@ -16,6 +16,7 @@ from grainlaw.loading import RECENT, AccuracyError, Pace
 from grainlaw.stage import Stage, StageError
 
 FADING = 5  #: periods of the steady motion, in which energy that was released fades by 1/e
+SLOWEST = 1e-4  #: of the highest frequency: that of a motion which nothing resists
 NOISE = 1e-6  #: of the kinetic energy of the steady motion: less vibration counts as none
 STEPS = 10  #: of a sample, at least: the load grows by little in a step
 FALLEN = 0.95  #: of the largest load: below, a specimen has failed, and its imbalance counts no more
@@ -70,7 +71,8 @@ class Loader:
         field = steady_motion(state, stiffness, self._stability.frequency)
         field = np.round(field / (scale := EXACT * np.abs(field).max())) * scale
         inertia = float(np.sum(state.freedoms.arrays.mass * field**2))
-        frequency = math.sqrt(stiffness_along(state, stiffness, field) / inertia)
+        lowest = SLOWEST * self._stability.frequency
+        frequency = max(math.sqrt(max(stiffness_along(state, stiffness, field), 0.0) / inertia), lowest)
         assert stage.expected is not None
         self._seen = _Seen(
             span=stage.interval * stage.expected, inertia=inertia, frequency=frequency,

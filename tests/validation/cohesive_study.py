@@ -2,7 +2,7 @@
 
     python tests/validation/cohesive_study.py
 
-755 grains, Table 1 of the paper, unconfined, 0.05 m/s; docs/validation.md has both tables.
+755 grains, Table 1 of the paper, unconfined, default loading; docs/validation.md has both tables.
 """
 
 import attrs

@@ -57,7 +57,8 @@ def tested(test, laws, seeds, scattered):
         s = result.summary
         change = f"{(s['peak_stress'] / results[law, seed, 1.0].summary['peak_stress'] - 1) * 100:+.1f} %"
         print(
-            f"| {test} | {law} | {seed} | {runs[law, seed, factor].protocol.speed:g} | {s['peak_stress'] / 1e6:.2f} "
+            f"| {test} | {law} | {seed} | {runs[law, seed, factor].protocol.loading.rate:g} "
+            f"| {s['peak_stress'] / 1e6:.2f} "
             f"| {s['peak_strain'] * 100:.4f} | {s['tensile_cracks']} + {s['shear_cracks']} | {s['kinetic_ratio']:.1e} "
             f"| {s['platen_imbalance'] * 100:.1f} % | {s['energy_error']:.0e} | {change if factor < 1 else ''} |",
             flush=True,
