@@ -65,7 +65,7 @@ def touching_stiffness(places: np.ndarray, nodes: np.ndarray, kn: np.ndarray, ks
 
     ``places`` (4, c, 2) m are the ends of the edges a and b of c contacts, both counter-clockwise round their grains,
     ``nodes`` (4, c) their nodes, ``kn`` and ``ks`` (c,) Pa/m. Edges touch where they overlap, and where
-    they are apart by less than ``TOUCHING`` of their length. Two points on the common part of a pair share its stiffness.
+    they are apart by less than ``TOUCHING`` of their length. Two points on their common part share its stiffness.
     """
     along = places[1] - places[0]
     length = np.hypot(*along.T)
