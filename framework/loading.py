@@ -27,6 +27,7 @@ class Pace(metaclass=Checked):
     frequency: float  #: 1/s, of the steady motion when the stage began, by Rayleigh's quotient
     fastest: float = math.inf  #: m/s, at which a sample still has some steps
     stored: float = 0.0  #: J/m, energy in zones and contacts, the largest so far
+    vibration: float = 0.0  #: J/m, kinetic energy of the motion beside the steady motion
     damaged: bool = False  #: whether any contact is damaged
     released: float = 0.0  #: energy that vibration and damping have taken, over the work at the largest load
     imbalance: float = 0.0  #: sum of the forces on the specimen in this sample, over the largest load; 0 after the peak
@@ -135,7 +136,7 @@ class Adaptive(Loading):
     def next(self, pace: Pace) -> tuple[float, bool]:
         fast = self.first(pace)
         slow = max(self.rate * pace.quick, LEAST * fast)
-        limit = min(fast, slow * self._calm(pace))
+        limit = min(fast, slow * self._calm(pace), max(slow, self._still(pace)))
         if pace.speed > 2.0 * limit:
             return limit, True
         if pace.imbalance <= self.imbalance:
@@ -159,6 +160,11 @@ class Adaptive(Loading):
         """How many times the lowest speed is allowed, by the energy that is released."""
         by_energy = max(1.0, RELEASED / max(pace.released, 1e-300))
         return min(QUIET, by_energy) if pace.damaged else by_energy
+
+    def _still(self, pace: Pace) -> float:
+        """Speed (m/s) at which vibration would have as little energy as the loading may have, if it comes from it."""
+        allowed = (QUIET * self.rate) ** 2 * pace.stored
+        return math.inf if pace.vibration <= allowed else pace.speed * math.sqrt(allowed / pace.vibration)
 
     def usual(self, span: float, frequency: float) -> float:
         return (1 / WHOLE + GROWTH) / (self.rate * frequency)

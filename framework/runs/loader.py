@@ -36,6 +36,7 @@ class _Seen:
     force: float = 0.0  #: N/m, the largest work over travel so far
     supplied: float = 0.0  #: J/m
     lost: float = 0.0  #: J/m, in vibration and damping
+    vibration: float = 0.0  #: J/m
     released: float = 0.0
     momentum: tuple[float, float] = (0.0, 0.0)
     imbalances: tuple[float, ...] = ()  #: of the last samples
@@ -153,7 +154,8 @@ class Loader:
         """What has changed in a sample of a time (s)."""
         state, seen = self._state, self._seen
         travel, momentum = state.steady.pace * time, self._momentum()
-        lost, supplied = energies[LOST] + state.steady.vibration(), energies[SUPPLIED]
+        vibration, supplied = state.steady.vibration(), energies[SUPPLIED]
+        lost = energies[LOST] + vibration
         if math.isnan(seen.supplied):  # the first sample of a stage
             seen = attrs.evolve(seen, lost=lost, supplied=supplied)
         force = max(seen.force, abs(supplied - seen.supplied) / travel)
@@ -167,8 +169,8 @@ class Loader:
         imbalance = 0.0 if fallen or load == 0 else change / time / load
         return attrs.evolve(
             seen, stored=max(seen.stored, sum(energies[kind] for kind in STORED)), load=load, force=force,
-            supplied=supplied, lost=lost, released=max(released, faded), momentum=momentum,
-            imbalances=(*seen.imbalances, imbalance)[-RECENT:],
+            supplied=supplied, lost=lost, vibration=max(vibration - noise, 0.0), released=max(released, faded),
+            momentum=momentum, imbalances=(*seen.imbalances, imbalance)[-RECENT:],
         )  # fmt: skip
 
     def _pace(self, seen: _Seen | None = None) -> Pace:
@@ -177,7 +179,8 @@ class Loader:
         return Pace(
             speed=self._state.steady.pace, span=seen.span, inertia=seen.inertia, frequency=seen.frequency,
             fastest=seen.fastest,
-            stored=seen.stored, damaged=self._damaged, released=seen.released, imbalance=last[-1] if last else 0.0,
+            stored=seen.stored, vibration=seen.vibration, damaged=self._damaged,
+            released=seen.released, imbalance=last[-1] if last else 0.0,
             least_imbalance=min(last) if len(last) == RECENT else 0.0,
         )  # fmt: skip
 
