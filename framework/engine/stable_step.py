@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from grainlaw.engine.parts.laws import LawGroup
+from grainlaw.engine.parts.laws import LawGroup, by_interface
 from grainlaw.engine.stability import highest_frequency, scale_masses, stiffness_matrix
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
@@ -130,9 +130,7 @@ class StableStep:
     def _matrix(self, kn: np.ndarray, rim: tuple[np.ndarray, float, float] | None) -> csr_matrix:
         """Stiffness over the freedoms, in the order of :meth:`Grains.flat`, with contacts at the rim."""
         bonds, grains = self.state.bonds, self.state.grains
-        rows = np.empty((2, 2, len(bonds)))
-        for row, values in zip(rows, (kn, bonds.stiffness[1]), strict=True):
-            row[:, bonds.order] = values.reshape(2, -1)
+        rows = by_interface(bonds.order, np.stack([kn, bonds.stiffness[1]]))
         return grains.over_freedoms(stiffness_matrix(self.state.specimen, rows[0], rows[1], rim))
 
     def _rim(self) -> tuple[np.ndarray, float, float] | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, diags
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from grainlaw.engine.state import State
 
@@ -42,9 +42,13 @@ def solve(matrix: csc_matrix, right: np.ndarray) -> np.ndarray:
     """Solution of a symmetric, positive definite system."""
     if not right.any():
         return np.zeros_like(right)
-    factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    found: np.ndarray = factors.solve(right)
+    found: np.ndarray = factorised(matrix).solve(right)
     return found
+
+
+def factorised(matrix: csc_matrix) -> SuperLU:
+    """A symmetric, positive definite matrix, whose ``solve`` takes one or several right sides."""
+    return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
 def stiffness_along(state: State, stiffness: csr_matrix, field: np.ndarray) -> float:
