@@ -34,6 +34,7 @@ from grainlaw.results.probe import ContactPath, Probe
 from grainlaw.results.result import Cracks, Result
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.comparison import Comparison, compare
+from grainlaw.runs.elastic_properties import ElasticProperties, elastic_properties
 from grainlaw.runs.envelope import (
     HoekBrownFit,
     MohrCoulombFit,
@@ -79,6 +80,7 @@ __all__ = [
     "Drive",
     "DynamicRelaxation",
     "Elastic",
+    "ElasticProperties",
     "EndPoints",
     "Entry",
     "FailsTo",
@@ -139,6 +141,7 @@ __all__ = [
     "compare",
     "crack_lengths",
     "crack_rose",
+    "elastic_properties",
     "failure_plane",
     "fit_hoek_brown",
     "fit_mohr_coulomb",

@@ -11,7 +11,7 @@ import click
 from grainlaw.cli.configuration import Configuration, configured
 from grainlaw.cli.law_copy import copied
 from grainlaw.cli.running import ProgressBar, finished, folder_options, progress_bars, tell_certificate, writing_to
-from grainlaw.cli.sections import Sections, assign, read_file, toml
+from grainlaw.cli.sections import gathered, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.compiler.cache import compile_portably, is_portable
@@ -62,13 +62,7 @@ def test(
     try:
         if portable:
             compile_portably()
-        sections: Sections = read_file(config) if config else {}
-        for (section, key), value in options.items():
-            if value is not None:
-                sections.setdefault(section, {})[key] = value
-        for assignment in assignments:
-            assign(sections, assignment)
-        chosen = configured(name, sections, quick)
+        chosen = configured(name, gathered(config, options, assignments), quick)
         ask_first_questions(chosen.law)
     except (ParameterError, OSError, CompilationError, MemoryError) as error:
         raise click.UsageError(str(error)) from None
