@@ -45,8 +45,9 @@ class StableStep:
         self._size = state.specimen.grains.grain_size
         laws = [(group, state.bonds.memory_of(group)) for group in state.bonds.groups]
         laws += [(group, group.virgin[:, None]) for group in state.contacts.groups]
-        self._stiffening = any(_stiffens(law, memory, self._size) for law, memory in laws if memory.shape[1])
-        self.look = LOOKS[0] if self._stiffening else LOOKS[1]  #: steps after which to ask ``has_changed``
+        #: whether a law stiffens in closure
+        self.stiffening = any(_stiffens(law, memory, self._size) for law, memory in laws if memory.shape[1])
+        self.look = LOOKS[0] if self.stiffening else LOOKS[1]  #: steps after which to ask ``has_changed``
         self.allowed = 1.0  #: highest closure stiffness, over kn, for which the present step is stable
         self.touching = self._touching or not _in_one_piece(state)  #: whether the step allows for contacts at the rim
         matrix, mass = self._matrix(self.state.stiffness[0], self._rim()), self._masses()
@@ -82,7 +83,7 @@ class StableStep:
         """
         if not self.touching:
             self.state.search(self.state.contacts.arrays.before)
-        if not (self._stiffening or self.touching != self._touching):
+        if not (self.stiffening or self.touching != self._touching):
             return False
         touching, replaced = self._touch_ratio(), np.tile(self.state.replaced, 2)
         tangents = np.where(replaced, touching * self.state.stiffness[0], self._closure_tangents())
