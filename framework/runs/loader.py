@@ -11,6 +11,7 @@ import numpy as np
 from grainlaw.columns import LOST, STORED, SUPPLIED
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
+from grainlaw.engine.static_load import bring_under_load
 from grainlaw.engine.steady import steady_motion, stiffness_along
 from grainlaw.loading import RECENT, AccuracyError, Pace
 from grainlaw.stage import Stage, StageError
@@ -56,6 +57,8 @@ class Loader:
             pace = stage.loading.first(self._pace())
         state.steady.begin(field, pace, state.time)
         self._change(stage, before)
+        if stage.static:
+            bring_under_load(state, stage, self._stability)
 
     def _static(self, stage: Stage) -> np.ndarray:
         """The static solution; notes what a loading goes by."""
