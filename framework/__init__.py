@@ -35,6 +35,7 @@ from grainlaw.results.result import Cracks, Result
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.certify import QuasiStaticLimit, certify
 from grainlaw.runs.comparison import Comparison, compare
+from grainlaw.runs.elastic_properties import ElasticProperties, elastic_properties
 from grainlaw.runs.envelope import (
     HoekBrownFit,
     MohrCoulombFit,
@@ -80,6 +81,7 @@ __all__ = [
     "Drive",
     "DynamicRelaxation",
     "Elastic",
+    "ElasticProperties",
     "EndPoints",
     "Entry",
     "FailsTo",
@@ -142,6 +144,7 @@ __all__ = [
     "compare",
     "crack_lengths",
     "crack_rose",
+    "elastic_properties",
     "failure_plane",
     "fit_hoek_brown",
     "fit_mohr_coulomb",

@@ -187,14 +187,18 @@ class Stage(metaclass=Checked):
     gravity: tuple[float, float] = attrs.field(default=(0.0, 0.0), converter=_vector)  #: m/s2
     fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
     sample_limit: int = whole_number(default=100_000, at_least=1)  #: the run stops with an error after so many samples
+    static: bool = False  #: bring the specimen under its loads by static solutions, in motion where they do not exist
     expected: int | None = whole_number(default=None, at_least=1)  #: samples to its end, if known; a loading needs it
 
     def __attrs_post_init__(self) -> None:
+        moves = any(isinstance(drive, Drive) and drive.speed for drive in self.drives)
+        if self.static and (moves or any(self.gravity) or self.initial_velocity is not None):
+            raise ParameterError(f"Stage '{self.name}': static is for platens under a force and pressures alone")
         if self.loading is None:
             return
         if self.expected is None:
             raise ParameterError(f"Stage '{self.name}': a loading needs expected, the number of samples to its end")
-        if not any(isinstance(drive, Drive) and drive.speed for drive in self.drives):
+        if not moves:
             raise ParameterError(f"Stage '{self.name}': a loading needs a drive whose speed is not 0")
 
     @property

@@ -26,7 +26,8 @@ from grainlaw.protocols.platens import (
 from grainlaw.specimen import Specimen
 from grainlaw.stage import AtRest, Condition, Curves, Drive, Hold, Pressure, Stage, StageError
 
-MOST_CONFINING = 1000  #: samples, two in each ramp: a specimen that is not at rest by then has failed
+SAMPLES = 20  #: in each ramp
+MOST_CONFINING = 10_000  #: samples: a specimen that is not at rest by then has failed
 
 
 @attrs.frozen
@@ -91,7 +92,8 @@ class BiaxialCompression(LoadingProtocol):
             ],
             pressures=self._sides(self.confining_ramp),
             until=[IntactAtRest(AtRest(1e-4), self.confinement)],
-            interval=self.confining_ramp / 2,
+            interval=self.confining_ramp / SAMPLES,
+            static=True,
             integrator=self.integrator,
             sample_limit=MOST_CONFINING,
         )

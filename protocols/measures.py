@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from grainlaw import gauges
 from grainlaw.columns import LATERAL_STRAIN, STORED, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VIBRATION, energy
 from grainlaw.engine.state import State
 from grainlaw.moduli import converted, slope
@@ -43,27 +44,16 @@ def end_share(specimen: Specimen) -> float:
     return size(specimen)[0] / specimen.mesh.boundary_lengths["top"] if has_platens(specimen) else 1.0
 
 
-def points_on(state: State, boundary: str, count: int, share: float = 1.0) -> np.ndarray:
-    """(k,) nodes of a boundary nearest to ``count`` places, spread evenly along the middle ``share`` of it."""
-    nodes = state.mesh.boundaries[boundary]
-    place = state.mesh.nodes[nodes]
-    along = place[:, np.argmax(np.ptp(place, axis=0))]
-    wanted = along.min() + np.ptp(along) * (0.5 + share * ((np.arange(count) + 0.5) / count - 0.5))
-    return nodes[np.abs(along[:, None] - wanted).argmin(axis=0)]
-
-
 def lateral_strain(state: State, points: int = 12) -> float:
-    """Change of width over width, from 12 points on the left and 12 on the right side (24, as in the paper).
-
-    They lie in the middle half of the height, as strain gauges do, where the platens have little influence.
-    """
-    left, right = (state.displacement[points_on(state, side, points, 0.5), 0].mean() for side in ("left", "right"))
-    return float(right - left) / size(state.specimen)[0]
+    """Change of width over width, as :func:`grainlaw.gauges.lateral_strain` defines it."""
+    return gauges.lateral_strain(state.specimen, state.displacement, points)
 
 
 def axial_strain_of_points(state: State, points: int = 9) -> float:
     """Change of height over height, from points on both ends (the paper's 9)."""
-    top, bottom = (state.displacement[points_on(state, side, points), 1].mean() for side in ends(state.specimen))
+    top, bottom = (
+        state.displacement[gauges.points_on(state.mesh, side, points), 1].mean() for side in ends(state.specimen)
+    )
     return float(top - bottom) / size(state.specimen)[1]
 
 

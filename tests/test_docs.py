@@ -40,6 +40,9 @@ def check_getting_started(page):
     strength = 29e6 + 1.05e14 * 1e-7 * np.tan(np.radians(54))
     assert page["under_pressure"].shear.max() == pytest.approx(strength, rel=0.03)  # to within one step of slip
     summary, curves = page["result"].summary, page["result"].curves
+    first = curves["damaged"] == 0  # the run is still the static solution
+    slope = np.polyfit(curves["strain"][first], curves["stress"][first], 1)[0]
+    assert page["elastic"].apparent_modulus == pytest.approx(slope, rel=2e-3)
     assert len(page["result"].cracks) == summary["tensile_cracks"] + summary["shear_cracks"] > 0
     named = re.findall(r"`(\w+)`", " ".join(re.findall(r"^\| (`.*?) \|", PAGES["docs/getting-started.md"], re.M)))
     assert {*summary, *curves} <= set(named)  # the tables explain every name

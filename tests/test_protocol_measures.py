@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from support import ROCK, STIFF
+from support import ROCK
 
 import grainlaw as gl
+from grainlaw.gauges import points_on
 from grainlaw.geometry import Bricks, between_platens, rectangle
-from grainlaw.laws import Linear
 from grainlaw.protocols import DirectShear
-from grainlaw.protocols.measures import points_on
 
 BLOCK = gl.Specimen(Bricks(rows=1).tessellate(rectangle(4e-3, 8e-3)), ROCK, refinement=3)  # eight parts of each side
 STEEL = gl.Elastic(youngs_modulus=200e9, poissons_ratio=0.3, density=7850)
@@ -23,7 +22,7 @@ STEEL = gl.Elastic(youngs_modulus=200e9, poissons_ratio=0.3, density=7850)
 )  # fmt: skip
 def test_points_lie_in_the_middle_of_equal_parts(boundary, count, share, places):
     """mm along the boundary, or the node nearest to it."""
-    nodes = BLOCK.mesh.nodes[points_on(gl.State(BLOCK, Linear(**STIFF)), boundary, count, share)]
+    nodes = BLOCK.mesh.nodes[points_on(BLOCK.mesh, boundary, count, share)]
     along = nodes[:, 1 if boundary in ("left", "right") else 0] * 1e3
     step = 1.0 if boundary in ("left", "right") else 0.5
     assert np.abs(along - places).max() <= step / 2 + 1e-12

@@ -14,6 +14,7 @@ import click
 from grainlaw.cli.cache import cache
 from grainlaw.cli.check import check
 from grainlaw.cli.compare import compare
+from grainlaw.cli.elastic import elastic
 from grainlaw.cli.envelope import envelope
 from grainlaw.cli.law import law
 from grainlaw.cli.rerun import rerun
@@ -56,5 +57,5 @@ def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 
-for command in (cache, compare, envelope, law, check, rerun, test, verify):
+for command in (cache, compare, elastic, envelope, law, check, rerun, test, verify):
     main.add_command(command)

@@ -6,7 +6,7 @@ import json
 import math
 import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,20 @@ def read_file(file: Path) -> Sections:
     law = sections.get("law", {}).get("type")
     if isinstance(law, str) and ".py" in law:
         sections["law"]["type"] = os.fspath(file.parent / law)
+    return sections
+
+
+def gathered(config: Path | None, options: Mapping[tuple[str, str], Any], assignments: Iterable[str]) -> Sections:
+    """The sections of a file, then options that are not None by section and key, then single assignments.
+
+    Raises :class:`ParameterError`, OSError.
+    """
+    sections: Sections = read_file(config) if config else {}
+    for (section, key), value in options.items():
+        if value is not None:
+            sections.setdefault(section, {})[key] = value
+    for assignment in assignments:
+        assign(sections, assignment)
     return sections
 
 

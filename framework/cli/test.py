@@ -22,7 +22,7 @@ from grainlaw.cli.running import (
     threads_option,
     writing_to,
 )
-from grainlaw.cli.sections import Sections, assign, read_file, toml
+from grainlaw.cli.sections import gathered, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.stepping import InstabilityError
@@ -73,13 +73,7 @@ def test(
     options = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
     options["numerics", "threads"] = threads
     with refusing():
-        sections: Sections = read_file(config) if config else {}
-        for (section, key), value in options.items():
-            if value is not None:
-                sections.setdefault(section, {})[key] = value
-        for assignment in assignments:
-            assign(sections, assignment)
-        chosen = configured(name, sections, quick)
+        chosen = configured(name, gathered(config, options, assignments), quick)
         ask_first_questions(chosen.law)
         if certify:
             slower(chosen.protocol)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from grainlaw.engine.parts.laws import LawGroup
+from grainlaw.engine.parts.laws import LawGroup, by_interface
 from grainlaw.engine.stability import highest_frequency, scale_masses, stiffness_matrix, touching_stiffness
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
@@ -45,8 +45,9 @@ class StableStep:
         self._size = state.specimen.grains.grain_size
         laws = [(group, state.bonds.memory_of(group)) for group in state.bonds.groups]
         laws += [(group, group.virgin[:, None]) for group in state.contacts.groups]
-        self._stiffening = any(_stiffens(law, memory, self._size) for law, memory in laws if memory.shape[1])
-        self.look = LOOKS[0] if self._stiffening else LOOKS[1]  #: steps after which to ask ``has_changed``
+        #: whether a law stiffens in closure
+        self.stiffening = any(_stiffens(law, memory, self._size) for law, memory in laws if memory.shape[1])
+        self.look = LOOKS[0] if self.stiffening else LOOKS[1]  #: steps after which to ask ``has_changed``
         self.allowed = 1.0  #: highest closure stiffness, over kn, for which the present step is stable
         self.touching = self._touching or not _in_one_piece(state)  #: whether the step allows for contacts at the rim
         matrix, mass = self._matrix(self.state.stiffness[0], self._rim()), self._masses()
@@ -80,7 +81,7 @@ class StableStep:
         A contact that replaces a bond is taken to be as stiff as the stiffest contact.
         """
         formed = not self.touching and self._touching
-        if not (self._stiffening or formed):
+        if not (self.stiffening or formed):
             return False
         touching, replaced = self._touch_ratio(), np.tile(self.state.replaced, 2)
         tangents = np.where(replaced, touching * self.state.stiffness[0], self._closure_tangents())
@@ -139,9 +140,7 @@ class StableStep:
     def _matrix(self, kn: np.ndarray, rim: tuple[np.ndarray, float, float] | None) -> csr_matrix:
         """Stiffness over the freedoms, in the order of :meth:`Grains.flat`, with contacts at the rim."""
         bonds, grains = self.state.bonds, self.state.grains
-        rows = np.empty((2, 2, len(bonds)))
-        for row, values in zip(rows, (kn, bonds.stiffness[1]), strict=True):
-            row[:, bonds.order] = values.reshape(2, -1)
+        rows = by_interface(bonds.order, np.stack([kn, bonds.stiffness[1]]))
         return grains.over_freedoms(stiffness_matrix(self.state.specimen, rows[0], rows[1], rim))
 
     def _rim(self) -> tuple[np.ndarray, float, float] | None:

@@ -41,7 +41,7 @@ def ask_first_questions(laws: Laws, detection: Detection | None = None) -> None:
 
 
 def _ask(law: ContactLaw) -> None:
-    _check_stiffness(law)
+    check_stiffness(law)
     one: ContactLaw = uniform(law) if attrs.has(type(law)) else law
     compiled = compile_law(one)
     key = compiled.key, compiled.numbers.tobytes(), tuple(map(float, one.stiffness))
@@ -52,7 +52,7 @@ def _ask(law: ContactLaw) -> None:
         _answered.add(key)
 
 
-def _check_stiffness(law: ContactLaw) -> None:
+def check_stiffness(law: ContactLaw) -> None:
     """Two positive numbers, at every contact."""
     given = declared_stiffness(law)
     try:

@@ -11,6 +11,7 @@ import numpy as np
 from grainlaw.columns import LOST, STORED, SUPPLIED
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
+from grainlaw.engine.static_load import bring_under_load
 from grainlaw.engine.steady import steady_motion, stiffness_along
 from grainlaw.loading import RECENT, AccuracyError, Pace
 from grainlaw.stage import Stage, StageError
@@ -59,6 +60,8 @@ class Loader:
         self._expect(stage)
         state.steady.begin(field, pace, state.time, rises=stage.loading is not None and stage.loading.ramp > 0)
         self._change(stage, before)
+        if stage.static:
+            bring_under_load(state, stage, self._stability)
 
     def _expect(self, stage: Stage) -> None:
         """Note when the stage usually ends."""

@@ -16,7 +16,16 @@ from grainlaw.compiler.entry import compiled
 from grainlaw.contact import Laws
 from grainlaw.detection import Detection
 from grainlaw.engine.parts import bond_passes as passes
-from grainlaw.engine.parts.laws import LANES, LawGroup, LawTable, bond_groups, is_unbonded, respond, table_of
+from grainlaw.engine.parts.laws import (
+    LANES,
+    LawGroup,
+    LawTable,
+    bond_groups,
+    is_unbonded,
+    respond,
+    stiffness_of_points,
+    table_of,
+)
 from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
 from grainlaw.specimen import Specimen
 
@@ -240,11 +249,7 @@ class Bonds(Part):
     @cached_property
     def stiffness(self) -> np.ndarray:
         """(2, p) Pa/m: kn and ks of the first response, as the laws declare them."""
-        rows = np.empty((2, 2 * len(self)))
-        for group in self.groups:
-            for row, value in zip(rows, group.law.stiffness, strict=True):
-                row[group.points(len(self))] = np.broadcast_to(value, 2 * group.size)
-        return rows
+        return stiffness_of_points((group.law, group.size) for group in self.groups)
 
     def memory(self, name: str, otherwise: np.ndarray) -> np.ndarray:
         """(p,) of one name of the laws' memory; ``otherwise`` (p,) where a law has no such memory."""

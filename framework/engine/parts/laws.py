@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from numba import njit
 from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
-from grainlaw.contact import ContactLaw, Laws, check_laws
+from grainlaw.contact import ContactLaw, Laws, check_laws, declared_stiffness
 from grainlaw.engine.parts.part import Constant
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
@@ -118,6 +118,14 @@ class LawGroup:
         more, _ = self.compiled.batch(opening - little, slip, memory.copy())
         return (now - more) / little
 
+    def tangent_in_slip(
+        self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray, little: np.ndarray
+    ) -> np.ndarray:
+        """(n,) Pa/m, tangent stiffness against a ``little`` more slip (n,) m of either sign, as ``tangent``."""
+        _, now = self.compiled.batch(opening, slip, memory.copy())
+        _, more = self.compiled.batch(opening, slip + little, memory.copy())
+        return (more - now) / little
+
 
 def table_of(groups: Sequence[LawGroup], bonding: bool) -> LawTable:
     """The table for the step; with ``bonding`` the groups are bonds, whose damage the step reads."""
@@ -144,18 +152,40 @@ def bond_groups(specimen: Specimen, laws: Laws) -> tuple[np.ndarray, list[LawGro
 
     Raises :class:`ParameterError` for an object that is not a law, and for a pair of phases without one.
     """
-    check_laws("law", laws)
-    count = len(specimen.mesh.interfaces)
-    if isinstance(laws, ContactLaw):
-        order, sizes = np.arange(count), [(laws, count)]
-    else:
-        order, sizes = _by_phases(specimen, laws)
+    order, sizes = laws_of_bonds(specimen, laws)
     groups, first = [], 0
     for law, size in sizes:
         compiled = compile_law(law, 2 * size)
         groups.append(LawGroup(law, compiled, np.zeros(memory_of(compiled)), first, first + size))
         first += size
     return order, groups
+
+
+def laws_of_bonds(specimen: Specimen, laws: Laws) -> tuple[np.ndarray, list[tuple[ContactLaw, int]]]:
+    """Order of the bonds in which those of each law are consecutive, and the laws with their numbers of bonds.
+
+    Raises :class:`ParameterError` as :func:`bond_groups` does.
+    """
+    check_laws("law", laws)
+    count = len(specimen.mesh.interfaces)
+    if isinstance(laws, ContactLaw):
+        return np.arange(count), [(laws, count)]
+    return _by_phases(specimen, laws)
+
+
+def stiffness_of_points(sizes: Iterable[tuple[ContactLaw, int]]) -> np.ndarray:
+    """(2, p) Pa/m: kn and ks of the first response, as the laws of so many bonds each declare them."""
+    rows = [np.zeros((2, 2, 0))]
+    for law, size in sizes:
+        rows.append(np.stack([np.broadcast_to(value, 2 * size).reshape(2, -1) for value in declared_stiffness(law)]))
+    return np.concatenate(rows, axis=2).reshape(2, -1)
+
+
+def by_interface(order: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """(k, 2, c) in the order of the mesh, of rows (k, p) of the contact points of bonds."""
+    result = np.empty((len(rows), 2, len(order)))
+    result[:, :, order] = rows.reshape(len(rows), 2, -1)
+    return result
 
 
 def _by_phases(

@@ -1,0 +1,64 @@
+"""The command that finds elastic properties of a specimen without a test."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import attrs
+import click
+
+from grainlaw.cli.configuration import configured
+from grainlaw.cli.sections import assign, gathered
+from grainlaw.compiler.batch import CompilationError
+from grainlaw.parameter import ParameterError
+from grainlaw.results.files import writable_folder
+from grainlaw.results.tables import write_json
+from grainlaw.runs.elastic_properties import BOUNDARIES, elastic_properties
+from grainlaw.runs.record import origin
+
+
+@click.command()
+@click.option("--law", help="Name of a law, or FILE.py:LAW.  [default: cohesive-crack]")
+@click.option("--grains", type=int, help="Number of grains.")
+@click.option("--seed", type=int, help="Seed of the grains.")
+@click.option("--config", type=click.Path(path_type=Path, dir_okay=False), help="TOML file with parameters.")
+@click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
+@click.option(
+    "--boundary", type=click.Choice(list(BOUNDARIES)), default="kinematic", show_default=True,
+    help="What the rim follows in the stiffness tensor: a uniform strain or a uniform stress.",
+)  # fmt: skip
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="JSON file to write.")
+@click.option("--quick", is_flag=True, help="A small specimen.")
+def elastic(
+    *, law: str | None, grains: int | None, seed: int | None, config: Path | None, assignments: tuple[str, ...],
+    boundary: str, out: Path | None, quick: bool,
+) -> None:  # fmt: skip
+    """Find modulus, Poisson's ratio and stiffness tensor of a rock specimen, without a test.
+
+    They come from static solutions, in less than a second: modulus and Poisson's ratio are those of uniaxial
+    compression between smooth platens. The specimen, its rock and its law are given as for grainlaw test, in the
+    sections [sample], [rock] and [law]; of the others only numerics.refinement counts.
+    """
+    try:
+        options = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
+        sections = gathered(config, options, ())
+        sections.pop("test", None)  # of a file that grainlaw test has written
+        for assignment in assignments:
+            assign(sections, assignment)
+        if "test" in sections:
+            raise ParameterError("elastic: there is no test, and no parameter of one to set")
+        chosen = configured("uniaxial-compression", sections, quick)
+        found = elastic_properties(chosen.specimen, chosen.law, boundary=boundary)
+    except (ParameterError, OSError, CompilationError, MemoryError) as error:
+        raise click.UsageError(str(error)) from None
+    click.echo(found)
+    if out is None:
+        return
+    content = attrs.asdict(found) | {"stiffness": found.stiffness.tolist()}
+    made_of = {name: chosen.sections[name] for name in ("sample", "rock", "law")}
+    made_of["numerics"] = {"refinement": chosen.numerics.refinement}
+    try:
+        write_json(writable_folder(out.parent) / out.name, {**content, "configuration": made_of, **origin()})
+    except OSError as error:
+        raise click.ClickException(str(error)) from None
+    click.echo(f"\nwritten to {out}")

@@ -1,0 +1,103 @@
+"""Bringing a specimen under the loads of a stage by static solutions: Newton's method on the forces of the step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.compiler.batch import Compiled, compile_integrator
+from grainlaw.engine.stable_step import StableStep
+from grainlaw.engine.state import State
+from grainlaw.engine.steady import factorised, unknowns
+from grainlaw.engine.stepping import OverlapError, advance
+from grainlaw.integration import Integrator
+from grainlaw.stage import Drive, Stage
+
+INCREMENTS, ITERATIONS = 10, 10  #: of the loads; at most in each of them
+BALANCED = 1e-6  #: largest unbalanced force over largest contact force
+FAR = 0.01  #: of the grain size: no correction of a static solution is larger
+
+
+@attrs.frozen
+class _Coasting(Integrator):
+    """Moves by the velocity that it is given, whatever the forces: they are balanced."""
+
+    def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
+        return velocity, -force
+
+    def stable_step(self, highest_frequency: float) -> float:
+        return 1 / highest_frequency
+
+
+def bring_under_load(state: State, stage: Stage, stability: StableStep) -> bool:
+    """Bring a specimen at rest under the loads of a stage that has begun; whether it could be done.
+
+    The loads rise in ten increments, as in the course of their ramps. Each is one step of the engine from equilibrium
+    to equilibrium, so that laws follow the path and all works are recorded. The state is as before where a static
+    solution does not exist or is not unique: bonds that break, points that may slide as
+    they have no cohesion, contacts without a bond.
+    """
+    moving = bool(state.freedoms.arrays.velocity.any())
+    bonded = bool(len(state.bonds)) and all(group.cohesive.all() for group in state.bonds.groups)
+    if moving or not bonded or stability.touching or stability.stiffening:
+        return False
+    start, time_step, broken = state.save(), state.time_step, _broken(state)
+    try:
+        with np.errstate(all="ignore"):
+            done = _load(state, stage, stability) and _broken(state) == broken
+    except OverlapError:
+        done = False
+    if not done:
+        state.restore(start)
+        state.time_step = time_step
+        return False
+    state.change_velocity(-state.freedoms.arrays.velocity)
+    state.change_time_step(time_step)
+    state.new_sample()
+    return True
+
+
+def _broken(state: State) -> int:
+    return int(np.count_nonzero(state.memory("damage") >= 1)) + int(state.replaced.sum())
+
+
+def _load(state: State, stage: Stage, stability: StableStep) -> bool:
+    """Go through the increments; whether all of them have a static solution."""
+    ramps = [one.ramp for one in (*stage.drives, *stage.pressures) if not isinstance(one, Drive)]
+    state.change_time_step((max(ramps, default=0.0) or stage.interval) / INCREMENTS)
+    carry, matrix = unknowns(state, stability.stiffness(), stability.frequency)
+    factors, coasting = factorised(matrix), compile_integrator(_Coasting())
+    f, driven = state.freedoms.arrays, state.boundaries.driven.arrays
+    drifts = [axis for axis in (0, 1) if not (driven.row == axis).any()]  # nothing holds the specimen along these
+    velocity = np.zeros_like(f.velocity)
+    for _ in range(INCREMENTS):
+        start = state.save()
+        for _ in range(ITERATIONS):
+            _step(state, coasting, velocity)
+            there = state.save()
+            _step(state, coasting, np.zeros_like(velocity))  # finds the forces where the first has moved it
+            force = carry.T @ state.grains.flat(f.force)
+            force[: len(state.boundaries.platens)] = state.boundaries.platens.arrays.force[0]
+            largest = float(np.max(np.hypot(state.normal, state.shear) * state.contact_lengths))
+            if np.abs(force).max() <= BALANCED * largest:
+                state.restore(there)
+                break
+            state.restore(start)
+            change = state.grains.unflat(carry @ factors.solve(force))
+            for axis in drifts:
+                change[axis] -= np.average(change[axis], weights=f.mass[axis])
+            if not np.abs(change[:2]).max() <= FAR * state.specimen.grains.grain_size:
+                return False
+            velocity = velocity + change / state.time_step
+        else:
+            return False
+    return True
+
+
+def _step(state: State, coasting: Compiled, velocity: np.ndarray) -> None:
+    """One step of the engine at velocities (r, n) m/s."""
+    state.change_velocity(velocity - state.freedoms.arrays.velocity)
+    advance(state, coasting, 1)
+    state.freedoms.catch_up()

@@ -1,0 +1,100 @@
+"""Specimens brought under their loads by static solutions: closed forms, the same as in motion, and when it is left."""
+
+import attrs
+import pytest
+from support import BRITTLE, ROCK, STIFF, STRONG, small_sample
+from test_restart import same
+
+import grainlaw as gl
+from grainlaw.columns import SUPPLIED, energy
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.laws import CohesiveCrack, Friction, MohrCoulomb
+from grainlaw.protocols import BiaxialCompression
+from grainlaw.units import MPa, mm
+
+COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
+PRESSURE = 20 * MPa
+WEAK = STIFF | {"friction_angle": 0.5, "residual_friction_angle": 0.1}
+
+
+@attrs.frozen(kw_only=True)
+class Confinement(gl.LoadingProtocol):
+    """The first stage of a biaxial test."""
+
+    static: bool = True
+    confinement: float = PRESSURE
+    rest: float = 1e-4
+
+    @property
+    def test(self):
+        return BiaxialCompression(confinement=self.confinement)
+
+    def stages(self, specimen):
+        return [attrs.evolve(self.test.stages(specimen)[0], static=self.static, until=[gl.AtRest(self.rest)])]
+
+    def measure(self, state):
+        return self.test.measure(state)
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+class Memory(gl.Observer):
+    def observe(self, state, curves, stage, progress):
+        self.normal, self.shear = state.normal.copy(), state.shear.copy()
+
+
+def test_a_column_is_as_long_as_theory_says():
+    """Equal pressure on all sides: (1 + nu)(1 - 2 nu) p / E in grains, p / kn in each of three contacts."""
+    width, height = 20 * mm, 40 * mm
+    column = gl.Specimen(Bricks(rows=4).tessellate(rectangle(width, height)), ROCK)
+    curves = gl.simulate(column, BRITTLE, Confinement()).curves
+    grains = PRESSURE * (1 + 0.25) * (1 - 2 * 0.25) / ROCK.youngs_modulus
+    contacts = 3 * PRESSURE / (1.05e14 * height)
+    # Stresses of 20 MPa turn with sides that shorten by some 1e-4.
+    assert curves["strain"][0] == pytest.approx(grains + contacts, rel=1e-3)
+    assert curves["lateral_strain"][0] == pytest.approx(-grains, rel=1e-3)
+    work = PRESSURE / 2 * (2 * grains + contacts) * width * height
+    assert energy(curves, SUPPLIED)[0] == pytest.approx(work, rel=2e-3)
+    assert curves["step"][0] < 200
+
+
+@pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])
+@pytest.mark.parametrize("law", [BRITTLE, COHESIVE], ids=lambda law: type(law).__name__)
+def test_the_specimen_comes_to_rest_where_motion_would_bring_it(law, material):
+    specimen, seen = small_sample(material=material), [Memory(), Memory()]
+    still = gl.simulate(specimen, law, Confinement(), observers=[seen[0]])
+    moved = gl.simulate(specimen, law, Confinement(static=False, rest=1e-6), observers=[seen[1]])
+    assert still.curves["step"][-1] < moved.curves["step"][-1] / 3
+    for name in ("strain", "lateral_strain", "stress"):
+        assert still.curves[name][-1] == pytest.approx(moved.curves[name][-1], rel=1e-3, abs=1e-7)
+    for name in ("normal", "shear"):
+        assert getattr(seen[0], name) == pytest.approx(getattr(seen[1], name), abs=2e-3 * PRESSURE)
+    assert still.curves["unbalanced"][0] < 1e-6
+    assert still.curves["motion"][0] < 1e-8
+    assert still.summary["energy_error"] < 1e-6
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        MohrCoulomb(**WEAK, cohesion=0.05 * MPa, tensile_strength=0.05 * MPa),  # breaks
+        MohrCoulomb(**WEAK, cohesion=3 * MPa, tensile_strength=3 * MPa),  # one contact point breaks
+        Friction(**STIFF, friction_angle=54),  # may slide
+    ],
+    ids=["weak", "one breaks", "cohesionless"],
+)
+def test_without_one_equilibrium_it_is_brought_there_in_motion(law):
+    specimen = small_sample()
+    same(*(gl.simulate(specimen, law, Confinement(static=static)) for static in (True, False)))
+
+
+def test_any_number_of_threads_gives_the_same_bits():
+    specimen = small_sample()
+    same(*(gl.simulate(specimen, COHESIVE, Confinement(), threads=threads) for threads in (1, 2)))
+
+
+def test_a_static_stage_moves_nothing_at_a_speed():
+    pull = gl.Drive(boundary="top", axis=1, speed=0.1)
+    with pytest.raises(gl.ParameterError, match="Stage 'pull': static is for platens under a force"):
+        gl.Stage(name="pull", drives=[pull], until=[gl.AtRest()], interval=1e-4, static=True)
