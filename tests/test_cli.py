@@ -113,12 +113,13 @@ def test_the_progress_fits_a_terminal_of_80_columns():
     from grainlaw.cli.running import progress_bars
 
     progress = progress_bars()
-    progress.add_task("cohesive-crack", total=1.0, stage="compression", strain=" 0.5000 %", stress="  250.0 MPa")
+    progress.add_task("cohesive-crack", total=1.0, stage="compression", strain=" 0.5000 %", stress="  250.0 MPa",
+                      left="about 3.25 min")  # fmt: skip
     console = Console(width=80, record=True, file=open("/dev/null", "w"))
     console.print(progress.get_renderable())
     lines = console.export_text().splitlines()
     assert len(lines) == 1
-    for word in ("cohesive-crack", "compression", "0.5000 %", "250.0 MPa", "0%"):
+    for word in ("cohesive-crack", "compression", "0.5000 %", "250.0 MPa", "0%", "about 3.25 min"):
         assert word in lines[0]
 
 

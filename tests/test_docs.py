@@ -94,7 +94,7 @@ def check_contacts(page):
     slides = 9.81 * (np.sin(slope) - np.tan(phi) * np.cos(slope))
     result = page["result"]  # its weight comes all at once, so that it is shaken a little
     assert result.summary["largest_speed"] == pytest.approx(slides * result.curves["time"][-1], rel=5e-3)
-    assert len(page["last"]["length"]) > 0
+    assert any(len(frame.contacts["length"]) for frame in page["crushed"].frames)
     assert "soft" in page
 
 

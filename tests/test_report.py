@@ -104,7 +104,7 @@ def test_parameters_have_units_and_parts_their_own(page):
     assert ["BandisClosure"] in page.rows["closure"]
     assert page.rows["closure.maximum_closure"] == [["5 um"]]
     assert page.rows["youngs_modulus"] == [["60 GPa"]]
-    assert page.rows["speed"] == [["200 mm/s"]]
+    assert page.rows["loading.speed"] == [["200 mm/s"]]
     assert page.rows["integrator.damping.fraction"] == [["0.8"]]
 
 

@@ -19,7 +19,8 @@ from grainlaw.protocols import DirectShear, UniaxialCompression
 from grainlaw.units import GPa, MPa, mm, um
 
 #: How lengths and stresses scale; what has neither in its unit does not.
-SIZES = {"cracks": (0, 0), "energy": (2, 1), "time": (1, 0), "displacement": (1, 0), "dilation": (1, 0),
+SIZES = {"cracks": (0, 0), "energy": (2, 1), "vibration": (2, 1), "time": (1, 0), "displacement": (1, 0),
+         "dilation": (1, 0),
          "opening": (1, 0), "slip": (1, 0), "normal": (0, 1), "shear": (0, 1), "stress": (0, 1)}  # fmt: skip
 
 

@@ -18,7 +18,7 @@ class Stopped(KeyboardInterrupt):
 
     result: Any
 
-    def __init__(self, reason: str, number: int = 0) -> None:
+    def __init__(self, reason: str = "stopped", number: int = 0) -> None:
         super().__init__(reason)
         self.signal = number
 

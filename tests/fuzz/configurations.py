@@ -101,9 +101,10 @@ def run(name: str, assignments: list[str]) -> None:
         assign(sections, assignment)
     made = configured(name, sections, quick=True)
     numerics = made.numerics
+    threads = 2 if numerics.threads == "auto" else min(numerics.threads, 2)
     try:
         simulate(
-            made.specimen, made.law, _limited(made.protocol), threads=min(numerics.threads, 2), frames=numerics.frames,
+            made.specimen, made.law, _limited(made.protocol), threads=threads, frames=numerics.frames,
             time_step_factor=numerics.time_step_factor, mass_scaling=numerics.mass_scaling, observers=[_Few()],
         )  # fmt: skip
     except _Enough:
