@@ -44,9 +44,13 @@ def stiffness_of_contacts(state: State) -> csr_matrix:
     normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
     start, end = arrays.place[:, node[[0, 3]]], arrays.place[:, node[[1, 2]]]
     offset = length / np.hypot(*(end - start)) / np.sqrt(12)  # of both points along edges a and b
+    along = end - start
+    share_a, edge_b = arrays.share_a[closed], along[:, 1]
+    force = start[:, 0] + share_a * along[:, 0]  # where it acts; the same place on edge b
+    share_b = np.sum((force - start[:, 1]) * edge_b, axis=0) / np.sum(edge_b**2, axis=0)
     values = np.zeros((len(closed), 8, 8))
     for side in (-1, 1):
-        a, b = arrays.share_a[closed] + side * offset[0], arrays.share_b[closed] + side * offset[1]
+        a, b = share_a + side * offset[0], share_b + side * offset[1]
         share = np.stack([a - 1, -a, b, 1 - b], axis=1)  # of the four nodes in the motion of B against A
         for direction, stiffness in zip((normal, tangent), springs, strict=True):
             motion = (share[:, :, None] * direction[:, None, :]).reshape(-1, 8)

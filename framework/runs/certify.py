@@ -6,7 +6,7 @@ from typing import Any
 
 import attrs
 
-from grainlaw.arguments import checked
+from grainlaw.arguments import Checked, checked
 from grainlaw.contact import Laws
 from grainlaw.loading import Loading
 from grainlaw.naming import shown
@@ -21,7 +21,7 @@ PEAKS = ("peak_stress", "peak_force")
 
 
 @attrs.frozen(kw_only=True)
-class QuasiStaticLimit:
+class QuasiStaticLimit(metaclass=Checked):
     """A strength at two speeds, and what slower runs tend to if the excess is proportional to the speed."""
 
     name: str  #: of the summary's entry
