@@ -8,8 +8,8 @@ import attrs
 import click
 
 from grainlaw.cli.configuration import configured
+from grainlaw.cli.running import refusing
 from grainlaw.cli.sections import assign, gathered
-from grainlaw.compiler.batch import CompilationError
 from grainlaw.parameter import ParameterError
 from grainlaw.results.files import writable_folder
 from grainlaw.results.tables import write_json
@@ -39,7 +39,7 @@ def elastic(
     compression between smooth platens. The specimen, its rock and its law are given as for grainlaw test, in the
     sections [sample], [rock] and [law]; of the others only numerics.refinement counts.
     """
-    try:
+    with refusing():
         options = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
         sections = gathered(config, options, ())
         sections.pop("test", None)  # of a file that grainlaw test has written
@@ -49,16 +49,12 @@ def elastic(
             raise ParameterError("elastic: there is no test, and no parameter of one to set")
         chosen = configured("uniaxial-compression", sections, quick)
         found = elastic_properties(chosen.specimen, chosen.law, boundary=boundary)
-    except (ParameterError, OSError, CompilationError, MemoryError) as error:
-        raise click.UsageError(str(error)) from None
     click.echo(found)
     if out is None:
         return
     content = attrs.asdict(found) | {"stiffness": found.stiffness.tolist()}
     made_of = {name: chosen.sections[name] for name in ("sample", "rock", "law")}
     made_of["numerics"] = {"refinement": chosen.numerics.refinement}
-    try:
+    with refusing():
         write_json(writable_folder(out.parent) / out.name, {**content, "configuration": made_of, **origin()})
-    except OSError as error:
-        raise click.ClickException(str(error)) from None
     click.echo(f"\nwritten to {out}")

@@ -26,7 +26,7 @@ def _zone_triplets(specimen: Specimen) -> tuple[np.ndarray, np.ndarray, np.ndarr
     elastic[:, 0, 1] = elastic[:, 1, 0] = d1
     elastic[:, 2, 2] = d2
     values = np.einsum("z,zki,zkl,zlj->zij", area, operator, elastic, operator, optimize=True)
-    return _triplets(values, mesh.zones)
+    return triplets(values, mesh.zones)
 
 
 def _contact_triplets(specimen: Specimen, kn: np.ndarray, ks: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -35,15 +35,26 @@ def _contact_triplets(specimen: Specimen, kn: np.ndarray, ks: np.ndarray) -> tup
     edges = mesh.interface_edges
     lengths = np.hypot(*edges.T)
     tangent = edges / lengths[:, None]
-    normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
     weight = specimen.contact_points.weights(lengths)
     values = np.zeros((len(edges), 8, 8))
     for point, (near, far) in enumerate(((1 - weight, weight), (weight, 1 - weight))):
         share = np.stack([-near, -far, near, far], axis=1)  # of the four nodes in the displacement of B relative to A
-        for direction, stiffness in ((normal, kn[point]), (tangent, ks[point])):
-            motion = (share[:, :, None] * direction[:, None, :]).reshape(-1, 8)
-            values += (stiffness * lengths / 2)[:, None, None] * motion[:, :, None] * motion[:, None, :]
-    return _triplets(values, mesh.interfaces)
+        add_springs(values, share, tangent, (kn[point] * lengths / 2, ks[point] * lengths / 2))
+    return triplets(values, mesh.interfaces)
+
+
+def add_springs(
+    values: np.ndarray, share: np.ndarray, tangent: np.ndarray, springs: tuple[np.ndarray, np.ndarray]
+) -> None:
+    """Add one point of each contact to ``values`` (c, 8, 8) N/m, over the components of the contact's four nodes.
+
+    Its displacement of B relative to A is ``share`` (c, 4) of theirs; ``springs`` are two of (c,) N/m, along the normal
+    and along the ``tangent`` (c, 2).
+    """
+    normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+    for direction, stiffness in zip((normal, tangent), springs, strict=True):
+        motion = (share[:, :, None] * direction[:, None, :]).reshape(-1, 8)
+        values += stiffness[:, None, None] * motion[:, :, None] * motion[:, None, :]
 
 
 def _edge_triplets(
@@ -57,7 +68,7 @@ def _edge_triplets(
     ends = np.array([[1 / 3, 1 / 6], [1 / 6, 1 / 3]])  # of a pressure that is linear along the edge
     directions = sum(k * d[:, :, None] * d[:, None, :] for k, d in ((kn, normal), (ks, tangent)))
     values = 2 * lengths[:, None, None, None, None] * ends[:, None, :, None] * directions[:, None, :, None, :]
-    return _triplets(values.reshape(-1, 4, 4), edges)
+    return triplets(values.reshape(-1, 4, 4), edges)
 
 
 def touching_stiffness(places: np.ndarray, nodes: np.ndarray, kn: np.ndarray, ks: np.ndarray, count: int) -> csr_matrix:
@@ -77,20 +88,18 @@ def touching_stiffness(places: np.ndarray, nodes: np.ndarray, kn: np.ndarray, ks
     values = np.zeros((len(length), 8, 8))
     touching = high - low > TOUCHING * length
     with np.errstate(divide="ignore", invalid="ignore"):
-        for share in (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3)):
-            at = low + share * (high - low)
+        for place in (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3)):
+            at = low + place * (high - low)
             on_a, on_b = at / length, (at - start) / (end - start)
             touches = touching & (gaps[0] + on_b * (gaps[1] - gaps[0]) < TOUCHING * length)
-            shares = np.stack([on_a - 1, -on_a, on_b, 1 - on_b], axis=1)
-            for direction, stiffness in ((normal, kn), (tangent, ks)):
-                motion = (shares[:, :, None] * direction[:, None, :]).reshape(-1, 8)
-                part = (stiffness * (high - low) / 2)[:, None, None] * motion[:, :, None] * motion[:, None, :]
-                values[touches] += part[touches]
-    data, rows, columns = _triplets(values, nodes.T)
+            share = np.where(touches[:, None], np.stack([on_a - 1, -on_a, on_b, 1 - on_b], axis=1), 0.0)
+            add_springs(values, share, tangent, (kn * (high - low) / 2, ks * (high - low) / 2))
+    data, rows, columns = triplets(values, nodes.T)
     return coo_matrix((data, (rows, columns)), (2 * count, 2 * count)).tocsr()
 
 
-def _triplets(values: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def triplets(values: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Values (c, 2 k, 2 k) over the components of nodes (c, k), as values, rows and columns of a sparse matrix."""
     freedoms = (2 * nodes[:, :, None] + np.arange(2)).reshape(len(nodes), 2 * nodes.shape[1])
     size = freedoms.shape[1]
     return values.ravel(), np.repeat(freedoms, size, axis=1).ravel(), np.tile(freedoms, (1, size)).ravel()

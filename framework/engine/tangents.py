@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 
 from grainlaw.engine.parts.laws import LawGroup, by_interface
+from grainlaw.engine.stability import add_springs, triplets
 from grainlaw.engine.state import State
 
 LITTLE, LEAST = 1e-6, 1e-9  #: trial displacement: of that of the point, and at least of the grain size
@@ -41,7 +42,6 @@ def stiffness_of_contacts(state: State) -> csr_matrix:
         springs[:, chosen] = _tangents(state, group, arrays.opening[places], arrays.slip[places], memory, broken)
     node, length = arrays.node[:, closed], arrays.length[closed]
     tangent = np.stack([arrays.tangent_x[closed], arrays.tangent_y[closed]], axis=1)
-    normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
     start, end = arrays.place[:, node[[0, 3]]], arrays.place[:, node[[1, 2]]]
     offset = length / np.hypot(*(end - start)) / np.sqrt(12)  # of both points along edges a and b
     along = end - start
@@ -52,12 +52,9 @@ def stiffness_of_contacts(state: State) -> csr_matrix:
     for side in (-1, 1):
         a, b = share_a + side * offset[0], share_b + side * offset[1]
         share = np.stack([a - 1, -a, b, 1 - b], axis=1)  # of the four nodes in the motion of B against A
-        for direction, stiffness in zip((normal, tangent), springs, strict=True):
-            motion = (share[:, :, None] * direction[:, None, :]).reshape(-1, 8)
-            values += (stiffness * length / 2)[:, None, None] * motion[:, :, None] * motion[:, None, :]
-    freedom = (2 * arrays.used[node.T][:, :, None] + np.arange(2)).reshape(-1, 8)
-    rows, columns = np.repeat(freedom, 8, axis=1), np.tile(freedom, (1, 8))
-    return coo_matrix((values.ravel(), (rows.ravel(), columns.ravel())), (size, size)).tocsr()
+        add_springs(values, share, tangent, (springs[0] * length / 2, springs[1] * length / 2))
+    data, rows, columns = triplets(values, arrays.used[node.T])
+    return coo_matrix((data, (rows, columns)), (size, size)).tocsr()
 
 
 def _tangents(

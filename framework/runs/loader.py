@@ -55,7 +55,7 @@ class Loader:
         state, before = self._state, self._state.steady.velocity
         field, pace = np.zeros_like(before), 1.0
         if stage.loading is not None:
-            field, pace = self._static(stage), 0.0
+            field = self._static(stage)
             pace = stage.loading.first(self._pace())
         self._expect(stage)
         state.steady.begin(field, pace, state.time, rises=stage.loading is not None and stage.loading.ramp > 0)
@@ -123,10 +123,12 @@ class Loader:
         state, steady = self._state, self._state.steady
         if steady.rises:
             steady.rise(state.time, done=state.time - state.began >= stage.loading.ramp)
+            changed = not steady.rises
         else:
             period = 2 * math.pi / self._seen.frequency
-            steady.follow(state.boundaries.driven, state.boundaries.speeds, state.time, period)
-        self._damp(stage)
+            changed = steady.follow(state.boundaries.driven, state.boundaries.speeds, state.time, period)
+        if changed:
+            self._damp(stage)
 
     def _take(self, stage: Stage) -> None:
         before = self._state.steady.velocity

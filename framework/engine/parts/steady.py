@@ -57,19 +57,20 @@ class Steady(Part):
     def _mark(self, time: float) -> None:
         self.books.mark[:], self.books.since[0] = self._freedoms.arrays.displacement, time
 
-    def follow(self, driven: Drives, speeds: np.ndarray, time: float, least: float) -> None:
-        """If ``least`` (s) have passed, take the mean motion of this time for the steady motion.
+    def follow(self, driven: Drives, speeds: np.ndarray, time: float, least: float) -> bool:
+        """If ``least`` (s) have passed, take the mean motion of this time for the steady motion; whether they have.
 
         ``speeds`` (d,) m/s are those of the drives; the mean is divided by how far they have moved.
         """
         if time - self.books.since[0] < least:
-            return
+            return False
         moved, at = self._freedoms.arrays.displacement - self.books.mark, driven.arrays
         wanted = np.append(speeds, 0.0)[at.column]
         travel = float(np.sum(moved[at.row, at.place] * wanted) / np.sum(wanted**2))
         if travel > 0:
             self.books.field[:] = moved / travel
         self._mark(time)
+        return True
 
     def damp_beside(self, beside: bool) -> None:
         """Let damping see velocities beside the steady motion, or, if not ``beside``, all of them."""
