@@ -116,6 +116,25 @@ class Result(metaclass=Checked):
 
         return Laboratory(self)
 
+    def save(self, file: str | os.PathLike[str], *, frames: bool = True) -> None:
+        """Write all of it as one file of numbers, for :meth:`load`; without its ``frames`` much less. Raises OSError.
+
+        Law and test are written as their names and parameters, never as code.
+        """
+        from grainlaw.results.archive import save
+
+        save(self, file, frames=frames)
+
+    @staticmethod
+    def load(file: str | os.PathLike[str]) -> Result:
+        """Read what :meth:`save` has written. Raises ParameterError for another file, OSError.
+
+        Its law and its protocol are :class:`~grainlaw.results.archive.Recorded`, which have names and numbers alone.
+        """
+        from grainlaw.results.archive import load
+
+        return load(file)
+
     def write_vtk(self, folder: str | os.PathLike[str]) -> None:
         """Write ``grains.pvd`` and ``cracks.pvd`` with their .vtu series. Raises OSError where it cannot."""
         from grainlaw.results.vtk import VtkSeries
@@ -140,9 +159,10 @@ class Result(metaclass=Checked):
         measures: Sequence[Measure] | None = None,
     ) -> None:
         """Write the laboratory report as a page of HTML; see :func:`grainlaw.results.figures.report.write_report`."""
+        from grainlaw.results.archive import called
         from grainlaw.results.figures.report import write_report
 
-        name = type(self.law).__name__ if not isinstance(self.law, Mapping) else "laws"
+        name = "laws" if isinstance(self.law, Mapping) else called(self.law)
         write_report({name: self}, file, title=title, record=record, incomplete=incomplete, measures=measures)
 
     def show(self) -> None:

@@ -11,6 +11,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from grainlaw.columns import SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS, require
+from grainlaw.results.archive import called
 
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
@@ -107,7 +108,7 @@ def plot_cracks(result: Result, title: str = "") -> Figure:
     figure = Figure(figsize=(min(10.0, 6.5 * width / height + 1.6), 8.0), layout="constrained")
     axes = figure.subplots()
     draw_cracks(axes, result)
-    axes.set_title(title or type(result.law).__name__)
+    axes.set_title(title or called(result.law))
     return figure
 
 
@@ -115,7 +116,7 @@ def plot_result(result: Result) -> Figure:
     """Stress-strain curve next to the crack pattern."""
     figure = Figure(figsize=(11, 6.5), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=[1.5, 1])
-    draw_curves(left, {type(result.law).__name__: result})
+    draw_curves(left, {called(result.law): result})
     draw_cracks(right, result)
     return figure
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from grainlaw.columns import STRESS
 from grainlaw.naming import Shown, shown
+from grainlaw.results.archive import Recorded, called
 from grainlaw.results.figures import html
 from grainlaw.results.figures.report_figures import plot_report_cracks, plot_report_curves
 from grainlaw.results.files import write_atomically
@@ -169,7 +170,7 @@ def _components(results: Mapping[str, Result]) -> Iterator[str]:
     for name, result in results.items():
         laws = result.law if isinstance(result.law, Mapping) else {"": result.law}
         for pair, law in laws.items():
-            kind = type(law).__name__
+            kind = called(law)
             between = f" between phases {pair[0]} and {pair[1]}" if pair else ""
             yield html.table(_rows(law), caption=(kind if name == kind else f"{name} ({kind})") + between)
     yield html.table(_rows(first.protocol), caption=_words(first.protocol))
@@ -196,6 +197,8 @@ def _rounded(value: Any) -> float:
 
 def _rows(component: Any, before: str = "") -> list[list[str]]:
     """Name and value of each parameter; those of a part follow the part."""
+    if isinstance(component, Recorded):
+        return _flat(component.parameters)
     rows = []
     for field in attrs.fields(type(component)):
         value, name = getattr(component, field.name), before + field.name
@@ -234,4 +237,4 @@ def _flat(section: Mapping[str, Any], before: str = "") -> list[list[str]]:
 
 def _words(component: Any) -> str:
     """``UniaxialCompression`` as words."""
-    return " ".join(re.findall(r"[A-Z]+[a-z0-9]*", type(component).__name__)).capitalize()
+    return " ".join(re.findall(r"[A-Z]+[a-z0-9]*", called(component))).capitalize()

@@ -1,0 +1,158 @@
+"""Results as one file of numbers, from which they are read again without running anything."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.arguments import Checked
+from grainlaw.parameter import ParameterError, parameters
+from grainlaw.region import Region
+from grainlaw.results.files import without_nan, write_atomically
+from grainlaw.results.frames import packed, unpacked
+from grainlaw.results.result import Cracks, Named, Result
+from grainlaw.specimen import Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
+from grainlaw.tessellation import Tessellation
+
+FORMAT = 1  #: raise when a file of before could not be read any more
+GRAINS = ("vertices", "corners", "first", "phase", "body", "loose")
+KINDS: dict[str, type] = {kind.__name__: kind for kind in (Elastic, Rigid, EndPoints, GaussPoints, InsetPoints)}
+
+Arrays = dict[str, np.ndarray]
+
+
+@attrs.frozen
+class Recorded(metaclass=Checked):
+    """A law or a test of a run that is read from a file: its class's name and its parameters, no code."""
+
+    type: str
+    parameters: dict[str, Any]
+
+
+def called(component: Any) -> str:
+    """The name of a component's class."""
+    return component.type if isinstance(component, Recorded) else type(component).__name__
+
+
+def listed(component: Any) -> dict[str, Any]:
+    """The parameters of a component by name, see :func:`~grainlaw.parameter.parameters`."""
+    return dict(component.parameters) if isinstance(component, Recorded) else parameters(component)
+
+
+def to_bytes(result: Result, *, frames: bool = True) -> bytes:
+    """A result as the content of a file; without its ``frames`` a third of the size or less."""
+    arrays: Arrays = {f"curves/{name}": row for name, row in result.curves.items()}
+    arrays |= {f"cracks/{field.name}": getattr(result.cracks, field.name) for field in attrs.fields(Cracks)}
+    arrays["interfaces"] = result.interfaces
+    for k, frame in enumerate(result.frames if frames else ()):
+        arrays |= {f"frames/{k}/{name}": row for name, row in packed(frame).items()}
+    grains = result.specimen.grains
+    arrays |= {f"grains/{name}": getattr(grains, name) for name in GRAINS}
+    for k, region in enumerate(grains.regions):
+        arrays[f"regions/{k}/outline"] = region.outline
+        arrays |= {f"regions/{k}/hole/{h}": hole for h, hole in enumerate(region.holes)}
+    about = {
+        "format": FORMAT,
+        "summary": result.summary,
+        "law": _described(result.law),
+        "protocol": _described(result.protocol),
+        "material": _described(result.specimen.material),
+        "contact_points": _described(result.specimen.contact_points),
+        "refinement": result.specimen.refinement,
+        "sides": [[region.sides, region.hole_sides] for region in grains.regions],
+    }
+    arrays["about"] = np.array(json.dumps(without_nan(about), allow_nan=False, default=_plain))
+    stream = io.BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
+def from_bytes(content: bytes, where: str = "the content") -> Result:
+    """The result of :func:`to_bytes`. Raises :class:`ParameterError`, which begins with ``where``."""
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        about = json.loads(str(arrays["about"]))
+        written = about["format"]
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise ParameterError(f"{where} is no result that can be read: {error}") from None
+    if written != FORMAT:
+        raise ParameterError(f"{where} has the format {written}; this version of grainlaw reads {FORMAT}")
+    frames: dict[int, Arrays] = {}
+    for name, row in _below("frames", arrays).items():
+        number, _, rest = name.partition("/")
+        frames.setdefault(int(number), {})[rest] = row
+    return Result(
+        specimen=_specimen(arrays, about),
+        law=_read(about["law"]),
+        protocol=_read(about["protocol"]),
+        curves=Named(_below("curves", arrays)),
+        summary=Named({name: np.nan if value is None else value for name, value in about["summary"].items()}),
+        cracks=Cracks(**_below("cracks", arrays)),
+        frames=[unpacked(frames[k]) for k in sorted(frames)],
+        interfaces=arrays["interfaces"],
+    )
+
+
+def save(result: Result, file: str | os.PathLike[str], *, frames: bool = True) -> None:
+    """Write a result. Raises OSError."""
+    content = to_bytes(result, frames=frames)
+    write_atomically(Path(file), lambda path: path.write_bytes(content))
+
+
+def load(file: str | os.PathLike[str]) -> Result:
+    """Read what :func:`save` has written. Raises :class:`ParameterError` for another file, OSError."""
+    return from_bytes(Path(file).read_bytes(), str(file))
+
+
+def _plain(value: Any) -> Any:
+    """What a summary of the user's own may hold beside numbers."""
+    return value.tolist() if isinstance(value, np.ndarray) else str(value)
+
+
+def _below(place: str, arrays: Mapping[str, np.ndarray]) -> Arrays:
+    """The arrays whose names begin with a place, by the rest of their names."""
+    return {name.removeprefix(f"{place}/"): row for name, row in arrays.items() if name.startswith(f"{place}/")}
+
+
+def _described(component: Any) -> Any:
+    if isinstance(component, Mapping):
+        return {"by": [[key, _described(entry)] for key, entry in component.items()]}
+    return {"type": called(component), "parameters": listed(component)}
+
+
+def _read(entry: Mapping[str, Any]) -> Any:
+    if "by" in entry:
+        return {tuple(key) if isinstance(key, list) else key: _read(inner) for key, inner in entry["by"]}
+    return Recorded(**entry)
+
+
+def _specimen(arrays: Arrays, about: Mapping[str, Any]) -> Specimen:
+    regions = []
+    for k, (sides, hole_sides) in enumerate(about["sides"]):
+        holes = [arrays[f"regions/{k}/hole/{h}"] for h in range(len(hole_sides))]
+        regions.append(Region(arrays[f"regions/{k}/outline"], sides, holes, hole_sides))
+    grains = Tessellation(regions[0], **_below("grains", arrays), bodies=regions[1:])
+    return Specimen(
+        grains, _made(about["material"]), contact_points=_made(about["contact_points"]), refinement=about["refinement"]
+    )
+
+
+def _made(entry: Mapping[str, Any]) -> Any:
+    """A material or contact points again."""
+    if "by" in entry:
+        return {key: _made(inner) for key, inner in entry["by"]}
+    if entry["type"] not in KINDS:
+        raise ParameterError(f"there is no {entry['type']} in this version of grainlaw")
+    values = dict(entry["parameters"])
+    if "plane" in values:
+        values["plane"] = Plane[values["plane"].upper()]
+    return KINDS[entry["type"]](**values)
