@@ -84,11 +84,11 @@ def _belongs(held: Any) -> bool:
     return not constant and (is_standard(held) or not isinstance(python_function(held), types.FunctionType))
 
 
-def _signature(code: types.CodeType) -> tuple:
+def signature(code: types.CodeType) -> tuple:
     # With the types of constants, for 1 == 1.0, and `x * 1` of an integer is no float. Without file and line, so that a
     # law that has moved is found again.
     constants = tuple(
-        _signature(c) if isinstance(c, types.CodeType) else (type(c).__name__, repr(c)) for c in code.co_consts
+        signature(c) if isinstance(c, types.CodeType) else (type(c).__name__, repr(c)) for c in code.co_consts
     )
     return (
         code.co_code, code.co_exceptiontable, constants, code.co_names, code.co_varnames, code.co_freevars,
@@ -178,7 +178,7 @@ class _Hasher:
             return
         self.seen[id(function)] = len(self.seen), function
         defaults, named = function.__defaults__ or (), function.__kwdefaults__ or {}
-        self.word("function", _signature(function.__code__), len(defaults), tuple(named))
+        self.word("function", signature(function.__code__), len(defaults), tuple(named))
         for value in (*defaults, *named.values()):
             self.feed(value, f"{where}: default")
         for name, value in references(function):

@@ -10,10 +10,12 @@ from typing import Any, Generic, TypeVar
 
 import attrs
 
+from grainlaw.arguments import Checked
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.contact import Laws
-from grainlaw.detection import EVERYWHERE
+from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
+from grainlaw.integration import Integrator
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
@@ -22,7 +24,7 @@ from grainlaw.results.result import Result
 from grainlaw.runs.claim import Folder, check_file_names, claimed
 from grainlaw.runs.estimate import expected_work
 from grainlaw.runs.first_questions import ask_first_questions
-from grainlaw.runs.record import recorded
+from grainlaw.runs.record import of_run, recorded
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import Specimen
@@ -31,12 +33,31 @@ Key = TypeVar("Key", bound=Hashable)
 
 
 @attrs.frozen(eq=False)
-class Run:
-    """What :func:`simulate` is given."""
+class Run(metaclass=Checked):
+    """What :func:`simulate` is given, as far as it decides the result."""
 
     specimen: Specimen
     law: Laws
     protocol: LoadingProtocol
+    detection: Detection | None = attrs.field(default=EVERYWHERE, kw_only=True)
+    integrator: Integrator | None = attrs.field(default=None, kw_only=True)
+    time_step_factor: float = attrs.field(default=1.0, kw_only=True)
+    mass_scaling: float = attrs.field(default=1.0, kw_only=True)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options of :func:`simulate`."""
+        names = ("detection", "integrator", "time_step_factor", "mass_scaling")
+        return {name: getattr(self, name) for name in names}
+
+    def key(self, frames: int = 30) -> str:
+        """Hex SHA-256 of all that decides the result, see :func:`~grainlaw.runs.record.of_run`."""
+        options = {**self.options, "frames": frames}
+        return str(of_run(self.specimen, self.law, self.protocol, options)["key"])
+
+    def simulate(self, **options: Any) -> Result:
+        """Run it; ``options`` are further ones of :func:`simulate`."""
+        return simulate(self.specimen, self.law, self.protocol, **{**self.options, **options})
 
 
 @attrs.frozen(eq=False)
@@ -117,10 +138,7 @@ def _all(
         stop.check()
         run = runs[key]
         with shared as count:
-            return simulate(
-                run.specimen, run.law, run.protocol, threads=count, observers=observers(key), stop=stop,
-                checkpoint=folders[key], **options,
-            )  # fmt: skip
+            return run.simulate(threads=count, observers=observers(key), stop=stop, checkpoint=folders[key], **options)
 
     for run in runs.values():  # made here, once, before threads share it
         _ = run.specimen.mesh, run.specimen.zone_constants, run.specimen.node_masses
@@ -138,7 +156,7 @@ def _all(
 def _longest_first(runs: Mapping[Key, Run], options: Mapping[str, Any]) -> list[Key]:
     """So that the last runs are short, and no core waits long for another."""
     for run in runs.values():
-        ask_first_questions(run.law, options.get("detection", EVERYWHERE))  # a law that is no law has no stiffness
+        ask_first_questions(run.law, options.get("detection", run.detection))  # a law that is no law has no stiffness
     work = {key: expected_work(r.specimen, r.law, r.protocol.stages(r.specimen)) for key, r in runs.items()}
     return sorted(runs, key=work.__getitem__, reverse=True)
 

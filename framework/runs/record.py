@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
+import importlib.util
 import json
 import linecache
 import os
@@ -35,6 +36,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import warn, without_nan
 from grainlaw.results.tables import write_json
 from grainlaw.runs.claim import RUN
+from grainlaw.runs.reach import Unknown, digest
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 from grainlaw.stage import StageError
@@ -44,8 +46,8 @@ FORMAT = 1  #: raise when the same run would get another key
 LONGEST = 100  #: entries of an array that a record lists; of a longer one it has size, range and hash
 PACKAGES = ("grainlaw", "numpy", "scipy", "numba", "llvmlite", "meshio", "attrs")
 #: rooms of the package that decide no result
-SHOWN_ONLY = ("cli/", "workbench/", "results/figures/")
-COMPONENTS = ("laws", "geometry", "protocols")  #: packages that need not be loaded
+SHOWN_ONLY = ("cli/", "workbench/", "results/figures/", "studies/")
+COMPONENTS = ("laws", "geometry", "protocols")
 
 
 def versions() -> dict[str, str]:
@@ -97,15 +99,21 @@ def engine_hash() -> str:
 
 def _sources() -> dict[str, Path]:
     """Files by their place in the package, which is the same wherever it is installed."""
-    places = {"": grainlaw, **{f"{name}/": sys.modules.get(f"grainlaw.{name}") for name in COMPONENTS}}
+    files = {"": grainlaw.__file__, **{f"{name}/": _place(f"grainlaw.{name}") for name in COMPONENTS}}
     found = {}
-    for place, module in places.items():
-        folder = Path(str(module.__file__)).parent if module else Path()
-        for file in folder.rglob("*.py") if module else ():
+    for place, origin in files.items():
+        folder = Path(str(origin)).parent
+        for file in folder.rglob("*.py") if origin else ():
             name = place + file.relative_to(folder).as_posix()
             if not name.startswith(SHOWN_ONLY):
                 found[name] = file
     return found
+
+
+def _place(name: str) -> str | None:
+    """Where a package lies, whether it is loaded or not: the hash is the same in every process."""
+    spec = importlib.util.find_spec(name)
+    return spec.origin if spec else None
 
 
 def described(component: Any) -> dict[str, Any]:
@@ -155,10 +163,10 @@ def _specimen(specimen: Specimen) -> dict[str, Any]:
 def of_run(specimen: Specimen, law: Laws, protocol: LoadingProtocol, options: Mapping[str, Any]) -> dict[str, Any]:
     """What decides the results of a run, and their ``key``: its SHA-256.
 
-    The law counts with its fingerprint, that of its compiled code: a law whose comments are edited is the same. Other
-    components that are not grainlaw's count with the text of their source.
+    The law counts with its fingerprint, that of its compiled code, and so do other components that are not grainlaw's
+    with all that their code reaches: where only comments are edited, the run is the same.
     """
-    sources = own_sources(protocol, specimen.contact_points, *options.values())
+    judged = (protocol, specimen.contact_points, *options.values())  # a law is, by its fingerprint
     content = {
         "format": FORMAT,
         "engine": {"version": versions()["grainlaw"], "sources": engine_hash(), "portable": is_portable()},
@@ -166,11 +174,20 @@ def of_run(specimen: Specimen, law: Laws, protocol: LoadingProtocol, options: Ma
         "law": described(law) | {"fingerprint": fingerprints(law)},
         "protocol": described(protocol),
         "options": {name: described(value) if attrs.has(type(value)) else value for name, value in options.items()},
-        "sources": {name: source["sha256"] for name, source in sources.items()},
+        "sources": {kind.__qualname__: _code(kind) for kind in _own(*judged)},
     }
     text = json.dumps(without_nan(content), sort_keys=True, default=repr)
     key = hashlib.sha256(text.encode()).hexdigest()
-    return {"key": key, **content, "sources": own_sources(law) | sources}
+    sources = own_sources(law, *judged)
+    return {"key": key, **content, "sources": sources}
+
+
+def _code(kind: type) -> str:
+    """Hash of the code of a class; of its source where the code holds what cannot be hashed."""
+    try:
+        return digest(kind)
+    except Unknown:
+        return hashlib.sha256(_source(kind)[1].encode()).hexdigest()
 
 
 def fingerprints(law: Laws) -> Any:
@@ -183,13 +200,16 @@ def fingerprints(law: Laws) -> Any:
 def own_sources(*components: Any) -> dict[str, dict[str, str]]:
     """File, text and hash of the classes of the user's own among components and their parts, by class."""
     found: dict[str, dict[str, str]] = {}
-    for kind in dict.fromkeys(kind for component in components for kind in _kinds(component)):
-        if kind.__module__.split(".")[0] == "grainlaw":
-            continue
+    for kind in _own(*components):
         file, text = _source(kind)
-        digest = hashlib.sha256(text.encode()).hexdigest()
-        found[kind.__qualname__] = {"file": file, "sha256": digest, "source": text}
+        found[kind.__qualname__] = {"file": file, "sha256": hashlib.sha256(text.encode()).hexdigest(), "source": text}
     return found
+
+
+def _own(*components: Any) -> list[type]:
+    """The classes of the user's own among components and their parts."""
+    every = dict.fromkeys(kind for component in components for kind in _kinds(component))
+    return [kind for kind in every if kind.__module__.split(".")[0] != "grainlaw"]
 
 
 def _source(kind: type) -> tuple[str, str]:
