@@ -46,10 +46,16 @@ from grainlaw.runs.envelope import (
 )
 from grainlaw.runs.estimate import CostWarning
 from grainlaw.runs.flutter import Flutter, hold
+from grainlaw.runs.parallel import Run
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
 from grainlaw.stage import AtRest, Condition, Drive, FailsTo, FallsTo, Hold, Pressure, Reaches, Stage, StageError
+from grainlaw.studies.design import latin_hypercube, sobol
+from grainlaw.studies.statistics import Difference, Interaction, Mean
+from grainlaw.studies.study import Status, Study
+from grainlaw.studies.table import Table
+from grainlaw.studies.workers import ExecutorError
 from grainlaw.tessellation import Tessellation, Tessellator, TilingError
 from grainlaw.window import Window, within_circle, within_polygon, within_rectangle
 from grainlaw.workbench.characteristics import Characteristics, Mode, characteristics
@@ -78,12 +84,14 @@ __all__ = [
     "Cracks",
     "Damping",
     "Detection",
+    "Difference",
     "Drive",
     "DynamicRelaxation",
     "Elastic",
     "ElasticProperties",
     "EndPoints",
     "Entry",
+    "ExecutorError",
     "FailsTo",
     "FailurePlane",
     "FallsTo",
@@ -97,12 +105,14 @@ __all__ = [
     "InsetPoints",
     "InstabilityError",
     "Integrator",
+    "Interaction",
     "KineticRelaxation",
     "Laboratory",
     "Loading",
     "LoadingProtocol",
     "LocalDamping",
     "MassDamping",
+    "Mean",
     "Measure",
     "Mode",
     "MohrCoulombFit",
@@ -123,13 +133,17 @@ __all__ = [
     "Result",
     "Rigid",
     "Rose",
+    "Run",
     "Specimen",
     "Stage",
     "StageError",
     "State",
+    "Status",
     "Stop",
     "Stopped",
     "StrengthEnvelope",
+    "Study",
+    "Table",
     "Tessellation",
     "Tessellator",
     "TilingError",
@@ -150,12 +164,14 @@ __all__ = [
     "fit_mohr_coulomb",
     "fragments",
     "hold",
+    "latin_hypercube",
     "mean_stress",
     "parameter",
     "parameters",
     "part",
     "plot_law",
     "simulate",
+    "sobol",
     "strength_envelope",
     "trace",
     "within_circle",

@@ -1,0 +1,185 @@
+"""One case of a study, from its factors to its row; what a worker does."""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import attrs
+import cloudpickle
+import numpy as np
+
+from grainlaw.arguments import short
+from grainlaw.columns import COURSE
+from grainlaw.compiler.batch import CompilationError, compile_integrator
+from grainlaw.engine.state import State
+from grainlaw.engine.stepping import InstabilityError, OverlapError, advance
+from grainlaw.naming import shown
+from grainlaw.observation import Observer
+from grainlaw.parameter import ParameterError
+from grainlaw.results.archive import to_bytes
+from grainlaw.results.files import without_nan
+from grainlaw.results.laboratory import Laboratory
+from grainlaw.results.measure import Measure
+from grainlaw.results.result import Result
+from grainlaw.runs.first_questions import ask_first_questions
+from grainlaw.runs.parallel import Run
+from grainlaw.stage import Stage, StageError
+from grainlaw.tessellation import TilingError
+
+FINISHED, KILLED, SAME = "finished", "killed", "same"
+OFTEN = 0.5  #: s between words of a worker
+REFUSALS = (ParameterError, CompilationError, TilingError)
+
+
+@attrs.frozen(eq=False)
+class Recipe:
+    """What all cases of a study have in common."""
+
+    case: Callable[..., Run]
+    measures: tuple[Measure, ...]
+
+
+@attrs.frozen(eq=False)
+class Task:
+    """A case to be carried out."""
+
+    case: str  #: its key
+    factors: dict[str, Any]  #: as they are recorded
+    given: dict[str, Any]  #: as the function is given them
+    known: tuple[str, str] = ("", "")  #: keys of the run that the same factors had before, and of that case
+
+
+@attrs.frozen(eq=False)
+class Done:
+    """A case that has been carried out: its row, and the file of its run."""
+
+    row: dict[str, Any]
+    run: bytes | None
+
+
+def built(case: Callable[..., Run], given: Mapping[str, Any]) -> Run:
+    """What a function answers. Raises :class:`ParameterError` where that is no run."""
+    run = case(**given)
+    if not isinstance(run, Run):
+        name = getattr(case, "__name__", "case")
+        raise ParameterError(f"{name} returned {short(run)}, it must return a grainlaw.Run(specimen, law, protocol)")
+    return run
+
+
+def compiled(run: Run) -> None:
+    """Compile all that a run needs, so that it is in the cache. Raises as the run would."""
+    stages = run.protocol.stages(run.specimen)
+    ask_first_questions(run.law, run.detection)
+    state = State(run.specimen, run.law, run.detection)
+    for stage in stages:
+        integrator = run.integrator or stage.integrator
+        advance(state, compile_integrator(integrator), 0)
+
+
+def carry_out(recipe: bytes, task: Task, watched: str = "") -> Done:
+    """Build a case, and run it unless its run is the known one; every failure is a row with its reason."""
+    began = time.perf_counter(), time.process_time()
+    try:
+        with watching(watched, task.case) as observers:
+            row, content = _answered(_loaded(recipe), task, observers)
+    except MemoryError as error:
+        row, content = {"status": KILLED, "reason": f"not enough memory: {error}"}, None
+    wall, cpu = time.perf_counter() - began[0], time.process_time() - began[1]
+    row = {"case": task.case, "run": "", "factors": task.factors, **row}
+    row["cost"] = {"seconds": wall, "cpu": cpu, "bytes": len(content or b"")}
+    return Done(without_nan(row), content)
+
+
+@functools.lru_cache(maxsize=2)
+def _loaded(recipe: bytes) -> Recipe:
+    found: Recipe = cloudpickle.loads(recipe)
+    return found
+
+
+def _answered(recipe: Recipe, task: Task, observers: Sequence[Observer]) -> tuple[dict[str, Any], bytes | None]:
+    try:
+        run = built(recipe.case, task.given)
+        key = run.key()
+    except MemoryError:
+        raise
+    except Exception as error:
+        return _failed("refused", error), None
+    if key == task.known[0]:
+        return {"status": SAME, "run": key}, None
+    try:
+        result, status, reason = run.simulate(threads=1, observers=observers), FINISHED, ""
+    except (StageError, InstabilityError) as error:
+        kinds = {OverlapError: "overlap", InstabilityError: "unstable", StageError: "stage"}
+        status = next(name for kind, name in kinds.items() if isinstance(error, kind))
+        result, reason = error.result, str(error)
+    except MemoryError:
+        raise
+    except Exception as error:
+        return _failed("refused", error) | {"run": key}, None
+    return {"status": status, "reason": reason, "run": key, **_found(result, recipe.measures)}, to_bytes(
+        result, frames=False
+    )
+
+
+def _failed(status: str, error: Exception) -> dict[str, Any]:
+    words = str(error) if isinstance(error, REFUSALS) else f"{type(error).__name__}: {error}"
+    return {"status": status, "reason": words}
+
+
+def _found(result: Result, measures: Sequence[Measure]) -> dict[str, Any]:
+    """The properties of a test, and what a laboratory measures; not what the clock says."""
+    summary = {name: value for name, value in result.summary.items() if name != "seconds"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            properties = Laboratory(result, measures).properties if result.frames and result.curves else {}
+        except Exception as error:  # a measure of the user's own, or a test that has not got far
+            return {"summary": summary, "measures": {}, "unmeasured": str(error)}
+    plain = {name: float(value) if isinstance(value, np.floating) else value for name, value in properties.items()}
+    return {"summary": summary, "measures": plain}
+
+
+# --- what a worker is doing ------------------------------------------------------------------------------------------
+
+
+class watching:
+    """A file that says what a worker is doing, for as long as the context lasts; nothing without a folder."""
+
+    def __init__(self, folder: str, case: str) -> None:
+        self.file = Path(folder) / f"{case}.{os.getpid()}" if folder else None
+
+    def __enter__(self) -> list[Observer]:
+        if self.file is None:
+            return []
+        self.file.touch()
+        return [Watch(self.file)]
+
+    def __exit__(self, *_: object) -> None:
+        if self.file is not None:
+            self.file.unlink(missing_ok=True)
+
+
+class Watch(Observer):
+    """Writes the stage and the progress of a run to a file now and then."""
+
+    def __init__(self, file: Path) -> None:
+        self.file, self.told = file, 0.0
+
+    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
+        if time.monotonic() - self.told < OFTEN:
+            return
+        self.told = time.monotonic()
+        course = next((name for name in COURSE if name in curves), None)
+        value = float(curves[course][-1]) if course else math.nan
+        words = f", {shown(course).text(value)} {shown(course).unit}" if course else ""
+        try:
+            self.file.write_text(f"{stage.name} {progress:.0%}{words}", encoding="utf-8")
+        except OSError:  # it is only for the eye
+            pass

@@ -1,0 +1,174 @@
+"""The cases of a study: all combinations of the levels of factors, a list, or points that fill ranges evenly."""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+from scipy.stats import qmc
+
+from grainlaw.arguments import checked, nearest, short
+from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
+
+Factors = dict[str, Any]  #: name and level, as it is recorded
+PLAIN = (bool, int, float, str, type(None))
+
+
+@attrs.frozen(eq=False)
+class Design:
+    """Cases in their order: levels by the names of the factors."""
+
+    names: tuple[str, ...]
+    levels: dict[str, dict[Any, Any]]  #: of each factor: what is recorded, and what the case is given
+    listed: tuple[Factors, ...] | None = None  #: the cases, if they are not all combinations
+
+    def __len__(self) -> int:
+        return math.prod(map(len, self.levels.values())) if self.listed is None else len(self.listed)
+
+    def __iter__(self) -> Iterator[Factors]:
+        if self.listed is not None:
+            yield from self.listed
+            return
+        for chosen in itertools.product(*self.levels.values()):
+            yield dict(zip(self.names, chosen, strict=True))
+
+    def given(self, factors: Factors) -> dict[str, Any]:
+        """What the function of a case is given for the recorded levels."""
+        return {name: self.levels[name][level] if name in self.levels else level for name, level in factors.items()}
+
+
+def factorial(factors: Mapping[str, Any]) -> Design:
+    """All combinations; the last factor changes fastest."""
+    levels = {name: _levels(name, given) for name, given in factors.items()}
+    return Design(tuple(levels), levels)
+
+
+def listed(cases: Any, factors: Mapping[str, Any]) -> Design:
+    """The cases of a list of mappings or of a DataFrame, each with all combinations of further factors."""
+    rows = cases.to_dict("records") if hasattr(cases, "to_dict") else cases
+    if isinstance(rows, (str, Mapping)) or not isinstance(rows, Iterable):
+        raise ParameterError(
+            f"Study: cases = {short(cases)} is not allowed, it must be a list of mappings or a DataFrame"
+        )
+    found: list[Factors] = []
+    for number, row in enumerate(rows):
+        if not isinstance(row, Mapping) or not all(isinstance(name, str) for name in row):
+            raise ParameterError(
+                f"Study: cases[{number}] = {short(row)} is not allowed, it must be a mapping of names to levels"
+            )
+        found.append({name: _plain(f"cases[{number}]", name, level) for name, level in row.items()})
+    if not found:
+        raise ParameterError("Study: cases is empty, it must have at least one")
+    names = tuple(found[0])
+    for number, row in enumerate(found):
+        if set(row) != set(names):
+            raise ParameterError(
+                f"Study: cases[{number}] has the factors {', '.join(row)}, but cases[0] has {', '.join(names)}"
+            )
+    further = factorial(factors)
+    if both := set(names) & set(further.names):
+        raise ParameterError(f"Study: the factor '{min(both)}' is given twice, in cases and by itself")
+    every = tuple({**row, **more} for row in found for more in further)
+    if len(set(map(_identity, every))) < len(every):
+        raise ParameterError("Study: cases has the same case twice")
+    return Design((*names, *further.names), dict(further.levels), every)
+
+
+def _identity(factors: Factors) -> tuple:
+    return tuple((name, type(level).__name__, level) for name, level in sorted(factors.items()))
+
+
+def _levels(name: str, given: Any) -> dict[Any, Any]:
+    """What is recorded of each level, and the level."""
+    if isinstance(given, Mapping):
+        levels = {str(label): level for label, level in given.items()}
+    elif isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
+        raise ParameterError(f"Study: {name} = {short(given)} is not allowed, it must be a list of levels")
+    else:
+        plain = [_plain("", name, level) for level in given]
+        levels = {level: level for level in plain}
+        if len(levels) < len(plain):
+            raise ParameterError(f"Study: {name} = {short(plain)} is not allowed, it has the same level twice")
+    if not levels:
+        raise ParameterError(f"Study: {name} has no levels, it must have at least one")
+    return levels
+
+
+def _plain(where: str, name: str, level: Any) -> Any:
+    """A level as a number or a text of Python's own."""
+    plain = level.item() if isinstance(level, np.generic) else level
+    if type(plain) not in PLAIN or (isinstance(plain, float) and not math.isfinite(plain)):
+        place = f"{where}: {name}" if where else name
+        raise ParameterError(
+            f"Study: {place} = {short(level)} is not allowed as a level, it must be a finite number or a text; give "
+            f"others by names, {name}={{'name': ...}}"
+        )
+    return plain
+
+
+def check_signature(case: Callable[..., Any], names: Sequence[str]) -> None:
+    """Refuse factors that a function does not take, and one without those it needs."""
+    if not callable(case):
+        raise ParameterError(f"Study: case = {short(case)} is not allowed, it must be a function of the factors")
+    try:
+        known = inspect.signature(case).parameters.values()
+    except (TypeError, ValueError):  # of a function of another language
+        return
+    takes = [p.name for p in known if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
+    words = f"{getattr(case, '__name__', 'case')}({', '.join(takes)})"
+    if not any(p.kind is p.VAR_KEYWORD for p in known):
+        for name in names:
+            if name not in takes:
+                raise ParameterError(f"Study: there is no factor '{name}' in {words}{nearest(name, takes)}")
+    needed = [p.name for p in known if p.default is p.empty and p.name in takes]
+    if absent := [name for name in needed if name not in names]:
+        raise ParameterError(f"Study: {words} needs the factor '{absent[0]}'")
+    if any(p.kind is p.POSITIONAL_ONLY and p.default is p.empty for p in known):
+        raise ParameterError(f"Study: {words} has a parameter without a name; factors are given by their names")
+
+
+@checked
+def latin_hypercube(count: int, /, *, seed: int = 0, **ranges: Any) -> list[dict[str, float]]:
+    """Points that fill ranges evenly, one in each of ``count`` slices of every range; ``cases`` of a study.
+
+    ``latin_hypercube(50, strength=(5 * MPa, 20 * MPa), energy=(50, 300))``; the same seed gives the same points.
+    (McKay, Beckman and Conover 1979, doi:10.1080/00401706.1979.10489755.) Raises ParameterError.
+    """
+    return _points("latin_hypercube", count, ranges, lambda d: qmc.LatinHypercube(d, rng=seed).random(count))
+
+
+@checked
+def sobol(count: int, /, *, seed: int = 0, **ranges: Any) -> list[dict[str, float]]:
+    """Points of a scrambled Sobol sequence in ranges; even where ``count`` is a power of two; ``cases`` of a study.
+
+    (Sobol 1967; scrambled as Owen 1998, doi:10.1006/jcom.1998.0487.) Raises ParameterError.
+    """
+
+    def points(dimension: int) -> np.ndarray:
+        drawn: np.ndarray = qmc.Sobol(dimension, rng=seed).random_base2(math.ceil(math.log2(count)))[:count]
+        return drawn
+
+    return _points("sobol", count, ranges, points)
+
+
+def _points(
+    name: str, count: int, ranges: Mapping[str, Any], points: Callable[[int], np.ndarray]
+) -> list[dict[str, float]]:
+    checked_whole_number(f"{name}: count", count, at_least=1)
+    if not ranges:
+        raise ParameterError(f"{name}: there is no range; give at least one, as {name}(50, strength=(5, 20))")
+    ends = []
+    for factor, given in ranges.items():
+        try:
+            low, high = given
+        except (TypeError, ValueError):
+            raise ParameterError(f"{name}: {factor} = {short(given)} is not allowed, it must be (low, high)") from None
+        low = checked_number(f"{name}: {factor}", low)
+        ends.append((low, checked_number(f"{name}: {factor}", high, above=low)))
+    low, high = np.array(ends).T
+    return [dict(zip(ranges, row, strict=True)) for row in (low + points(len(ends)) * (high - low)).tolist()]

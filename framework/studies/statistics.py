@@ -1,0 +1,160 @@
+"""Means, paired differences and interactions, with what they are worth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+from scipy.stats import binomtest, t
+
+from grainlaw.arguments import Checked
+from grainlaw.naming import aligned, shown
+from grainlaw.parameter import checked_number
+
+CONFIDENCE = 0.95
+MOST = 10_000_000  #: samples that are asked for at most
+
+Interval = tuple[float, float]
+
+
+@attrs.frozen
+class Spread(metaclass=Checked):
+    """Mean of samples of a quantity, and how well it is known."""
+
+    count: int  #: samples, without those that are nan
+    mean: float
+    deviation: float  #: standard deviation of a sample, nan of one
+    interval: Interval  #: 95 %, Student's; nan for fewer than two samples
+
+    def samples_for(self, width: float) -> int:
+        """Samples that an interval of this width (from end to end) would take, if they scatter as these do.
+
+        Raises :class:`ParameterError` for fewer than two samples or a width that is not positive.
+        """
+        width = checked_number("samples_for: width", width, above=0)
+        checked_number("samples_for: count of samples", self.count, at_least=2)
+
+        def is_enough(n: int) -> bool:
+            return 2 * quantile(n) * self.deviation <= width * math.sqrt(n)
+
+        high = 2
+        while not is_enough(high) and high < MOST:
+            high *= 2
+        low = high // 2
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (low, middle) if is_enough(middle) else (middle, high)
+        return high if not is_enough(2) else 2
+
+
+@attrs.frozen
+class Mean(Spread):
+    """Mean of a quantity over the cases of a group."""
+
+    group: dict[str, Any]  #: levels of the factors by which cases are grouped
+
+
+@attrs.frozen
+class Difference(Spread):
+    """Mean difference of a quantity between two levels of a factor, of cases that are equal in all else."""
+
+    group: dict[str, Any]  #: levels of the other factors
+    factor: str
+    levels: tuple[Any, Any]  #: the second less the first
+    share: float  #: mean difference over the mean at the first level
+    higher: int  #: pairs in which the second is higher
+    p_value: float  #: of the sign test: how often so many are of one sign by chance
+    unpaired: int  #: cases without a partner, which has failed or is missing
+
+
+@attrs.frozen
+class Interaction(Spread):
+    """How much the difference between two levels of one factor differs between two levels of another."""
+
+    group: dict[str, Any]  #: levels of the other factors
+    factors: tuple[str, str]
+    first: tuple[Any, Any]
+    second: tuple[Any, Any]
+
+
+def quantile(count: int) -> float:
+    """Of Student's distribution, for an interval of a mean of so many samples."""
+    return float(t.ppf(0.5 + CONFIDENCE / 2, count - 1)) if count > 1 else math.nan
+
+
+def spread(samples: np.ndarray) -> dict[str, Any]:
+    """Count, mean, deviation and interval, without nan, as the fields of :class:`Spread`."""
+    values = samples[~np.isnan(samples)]
+    n = len(values)
+    mean = float(values.mean()) if n else math.nan
+    deviation = float(values.std(ddof=1)) if n > 1 else math.nan
+    half = quantile(n) * deviation / math.sqrt(n) if n > 1 else math.nan
+    return {"count": n, "mean": mean, "deviation": deviation, "interval": (mean - half, mean + half)}
+
+
+def difference(
+    group: dict[str, Any], factor: str, levels: tuple[Any, Any], pairs: np.ndarray, unpaired: int
+) -> Difference:
+    """From pairs (n, 2) of values at the two levels."""
+    change = pairs[:, 1] - pairs[:, 0]
+    higher, lower = int(np.sum(change > 0)), int(np.sum(change < 0))
+    first = float(pairs[:, 0].mean()) if len(pairs) else math.nan
+    found = spread(change)
+    return Difference(
+        **found, group=group, factor=factor, levels=levels, share=found["mean"] / first if first else math.nan,
+        higher=higher, p_value=float(binomtest(higher, higher + lower).pvalue) if higher + lower else math.nan,
+        unpaired=unpaired,
+    )  # fmt: skip
+
+
+def level(factor: str, value: Any) -> str:
+    """A level of a factor as people write it, in the unit of its heading."""
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return f"{value * shown(factor).factor:.6g}" if is_number else str(value)
+
+
+class Listing(tuple):
+    """Several means, differences or interactions of one quantity; prints as a table."""
+
+    name: str
+
+    def __new__(cls, name: str, entries: Sequence[Any]) -> Listing:
+        made = super().__new__(cls, entries)
+        made.name = name
+        return made
+
+    def __str__(self) -> str:
+        if not self:
+            return f"there is nothing to say of {self.name}"
+        look = shown(self.name)
+        rows = [_heading(self[0], look.heading), *(_row(entry, look) for entry in self)]
+        return aligned(rows, rule=True)
+
+    __repr__ = __str__
+
+
+def _heading(entry: Any, name: str) -> list[str]:
+    head = [", ".join(shown(name).heading for name in entry.group)]
+    if isinstance(entry, Difference):
+        return [*head, "levels", "n", name, "95 %", "share", "higher", "p"]
+    if isinstance(entry, Interaction):
+        return [*head, "levels", "n", name, "95 %"]
+    return [*head, "n", name, "95 %", "deviation"]
+
+
+def _row(entry: Any, look: Any) -> list[str]:
+    value = [look.text(entry.mean), f"{look.text(entry.interval[0])} to {look.text(entry.interval[1])}"]
+    head = [", ".join(level(name, value) for name, value in entry.group.items()) or "all"]
+    if isinstance(entry, Difference):
+        first, second = (level(entry.factor, each) for each in entry.levels)
+        share = f"{100 * entry.share:+.1f} %" if math.isfinite(entry.share) else "-"
+        higher = f"{entry.higher} of {entry.count}"
+        return [*head, f"{second} - {first}", str(entry.count), *value, share, higher, f"{entry.p_value:.2g}"]
+    if isinstance(entry, Interaction):
+        a, b = (level(entry.factors[0], each) for each in entry.first)
+        c, d = (level(entry.factors[1], each) for each in entry.second)
+        return [*head, f"({b} - {a}) at {d} - at {c}", str(entry.count), *value]
+    return [*head, str(entry.count), *value, look.text(entry.deviation)]

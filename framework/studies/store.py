@@ -1,0 +1,263 @@
+"""The folder of a study: one row for each finished case, one file of curves and cracks for each run."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import attrs
+from filelock import FileLock, Timeout
+
+from grainlaw.parameter import ParameterError
+from grainlaw.results.files import writable_folder, write_atomically
+
+FORMAT = 1  #: raise when a store of before could not be read any more
+STUDY, CASES, RUNS, PACKS, LOCK = "study.json", "cases", "runs", "packs", ".grainlaw.lock"
+KILLED = "killed"
+LOOSE = 2000  #: files of cases from which they are packed
+PACKED = 1000  #: cases in a pack
+_HEX = frozenset("0123456789abcdef")
+
+
+@attrs.frozen(slots=True)
+class Entry:
+    """What is known of a case without reading its row."""
+
+    run: str  #: key of its run, empty where there is none
+    status: str
+    pack: int = -1  #: number of its pack
+    start: int = 0  #: place of its row there
+    size: int = 0
+
+
+class Store:
+    """A folder that cases are written to, by any number of processes at a time.
+
+    A file is written beside its place and renamed, the row of a case after the file of its run, and never changed: at
+    every moment the folder holds whole cases. Some thousands of them are packed: a text of rows, an archive of runs,
+    and last their index. A case that was killed has a row of its own kind, which that of a later try replaces.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str], *, make: bool = True, about: Mapping[str, Any] | None = None):
+        """Raises :class:`ParameterError` for a folder that is no store, or that of another version; OSError."""
+        self.path = Path(folder)
+        file = self.path / STUDY
+        if not file.exists():
+            self._refuse_other()
+            if not make:
+                raise ParameterError(f"the folder '{self.path}' is no store of a study: it has no {STUDY}")
+            writable_folder(self.path)
+            text = json.dumps({"format": FORMAT, **(about or {})}, indent=2) + "\n"
+            write_atomically(file, lambda path: path.write_text(text, encoding="utf-8"))
+        try:
+            written = json.loads(file.read_text(encoding="utf-8"))["format"]
+        except (ValueError, KeyError, TypeError) as error:
+            raise ParameterError(f"{file} cannot be read: {error}") from None
+        if written != FORMAT:
+            raise ParameterError(f"{self.path} is a store of format {written}; this version of grainlaw has {FORMAT}")
+        for name in (CASES, RUNS, PACKS):
+            (self.path / name).mkdir(exist_ok=True)
+        self.entries: dict[bytes, Entry] = {}
+        self.refresh()
+
+    def _refuse_other(self) -> None:
+        if self.path.exists() and not self.path.is_dir():
+            raise ParameterError(f"'{self.path}' is a file; a study needs a folder")
+        if self.path.is_dir() and any(self.path.iterdir()):
+            raise ParameterError(f"the folder '{self.path}' is not empty and no store of a study: it has no {STUDY}")
+
+    # --- what is there -----------------------------------------------------------------------------------------------
+
+    def refresh(self) -> None:
+        """Look again what is there; other processes may have written."""
+        loose = list(_loose(self.path / CASES))  # first: what is packed meanwhile is in a pack that is looked at later
+        found: dict[bytes, Entry] = {}
+        for number in self._pack_numbers():
+            found.update(self._index(number))
+        for case, killed in loose:
+            if killed:
+                found.setdefault(case, Entry("", KILLED))
+            elif case not in found or found[case].pack < 0:
+                found[case] = Entry("", "")
+        self.entries = found
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+    def __contains__(self, case: str) -> bool:
+        """Whether a case is finished: it has a row, and was not killed."""
+        entry = self.entries.get(bytes.fromhex(case))
+        return entry is not None and entry.status != KILLED
+
+    def cases(self) -> Iterator[str]:
+        """The keys of all cases."""
+        return (case.hex() for case in list(self.entries))
+
+    def row(self, case: str) -> dict[str, Any]:
+        """The row of a case. Raises KeyError."""
+        entry = self.entries[bytes.fromhex(case)]
+        if entry.pack < 0:
+            for file in (self._case_file(case), self._case_file(case, killed=True)):
+                try:
+                    return dict(json.loads(file.read_text(encoding="utf-8")))
+                except FileNotFoundError:
+                    continue
+            self.refresh()  # it was packed meanwhile
+            entry = self.entries[bytes.fromhex(case)]
+            if entry.pack < 0:
+                raise KeyError(case)
+        with (self.path / PACKS / f"{entry.pack:06d}.jsonl").open("rb") as text:
+            text.seek(entry.start)
+            return dict(json.loads(text.read(entry.size)))
+
+    def rows(self, cases: Iterable[str]) -> Iterator[dict[str, Any] | None]:
+        """The rows of cases in their order, None for those that are not there."""
+        texts: dict[int, Any] = {}
+        try:
+            for case in cases:
+                entry = self.entries.get(bytes.fromhex(case))
+                if entry is None or entry.pack < 0:
+                    yield None if entry is None else self.row(case)
+                    continue
+                if entry.pack not in texts:
+                    if len(texts) > 64:
+                        texts.pop(next(iter(texts))).close()
+                    texts[entry.pack] = (self.path / PACKS / f"{entry.pack:06d}.jsonl").open("rb")
+                texts[entry.pack].seek(entry.start)
+                yield json.loads(texts[entry.pack].read(entry.size))
+        finally:
+            for text in texts.values():
+                text.close()
+
+    def run_of(self, case: str) -> bytes:
+        """The file of the run of a case. Raises KeyError where there is none, as for a case that failed."""
+        key = str(self.row(case)["run"] or "")
+        if not key:
+            raise KeyError(case)
+        try:
+            return self._run_file(key).read_bytes()
+        except FileNotFoundError:
+            pass
+        first = self.entries[bytes.fromhex(case)].pack
+        for number in (first, *self._pack_numbers()):  # one run may be that of cases in several packs
+            if number < 0:
+                continue
+            with zipfile.ZipFile(self.path / PACKS / f"{number:06d}.zip") as archive:
+                try:
+                    return archive.read(f"{key}.npz")
+                except KeyError:
+                    continue
+        raise KeyError(key)
+
+    # --- writing -----------------------------------------------------------------------------------------------------
+
+    def write(self, row: Mapping[str, Any], run: bytes | None) -> None:
+        """Add a case. Raises OSError where it cannot be written; the store is then as before."""
+        case, killed = str(row["case"]), row["status"] == KILLED
+        if case in self:
+            return
+        if run is not None:
+            _write(self._run_file(str(row["run"])), run)
+        file = self._case_file(case, killed=killed)
+        _write(file, json.dumps(row, allow_nan=False).encode())
+        if not killed:
+            self._case_file(case, killed=True).unlink(missing_ok=True)
+        self.entries[bytes.fromhex(case)] = Entry("" if killed else str(row["run"]), str(row["status"]))
+
+    def pack(self, least: int = LOOSE) -> int:
+        """Pack cases where there are at least so many loose ones; the number packed. Another process's packing wins."""
+        lock = FileLock(self.path / LOCK)
+        try:
+            lock.acquire(blocking=False)
+        except Timeout:
+            return 0
+        try:
+            packed = {case for number in self._pack_numbers() for case in self._index(number)}
+            done = 0
+            loose = []
+            for case, killed in _loose(self.path / CASES):
+                if killed:
+                    continue
+                if case in packed:  # packed by a process that was killed before it removed the files
+                    self._remove([case.hex()])
+                else:
+                    loose.append(case.hex())
+            while len(loose) >= max(least, 1):
+                some, loose = loose[:PACKED], loose[PACKED:]
+                self._pack(some)
+                done += len(some)
+        finally:
+            lock.release()
+        if done:
+            self.refresh()
+        return done
+
+    def _pack(self, cases: list[str]) -> None:
+        number = max(self._pack_numbers(), default=0) + 1
+        rows = {case: self._case_file(case).read_bytes() for case in cases}
+        runs = {str(json.loads(text).get("run") or "") for text in rows.values()}
+        archive = io.BytesIO()
+        with zipfile.ZipFile(archive, "w", zipfile.ZIP_STORED) as together:
+            for key in sorted(runs):
+                if key and self._run_file(key).exists():
+                    together.writestr(zipfile.ZipInfo(f"{key}.npz"), self._run_file(key).read_bytes())
+        index, start = [], 0
+        for case, text in rows.items():
+            row = json.loads(text)
+            index.append(f"{case} {row.get('run') or '-'} {row['status']} {start} {len(text)}\n")
+            start += len(text) + 1
+        place = self.path / PACKS / f"{number:06d}"
+        _write(place.with_suffix(".zip"), archive.getvalue())
+        _write(place.with_suffix(".jsonl"), b"".join(text + b"\n" for text in rows.values()))
+        _write(place.with_suffix(".index"), "".join(index).encode())
+        self._remove(cases, runs)
+
+    def _remove(self, cases: Iterable[str], runs: Iterable[str] = ()) -> None:
+        for file in (*map(self._case_file, cases), *(self._run_file(key) for key in runs if key)):
+            file.unlink(missing_ok=True)
+
+    # --- places ------------------------------------------------------------------------------------------------------
+
+    def _case_file(self, case: str, killed: bool = False) -> Path:
+        return self.path / CASES / case[:2] / f"{case}{f'.{KILLED}' if killed else ''}.json"
+
+    def _run_file(self, key: str) -> Path:
+        if not key or not _HEX.issuperset(key):
+            raise ParameterError(f"{self.path}: '{key}' is no key of a run")
+        return self.path / RUNS / key[:2] / f"{key}.npz"
+
+    def _pack_numbers(self) -> list[int]:
+        return sorted(int(file.stem) for file in (self.path / PACKS).glob("[0-9]*.index"))
+
+    def _index(self, number: int) -> Iterator[tuple[bytes, Entry]]:
+        text = (self.path / PACKS / f"{number:06d}.index").read_text(encoding="ascii")
+        for line in text.splitlines():
+            case, run, status, start, size = line.split(" ")
+            yield bytes.fromhex(case), Entry("" if run == "-" else run, status, number, int(start), int(size))
+
+
+def _loose(folder: Path) -> Iterator[tuple[bytes, bool]]:
+    """Cases that have a file of their own, and whether they were killed."""
+    for inner in os.scandir(folder):
+        for entry in os.scandir(inner.path):
+            case, _, rest = entry.name.partition(".")
+            if rest in ("json", f"{KILLED}.json") and len(case) == 64:
+                yield bytes.fromhex(case), rest != "json"
+
+
+def _write(file: Path, content: bytes) -> None:
+    """Raises OSError, also where the disk is full."""
+    file.parent.mkdir(exist_ok=True)
+    other = file.with_name(f".{file.name}.{os.getpid()}.part")  # another process may write the same
+    try:
+        other.write_bytes(content)
+        os.replace(other, file)
+    except OSError as error:
+        raise OSError(error.errno or 0, error.strerror or str(error), str(file)) from None
+    finally:
+        other.unlink(missing_ok=True)

@@ -1,0 +1,249 @@
+"""A study: one question, many cases, one table; what is finished is never done again."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import attrs
+import cloudpickle
+
+from grainlaw.arguments import Checked, short
+from grainlaw.engine.thread_count import cores
+from grainlaw.parameter import ParameterError, checked_whole_number
+from grainlaw.results.measure import Measure
+from grainlaw.results.result import Result
+from grainlaw.results.standard_measures import MEASURES
+from grainlaw.runs.parallel import Run
+from grainlaw.runs.reach import Unknown, case_key, digest, fingerprint_of, own_modules
+from grainlaw.runs.stopping import Stop, Stopped
+from grainlaw.studies.case import FINISHED, KILLED, SAME, Done, Recipe, Task, built, compiled
+from grainlaw.studies.design import Design, check_signature, factorial, listed
+from grainlaw.studies.progress import Watcher
+from grainlaw.studies.store import Store
+from grainlaw.studies.table import Table
+from grainlaw.studies.workers import carry_all, workers
+
+SEVERAL = 8  #: levels of a factor that are tried before anything is run; of more numbers the first and the outermost
+Folder = str | os.PathLike[str]
+
+
+@attrs.frozen
+class Status:
+    """How many cases a study has, and how many of them are finished, have failed, are missing; prints as a line."""
+
+    cases: int
+    finished: int
+    failed: dict[str, int]  #: by how they failed; those that were killed are tried again
+    missing: int
+
+    def __str__(self) -> str:
+        failed = ", ".join(f"{count} {kind}" for kind, count in sorted(self.failed.items()))
+        return f"{self.cases} cases: {self.finished} finished, {failed or 'none failed'}, {self.missing} missing"
+
+
+class Study(metaclass=Checked):
+    """Cases made by a function of factors, all with the same measures.
+
+    ``case`` is any function that takes the factors by name and returns a :class:`~grainlaw.runs.parallel.Run`. Each
+    factor has a list of levels, numbers or texts, or a mapping of names to levels of any kind; the cases are all
+    combinations. ``cases`` is a list of mappings, or a DataFrame, instead (:func:`latin_hypercube`, :func:`sobol`),
+    each with all combinations of the factors that are given beside it.
+
+    ``measures`` are those of the laboratory. Raises :class:`ParameterError` for factors that the function does not
+    take.
+    """
+
+    def __init__(
+        self, case: Callable[..., Run], /, cases: Any = None, *, measures: Sequence[Measure] | None = None,
+        **factors: Any,
+    ) -> None:  # fmt: skip
+        self.design: Design = factorial(factors) if cases is None else listed(cases, factors)
+        check_signature(case, self.design.names)
+        self.case = case
+        self.measures = tuple(MEASURES.values() if measures is None else measures)
+        self._keys: dict[Any, str] = {}
+
+    def __len__(self) -> int:
+        return len(self.design)
+
+    def __repr__(self) -> str:
+        levels = ", ".join(f"{name}: {len(each)}" for name, each in self.design.levels.items())
+        return f"Study({getattr(self.case, '__name__', 'case')}, {len(self)} cases{levels and f', levels of {levels}'})"
+
+    # --- running -----------------------------------------------------------------------------------------------------
+
+    def run(
+        self, folder: Folder, *, on: Any = None, workers: int | None = None, shard: tuple[int, int] | None = None,
+        quiet: bool = False, stop: Stop | None = None,
+    ) -> Table:  # fmt: skip
+        """Carry out the cases that the store in ``folder`` does not have, and return the table of all.
+
+        They run on all cores of this machine, or on ``workers`` of them, or ``on`` an executor: one of
+        ``concurrent.futures``, a client of Dask, or the address of its scheduler. ``shard`` is (k, n): every n-th case
+        from the k-th on, for n jobs that share one store. What is interrupted goes on with the same call; a case that
+        failed is tried again only if it was killed.
+
+        Raises :class:`ParameterError` before anything is run where a level is refused, with its factor;
+        :class:`ExecutorError` where the workers are gone; :class:`~grainlaw.runs.stopping.Stopped`, whose ``result`` is
+        the table so far; OSError where the store cannot be written. Every finished case is kept in all of these.
+        """
+        if workers is not None and on is not None:
+            raise ParameterError("Study.run: workers and on are not allowed together: an executor has its own")
+        count = cores() if workers is None else checked_whole_number("Study.run: workers", workers, at_least=1)
+        turn = _shard(shard)
+        store, stop = Store(folder, about=self._about()), stop or Stop()
+        mine = (task for k, task in enumerate(self._tasks()) if k % turn[1] == turn[0])
+        missing = [task for task in mine if task.case not in store]
+        if missing:
+            self._try_levels(missing, compile_too=on is None)
+            missing = self._with_known(missing, store)
+            try:
+                with stop.by_signals():
+                    self._carry(missing, store, on, min(count, len(missing)), quiet, stop)
+            except Stopped as stopped:
+                stopped.result = self.table(folder)
+                raise
+            finally:
+                store.pack()
+        return self._table(store)
+
+    def _carry(self, missing: list[Task], store: Store, on: Any, count: int, quiet: bool, stop: Stop) -> None:
+        recipe = packed(Recipe(self.case, self.measures))
+        with workers(on, count) as by, Watcher(missing, by, quiet) as watcher:
+
+            def accept(task: Task, done: Done) -> None:
+                row = done.row
+                if row["status"] == SAME:
+                    row = {**store.row(task.known[1]), "case": task.case}
+                store.write({**row, "measured": self._measured}, done.run)
+                watcher.done(task, row)
+
+            carry_all(iter(missing), recipe, by, accept, stop, watcher.look)
+
+    def _try_levels(self, tasks: Sequence[Task], compile_too: bool) -> None:
+        """Build one case for each level, so that one that is refused is known at once; compile each law once."""
+        tried: set[str] = set()
+        laws: set[str] = set()
+        for name in self.design.names:
+            levels: dict[Any, Task] = {}
+            for task in tasks:
+                levels.setdefault(task.factors[name], task)
+            if len(levels) > SEVERAL and all(isinstance(level, (int, float)) for level in levels):
+                levels = {level: levels[level] for level in (next(iter(levels)), min(levels), max(levels))}
+            for level, task in levels.items():
+                if task.case in tried:
+                    continue
+                tried.add(task.case)
+                try:
+                    run = built(self.case, task.given)
+                    if compile_too and (kind := _kind(run)) not in laws:
+                        compiled(run)
+                        laws.add(kind)
+                except Exception as error:
+                    words = str(error) if isinstance(error, ParameterError) else f"{type(error).__name__}: {error}"
+                    others = ", ".join(f"{n} = {v}" for n, v in task.factors.items() if n != name)
+                    where = f" (in the case {others})" if others else ""
+                    raise ParameterError(f"Study: {name} = {short(level)} is refused{where}: {words}") from None
+
+    def _with_known(self, tasks: list[Task], store: Store) -> list[Task]:
+        """The same, with the runs that equal factors had before the function was edited: perhaps they are the same."""
+        mine = {task.case for task in self._tasks()}
+        known = {}
+        for row in store.rows(case for case in store.cases() if case not in mine):
+            if row and row["run"] and row["status"] != KILLED and row["measured"] == self._measured:
+                known[json.dumps(row["factors"], sort_keys=True)] = row["run"], row["case"]
+        if not known:
+            return tasks
+        nothing = "", ""
+        return [attrs.evolve(t, known=known.get(json.dumps(t.factors, sort_keys=True), nothing)) for t in tasks]
+
+    # --- what is there -----------------------------------------------------------------------------------------------
+
+    def status(self, folder: Folder) -> Status:
+        """How far the study has come in a store. Raises ParameterError for a folder that is no store."""
+        store = Store(folder, make=False)
+        states = Counter(row["status"] if row else "missing" for row in store.rows(task.case for task in self._tasks()))
+        missing, finished = states.pop("missing", 0), states.pop(FINISHED, 0)
+        return Status(len(self), finished, dict(states), missing)
+
+    def table(self, folder: Folder) -> Table:
+        """The table of the cases that a store has. Raises ParameterError for a folder that is no store."""
+        return self._table(Store(folder, make=False))
+
+    def result(self, folder: Folder, **factors: Any) -> Result:
+        """Curves, cracks and grains of one case, without frames. Raises ParameterError for a case that is not there."""
+        store = Store(folder, make=False)
+        return self._table(store).result(**factors)
+
+    def _table(self, store: Store) -> Table:
+        tasks = list(self._tasks())
+        rows = [row for row in store.rows(task.case for task in tasks) if row is not None]
+        return Table(rows, self.design.names, store)
+
+    # --- keys --------------------------------------------------------------------------------------------------------
+
+    @property
+    def _measured(self) -> str:
+        return digest(*(type(measure) for measure in self.measures), *self.measures)
+
+    def _tasks(self) -> Iterator[Task]:
+        """All cases in their order, with their keys."""
+        try:
+            code = digest(fingerprint_of(self.case), self._measured)
+            levels = {
+                name: {recorded: digest(level) for recorded, level in each.items() if level is not recorded}
+                for name, each in self.design.levels.items()
+            }
+        except Unknown as error:
+            raise ParameterError(
+                f"Study: what {getattr(self.case, '__name__', 'case')} depends on cannot be told: {error}; read files "
+                "before, and give what they hold as levels"
+            ) from None
+        named = {name: each for name, each in levels.items() if each}
+        for factors in self.design:
+            of = {name: each[factors[name]] for name, each in named.items() if factors[name] in each}
+            key = case_key(code, {"factors": factors, "levels": of})
+            yield Task(key, factors, self.design.given(factors))
+
+    def _about(self) -> dict[str, Any]:
+        return {"grainlaw": sys.modules["grainlaw"].__version__, "factors": list(self.design.names)}
+
+
+def _shard(shard: tuple[int, int] | None) -> tuple[int, int]:
+    """Number of the first case and how far the next is."""
+    if shard is None:
+        return 0, 1
+    try:
+        k, n = shard
+        count = checked_whole_number("Study.run: shard", n, at_least=1)
+        return checked_whole_number("Study.run: shard", k, at_least=1, at_most=count) - 1, count
+    except (TypeError, ValueError) as error:
+        if isinstance(error, ParameterError):
+            raise
+        raise ParameterError(
+            f"Study.run: shard = {short(shard)} is not allowed, it must be (number, of how many)"
+        ) from None
+
+
+def _kind(run: Run) -> str:
+    """Runs of one kind share their compiled code."""
+    law = run.law if not hasattr(run.law, "values") else tuple(run.law.values())
+    return repr([type(law).__qualname__, type(run.protocol).__qualname__, type(run.specimen.material).__qualname__])
+
+
+def packed(recipe: Recipe) -> bytes:
+    """A recipe for other processes, with the modules of the user's own in it: workers need not find their files."""
+    modules = [sys.modules[name] for name in own_modules(recipe.case, *recipe.measures) if name in sys.modules]
+    for module in modules:
+        cloudpickle.register_pickle_by_value(module)
+    try:
+        content: bytes = cloudpickle.dumps(recipe)
+    finally:
+        for module in modules:
+            cloudpickle.unregister_pickle_by_value(module)
+    return content

@@ -1,0 +1,292 @@
+"""The table of a study: one row for each case, and what follows from all of them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from numbers import Real
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from grainlaw.arguments import nearest, short
+from grainlaw.naming import aligned, shown
+from grainlaw.parameter import ParameterError
+from grainlaw.results.archive import from_bytes
+from grainlaw.results.files import write_atomically
+from grainlaw.results.result import Result
+from grainlaw.studies.case import FINISHED
+from grainlaw.studies.statistics import Interaction, Listing, Mean, difference, level, spread
+from grainlaw.studies.store import Store
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+STATUS = ("status", "reason")
+#: columns that the table prints if it has them
+PRINTED = ("peak_stress", "peak_strain", "apparent_modulus", "crack_damage", "tensile_cracks", "shear_cracks")
+LINES = 40  #: rows that it prints
+
+
+class By(Mapping[str, Listing]):
+    """What is known of each quantity, by its name; found when it is asked for."""
+
+    def __init__(self, names: Sequence[str], find: Callable[[str], Listing]) -> None:
+        self._names, self._find = list(names), find
+
+    def __getitem__(self, name: str) -> Listing:
+        if name not in self._names:
+            raise ParameterError(f"there is no column '{name}'{nearest(name, self._names)}")
+        return self._find(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+class Table:
+    """Rows of a study in the order of its cases: factors, status, and the properties of each test (SI).
+
+    Prints as a table. ``table["peak_stress"]`` is a column, nan for cases that failed. It holds nothing of the clock or
+    of the machine: the same cases give the same table wherever and in whatever order they ran.
+    """
+
+    def __init__(self, rows: Sequence[Mapping[str, Any]], factors: Sequence[str], store: Store) -> None:
+        self.factors, self.store = tuple(factors), store
+        self.cases = [str(row["case"]) for row in rows]
+        self.rows: list[dict[str, Any]] = [_flat(row) for row in rows]
+        columns = dict.fromkeys(name for row in self.rows for name in row)
+        self.columns = (*self.factors, *STATUS, *(n for n in columns if n not in (*self.factors, *STATUS)))
+        self.costs: list[dict[str, float]] = [dict(row.get("cost") or {}) for row in rows]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A column (k,): numbers, or texts. Raises ParameterError for a name that is not there."""
+        self._check(name)
+        if name in self.quantities:
+            return np.array([_number(row.get(name)) for row in self.rows])
+        return np.array([row.get(name) for row in self.rows], dtype=object)
+
+    @property
+    def quantities(self) -> list[str]:
+        """Columns of numbers that are not factors."""
+        names = (name for name in self.columns if name not in (*self.factors, *STATUS))
+        return [name for name in names if all(_is_number(row.get(name)) for row in self.rows)]
+
+    @property
+    def failed(self) -> list[dict[str, Any]]:
+        """Factors, status and reason of the cases that did not come to their end."""
+        return [
+            {name: row[name] for name in (*self.factors, *STATUS)} for row in self.rows if row["status"] != FINISHED
+        ]
+
+    def result(self, **factors: Any) -> Result:
+        """The test of the one case with these levels, without frames. Raises ParameterError if there is not one."""
+        self._check(*factors)
+        found = [k for k, row in enumerate(self.rows) if all(row[name] == level for name, level in factors.items())]
+        if len(found) != 1:
+            given = ", ".join(f"{name} = {short(level)}" for name, level in factors.items())
+            raise ParameterError(f"Table.result: {len(found)} cases have {given or 'any levels'}, there must be one")
+        try:
+            return from_bytes(self.store.run_of(self.cases[found[0]]), f"{self.store.path}: the run")
+        except KeyError:
+            row = self.rows[found[0]]
+            raise ParameterError(
+                f"Table.result: there is no run of this case: {row['status']}, {row['reason']}"
+            ) from None
+
+    # --- what follows ------------------------------------------------------------------------------------------------
+
+    def means(self, *by: str) -> By:
+        """Mean, deviation and 95 % interval of each quantity, of the cases with equal levels of the factors ``by``.
+
+        ``table.means("law")["peak_stress"]``. Raises ParameterError for a name that is no factor.
+        """
+        self._check_factors("means", *by)
+
+        def find(name: str) -> Listing:
+            column = self[name]
+            return Listing(name, [Mean(**spread(column[chosen]), group=g) for g, chosen in self._groups(by)])
+
+        return By(self.quantities, find)
+
+    def paired(self, factor: str, over: str | Sequence[str] = "seed") -> By:
+        """Mean difference of each quantity between the levels of a factor, of pairs that are equal in all else.
+
+        The pairs differ in the factors ``over``, such as the seed of the grains; for each combination of the remaining
+        factors there is one mean, with its 95 % interval and a sign test. Cases without a partner do not count. Raises
+        ParameterError for a name that is no factor.
+        """
+        over = (over,) if isinstance(over, str) else tuple(over)
+        self._check_factors("paired", factor, *over)
+        rest = [name for name in self.factors if name not in (factor, *over)]
+
+        def find(name: str) -> Listing:
+            found = []
+            for group, chosen in self._groups(rest):
+                values = self._by_level(factor, over, name, chosen)
+                for first, second in itertools.combinations(values, 2):
+                    both = [k for k in values[first] if k in values[second]]
+                    alone = len(set(values[first]) ^ set(values[second]))
+                    pairs = np.array([(values[first][k], values[second][k]) for k in both]).reshape(-1, 2)
+                    found.append(difference(group, factor, (first, second), pairs, alone))
+            return Listing(name, found)
+
+        return By(self.quantities, find)
+
+    def interaction(self, first: str, second: str, over: str | Sequence[str] = "seed") -> By:
+        """How the difference between levels of the factor ``first`` differs between levels of the factor ``second``.
+
+        Of sets of four cases that are equal in all else. Raises ParameterError for a name that is no factor.
+        """
+        over = (over,) if isinstance(over, str) else tuple(over)
+        self._check_factors("interaction", first, second, *over)
+        rest = [name for name in self.factors if name not in (first, second, *over)]
+
+        def find(name: str) -> Listing:
+            found = []
+            for group, chosen in self._groups(rest):
+                parts = {
+                    level: self._by_level(first, over, name, chosen & self._has(second, level))
+                    for level in self._levels(second, chosen)
+                }
+                for (c, at_c), (d, at_d) in itertools.combinations(parts.items(), 2):
+                    for a, b in itertools.combinations([each for each in at_c if each in at_d], 2):
+                        four = (at_c[a], at_c[b], at_d[a], at_d[b])
+                        whole = [k for k in four[0] if all(k in each for each in four)]
+                        change = np.array([four[3][k] - four[2][k] - four[1][k] + four[0][k] for k in whole])
+                        found.append(
+                            Interaction(
+                                **spread(change), group=group, factors=(first, second), first=(a, b), second=(c, d)
+                            )
+                        )
+            return Listing(name, found)
+
+        return By(self.quantities, find)
+
+    def _groups(self, by: Sequence[str]) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
+        """Levels of factors, and which rows (k,) have them, in the order of the rows."""
+        keys = [tuple(row[name] for name in by) for row in self.rows]
+        for key in dict.fromkeys(keys):
+            yield dict(zip(by, key, strict=True)), np.array([each == key for each in keys])
+
+    def _levels(self, factor: str, chosen: np.ndarray) -> list[Any]:
+        return list(dict.fromkeys(row[factor] for row, c in zip(self.rows, chosen, strict=True) if c))
+
+    def _has(self, factor: str, level: Any) -> np.ndarray:
+        return np.array([row[factor] == level for row in self.rows])
+
+    def _by_level(
+        self, factor: str, over: Sequence[str], name: str, chosen: np.ndarray
+    ) -> dict[Any, dict[tuple, float]]:
+        """A quantity of the chosen rows, where it is known, by the level of a factor and those of the factors over."""
+        column = self[name]
+        found: dict[Any, dict[tuple, float]] = {level: {} for level in self._levels(factor, chosen)}
+        for k in np.flatnonzero(chosen & ~np.isnan(column)).tolist():
+            found[self.rows[k][factor]][tuple(self.rows[k][n] for n in over)] = float(column[k])
+        return found
+
+    def _check(self, *names: str) -> None:
+        for name in names:
+            if name not in self.columns:
+                raise ParameterError(f"Table: there is no column '{name}'{nearest(name, self.columns)}")
+
+    def _check_factors(self, where: str, *names: str) -> None:
+        for name in names:
+            if name not in self.factors:
+                known = f"factors: {', '.join(self.factors) or 'none'}"
+                raise ParameterError(
+                    f"Table.{where}: there is no factor '{name}'{nearest(name, self.factors)} ({known})"
+                )
+        if len(set(names)) < len(names):
+            raise ParameterError(f"Table.{where}: {', '.join(names)} are not allowed, each factor only once")
+
+    # --- other forms -------------------------------------------------------------------------------------------------
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The rows as a DataFrame. Raises ParameterError without pandas."""
+        try:
+            import pandas
+        except ImportError:
+            raise ParameterError("Table.to_pandas needs pandas: pip install 'grainlaw[study]'") from None
+        return pandas.DataFrame({name: self[name] for name in self.columns})
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The quantities, with the factors as axes. Raises ParameterError without xarray, and for equal cases."""
+        try:
+            import xarray  # noqa: F401
+        except ImportError:
+            raise ParameterError("Table.to_xarray needs xarray: pip install xarray") from None
+        indexed = self.to_pandas().set_index(list(self.factors))
+        if not indexed.index.is_unique:
+            raise ParameterError("Table.to_xarray: several cases have the same levels")
+        return indexed.to_xarray()
+
+    def write_csv(self, file: str | os.PathLike[str]) -> None:
+        """Write the rows, numbers with all their digits. Raises OSError."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(self.columns)
+        writer.writerows([_cell(row.get(name)) for name in self.columns] for row in self.rows)
+        write_atomically(Path(file), lambda path: path.write_text(text.getvalue(), encoding="utf-8"))
+
+    def write_parquet(self, file: str | os.PathLike[str]) -> None:
+        """Write the rows for other programs. Raises ParameterError without pandas and pyarrow, OSError."""
+        frame = self.to_pandas()
+        for name in self.columns:
+            if name in self.quantities:
+                continue
+            frame[name] = frame[name].map(lambda value: value if value is None else str(value))
+        try:
+            write_atomically(Path(file), frame.to_parquet)
+        except ImportError:
+            raise ParameterError("Table.write_parquet needs pyarrow: pip install 'grainlaw[study]'") from None
+
+    def __str__(self) -> str:
+        names = [*self.factors, "status", *(name for name in PRINTED if name in self.columns)]
+        rows = [[shown(name).heading for name in names]]
+        rows += [[self._text(name, row.get(name)) for name in names] for row in self.rows[:LINES]]
+        more = f"\n... and {len(self) - LINES} more" if len(self) > LINES else ""
+        reasons = "".join(
+            f"\n{_label(self.factors, row)}: {row['status']}, {row['reason']}" for row in self.failed[:LINES]
+        )
+        return aligned(rows, rule=True) + more + reasons
+
+    __repr__ = __str__
+
+    def _text(self, name: str, value: Any) -> str:
+        return level(name, value) if name in self.factors else shown(name).text(value)
+
+
+def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    flat = {**row["factors"], "status": row["status"], "reason": row.get("reason", "")}
+    for part in ("summary", "measures"):
+        for name, value in (row.get(part) or {}).items():
+            flat.setdefault(name, value)
+    return flat
+
+
+def _is_number(value: Any) -> bool:
+    return value is None or (isinstance(value, Real) and not isinstance(value, bool))
+
+
+def _number(value: Any) -> float:
+    return math.nan if value is None else float(value)
+
+
+def _cell(value: Any) -> str:
+    return "" if value is None else repr(value) if isinstance(value, float) else str(value)
+
+
+def _label(factors: Sequence[str], row: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} = {level(name, row[name])}" for name in factors)

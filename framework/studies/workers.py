@@ -1,0 +1,265 @@
+"""Cases carried out by an executor of ``concurrent.futures``: by this machine's cores, or by one that is given."""
+
+from __future__ import annotations
+
+import multiprocessing
+import shutil
+import signal
+import sys
+import tempfile
+import types
+from abc import ABC, abstractmethod
+from collections import Counter, deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import wait as wait_for
+from contextlib import contextmanager
+from multiprocessing.context import ForkServerContext, ForkServerProcess
+from pathlib import Path
+from typing import Any
+
+from grainlaw.arguments import short
+from grainlaw.parameter import ParameterError
+from grainlaw.runs.stopping import Stop
+from grainlaw.studies.case import KILLED, Done, Task, carry_out
+
+TRIES = 4  #: times that a worker may die over a case
+PATIENCE = 0.2  #: s between looks at the signals
+AHEAD = 3  #: cases given to each worker in advance
+MANY = 1000  #: cases given to workers whose number is not known
+
+
+class ExecutorError(RuntimeError):
+    """The workers of a study are gone; what they had finished is kept."""
+
+
+class Workers(ABC):
+    """What carries out cases."""
+
+    folder = ""  #: where workers say what they are doing, empty if they cannot
+
+    @property
+    @abstractmethod
+    def count(self) -> int:
+        """How many there are, 0 if that is not known."""
+
+    @abstractmethod
+    def submit(self, recipe: bytes, task: Task) -> Future[Done]:
+        """Begin a case."""
+
+    @abstractmethod
+    def renew(self) -> set[str]:
+        """Replace those that have died, and say which cases they were at. Raises :class:`ExecutorError`."""
+
+    def doing(self) -> dict[str, str]:
+        """What is being done, by the key of the case."""
+        found = {}
+        for file in Path(self.folder).glob("*.*") if self.folder else ():
+            try:
+                found[file.name.partition(".")[0]] = file.read_text(encoding="utf-8")
+            except OSError:  # ended meanwhile
+                continue
+        return found
+
+    @property
+    def ahead(self) -> int:
+        """Cases to give them at a time."""
+        return AHEAD * self.count if self.count else MANY
+
+
+class Given(Workers):
+    """An executor of the user's: threads, processes, or those of a cluster."""
+
+    def __init__(self, executor: Executor) -> None:
+        self.executor = executor
+
+    @property
+    def count(self) -> int:
+        return int(getattr(self.executor, "_max_workers", 0) or 0)
+
+    def submit(self, recipe: bytes, task: Task) -> Future[Done]:
+        return self.executor.submit(carry_out, recipe, task)
+
+    def renew(self) -> set[str]:
+        raise ExecutorError("a worker of the executor has died, and the executor takes no more cases")
+
+
+class Local(Workers):
+    """Processes on this machine, one for each core; new ones take the place of those that die."""
+
+    def __init__(self, count: int) -> None:
+        self._count, self.folder = count, tempfile.mkdtemp(prefix="grainlaw-")
+        self.pool = self._pool()
+
+    @property
+    def count(self) -> int:
+        return self._count
+
+    def _pool(self) -> ProcessPoolExecutor:
+        return ProcessPoolExecutor(self._count, mp_context=_context(), initializer=_ignore_interrupt)
+
+    def submit(self, recipe: bytes, task: Task) -> Future[Done]:
+        return self.pool.submit(carry_out, recipe, task, self.folder)
+
+    def renew(self) -> set[str]:
+        self._end()
+        lost = set(self.doing())
+        for file in Path(self.folder).iterdir():
+            file.unlink(missing_ok=True)
+        self.pool = self._pool()
+        return lost
+
+    def _end(self) -> None:
+        """End all processes at once: what they were doing is done again."""
+        for process in list((self.pool._processes or {}).values()):
+            process.kill()
+        self.pool.shutdown(wait=True, cancel_futures=True)
+
+    def close(self) -> None:
+        """End the processes, and what they said."""
+        self._end()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def _ignore_interrupt() -> None:
+    """Ctrl-C reaches all processes of a terminal; it is for the one that gives out the cases."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _context() -> Any:
+    """How processes are made: copies of a clean one with grainlaw loaded, where the system can."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = _Context()
+    context.set_forkserver_preload(["grainlaw.studies.case"])
+    return context
+
+
+class _Process(ForkServerProcess):
+    """Does not run the user's script again, as it would a script without a guard: what cases need travels with them."""
+
+    @staticmethod
+    def _Popen(process: Any) -> Any:
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = types.ModuleType("__main__")
+        try:
+            return ForkServerProcess._Popen(process)
+        finally:
+            sys.modules["__main__"] = main
+
+
+class _Context(ForkServerContext):
+    Process = _Process
+
+
+@contextmanager
+def workers(on: Any, count: int) -> Iterator[Workers]:
+    """The workers that are asked for: an executor, the address of a Dask scheduler, or None for this machine.
+
+    Raises :class:`ParameterError` for what is none of these, and where no scheduler answers.
+    """
+    if on is None:
+        local = Local(count)
+        try:
+            yield local
+        finally:
+            local.close()
+    elif isinstance(on, str):
+        with _cluster(on) as client:
+            yield Given(client.get_executor(retries=TRIES))
+    elif isinstance(on, Executor):
+        yield Given(on)
+    elif hasattr(on, "get_executor"):  # a client of Dask
+        yield Given(on.get_executor(retries=TRIES))
+    else:
+        raise ParameterError(
+            f"Study.run: on = {short(on)} is not allowed, it must be an executor of concurrent.futures, a client of "
+            "Dask, or the address of a scheduler such as 'tcp://host:8786'"
+        )
+
+
+def _cluster(address: str) -> Any:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ParameterError(f"Study.run: on = '{address}' needs Dask: pip install 'grainlaw[dask]'") from None
+    try:
+        return Client(address, timeout=10)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise ParameterError(f"Study.run: no Dask scheduler answers at '{address}': {error}") from None
+
+
+def carry_all(
+    tasks: Iterator[Task], recipe: bytes, by: Workers, accept: Callable[[Task, Done], None], stop: Stop,
+    look: Callable[[], None] = lambda: None,
+) -> None:  # fmt: skip
+    """Give out tasks, some ahead, and accept what comes back; a case over which workers die again and again is killed.
+
+    Raises :class:`ExecutorError`, :class:`~grainlaw.runs.stopping.Stopped`, and what ``accept`` raises.
+    """
+    pending: dict[Future[Done], Task] = {}
+    again: deque[Task] = deque()
+    deaths: Counter[str] = Counter()
+
+    def fill() -> None:
+        while len(pending) < by.ahead:
+            task = again.popleft() if again else next(tasks, None)
+            if task is None:
+                return
+            try:
+                pending[by.submit(recipe, task)] = task
+            except (BrokenExecutor, RuntimeError):
+                again.appendleft(task)
+                if not pending:
+                    renew()
+                return
+
+    def renew() -> None:
+        again.extendleft(reversed(pending.values()))
+        pending.clear()
+        lost = by.renew()
+        deaths.update(lost)
+        for task in [task for task in again if deaths[task.case] >= TRIES]:
+            again.remove(task)
+            accept(task, _killed(task, f"its worker died {deaths[task.case]} times (of too little memory?)"))
+
+    try:
+        fill()
+        while pending:
+            finished, _ = wait_for(pending, PATIENCE, FIRST_COMPLETED)
+            stop.check()
+            broken = False
+            for future in finished:
+                try:
+                    done = future.result()
+                except BrokenExecutor:
+                    broken = True
+                    continue
+                except (Exception, CancelledError) as error:
+                    done = _failed(pending[future], error)
+                task = pending.pop(future)
+                accept(task, done)
+            if broken:
+                for future in [future for future in pending if future.done() and not future.exception()]:
+                    accept(pending[future], future.result())
+                    del pending[future]
+                renew()
+            look()
+            fill()
+    finally:
+        for future in pending:
+            future.cancel()
+
+
+def _failed(task: Task, error: BaseException) -> Done:
+    """What an executor says of a case that it could not carry out."""
+    kind = type(error).__name__
+    if kind in ("KilledWorker", "MemoryError"):
+        return _killed(task, f"{kind}: {error}")
+    raise ExecutorError(f"the executor could not carry out a case, {kind}: {error}") from error
+
+
+def _killed(task: Task, reason: str) -> Done:
+    return Done(
+        {"case": task.case, "run": "", "factors": task.factors, "status": KILLED, "reason": reason, "cost": {}}, None
+    )
