@@ -28,7 +28,8 @@ from grainlaw.compiler.origin import VERSIONS, home, is_standard
 
 #: names by which code reaches files, the clock, the environment or the user: its answer may change without it
 OUTSIDE = frozenset((
-    "open", "input", "exec", "eval", "__import__", "environ", "getenv", "argv", "stdin", "now", "today", "time_ns",
+    "open", "input", "exists", "listdir", "scandir", "glob", "stat",
+    "exec", "eval", "__import__", "environ", "getenv", "argv", "stdin", "now", "today", "time_ns",
     "perf_counter", "monotonic", "load", "loadtxt", "genfromtxt", "fromfile", "memmap", "imread", "read", "read_text",
     "read_bytes", "read_csv", "read_excel", "read_parquet", "import_module", "urandom", "uuid4", "token_bytes",
 ))  # fmt: skip

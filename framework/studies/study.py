@@ -7,6 +7,7 @@ import os
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -22,6 +23,7 @@ from grainlaw.runs.parallel import Run
 from grainlaw.runs.reach import Unknown, case_key, digest, fingerprint_of, own_modules
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, KILLED, SAME, Done, Recipe, Task, built, compiled
+from grainlaw.studies.cost import StudyCost, cost_of
 from grainlaw.studies.design import Design, check_signature, factorial, listed
 from grainlaw.studies.progress import Watcher
 from grainlaw.studies.store import Store
@@ -170,6 +172,18 @@ class Study(metaclass=Checked):
         states = Counter(row["status"] if row else "missing" for row in store.rows(task.case for task in self._tasks()))
         missing, finished = states.pop("missing", 0), states.pop(FINISHED, 0)
         return Status(len(self), finished, dict(states), missing)
+
+    def estimate(self, folder: Folder | None = None) -> StudyCost:
+        """CPU time and disk that the cases not in a store will take; without a folder, all cases.
+
+        From what finished cases of the same kind have taken, or from a probe of some steps of one case of each kind,
+        which is run nowhere else.
+        """
+        store = Store(folder, make=False) if folder is not None and Path(folder).exists() else None
+        tasks = list(self._tasks())
+        rows = [row for row in store.rows(task.case for task in tasks) if row] if store else []
+        missing = tasks if store is None else [task for task in tasks if task.case not in store]
+        return cost_of(missing, rows, lambda task: built(self.case, task.given))
 
     def table(self, folder: Folder) -> Table:
         """The table of the cases that a store has. Raises ParameterError for a folder that is no store."""
