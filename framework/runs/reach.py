@@ -10,7 +10,6 @@ import functools
 import hashlib
 import importlib
 import importlib.metadata
-import json
 import os
 import sys
 import types
@@ -266,9 +265,3 @@ def _made_by_attrs(file: str) -> bool:
 def _closure(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         yield name, cell.cell_contents
-
-
-def case_key(fingerprint: str, factors: Mapping[str, Any]) -> str:
-    """Hex digest of a case: the function that makes it, by its fingerprint, and the factors, by what is recorded."""
-    text = json.dumps([fingerprint, factors], sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
