@@ -34,6 +34,12 @@ def copy(r, source, place, count):
 
 
 @njit(**OPTIONS)
+def clear(r, place, count):
+    for k in range(count):
+        r[place + k] = 0.0
+
+
+@njit(**OPTIONS)
 def take_from_table(t, r, contact, row):
     """Fill the rows of a chunk with what its contacts keep; ``row`` of the memory is the lift, or -1 without one."""
     gather_edges(t, r, contact)
@@ -55,6 +61,9 @@ def take_from_table(t, r, contact, row):
         _take(t.memory[m], contact, r, MEMORY + m * ROW)
     if row >= 0:
         copy(r, MEMORY + row * ROW, LIFT, contact.shape[0])
+    else:  # of another law there may be one from before
+        clear(r, LIFT, contact.shape[0])
+        clear(r, LIFT_BEFORE, contact.shape[0])
     if row >= 0 and t.damping > 0:  # the lift less the overlap was the opening of a closed contact
         _take(t.opening, contact, r, LIFT_BEFORE)
         for k in range(contact.shape[0]):

@@ -57,6 +57,8 @@ def _answer(t, g, r, count, opening, memory):
     )  # fmt: skip
     if row >= 0:
         exchange.copy(r, memory + row * ROW, NEW_LIFT, count)
+    else:
+        exchange.clear(r, NEW_LIFT, count)
 
 
 @njit(**OPTIONS)
