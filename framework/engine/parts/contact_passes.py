@@ -90,30 +90,46 @@ def dashpots(r, count, time_step):
         r[HIGH + k], r[HIGH_PRESSURE + k] = (math.inf, math.inf) if closing else (overlap, pressure)
 
 
+@njit(forceinline=True, **OPTIONS)
+def _misses(length, spring, damping, pressure):
+    """Whether the law has answered with another pressure (Pa) than that of the whole normal force."""
+    force = -(spring + damping)
+    return (length > 0) & (abs(pressure * length - force) > EVEN * force)
+
+
+@njit(**OPTIONS)
+def missed(r, count):
+    """How many laws have answered with another pressure and may be asked again."""
+    number = 0
+    for k in range(count):
+        misses = _misses(r[LENGTH + k], r[SPRING + k], r[DAMPING + k], max(-r[NORMAL + k], 0.0))
+        number += misses
+    return number
+
+
 @njit(**OPTIONS)
 def narrow(r, count):
-    """Where the law has answered with another pressure, the next closure to ask; returns of how many.
+    """The next closure to ask of laws that have answered with another pressure.
 
     It lies on the hyperbola (that of Bandis, or a line) through the nearest answers below and above.
     """
-    missed = 0
     for k in range(count):
         length, spring, x, p = r[LENGTH + k], r[SPRING + k], r[LIFT + k] - r[ASKED + k], max(-r[NORMAL + k], 0.0)
-        target, over = -(spring + r[DAMPING + k]) / max(length, 1e-300), -spring < p * length - r[DAMPING + k]
-        low, low_p = (r[LOW + k], r[LOW_PRESSURE + k]) if over else (x, p)
-        high, high_p = (x, p) if over else (r[HIGH + k], r[HIGH_PRESSURE + k])
-        r[LOW + k], r[LOW_PRESSURE + k], r[HIGH + k], r[HIGH_PRESSURE + k] = low, low_p, high, high_p
-        misses = (length > 0) & (abs(p - target) > EVEN * target) & (high < math.inf) & (high > low)
-        bend, start = 0.0, 0.0
-        if misses and low_p > 0:
-            start = low / low_p
-            bend = (start - high / high_p) / (high - low)
-            start += bend * low
-        line = low + (high - low) * (target - low_p) / (high_p - low_p) if misses else x
-        found = start * target / (1 + bend * target) if start > 0 and 1 + bend * target > 0 else line
-        r[ASKED + k] = r[LIFT + k] - min(max(found, low), high) if misses else r[ASKED + k]
-        missed += misses
-    return missed
+        if not _misses(length, spring, r[DAMPING + k], p):
+            continue
+        target = -(spring + r[DAMPING + k]) / length
+        if p > target:
+            r[HIGH + k], r[HIGH_PRESSURE + k] = x, p
+        else:
+            r[LOW + k], r[LOW_PRESSURE + k] = x, p
+        low, low_p, high, high_p = r[LOW + k], r[LOW_PRESSURE + k], r[HIGH + k], r[HIGH_PRESSURE + k]
+        if low < high < math.inf:
+            found = low + (high - low) * (target - low_p) / (high_p - low_p)
+            if low_p > 0:
+                bend = (low / low_p - high / high_p) / (high - low)
+                room = 1 + bend * target
+                found = (low / low_p + bend * low) * target / room if room > 0 else found
+            r[ASKED + k] = r[LIFT + k] - min(max(found, low), high)
 
 
 @njit(**OPTIONS)
@@ -126,8 +142,9 @@ def _rub(t, g, r, count):
     exchange.copy(r, MEMORY, trial, rows)
     _answer(t, g, r, count, ASKED, MEMORY)
     for _ in range(ROUNDS):
-        if narrow(r, count) == 0:
+        if missed(r, count) == 0:
             break
+        narrow(r, count)
         exchange.copy(r, trial, MEMORY, rows)
         _answer(t, g, r, count, ASKED, MEMORY)
     for k in range(count):
