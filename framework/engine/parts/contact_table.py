@@ -79,7 +79,7 @@ def no_contacts(count: int = 0, laws: LawTable | None = None) -> ContactArrays:
         laws=table_of([], bonding=False) if laws is None else laws, compliance=np.zeros(1), virgin=np.zeros((1, 1)),
         node=np.zeros((4, count), dtype=np.int32), state=np.zeros(count, dtype=np.int8), **numbers,
         force_x=np.zeros((3, count)), force_y=np.zeros((3, count)), memory=np.zeros((1, count)),
-        follow=np.zeros(count, dtype=np.int8), active=np.zeros(count, dtype=np.int64), used=none, cotangent=np.zeros(0),
+        follow=np.zeros(count, dtype=np.int8), active=np.zeros(count, dtype=np.int32), used=none, cotangent=np.zeros(0),
         **places, skin=math.inf, damping=0.0, room=np.zeros(0), tally=np.zeros((1, 8), dtype=np.int64),
         rows=np.zeros((1, 0)), used_share=none, share=none,
     )  # fmt: skip
