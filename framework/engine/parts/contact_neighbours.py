@@ -77,8 +77,9 @@ class Neighbours:
 
     def _ways(self, displacement: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, float]:
         searched = self.searched if self.searched.size else displacement
+        least = LEAST if len(self.pairs) else REACH  # where no pairs are listed, none need be chosen
         way, farthest = compiled(contact_search.ways)(
-            displacement, before, searched, self._first, AHEAD, LEAST * self._skin, REACH * self._skin
+            displacement, before, searched, self._first, AHEAD, least * self._skin, REACH * self._skin
         )
         return way, farthest
 
