@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import itertools
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from numbers import Real
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,9 +15,9 @@ from grainlaw.arguments import nearest, short
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.results.archive import from_bytes
-from grainlaw.results.files import write_atomically
 from grainlaw.results.result import Result
 from grainlaw.studies.case import FINISHED
+from grainlaw.studies.export import to_pandas, to_xarray, write_csv, write_parquet
 from grainlaw.studies.statistics import Interaction, Listing, Mean, difference, level, spread
 from grainlaw.studies.store import Store
 
@@ -215,42 +212,19 @@ class Table:
 
     def to_pandas(self) -> pandas.DataFrame:
         """The rows as a DataFrame. Raises ParameterError without pandas."""
-        try:
-            import pandas
-        except ImportError:
-            raise ParameterError("Table.to_pandas needs pandas: pip install 'grainlaw[study]'") from None
-        return pandas.DataFrame({name: self[name] for name in self.columns})
+        return to_pandas(self)
 
     def to_xarray(self) -> xarray.Dataset:
         """The quantities, with the factors as axes. Raises ParameterError without xarray, and for equal cases."""
-        try:
-            import xarray  # noqa: F401
-        except ImportError:
-            raise ParameterError("Table.to_xarray needs xarray: pip install xarray") from None
-        indexed = self.to_pandas().set_index(list(self.factors))
-        if not indexed.index.is_unique:
-            raise ParameterError("Table.to_xarray: several cases have the same levels")
-        return indexed.to_xarray()
+        return to_xarray(self)
 
     def write_csv(self, file: str | os.PathLike[str]) -> None:
         """Write the rows, numbers with all their digits. Raises OSError."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows([_cell(row.get(name)) for name in self.columns] for row in self.rows)
-        write_atomically(Path(file), lambda path: path.write_text(text.getvalue(), encoding="utf-8"))
+        write_csv(self, file)
 
     def write_parquet(self, file: str | os.PathLike[str]) -> None:
         """Write the rows for other programs. Raises ParameterError without pandas and pyarrow, OSError."""
-        frame = self.to_pandas()
-        for name in self.columns:
-            if name in self.quantities:
-                continue
-            frame[name] = frame[name].map(lambda value: value if value is None else str(value))
-        try:
-            write_atomically(Path(file), frame.to_parquet)
-        except ImportError:
-            raise ParameterError("Table.write_parquet needs pyarrow: pip install 'grainlaw[study]'") from None
+        write_parquet(self, file)
 
     def __str__(self) -> str:
         names = [*self.factors, "status", *(name for name in PRINTED if name in self.columns)]
@@ -282,10 +256,6 @@ def _is_number(value: Any) -> bool:
 
 def _number(value: Any) -> float:
     return math.nan if value is None else float(value)
-
-
-def _cell(value: Any) -> str:
-    return "" if value is None else repr(value) if isinstance(value, float) else str(value)
 
 
 def _label(factors: Sequence[str], row: Mapping[str, Any]) -> str:
