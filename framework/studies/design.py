@@ -16,6 +16,7 @@ from grainlaw.arguments import checked, nearest, short
 from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
 
 Factors = dict[str, Any]  #: name and level, as it is recorded
+RESERVED = ("status", "reason")  #: columns of every table
 PLAIN = (bool, int, float, str, type(None))
 
 
@@ -80,13 +81,15 @@ def listed(cases: Any, factors: Mapping[str, Any]) -> Design:
 
 
 def _identity(factors: Factors) -> tuple:
-    return tuple((name, type(level).__name__, level) for name, level in sorted(factors.items()))
+    return tuple(sorted(factors.items(), key=lambda item: item[0]))
 
 
 def _levels(name: str, given: Any) -> dict[Any, Any]:
     """What is recorded of each level, and the level."""
     if isinstance(given, Mapping):
         levels = {str(label): level for label, level in given.items()}
+        if len(levels) < len(given):
+            raise ParameterError(f"Study: {name} = {short(list(given))} is not allowed, two levels have the same name")
     elif isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
         raise ParameterError(f"Study: {name} = {short(given)} is not allowed, it must be a list of levels")
     else:
@@ -115,6 +118,8 @@ def check_signature(case: Callable[..., Any], names: Sequence[str]) -> None:
     """Refuse factors that a function does not take, and one without those it needs."""
     if not callable(case):
         raise ParameterError(f"Study: case = {short(case)} is not allowed, it must be a function of the factors")
+    if taken := [name for name in names if name in RESERVED]:
+        raise ParameterError(f"Study: a factor may not be called '{taken[0]}', a column of the table has this name")
     try:
         known = inspect.signature(case).parameters.values()
     except (TypeError, ValueError):  # of a function of another language
@@ -171,4 +176,5 @@ def _points(
         low = checked_number(f"{name}: {factor}", low)
         ends.append((low, checked_number(f"{name}: {factor}", high, above=low)))
     low, high = np.array(ends).T
-    return [dict(zip(ranges, row, strict=True)) for row in (low + points(len(ends)) * (high - low)).tolist()]
+    inside = np.clip(low + points(len(ends)) * (high - low), low, high)  # rounding may lead out
+    return [dict(zip(ranges, row, strict=True)) for row in inside.tolist()]

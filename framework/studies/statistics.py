@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,7 +13,7 @@ from scipy.stats import binomtest, t
 
 from grainlaw.arguments import Checked
 from grainlaw.naming import aligned, shown
-from grainlaw.parameter import checked_number
+from grainlaw.parameter import ParameterError, checked_number
 
 CONFIDENCE = 0.95
 MOST = 10_000_000  #: samples that are asked for at most
@@ -32,7 +33,8 @@ class Spread(metaclass=Checked):
     def samples_for(self, width: float) -> int:
         """Samples that an interval of this width (from end to end) would take, if they scatter as these do.
 
-        Raises :class:`ParameterError` for fewer than two samples or a width that is not positive.
+        Raises :class:`ParameterError` for fewer than two samples, a width that is not positive, or one that would take
+        more than ten million.
         """
         width = checked_number("samples_for: width", width, above=0)
         checked_number("samples_for: count of samples", self.count, at_least=2)
@@ -40,14 +42,11 @@ class Spread(metaclass=Checked):
         def is_enough(n: int) -> bool:
             return 2 * quantile(n) * self.deviation <= width * math.sqrt(n)
 
-        high = 2
-        while not is_enough(high) and high < MOST:
-            high *= 2
-        low = high // 2
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (low, middle) if is_enough(middle) else (middle, high)
-        return high if not is_enough(2) else 2
+        if not is_enough(MOST):
+            raise ParameterError(
+                f"samples_for: width = {width:g} is not allowed, it would take more than {MOST:,} samples"
+            )
+        return 2 + bisect_left(range(2, MOST), True, key=is_enough)
 
 
 @attrs.frozen
@@ -112,8 +111,10 @@ def difference(
 
 def level(factor: str, value: Any) -> str:
     """A level of a factor as people write it, in the unit of its heading."""
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return f"{value * shown(factor).factor:.6g}" if is_number else str(value)
+    look = shown(factor)
+    if isinstance(value, (bool, str)) or (isinstance(value, int) and look.factor == 1):
+        return str(value)  # all digits of a seed
+    return f"{value * look.factor:.6g}" if isinstance(value, (int, float)) else str(value)
 
 
 class Listing(tuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import functools
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,21 +11,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grainlaw.arguments import nearest, short
+from grainlaw.arguments import checked, nearest, short
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.results.archive import from_bytes
 from grainlaw.results.result import Result
+from grainlaw.studies import groups
 from grainlaw.studies.case import FINISHED
+from grainlaw.studies.design import RESERVED
 from grainlaw.studies.export import to_pandas, to_xarray, write_csv, write_parquet
-from grainlaw.studies.statistics import Interaction, Listing, Mean, difference, level, spread
+from grainlaw.studies.statistics import Listing, level
 from grainlaw.studies.store import Store
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-STATUS = ("status", "reason")
 #: columns that the table prints if it has them
 PRINTED = ("peak_stress", "peak_strain", "apparent_modulus", "crack_damage", "tensile_cracks", "shear_cracks")
 LINES = 40  #: rows that it prints
@@ -61,7 +62,8 @@ class Table:
         self.cases = [str(row["case"]) for row in rows]
         self.rows: list[dict[str, Any]] = [_flat(row) for row in rows]
         columns = dict.fromkeys(name for row in self.rows for name in row)
-        self.columns = (*self.factors, *STATUS, *(n for n in columns if n not in (*self.factors, *STATUS)))
+        self.columns = (*self.factors, *RESERVED, *(n for n in columns if n not in (*self.factors, *RESERVED)))
+        self._found: dict[str, np.ndarray] = {}
         self.costs: list[dict[str, float]] = [dict(row.get("cost") or {}) for row in rows]
 
     def __len__(self) -> int:
@@ -70,21 +72,37 @@ class Table:
     def __getitem__(self, name: str) -> np.ndarray:
         """A column (k,): numbers, or texts. Raises ParameterError for a name that is not there."""
         self._check(name)
-        if name in self.quantities:
-            return np.array([_number(row.get(name)) for row in self.rows])
-        return np.array([row.get(name) for row in self.rows], dtype=object)
+        if name not in self._found:
+            self._found[name] = self._column(name)
+        return self._found[name]
 
-    @property
+    def _column(self, name: str) -> np.ndarray:
+        values = [row.get(name) for row in self.rows]
+        if name in self.quantities:
+            column = np.array([_number(value) for value in values], dtype=float)
+        elif values and all(map(_is_number, values)) and None not in values:
+            column = np.array(values)  # the levels of a factor
+        else:
+            column = np.array(values, dtype=object)
+        column.flags.writeable = False  # the same one is given again
+        return column
+
+    @functools.cached_property
     def quantities(self) -> list[str]:
         """Columns of numbers that are not factors."""
-        names = (name for name in self.columns if name not in (*self.factors, *STATUS))
+        names = (name for name in self.columns if name not in (*self.factors, *RESERVED))
         return [name for name in names if all(_is_number(row.get(name)) for row in self.rows)]
+
+    def levels(self, factor: str) -> list[Any]:
+        """The levels of a factor in the order of the cases. Raises ParameterError for a name that is no factor."""
+        self._check_factors("levels", factor)
+        return list(dict.fromkeys(row[factor] for row in self.rows))
 
     @property
     def failed(self) -> list[dict[str, Any]]:
         """Factors, status and reason of the cases that did not come to their end."""
         return [
-            {name: row[name] for name in (*self.factors, *STATUS)} for row in self.rows if row["status"] != FINISHED
+            {name: row[name] for name in (*self.factors, *RESERVED)} for row in self.rows if row["status"] != FINISHED
         ]
 
     def result(self, **factors: Any) -> Result:
@@ -104,19 +122,16 @@ class Table:
 
     # --- what follows ------------------------------------------------------------------------------------------------
 
+    @checked
     def means(self, *by: str) -> By:
         """Mean, deviation and 95 % interval of each quantity, of the cases with equal levels of the factors ``by``.
 
         ``table.means("law")["peak_stress"]``. Raises ParameterError for a name that is no factor.
         """
         self._check_factors("means", *by)
+        return By(self.quantities, lambda name: Listing(name, groups.means(self, name, by)))
 
-        def find(name: str) -> Listing:
-            column = self[name]
-            return Listing(name, [Mean(**spread(column[chosen]), group=g) for g, chosen in self._groups(by)])
-
-        return By(self.quantities, find)
-
+    @checked
     def paired(self, factor: str, over: str | Sequence[str] = "seed") -> By:
         """Mean difference of each quantity between the levels of a factor, of pairs that are equal in all else.
 
@@ -124,74 +139,19 @@ class Table:
         factors there is one mean, with its 95 % interval and a sign test. Cases without a partner do not count. Raises
         ParameterError for a name that is no factor.
         """
-        over = (over,) if isinstance(over, str) else tuple(over)
-        self._check_factors("paired", factor, *over)
-        rest = [name for name in self.factors if name not in (factor, *over)]
+        names = several(over)
+        self._check_factors("paired", factor, *names)
+        return By(self.quantities, lambda name: Listing(name, groups.differences(self, name, factor, names)))
 
-        def find(name: str) -> Listing:
-            found = []
-            for group, chosen in self._groups(rest):
-                values = self._by_level(factor, over, name, chosen)
-                for first, second in itertools.combinations(values, 2):
-                    both = [k for k in values[first] if k in values[second]]
-                    alone = len(set(values[first]) ^ set(values[second]))
-                    pairs = np.array([(values[first][k], values[second][k]) for k in both]).reshape(-1, 2)
-                    found.append(difference(group, factor, (first, second), pairs, alone))
-            return Listing(name, found)
-
-        return By(self.quantities, find)
-
+    @checked
     def interaction(self, first: str, second: str, over: str | Sequence[str] = "seed") -> By:
         """How the difference between levels of the factor ``first`` differs between levels of the factor ``second``.
 
         Of sets of four cases that are equal in all else. Raises ParameterError for a name that is no factor.
         """
-        over = (over,) if isinstance(over, str) else tuple(over)
-        self._check_factors("interaction", first, second, *over)
-        rest = [name for name in self.factors if name not in (first, second, *over)]
-
-        def find(name: str) -> Listing:
-            found = []
-            for group, chosen in self._groups(rest):
-                parts = {
-                    level: self._by_level(first, over, name, chosen & self._has(second, level))
-                    for level in self._levels(second, chosen)
-                }
-                for (c, at_c), (d, at_d) in itertools.combinations(parts.items(), 2):
-                    for a, b in itertools.combinations([each for each in at_c if each in at_d], 2):
-                        four = (at_c[a], at_c[b], at_d[a], at_d[b])
-                        whole = [k for k in four[0] if all(k in each for each in four)]
-                        change = np.array([four[3][k] - four[2][k] - four[1][k] + four[0][k] for k in whole])
-                        found.append(
-                            Interaction(
-                                **spread(change), group=group, factors=(first, second), first=(a, b), second=(c, d)
-                            )
-                        )
-            return Listing(name, found)
-
-        return By(self.quantities, find)
-
-    def _groups(self, by: Sequence[str]) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
-        """Levels of factors, and which rows (k,) have them, in the order of the rows."""
-        keys = [tuple(row[name] for name in by) for row in self.rows]
-        for key in dict.fromkeys(keys):
-            yield dict(zip(by, key, strict=True)), np.array([each == key for each in keys])
-
-    def _levels(self, factor: str, chosen: np.ndarray) -> list[Any]:
-        return list(dict.fromkeys(row[factor] for row, c in zip(self.rows, chosen, strict=True) if c))
-
-    def _has(self, factor: str, level: Any) -> np.ndarray:
-        return np.array([row[factor] == level for row in self.rows])
-
-    def _by_level(
-        self, factor: str, over: Sequence[str], name: str, chosen: np.ndarray
-    ) -> dict[Any, dict[tuple, float]]:
-        """A quantity of the chosen rows, where it is known, by the level of a factor and those of the factors over."""
-        column = self[name]
-        found: dict[Any, dict[tuple, float]] = {level: {} for level in self._levels(factor, chosen)}
-        for k in np.flatnonzero(chosen & ~np.isnan(column)).tolist():
-            found[self.rows[k][factor]][tuple(self.rows[k][n] for n in over)] = float(column[k])
-        return found
+        names = several(over)
+        self._check_factors("interaction", first, second, *names)
+        return By(self.quantities, lambda name: Listing(name, groups.interactions(self, name, first, second, names)))
 
     def _check(self, *names: str) -> None:
         for name in names:
@@ -242,9 +202,15 @@ class Table:
         return level(name, value) if name in self.factors else shown(name).text(value)
 
 
+def several(names: str | Sequence[str]) -> tuple[str, ...]:
+    """One name or several, as several."""
+    return (names,) if isinstance(names, str) else tuple(names)
+
+
 def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Without what a test that failed had measured by then: it is not what the others measured at their end."""
     flat = {**row["factors"], "status": row["status"], "reason": row.get("reason", "")}
-    for part in ("summary", "measures"):
+    for part in ("summary", "measures") if row["status"] == FINISHED else ():
         for name, value in (row.get(part) or {}).items():
             flat.setdefault(name, value)
     return flat
