@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import attrs
 import numpy as np
 from scipy.stats import binomtest, t
 
-from grainlaw.arguments import Checked
+from grainlaw.arguments import Checked, nearest
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError, checked_number
 
@@ -135,6 +135,24 @@ class Listing(tuple):
         return aligned(rows, rule=True)
 
     __repr__ = __str__
+
+
+class By(Mapping[str, Listing]):
+    """What is known of each quantity, by its name; found when it is asked for."""
+
+    def __init__(self, names: Sequence[str], find: Callable[[str], Listing]) -> None:
+        self._names, self._find = list(names), find
+
+    def __getitem__(self, name: str) -> Listing:
+        if name not in self._names:
+            raise ParameterError(f"there is no column '{name}'{nearest(name, self._names)}")
+        return self._find(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
 
 
 def _heading(entry: Any, name: str) -> list[str]:

@@ -5,49 +5,34 @@ from __future__ import annotations
 import functools
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from grainlaw.arguments import checked, nearest, short
+from grainlaw.columns import STRAIN, STRESS
 from grainlaw.naming import aligned, shown
-from grainlaw.parameter import ParameterError
+from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.archive import from_bytes
 from grainlaw.results.result import Result
 from grainlaw.studies import groups
 from grainlaw.studies.case import FINISHED
 from grainlaw.studies.design import RESERVED
 from grainlaw.studies.export import to_pandas, to_xarray, write_csv, write_parquet
-from grainlaw.studies.statistics import Listing, level
+from grainlaw.studies.statistics import By, Listing, level
 from grainlaw.studies.store import Store
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: columns that the table prints if it has them
 PRINTED = ("peak_stress", "peak_strain", "apparent_modulus", "crack_damage", "tensile_cracks", "shear_cracks")
 LINES = 40  #: rows that it prints
-
-
-class By(Mapping[str, Listing]):
-    """What is known of each quantity, by its name; found when it is asked for."""
-
-    def __init__(self, names: Sequence[str], find: Callable[[str], Listing]) -> None:
-        self._names, self._find = list(names), find
-
-    def __getitem__(self, name: str) -> Listing:
-        if name not in self._names:
-            raise ParameterError(f"there is no column '{name}'{nearest(name, self._names)}")
-        return self._find(name)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
 
 
 class Table:
@@ -112,13 +97,20 @@ class Table:
         if len(found) != 1:
             given = ", ".join(f"{name} = {short(level)}" for name, level in factors.items())
             raise ParameterError(f"Table.result: {len(found)} cases have {given or 'any levels'}, there must be one")
+        return self.run(found[0])
+
+    def run(self, number: int) -> Result:
+        """The test of one row, without frames. Raises ParameterError where there is none, as for many that failed."""
         try:
-            return from_bytes(self.store.run_of(self.cases[found[0]]), f"{self.store.path}: the run")
+            return from_bytes(self.store.run_of(self.cases[number]), f"{self.store.path}: the run")
         except KeyError:
-            row = self.rows[found[0]]
-            raise ParameterError(
-                f"Table.result: there is no run of this case: {row['status']}, {row['reason']}"
-            ) from None
+            row = self.rows[number]
+            which, why = _label(self.factors, row), f"{row['status']}, {row['reason']}"
+            raise ParameterError(f"Table: the case {which} has no run: {why}") from None
+
+    def is_finished(self, number: int) -> bool:
+        """Whether the test of a row came to its end."""
+        return bool(self.rows[number]["status"] == FINISHED)
 
     # --- what follows ------------------------------------------------------------------------------------------------
 
@@ -167,6 +159,79 @@ class Table:
                 )
         if len(set(names)) < len(names):
             raise ParameterError(f"Table.{where}: {', '.join(names)} are not allowed, each factor only once")
+
+    # --- pictures ----------------------------------------------------------------------------------------------------
+
+    @checked
+    def plot(
+        self, column: str, by: str | Sequence[str] = (), over: str | Sequence[str] = "seed", ax: Axes | None = None
+    ) -> Figure:
+        """A strip of points for each group of cases with equal levels of ``by``, with mean and 95 % interval.
+
+        Groups are by all factors but those ``over``, unless ``by`` names others. Raises ParameterError.
+        """
+        from grainlaw.studies.figures import plot_strip
+
+        over = several(over)
+        self._check_factors("plot", *over)
+        by = several(by) or tuple(groups.rest(self, *over))
+        self._check_factors("plot", *by)
+        return plot_strip(self, self._quantity("plot", column), by, over, ax)
+
+    @checked
+    def plot_paired(
+        self, column: str, factor: str, over: str | Sequence[str] = "seed", ax: Axes | None = None
+    ) -> Figure:
+        """Lines that join the pairs of :meth:`paired`, with mean differences and intervals. Raises ParameterError."""
+        from grainlaw.studies.figures import plot_paired
+
+        over = several(over)
+        self._check_factors("plot_paired", factor, *over)
+        return plot_paired(self, self._quantity("plot_paired", column), factor, over, ax)
+
+    @checked
+    def plot_curves(
+        self, by: str | Sequence[str] = (), y: str = STRESS, x: str = STRAIN, ax: Axes | None = None
+    ) -> Figure:
+        """Curves of the stored runs of each group, their median and the band of 10 to 90 %.
+
+        They end where half of the runs have; one that has ended counts with its last value. Raises ParameterError.
+        """
+        from grainlaw.studies.figures import plot_curves
+
+        by = several(by)
+        self._check_factors("plot_curves", *by)
+        return plot_curves(self, by, y, x, ax)
+
+    @checked
+    def plot_cracks(
+        self, cases: Sequence[Mapping[str, Any]] | None = None, columns: int | None = None,
+        over: str | Sequence[str] = "seed", ax: Sequence[Axes] | None = None,
+    ) -> Figure:  # fmt: skip
+        """Crack patterns side by side at one scale: of ``cases``, by their levels, or of the first of those ``over``.
+
+        Cracks lie on the deformed specimen, its outline is that before the test. Raises ParameterError.
+        """
+        from grainlaw.studies.figures import plot_cracks
+
+        if columns is not None:
+            checked_whole_number("Table.plot_cracks: columns", columns, at_least=1)
+        if cases is None:
+            over = several(over)
+            self._check_factors("plot_cracks", *over)
+            cases = self._first_of_each(over)
+        return plot_cracks(self, cases, columns, ax)
+
+    def _first_of_each(self, over: Sequence[str]) -> list[dict[str, Any]]:
+        """Levels of the finished cases that have the first levels of the factors over that occur."""
+        finished = [k for k in range(len(self)) if self.is_finished(k)]
+        each = next(groups.groups(self, over, finished), ({}, []))[1]
+        return [{name: self.rows[k][name] for name in self.factors} for k in each]
+
+    def _quantity(self, where: str, name: str) -> str:
+        if name not in self.quantities:
+            raise ParameterError(f"Table.{where}: '{name}' is no quantity of the table{nearest(name, self.quantities)}")
+        return name
 
     # --- other forms -------------------------------------------------------------------------------------------------
 
