@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from grainlaw.arguments import short
-from grainlaw.naming import shown
+from grainlaw.naming import Shown, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.results.figures.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION
 from grainlaw.results.figures.stored_cracks import draw_stored_cracks, label_cracks, scale_bar
@@ -33,7 +33,7 @@ MOST_PER_COLUMN = 6  #: entries of a legend
 
 def plot_strip(table: Table, column: str, by: Sequence[str], over: Sequence[str], ax: Axes | None) -> Figure:
     """A point for each case, in a strip for each group; beside it the mean with its 95 % interval."""
-    look, found = shown(column), groups.means(table, column, by)
+    look, found = table.look(column), groups.means(table, column, by)
     members = [rows for _, rows in groups.groups(table, by)]
     blocks = [tuple(entry.group[name] for name in by[:-1]) for entry in found]
     places = np.cumsum([0.0] + [1.0 if one == other else 1.4 for one, other in itertools.pairwise(blocks)])
@@ -70,7 +70,7 @@ def plot_strip(table: Table, column: str, by: Sequence[str], over: Sequence[str]
 
 def plot_paired(table: Table, column: str, factor: str, over: Sequence[str], ax: Axes | None) -> Figure:
     """A line for each pair, which rises solid or falls dashed; means in black; mean differences in the title."""
-    look = shown(column)
+    look = table.look(column)
     found = groups.differences(table, column, factor, over)
     blocks = [
         (group, groups.values_by_level(table, column, factor, over, rows))
@@ -96,7 +96,7 @@ def plot_paired(table: Table, column: str, factor: str, over: Sequence[str], ax:
     axes.set_xlim(-0.5, max(left - 1, 0.5))
     axes.set_xlabel(shown(factor).heading)
     axes.margins(y=0.16)
-    axes.set_title("\n".join(_said(found, column)), fontsize=9, loc="left")
+    axes.set_title("\n".join(_said(found, look)), fontsize=9, loc="left")
     _finish(axes, look.heading)
     return figure
 
@@ -234,9 +234,8 @@ def _join(axes: Axes, at: Sequence[float], first: Mapping, second: Mapping, fact
         axes.plot(at, pairs.mean(axis=0), "D-", color=BLACK, linewidth=2.2, markersize=5, zorder=4)
 
 
-def _said(found: Sequence[Difference], column: str) -> Iterator[str]:
+def _said(found: Sequence[Difference], look: Shown) -> Iterator[str]:
     """A line for each difference, for a title."""
-    look = shown(column)
     for entry in found[:MOST_PER_COLUMN]:
         one, other = (level(entry.factor, each) for each in entry.levels)
         where = f"{_label(entry.group)}: " if entry.group else ""

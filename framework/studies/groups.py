@@ -31,6 +31,13 @@ def rest(table: Table, *factors: str) -> list[str]:
     return [name for name in table.factors if name not in factors]
 
 
+def first_of_each(table: Table, over: Sequence[str]) -> list[Group]:
+    """Levels of the finished cases that have the first levels of the factors over that occur."""
+    finished = [k for k in range(len(table)) if table.is_finished(k)]
+    rows = next(groups(table, over, finished), ({}, []))[1]
+    return [{name: table.rows[k][name] for name in table.factors} for k in rows]
+
+
 def values_by_level(
     table: Table, name: str, factor: str, over: Sequence[str], rows: Rows
 ) -> dict[Any, dict[tuple, float]]:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import binomtest, t
 
 from grainlaw.arguments import Checked, nearest
-from grainlaw.naming import aligned, shown
+from grainlaw.naming import Shown, aligned, shown
 from grainlaw.parameter import ParameterError, checked_number
 
 CONFIDENCE = 0.95
@@ -121,18 +121,20 @@ class Listing(tuple):
     """Several means, differences or interactions of one quantity; prints as a table."""
 
     name: str
+    look: Shown
 
-    def __new__(cls, name: str, entries: Sequence[Any]) -> Listing:
+    def __new__(cls, name: str, entries: Sequence[Any], look: Shown | None = None) -> Listing:
         made = super().__new__(cls, entries)
-        made.name = name
+        made.name, made.look = name, look or shown(name)
         return made
 
+    @property
+    def lines(self) -> list[list[str]]:
+        """The texts of a table, with its headings first; empty where there is nothing."""
+        return [_heading(self[0], self.look.heading), *(_row(entry, self.look) for entry in self)] if self else []
+
     def __str__(self) -> str:
-        if not self:
-            return f"there is nothing to say of {self.name}"
-        look = shown(self.name)
-        rows = [_heading(self[0], look.heading), *(_row(entry, look) for entry in self)]
-        return aligned(rows, rule=True)
+        return aligned(self.lines, rule=True) if self else f"there is nothing to say of {self.name}"
 
     __repr__ = __str__
 
@@ -164,7 +166,7 @@ def _heading(entry: Any, name: str) -> list[str]:
     return [*head, "n", name, "95 %", "deviation"]
 
 
-def _row(entry: Any, look: Any) -> list[str]:
+def _row(entry: Any, look: Shown) -> list[str]:
     value = [look.text(entry.mean), f"{look.text(entry.interval[0])} to {look.text(entry.interval[1])}"]
     head = [", ".join(level(name, value) for name, value in entry.group.items()) or "all"]
     if isinstance(entry, Difference):

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import functools
-import math
 import os
 from collections.abc import Mapping, Sequence
-from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from grainlaw.arguments import checked, nearest, short
 from grainlaw.columns import STRAIN, STRESS
-from grainlaw.naming import aligned, shown
+from grainlaw.naming import Shown, aligned, shown
 from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.archive import from_bytes
+from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
+from grainlaw.results.standard_measures import MEASURES
 from grainlaw.studies import groups
 from grainlaw.studies.case import FINISHED
 from grainlaw.studies.design import RESERVED
 from grainlaw.studies.export import to_pandas, to_xarray, write_csv, write_parquet
+from grainlaw.studies.rows import flat, is_number, label, number, several
 from grainlaw.studies.statistics import By, Listing, level
 from grainlaw.studies.store import Store
 
@@ -42,12 +43,16 @@ class Table:
     of the machine: the same cases give the same table wherever and in whatever order they ran.
     """
 
-    def __init__(self, rows: Sequence[Mapping[str, Any]], factors: Sequence[str], store: Store) -> None:
+    def __init__(
+        self, rows: Sequence[Mapping[str, Any]], factors: Sequence[str], store: Store,
+        measures: Sequence[Measure] = tuple(MEASURES.values()),
+    ) -> None:  # fmt: skip
         self.factors, self.store = tuple(factors), store
         self.cases = [str(row["case"]) for row in rows]
-        self.rows: list[dict[str, Any]] = [_flat(row) for row in rows]
+        self.rows: list[dict[str, Any]] = [flat(row) for row in rows]
         columns = dict.fromkeys(name for row in self.rows for name in row)
         self.columns = (*self.factors, *RESERVED, *(n for n in columns if n not in (*self.factors, *RESERVED)))
+        self._measures = {measure.name: measure for measure in measures}
         self._found: dict[str, np.ndarray] = {}
         self.costs: list[dict[str, float]] = [dict(row.get("cost") or {}) for row in rows]
 
@@ -64,8 +69,8 @@ class Table:
     def _column(self, name: str) -> np.ndarray:
         values = [row.get(name) for row in self.rows]
         if name in self.quantities:
-            column = np.array([_number(value) for value in values], dtype=float)
-        elif values and all(map(_is_number, values)) and None not in values:
+            column = np.array([number(value) for value in values], dtype=float)
+        elif values and all(map(is_number, values)) and None not in values:
             column = np.array(values)  # the levels of a factor
         else:
             column = np.array(values, dtype=object)
@@ -76,7 +81,17 @@ class Table:
     def quantities(self) -> list[str]:
         """Columns of numbers that are not factors."""
         names = (name for name in self.columns if name not in (*self.factors, *RESERVED))
-        return [name for name in names if all(_is_number(row.get(name)) for row in self.rows)]
+        return [name for name in names if all(is_number(row.get(name)) for row in self.rows)]
+
+    def look(self, name: str) -> Shown:
+        """How a column is shown: a measure in its own unit."""
+        measure = self._measures.get(name)
+        if measure is None:
+            return shown(name)
+        return Shown(name.replace("_", " "), "" if measure.unit == "1" else measure.unit, measure.factor)
+
+    def _listing(self, name: str, entries: Sequence[Any]) -> Listing:
+        return Listing(name, entries, self.look(name))
 
     def levels(self, factor: str) -> list[Any]:
         """The levels of a factor in the order of the cases. Raises ParameterError for a name that is no factor."""
@@ -105,7 +120,7 @@ class Table:
             return from_bytes(self.store.run_of(self.cases[number]), f"{self.store.path}: the run")
         except KeyError:
             row = self.rows[number]
-            which, why = _label(self.factors, row), f"{row['status']}, {row['reason']}"
+            which, why = label(self.factors, row), f"{row['status']}, {row['reason']}"
             raise ParameterError(f"Table: the case {which} has no run: {why}") from None
 
     def is_finished(self, number: int) -> bool:
@@ -121,7 +136,7 @@ class Table:
         ``table.means("law")["peak_stress"]``. Raises ParameterError for a name that is no factor.
         """
         self._check_factors("means", *by)
-        return By(self.quantities, lambda name: Listing(name, groups.means(self, name, by)))
+        return By(self.quantities, lambda name: self._listing(name, groups.means(self, name, by)))
 
     @checked
     def paired(self, factor: str, over: str | Sequence[str] = "seed") -> By:
@@ -133,7 +148,7 @@ class Table:
         """
         names = several(over)
         self._check_factors("paired", factor, *names)
-        return By(self.quantities, lambda name: Listing(name, groups.differences(self, name, factor, names)))
+        return By(self.quantities, lambda name: self._listing(name, groups.differences(self, name, factor, names)))
 
     @checked
     def interaction(self, first: str, second: str, over: str | Sequence[str] = "seed") -> By:
@@ -143,7 +158,9 @@ class Table:
         """
         names = several(over)
         self._check_factors("interaction", first, second, *names)
-        return By(self.quantities, lambda name: Listing(name, groups.interactions(self, name, first, second, names)))
+        return By(
+            self.quantities, lambda name: self._listing(name, groups.interactions(self, name, first, second, names))
+        )
 
     def _check(self, *names: str) -> None:
         for name in names:
@@ -219,18 +236,12 @@ class Table:
         if cases is None:
             over = several(over)
             self._check_factors("plot_cracks", *over)
-            cases = self._first_of_each(over)
+            cases = groups.first_of_each(self, over)
         return plot_cracks(self, cases, columns, ax)
-
-    def _first_of_each(self, over: Sequence[str]) -> list[dict[str, Any]]:
-        """Levels of the finished cases that have the first levels of the factors over that occur."""
-        finished = [k for k in range(len(self)) if self.is_finished(k)]
-        each = next(groups.groups(self, over, finished), ({}, []))[1]
-        return [{name: self.rows[k][name] for name in self.factors} for k in each]
 
     def _quantity(self, where: str, name: str) -> str:
         if name not in self.quantities:
-            raise ParameterError(f"Table.{where}: '{name}' is no quantity of the table{nearest(name, self.quantities)}")
+            raise ParameterError(f"Table.{where}: there is no quantity '{name}'{nearest(name, self.quantities)}")
         return name
 
     # --- other forms -------------------------------------------------------------------------------------------------
@@ -251,43 +262,31 @@ class Table:
         """Write the rows for other programs. Raises ParameterError without pandas and pyarrow, OSError."""
         write_parquet(self, file)
 
+    @checked
+    def write_report(
+        self, file: str | os.PathLike[str], title: str = "", over: str | Sequence[str] | None = None
+    ) -> None:
+        """Write a page of HTML: factors, means, pairs, pictures, failures, cost and versions.
+
+        Cases are samples of their groups ``over`` these factors; "seed", if there is one. Raises OSError.
+        """
+        from grainlaw.studies.report import write_report
+
+        over = several(over if over is not None else "seed" if "seed" in self.factors else ())
+        self._check_factors("write_report", *over)
+        write_report(self, file, title, over)
+
     def __str__(self) -> str:
         names = [*self.factors, "status", *(name for name in PRINTED if name in self.columns)]
-        rows = [[shown(name).heading for name in names]]
+        rows = [[self.look(name).heading for name in names]]
         rows += [[self._text(name, row.get(name)) for name in names] for row in self.rows[:LINES]]
         more = f"\n... and {len(self) - LINES} more" if len(self) > LINES else ""
         reasons = "".join(
-            f"\n{_label(self.factors, row)}: {row['status']}, {row['reason']}" for row in self.failed[:LINES]
+            f"\n{label(self.factors, row)}: {row['status']}, {row['reason']}" for row in self.failed[:LINES]
         )
         return aligned(rows, rule=True) + more + reasons
 
     __repr__ = __str__
 
     def _text(self, name: str, value: Any) -> str:
-        return level(name, value) if name in self.factors else shown(name).text(value)
-
-
-def several(names: str | Sequence[str]) -> tuple[str, ...]:
-    """One name or several, as several."""
-    return (names,) if isinstance(names, str) else tuple(names)
-
-
-def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Without what a test that failed had measured by then: it is not what the others measured at their end."""
-    flat = {**row["factors"], "status": row["status"], "reason": row.get("reason", "")}
-    for part in ("summary", "measures") if row["status"] == FINISHED else ():
-        for name, value in (row.get(part) or {}).items():
-            flat.setdefault(name, value)
-    return flat
-
-
-def _is_number(value: Any) -> bool:
-    return value is None or (isinstance(value, Real) and not isinstance(value, bool))
-
-
-def _number(value: Any) -> float:
-    return math.nan if value is None else float(value)
-
-
-def _label(factors: Sequence[str], row: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} = {level(name, row[name])}" for name in factors)
+        return level(name, value) if name in self.factors else self.look(name).text(value)
