@@ -144,7 +144,7 @@ def latin_hypercube(count: int, /, *, seed: int = 0, **ranges: Any) -> list[dict
     ``latin_hypercube(50, strength=(5 * MPa, 20 * MPa), energy=(50, 300))``; the same seed gives the same points.
     (McKay, Beckman and Conover 1979, doi:10.1080/00401706.1979.10489755.) Raises ParameterError.
     """
-    return _points("latin_hypercube", count, ranges, lambda d: qmc.LatinHypercube(d, rng=seed).random(count))
+    return _points("latin_hypercube", count, seed, ranges, lambda d: qmc.LatinHypercube(d, rng=seed).random(count))
 
 
 @checked
@@ -158,13 +158,14 @@ def sobol(count: int, /, *, seed: int = 0, **ranges: Any) -> list[dict[str, floa
         drawn: np.ndarray = qmc.Sobol(dimension, rng=seed).random_base2(math.ceil(math.log2(count)))[:count]
         return drawn
 
-    return _points("sobol", count, ranges, points)
+    return _points("sobol", count, seed, ranges, points)
 
 
 def _points(
-    name: str, count: int, ranges: Mapping[str, Any], points: Callable[[int], np.ndarray]
+    name: str, count: int, seed: int, ranges: Mapping[str, Any], points: Callable[[int], np.ndarray]
 ) -> list[dict[str, float]]:
     checked_whole_number(f"{name}: count", count, at_least=1)
+    checked_whole_number(f"{name}: seed", seed, at_least=0)
     if not ranges:
         raise ParameterError(f"{name}: there is no range; give at least one, as {name}(50, strength=(5, 20))")
     ends = []
