@@ -49,6 +49,7 @@ class Table:
     ) -> None:  # fmt: skip
         self.factors, self.store = tuple(factors), store
         self.cases = [str(row["case"]) for row in rows]
+        self.stored = [str(row.get("run") or "") for row in rows]  #: keys of the runs, empty where there is none
         self.rows: list[dict[str, Any]] = [flat(row) for row in rows]
         columns = dict.fromkeys(name for row in self.rows for name in row)
         self.columns = (*self.factors, *RESERVED, *(n for n in columns if n not in (*self.factors, *RESERVED)))
@@ -122,6 +123,10 @@ class Table:
             row = self.rows[number]
             which, why = label(self.factors, row), f"{row['status']}, {row['reason']}"
             raise ParameterError(f"Table: the case {which} has no run: {why}") from None
+
+    def has_run(self, number: int) -> bool:
+        """Whether the test of a row is stored."""
+        return bool(self.stored[number])
 
     def is_finished(self, number: int) -> bool:
         """Whether the test of a row came to its end."""
