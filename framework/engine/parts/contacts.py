@@ -256,6 +256,7 @@ class Contacts(Part):
         compliance = np.array([1 / np.mean(group.law.stiffness[1]) for group in self.groups], dtype=float)
         return no_contacts(count, table_of(self.groups, bonding=False))._replace(
             memory=np.zeros((depth, count)), virgin=virgin, compliance=compliance, skin=self._skin,
+            damping=0.0 if self.detection is None else float(self.detection.damping),
         )  # fmt: skip
 
     def key(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
