@@ -2,8 +2,8 @@
 
     python docs/examples/compare_laws.py [--quick] [--out FOLDER]
 
-All laws have the same stiffness, strength and, where they have any, fracture energies. 755 grains, seeds 1, 2, 3: a
-quarter of an hour on two cores; --quick: 120 grains, one seed, less than a minute. Prints a table; writes laws.png and
+All laws have the same stiffness, strength and, where they have any, fracture energies. 755 grains, seeds 1, 2, 3:
+some minutes on two cores; --quick: 120 grains, one seed, less than a minute. Prints a table; writes laws.png and
 laws.json.
 """
 

@@ -1,6 +1,6 @@
 """Tables of results in the documents: made by the studies of this folder, and held to by a slow test.
 
-    python tests/validation/NAME_study.py [--only PART OF A NAME] [--write | --check]
+    python tests/validation/NAME_study.py [--only NAMES] [--write | --check]
 
 prints the tables of a study. ``--write`` puts them into their pages, between the marks that name them, and its figures
 into docs/images; ``--check`` makes some rows anew and says where a page has something else.
@@ -109,14 +109,14 @@ def main(tables: Sequence[Table], figures: Mapping[str, Callable[[Path], object]
     if ROUNDING.items() - os.environ.items():
         sys.exit(subprocess.run(sys.orig_argv, env=os.environ | ROUNDING).returncode)
     parser = argparse.ArgumentParser()
-    parser.add_argument("--only", default="", help="tables and figures whose name has this")
+    parser.add_argument("--only", default="", help="pattern in the names of tables and figures")
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--write", action="store_true")
     group.add_argument("--check", action="store_true")
     options = parser.parse_args()
     wrong = []
     for table in tables:
-        if options.only not in table.name:
+        if not re.search(options.only, table.name):
             continue
         names = (options.check and table.checked) or table.rows
         print(f"\n{table.name}\n", *table.head, sep="\n", flush=True)
@@ -130,7 +130,7 @@ def main(tables: Sequence[Table], figures: Mapping[str, Callable[[Path], object]
             wrong += [f"{table.page.name}, table {table.name}: {one}" for one in table.differences(made)]
     if options.write:
         for name, figure in (figures or {}).items():
-            if options.only in name:
+            if re.search(options.only, name):
                 figure(DOCS / "images" / f"{name}.png")
     if wrong:
         sys.exit("\n".join(["", *wrong, "", f"to make the tables anew: python {sys.argv[0]} --write"]))
