@@ -11,14 +11,14 @@ from functools import cache, partial
 import attrs
 import numpy as np
 from matplotlib.figure import Figure
-from paper_sample import SEEDS, sample, summaries
-from study_tables import DOCS, Table, each, main
+from paper_sample import sample
+from study_tables import DOCS, Table, main
 
 import grainlaw as gl
 from grainlaw.cli.table1 import LAWS
 from grainlaw.laws import PrePeak
+from grainlaw.loading import AccuracyError
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.runs.parallel import Run
 from grainlaw.units import MPa
 
 CRACK = LAWS["cohesive-crack"]
@@ -66,16 +66,15 @@ def hold(name):
 
 def load(name, damping):
     test = UniaxialCompression(integrator=gl.CentralDifference(damping=DAMPINGS[damping]))
-    by_seed = summaries({seed: Run(sample(seed), HELD[name], test) for seed in SEEDS})
-    found = [by_seed[seed] for seed in SEEDS]
-    peaks = [one["peak_stress"] / MPa for one in found]
-    worst = {key: max(one[key] for one in found) for key in ("kinetic_ratio", "platen_imbalance", "energy_made")}
+    try:
+        one = gl.simulate(sample(1), HELD[name], test, frames=1).summary
+    except AccuracyError:
+        return ("not in balance", "", "", "")
     return (
-        each(peaks, ".1f"),
-        f"{np.mean(peaks):.1f}",
-        f"{worst['kinetic_ratio']:.0e}",
-        f"{worst['platen_imbalance'] * 100:.1f} %",
-        f"{worst['energy_made']:.0e}",
+        f"{one['peak_stress'] / MPa:.1f}",
+        f"{one['kinetic_ratio']:.0e}",
+        f"{one['platen_imbalance'] * 100:.1f} %",
+        f"{one['energy_made']:.0e}",
     )
 
 
@@ -104,7 +103,7 @@ TABLES = [
     Table(
         page=DOCS / "flutter.md",
         name="flutter: strength",
-        columns=("law, damping", "peak (MPa)", "mean", "kinetic ratio", "imbalance", "energy made"),
+        columns=("law, damping", "peak (MPa)", "kinetic ratio", "imbalance", "energy made"),
         rows={f"{name}, {damping}": partial(load, name, damping) for name in LOADED for damping in DAMPINGS},
         checked=("Mohr-Coulomb, mass 1e5 1/s",),
     ),

@@ -23,7 +23,7 @@ MOHR_COULOMB, CRACK = LAWS["mohr-coulomb"], LAWS["cohesive-crack"]
 PLAIN = gl.CentralDifference(beside_loading=False)
 #: test, seed, what it is given, speed and ramp at which it was loaded before
 TESTS = [
-    *(("uniaxial-compression", seed, {}, (0.05, 0.0)) for seed in (1, 2, 3)),
+    ("uniaxial-compression", 1, {}, (0.05, 0.0)),
     ("uniaxial-tension", 1, {}, (0.005, 0.0)),
     ("biaxial-compression", 1, {"confinement": "10 MPa"}, (0.05, 0.0)),
     ("brazilian", 1, {}, (0.02, 2e-4)),

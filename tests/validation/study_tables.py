@@ -23,6 +23,7 @@ from pathlib import Path
 
 import attrs
 import numpy as np
+from PIL import Image
 
 DOCS = Path(__file__).parents[2] / "docs"
 ROUNDING = {"GRAINLAW_PORTABLE": "1", "OPENBLAS_CORETYPE": "Haswell"}
@@ -131,6 +132,11 @@ def main(tables: Sequence[Table], figures: Mapping[str, Callable[[Path], object]
     if options.write:
         for name, figure in (figures or {}).items():
             if re.search(options.only, name):
-                figure(DOCS / "images" / f"{name}.png")
+                file = DOCS / "images" / f"{name}.png"
+                figure(file)
+                smaller = (
+                    Image.open(file).convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+                )
+                smaller.save(file, optimize=True)
     if wrong:
         sys.exit("\n".join(["", *wrong, "", f"to make the tables anew: python {sys.argv[0]} --write"]))
