@@ -36,7 +36,7 @@ TABLES = [
         name=name,
         columns=("law", *HEADINGS),
         rows={law: partial(row, law) for law in laws},
-        firm=("E* (GPa)",),
+        firm=("peak (MPa)", "E* (GPa)"),
         checked=(checked,),
     )
     for name, laws, checked in (
