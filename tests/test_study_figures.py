@@ -20,6 +20,7 @@ from grainlaw.results.archive import to_bytes
 from grainlaw.results.figures.palette import COLORS
 from grainlaw.results.figures.stored_cracks import scale_bar
 from grainlaw.studies.figures import BAND, MOST_PATTERNS, on_common_grid
+from grainlaw.units import mm
 
 LAWS, SIZES, SEEDS = ("Mohr-Coulomb", "cohesive crack"), (10e6, 13e6), range(4)
 
@@ -158,6 +159,17 @@ def test_crack_patterns_have_one_scale(table, run):
     assert figure.get_suptitle() == "seed 0"
 
 
+def test_specimens_of_two_sizes_have_one_scale(run, tmp_path):
+    low = gl.simulate(small_sample(12, height=20 * mm), BRITTLE, attrs.evolve(PULL, samples=10))
+    runs = [to_bytes(each, frames=False) for each in (run, low)]
+    table = table_of([row({"height": h}, {"peak_stress": 1.0}) for h in (40 * mm, 20 * mm)], tmp_path / "s", runs)
+    figure = table.plot_cracks(over=(), cases=[{"height": 40 * mm}, {"height": 20 * mm}])
+    figure.draw_without_rendering()
+    scales = [(a.transData.transform((10, 10)) - a.transData.transform((0, 0))).tolist() for a in figure.axes]
+    assert scales[0] == pytest.approx(scales[1])
+    assert scales[0][0] == pytest.approx(scales[0][1])
+
+
 @pytest.mark.parametrize(("width", "length"), [(0.05, 10), (0.02, 5), (0.1, 20), (0.0031, 1)])
 def test_a_scale_bar_is_round_and_as_long_as_it_says(width, length):
     axes = Figure().subplots()
@@ -232,14 +244,17 @@ def test_the_report_holds_what_the_table_says(table, tmp_path):
 
 def test_a_report_of_points_without_seeds(tmp_path):
     """As many groups as cases: means are those of all, and there are no pairs; rows without runs have no pictures."""
-    rows = [row({"strength": 1e6 * k, "energy": 3.0 * k}, {"peak_stress": 2e6 * k}) for k in range(1, 40)]
-    table = table_of(rows, tmp_path / "s")
+    points = [{"strength": 1e6 * k, "energy": 3.0 * k} for k in range(1, 40)]
+    table = table_of([row(point, {"peak_stress": 2 * point["strength"]}) for point in points], tmp_path / "s")
     table.write_report(tmp_path / "r.html")
     page = Page(tmp_path / "r.html")
     assert page.rows["strength (MPa)"] == [["1 to 39", "39 levels"]]
     assert page.rows["all"][0][:2] == ["39", "40.00"]
     assert "Paired" not in page.text
     assert len(page.images) == 1
+    named = [row({"law": law, **point}, {"peak_stress": 1e6}) for law in LAWS for point in points]
+    table_of(named, tmp_path / "t").write_report(tmp_path / "r.html")
+    assert Page(tmp_path / "r.html").rows["cohesive crack"][0][:2] == ["39", "1.00"]  # by what has few levels
     with pytest.raises(gl.ParameterError, match="no factor 'seed'"):
         table.write_report(tmp_path / "r.html", over="seed")
 

@@ -52,7 +52,8 @@ def own_modules(*things: Any) -> set[str]:
     hasher = _Hasher()
     for thing in things:
         hasher.feed(thing, "")
-    return {name for name in hasher.own if name != "__main__" and not hasher.is_installed(name)}
+    loaded = hasher.own & set(sys.modules) - {"__main__"}  # others are code that was executed under an invented name
+    return {name for name in loaded if not hasher.is_installed(name)}
 
 
 def digest(*things: Any) -> str:
