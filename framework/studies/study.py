@@ -21,7 +21,7 @@ from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.reach import Unknown, case_key, digest, fingerprint_of, own_modules
 from grainlaw.runs.stopping import Stop, Stopped
-from grainlaw.studies.case import FINISHED, KILLED, SAME, Done, Recipe, Task, built, compiled
+from grainlaw.studies.case import FINISHED, KILLED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.design import Design, check_signature, factorial, listed
 from grainlaw.studies.progress import Watcher
 from grainlaw.studies.store import Store
@@ -50,9 +50,9 @@ class Study(metaclass=Checked):
     """Cases made by a function of factors, all with the same measures.
 
     ``case`` is any function that takes the factors by name and returns a :class:`~grainlaw.runs.parallel.Run`. Each
-    factor has a list of levels, numbers or texts, or a mapping of names to levels of any kind; the cases are all
-    combinations. ``cases`` is a list of mappings, or a DataFrame, instead (:func:`latin_hypercube`, :func:`sobol`),
-    each with all combinations of the factors that are given beside it.
+    factor has a list of levels, numbers or texts, or a mapping of names or numbers to levels of any kind; the cases
+    are all combinations. ``cases`` is a list of mappings, or a DataFrame, instead (:func:`latin_hypercube`,
+    :func:`sobol`), each with all combinations of the factors that are given beside it.
 
     ``measures`` are those of the laboratory. Raises :class:`ParameterError` for factors that the function does not
     take.
@@ -113,7 +113,7 @@ class Study(metaclass=Checked):
         return self._table(store)
 
     def _carry(self, missing: list[Task], store: Store, on: Any, count: int, quiet: bool, stop: Stop) -> None:
-        recipe = packed(Recipe(self.case, self.measures))
+        recipe = packed(self._recipe)
         with workers(on, count) as by, Watcher(missing, by, quiet) as watcher:
 
             def accept(task: Task, done: Done) -> None:
@@ -140,7 +140,7 @@ class Study(metaclass=Checked):
                     continue
                 tried.add(task.case)
                 try:
-                    run = built(self.case, task.given)
+                    run = self._recipe.run(task.factors)
                     if compile_too and (kind := _kind(run)) not in laws:
                         compiled(run)
                         laws.add(kind)
@@ -188,6 +188,10 @@ class Study(metaclass=Checked):
     # --- keys --------------------------------------------------------------------------------------------------------
 
     @property
+    def _recipe(self) -> Recipe:
+        return Recipe(self.case, self.measures, self.design.named)
+
+    @property
     def _measured(self) -> str:
         return digest(*(type(measure) for measure in self.measures), *self.measures)
 
@@ -195,20 +199,19 @@ class Study(metaclass=Checked):
         """All cases in their order, with their keys."""
         try:
             code = digest(fingerprint_of(self.case), self._measured)
-            levels = {
-                name: {recorded: digest(level) for recorded, level in each.items() if level is not recorded}
-                for name, each in self.design.levels.items()
+            named = {
+                name: {recorded: digest(level) for recorded, level in each.items()}
+                for name, each in self.design.named.items()
             }
         except Unknown as error:
             raise ParameterError(
                 f"Study: what {getattr(self.case, '__name__', 'case')} depends on cannot be told: {error}; read files "
                 "before, and give what they hold as levels"
             ) from None
-        named = {name: each for name, each in levels.items() if each}
         for factors in self.design:
             of = {name: each[factors[name]] for name, each in named.items() if factors[name] in each}
             key = case_key(code, {"factors": factors, "levels": of})
-            yield Task(key, factors, self.design.given(factors))
+            yield Task(key, factors)
 
     def _about(self) -> dict[str, Any]:
         return {"grainlaw": sys.modules["grainlaw"].__version__, "factors": list(self.design.names)}
@@ -238,7 +241,9 @@ def _kind(run: Run) -> str:
 
 def packed(recipe: Recipe) -> bytes:
     """A recipe for other processes, with the modules of the user's own in it: workers need not find their files."""
-    modules = [sys.modules[name] for name in own_modules(recipe.case, *recipe.measures) if name in sys.modules]
+    modules = [
+        sys.modules[name] for name in own_modules(recipe.case, *recipe.measures, recipe.levels) if name in sys.modules
+    ]
     for module in modules:
         cloudpickle.register_pickle_by_value(module)
     try:
