@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import os
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -79,13 +78,19 @@ def from_bytes(content: bytes, where: str = "the content") -> Result:
     """The result of :func:`to_bytes`. Raises :class:`ParameterError`, which begins with ``where``."""
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
-        about = json.loads(str(arrays["about"]))
-        written = about["format"]
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+            about = json.loads(str(stored["about"]))
+            written = about["format"]
+            arrays = {name: stored[name] for name in stored.files} if written == FORMAT else {}
+        if written != FORMAT:
+            raise ParameterError(f"it has the format {written}; this version of grainlaw reads {FORMAT}")
+        return _result(arrays, about)
+    except ParameterError as error:
+        raise ParameterError(f"{where} cannot be read: {error}") from None
+    except Exception as error:  # zipfile, zlib, numpy and json have each their own errors for a damaged file
         raise ParameterError(f"{where} is no result that can be read: {error}") from None
-    if written != FORMAT:
-        raise ParameterError(f"{where} has the format {written}; this version of grainlaw reads {FORMAT}")
+
+
+def _result(arrays: Arrays, about: Mapping[str, Any]) -> Result:
     frames: dict[int, Arrays] = {}
     for name, row in _below("frames", arrays).items():
         number, _, rest = name.partition("/")
@@ -115,7 +120,7 @@ def load(file: str | os.PathLike[str]) -> Result:
 
 def _plain(value: Any) -> Any:
     """What a summary of the user's own may hold beside numbers."""
-    return value.tolist() if isinstance(value, np.ndarray) else str(value)
+    return without_nan(value.tolist()) if isinstance(value, (np.ndarray, np.generic)) else str(value)
 
 
 def _below(place: str, arrays: Mapping[str, np.ndarray]) -> Arrays:

@@ -91,18 +91,18 @@ class Laboratory(metaclass=Checked):
     @cached_property
     def energy_lost(self) -> np.ndarray:
         """(2, p) J/m that each contact point has lost in opening and in slip, at the last frame."""
-        bonds = self.result.frames[-1].bonds
+        bonds = self.result.frame("Laboratory.energy_lost", -1).bonds
         return np.array([self.half_lengths * bonds[name] for name in ("lost_opening", "lost_slip")])
 
     @cached_property
     def broken(self) -> np.ndarray:
         """(p,) whether each contact point has broken, at the last frame."""
-        return ~np.isnan(self.result.frames[-1].bonds["broken_time"])
+        return ~np.isnan(self.result.frame("Laboratory.broken", -1).bonds["broken_time"])
 
     @cached_property
     def tensile(self) -> np.ndarray:
         """(p,) whether the mode of each contact point is tension, at the last frame."""
-        return self.result.frames[-1].bonds["mode"] < 0.5
+        return self.result.frame("Laboratory.tensile", -1).bonds["mode"] < 0.5
 
     def value(self, name: str) -> float:
         """One measure in SI, by its name: one of this laboratory or a standard one. Raises ParameterError."""

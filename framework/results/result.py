@@ -13,7 +13,7 @@ import numpy as np
 from grainlaw.arguments import Checked, nearest
 from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy
 from grainlaw.mesh import Mesh
-from grainlaw.parameter import checked_whole_number
+from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.specimen import Specimen
 
 if TYPE_CHECKING:
@@ -102,6 +102,10 @@ class Result(metaclass=Checked):
     def frame(self, where: str, number: int) -> Frame:
         """One of the frames, counted from the end if negative. Raises ParameterError, which begins with ``where``."""
         count = len(self.frames)
+        if not count:
+            raise ParameterError(
+                f"{where} needs frames, and this result has none: it was saved without them, as by a study"
+            )
         return self.frames[checked_whole_number(f"{where}: frame", number, at_least=-count, at_most=count - 1)]
 
     @property
@@ -139,6 +143,7 @@ class Result(metaclass=Checked):
         """Write ``grains.pvd`` and ``cracks.pvd`` with their .vtu series. Raises OSError where it cannot."""
         from grainlaw.results.vtk import VtkSeries
 
+        self.frame("write_vtk", -1)
         series = VtkSeries(folder, self.specimen, self.interfaces)
         for frame in self.frames:
             series.write(frame)

@@ -105,6 +105,7 @@ def thresholds() -> list[Standard]:
 
 def stress_at_damage(laboratory: Laboratory, share: float = 0.01) -> float:
     """Pa, when a share of the points damaged at the peak were damaged; as coarse as the frames."""
+    laboratory.result.frame("a measure of damage", -1)
     frames = laboratory.result.frames
     damaged = np.array([np.count_nonzero(frame.bonds["damage"] > 0) for frame in frames])
     return stress_at_share(laboratory.result.curves, np.array([frame.time for frame in frames]), damaged, share)

@@ -10,7 +10,6 @@ import functools
 import hashlib
 import importlib
 import importlib.metadata
-import json
 import os
 import sys
 import types
@@ -28,7 +27,8 @@ from grainlaw.compiler.origin import VERSIONS, home, is_standard
 
 #: names by which code reaches files, the clock, the environment or the user: its answer may change without it
 OUTSIDE = frozenset((
-    "open", "input", "exec", "eval", "__import__", "environ", "getenv", "argv", "stdin", "now", "today", "time_ns",
+    "open", "input", "exists", "listdir", "scandir", "glob", "stat",
+    "exec", "eval", "__import__", "environ", "getenv", "argv", "stdin", "now", "today", "time_ns",
     "perf_counter", "monotonic", "load", "loadtxt", "genfromtxt", "fromfile", "memmap", "imread", "read", "read_text",
     "read_bytes", "read_csv", "read_excel", "read_parquet", "import_module", "urandom", "uuid4", "token_bytes",
 ))  # fmt: skip
@@ -266,9 +266,3 @@ def _made_by_attrs(file: str) -> bool:
 def _closure(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         yield name, cell.cell_contents
-
-
-def case_key(fingerprint: str, factors: Mapping[str, Any]) -> str:
-    """Hex digest of a case: the function that makes it, by its fingerprint, and the factors, by what is recorded."""
-    text = json.dumps([fingerprint, factors], sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()

@@ -16,6 +16,7 @@ from grainlaw.arguments import checked, nearest, short
 from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
 
 Factors = dict[str, Any]  #: name and level, as it is recorded
+RESERVED = ("status", "reason")  #: columns of every table
 PLAIN = (bool, int, float, str, type(None))
 
 
@@ -82,13 +83,15 @@ def listed(cases: Any, factors: Mapping[str, Any]) -> Design:
 
 
 def _identity(factors: Factors) -> tuple:
-    return tuple((name, type(level).__name__, level) for name, level in sorted(factors.items()))
+    return tuple(sorted(factors.items(), key=lambda item: item[0]))
 
 
 def _levels(name: str, given: Any) -> dict[Any, Any]:
     """What is recorded of each level, and the level."""
     if isinstance(given, Mapping):
         levels = {_label(name, label): level for label, level in given.items()}
+        if len(levels) < len(given):
+            raise ParameterError(f"Study: {name} = {short(list(given))} is not allowed, two levels have the same name")
     elif isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
         raise ParameterError(f"Study: {name} = {short(given)} is not allowed, it must be a list of levels")
     else:
@@ -122,6 +125,8 @@ def check_signature(case: Callable[..., Any], names: Sequence[str]) -> None:
     """Refuse factors that a function does not take, and one without those it needs."""
     if not callable(case):
         raise ParameterError(f"Study: case = {short(case)} is not allowed, it must be a function of the factors")
+    if taken := [name for name in names if name in RESERVED]:
+        raise ParameterError(f"Study: a factor may not be called '{taken[0]}', a column of the table has this name")
     try:
         known = inspect.signature(case).parameters.values()
     except (TypeError, ValueError):  # of a function of another language
@@ -146,7 +151,7 @@ def latin_hypercube(count: int, /, *, seed: int = 0, **ranges: Any) -> list[dict
     ``latin_hypercube(50, strength=(5 * MPa, 20 * MPa), energy=(50, 300))``; the same seed gives the same points.
     (McKay, Beckman and Conover 1979, doi:10.1080/00401706.1979.10489755.) Raises ParameterError.
     """
-    return _points("latin_hypercube", count, ranges, lambda d: qmc.LatinHypercube(d, rng=seed).random(count))
+    return _points("latin_hypercube", count, seed, ranges, lambda d: qmc.LatinHypercube(d, rng=seed).random(count))
 
 
 @checked
@@ -160,13 +165,14 @@ def sobol(count: int, /, *, seed: int = 0, **ranges: Any) -> list[dict[str, floa
         drawn: np.ndarray = qmc.Sobol(dimension, rng=seed).random_base2(math.ceil(math.log2(count)))[:count]
         return drawn
 
-    return _points("sobol", count, ranges, points)
+    return _points("sobol", count, seed, ranges, points)
 
 
 def _points(
-    name: str, count: int, ranges: Mapping[str, Any], points: Callable[[int], np.ndarray]
+    name: str, count: int, seed: int, ranges: Mapping[str, Any], points: Callable[[int], np.ndarray]
 ) -> list[dict[str, float]]:
     checked_whole_number(f"{name}: count", count, at_least=1)
+    checked_whole_number(f"{name}: seed", seed, at_least=0)
     if not ranges:
         raise ParameterError(f"{name}: there is no range; give at least one, as {name}(50, strength=(5, 20))")
     ends = []
@@ -178,4 +184,5 @@ def _points(
         low = checked_number(f"{name}: {factor}", low)
         ends.append((low, checked_number(f"{name}: {factor}", high, above=low)))
     low, high = np.array(ends).T
-    return [dict(zip(ranges, row, strict=True)) for row in (low + points(len(ends)) * (high - low)).tolist()]
+    inside = np.clip(low + points(len(ends)) * (high - low), low, high)  # rounding may lead out
+    return [dict(zip(ranges, row, strict=True)) for row in inside.tolist()]

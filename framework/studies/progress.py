@@ -12,6 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from grainlaw.runs.estimate import in_words
 from grainlaw.studies.case import FINISHED, SAME, Task
+from grainlaw.studies.cost import kind
 from grainlaw.studies.workers import Workers
 
 LINES = 8  #: workers that are shown
@@ -28,7 +29,7 @@ class Watcher:
         self.costs: dict[Any, list[float]] = {}  #: s of the cases that are done, by their kind
         self.left: dict[Any, int] = {}  #: cases that are not
         for task in tasks:
-            self.left[_kind(task.factors)] = self.left.get(_kind(task.factors), 0) + 1
+            self.left[kind(task.factors)] = self.left.get(kind(task.factors), 0) + 1
         self.count = self.failed = 0
         self.began = self.told = self.seen = time.monotonic()
         self.console = Console(stderr=True)
@@ -57,11 +58,11 @@ class Watcher:
         """A case has come back."""
         self.named.pop(task.case, None)
         self.count += 1
-        kind = _kind(task.factors)
-        self.left[kind] -= 1
+        sort = kind(task.factors)
+        self.left[sort] -= 1
         self.failed += row["status"] not in (FINISHED, SAME)
         if row.get("cost", {}).get("seconds") is not None:
-            self.costs.setdefault(kind, []).append(row["cost"]["seconds"])
+            self.costs.setdefault(sort, []).append(row["cost"]["seconds"])
         self.bar.update(self.task, completed=self.count, words=self._words())
         self._tell()
 
@@ -97,14 +98,9 @@ class Watcher:
             return 0.0
         every = [cost for costs in self.costs.values() for cost in costs]
         mean = sum(every) / len(every)
-        work = sum(n * sum(c := self.costs.get(kind, [mean])) / len(c) for kind, n in self.left.items())
+        work = sum(n * sum(c := self.costs.get(sort, [mean])) / len(c) for sort, n in self.left.items())
         at_a_time = max(sum(every) / max(time.monotonic() - self.began, 1e-9), 1e-9)
         return work / at_a_time
-
-
-def _kind(factors: Mapping[str, Any]) -> tuple:
-    """Cases that cost about the same: those that differ in numbers alone."""
-    return tuple(level for level in factors.values() if not isinstance(level, (int, float)))
 
 
 def _label(factors: Mapping[str, Any]) -> str:

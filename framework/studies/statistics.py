@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import attrs
 import numpy as np
 from scipy.stats import binomtest, t
 
-from grainlaw.arguments import Checked
-from grainlaw.naming import aligned, shown
-from grainlaw.parameter import checked_number
+from grainlaw.arguments import Checked, nearest
+from grainlaw.naming import Shown, aligned, shown
+from grainlaw.parameter import ParameterError, checked_number
 
 CONFIDENCE = 0.95
 MOST = 10_000_000  #: samples that are asked for at most
@@ -32,7 +33,8 @@ class Spread(metaclass=Checked):
     def samples_for(self, width: float) -> int:
         """Samples that an interval of this width (from end to end) would take, if they scatter as these do.
 
-        Raises :class:`ParameterError` for fewer than two samples or a width that is not positive.
+        Raises :class:`ParameterError` for fewer than two samples, a width that is not positive, or one that would take
+        more than ten million.
         """
         width = checked_number("samples_for: width", width, above=0)
         checked_number("samples_for: count of samples", self.count, at_least=2)
@@ -40,14 +42,11 @@ class Spread(metaclass=Checked):
         def is_enough(n: int) -> bool:
             return 2 * quantile(n) * self.deviation <= width * math.sqrt(n)
 
-        high = 2
-        while not is_enough(high) and high < MOST:
-            high *= 2
-        low = high // 2
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (low, middle) if is_enough(middle) else (middle, high)
-        return high if not is_enough(2) else 2
+        if not is_enough(MOST):
+            raise ParameterError(
+                f"samples_for: width = {width:g} is not allowed, it would take more than {MOST:,} samples"
+            )
+        return 2 + bisect_left(range(2, MOST), True, key=is_enough)
 
 
 @attrs.frozen
@@ -112,28 +111,50 @@ def difference(
 
 def level(factor: str, value: Any) -> str:
     """A level of a factor as people write it, in the unit of its heading."""
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return f"{value * shown(factor).factor:.6g}" if is_number else str(value)
+    look = shown(factor)
+    if isinstance(value, (bool, str)) or (isinstance(value, int) and look.factor == 1):
+        return str(value)  # all digits of a seed
+    return f"{value * look.factor:.6g}" if isinstance(value, (int, float)) else str(value)
 
 
 class Listing(tuple):
     """Several means, differences or interactions of one quantity; prints as a table."""
 
     name: str
+    look: Shown
 
-    def __new__(cls, name: str, entries: Sequence[Any]) -> Listing:
+    def __new__(cls, name: str, entries: Sequence[Any], look: Shown | None = None) -> Listing:
         made = super().__new__(cls, entries)
-        made.name = name
+        made.name, made.look = name, look or shown(name)
         return made
 
+    @property
+    def lines(self) -> list[list[str]]:
+        """The texts of a table, with its headings first; empty where there is nothing."""
+        return [_heading(self[0], self.look.heading), *(_row(entry, self.look) for entry in self)] if self else []
+
     def __str__(self) -> str:
-        if not self:
-            return f"there is nothing to say of {self.name}"
-        look = shown(self.name)
-        rows = [_heading(self[0], look.heading), *(_row(entry, look) for entry in self)]
-        return aligned(rows, rule=True)
+        return aligned(self.lines, rule=True) if self else f"there is nothing to say of {self.name}"
 
     __repr__ = __str__
+
+
+class By(Mapping[str, Listing]):
+    """What is known of each quantity, by its name; found when it is asked for."""
+
+    def __init__(self, names: Sequence[str], find: Callable[[str], Listing]) -> None:
+        self._names, self._find = list(names), find
+
+    def __getitem__(self, name: str) -> Listing:
+        if name not in self._names:
+            raise ParameterError(f"there is no column '{name}'{nearest(name, self._names)}")
+        return self._find(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
 
 
 def _heading(entry: Any, name: str) -> list[str]:
@@ -145,7 +166,7 @@ def _heading(entry: Any, name: str) -> list[str]:
     return [*head, "n", name, "95 %", "deviation"]
 
 
-def _row(entry: Any, look: Any) -> list[str]:
+def _row(entry: Any, look: Shown) -> list[str]:
     value = [look.text(entry.mean), f"{look.text(entry.interval[0])} to {look.text(entry.interval[1])}"]
     head = [", ".join(level(name, value) for name, value in entry.group.items()) or "all"]
     if isinstance(entry, Difference):

@@ -94,6 +94,11 @@ class Store:
         entry = self.entries.get(bytes.fromhex(case))
         return entry is not None and entry.status != KILLED
 
+    def status(self, case: str) -> str:
+        """How a case ended, empty where it is not there."""
+        entry = self.entries.get(bytes.fromhex(case))
+        return "" if entry is None else entry.status or str(self.row(case)["status"])
+
     def cases(self) -> Iterator[str]:
         """The keys of all cases."""
         return (case.hex() for case in list(self.entries))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -19,10 +21,11 @@ from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.parallel import Run
-from grainlaw.runs.reach import Unknown, case_key, digest, fingerprint_of, own_modules
+from grainlaw.runs.reach import Unknown, digest, fingerprint_of, own_modules
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, KILLED, SAME, Done, Recipe, Task, compiled
-from grainlaw.studies.design import Design, check_signature, factorial, listed
+from grainlaw.studies.cost import StudyCost, cost_of
+from grainlaw.studies.design import Design, Factors, check_signature, factorial, listed
 from grainlaw.studies.progress import Watcher
 from grainlaw.studies.store import Store
 from grainlaw.studies.table import Table
@@ -97,8 +100,8 @@ class Study(metaclass=Checked):
         count = cores() if workers is None else checked_whole_number("Study.run: workers", workers, at_least=1)
         turn = _shard(shard)
         store, stop = Store(folder, about=self._about()), stop or Stop()
-        mine = (task for k, task in enumerate(self._tasks()) if k % turn[1] == turn[0])
-        missing = [task for task in mine if task.case not in store]
+        mine = (pair for k, pair in enumerate(self._cases()) if k % turn[1] == turn[0])
+        missing = [Task(case, factors) for case, factors in mine if case not in store]
         if missing:
             self._try_levels(missing, compile_too=on is None)
             missing = self._with_known(missing, store)
@@ -152,7 +155,7 @@ class Study(metaclass=Checked):
 
     def _with_known(self, tasks: list[Task], store: Store) -> list[Task]:
         """The same, with the runs that equal factors had before the function was edited: perhaps they are the same."""
-        mine = {task.case for task in self._tasks()}
+        mine = {case for case, _ in self._cases()}
         known = {}
         for row in store.rows(case for case in store.cases() if case not in mine):
             if row and row["run"] and row["status"] != KILLED and row["measured"] == self._measured:
@@ -167,9 +170,20 @@ class Study(metaclass=Checked):
     def status(self, folder: Folder) -> Status:
         """How far the study has come in a store. Raises ParameterError for a folder that is no store."""
         store = Store(folder, make=False)
-        states = Counter(row["status"] if row else "missing" for row in store.rows(task.case for task in self._tasks()))
+        states = Counter(store.status(case) or "missing" for case, _ in self._cases())
         missing, finished = states.pop("missing", 0), states.pop(FINISHED, 0)
         return Status(len(self), finished, dict(states), missing)
+
+    def estimate(self, folder: Folder | None = None) -> StudyCost:
+        """CPU time and disk that the cases not in a store will take; without a folder, all cases.
+
+        From what finished cases of the same kind have taken, or from a probe of some steps of one case of each kind,
+        which is run nowhere else.
+        """
+        store = Store(folder, make=False) if folder is not None and Path(folder).exists() else None
+        rows = [row for row in store.rows(case for case, _ in self._cases()) if row] if store else []
+        missing = [Task(*pair) for pair in self._cases() if store is None or pair[0] not in store]
+        return cost_of(missing, rows, lambda task: self._recipe.run(task.factors))
 
     def table(self, folder: Folder) -> Table:
         """The table of the cases that a store has. Raises ParameterError for a folder that is no store."""
@@ -181,9 +195,8 @@ class Study(metaclass=Checked):
         return self._table(store).result(**factors)
 
     def _table(self, store: Store) -> Table:
-        tasks = list(self._tasks())
-        rows = [row for row in store.rows(task.case for task in tasks) if row is not None]
-        return Table(rows, self.design.names, store)
+        rows = [row for row in store.rows(case for case, _ in self._cases()) if row is not None]
+        return Table(rows, self.design.names, store, self.measures)
 
     # --- keys --------------------------------------------------------------------------------------------------------
 
@@ -195,26 +208,37 @@ class Study(metaclass=Checked):
     def _measured(self) -> str:
         return digest(*(type(measure) for measure in self.measures), *self.measures)
 
-    def _tasks(self) -> Iterator[Task]:
-        """All cases in their order, with their keys."""
+    def _cases(self) -> Iterator[tuple[str, Factors]]:
+        """All cases in their order: key and factors.
+
+        A key is the hash of the function's fingerprint and of the levels, of what is recorded and what is given.
+        """
         try:
-            code = digest(fingerprint_of(self.case), self._measured)
-            named = {
-                name: {recorded: digest(level) for recorded, level in each.items()}
-                for name, each in self.design.named.items()
+            code = hashlib.sha256(digest(fingerprint_of(self.case), self._measured).encode())
+            words = {
+                (name, recorded): _word(name, recorded, "" if level is recorded else digest(level))
+                for name, each in self.design.levels.items()
+                for recorded, level in each.items()
             }
         except Unknown as error:
             raise ParameterError(
                 f"Study: what {getattr(self.case, '__name__', 'case')} depends on cannot be told: {error}; read files "
                 "before, and give what they hold as levels"
             ) from None
+        names = sorted(self.design.names)
         for factors in self.design:
-            of = {name: each[factors[name]] for name, each in named.items() if factors[name] in each}
-            key = case_key(code, {"factors": factors, "levels": of})
-            yield Task(key, factors)
+            key = code.copy()
+            for name in names:
+                level = factors[name]
+                key.update(words.get((name, level)) or _word(name, level, ""))
+            yield key.hexdigest(), factors
 
     def _about(self) -> dict[str, Any]:
         return {"grainlaw": sys.modules["grainlaw"].__version__, "factors": list(self.design.names)}
+
+
+def _word(name: str, recorded: Any, given: str) -> bytes:
+    return json.dumps([name, recorded, given]).encode()
 
 
 def _shard(shard: tuple[int, int] | None) -> tuple[int, int]:

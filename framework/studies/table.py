@@ -2,54 +2,38 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import itertools
-import math
+import functools
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from numbers import Real
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grainlaw.arguments import nearest, short
-from grainlaw.naming import aligned, shown
-from grainlaw.parameter import ParameterError
+from grainlaw.arguments import checked, nearest, short
+from grainlaw.columns import STRAIN, STRESS
+from grainlaw.naming import Shown, aligned, shown
+from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.archive import from_bytes
-from grainlaw.results.files import write_atomically
+from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
+from grainlaw.results.standard_measures import MEASURES
+from grainlaw.studies import groups
 from grainlaw.studies.case import FINISHED
-from grainlaw.studies.statistics import Interaction, Listing, Mean, difference, level, spread
+from grainlaw.studies.design import RESERVED
+from grainlaw.studies.export import to_pandas, to_xarray, write_csv, write_parquet
+from grainlaw.studies.rows import flat, is_number, label, number, several
+from grainlaw.studies.statistics import By, Listing, level
 from grainlaw.studies.store import Store
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-STATUS = ("status", "reason")
 #: columns that the table prints if it has them
 PRINTED = ("peak_stress", "peak_strain", "apparent_modulus", "crack_damage", "tensile_cracks", "shear_cracks")
 LINES = 40  #: rows that it prints
-
-
-class By(Mapping[str, Listing]):
-    """What is known of each quantity, by its name; found when it is asked for."""
-
-    def __init__(self, names: Sequence[str], find: Callable[[str], Listing]) -> None:
-        self._names, self._find = list(names), find
-
-    def __getitem__(self, name: str) -> Listing:
-        if name not in self._names:
-            raise ParameterError(f"there is no column '{name}'{nearest(name, self._names)}")
-        return self._find(name)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
 
 
 class Table:
@@ -59,12 +43,17 @@ class Table:
     of the machine: the same cases give the same table wherever and in whatever order they ran.
     """
 
-    def __init__(self, rows: Sequence[Mapping[str, Any]], factors: Sequence[str], store: Store) -> None:
+    def __init__(
+        self, rows: Sequence[Mapping[str, Any]], factors: Sequence[str], store: Store,
+        measures: Sequence[Measure] = tuple(MEASURES.values()),
+    ) -> None:  # fmt: skip
         self.factors, self.store = tuple(factors), store
         self.cases = [str(row["case"]) for row in rows]
-        self.rows: list[dict[str, Any]] = [_flat(row) for row in rows]
+        self.rows: list[dict[str, Any]] = [flat(row) for row in rows]
         columns = dict.fromkeys(name for row in self.rows for name in row)
-        self.columns = (*self.factors, *STATUS, *(n for n in columns if n not in (*self.factors, *STATUS)))
+        self.columns = (*self.factors, *RESERVED, *(n for n in columns if n not in (*self.factors, *RESERVED)))
+        self._measures = {measure.name: measure for measure in measures}
+        self._found: dict[str, np.ndarray] = {}
         self.costs: list[dict[str, float]] = [dict(row.get("cost") or {}) for row in rows]
 
     def __len__(self) -> int:
@@ -73,21 +62,47 @@ class Table:
     def __getitem__(self, name: str) -> np.ndarray:
         """A column (k,): numbers, or texts. Raises ParameterError for a name that is not there."""
         self._check(name)
-        if name in self.quantities:
-            return np.array([_number(row.get(name)) for row in self.rows])
-        return np.array([row.get(name) for row in self.rows], dtype=object)
+        if name not in self._found:
+            self._found[name] = self._column(name)
+        return self._found[name]
 
-    @property
+    def _column(self, name: str) -> np.ndarray:
+        values = [row.get(name) for row in self.rows]
+        if name in self.quantities:
+            column = np.array([number(value) for value in values], dtype=float)
+        elif values and all(map(is_number, values)) and None not in values:
+            column = np.array(values)  # the levels of a factor
+        else:
+            column = np.array(values, dtype=object)
+        column.flags.writeable = False  # the same one is given again
+        return column
+
+    @functools.cached_property
     def quantities(self) -> list[str]:
         """Columns of numbers that are not factors."""
-        names = (name for name in self.columns if name not in (*self.factors, *STATUS))
-        return [name for name in names if all(_is_number(row.get(name)) for row in self.rows)]
+        names = (name for name in self.columns if name not in (*self.factors, *RESERVED))
+        return [name for name in names if all(is_number(row.get(name)) for row in self.rows)]
+
+    def look(self, name: str) -> Shown:
+        """How a column is shown: a measure in its own unit."""
+        measure = self._measures.get(name)
+        if measure is None:
+            return shown(name)
+        return Shown(name.replace("_", " "), "" if measure.unit == "1" else measure.unit, measure.factor)
+
+    def _listing(self, name: str, entries: Sequence[Any]) -> Listing:
+        return Listing(name, entries, self.look(name))
+
+    def levels(self, factor: str) -> list[Any]:
+        """The levels of a factor in the order of the cases. Raises ParameterError for a name that is no factor."""
+        self._check_factors("levels", factor)
+        return list(dict.fromkeys(row[factor] for row in self.rows))
 
     @property
     def failed(self) -> list[dict[str, Any]]:
         """Factors, status and reason of the cases that did not come to their end."""
         return [
-            {name: row[name] for name in (*self.factors, *STATUS)} for row in self.rows if row["status"] != FINISHED
+            {name: row[name] for name in (*self.factors, *RESERVED)} for row in self.rows if row["status"] != FINISHED
         ]
 
     def result(self, **factors: Any) -> Result:
@@ -97,29 +112,33 @@ class Table:
         if len(found) != 1:
             given = ", ".join(f"{name} = {short(level)}" for name, level in factors.items())
             raise ParameterError(f"Table.result: {len(found)} cases have {given or 'any levels'}, there must be one")
+        return self.run(found[0])
+
+    def run(self, number: int) -> Result:
+        """The test of one row, without frames. Raises ParameterError where there is none, as for many that failed."""
         try:
-            return from_bytes(self.store.run_of(self.cases[found[0]]), f"{self.store.path}: the run")
+            return from_bytes(self.store.run_of(self.cases[number]), f"{self.store.path}: the run")
         except KeyError:
-            row = self.rows[found[0]]
-            raise ParameterError(
-                f"Table.result: there is no run of this case: {row['status']}, {row['reason']}"
-            ) from None
+            row = self.rows[number]
+            which, why = label(self.factors, row), f"{row['status']}, {row['reason']}"
+            raise ParameterError(f"Table: the case {which} has no run: {why}") from None
+
+    def is_finished(self, number: int) -> bool:
+        """Whether the test of a row came to its end."""
+        return bool(self.rows[number]["status"] == FINISHED)
 
     # --- what follows ------------------------------------------------------------------------------------------------
 
+    @checked
     def means(self, *by: str) -> By:
         """Mean, deviation and 95 % interval of each quantity, of the cases with equal levels of the factors ``by``.
 
         ``table.means("law")["peak_stress"]``. Raises ParameterError for a name that is no factor.
         """
         self._check_factors("means", *by)
+        return By(self.quantities, lambda name: self._listing(name, groups.means(self, name, by)))
 
-        def find(name: str) -> Listing:
-            column = self[name]
-            return Listing(name, [Mean(**spread(column[chosen]), group=g) for g, chosen in self._groups(by)])
-
-        return By(self.quantities, find)
-
+    @checked
     def paired(self, factor: str, over: str | Sequence[str] = "seed") -> By:
         """Mean difference of each quantity between the levels of a factor, of pairs that are equal in all else.
 
@@ -127,74 +146,21 @@ class Table:
         factors there is one mean, with its 95 % interval and a sign test. Cases without a partner do not count. Raises
         ParameterError for a name that is no factor.
         """
-        over = (over,) if isinstance(over, str) else tuple(over)
-        self._check_factors("paired", factor, *over)
-        rest = [name for name in self.factors if name not in (factor, *over)]
+        names = several(over)
+        self._check_factors("paired", factor, *names)
+        return By(self.quantities, lambda name: self._listing(name, groups.differences(self, name, factor, names)))
 
-        def find(name: str) -> Listing:
-            found = []
-            for group, chosen in self._groups(rest):
-                values = self._by_level(factor, over, name, chosen)
-                for first, second in itertools.combinations(values, 2):
-                    both = [k for k in values[first] if k in values[second]]
-                    alone = len(set(values[first]) ^ set(values[second]))
-                    pairs = np.array([(values[first][k], values[second][k]) for k in both]).reshape(-1, 2)
-                    found.append(difference(group, factor, (first, second), pairs, alone))
-            return Listing(name, found)
-
-        return By(self.quantities, find)
-
+    @checked
     def interaction(self, first: str, second: str, over: str | Sequence[str] = "seed") -> By:
         """How the difference between levels of the factor ``first`` differs between levels of the factor ``second``.
 
         Of sets of four cases that are equal in all else. Raises ParameterError for a name that is no factor.
         """
-        over = (over,) if isinstance(over, str) else tuple(over)
-        self._check_factors("interaction", first, second, *over)
-        rest = [name for name in self.factors if name not in (first, second, *over)]
-
-        def find(name: str) -> Listing:
-            found = []
-            for group, chosen in self._groups(rest):
-                parts = {
-                    level: self._by_level(first, over, name, chosen & self._has(second, level))
-                    for level in self._levels(second, chosen)
-                }
-                for (c, at_c), (d, at_d) in itertools.combinations(parts.items(), 2):
-                    for a, b in itertools.combinations([each for each in at_c if each in at_d], 2):
-                        four = (at_c[a], at_c[b], at_d[a], at_d[b])
-                        whole = [k for k in four[0] if all(k in each for each in four)]
-                        change = np.array([four[3][k] - four[2][k] - four[1][k] + four[0][k] for k in whole])
-                        found.append(
-                            Interaction(
-                                **spread(change), group=group, factors=(first, second), first=(a, b), second=(c, d)
-                            )
-                        )
-            return Listing(name, found)
-
-        return By(self.quantities, find)
-
-    def _groups(self, by: Sequence[str]) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
-        """Levels of factors, and which rows (k,) have them, in the order of the rows."""
-        keys = [tuple(row[name] for name in by) for row in self.rows]
-        for key in dict.fromkeys(keys):
-            yield dict(zip(by, key, strict=True)), np.array([each == key for each in keys])
-
-    def _levels(self, factor: str, chosen: np.ndarray) -> list[Any]:
-        return list(dict.fromkeys(row[factor] for row, c in zip(self.rows, chosen, strict=True) if c))
-
-    def _has(self, factor: str, level: Any) -> np.ndarray:
-        return np.array([row[factor] == level for row in self.rows])
-
-    def _by_level(
-        self, factor: str, over: Sequence[str], name: str, chosen: np.ndarray
-    ) -> dict[Any, dict[tuple, float]]:
-        """A quantity of the chosen rows, where it is known, by the level of a factor and those of the factors over."""
-        column = self[name]
-        found: dict[Any, dict[tuple, float]] = {level: {} for level in self._levels(factor, chosen)}
-        for k in np.flatnonzero(chosen & ~np.isnan(column)).tolist():
-            found[self.rows[k][factor]][tuple(self.rows[k][n] for n in over)] = float(column[k])
-        return found
+        names = several(over)
+        self._check_factors("interaction", first, second, *names)
+        return By(
+            self.quantities, lambda name: self._listing(name, groups.interactions(self, name, first, second, names))
+        )
 
     def _check(self, *names: str) -> None:
         for name in names:
@@ -211,82 +177,116 @@ class Table:
         if len(set(names)) < len(names):
             raise ParameterError(f"Table.{where}: {', '.join(names)} are not allowed, each factor only once")
 
+    # --- pictures ----------------------------------------------------------------------------------------------------
+
+    @checked
+    def plot(
+        self, column: str, by: str | Sequence[str] = (), over: str | Sequence[str] = "seed", ax: Axes | None = None
+    ) -> Figure:
+        """A strip of points for each group of cases with equal levels of ``by``, with mean and 95 % interval.
+
+        Groups are by all factors but those ``over``, unless ``by`` names others. Raises ParameterError.
+        """
+        from grainlaw.studies.figures import plot_strip
+
+        over = several(over)
+        self._check_factors("plot", *over)
+        by = several(by) or tuple(groups.rest(self, *over))
+        self._check_factors("plot", *by)
+        return plot_strip(self, self._quantity("plot", column), by, over, ax)
+
+    @checked
+    def plot_paired(
+        self, column: str, factor: str, over: str | Sequence[str] = "seed", ax: Axes | None = None
+    ) -> Figure:
+        """Lines that join the pairs of :meth:`paired`, with mean differences and intervals. Raises ParameterError."""
+        from grainlaw.studies.figures import plot_paired
+
+        over = several(over)
+        self._check_factors("plot_paired", factor, *over)
+        return plot_paired(self, self._quantity("plot_paired", column), factor, over, ax)
+
+    @checked
+    def plot_curves(
+        self, by: str | Sequence[str] = (), y: str = STRESS, x: str = STRAIN, ax: Axes | None = None
+    ) -> Figure:
+        """Curves of the stored runs of each group, their median and the band of 10 to 90 %.
+
+        They end where half of the runs have; one that has ended counts with its last value. Raises ParameterError.
+        """
+        from grainlaw.studies.figures import plot_curves
+
+        by = several(by)
+        self._check_factors("plot_curves", *by)
+        return plot_curves(self, by, y, x, ax)
+
+    @checked
+    def plot_cracks(
+        self, cases: Sequence[Mapping[str, Any]] | None = None, columns: int | None = None,
+        over: str | Sequence[str] = "seed", ax: Sequence[Axes] | None = None,
+    ) -> Figure:  # fmt: skip
+        """Crack patterns side by side at one scale: of ``cases``, by their levels, or of the first of those ``over``.
+
+        Cracks lie on the deformed specimen, its outline is that before the test. Raises ParameterError.
+        """
+        from grainlaw.studies.figures import plot_cracks
+
+        if columns is not None:
+            checked_whole_number("Table.plot_cracks: columns", columns, at_least=1)
+        if cases is None:
+            over = several(over)
+            self._check_factors("plot_cracks", *over)
+            cases = groups.first_of_each(self, over)
+        return plot_cracks(self, cases, columns, ax)
+
+    def _quantity(self, where: str, name: str) -> str:
+        if name not in self.quantities:
+            raise ParameterError(f"Table.{where}: there is no quantity '{name}'{nearest(name, self.quantities)}")
+        return name
+
     # --- other forms -------------------------------------------------------------------------------------------------
 
     def to_pandas(self) -> pandas.DataFrame:
         """The rows as a DataFrame. Raises ParameterError without pandas."""
-        try:
-            import pandas
-        except ImportError:
-            raise ParameterError("Table.to_pandas needs pandas: pip install 'grainlaw[study]'") from None
-        return pandas.DataFrame({name: self[name] for name in self.columns})
+        return to_pandas(self)
 
     def to_xarray(self) -> xarray.Dataset:
         """The quantities, with the factors as axes. Raises ParameterError without xarray, and for equal cases."""
-        try:
-            import xarray  # noqa: F401
-        except ImportError:
-            raise ParameterError("Table.to_xarray needs xarray: pip install xarray") from None
-        indexed = self.to_pandas().set_index(list(self.factors))
-        if not indexed.index.is_unique:
-            raise ParameterError("Table.to_xarray: several cases have the same levels")
-        return indexed.to_xarray()
+        return to_xarray(self)
 
     def write_csv(self, file: str | os.PathLike[str]) -> None:
         """Write the rows, numbers with all their digits. Raises OSError."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows([_cell(row.get(name)) for name in self.columns] for row in self.rows)
-        write_atomically(Path(file), lambda path: path.write_text(text.getvalue(), encoding="utf-8"))
+        write_csv(self, file)
 
     def write_parquet(self, file: str | os.PathLike[str]) -> None:
         """Write the rows for other programs. Raises ParameterError without pandas and pyarrow, OSError."""
-        frame = self.to_pandas()
-        for name in self.columns:
-            if name in self.quantities:
-                continue
-            frame[name] = frame[name].map(lambda value: value if value is None else str(value))
-        try:
-            write_atomically(Path(file), frame.to_parquet)
-        except ImportError:
-            raise ParameterError("Table.write_parquet needs pyarrow: pip install 'grainlaw[study]'") from None
+        write_parquet(self, file)
+
+    @checked
+    def write_report(
+        self, file: str | os.PathLike[str], title: str = "", over: str | Sequence[str] | None = None
+    ) -> None:
+        """Write a page of HTML: factors, means, pairs, pictures, failures, cost and versions.
+
+        Cases are samples of their groups ``over`` these factors; "seed", if there is one. Raises OSError.
+        """
+        from grainlaw.studies.report import write_report
+
+        over = several(over if over is not None else "seed" if "seed" in self.factors else ())
+        self._check_factors("write_report", *over)
+        write_report(self, file, title, over)
 
     def __str__(self) -> str:
         names = [*self.factors, "status", *(name for name in PRINTED if name in self.columns)]
-        rows = [[shown(name).heading for name in names]]
+        rows = [[self.look(name).heading for name in names]]
         rows += [[self._text(name, row.get(name)) for name in names] for row in self.rows[:LINES]]
         more = f"\n... and {len(self) - LINES} more" if len(self) > LINES else ""
         reasons = "".join(
-            f"\n{_label(self.factors, row)}: {row['status']}, {row['reason']}" for row in self.failed[:LINES]
+            f"\n{label(self.factors, row)}: {row['status']}, {row['reason']}" for row in self.failed[:LINES]
         )
         return aligned(rows, rule=True) + more + reasons
 
     __repr__ = __str__
 
     def _text(self, name: str, value: Any) -> str:
-        return level(name, value) if name in self.factors else shown(name).text(value)
-
-
-def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
-    flat = {**row["factors"], "status": row["status"], "reason": row.get("reason", "")}
-    for part in ("summary", "measures"):
-        for name, value in (row.get(part) or {}).items():
-            flat.setdefault(name, value)
-    return flat
-
-
-def _is_number(value: Any) -> bool:
-    return value is None or (isinstance(value, Real) and not isinstance(value, bool))
-
-
-def _number(value: Any) -> float:
-    return math.nan if value is None else float(value)
-
-
-def _cell(value: Any) -> str:
-    return "" if value is None else repr(value) if isinstance(value, float) else str(value)
-
-
-def _label(factors: Sequence[str], row: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} = {level(name, row[name])}" for name in factors)
+        return level(name, value) if name in self.factors else self.look(name).text(value)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import shutil
 import signal
 import sys
 import tempfile
+import threading
 import types
 from abc import ABC, abstractmethod
 from collections import Counter, deque
@@ -14,6 +16,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
+from multiprocessing import connection
 from multiprocessing.context import ForkServerContext, ForkServerProcess
 from pathlib import Path
 from typing import Any
@@ -96,7 +99,7 @@ class Local(Workers):
         return self._count
 
     def _pool(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(self._count, mp_context=_context(), initializer=_ignore_interrupt)
+        return ProcessPoolExecutor(self._count, mp_context=_context(), initializer=_begin, initargs=(self.folder,))
 
     def submit(self, recipe: bytes, task: Task) -> Future[Done]:
         return self.pool.submit(carry_out, recipe, task, self.folder)
@@ -121,9 +124,18 @@ class Local(Workers):
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def _ignore_interrupt() -> None:
-    """Ctrl-C reaches all processes of a terminal; it is for the one that gives out the cases."""
+def _begin(folder: str) -> None:
+    """In a new process: Ctrl-C is for the one that gives out the cases, and without that one there is no work."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel, folder), daemon=True).start()
+
+
+def _end_with(parent: int, folder: str) -> None:
+    connection.wait([parent])
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(1)
 
 
 def _context() -> Any:
@@ -203,7 +215,9 @@ def carry_all(
 
     def fill() -> None:
         while len(pending) < by.ahead:
-            task = again.popleft() if again else next(tasks, None)
+            task = again.popleft() if again and again[0].case not in deaths else next(tasks, None)
+            if task is None and again:
+                task = again.popleft()
             if task is None:
                 return
             try:
@@ -215,10 +229,14 @@ def carry_all(
                 return
 
     def renew() -> None:
-        again.extendleft(reversed(pending.values()))
+        again.extend(pending.values())
         pending.clear()
         lost = by.renew()
         deaths.update(lost)
+        later = [task for task in again if task.case in lost]  # others first: one of these may kill its worker
+        others = [task for task in again if task.case not in lost]
+        again.clear()
+        again.extend([*others, *later])
         for task in [task for task in again if deaths[task.case] >= TRIES]:
             again.remove(task)
             accept(task, _killed(task, f"its worker died {deaths[task.case]} times (of too little memory?)"))

@@ -12,12 +12,10 @@ from matplotlib.figure import Figure
 
 from grainlaw.columns import SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS, require
 from grainlaw.results.archive import called
+from grainlaw.results.figures.stored_cracks import GRAIN, RIM, SHEAR, TENSILE, draw_stored_cracks
 
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
-
-TENSILE, SHEAR = "#c8281e", "#1f5fbf"
-GRAIN, RIM = "#efece4", "#b9b2a3"
 
 
 def _outlines(result: Result) -> np.ndarray:
@@ -30,7 +28,14 @@ def _outlines(result: Result) -> np.ndarray:
 
 
 def draw_cracks(axes: Axes, result: Result) -> None:
-    """Broken contacts on the deformed specimen at the last frame: tensile red, shear blue."""
+    """Broken contacts on the deformed specimen at the last frame: tensile red, shear blue.
+
+    Without frames they are drawn on the outline of the specimen before the test.
+    """
+    if not result.frames:
+        draw_stored_cracks(axes, result)
+        _label_cracks(axes)
+        return
     frame = result.frames[-1]
     place = (result.mesh.nodes + frame.displacement) * 1e3
     axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=GRAIN, edgecolor=GRAIN, linewidth=0.2))
@@ -49,6 +54,10 @@ def draw_cracks(axes: Axes, result: Result) -> None:
     axes.autoscale_view()
     axes.set_xlabel("x (mm)")
     axes.set_ylabel("y (mm)")
+    _label_cracks(axes)
+
+
+def _label_cracks(axes: Axes) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2, frameon=False, handlelength=1.2)
 
 
@@ -125,7 +134,7 @@ def show_result(result: Result, **options: Any) -> None:
     """Open a window on the last frame: grains coloured by axial stress, broken contacts as lines."""
     import pyvista
 
-    frame, mesh = result.frames[-1], result.mesh
+    frame, mesh = result.frame("show", -1), result.mesh
     place = np.column_stack([mesh.nodes + frame.displacement, np.zeros(len(mesh.nodes))])
     grains = pyvista.PolyData.from_regular_faces(place, mesh.zones)
     grains.cell_data["stress yy (MPa)"] = frame.stress[mesh.zone_grain, 1] / 1e6

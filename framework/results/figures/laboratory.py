@@ -93,7 +93,7 @@ def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
 def _draw_specimen(axes: Axes, laboratory: Laboratory, colors: str | np.ndarray) -> None:
     """The grains at the last frame, in one colour, or with a colour for each zone."""
     result = laboratory.result
-    place = (result.mesh.nodes + result.frames[-1].displacement) * 1e3
+    place = (result.mesh.nodes + result.frame("plot", -1).displacement) * 1e3
     axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=colors, edgecolor=colors, linewidth=0.3))
     ends = place[result.interfaces[:, :2]]
     axes.add_collection(LineCollection(list(ends), colors=RIM, linewidths=0.35))

@@ -1,0 +1,76 @@
+"""The table of a study in forms for other programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from grainlaw.parameter import ParameterError
+from grainlaw.results.files import write_atomically
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+    from grainlaw.studies.table import Table
+
+
+MOST_EMPTY = 1_000_000  #: places of an array that may have no case
+
+
+def to_pandas(table: Table) -> pandas.DataFrame:
+    """The rows as a DataFrame. Raises ParameterError without pandas."""
+    try:
+        import pandas
+    except ImportError:
+        raise ParameterError("Table.to_pandas needs pandas: pip install 'grainlaw[study]'") from None
+    return pandas.DataFrame({name: table[name] for name in table.columns}, columns=list(table.columns))
+
+
+def to_xarray(table: Table) -> xarray.Dataset:
+    """The quantities, with the factors as axes. Raises ParameterError without xarray, and where axes do not suit."""
+    try:
+        import xarray  # noqa: F401
+    except ImportError:
+        raise ParameterError("Table.to_xarray needs xarray: pip install 'grainlaw[study]'") from None
+    if not table.factors:
+        raise ParameterError("Table.to_xarray: there are no factors to be axes")
+    indexed = to_pandas(table).set_index(list(table.factors))
+    if not indexed.index.is_unique:
+        raise ParameterError("Table.to_xarray: several cases have the same levels")
+    cells = math.prod(len(table.levels(name)) for name in table.factors)
+    if cells > max(MOST_EMPTY, 2 * len(table)):
+        raise ParameterError(
+            f"Table.to_xarray: {len(table)} cases would fill an array of {cells:,} places, one for each combination of "
+            "levels; to_pandas has a row for each case"
+        )
+    return indexed.to_xarray()
+
+
+def write_csv(table: Table, file: str | os.PathLike[str]) -> None:
+    """Write the rows, numbers with all their digits. Raises OSError."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(table.columns)
+    writer.writerows([_cell(row.get(name)) for name in table.columns] for row in table.rows)
+    write_atomically(Path(file), lambda path: path.write_text(text.getvalue(), encoding="utf-8"))
+
+
+def write_parquet(table: Table, file: str | os.PathLike[str]) -> None:
+    """Write the rows for other programs. Raises ParameterError without pandas and pyarrow, OSError."""
+    frame = to_pandas(table)
+    for name in (name for name in table.columns if table[name].dtype == object):
+        if len({type(value) for value in table[name] if value is not None}) > 1:  # a column has one kind there
+            frame[name] = frame[name].map(lambda value: value if value is None else str(value))
+    try:
+        write_atomically(Path(file), frame.to_parquet)
+    except ImportError:
+        raise ParameterError("Table.write_parquet needs pyarrow: pip install 'grainlaw[study]'") from None
+
+
+def _cell(value: Any) -> str:
+    return "" if value is None else repr(value) if isinstance(value, float) else str(value)

@@ -1,0 +1,93 @@
+"""The table of a study in other forms: pandas, xarray, CSV, parquet, and without these libraries."""
+
+import csv
+import itertools
+import math
+import sys
+
+import numpy as np
+import pandas
+import pytest
+from study_rows import row, table_of
+
+import grainlaw as gl
+from grainlaw.studies.table import Table
+
+
+@pytest.fixture
+def mixed(tmp_path):
+    """Factors of texts and of numbers, a quantity that one case lacks, and a case that failed."""
+    keys = list(itertools.product(("A", "B"), (1.25e7, 1.3e7), (1, 2)))
+    rows = [
+        row(dict(zip(("law", "strength", "seed"), k, strict=True)), {"peak_stress": 1e8 / 3 * k[2] + k[1], "steps": 7})
+        for k in keys[:-1]
+    ]
+    failed = row(dict(zip(("law", "strength", "seed"), keys[-1], strict=True)), {}, "refused", 'a "quoted",\nreason')
+    return table_of([*rows, failed], tmp_path / "s")
+
+
+def test_pandas_has_numbers_where_the_table_has(mixed):
+    frame = mixed.to_pandas()
+    assert list(frame.columns) == list(mixed.columns)
+    assert (frame["seed"].dtype.kind, frame["strength"].dtype.kind, frame["peak_stress"].dtype.kind) == ("i", "f", "f")
+    assert np.array_equal(frame["peak_stress"], mixed["peak_stress"], equal_nan=True)
+    assert frame["reason"].iloc[-1] == 'a "quoted",\nreason'
+
+
+def test_csv_is_read_again_with_the_same_bits(mixed, tmp_path):
+    mixed.write_csv(tmp_path / "t.csv")
+    with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as file:
+        head, *rows = csv.reader(file)
+    assert head == list(mixed.columns)
+    column = [r[head.index("peak_stress")] for r in rows]
+    assert [float(text) if text else math.nan for text in column] == pytest.approx(
+        mixed["peak_stress"].tolist(), rel=0, abs=0, nan_ok=True
+    )
+    assert rows[-1][head.index("reason")] == 'a "quoted",\nreason'
+
+
+def test_parquet_is_read_again_the_same(mixed, tmp_path):
+    mixed.write_parquet(tmp_path / "t.parquet")
+    again = pandas.read_parquet(tmp_path / "t.parquet")
+    pandas.testing.assert_frame_equal(again, mixed.to_pandas())
+
+
+def test_parquet_takes_levels_of_several_kinds(tmp_path):
+    table = table_of([row({"size": level}, {"force": 1.0}) for level in ("all", 3, True)], tmp_path / "s")
+    table.write_parquet(tmp_path / "t.parquet")
+    assert pandas.read_parquet(tmp_path / "t.parquet")["size"].tolist() == ["all", "3", "True"]
+
+
+def test_xarray_has_the_factors_as_axes(mixed):
+    data = mixed.to_xarray()
+    assert dict(data.sizes) == {"law": 2, "strength": 2, "seed": 2}
+    for k in range(len(mixed) - 1):
+        place = {name: mixed[name][k] for name in mixed.factors}
+        assert float(data["peak_stress"].sel(place)) == mixed["peak_stress"][k]
+    assert np.isnan(float(data["peak_stress"].sel(law="B", strength=1.3e7, seed=2)))
+
+
+def test_cases_that_would_fill_an_array_with_nothing_are_refused(tmp_path):
+    rows = [row({"a": k / 7, "b": k / 3, "c": k / 11}, {"force": 1.0}) for k in range(101)]
+    table = table_of(rows, tmp_path / "s")
+    with pytest.raises(gl.ParameterError, match="1,030,301 places"):
+        table.to_xarray()
+    with pytest.raises(gl.ParameterError, match="same levels"):
+        Table([rows[0], rows[0]], ("a", "b", "c"), table.store).to_xarray()
+
+
+@pytest.mark.parametrize(("name", "call", "message"), [
+    ("pandas", lambda t, _: t.to_pandas(), "grainlaw\\[study\\]"),
+    ("pandas", lambda t, _: t.to_xarray(), "grainlaw\\[study\\]"),
+    ("xarray", lambda t, _: t.to_xarray(), "grainlaw\\[study\\]"),
+    ("pyarrow", lambda t, folder: t.write_parquet(folder / "t.parquet"), "grainlaw\\[study\\]"),
+])  # fmt: skip
+def test_without_a_library_it_says_which(mixed, monkeypatch, tmp_path, name, call, message):
+    for loaded in [module for module in sys.modules if module.split(".")[0] == name]:
+        monkeypatch.setitem(sys.modules, loaded, None)
+    monkeypatch.setitem(sys.modules, name, None)  # importing it fails
+    with pytest.raises(gl.ParameterError, match=message):
+        call(mixed, tmp_path)
+    assert not list(tmp_path.glob("*parquet"))
+    assert len(mixed.means("law")["peak_stress"]) == 2  # the rest is as before
+    mixed.write_csv(tmp_path / "t.csv")

@@ -1,0 +1,181 @@
+"""Studies whose cases, workers, folders or input fail: every failure is a row or a clear error, nothing is lost."""
+
+import errno
+import os
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+import attrs
+import numpy as np
+import pytest
+from study_cases import SHORT, refuse_to_run, tiny, tiny_study
+from support import BRITTLE, ROCK, STIFF
+
+import grainlaw as gl
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.laws import Linear
+from grainlaw.protocols import UniaxialCompression
+from grainlaw.studies import store as stores
+from grainlaw.studies.store import Store
+from grainlaw.units import mm
+
+
+def failing(kind, seed=0):
+    grains = Bricks(rows=2).tessellate(rectangle(20 * mm, 40 * mm))
+    specimen = gl.Specimen(grains, ROCK)
+    if kind == "refused":
+        return gl.Run(specimen, BRITTLE, UniaxialCompression(samples=20, maximum_strain=-float(seed)))
+    if kind == "stage":
+        return gl.Run(specimen, Linear(**STIFF), Endless())
+    if kind == "bug":
+        raise KeyError("my own")
+    if kind == "no run":
+        return specimen
+    return gl.Run(specimen, Linear(**STIFF), SHORT)
+
+
+@attrs.frozen(kw_only=True)
+class Endless(gl.LoadingProtocol):
+    def stages(self, specimen):
+        press = gl.Drive(boundary="top", axis=1, speed=-0.1)
+        hold = gl.Drive(boundary="bottom", axis=1, speed=0.0)
+        return [gl.Stage(name="wait", drives=[press, hold], until=[gl.Reaches("time", 1.0)], interval=1e-6,
+                         sample_limit=3)]  # fmt: skip
+
+    def measure(self, state):
+        return {}
+
+    def summary(self, curves, specimen):
+        return {"samples": len(curves["time"])}
+
+
+def test_a_failed_case_is_a_row_and_is_not_tried_again(tmp_path, monkeypatch):
+    study = gl.Study(failing, kind=["stage", "well"])
+    table = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    assert [row["status"] for row in table.rows] == ["stage", "finished"]
+    assert "did not end within 3 samples" in table.failed[0]["reason"]
+    assert table.rows[0]["samples"] == 3  # what it has recorded
+    assert "did not end within 3 samples" in str(table)
+    assert str(study.status(tmp_path / "s")) == "2 cases: 1 finished, 1 stage, 0 missing"
+    refuse_to_run(monkeypatch)
+    study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("refused", "kind = 'refused' is refused.*maximum_strain = -0 is not allowed"),
+        ("bug", "kind = 'bug' is refused.*KeyError: 'my own'"),
+        ("no run", "kind = 'no run' is refused.*returned .*, it must return a grainlaw.Run"),
+    ],
+)
+def test_a_level_that_is_refused_is_named_before_anything_runs(kind, words, tmp_path, monkeypatch):
+    refuse_to_run(monkeypatch)
+    with pytest.raises(gl.ParameterError, match=words):
+        gl.Study(failing, kind=["well", kind]).run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    assert not len(Store(tmp_path / "s"))
+
+
+def test_a_combination_that_is_refused_is_a_row(tmp_path):
+    """Only one case of each level is built before."""
+    study = gl.Study(combined, a=[1, 2], b=[1, 2])
+    table = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    assert [row["status"] for row in table.rows] == ["finished"] * 3 + ["refused"]
+    assert "both are 2" in table.failed[0]["reason"]
+
+
+def combined(a, b):
+    if a == b == 2:
+        raise gl.ParameterError("both are 2")
+    return tiny("linear", a + 2 * b)
+
+
+def test_a_full_disk_keeps_what_is_finished(tmp_path, monkeypatch):
+    study, write, room = tiny_study(), stores._write, [5]
+
+    def full(file, text):
+        room[0] -= 1
+        if room[0] < 0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(file))
+        write(file, text)
+
+    with monkeypatch.context() as only_here:
+        only_here.setattr(stores, "_write", full)
+        with pytest.raises(OSError, match="No space left on device"):
+            study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    assert study.status(tmp_path / "s").finished == 2  # of two files each; of the third only one had room
+    assert study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)["status"].tolist() == ["finished"] * 4
+
+
+def test_workers_that_die_again_and_again_over_a_case_kill_it(tmp_path):
+    """Its own process is killed by the case; the others are finished, and the second call tries it again."""
+    study = gl.Study(deadly, seed=[0, 1, 2])
+    table = study.run(tmp_path / "s", workers=2, quiet=True)
+    states = table["status"].tolist()
+    assert states[1] == "killed"
+    assert set(states) <= {"finished", "killed"}
+    assert "its worker died" in table.failed[0]["reason"]
+    again = study.run(tmp_path / "s", workers=1, quiet=True)
+    assert again["status"].tolist() == ["finished", "killed", "finished"]
+
+
+@attrs.frozen(kw_only=True)
+class Deadly(gl.LoadingProtocol):
+    def stages(self, specimen):
+        return SHORT.stages(specimen)
+
+    def measure(self, state):
+        os.kill(os.getpid(), 9)
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+def deadly(seed):
+    run = tiny("linear", seed)
+    return gl.Run(run.specimen, run.law, Deadly()) if seed == 1 else run
+
+
+def test_an_executor_of_the_users_that_breaks_keeps_what_is_finished(tmp_path):
+    study = gl.Study(deadly, seed=[0, 1])
+    with ProcessPoolExecutor(1) as pool, pytest.raises(gl.ExecutorError, match="a worker of the executor has died"):
+        study.run(tmp_path / "s", on=pool, quiet=True)
+    assert study.status(tmp_path / "s").finished <= 1
+
+
+def test_bad_input_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "mine.txt").write_text("")
+    tiny_study().run(tmp_path / "old", shard=(1, 4), on=ThreadPoolExecutor(1), quiet=True)
+    (tmp_path / "old" / "study.json").write_text('{"format": 0}')
+    study = tiny_study()
+    for folder, words in (
+        ("file", "is a file; a study needs a folder"),
+        ("other", "is not empty and no store of a study"),
+        ("old", "is a store of format 0; this version of grainlaw has 1"),
+    ):
+        with pytest.raises(gl.ParameterError, match=words):
+            study.run(tmp_path / folder)
+    with pytest.raises(gl.ParameterError, match="is no store of a study"):
+        study.status(tmp_path / "none")
+    for options, words in (
+        ({"shard": (5, 3)}, "shard = 5 is not allowed"),
+        ({"shard": 3}, "shard = 3 is not allowed, it must be"),
+        ({"workers": 0}, "workers = 0 is not allowed"),
+        ({"on": 7}, "on = 7 is not allowed, it must be an executor"),
+        ({"on": "tcp://127.0.0.1:9"}, "no Dask scheduler answers at 'tcp://127.0.0.1:9'"),
+        ({"workers": 1, "on": "tcp://127.0.0.1:9"}, "workers and on are not allowed together"),
+    ):
+        if options.get("on") == "tcp://127.0.0.1:9" and "workers" not in options:
+            pytest.importorskip("distributed")
+        with pytest.raises(gl.ParameterError, match=words):
+            study.run(tmp_path / "s", quiet=True, **options)
+
+
+def test_a_function_whose_answer_depends_on_a_file_is_refused(tmp_path):
+    def case(seed):
+        np.loadtxt("grains.txt")
+        return tiny("linear", seed)
+
+    with pytest.raises(gl.ParameterError, match="case calls loadtxt; read files before"):
+        gl.Study(case, seed=[1]).run(tmp_path / "s")
