@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from command_line import invoke
 from law_sources import STIFFER
+from matplotlib.image import imread
 
 FILE = """
 [sample]
@@ -147,6 +148,33 @@ def test_cases_that_fail_are_told_and_not_tried_again(tmp_path):
         assert "Error: 1 of 2 cases failed 1 unstable, the first law = mine.py:Stiffer: " in words
     assert "1 unstable, the first law" in invoke("study", "status", *call[1:]).output
     assert [row["status"] for row in rows_of(*call[1:])] == ["finished", "unstable"]
+
+
+def test_pictures_and_a_report_are_written(done, tmp_path):
+    file, _ = done
+    assert f"written to {file.with_suffix('') / 'peak_stress.png'}" in invoke("study", "plot", file, "--quick").output
+    assert min(imread(file.with_suffix("") / "peak_stress.png").shape[:2]) > 200
+    result = invoke("study", "plot", file, "--quick", "--column", "modulus", "--to", tmp_path / "m.svg")
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "m.svg").read_text().startswith("<?xml")
+    for options, words in (
+        (["--column", "peak_stres"], "did you mean 'peak_stress'?"),
+        (["--to", tmp_path / "m.abc"], "its ending must be one of"),
+    ):
+        result = invoke("study", "plot", file, "--quick", *options)
+        assert result.exit_code == 2
+        assert words in " ".join(result.output.split())
+    assert invoke("study", "report", file, "--quick").exit_code == 0
+    page = (file.with_suffix("") / "report.html").read_text()
+    assert "mine.py:Mine" in page
+    assert invoke("study", "report", file, "--quick", "--to", tmp_path / "none" / "r.html").exit_code == 1
+
+
+def test_nothing_is_drawn_of_nothing(done, tmp_path):
+    file = written(tmp_path, LAWS.replace("1..2", "5..6"))
+    result = invoke("study", "plot", file, "--quick", "--out", done[0].with_suffix(""))
+    assert result.exit_code == 2
+    assert "no case of" in result.output
 
 
 # --- what is refused -------------------------------------------------------------------------------------------------

@@ -20,6 +20,7 @@ from grainlaw.cli.slurm import script
 from grainlaw.cli.study_file import StudyFile, study_of
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
+from grainlaw.results.files import write_atomically
 from grainlaw.runs.stopping import Stopped
 from grainlaw.studies.statistics import Mean, level
 from grainlaw.studies.table import PRINTED, Table
@@ -161,8 +162,10 @@ def plot(chosen: StudyFile, folder: Path, *, column: str, to: Path | None) -> No
     file = folder / f"{column}.png" if to is None else to
     with refusing():
         found = _with_rows(chosen, folder)
-        figure: Any = found.plot(column)  # type: ignore[attr-defined]
-        figure.savefig(file, dpi=150)
+        figure = found.plot(column, over=chosen.over)
+        if file.suffix[1:].lower() not in (known := figure.canvas.get_supported_filetypes()):
+            raise ParameterError(f"--to = '{file}' is not allowed, its ending must be one of {', '.join(known)}")
+        write_atomically(file, lambda path: figure.savefig(path, dpi=150))
     click.echo(f"written to {file}")
 
 
@@ -173,7 +176,7 @@ def report(chosen: StudyFile, folder: Path, *, to: Path | None) -> None:
     """Write the report of the study: one page that opens anywhere."""
     file = folder / "report.html" if to is None else to
     with refusing():
-        _with_rows(chosen, folder).write_report(file)  # type: ignore[attr-defined]
+        _with_rows(chosen, folder).write_report(file, over=chosen.over)
     click.echo(f"written to {file}")
 
 

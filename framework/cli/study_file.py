@@ -67,8 +67,13 @@ class StudyFile:
             raise ParameterError(f"{self.file}: the case {levels} is refused: {error}") from None
 
     @property
+    def over(self) -> list[str]:
+        """The factors that are seeds: means are taken over them."""
+        return [factor.name for factor in self.factors if factor.place[-1] == SEED]
+
+    @property
     def by(self) -> list[str]:
-        """The factors that are no seeds: means are taken over the seeds."""
+        """The factors that are no seeds."""
         return [factor.name for factor in self.factors if factor.place[-1] != SEED]
 
 
