@@ -1,50 +1,14 @@
-"""Studies from the command line: cases of a file, what is finished, tables, job arrays."""
+"""Studies from the command line: cases of a file, what is finished, tables, what is refused."""
 
 import csv
 import json
 import os
-import signal
-import subprocess
-import time
 
 import numpy as np
 import pytest
-from command_line import invoke
+from command_line import FILE, LAWS, MINE, invoke, study_file
 from law_sources import STIFFER
 from matplotlib.image import imread
-
-FILE = """
-[sample]
-grains = 12
-
-[test]
-type = "uniaxial-compression"
-maximum_strain = 0.0001
-samples = 10
-
-[vary]
-"""
-MINE = """
-import attrs, helper
-import grainlaw as gl
-
-@attrs.frozen(kw_only=True)
-class Mine(gl.ContactLaw):
-    kn: float = gl.parameter("Pa/m", default=5e13)
-    ks: float = gl.parameter("Pa/m", default=4e13)
-    stiffness = property(lambda self: (self.kn, self.ks))
-
-    def traction(self, opening, slip):
-        return helper.times(self.kn, opening), self.ks * slip  # by the helper
-"""
-LAWS = 'law = ["mohr-coulomb", "mine.py:Mine"]\n"sample.seed" = "1..2"\n'
-
-
-def written(folder, vary, text=FILE):
-    (folder / "mine.py").write_text(MINE)
-    (folder / "helper.py").write_text("def times(a, b):\n    return a * b\n")
-    (folder / "granite.toml").write_text(text + vary)
-    return folder / "granite.toml"
 
 
 def rows_of(file, *options):
@@ -57,7 +21,7 @@ def rows_of(file, *options):
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    file = written(tmp_path_factory.mktemp("study"), LAWS)
+    file = study_file(tmp_path_factory.mktemp("study"), LAWS)
     result = invoke("study", file, "--quick", "--workers", 2)
     assert result.exit_code == 0, result.output
     return file, result.output
@@ -91,7 +55,7 @@ def test_a_case_is_the_test_of_the_same_file(done, tmp_path):
 
 def test_an_edited_law_is_another_case_and_an_edited_comment_is_not(done, tmp_path, monkeypatch):
     source, _ = done
-    file = written(tmp_path, LAWS)
+    file = study_file(tmp_path, LAWS)
     status = lambda: invoke("study", "status", "granite.toml", "--quick", "--out", source.with_suffix("")).output  # noqa: E731
     monkeypatch.chdir(tmp_path)  # nor does it matter where the file lies, and how it is called
     assert "4 finished, none failed, 0 missing" in status()
@@ -110,7 +74,7 @@ def test_an_edited_law_is_another_case_and_an_edited_comment_is_not(done, tmp_pa
 def test_what_is_finished_is_not_run_again(done, tmp_path):
     file, _ = done
     before = {path: path.stat().st_mtime_ns for path in file.with_suffix("").rglob("*.json")}
-    more = written(tmp_path, LAWS.replace("1..2", "1..3"))
+    more = study_file(tmp_path, LAWS.replace("1..2", "1..3"))
     result = invoke("study", more, "--quick", "--out", file.with_suffix(""))
     assert "6 cases: 6 finished" in result.output
     assert before.items() <= {path: path.stat().st_mtime_ns for path in file.with_suffix("").rglob("*.json")}.items()
@@ -118,7 +82,7 @@ def test_what_is_finished_is_not_run_again(done, tmp_path):
 
 def test_quantities_are_numbers_of_the_table_and_keys_may_be_inside(tmp_path):
     vary = 'law.tensile_strength = ["10 MPa", "13 MPa"]\n'
-    file = written(tmp_path, vary + '"test.loading" = [{type = "constant", speed = "0.2 m/s"}]')
+    file = study_file(tmp_path, vary + '"test.loading" = [{type = "constant", speed = "0.2 m/s"}]')
     result = invoke("study", file, "--quick", "--set", "law.type=mohr-coulomb")
     assert result.exit_code == 0, result.output
     assert result.output.splitlines()[0].startswith("tensile strength (MPa)")
@@ -130,14 +94,14 @@ def test_quantities_are_numbers_of_the_table_and_keys_may_be_inside(tmp_path):
 
 
 def test_shards_are_parts_of_one_study(tmp_path):
-    file = written(tmp_path, '"sample.seed" = "1..3"\n')
+    file = study_file(tmp_path, '"sample.seed" = "1..3"\n')
     assert "3 cases: 2 finished, none failed, 1 missing" in invoke("study", file, "--quick", "--shard", "1/2").output
     assert {row["seed"] for row in rows_of(file)} == {"1", "3"}
     assert "3 cases: 3 finished, none failed, 0 missing" in invoke("study", file, "--quick", "--shard", "2/2").output
 
 
 def test_cases_that_fail_are_told_and_not_tried_again(tmp_path):
-    file = written(tmp_path, 'law = ["linear", "mine.py:Stiffer"]', FILE.replace("0.0001", "0.0002"))
+    file = study_file(tmp_path, 'law = ["linear", "mine.py:Stiffer"]', FILE.replace("0.0001", "0.0002"))
     (tmp_path / "mine.py").write_text(STIFFER)
     call = "study", file, "--quick", "--set", "sample.grains=20", "--set", "test.loading={type='constant',speed=0.05}"
     for _ in range(2):
@@ -150,7 +114,7 @@ def test_cases_that_fail_are_told_and_not_tried_again(tmp_path):
     assert [row["status"] for row in rows_of(*call[1:])] == ["finished", "unstable"]
 
 
-def test_pictures_and_a_report_are_written(done, tmp_path):
+def test_pictures_and_a_report_are_study_file(done, tmp_path):
     file, _ = done
     assert f"written to {file.with_suffix('') / 'peak_stress.png'}" in invoke("study", "plot", file, "--quick").output
     assert min(imread(file.with_suffix("") / "peak_stress.png").shape[:2]) > 200
@@ -171,7 +135,7 @@ def test_pictures_and_a_report_are_written(done, tmp_path):
 
 
 def test_nothing_is_drawn_of_nothing(done, tmp_path):
-    file = written(tmp_path, LAWS.replace("1..2", "5..6"))
+    file = study_file(tmp_path, LAWS.replace("1..2", "5..6"))
     result = invoke("study", "plot", file, "--quick", "--out", done[0].with_suffix(""))
     assert result.exit_code == 2
     assert "no case of" in result.output
@@ -211,7 +175,7 @@ def test_nothing_is_drawn_of_nothing(done, tmp_path):
     ids=lambda value: value if isinstance(value, str) and len(value) < 40 else "",
 )  # fmt: skip
 def test_refusals_are_one_line_before_anything_runs(vary, options, words, tmp_path):
-    file = written(tmp_path, vary)
+    file = study_file(tmp_path, vary)
     result = invoke("study", file, "--quick", *options)
     assert result.exit_code == 2, result.output
     assert words in " ".join(result.output.split())
@@ -220,7 +184,7 @@ def test_refusals_are_one_line_before_anything_runs(vary, options, words, tmp_pa
 
 
 def test_a_test_must_be_named(tmp_path):
-    file = written(tmp_path, '"sample.seed" = "1..3"', "[vary]\n")
+    file = study_file(tmp_path, '"sample.seed" = "1..3"', "[vary]\n")
     result = invoke("study", file)
     assert result.exit_code == 2
     assert 'the test is missing: [test] type = "...", one of uniaxial-compression' in " ".join(result.output.split())
@@ -239,54 +203,6 @@ def test_folders_that_are_no_store_are_refused(command, done, tmp_path):
     assert result.exit_code == 2
     assert "is a store of format 99" in " ".join(result.output.split())
     assert (other / "letter.txt").read_text() == "dear friend"
-
-
-# --- job arrays, and ends --------------------------------------------------------------------------------------------
-
-
-def test_a_job_of_the_array_is_stopped_and_goes_on(tmp_path, monkeypatch):
-    """The script that is printed, run as the scheduler would, and asked to end before its time is over."""
-    monkeypatch.chdir(tmp_path)
-    file = written(tmp_path, '"sample.seed" = "1..40"\n')
-    call = ("study", "slurm", file.name, "--quick", "--set", "sample.grains=20", "--shards", 2, "--time", "24:00:00")
-    result = invoke(*call, "--cpus", 2)
-    assert result.exit_code == 0, result.output
-    assert "#SBATCH --array=1-2\n#SBATCH --cpus-per-task=2\n#SBATCH --time=24:00:00\n" in result.output
-    (tmp_path / "job.sh").write_text(result.output)
-    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST")}
-    environment |= {"SLURM_ARRAY_TASK_ID": "2", "SLURM_CPUS_PER_TASK": "1"}
-    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-    job = subprocess.Popen(["bash", "job.sh"], env=environment, **streams)
-    ended = time.monotonic() + 120
-    while not list(tmp_path.glob("granite/cases/*/*.json")) and time.monotonic() < ended and job.poll() is None:
-        time.sleep(0.05)
-    job.send_signal(signal.SIGTERM)
-    output, _ = job.communicate(timeout=60)
-    assert job.returncode == 128 + signal.SIGTERM, output
-    assert "stopped by the signal SIGTERM; 40 cases: " in output
-    assert "go on with the same command" in output
-    rows = list(tmp_path.glob("granite/cases/*/*.json"))
-    assert 0 < len(rows) < 20
-    subprocess.run(["bash", "job.sh"], env=environment, check=True, timeout=300, **streams)
-    finished = {json.loads(path.read_text())["factors"]["seed"] for path in tmp_path.glob("granite/cases/*/*.json")}
-    assert finished == set(range(2, 41, 2))
-    assert set(rows) < set(tmp_path.glob("granite/cases/*/*.json"))
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--shards", "4", "--time", "1:00:00"], "--shards = 4 is not allowed, it must be a whole number"),
-        (["--shards", "2", "--time", "a day"], "--time = 'a day' is not allowed"),
-        (["--shards", "2", "--time", "1-00", "--cpus", "0"], "--cpus = 0 is not allowed"),
-        (["--shards", "2", "--time", "1-00", "--set", "sample.grains=0"], "grains = 0 is not allowed"),
-    ],
-)
-def test_scripts_are_refused_in_words(options, words, tmp_path):
-    file = written(tmp_path, '"sample.seed" = "1..3"\n')
-    result = invoke("study", "slurm", file, "--quick", *options)
-    assert result.exit_code == 2
-    assert words in " ".join(result.output.split())
 
 
 def test_help_tells_the_commands():
