@@ -69,6 +69,15 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
     return float(Fraction(found[1]) * given[0] / declared[0])
 
 
+def in_si(text: str) -> float | None:
+    """The number, in SI units and degrees, of a text such as ``"13 MPa"`` or ``"25 %"``; None for other texts."""
+    found = NUMBER.fullmatch(text)
+    unit = _unit(found[2] or "1") if found else None
+    if found is None or unit is None or math.isinf(float(found[1])):
+        return None
+    return float(Fraction(found[1]) * unit[0])
+
+
 def factor_into(unit: str) -> float:
     """A value in SI, angles in rad, times this is the value in ``unit``; 1 for what is no unit of mechanics."""
     found = _unit(unit)

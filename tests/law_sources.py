@@ -218,3 +218,16 @@ LOADERS = {f"{name}.py": by_file(name) for name in ["mine", *STANDARD_NAMES]} | 
     "import": by_import,
     "function": in_a_function,
 }
+
+STIFFER = """
+import attrs
+import grainlaw as gl
+
+@attrs.frozen(kw_only=True)
+class Stiffer(gl.ContactLaw):
+    kn: float = gl.parameter("Pa/m", default=1e14)
+    stiffness = property(lambda self: (self.kn / 100, self.kn / 100))
+
+    def traction(self, opening, slip, asked):
+        return (1.0e2 if asked > 50 else 1.0e-2) * self.kn * opening, 1.0e-2 * self.kn * slip, asked + 1
+"""

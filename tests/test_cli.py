@@ -14,7 +14,7 @@ SMALL = ["compare", "--quick", "--grains", "20", "--max-strain", "0.0005", "--th
 def test_help_names_every_option():
     assert "compare" in invoke("--help").output
     shown = invoke("compare", "--help").output
-    for option in ("grains", "seed", "laws", "speed", "max-strain", "out", "threads", "quick"):
+    for option in ("grains", "seeds", "seed", "laws", "speed", "max-strain", "out", "threads", "quick"):
         assert f"--{option} " in shown
     assert "linear,mohr-coulomb,cohesive-crack" in "".join(shown.split())
 
@@ -58,6 +58,26 @@ def test_the_summary_records_what_the_run_was_made_with(done):
     assert parameters["laws"]["cohesive-crack"]["softening"]["type"] == "EvansMarathe"
 
 
+def test_laws_are_compared_on_three_samples(done, tmp_path):
+    """Each with the numbers of its own; and one seed is one of the three."""
+    result = invoke(*SMALL, "--laws", "linear,mohr-coulomb", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert re.search(r"^peak stress \(MPa\)( +\d+\.\d\d \(\d+\.\d\d to \d+\.\d\d\)){2}$", result.output, re.M)
+    assert "mean (range) of the samples with the seeds 1, 2, 3" in result.output
+    content = json.loads((tmp_path / "summary.json").read_text())
+    assert content["seeds"] == [1, 2, 3]
+    one = json.loads((done[1] / "summary.json").read_text())["laws"]["linear"]
+    assert set(content["laws"]["linear"]) == set(one)
+    assert content["samples"]["3"]["linear"] | {"seconds": 0} == one | {"seconds": 0}
+    for law in ("linear", "mohr-coulomb"):
+        peaks = [content["samples"][seed][law]["peak_stress"] for seed in ("1", "2", "3")]
+        assert len(set(peaks)) == 3
+        assert np.isclose(content["laws"][law]["peak_stress"], sum(peaks) / 3, rtol=1e-12)
+        assert all((tmp_path / f"{law}_seed_{seed}" / "grains.pvd").exists() for seed in (1, 2, 3))
+        assert (tmp_path / f"cracks_{law}.png").exists()
+    assert {"comparison.png", "report.html", "curves.csv"} <= {file.name for file in tmp_path.iterdir()}
+
+
 def test_options_reach_the_run(done, tmp_path):
     result = invoke(*SMALL, "--laws", "linear", "--speed", 0.2, "--seed", 3, "--out", tmp_path / "fast")
     assert result.exit_code == 0, result.output
@@ -87,6 +107,11 @@ def test_options_reach_the_run(done, tmp_path):
         (["--threads", "100000"], "threads = 100000 is not allowed"),
         (["--threads", "many"], "threads = 'many' is not allowed, it must be a whole number from 1 to 128, or 'auto'"),
         (["--seed", "-1"], "seed = -1 is not allowed"),
+        (["--seeds", "1,-1"], "seed = -1 is not allowed"),
+        (["--seeds", "1,2.5"], "--seeds = 1,2.5 is not allowed, it must be whole numbers with commas between"),
+        (["--seeds", "2,2"], "--seeds = 2,2 is not allowed, it must be finite numbers, each once"),
+        (["--seeds", "1..3"], "--seeds = 1..3 is not allowed, it must be numbers with commas between"),
+        (["--seeds", "1,2", "--seed", "3"], "--seed and --seeds are not allowed together"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
@@ -136,7 +161,7 @@ def test_a_law_is_shown_as_table_and_picture(tmp_path):
 
 @pytest.mark.parametrize("law", ["munjiza", "camacho-ortiz", "bilinear-mixed-mode", "xu-needleman", "barton-bandis"])
 def test_every_law_of_the_table_can_be_compared(law, tmp_path):
-    few = ["compare", "--quick", "--grains", "8", "--max-strain", "0.0001", "--threads", "1"]
+    few = ["compare", "--quick", "--seed", "1", "--grains", "8", "--max-strain", "0.0001", "--threads", "1"]
     result = invoke(*few, "--laws", law, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     assert (tmp_path / f"cracks_{law}.png").exists()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from command_line import SMALL, invoke
+from law_sources import STIFFER
 from test_report import Page
 
 # --- a whole run -----------------------------------------------------------------------------------------------------
@@ -117,19 +118,6 @@ def test_a_specimen_that_does_not_fit_the_test_is_refused(tmp_path):
 
 
 # --- tests that cannot end -------------------------------------------------------------------------------------------
-
-STIFFER = """
-import attrs
-import grainlaw as gl
-
-@attrs.frozen(kw_only=True)
-class Stiffer(gl.ContactLaw):
-    kn: float = gl.parameter("Pa/m", default=1e14)
-    stiffness = property(lambda self: (self.kn / 100, self.kn / 100))
-
-    def traction(self, opening, slip, asked):
-        return (1.0e2 if asked > 50 else 1.0e-2) * self.kn * opening, 1.0e-2 * self.kn * slip, asked + 1
-"""
 
 
 def test_a_law_stiffer_than_it_says_is_refused_before_the_test(tmp_path):

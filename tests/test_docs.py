@@ -177,7 +177,10 @@ def parse(words):
     try:
         with main.make_context("grainlaw", list(words)) as context:
             name, command, rest = main.resolve_command(context, list(words))
-            command.make_context(name, rest, parent=context)
+            inner = command.make_context(name, rest, parent=context)
+            if isinstance(command, click.Group):  # the commands of grainlaw study
+                name, command, rest = command.resolve_command(inner, [*inner._protected_args, *inner.args])
+                command.make_context(name, rest, parent=inner)
     except click.exceptions.Exit:  # --help and --version end here
         pass
 
@@ -200,6 +203,8 @@ def test_an_invented_option_is_found():
     assert ["compare", "--quick"] in list(commands("```sh\n.venv/bin/grainlaw compare --quick  # small\n```"))
     with pytest.raises(click.UsageError):
         parse(["compare", "--velocity", "1"])
+    with pytest.raises(click.UsageError):
+        parse(["study", "granite.toml", "--velocity", "1"])
 
 
 def test_options_of_the_table_are_those_of_the_command():

@@ -15,7 +15,7 @@ FAST = ["--quick", "--grains", "30"]
 FASTER = "test.loading={type='constant', speed=0.3}"
 COMMANDS = {
     "test": ["test", "uniaxial-compression", *FAST, "--set", FASTER, "--set", "test.samples=150"],
-    "compare": ["compare", *FAST, "--speed", "0.3", "--max-strain", "0.006"],
+    "compare": ["compare", *FAST, "--seeds", "1,2", "--speed", "0.3", "--max-strain", "0.006"],
     "envelope": [
         "envelope", *FAST, "--law", "mohr-coulomb", "--confinement", "0,3", "--speed", "0.3", "--max-strain", "0.004"
     ],

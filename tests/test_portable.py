@@ -86,7 +86,7 @@ def test_what_was_compiled_otherwise_is_not_mixed_with_portable_code(monkeypatch
 
 
 TEST = ["test", "uniaxial-compression", "--quick", "--grains", "40", "--set", "test.maximum_strain=0.008"]
-COMPARE = ["compare", "--quick", "--grains", "40", "--max-strain", "0.004", "--threads", "2"]
+COMPARE = ["compare", "--quick", "--seed", "1", "--grains", "40", "--max-strain", "0.004", "--threads", "2"]
 
 
 @pytest.mark.slow

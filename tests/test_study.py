@@ -82,7 +82,7 @@ def test_what_is_finished_is_neither_built_nor_run_again(tmp_path, monkeypatch):
     study = tiny_study()
     first = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
     refuse_to_run(monkeypatch)
-    monkeypatch.setattr(studies, "built", lambda *_: pytest.fail("it is built"))
+    monkeypatch.setattr(studies.Recipe, "run", lambda *_: pytest.fail("it is built"))
     assert content(study.run(tmp_path / "s", quiet=True)) == content(first)
     assert str(study.status(tmp_path / "s")) == "4 cases: 4 finished, none failed, 0 missing"
 

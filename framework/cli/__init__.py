@@ -18,6 +18,7 @@ from grainlaw.cli.elastic import elastic
 from grainlaw.cli.envelope import envelope
 from grainlaw.cli.law import law
 from grainlaw.cli.rerun import rerun
+from grainlaw.cli.study import study
 from grainlaw.cli.test import test
 from grainlaw.cli.verify import verify
 
@@ -57,5 +58,5 @@ def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 
-for command in (cache, compare, elastic, envelope, law, check, rerun, test, verify):
+for command in (cache, compare, elastic, envelope, law, check, rerun, study, test, verify):
     main.add_command(command)

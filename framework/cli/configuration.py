@@ -75,8 +75,14 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
 
 
 def _law(given: dict[str, Any]) -> tuple[str, ContactLaw, list[Path]]:
-    """What a law is called (a name in Table 1's laws, of another class, or FILE.py:LAW), the law, and its files."""
-    name = str(given.pop("type", "cohesive-crack"))
+    """What a law is called (a name in Table 1's laws, of another class, or FILE.py:LAW), the law, and its files.
+
+    A law that a file has been asked for already stands in the place of its name.
+    """
+    kind = given.pop("type", "cohesive-crack")
+    if isinstance(kind, ContactLaw):
+        return type(kind).__name__, evolved(kind, given, "law"), []
+    name = str(kind)
     if ".py" in name:
         try:
             law, files = find_law_and_files(name)

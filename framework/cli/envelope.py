@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import click
 
 from grainlaw.cli.law_copy import copied
 from grainlaw.cli.law_file import find_law_and_files
+from grainlaw.cli.lists import numbers_of, seeds_of
 from grainlaw.cli.running import (
     ProgressBar,
     finished,
@@ -54,8 +54,8 @@ def envelope(
     their 95 % intervals. The specimen and the parameters are those of a published study (docs/validation.md).
     """
     width, height, count = QUICK if quick else SAMPLE
-    pressures = [value * MPa for value in _numbers("confinement", confinement)]
-    numbers = _seeds(seeds)
+    pressures = [value * MPa for value in numbers_of("confinement", confinement)]
+    numbers = seeds_of(seeds)
     with refusing():
         chosen, files = find_law_and_files(law) if ".py" in law else (law_named(law), [])
         loading = Adaptive() if speed is None else Constant(speed=speed)
@@ -94,21 +94,3 @@ def envelope(
 
 def _name(test: Test) -> str:
     return f"{test[1] / MPa:g} MPa, seed {test[0]}"
-
-
-def _seeds(text: str) -> list[int]:
-    numbers = _numbers("seeds", text)
-    if not all(number.is_integer() for number in numbers):
-        raise click.BadParameter(f"--seeds = {text} is not allowed, it must be whole numbers with commas between")
-    return [int(number) for number in numbers]
-
-
-def _numbers(name: str, text: str) -> list[float]:
-    """The numbers of a list with commas, each once. Raises click.BadParameter."""
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        raise click.BadParameter(f"--{name} = {text} is not allowed, it must be numbers with commas between") from None
-    if not all(map(math.isfinite, numbers)) or len(set(numbers)) < len(numbers):
-        raise click.BadParameter(f"--{name} = {text} is not allowed, it must be finite numbers, each once")
-    return numbers

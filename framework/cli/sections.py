@@ -6,7 +6,7 @@ import json
 import math
 import os
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +22,23 @@ def read_file(file: Path) -> Sections:
 
     Raises :class:`ParameterError` for what is no section, and for a file that cannot be read.
     """
+    return checked_sections(read_tables(file), file)
+
+
+def read_tables(file: Path) -> dict[str, Any]:
+    """What a TOML file holds. Raises :class:`ParameterError` for a file that cannot be read."""
     try:
-        sections = tomllib.loads(file.read_text(encoding="utf-8"))
+        return tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise ParameterError(f"{file} cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ParameterError(f"{file} is no TOML: {error}") from None
+
+
+def checked_sections(sections: Sections, file: Path) -> Sections:
+    """The tables of a TOML file as sections. Raises :class:`ParameterError` for what is no section."""
     for name, section in sections.items():
-        _check_section(name, file)
+        check_section(name, file)
         if not isinstance(section, dict):
             raise ParameterError(f"{file}: {name} = {short(section)} is not allowed, it must be a section [{name}]")
     law = sections.get("law", {}).get("type")
@@ -58,13 +67,19 @@ def assign(sections: Sections, assignment: str) -> None:
     section, *keys = path.strip().split(".")
     if not sign or not keys or not all(keys):
         raise ParameterError(f"'{assignment}' is not allowed, it must be like law.tensile_strength=\"13 MPa\"")
-    _check_section(section, assignment)
+    check_section(section, assignment)
+    put(sections, (section, *keys), _parsed(text))
+
+
+def put(sections: Sections, place: Sequence[str], value: Any) -> None:
+    """Set one value at the place ``(section, key, ...)``; what is inside of a section is copied, not changed."""
+    section, *keys = place
     table: dict[str, Any] = sections.setdefault(section, {})
     for key in keys[:-1]:
         inner = table.get(key, {})  # a name alone is the component with its defaults
         table[key] = dict(inner) if isinstance(inner, Mapping) else {"type": inner}
         table = table[key]
-    table[keys[-1]] = _parsed(text)
+    table[keys[-1]] = value
 
 
 def _parsed(text: str) -> Any:
@@ -74,7 +89,8 @@ def _parsed(text: str) -> Any:
         return text.strip()
 
 
-def _check_section(name: str, place: object) -> None:
+def check_section(name: str, place: object) -> None:
+    """Raise :class:`ParameterError` for a name that no section has."""
     if name not in SECTIONS:
         known = f"sections: {', '.join(SECTIONS)}"
         raise ParameterError(f"{place}: there is no section '{name}'{nearest(name, SECTIONS)} ({known})")
@@ -83,7 +99,7 @@ def _check_section(name: str, place: object) -> None:
 def toml(sections: Mapping[str, Mapping[str, Any]]) -> str:
     """Sections as TOML, what is inside of them as inline tables."""
     blocks = (
-        "\n".join([f"[{name}]", *(f"{_key(key)} = {_toml(value)}" for key, value in section.items())])
+        "\n".join([f"[{name}]", *(f"{_key(key)} = {value_toml(value)}" for key, value in section.items())])
         for name, section in sections.items()
     )
     return "\n\n".join(blocks) + "\n"
@@ -93,13 +109,14 @@ def _key(key: str) -> str:
     return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else json.dumps(key)
 
 
-def _toml(value: Any) -> str:
+def value_toml(value: Any) -> str:
+    """A value as TOML, what is inside of it as inline tables."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):
         return repr(float(value)) if math.isfinite(value) else str(value)
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{_key(key)} = {_toml(entry)}" for key, entry in value.items()) + "}"
+        return "{" + ", ".join(f"{_key(key)} = {value_toml(entry)}" for key, entry in value.items()) + "}"
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(_toml, value)) + "]"
+        return "[" + ", ".join(map(value_toml, value)) + "]"
     return json.dumps(value)

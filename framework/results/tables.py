@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,16 +31,21 @@ def as_csv(table: Mapping[str, np.ndarray]) -> str:
     return ",".join(table) + "\n" + lines(table.values())
 
 
-def write_curves(file: Path, curves: Mapping[str, Mapping[str, np.ndarray]]) -> None:
-    """Write the curves of several runs below each other, with their names in the column ``law``. Raises OSError."""
+def write_curves(
+    file: Path, curves: Mapping[tuple[Any, ...], Mapping[str, np.ndarray]], names: Sequence[str] = ("law",)
+) -> None:
+    """Write the curves of several runs below each other; first columns with ``names`` tell them apart. Raises OSError.
+
+    ``curves`` are by the entries of these columns.
+    """
     columns = list(dict.fromkeys(name for recorded in curves.values() for name in recorded))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["law", *columns])
-    for law, recorded in curves.items():
+    writer.writerow([*names, *columns])
+    for entries, recorded in curves.items():
         count = max((len(values) for values in recorded.values()), default=0)
         table = [recorded.get(column, np.full(count, np.nan)).tolist() for column in columns]
-        writer.writerows([law, *map(repr, row)] for row in zip(*table, strict=True))
+        writer.writerows([*entries, *map(repr, row)] for row in zip(*table, strict=True))
     write_atomically(file, lambda path: path.write_text(text.getvalue(), encoding="utf-8"))
 
 

@@ -88,7 +88,7 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         curves, path = self.plot(), writable_folder(folder)
         failed = {"failed": {name: str(error) for name, error in self.failed.items()}} if self.failed else {}
         write_json(path / "summary.json", {"laws": self.summary, **failed, **(record or {})})
-        write_curves(path / "curves.csv", {name: result.curves for name, result in self.results.items()})
+        write_curves(path / "curves.csv", {(name,): result.curves for name, result in self.results.items()})
         write_atomically(path / "comparison.png", lambda file: curves.savefig(file, dpi=150))
         for name, result in self.results.items():
             figure = plot_cracks(result, name)

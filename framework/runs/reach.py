@@ -140,7 +140,7 @@ class _Hasher:
             self.word("member", thing._name_)
             self.feed(type(thing), where)
         elif isinstance(thing, types.ModuleType):
-            self.is_installed(thing.__name__)  # of a user's module, what is used is fed by itself
+            self.is_installed(thing.__name__, thing)  # of a user's module, what is used is fed by itself
         elif self.is_known(thing):
             pass
         elif isinstance(thing, types.FunctionType):
@@ -190,9 +190,9 @@ class _Hasher:
                 return True
         return False
 
-    def is_installed(self, name: str) -> bool:
+    def is_installed(self, name: str, module: types.ModuleType | None = None) -> bool:
         """Whether a module is Python's, grainlaw's or an installed package's, so that its version says all."""
-        module = sys.modules.get(name) or importlib.import_module(name)
+        module = module or sys.modules.get(name) or importlib.import_module(name)
         version = release(name)
         self.word("module", name, version)
         return version is not None or is_standard(module) or _in_grainlaw(getattr(module, "__file__", None))

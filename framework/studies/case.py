@@ -44,6 +44,11 @@ class Recipe:
 
     case: Callable[..., Run]
     measures: tuple[Measure, ...]
+    levels: Mapping[str, Mapping[Any, Any]] = attrs.field(factory=dict)  #: of factors: what the case is given for each
+
+    def run(self, factors: Mapping[str, Any]) -> Run:
+        """The run of a case. Raises what the function raises."""
+        return built(self.case, {name: self.levels.get(name, {}).get(level, level) for name, level in factors.items()})
 
 
 @attrs.frozen(eq=False)
@@ -52,7 +57,6 @@ class Task:
 
     case: str  #: its key
     factors: dict[str, Any]  #: as they are recorded
-    given: dict[str, Any]  #: as the function is given them
     known: tuple[str, str] = ("", "")  #: keys of the run that the same factors had before, and of that case
 
 
@@ -105,7 +109,7 @@ def _loaded(recipe: bytes) -> Recipe:
 
 def _answered(recipe: Recipe, task: Task, observers: Sequence[Observer]) -> tuple[dict[str, Any], bytes | None]:
     try:
-        run = built(recipe.case, task.given)
+        run = recipe.run(task.factors)
         key = run.key()
     except MemoryError:
         raise

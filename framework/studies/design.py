@@ -38,9 +38,11 @@ class Design:
         for chosen in itertools.product(*self.levels.values()):
             yield dict(zip(self.names, chosen, strict=True))
 
-    def given(self, factors: Factors) -> dict[str, Any]:
-        """What the function of a case is given for the recorded levels."""
-        return {name: self.levels[name][level] if name in self.levels else level for name, level in factors.items()}
+    @property
+    def named(self) -> dict[str, dict[Any, Any]]:
+        """Levels of which something else is recorded: what a case is given for that, by the names of the factors."""
+        found = {n: {label: level for label, level in e.items() if level is not label} for n, e in self.levels.items()}
+        return {name: levels for name, levels in found.items() if levels}
 
 
 def factorial(factors: Mapping[str, Any]) -> Design:
@@ -87,7 +89,7 @@ def _identity(factors: Factors) -> tuple:
 def _levels(name: str, given: Any) -> dict[Any, Any]:
     """What is recorded of each level, and the level."""
     if isinstance(given, Mapping):
-        levels = {str(label): level for label, level in given.items()}
+        levels = {_label(name, label): level for label, level in given.items()}
         if len(levels) < len(given):
             raise ParameterError(f"Study: {name} = {short(list(given))} is not allowed, two levels have the same name")
     elif isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
@@ -100,6 +102,11 @@ def _levels(name: str, given: Any) -> dict[Any, Any]:
     if not levels:
         raise ParameterError(f"Study: {name} has no levels, it must have at least one")
     return levels
+
+
+def _label(name: str, label: Any) -> Any:
+    """What is recorded of a level that has a name, or a number, of its own."""
+    return _plain("", name, label) if isinstance(label, (int, float, np.number)) else str(label)
 
 
 def _plain(where: str, name: str, level: Any) -> Any:

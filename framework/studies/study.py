@@ -23,7 +23,7 @@ from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.reach import Unknown, digest, fingerprint_of, own_modules
 from grainlaw.runs.stopping import Stop, Stopped
-from grainlaw.studies.case import FINISHED, KILLED, SAME, Done, Recipe, Task, built, compiled
+from grainlaw.studies.case import FINISHED, KILLED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.cost import StudyCost, cost_of
 from grainlaw.studies.design import Design, Factors, check_signature, factorial, listed
 from grainlaw.studies.progress import Watcher
@@ -53,9 +53,9 @@ class Study(metaclass=Checked):
     """Cases made by a function of factors, all with the same measures.
 
     ``case`` is any function that takes the factors by name and returns a :class:`~grainlaw.runs.parallel.Run`. Each
-    factor has a list of levels, numbers or texts, or a mapping of names to levels of any kind; the cases are all
-    combinations. ``cases`` is a list of mappings, or a DataFrame, instead (:func:`latin_hypercube`, :func:`sobol`),
-    each with all combinations of the factors that are given beside it.
+    factor has a list of levels, numbers or texts, or a mapping of names or numbers to levels of any kind; the cases
+    are all combinations. ``cases`` is a list of mappings, or a DataFrame, instead (:func:`latin_hypercube`,
+    :func:`sobol`), each with all combinations of the factors that are given beside it.
 
     ``measures`` are those of the laboratory. Raises :class:`ParameterError` for factors that the function does not
     take.
@@ -101,7 +101,7 @@ class Study(metaclass=Checked):
         turn = _shard(shard)
         store, stop = Store(folder, about=self._about()), stop or Stop()
         mine = (pair for k, pair in enumerate(self._cases()) if k % turn[1] == turn[0])
-        missing = [self._task(case, factors) for case, factors in mine if case not in store]
+        missing = [Task(case, factors) for case, factors in mine if case not in store]
         if missing:
             self._try_levels(missing, compile_too=on is None)
             missing = self._with_known(missing, store)
@@ -116,7 +116,7 @@ class Study(metaclass=Checked):
         return self._table(store)
 
     def _carry(self, missing: list[Task], store: Store, on: Any, count: int, quiet: bool, stop: Stop) -> None:
-        recipe = packed(Recipe(self.case, self.measures))
+        recipe = packed(self._recipe)
         with workers(on, count) as by, Watcher(missing, by, quiet) as watcher:
 
             def accept(task: Task, done: Done) -> None:
@@ -143,7 +143,7 @@ class Study(metaclass=Checked):
                     continue
                 tried.add(task.case)
                 try:
-                    run = built(self.case, task.given)
+                    run = self._recipe.run(task.factors)
                     if compile_too and (kind := _kind(run)) not in laws:
                         compiled(run)
                         laws.add(kind)
@@ -182,8 +182,8 @@ class Study(metaclass=Checked):
         """
         store = Store(folder, make=False) if folder is not None and Path(folder).exists() else None
         rows = [row for row in store.rows(case for case, _ in self._cases()) if row] if store else []
-        missing = [self._task(*pair) for pair in self._cases() if store is None or pair[0] not in store]
-        return cost_of(missing, rows, lambda task: built(self.case, task.given))
+        missing = [Task(*pair) for pair in self._cases() if store is None or pair[0] not in store]
+        return cost_of(missing, rows, lambda task: self._recipe.run(task.factors))
 
     def table(self, folder: Folder) -> Table:
         """The table of the cases that a store has. Raises ParameterError for a folder that is no store."""
@@ -199,6 +199,10 @@ class Study(metaclass=Checked):
         return Table(rows, self.design.names, store, self.measures)
 
     # --- keys --------------------------------------------------------------------------------------------------------
+
+    @property
+    def _recipe(self) -> Recipe:
+        return Recipe(self.case, self.measures, self.design.named)
 
     @property
     def _measured(self) -> str:
@@ -228,9 +232,6 @@ class Study(metaclass=Checked):
                 level = factors[name]
                 key.update(words.get((name, level)) or _word(name, level, ""))
             yield key.hexdigest(), factors
-
-    def _task(self, case: str, factors: Factors) -> Task:
-        return Task(case, factors, self.design.given(factors))
 
     def _about(self) -> dict[str, Any]:
         return {"grainlaw": sys.modules["grainlaw"].__version__, "factors": list(self.design.names)}
@@ -264,7 +265,9 @@ def _kind(run: Run) -> str:
 
 def packed(recipe: Recipe) -> bytes:
     """A recipe for other processes, with the modules of the user's own in it: workers need not find their files."""
-    modules = [sys.modules[name] for name in own_modules(recipe.case, *recipe.measures) if name in sys.modules]
+    modules = [
+        sys.modules[name] for name in own_modules(recipe.case, *recipe.measures, recipe.levels) if name in sys.modules
+    ]
     for module in modules:
         cloudpickle.register_pickle_by_value(module)
     try:

@@ -19,8 +19,10 @@ from grainlaw.naming import Shown, shown
 from grainlaw.results.archive import Recorded, called
 from grainlaw.results.figures import html
 from grainlaw.results.figures.report_figures import plot_report_cracks, plot_report_curves
+from grainlaw.results.figures.samples import plot_samples
 from grainlaw.results.files import write_atomically
 from grainlaw.results.laboratory import Laboratory
+from grainlaw.results.samples import Samples, mean_and_range
 from grainlaw.unit_text import written
 
 if TYPE_CHECKING:
@@ -45,8 +47,12 @@ def write_report(
     record: Mapping[str, Any] | None = None,
     incomplete: str = "",
     measures: Sequence[Measure] | None = None,
+    samples: Samples | None = None,
 ) -> None:
     """Write the results of one test under one law or several, by the laws' names, as a page of HTML.
+
+    ``samples`` are those of the same laws on several samples: their means and ranges come first, and ``results`` are
+    those of one of them.
 
     ``record`` is shown at the end: what else belongs to the run, such as versions. ``incomplete`` says why a test did
     not end as it should. ``measures`` are those of the table, the standard ones (``MEASURES``) if not given.
@@ -58,7 +64,8 @@ def write_report(
     }
     first = next(iter(results.values()))
     name = title or f"{_words(first.protocol)}: {', '.join(results)}"
-    content = html.page(name, _parts(name, results, laboratories, record or {}, incomplete))
+    parts = _parts(name, results, laboratories, record or {}, incomplete, samples or {})
+    content = html.page(name, parts)
     write_atomically(Path(file), lambda path: path.write_text(content, encoding="utf-8"))
 
 
@@ -68,14 +75,18 @@ def _parts(
     laboratories: Mapping[str, Laboratory],
     record: Mapping[str, Any],
     incomplete: str,
+    samples: Samples,
 ) -> Iterator[str]:
     first = next(iter(results.values()))
     yield html.text("h1", title)
     yield html.text("p", f"grainlaw {version('grainlaw')}, {datetime.now():%Y-%m-%d %H:%M}")
     if incomplete:
         yield html.text("p", f"Incomplete: {incomplete}. What follows was recorded before.", "warning")
-    for warning in warnings_of(results):
+    every = {f"{law}, seed {seed}": result for law, each in samples.items() for seed, result in each.items()}
+    for warning in warnings_of(every or results):
         yield html.text("p", warning, "warning")
+    if samples:
+        yield from _all_samples(samples, first)
     yield html.text("h2", "Properties")
     yield _properties(results)
     if "apparent_modulus" in first.summary:
@@ -112,6 +123,22 @@ def warnings_of(results: Mapping[str, Result]) -> Iterator[str]:
                 yield f"{name}: the {shown(measure).words} cannot be computed, so the test has failed its certificate."
             elif value > limit:
                 yield f"{name}: the {shown(measure).words} is above its limit; {cure}."
+
+
+def _all_samples(samples: Samples, first: Result) -> Iterator[str]:
+    """Means and ranges, and which sample the rest of the page is about."""
+    summaries = {law: [result.summary for result in each.values()] for law, each in samples.items()}
+    names = (name for name in first.summary if name not in (*LIMITS, *COST))
+    rows = [
+        [shown(n).heading, *(_number(mean_and_range(shown(n), each, n)) for each in summaries.values())] for n in names
+    ]
+    yield html.text("h2", "Means and ranges of all samples")
+    yield html.table(rows, ["", *summaries])
+    yield html.picture(plot_samples(samples), "Mean curves with the range of the samples, and broken contact points")
+    seeds = dict.fromkeys(seed for each in samples.values() for seed in each)
+    this = next(seed for each in samples.values() for seed, result in each.items() if result is first)
+    words = f"The samples are those of the seeds {', '.join(map(str, seeds))}; what follows is of seed {this}."
+    yield html.text("p", words)
 
 
 def _properties(results: Mapping[str, Result]) -> str:

@@ -1,0 +1,224 @@
+"""The command that runs a study, and those that tell what it has found."""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from grainlaw.cli.running import contents, refusing
+from grainlaw.cli.slurm import script
+from grainlaw.cli.study_file import StudyFile, study_of
+from grainlaw.naming import aligned, shown
+from grainlaw.parameter import ParameterError
+from grainlaw.results.files import write_atomically
+from grainlaw.runs.stopping import Stopped
+from grainlaw.studies.statistics import Mean, level
+from grainlaw.studies.table import PRINTED, Table
+from grainlaw.studies.workers import ExecutorError
+
+
+class _Study(click.Group):
+    """Runs a file where no other command is named."""
+
+    def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
+        if args and args[0] not in (*self.commands, *context.help_option_names):
+            args = ["run", *args]
+        return super().parse_args(context, args)
+
+
+@click.group(cls=_Study, subcommand_metavar="[COMMAND] FILE.toml [OPTIONS]")
+def study() -> None:
+    """Run many cases of a test, and keep them as one table.
+
+    FILE.toml is the file of "grainlaw test" (docs/configuration.md), with its test named by [test] type = "...", and a
+    further table [vary], such as "sample.seed" = "1..20", "law.tensile_strength" = ["10 MPa", "13 MPa"] and
+    law = ["mohr-coulomb", "cohesive-crack"]. The cases are all combinations.
+
+    Without a command the cases are run that are not finished (the options: grainlaw study run --help). What is
+    finished is kept: a study that is stopped goes on with the same call.
+    """
+
+
+def file_options(command: Callable[..., None]) -> Callable[..., None]:
+    """The file of a study and what belongs to its cases; the command is given the study and the folder of its store."""
+
+    @click.argument("file", metavar="FILE.toml", type=click.Path(path_type=Path))
+    @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
+    @click.option("--quick", is_flag=True, help="A small specimen.")
+    @click.option(
+        "--out", type=click.Path(path_type=Path),
+        help="Folder of the study.  [default: the file's name without its ending]",
+    )  # fmt: skip
+    @functools.wraps(command)
+    def run(*, file: Path, assignments: tuple[str, ...], quick: bool, out: Path | None, **options: Any) -> None:
+        with refusing():
+            chosen = study_of(file, assignments, quick)
+        command(chosen, chosen.folder if out is None else out, **options)
+
+    return run
+
+
+def _shard(_context: Any, _option: Any, value: str | None) -> tuple[int, int] | None:
+    if value is None:
+        return None
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", value)
+    shard = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not 1 <= shard[0] <= shard[1]:
+        raise click.UsageError(
+            f"--shard = '{value}' is not allowed, it must be a number and of how many, such as 3/64: from 1/64 to 64/64"
+        )
+    return shard
+
+
+@study.command()
+@file_options
+@click.option("--on", metavar="ADDRESS", help="Scheduler of a Dask cluster, such as tcp://host:8786.")
+@click.option("--workers", type=int, help="Cases at a time on this machine.  [default: one for each core]")
+@click.option("--shard", metavar="K/N", callback=_shard, help="The K-th of N parts, for N jobs that share the folder.")
+def run(
+    chosen: StudyFile, folder: Path, *, on: str | None, workers: int | None, shard: tuple[int, int] | None
+) -> None:  # fmt: skip
+    """Run the cases that are not finished, and print the means over the seeds."""
+    with _ending(chosen, folder):
+        chosen.try_first()
+        table = chosen.study.run(folder, on=on, workers=workers, shard=shard)
+    click.echo(means(table, chosen.by))
+    click.echo(f"\n{chosen.study.status(folder)}\n{contents(folder)}")
+    if table.failed:
+        raise click.ClickException(f"{len(table.failed)} of {len(table)} cases failed{_reasons(table)}")
+
+
+@contextmanager
+def _ending(chosen: StudyFile, folder: Path) -> Iterator[None]:
+    """End in words: what is refused with exit code 2, what is stopped with how far it is."""
+    try:
+        with refusing():
+            yield
+    except Stopped as stopped:
+        click.echo(f"\n{stopped}; {chosen.study.status(folder)}", err=True)
+        click.echo(f"{contents(folder)}\ngo on with the same command", err=True)
+        sys.exit(128 + stopped.signal)
+    except ExecutorError as error:
+        raise click.ClickException(f"{error}; {chosen.study.status(folder)}; go on with the same command") from None
+
+
+def _reasons(table: Table) -> str:
+    """Of each kind of failure the first reason."""
+    first: dict[str, dict[str, Any]] = {}
+    for row in table.failed:
+        first.setdefault(row["status"], row)
+    lines = []
+    for kind, row in first.items():
+        count = sum(row["status"] == kind for row in table.failed)
+        case = ", ".join(f"{name} = {level(name, row[name])}" for name in table.factors)
+        lines.append(f"\n{count} {kind}, the first {case}: {row['reason']}")
+    return "".join(lines)
+
+
+@study.command()
+@file_options
+def status(chosen: StudyFile, folder: Path) -> None:
+    """Tell how many cases are finished, have failed and are missing."""
+    with refusing():
+        found = chosen.study.status(folder)
+        table = chosen.study.table(folder) if found.failed else None
+    click.echo(f"{found}{_reasons(table) if table else ''}")
+
+
+@study.command()
+@file_options
+@click.option("--csv", type=click.Path(path_type=Path), help="File to write as text.")
+@click.option("--parquet", type=click.Path(path_type=Path), help="File to write for pandas and other programs.")
+def table(chosen: StudyFile, folder: Path, *, csv: Path | None, parquet: Path | None) -> None:
+    """Print the table, one row for each case, or write it to a file in SI units."""
+    with refusing():
+        found = chosen.study.table(folder)
+        if csv is not None:
+            found.write_csv(csv)
+        if parquet is not None:
+            found.write_parquet(parquet)
+    if csv is None and parquet is None:
+        click.echo(found)
+    else:
+        click.echo(f"{len(found)} cases written to {', '.join(str(file) for file in (csv, parquet) if file)}")
+
+
+@study.command()
+@file_options
+@click.option("--column", default="peak_stress", show_default=True, help="Column of the table.")
+@click.option("--to", type=click.Path(path_type=Path), help="File to write.  [default: COLUMN.png in the folder]")
+def plot(chosen: StudyFile, folder: Path, *, column: str, to: Path | None) -> None:
+    """Draw a column: each case, and means with their intervals."""
+    file = folder / f"{column}.png" if to is None else to
+    with refusing():
+        found = _with_rows(chosen, folder)
+        figure = found.plot(column, over=chosen.over)
+        if file.suffix[1:].lower() not in (known := figure.canvas.get_supported_filetypes()):
+            raise ParameterError(f"--to = '{file}' is not allowed, its ending must be one of {', '.join(known)}")
+        write_atomically(file, lambda path: figure.savefig(path, dpi=150))
+    click.echo(f"written to {file}")
+
+
+@study.command()
+@file_options
+@click.option("--to", type=click.Path(path_type=Path), help="File to write.  [default: report.html in the folder]")
+def report(chosen: StudyFile, folder: Path, *, to: Path | None) -> None:
+    """Write the report of the study: one page that opens anywhere."""
+    file = folder / "report.html" if to is None else to
+    with refusing():
+        _with_rows(chosen, folder).write_report(file, over=chosen.over)
+    click.echo(f"written to {file}")
+
+
+def _with_rows(chosen: StudyFile, folder: Path) -> Table:
+    found = chosen.study.table(folder)
+    if not len(found):
+        raise ParameterError(f"{folder}: no case of {chosen.file} is finished")
+    return found
+
+
+@study.command()
+@click.option("--shards", type=int, required=True, help="Jobs of the array.")
+@click.option("--time", metavar="TIME", required=True, help="Longest time of a job, such as 24:00:00.")
+@click.option("--cpus", type=int, default=1, show_default=True, help="Cores of a job: cases at a time.")
+@file_options
+def slurm(chosen: StudyFile, folder: Path, *, shards: int, time: str, cpus: int) -> None:
+    """Print a script for sbatch: the study as an array of jobs of the scheduler Slurm, which share the folder."""
+    options = [*chosen.options, *([] if folder == chosen.folder else ["--out", os.fspath(folder)])]
+    with refusing():
+        chosen.try_first()
+        text = script(chosen.file, options, shards=shards, time=time, cpus=cpus, cases=len(chosen.study))
+    click.echo(text, nl=False)
+
+
+# --- what is printed -------------------------------------------------------------------------------------------------
+
+
+def means(table: Table, by: list[str]) -> str:
+    """Mean of each group of cases and half of its 95 % interval, over the seeds."""
+    names = [name for name in PRINTED if name in table.quantities and not np.isnan(table[name]).all()]
+    if not names or len(table) == len(table.means(*by)[names[0]]):
+        return str(table)
+    found = table.means(*by)
+    columns = [found[name] for name in names]
+    rows = [[*(shown(name).heading for name in by), "n", *(shown(name).heading for name in names)]]
+    for entries in zip(*columns, strict=True):
+        group: Mean = entries[0]
+        cells = (_mean(name, entry) for name, entry in zip(names, entries, strict=True))
+        rows.append([*(level(name, group.group[name]) for name in by), str(group.count), *cells])
+    return f"{aligned(rows, rule=True)}\nmeans over the seeds, ± half of the 95 % interval"
+
+
+def _mean(name: str, entry: Mean) -> str:
+    look, half = shown(name), (entry.interval[1] - entry.interval[0]) / 2
+    return look.text(entry.mean) if math.isnan(half) else f"{look.text(entry.mean)} ± {look.text(half)}"

@@ -1,0 +1,150 @@
+"""Several laws under the same test on several samples of the same rock: one sample says little."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import attrs
+
+from grainlaw.arguments import Checked, checked
+from grainlaw.contact import Laws
+from grainlaw.naming import aligned, shown
+from grainlaw.parameter import ParameterError
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.files import file_name, writable_folder, write_atomically
+from grainlaw.results.measure import Measure
+from grainlaw.results.result import Result
+from grainlaw.results.samples import mean_and_range, means
+from grainlaw.results.tables import write_curves, write_json
+from grainlaw.runs.comparison import TABLE
+from grainlaw.runs.parallel import Run, simulate_all
+from grainlaw.runs.stopping import Stopped
+from grainlaw.specimen import Specimen
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Test = tuple[str, int]  #: law, and seed of the sample
+
+
+@attrs.frozen(eq=False)
+class SampleComparison(metaclass=Checked):
+    """Results by the name of the law and the seed of the sample; prints as a table of means and ranges.
+
+    The runs that failed are in ``failed``, with their errors.
+    """
+
+    results: dict[Test, Result]
+    failed: dict[Test, Exception] = attrs.field(factory=dict)
+
+    @property
+    def by_law(self) -> dict[str, dict[int, Result]]:
+        """The results by law, and by seed."""
+        found: dict[str, dict[int, Result]] = {}
+        for (law, seed), result in self.results.items():
+            found.setdefault(law, {})[seed] = result
+        return found
+
+    @property
+    def named(self) -> dict[str, Result]:
+        """The results by law and seed in words."""
+        return {in_words(test): result for test, result in self.results.items()}
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Means (SI) by the name of the law, and the summaries of each sample by its seed."""
+        samples: dict[str, dict[str, Any]] = {}
+        for (law, seed), result in self.results.items():
+            samples.setdefault(str(seed), {})[law] = result.summary
+        laws = {law: means([r.summary for r in each.values()]) for law, each in self.by_law.items()}
+        return {"laws": laws, "samples": samples}
+
+    def __str__(self) -> str:
+        summaries = {law: [result.summary for result in each.values()] for law, each in self.by_law.items()}
+        absent = [law for law in dict.fromkeys(law for law, _ in self.failed) if law not in summaries]
+        rows = [["", *summaries, *absent]]
+        for name in TABLE:
+            look = shown(name)
+            cells = (mean_and_range(look, each, name) for each in summaries.values())
+            rows.append([look.heading, *cells, *("failed" for _ in absent)])
+        reasons = (f"\n{in_words(test)} failed: {error}" for test, error in self.failed.items())
+        seeds = ", ".join(map(str, dict.fromkeys(seed for _, seed in (*self.results, *self.failed))))
+        return f"{aligned(rows, rule=True)}\nmean (range) of the samples with the seeds {seeds}{''.join(reasons)}"
+
+    def plot(self) -> Figure:
+        """Mean stress-strain curves of all laws, with their ranges. Raises ParameterError as :class:`Comparison`."""
+        from grainlaw.results.figures.samples import plot_samples
+
+        return plot_samples(self.by_law)
+
+    def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
+        """Write ``comparison.png``, ``cracks_<law>.png``, ``summary.json`` and ``curves.csv``.
+
+        ``record``, the input of the runs, is added to the summary. Raises OSError where it cannot write, and
+        ParameterError for a test without the columns ``strain`` and ``stress``.
+        """
+        from grainlaw.results.figures.samples import plot_cracks_of_samples
+
+        curves, path = self.plot(), writable_folder(folder)
+        failed = {"failed": {in_words(test): str(error) for test, error in self.failed.items()}}
+        write_json(path / "summary.json", {**self.summary, **(failed if self.failed else {}), **(record or {})})
+        table = {test: result.curves for test, result in self.results.items()}
+        write_curves(path / "curves.csv", table, ("law", "seed"))
+        write_atomically(path / "comparison.png", lambda file: curves.savefig(file, dpi=150))
+        for law, results in self.by_law.items():
+            figure = plot_cracks_of_samples(law, results)
+            write_atomically(path / f"cracks_{file_name(law)}.png", lambda file, f=figure: f.savefig(file, dpi=150))  # type: ignore[misc]
+
+    def write_report(
+        self,
+        file: str | os.PathLike[str],
+        *,
+        title: str = "",
+        record: Mapping[str, Any] | None = None,
+        measures: Sequence[Measure] | None = None,
+    ) -> None:
+        """Write means and ranges of all samples, and the laboratory report of the first, as a page of HTML."""
+        from grainlaw.results.figures.report import write_report
+
+        first = next(iter(self.results))[1]
+        results = {law: each[first] for law, each in self.by_law.items() if first in each}
+        incomplete = "; ".join(f"{in_words(test)}: {error}" for test, error in self.failed.items())
+        write_report(
+            results, file, title=title, record=record, incomplete=incomplete, measures=measures, samples=self.by_law
+        )
+
+
+@checked
+def compare_samples(
+    specimens: Mapping[int, Specimen],
+    laws: Mapping[str, Laws],
+    protocol: LoadingProtocol,
+    **options: Any,
+) -> SampleComparison:
+    """Put each of several samples (by seed) through one test under several laws, as many runs at a time as ``threads``.
+
+    ``options`` are those of :func:`~grainlaw.runs.comparison.compare`; ``observers`` maps the name of a law and a seed
+    to the observers of that run. A run that fails does not touch the others. :class:`Stopped` has the finished runs as
+    its ``result``.
+    """
+    if not laws or not specimens:
+        raise ParameterError("compare_samples: there must be at least one law and one specimen")
+    runs = {(law, seed): Run(specimens[seed], laws[law], protocol) for seed in specimens for law in laws}
+    try:
+        outcome = simulate_all(runs, folder=folder_name, **options)
+    except Stopped as stopped:
+        stopped.result = SampleComparison(stopped.result.results, stopped.result.failed)
+        raise
+    return SampleComparison(outcome.results, outcome.failed)
+
+
+def in_words(test: Test) -> str:
+    """``linear, seed 1``."""
+    return f"{test[0]}, seed {test[1]}"
+
+
+def folder_name(test: Test) -> str:
+    """The folder of one run inside that of the comparison."""
+    return f"{test[0]}_seed_{test[1]}"

@@ -1,0 +1,213 @@
+"""Studies from the command line: cases of a file, what is finished, tables, what is refused."""
+
+import csv
+import json
+import os
+
+import numpy as np
+import pytest
+from command_line import FILE, LAWS, MINE, invoke, study_file
+from law_sources import STIFFER
+from matplotlib.image import imread
+
+
+def rows_of(file, *options):
+    place = file.with_suffix(".csv")
+    result = invoke("study", "table", file, "--quick", "--csv", place, *options)
+    assert result.exit_code == 0, result.output
+    with place.open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    file = study_file(tmp_path_factory.mktemp("study"), LAWS)
+    result = invoke("study", file, "--quick", "--workers", 2)
+    assert result.exit_code == 0, result.output
+    return file, result.output
+
+
+def test_means_over_the_seeds_are_printed(done):
+    file, output = done
+    peaks = [float(row["peak_stress"]) for row in rows_of(file) if row["law"] == "mine.py:Mine"]
+    line = next(line for line in output.splitlines() if line.startswith("mine.py:Mine"))
+    assert len(peaks) == 2
+    assert line.split()[1:3] == ["2", f"{np.mean(peaks) / 1e6:.2f}"]
+    half = 12.7062 * np.std(peaks, ddof=1) / np.sqrt(2) / 1e6  # Student's quantile of one degree of freedom
+    assert line.split()[3:5] == ["±", f"{half:.2f}"]
+    assert "4 cases: 4 finished, none failed, 0 missing" in output
+    assert f"written to {file.with_suffix('')}{os.sep}" in output
+
+
+def test_a_case_is_the_test_of_the_same_file(done, tmp_path):
+    file, _ = done
+    alone = tmp_path / "alone.toml"
+    alone.write_text(FILE.replace("[vary]", "[law]\ntype = 'mine.py:Mine'\n").replace("grains", "seed = 2\ngrains"))
+    for name in ("mine.py", "helper.py"):
+        (tmp_path / name).write_text((file.parent / name).read_text())
+    call = ("test", "uniaxial-compression", "--quick", "--config", alone, "--out", tmp_path / "out", "--threads", 1)
+    assert invoke(*call).exit_code == 0
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())["properties"]
+    row = next(row for row in rows_of(file) if (row["law"], row["seed"]) == ("mine.py:Mine", "2"))
+    for name in ("peak_stress", "apparent_modulus", "steps", "energy_error"):
+        assert float(row[name]) == summary[name]
+
+
+def test_an_edited_law_is_another_case_and_an_edited_comment_is_not(done, tmp_path, monkeypatch):
+    source, _ = done
+    file = study_file(tmp_path, LAWS)
+    status = lambda: invoke("study", "status", "granite.toml", "--quick", "--out", source.with_suffix("")).output  # noqa: E731
+    monkeypatch.chdir(tmp_path)  # nor does it matter where the file lies, and how it is called
+    assert "4 finished, none failed, 0 missing" in status()
+    (tmp_path / "mine.py").write_text(MINE.replace("by the helper", "times"))
+    file.write_text(f"# granite\n{file.read_text()}")
+    assert "4 finished, none failed, 0 missing" in status()
+    (tmp_path / "helper.py").write_text("def times(a, b):\n    return b * a\n")
+    assert "2 finished, none failed, 2 missing" in status()
+    (tmp_path / "helper.py").write_text("def times(a, b):\n    return a * b\n")
+    (tmp_path / "mine.py").write_text(MINE.replace("4e13", "3e13"))
+    assert "2 finished, none failed, 2 missing" in status()
+    assert "0 finished, none failed, 4 missing" in invoke(
+        "study", "status", "granite.toml", "--out", source.with_suffix("")).output  # fmt: skip
+
+
+def test_what_is_finished_is_not_run_again(done, tmp_path):
+    file, _ = done
+    before = {path: path.stat().st_mtime_ns for path in file.with_suffix("").rglob("*.json")}
+    more = study_file(tmp_path, LAWS.replace("1..2", "1..3"))
+    result = invoke("study", more, "--quick", "--out", file.with_suffix(""))
+    assert "6 cases: 6 finished" in result.output
+    assert before.items() <= {path: path.stat().st_mtime_ns for path in file.with_suffix("").rglob("*.json")}.items()
+
+
+def test_quantities_are_numbers_of_the_table_and_keys_may_be_inside(tmp_path):
+    vary = 'law.tensile_strength = ["10 MPa", "13 MPa"]\n'
+    file = study_file(tmp_path, vary + '"test.loading" = [{type = "constant", speed = "0.2 m/s"}]')
+    result = invoke("study", file, "--quick", "--set", "law.type=mohr-coulomb")
+    assert result.exit_code == 0, result.output
+    assert result.output.splitlines()[0].startswith("tensile strength (MPa)")
+    rows = rows_of(file, "--set", "law.type=mohr-coulomb")
+    assert [float(row["tensile_strength"]) for row in rows] == [10e6, 13e6]
+    assert {row["loading"] for row in rows} == {'{type = "constant", speed = "0.2 m/s"}'}
+    text = invoke("study", "table", file, "--quick", "--set", "law.type=mohr-coulomb").output
+    assert [line.split()[0] for line in text.splitlines()[2:4]] == ["10", "13"]
+
+
+def test_shards_are_parts_of_one_study(tmp_path):
+    file = study_file(tmp_path, '"sample.seed" = "1..3"\n')
+    assert "3 cases: 2 finished, none failed, 1 missing" in invoke("study", file, "--quick", "--shard", "1/2").output
+    assert {row["seed"] for row in rows_of(file)} == {"1", "3"}
+    assert "3 cases: 3 finished, none failed, 0 missing" in invoke("study", file, "--quick", "--shard", "2/2").output
+
+
+def test_cases_that_fail_are_told_and_not_tried_again(tmp_path):
+    file = study_file(tmp_path, 'law = ["linear", "mine.py:Stiffer"]', FILE.replace("0.0001", "0.0002"))
+    (tmp_path / "mine.py").write_text(STIFFER)
+    call = "study", file, "--quick", "--set", "sample.grains=20", "--set", "test.loading={type='constant',speed=0.05}"
+    for _ in range(2):
+        result = invoke(*call)
+        assert result.exit_code == 1
+        words = " ".join(result.output.split())
+        assert "2 cases: 1 finished, 1 unstable, 0 missing" in words
+        assert "Error: 1 of 2 cases failed 1 unstable, the first law = mine.py:Stiffer: " in words
+    assert "1 unstable, the first law" in invoke("study", "status", *call[1:]).output
+    assert [row["status"] for row in rows_of(*call[1:])] == ["finished", "unstable"]
+
+
+def test_pictures_and_a_report_are_study_file(done, tmp_path):
+    file, _ = done
+    assert f"written to {file.with_suffix('') / 'peak_stress.png'}" in invoke("study", "plot", file, "--quick").output
+    assert min(imread(file.with_suffix("") / "peak_stress.png").shape[:2]) > 200
+    result = invoke("study", "plot", file, "--quick", "--column", "modulus", "--to", tmp_path / "m.svg")
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "m.svg").read_text().startswith("<?xml")
+    for options, words in (
+        (["--column", "peak_stres"], "did you mean 'peak_stress'?"),
+        (["--to", tmp_path / "m.abc"], "its ending must be one of"),
+    ):
+        result = invoke("study", "plot", file, "--quick", *options)
+        assert result.exit_code == 2
+        assert words in " ".join(result.output.split())
+    assert invoke("study", "report", file, "--quick").exit_code == 0
+    page = (file.with_suffix("") / "report.html").read_text()
+    assert "mine.py:Mine" in page
+    assert invoke("study", "report", file, "--quick", "--to", tmp_path / "none" / "r.html").exit_code == 1
+
+
+def test_nothing_is_drawn_of_nothing(done, tmp_path):
+    file = study_file(tmp_path, LAWS.replace("1..2", "5..6"))
+    result = invoke("study", "plot", file, "--quick", "--out", done[0].with_suffix(""))
+    assert result.exit_code == 2
+    assert "no case of" in result.output
+
+
+# --- what is refused -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("vary", "options", "words"),
+    [
+        ("", [], 'a study needs a table [vary], such as "sample.seed" = "1..20"'),
+        ('"sampel.seed" = "1..3"', [], "there is no section 'sampel'; did you mean 'sample'?"),
+        ('sample = "1..3"', [], "vary: 'sample' is not allowed, it must be a key such as 'sample.seed'"),
+        ('"sample.sed" = "1..3"', [], "there is no 'sample.sed'; did you mean 'seed'?"),
+        ('"sample.seed" = "20..1"', [], "sample.seed = '20..1' is not allowed: the range is empty, 1 is below 20"),
+        ('"sample.seed" = "1..9999999999"', [], "it may have 1,000,000 levels at most"),
+        ('"sample.seed" = ""', [], "sample.seed = '' is not allowed, it must be a list such as"),
+        ('"sample.seed" = []', [], "sample.seed has no levels"),
+        ('"sample.seed" = 3', [], "sample.seed = 3 is not allowed, it must be a list such as"),
+        ('"sample.seed" = [1, -1]', [], "seed = -1 is refused: Voronoi: seed = -1 is not"),
+        ('"rock.density" = ["3 g/cm3", 3000]', [], "it has the same level twice"),
+        ('"law.cohesion" = ["29 MPa", "9 mm"]', [], "cohesion = 0.009 is refused: law.cohesion = '9 mm'"),
+        ('law = ["linear", "mohr-colomb"]', [], "did you mean 'mohr-coulomb'?"),
+        ('law = ["linear", "yours.py:Yours"]', [], "law.type = 'yours.py:Yours' is refused: there is no file"),
+        ('law = ["linear", "mine.py:My"]', [], "there is no 'My' in"),
+        ('law = ["linear"]\n"law.type" = ["linear"]', [], "vary: 'law.type' is given twice"),
+        ('test = ["uniaxial-compresion"]', [], "did you mean 'uniaxial-compression'?"),
+        ('"numerics.threads" = [1, 2]', [], "vary: 'numerics.threads' is not allowed, it does not decide a result"),
+        ('"sample.seed" = "1..3"', ["--shard", "5/3"], "--shard = '5/3' is not allowed"),
+        ('"sample.seed" = "1..3"', ["--shard", "half"], "--shard = 'half' is not allowed"),
+        ('"sample.seed" = "1..3"', ["--workers", "0"], "workers = 0 is not allowed"),
+        ('"sample.seed" = "1..3"', ["--set", "law.knn=3"], "there is no 'law.knn'; did you mean 'kn'?"),
+        ('"sample.seed" = "1..3"', ["--set", "test.type=pull"], "there is no test 'pull'"),
+        ('"sample.seed" = "1..3"', ["--on", "tcp://127.0.0.1:9"], "no Dask scheduler answers at 'tcp://127.0.0.1:9'"),
+    ],
+    ids=lambda value: value if isinstance(value, str) and len(value) < 40 else "",
+)  # fmt: skip
+def test_refusals_are_one_line_before_anything_runs(vary, options, words, tmp_path):
+    file = study_file(tmp_path, vary)
+    result = invoke("study", file, "--quick", *options)
+    assert result.exit_code == 2, result.output
+    assert words in " ".join(result.output.split())
+    assert "Traceback" not in result.output
+    assert not list(tmp_path.rglob("*.npz"))
+
+
+def test_a_test_must_be_named(tmp_path):
+    file = study_file(tmp_path, '"sample.seed" = "1..3"', "[vary]\n")
+    result = invoke("study", file)
+    assert result.exit_code == 2
+    assert 'the test is missing: [test] type = "...", one of uniaxial-compression' in " ".join(result.output.split())
+
+
+@pytest.mark.parametrize("command", ["run", "status", "table", "plot", "report"])
+def test_folders_that_are_no_store_are_refused(command, done, tmp_path):
+    file, other = done[0], tmp_path / "other"
+    other.mkdir()
+    (other / "letter.txt").write_text("dear friend")
+    result = invoke("study", command, file, "--quick", "--out", other)
+    assert result.exit_code == 2
+    assert "no store of a study" in " ".join(result.output.split())
+    (other / "study.json").write_text('{"format": 99}')
+    result = invoke("study", command, file, "--quick", "--out", other)
+    assert result.exit_code == 2
+    assert "is a store of format 99" in " ".join(result.output.split())
+    assert (other / "letter.txt").read_text() == "dear friend"
+
+
+def test_help_tells_the_commands():
+    text = invoke("study", "--help").output
+    for name in ("run", "status", "table", "plot", "report", "slurm"):
+        assert f"\n  {name} " in text
+    assert "--shard" in invoke("study", "run", "--help").output
+    assert invoke("study").exit_code != 0

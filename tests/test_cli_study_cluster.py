@@ -1,0 +1,71 @@
+"""Studies on a cluster from the command line: arrays of jobs, and Dask."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+
+import pytest
+from command_line import LAWS, invoke, study_file
+
+
+def test_a_job_of_the_array_is_stopped_and_goes_on(tmp_path, monkeypatch):
+    """The script that is printed, run as the scheduler would, and asked to end before its time is over."""
+    monkeypatch.chdir(tmp_path)
+    file = study_file(tmp_path, '"sample.seed" = "1..40"\n')
+    call = ("study", "slurm", file.name, "--quick", "--set", "sample.grains=20", "--shards", 2, "--time", "24:00:00")
+    result = invoke(*call, "--cpus", 2)
+    assert result.exit_code == 0, result.output
+    assert "#SBATCH --array=1-2\n#SBATCH --cpus-per-task=2\n#SBATCH --time=24:00:00\n" in result.output
+    (tmp_path / "job.sh").write_text(result.output)
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST")}
+    environment |= {"SLURM_ARRAY_TASK_ID": "2", "SLURM_CPUS_PER_TASK": "1"}
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    job = subprocess.Popen(["bash", "job.sh"], env=environment, **streams)
+    ended = time.monotonic() + 120
+    while not list(tmp_path.glob("granite/cases/*/*.json")) and time.monotonic() < ended and job.poll() is None:
+        time.sleep(0.05)
+    job.send_signal(signal.SIGTERM)
+    output, _ = job.communicate(timeout=60)
+    assert job.returncode == 128 + signal.SIGTERM, output
+    assert "stopped by the signal SIGTERM; 40 cases: " in output
+    assert "go on with the same command" in output
+    rows = list(tmp_path.glob("granite/cases/*/*.json"))
+    assert 0 < len(rows) < 20
+    subprocess.run(["bash", "job.sh"], env=environment, check=True, timeout=300, **streams)
+    finished = {json.loads(path.read_text())["factors"]["seed"] for path in tmp_path.glob("granite/cases/*/*.json")}
+    assert finished == set(range(2, 41, 2))
+    assert set(rows) < set(tmp_path.glob("granite/cases/*/*.json"))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--shards", "4", "--time", "1:00:00"], "--shards = 4 is not allowed, it must be a whole number"),
+        (["--shards", "2", "--time", "a day"], "--time = 'a day' is not allowed"),
+        (["--shards", "2", "--time", "1-00", "--cpus", "0"], "--cpus = 0 is not allowed"),
+        (["--shards", "2", "--time", "1-00", "--set", "sample.grains=0"], "grains = 0 is not allowed"),
+    ],
+)
+def test_scripts_are_refused_in_words(options, words, tmp_path):
+    file = study_file(tmp_path, '"sample.seed" = "1..3"\n')
+    result = invoke("study", "slurm", file, "--quick", *options)
+    assert result.exit_code == 2
+    assert words in " ".join(result.output.split())
+
+
+def test_a_cluster_gives_the_same_table(tmp_path):
+    """Its workers do not see the folder of the law."""
+    distributed = pytest.importorskip("distributed")
+    file = study_file(tmp_path, LAWS)
+    for name, options in (("here", ("--workers", 1)), ("there", ("--on",))):
+        if name == "there":
+            with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+                done = invoke("study", file, "--quick", "--out", tmp_path / name, *options, cluster.scheduler_address)
+        else:
+            done = invoke("study", file, "--quick", "--out", tmp_path / name, *options)
+        assert done.exit_code == 0, done.output
+        call = ("study", "table", file, "--quick", "--out", tmp_path / name, "--csv", tmp_path / f"{name}.csv")
+        assert "4 cases written to" in invoke(*call).output
+    assert (tmp_path / "there.csv").read_bytes() == (tmp_path / "here.csv").read_bytes()

@@ -1,0 +1,137 @@
+"""Laws on several samples: the same runs as one by one, means and ranges, and what is left of those that fail."""
+
+import csv
+import json
+
+import attrs
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from support import BRITTLE, PULL, STIFF, small_sample
+
+import grainlaw as gl
+from grainlaw.laws import Linear
+from grainlaw.naming import Shown
+from grainlaw.results.samples import mean_and_range, means
+from grainlaw.runs.samples import compare_samples
+
+TEST = attrs.evolve(PULL, samples=20)
+LAWS = {"linear": Linear(**STIFF), "brittle": BRITTLE}
+SAMPLES = {1: small_sample(20, seed=1), 7: small_sample(20, seed=7)}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return compare_samples(SAMPLES, LAWS, TEST, threads=2, frames=4)
+
+
+@pytest.fixture(scope="module")
+def folder(found, tmp_path_factory):
+    path = tmp_path_factory.mktemp("samples")
+    found.write(path, {"seeds": [1, 7]})
+    found.write_report(path / "report.html")
+    return path
+
+
+def test_means_and_ranges_by_hand():
+    two = [{"load": 1.0, "count": 2, "all": [1, 2]}, {"load": 4.0, "count": 2, "all": [1, 2]}]
+    assert means(two) == {"load": 2.5, "count": 2.0}
+    look = Shown("load", "", 10.0, ".1f")
+    assert mean_and_range(look, two, "load") == "25.0 (10.0 to 40.0)"
+    assert mean_and_range(look, two, "count") == "20.0"
+    assert mean_and_range(look, two, "all") == mean_and_range(look, two, "none") == "-"
+    assert mean_and_range(look, [*two, {"load": float("nan")}], "load") == "-"
+    assert np.isnan(means([{"load": 1.0}, {"load": float("nan")}])["load"])
+
+
+def test_each_run_is_that_of_one_sample(found):
+    for seed, specimen in SAMPLES.items():
+        alone = gl.compare(specimen, LAWS, TEST, threads=1, frames=4)
+        for law, result in alone.items():
+            for name, values in result.curves.items():
+                assert np.array_equal(found.results[law, seed].curves[name], values, equal_nan=True)
+
+
+def test_the_table_has_means_and_ranges(found):
+    lines = str(found).splitlines()
+    assert lines[0].split() == ["linear", "brittle"]
+    peaks = np.array([found.results["brittle", seed].summary["peak_stress"] for seed in (1, 7)]) / 1e6
+    assert peaks[0] != peaks[1]
+    assert lines[2].endswith(f" {peaks.mean():.2f} ({peaks.min():.2f} to {peaks.max():.2f})")
+    assert lines[-1] == "mean (range) of the samples with the seeds 1, 7"
+
+
+def test_files_hold_means_and_each_sample(found, folder):
+    content = json.loads((folder / "summary.json").read_text())
+    assert content["seeds"] == [1, 7]
+    for law in LAWS:
+        for name in ("peak_stress", "steps", "tensile_cracks"):
+            both = [content["samples"][seed][law][name] for seed in ("1", "7")]
+            assert both == [found.results[law, seed].summary[name] for seed in (1, 7)]
+            assert content["laws"][law][name] == pytest.approx(sum(both) / 2, rel=1e-12)
+    with (folder / "curves.csv").open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if (row["law"], row["seed"]) == ("brittle", "7")]
+    assert [float(row["stress"]) for row in rows] == found.results["brittle", 7].curves["stress"].tolist()
+    for name in ("comparison", "cracks_linear", "cracks_brittle"):
+        picture = imread(folder / f"{name}.png")
+        assert 400 < min(picture.shape[:2])
+        assert max(picture.shape[:2]) < 4000
+        assert 0.01 < (picture[..., :3] < 0.95).any(axis=-1).mean() < 0.9  # neither blank nor filled
+
+
+def test_the_report_begins_with_all_samples(found, folder):
+    page = (folder / "report.html").read_text()
+    assert "Means and ranges of all samples" in page
+    assert "The samples are those of the seeds 1, 7; what follows is of seed 1." in page
+    peaks = np.array([found.results["brittle", seed].summary["peak_stress"] for seed in (1, 7)]) / 1e6
+    assert f"{peaks.mean():.2f} ({peaks.min():.2f} to {peaks.max():.2f})" in page
+    assert f'<td class="number">{peaks[0]:.2f}</td>' in page
+
+
+class Fails(gl.Observer):
+    def observe(self, state, curves, stage, progress):
+        raise gl.InstabilityError("it broke")
+
+
+def test_a_run_that_fails_leaves_the_others(found, tmp_path):
+    bad = compare_samples(
+        SAMPLES, LAWS, TEST, threads=1, frames=4, checkpoint=tmp_path,
+        observers=lambda run: [Fails()] if run == ("brittle", 1) else [],
+    )  # fmt: skip
+    assert set(bad.results) == {("linear", 1), ("linear", 7), ("brittle", 7)}
+    assert str(bad).splitlines()[-1] == "brittle, seed 1 failed: it broke"
+    assert bad.summary["laws"]["brittle"]["peak_stress"] == found.results["brittle", 7].summary["peak_stress"]
+    bad.write(tmp_path)
+    assert json.loads((tmp_path / "summary.json").read_text())["failed"] == {"brittle, seed 1": "it broke"}
+    bad.write_report(tmp_path / "report.html")
+    assert "brittle, seed 1: it broke" in (tmp_path / "report.html").read_text()
+    assert json.loads((tmp_path / "brittle_seed_1" / "run.json").read_text())["status"] == "it broke"
+
+
+def test_what_is_stopped_goes_on(found, tmp_path):
+    stop, watched = gl.Stop(), []
+
+    class Asks(gl.Observer):
+        def observe(self, state, curves, stage, progress):
+            stop.ask("it is late")
+
+    def observers(run):
+        watched.append(run)
+        return [Asks()] if len(watched) == 3 else []
+
+    with pytest.raises(gl.Stopped, match="it is late") as stopped:
+        compare_samples(SAMPLES, LAWS, TEST, threads=1, observers=observers, stop=stop, checkpoint=tmp_path, frames=4)
+    assert list(stopped.value.result.results) == [run for run in found.results if run in watched[:2]]
+    again = compare_samples(
+        SAMPLES, LAWS, TEST, threads=1, checkpoint=tmp_path, restart=True, frames=4,
+        observers=lambda run: [Asks()] if run == watched[2] else [],
+    )  # fmt: skip
+    assert set(again.results) == set(found.results)
+    for run, result in again.results.items():
+        assert np.array_equal(result.curves["stress"], found.results[run].curves["stress"])
+
+
+def test_nothing_to_compare_is_refused():
+    for samples, laws in (({}, LAWS), (SAMPLES, {})):
+        with pytest.raises(gl.ParameterError, match="at least one law and one specimen"):
+            compare_samples(samples, laws, TEST)
