@@ -176,6 +176,9 @@ def test_what_failed_leaves_pairs_and_means(tmp_path):
     assert (entry.count, entry.mean, entry.unpaired) == (1, 4.0, 2)
     assert [e.mean for e in table.means("law")["peak_stress"]] == [1.5, 7.0]  # not what unstable runs had by then
     assert np.isnan(table["peak_stress"][[2, 4]]).all()
+    assert table.rows[2]["peak_stress"] == 1e12  # but it can be looked at
+    table.write_csv(tmp_path / "t.csv")
+    assert "1000000" not in (tmp_path / "t.csv").read_text("utf-8") + str(table)
     assert [(case["law"], case["status"], case["reason"]) for case in table.failed] == [
         ("A", "unstable", "it broke"), ("B", "unstable", "it broke")
     ]  # fmt: skip

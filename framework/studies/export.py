@@ -56,7 +56,7 @@ def write_csv(table: Table, file: str | os.PathLike[str]) -> None:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(table.columns)
-    writer.writerows([_cell(row.get(name)) for name in table.columns] for row in table.rows)
+    writer.writerows([_cell(table.value(row, name)) for name in table.columns] for row in table.rows)
     write_atomically(Path(file), lambda path: path.write_text(text.getvalue(), encoding="utf-8"))
 
 

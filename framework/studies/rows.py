@@ -19,9 +19,9 @@ def several(names: str | Sequence[str]) -> tuple[str, ...]:
 
 
 def flat(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Without what a test that failed had measured by then: it is not what the others measured at their end."""
+    """Factors, status and properties by name; a factor hides a property of its name."""
     found = {**row["factors"], "status": row["status"], "reason": row.get("reason", "")}
-    for part in ("summary", "measures") if row["status"] == FINISHED else ():
+    for part in ("summary", "measures"):
         for name, value in (row.get(part) or {}).items():
             found.setdefault(name, value)
     return found
@@ -66,7 +66,7 @@ class Rows:
 
     @functools.cached_property
     def rows(self) -> list[dict[str, Any]]:
-        """Factors, status, reason and properties of each case, by name."""
+        """Factors, status, reason and properties of each case, by name; of one that failed, those until then."""
         return [flat(row) for row in self._stored]
 
     @functools.cached_property
@@ -74,6 +74,10 @@ class Rows:
         """Names of all columns."""
         found = dict.fromkeys(name for row in self.rows for name in row)
         return (*self.factors, *RESERVED, *(n for n in found if n not in (*self.factors, *RESERVED)))
+
+    def value(self, row: Mapping[str, Any], name: str) -> Any:
+        """What counts of a row; None for what a test that failed had measured by then, which is no end."""
+        return row.get(name) if row["status"] == FINISHED or name in (*self.factors, *RESERVED) else None
 
     def __len__(self) -> int:
         return len(self.rows)

@@ -60,7 +60,7 @@ class Table(Rows):
         return self._found[name]
 
     def _column(self, name: str) -> np.ndarray:
-        values = [row.get(name) for row in self.rows]
+        values = [self.value(row, name) for row in self.rows]
         if name in self.quantities:
             column = np.array([number(value) for value in values], dtype=float)
         elif values and all(map(is_number, values)) and None not in values:
@@ -276,7 +276,7 @@ class Table(Rows):
     def __str__(self) -> str:
         names = [*self.factors, "status", *(name for name in PRINTED if name in self.columns)]
         rows = [[self.look(name).heading for name in names]]
-        rows += [[self._text(name, row.get(name)) for name in names] for row in self.rows[:LINES]]
+        rows += [[self._text(name, self.value(row, name)) for name in names] for row in self.rows[:LINES]]
         more = f"\n... and {len(self) - LINES} more" if len(self) > LINES else ""
         reasons = "".join(
             f"\n{label(self.factors, row)}: {row['status']}, {row['reason']}" for row in self.failed[:LINES]
