@@ -15,6 +15,8 @@ from grainlaw.polygon import following
 from grainlaw.region import ROUNDING
 from grainlaw.tessellation import LOOSE, Tessellation
 
+MOST_BRICKS = 10_000  #: along a side of a wall
+
 
 @checked
 def apart(grains: Tessellation, gap: float = 0.0) -> Tessellation:
@@ -115,9 +117,9 @@ def wall(width: float, height: float, brick_width: float, brick_height: float, g
 
 def _times(name: str, whole: float, part: float, kind: str, *, least: int) -> int:
     count = round(whole / part)
-    if count < least or abs(whole / part - count) > 1e-6:
+    if not least <= count <= MOST_BRICKS or abs(whole / part - count) > 1e-6:
         raise ParameterError(
             f"wall: {name} = {whole:g} m is not allowed, it must be {part:g} m times a whole number of {kind}, "
-            f"at least {least}"
+            f"from {least} to {MOST_BRICKS}"
         )
     return count

@@ -9,8 +9,8 @@ from bodies import GRAVITY, RIGID, SOFT, box, moved, together
 from support import ROCK
 
 import grainlaw as gl
-from grainlaw.geometry import Bricks, rectangle
-from grainlaw.laws import BandisClosure, BartonBandis, MohrCoulomb
+from grainlaw.geometry import Bricks, block, rectangle
+from grainlaw.laws import BandisClosure, BartonBandis, Friction, MohrCoulomb
 from grainlaw.protocols import DirectShear, FreeMotion
 
 WIDTH, PRESSURE, FRICTION, DILATION = 50e-3, 1e6, 32, 5
@@ -103,6 +103,26 @@ def test_a_block_rides_up_an_incline_it_slides_down(law, material, damping):
     acceleration = 2 * np.polyfit(curves["time"][move] - curves["time"][move][0], way[move], 2)[0]
     expected = GRAVITY * (math.sin(angle) - TAN * math.cos(angle)) / (1 + TAN * SLOPE)
     assert acceleration == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.2])
+def test_a_joint_that_dilates_does_not_lift_a_block_whose_joint_does_not(damping):
+    """Two blocks slide down one incline: the second keeps to the plane."""
+    rough, smooth = (
+        attrs.evolve(LAWS["Mohr-Coulomb"], kn=1e9, ks=1e9),
+        Friction(kn=1e9, ks=1e9, friction_angle=FRICTION),
+    )
+    base = block([(0, -1), (40, -1), (40, 0), (0, 0)], phase=0)
+    blocks = [block([(x, 0), (x + 1, 0), (x + 1, 0.5), (x, 0.5)], phase=k) for k, x in ((1, 30), (2, 35))]
+    motion = FreeMotion(duration=0.3, settle=0.1, fixed=[0], tracked=[1, 2])
+    curves = gl.simulate(
+        gl.Specimen(moved(together(base, *blocks), turn=40), RIGID), {(0, 1): rough, (0, 2): smooth, (1, 2): smooth},
+        motion, detection=gl.Detection(damping=damping),
+    ).curves  # fmt: skip
+    up = np.array([-math.sin(math.radians(40)), math.cos(math.radians(40))])
+    lifts = [np.ptp(np.column_stack([curves[f"x_{k}"], curves[f"y_{k}"]]) @ up) for k in (1, 2)]
+    assert lifts[0] > 5e-3
+    assert lifts[1] < 1e-4  # it sinks in by weight over stiffness, 1e-5 m, and swings
 
 
 def test_the_step_recovers_when_a_stiff_closure_eases():

@@ -10,6 +10,7 @@ import attrs
 import click
 import numpy as np
 import pytest
+from scipy.stats import ttest_1samp
 
 import grainlaw as gl
 from grainlaw.cli import main
@@ -116,7 +117,18 @@ def check_reliability(page):
     assert Path("tension/checkpoint.npz").exists()
 
 
+def check_studies(page):
+    table, difference = page["table"], page["difference"]
+    change = table["peak_stress"][5:] - table["peak_stress"][:5]
+    assert difference.mean == pytest.approx(change.mean())
+    assert difference.interval == pytest.approx(tuple(ttest_1samp(change, 0).confidence_interval()))
+    assert all(Path(name).exists() for name in ("strips.png", "pairs.png", "curves.png", "cracks.png", "study.html"))
+    fields = {field.name for field in attrs.fields(gl.Difference)} - {"factor"}
+    assert fields <= set(re.findall(r"`(\w+)", PAGES["docs/studies.md"]))  # the tables explain all
+
+
 CHECKS = {
+    "docs/studies.md": check_studies,
     "docs/reliability.md": check_reliability,
     "docs/flutter.md": check_flutter,
     "docs/contacts.md": check_contacts,

@@ -95,7 +95,7 @@ def test_two_processors_give_the_same_curves(tmp_path):
     """Past failure, every digit of every column; and not so without the option."""
 
     def curves(command, environment):
-        run(["-m", "grainlaw", *command, "--out", "out"], environment, tmp_path)
+        run(["-m", "grainlaw", *command, "--out", "out", "--overwrite"], environment, tmp_path)
         return (tmp_path / "out" / "curves.csv").read_bytes()
 
     for command in (TEST, COMPARE):

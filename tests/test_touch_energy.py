@@ -66,7 +66,8 @@ def contact_forces(edges, cotangent=(0, 0, 0, 0)):
     contact_geometry.gather_edges(table, row, np.array([0]))
     contact_geometry.overlaps(row, 1)
     row[NORMAL] = -KN * row[OVERLAP]
-    contact_passes.forces(row, 1, 1.0)
+    contact_passes.springs(row, 1)
+    contact_passes.forces(row, 1)
     on_a, end_a, start_b = row[[FX, FY]], row[[GX, GY]], row[[HX, HY]]
     return np.stack([on_a - end_a, end_a, start_b, -on_a - start_b])
 

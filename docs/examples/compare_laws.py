@@ -2,8 +2,8 @@
 
     python docs/examples/compare_laws.py [--quick] [--out FOLDER]
 
-All laws have the same stiffness, strength and, where they have any, fracture energies. 755 grains, seeds 1, 2, 3: a
-quarter of an hour on two cores; --quick: 120 grains, one seed, less than a minute. Prints a table; writes laws.png and
+All laws have the same stiffness, strength and, where they have any, fracture energies. 755 grains, seeds 1, 2, 3:
+some minutes on two cores; --quick: 120 grains, one seed, less than a minute. Prints a table; writes laws.png and
 laws.json.
 """
 
@@ -40,6 +40,7 @@ LAWS = {
     "Camacho-Ortiz, 54 deg": laws.CamachoOrtiz(**rough, **tough),
     "bilinear mixed mode, 54 deg": laws.BilinearMixedMode(**rough, **tough),
 }
+SAMPLE, QUICK = (755, 50 * mm, 125 * mm), (120, 20 * mm, 50 * mm)  #: grains, width, height
 COLUMNS = (
     ("peak (MPa)", "peak_stress", MPa, ".1f"), ("strain at peak (%)", "peak_strain", 0.01, ".3f"),
     ("E* (GPa)", "apparent_modulus", GPa, ".2f"), ("tensile cracks", "tensile_cracks", 1, ".0f"),
@@ -60,17 +61,20 @@ def run(laws, grains, width, height, seed):
     return results, numbers
 
 
+def cells(numbers):
+    """Cells of Markdown from the numbers of one law on each specimen: the mean, and the range."""
+    for _, key, unit, form in COLUMNS:
+        values = np.array([one[key] for one in numbers]) / unit
+        spread = f" ({values.min():{form}} to {values.max():{form}})" if np.ptp(values) > 0 else ""
+        yield f"{values.mean():{form}}{spread}"
+
+
 def table(runs):
-    """Lines of Markdown: the mean over the seeds, and the range."""
-    yield "| | " + " | ".join(heading for heading, *_ in COLUMNS) + " |"
+    """Lines of Markdown: a row for each law."""
+    yield "| law | " + " | ".join(heading for heading, *_ in COLUMNS) + " |"
     yield "|---" * (len(COLUMNS) + 1) + "|"
     for name in runs[0]:
-        cells = [name]
-        for _, key, unit, form in COLUMNS:
-            values = np.array([numbers[name][key] for numbers in runs]) / unit
-            spread = f" ({values.min():{form}} to {values.max():{form}})" if np.ptp(values) > 0 else ""
-            cells.append(f"{values.mean():{form}}{spread}")
-        yield f"| {' | '.join(cells)} |"
+        yield f"| {name} | {' | '.join(cells([numbers[name] for numbers in runs]))} |"
 
 
 def picture(comparisons):
@@ -103,7 +107,7 @@ def study(laws, name):
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--out", type=Path, default="out")
     options = parser.parse_args()
-    sample, seeds = ((120, 20 * mm, 50 * mm), [1]) if options.quick else ((755, 50 * mm, 125 * mm), [1, 2, 3])
+    sample, seeds = (QUICK, [1]) if options.quick else (SAMPLE, [1, 2, 3])
     comparisons, runs = zip(*(run(laws, *sample, seed) for seed in seeds), strict=True)
     print(*table(runs), sep="\n")
     options.out.mkdir(parents=True, exist_ok=True)

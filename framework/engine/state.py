@@ -281,6 +281,7 @@ class State(metaclass=Checked):
 
     def search(self, before: np.ndarray) -> None:
         """Search neighbours; ``before`` (2, i) m is the displacement one step ago."""
+        self._shared = None  # it keeps the old table, which is freed column by column as it is copied
         self.contacts.search(self.nodes.arrays.displacement, before)
 
     def start_from_rest(self, lost: np.ndarray) -> None:

@@ -52,8 +52,8 @@ def own_modules(*things: Any) -> set[str]:
     hasher = _Hasher()
     for thing in things:
         hasher.feed(thing, "")
-    loaded = (name for name in hasher.own if name in sys.modules)  # of a law file it is not
-    return {name for name in loaded if name != "__main__" and not hasher.is_installed(name)}
+    loaded = hasher.own & set(sys.modules) - {"__main__"}  # others are law files, or code under an invented name
+    return {name for name in loaded if not hasher.is_installed(name)}
 
 
 def digest(*things: Any) -> str:

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
+from grainlaw.arguments import Checked
+
 #: signals that ask a run to stop, where the system has them
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
@@ -23,7 +25,7 @@ class Stopped(KeyboardInterrupt):
         self.signal = number
 
 
-class Stop:
+class Stop(metaclass=Checked):
     """Asks runs to stop, at the next moment between two calls of the compiled step (some tenths of a second).
 
     Runs that share one are stopped together, also those in other threads.

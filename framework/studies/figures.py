@@ -76,8 +76,9 @@ def plot_paired(table: Table, column: str, factor: str, over: Sequence[str], ax:
         (group, groups.values_by_level(table, column, factor, over, rows))
         for group, rows in groups.groups(table, groups.rest(table, factor, *over))
     ]
-    wide = sum(len(values) + 0.5 for _, values in blocks)
-    figure, axes = _axes(ax, width=max(3.8, 1.2 + 0.95 * wide), height=4.2 + 0.16 * min(len(found), MOST_PER_COLUMN))
+    said = list(_said(found, look))
+    wide = max(0.95 * sum(len(values) + 0.5 for _, values in blocks), 0.068 * max(map(len, said), default=0))
+    figure, axes = _axes(ax, width=max(3.8, 1.2 + wide), height=4.2 + 0.16 * len(said))
     ticks: list[tuple[float, str]] = []
     left = 0.0
     for group, values in blocks:
@@ -96,7 +97,7 @@ def plot_paired(table: Table, column: str, factor: str, over: Sequence[str], ax:
     axes.set_xlim(-0.5, max(left - 1, 0.5))
     axes.set_xlabel(shown(factor).heading)
     axes.margins(y=0.16)
-    axes.set_title("\n".join(_said(found, look)), fontsize=9, loc="left")
+    axes.set_title("\n".join(said), fontsize=9, loc="left")
     _finish(axes, look.heading)
     return figure
 
@@ -202,7 +203,7 @@ def _axes(ax: Axes | None, width: float, height: float = 4.2) -> tuple[Figure, A
 
 def _finish(axes: Axes, heading: str) -> None:
     axes.set_ylabel(heading)
-    axes.yaxis.set_major_locator(MaxNLocator(7))
+    axes.yaxis.set_major_locator(MaxNLocator(7, steps=[1, 2, 2.5, 5, 10]))
     axes.grid(axis="y", alpha=0.25)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)

@@ -98,6 +98,8 @@ def _found(table: Table, main: Sequence[str], by: Sequence[str], over: Sequence[
 def _runs(table: Table, by: Sequence[str], over: Sequence[str]) -> Iterator[str]:
     """Pictures from the stored runs."""
     first = next(k for k in range(len(table)) if table.is_finished(k))
+    if not table.has_run(first):
+        return
     if {STRAIN, STRESS} <= set(table.run(first).curves) and len(table) <= MOST_CURVES:
         words = "Stress over strain: each run thin, the median of each group, and the band of 10 to 90 %"
         yield html.text("h2", "Curves")

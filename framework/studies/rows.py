@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from numbers import Real
 from typing import Any
 
 from grainlaw.studies.case import FINISHED
+from grainlaw.studies.design import RESERVED
 from grainlaw.studies.statistics import level
 
 
@@ -35,3 +37,43 @@ def number(value: Any) -> float:
 
 def label(factors: Sequence[str], row: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} = {level(name, row[name])}" for name in factors)
+
+
+class Rows:
+    """Rows that are read when the first of them is asked for: of a million, not before they are needed."""
+
+    def __init__(self, rows: Iterable[Mapping[str, Any]], factors: Sequence[str]) -> None:
+        self.factors, self._given = tuple(factors), rows
+
+    @functools.cached_property
+    def _stored(self) -> list[Mapping[str, Any]]:
+        return list(self._given)
+
+    @functools.cached_property
+    def cases(self) -> list[str]:
+        """Keys of the cases."""
+        return [str(row["case"]) for row in self._stored]
+
+    @functools.cached_property
+    def stored(self) -> list[str]:
+        """Keys of the runs, empty where there is none."""
+        return [str(row.get("run") or "") for row in self._stored]
+
+    @functools.cached_property
+    def costs(self) -> list[dict[str, float]]:
+        """CPU time and seconds (s) and bytes of each case, as measured."""
+        return [dict(row.get("cost") or {}) for row in self._stored]
+
+    @functools.cached_property
+    def rows(self) -> list[dict[str, Any]]:
+        """Factors, status, reason and properties of each case, by name."""
+        return [flat(row) for row in self._stored]
+
+    @functools.cached_property
+    def columns(self) -> tuple[str, ...]:
+        """Names of all columns."""
+        found = dict.fromkeys(name for row in self.rows for name in row)
+        return (*self.factors, *RESERVED, *(n for n in found if n not in (*self.factors, *RESERVED)))
+
+    def __len__(self) -> int:
+        return len(self.rows)

@@ -167,13 +167,15 @@ def _heading(entry: Any, name: str) -> list[str]:
 
 
 def _row(entry: Any, look: Shown) -> list[str]:
-    value = [look.text(entry.mean), f"{look.text(entry.interval[0])} to {look.text(entry.interval[1])}"]
+    low, high = entry.interval
+    value = [look.text(entry.mean), f"{look.text(low)} to {look.text(high)}" if math.isfinite(low) else "-"]
     head = [", ".join(level(name, value) for name, value in entry.group.items()) or "all"]
     if isinstance(entry, Difference):
         first, second = (level(entry.factor, each) for each in entry.levels)
         share = f"{100 * entry.share:+.1f} %" if math.isfinite(entry.share) else "-"
         higher = f"{entry.higher} of {entry.count}"
-        return [*head, f"{second} - {first}", str(entry.count), *value, share, higher, f"{entry.p_value:.2g}"]
+        p_value = "-" if math.isnan(entry.p_value) else f"{entry.p_value:.2g}"
+        return [*head, f"{second} - {first}", str(entry.count), *value, share, higher, p_value]
     if isinstance(entry, Interaction):
         a, b = (level(entry.factors[0], each) for each in entry.first)
         c, d = (level(entry.factors[1], each) for each in entry.second)

@@ -195,7 +195,7 @@ class Study(metaclass=Checked):
         return self._table(store).result(**factors)
 
     def _table(self, store: Store) -> Table:
-        rows = [row for row in store.rows(case for case, _ in self._cases()) if row is not None]
+        rows = (row for row in store.rows(case for case, _ in self._cases()) if row is not None)
         return Table(rows, self.design.names, store, self.measures)
 
     # --- keys --------------------------------------------------------------------------------------------------------

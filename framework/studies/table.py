@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from grainlaw.studies import groups
 from grainlaw.studies.case import FINISHED
 from grainlaw.studies.design import RESERVED
 from grainlaw.studies.export import to_pandas, to_xarray, write_csv, write_parquet
-from grainlaw.studies.rows import flat, is_number, label, number, several
+from grainlaw.studies.rows import Rows, is_number, label, number, several
 from grainlaw.studies.statistics import By, Listing, level
 from grainlaw.studies.store import Store
 
@@ -36,7 +36,7 @@ PRINTED = ("peak_stress", "peak_strain", "apparent_modulus", "crack_damage", "te
 LINES = 40  #: rows that it prints
 
 
-class Table:
+class Table(Rows):
     """Rows of a study in the order of its cases: factors, status, and the properties of each test (SI).
 
     Prints as a table. ``table["peak_stress"]`` is a column, nan for cases that failed. It holds nothing of the clock or
@@ -44,20 +44,13 @@ class Table:
     """
 
     def __init__(
-        self, rows: Sequence[Mapping[str, Any]], factors: Sequence[str], store: Store,
+        self, rows: Iterable[Mapping[str, Any]], factors: Sequence[str], store: Store,
         measures: Sequence[Measure] = tuple(MEASURES.values()),
     ) -> None:  # fmt: skip
-        self.factors, self.store = tuple(factors), store
-        self.cases = [str(row["case"]) for row in rows]
-        self.rows: list[dict[str, Any]] = [flat(row) for row in rows]
-        columns = dict.fromkeys(name for row in self.rows for name in row)
-        self.columns = (*self.factors, *RESERVED, *(n for n in columns if n not in (*self.factors, *RESERVED)))
+        super().__init__(rows, factors)
+        self.store = store
         self._measures = {measure.name: measure for measure in measures}
         self._found: dict[str, np.ndarray] = {}
-        self.costs: list[dict[str, float]] = [dict(row.get("cost") or {}) for row in rows]
-
-    def __len__(self) -> int:
-        return len(self.rows)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A column (k,): numbers, or texts. Raises ParameterError for a name that is not there."""
@@ -122,6 +115,10 @@ class Table:
             row = self.rows[number]
             which, why = label(self.factors, row), f"{row['status']}, {row['reason']}"
             raise ParameterError(f"Table: the case {which} has no run: {why}") from None
+
+    def has_run(self, number: int) -> bool:
+        """Whether the test of a row is stored."""
+        return bool(self.stored[number])
 
     def is_finished(self, number: int) -> bool:
         """Whether the test of a row came to its end."""

@@ -49,6 +49,7 @@ def fault_of(case: Case, seconds: float = SECONDS) -> str:
         with warnings.catch_warnings(), limit(seconds):
             warnings.simplefilter("error")
             warnings.simplefilter("ignore", gl.UnitWarning)
+            warnings.simplefilter("ignore", gl.CostWarning)  # words for a run that may be long
             case.run()
     except REFUSED as error:
         return "" if 0 < len(str(error)) < 700 and "\n" not in str(error) else f"{case.label}: says {str(error)!r:.900}"

@@ -8,7 +8,7 @@ from fuzz import calls, configurations
 from fuzz.limits import Case, fault_of
 
 import grainlaw as gl
-from grainlaw.geometry import Voronoi, block, moved, polygon, rectangle
+from grainlaw.geometry import Bricks, Voronoi, block, moved, polygon, rectangle, wall
 from grainlaw.laws import EvansMarathe, HordijkSoftening
 from grainlaw.protocols import BiaxialCompression
 
@@ -74,6 +74,10 @@ REFUSED = {
     "region: 1e14 m": lambda: rectangle(1e14, 1e14),
     "region: thin": lambda: rectangle(1e-9, 0.05),
     "relaxation for ever": lambda: Voronoi(grains=5, relaxation=10**9),
+    "bricks: 1e30 rows": lambda: Bricks(rows=10**30),
+    "wall: 5e8 courses": lambda: wall(4, 1e9, brick_width=1, brick_height=2),
+    "wall: bricks of 1e-9 m": lambda: wall(2, 4, brick_width=1e-9, brick_height=1),
+    "stop: a number": lambda: gl.Stop(0),
     "test.samples=[1,2]": tried("test.samples=[1,2]"),
     "rock.density=[]": tried("rock.density=[]"),
     "sample.width=1e-9": tried("sample.width=1e-9"),

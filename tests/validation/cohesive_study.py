@@ -1,22 +1,21 @@
-"""The cohesive crack on the sample of the paper: the tables of its readings and of how even the grains are.
+"""The cohesive crack on the sample of the paper: its readings, and how even the grains are.
 
-    python tests/validation/cohesive_study.py
-
-755 grains, Table 1 of the paper, unconfined, default loading; docs/validation.md has both tables.
+python tests/validation/cohesive_study.py [--write | --check]
 """
+
+from functools import partial
 
 import attrs
 import numpy as np
+from paper_sample import SEEDS, sample, summaries
+from study_tables import DOCS, Table, each, main
 
-import grainlaw as gl
-from grainlaw.cli.table1 import LAWS, ROCK, SAMPLE
-from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.cli.table1 import LAWS
 from grainlaw.laws import PrePeak, Residual
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.runs.parallel import Run, simulate_all
+from grainlaw.runs.parallel import Run
 from grainlaw.units import GPa, MPa
 
-WIDTH, HEIGHT, GRAINS = SAMPLE
 CRACK = LAWS["cohesive-crack"]
 READINGS = {
     "default: exponential pre-peak, floor, 150 and 300 J/m2": CRACK,
@@ -25,58 +24,58 @@ READINGS = {
     "residual: blend": attrs.evolve(CRACK, residual=Residual.BLEND),
     "energies 5 and 10 J/m2": attrs.evolve(CRACK, mode_i_energy=5, mode_ii_energy=10),
 }
-RELAXATIONS = (0, 1, 3, 10, 30)
+RELAXATIONS = {"0": 0, "1": 1, "3 (default)": 3, "10": 10, "30": 30}
 
 
-def sample(seed, relaxation=3):
-    grains = Voronoi(grains=GRAINS, seed=seed, relaxation=relaxation).tessellate(rectangle(WIDTH, HEIGHT))
-    return gl.Specimen(grains, ROCK)
+def reading(law):
+    found = summaries({seed: Run(sample(seed), law, UniaxialCompression()) for seed in SEEDS})
+    found = [found[seed] for seed in SEEDS]
+    peaks = [one["peak_stress"] / MPa for one in found]
+    return (
+        each(peaks, ".1f"),
+        f"{np.mean(peaks):.1f}",
+        each((one["peak_strain"] * 100 for one in found), ".3f"),
+        each(f"{one['tensile_cracks']} + {one['shear_cracks']}" for one in found),
+        f"{max(one['kinetic_ratio'] for one in found):.0e}",
+        f"{max(one['platen_imbalance'] for one in found) * 100:.1f} %",
+    )
 
 
-def by_reading():
-    samples = {seed: sample(seed) for seed in (1, 2, 3)}
-    runs = {
-        (name, seed): Run(samples[seed], law, UniaxialCompression())
-        for name, law in READINGS.items()
-        for seed in samples
-    }
-    results = simulate_all(runs, frames=1).results
-    print("| | peak (MPa) | mean | strain at peak (%) | tensile + shear | kinetic | imbalance |")
-    print("|---|---|---|---|---|---|---|")
-    for name in READINGS:
-        found = [results[name, seed].summary for seed in samples]
-        peaks = [one["peak_stress"] / MPa for one in found]
-        strains = " / ".join(f"{one['peak_strain'] * 100:.3f}" for one in found)
-        cracks = " / ".join(f"{one['tensile_cracks']} + {one['shear_cracks']}" for one in found)
-        print(
-            f"| {name} | {' / '.join(f'{peak:.1f}' for peak in peaks)} | {np.mean(peaks):.1f} "
-            f"| {strains} | {cracks} "
-            f"| {max(one['kinetic_ratio'] for one in found):.0e} "
-            f"| {max(one['platen_imbalance'] for one in found) * 100:.1f} % |",
-            flush=True,
-        )
+def evenness(relaxation):
+    samples = {seed: sample(seed, relaxation) for seed in (1, 2)}
+    brittle, cohesive = (
+        summaries({seed: Run(samples[seed], LAWS[law], UniaxialCompression()) for seed in samples})
+        for law in ("mohr-coulomb", "cohesive-crack")
+    )
+    areas = samples[1].grains.areas
+    return (
+        f"{areas.std() / areas.mean():.2f}",
+        each((brittle[seed]["apparent_modulus"] / GPa for seed in samples), ".2f"),
+        each((brittle[seed]["peak_stress"] / MPa for seed in samples), ".1f"),
+        each((cohesive[seed]["peak_stress"] / MPa for seed in samples), ".1f"),
+    )
 
 
-def by_evenness():
-    runs = {
-        (relaxation, law, seed): Run(sample(seed, relaxation), LAWS[law], UniaxialCompression())
-        for relaxation in RELAXATIONS for law in ("mohr-coulomb", "cohesive-crack") for seed in (1, 2)
-    }  # fmt: skip
-    results = simulate_all(runs, frames=1).results
-    print("\n| `relaxation` | spread of areas | E\\* (GPa) | Mohr-Coulomb peak (MPa) | cohesive crack peak (MPa) |")
-    print("|---|---|---|---|---|")
-    for relaxation in RELAXATIONS:
-        areas = runs[relaxation, "mohr-coulomb", 1].specimen.grains.areas
-        cells = [
-            " / ".join(f"{results[relaxation, law, seed].summary[name] / unit:{form}}" for seed in (1, 2))
-            for law, name, unit, form in (
-                ("mohr-coulomb", "apparent_modulus", GPa, ".2f"), ("mohr-coulomb", "peak_stress", MPa, ".1f"),
-                ("cohesive-crack", "peak_stress", MPa, ".1f"),
-            )
-        ]  # fmt: skip
-        print(f"| {relaxation} | {areas.std() / areas.mean():.2f} | {' | '.join(cells)} |", flush=True)
-
+TABLES = [
+    Table(
+        page=DOCS / "validation.md",
+        name="cohesive crack: readings",
+        columns=("", "peak (MPa)", "mean", "strain at peak (%)", "tensile + shear", "kinetic", "imbalance"),
+        rows={name: partial(reading, law) for name, law in READINGS.items()},
+        firm=("peak (MPa)", "mean", "strain at peak (%)"),
+        checked=("default: exponential pre-peak, floor, 150 and 300 J/m2",),
+    ),
+    Table(
+        page=DOCS / "validation.md",
+        name="even grains",
+        columns=(
+            "`relaxation`", "spread of areas", "E\\* (GPa)", "Mohr-Coulomb peak (MPa)", "cohesive crack peak (MPa)"
+        ),
+        rows={name: partial(evenness, times) for name, times in RELAXATIONS.items()},
+        firm=("spread of areas", "E\\* (GPa)", "Mohr-Coulomb peak (MPa)", "cohesive crack peak (MPa)"),
+        checked=("1",),
+    ),
+]  # fmt: skip
 
 if __name__ == "__main__":
-    by_reading()
-    by_evenness()
+    main(TABLES)

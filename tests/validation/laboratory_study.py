@@ -1,16 +1,17 @@
 """The laboratory programme on the paper's rock: the tables of docs/validation.md.
 
-    python tests/validation/laboratory_study.py [--seeds 1,2,3] [--scatter M] [--plots FOLDER]
+    python tests/validation/laboratory_study.py [--write | --check]
 
-Compression and direct tension of 755 grains in 50 x 125 mm, splitting of a disc of 50 mm with grains of the same size;
-then each test once more at half the speed, on the first of the seeds.
+Compression and direct tension of the sample, splitting of a disc of 50 mm with grains of the same size; each test once
+more at half the rate, and with contacts of random strength, on the first of the seeds.
 """
 
-import argparse
-from pathlib import Path
+from functools import partial
 
 import attrs
 import numpy as np
+from paper_sample import SEEDS
+from study_tables import DOCS, Table, main
 
 import grainlaw as gl
 from grainlaw.cli.table1 import LAWS, ROCK, SAMPLE
@@ -18,7 +19,7 @@ from grainlaw.geometry import Voronoi, disc, rectangle
 from grainlaw.laws import WeibullField
 from grainlaw.protocols import Brazilian, UniaxialCompression, UniaxialTension
 from grainlaw.runs.parallel import Run, simulate_all
-from grainlaw.units import mm
+from grainlaw.units import GPa, MPa, mm
 
 WIDTH, HEIGHT, GRAINS = SAMPLE
 GRAIN_SIZE = np.sqrt(WIDTH * HEIGHT / GRAINS)
@@ -28,73 +29,154 @@ TESTS = {
     "tension": UniaxialTension(stop_fraction=0.5),
     "Brazilian": Brazilian(shape_factor=SHAPE_FACTOR, stop_fraction=0.8),  # then halves may carry more than the disc
 }
+NAMES = {"mohr-coulomb": "Mohr-Coulomb", "cohesive-crack": "cohesive crack"}
 THRESHOLDS = {
-    "CI count": "crack_initiation_count",
-    "CI lateral": "crack_initiation_lateral",
-    "CI volumetric": "crack_initiation_volumetric",
+    "CI, count": "crack_initiation_count",
+    "CI, lateral strain": "crack_initiation_lateral",
+    "CI, crack volume": "crack_initiation_volumetric",
+    "damage onset": "damage_onset",
     "CD": "crack_damage",
-    "damage": "damage_onset",
 }
 
 
-def specimen(test, seed):
-    """What a test is made on."""
-    region = disc(50 * mm, loaded=FLAT) if test == "Brazilian" else rectangle(WIDTH, HEIGHT)
-    return gl.Specimen(Voronoi(grain_size=GRAIN_SIZE, seed=seed).tessellate(region), ROCK)
+@attrs.frozen
+class Case:
+    """A test on one specimen."""
+
+    test: str
+    law: str
+    seed: int
+    half: bool = False  #: of the rate of loading
+    modulus: float = np.inf  #: of Weibull's distribution of strengths
+    diameter: float = 50 * mm  #: of a disc
+
+    def run(self):
+        region = disc(self.diameter, loaded=FLAT) if self.test == "Brazilian" else rectangle(WIDTH, HEIGHT)
+        specimen = gl.Specimen(Voronoi(grain_size=GRAIN_SIZE, seed=self.seed).tessellate(region), ROCK)
+        test, law = TESTS[self.test], LAWS[self.law]
+        if self.half:
+            test = attrs.evolve(test, loading=test.loading.slower())
+        if np.isfinite(self.modulus):
+            law = WeibullField(modulus=self.modulus).scatter(law, specimen)
+        return Run(specimen, law, test)
 
 
-def tested(test, laws, seeds, scattered):
-    """Results by law, seed and factor of the speed, with a row of the table for each."""
-    samples = {seed: specimen(test, seed) for seed in seeds}
-    slow = attrs.evolve(TESTS[test], loading=gl.Adaptive(rate=TESTS[test].loading.rate / 2))
-    runs = {}
-    for name in laws:
-        for seed, sample in samples.items():
-            runs[name, seed, 1.0] = Run(sample, scattered(LAWS[name], sample), TESTS[test])
-        runs[name, seeds[0], 0.5] = attrs.evolve(runs[name, seeds[0], 1.0], protocol=slow)
-    results = simulate_all(runs).results
-    for (law, seed, factor), result in results.items():
-        s = result.summary
-        change = f"{(s['peak_stress'] / results[law, seed, 1.0].summary['peak_stress'] - 1) * 100:+.1f} %"
-        print(
-            f"| {test} | {law} | {seed} | {runs[law, seed, factor].protocol.loading.rate:g} "
-            f"| {s['peak_stress'] / 1e6:.2f} "
-            f"| {s['peak_strain'] * 100:.4f} | {s['tensile_cracks']} + {s['shear_cracks']} | {s['kinetic_ratio']:.1e} "
-            f"| {s['platen_imbalance'] * 100:.1f} % | {s['energy_error']:.0e} | {change if factor < 1 else ''} |",
-            flush=True,
-        )
-    return results
+FOUND: dict[Case, dict] = {}
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seeds", default="1,2,3")
-    parser.add_argument("--laws", default="mohr-coulomb,cohesive-crack")
-    parser.add_argument("--scatter", type=float, help="Weibull modulus of the strengths of the contacts")
-    parser.add_argument("--plots", type=Path, help="folder for a picture of each run")
-    options = parser.parse_args()
-    seeds, laws = [int(seed) for seed in options.seeds.split(",")], options.laws.split(",")
-    scattered = WeibullField(modulus=options.scatter).scatter if options.scatter else lambda law, sample: law
+def measured(*cases):
+    """Summaries and measures of cases, in Pa; each case is run once."""
+    missing = {case: case.run() for case in cases if case not in FOUND}
+    for case, result in simulate_all(missing).results.items() if missing else ():
+        curves, found = result.curves, dict(result.summary)
+        if case.test == "compression":
+            peak = np.argmax(curves["stress"])
+            found |= {name: result.laboratory.properties[name] for name in THRESHOLDS.values()}
+            found["cracks"] = f"{curves['tensile_cracks'][peak]:.0f} + {curves['shear_cracks'][peak]:.0f}"
+        if case.test == "Brazilian":
+            off = np.abs(result.cracks.position[np.argsort(result.cracks.time)[:5], 0])
+            found |= {"off": off.max(initial=0.0), "middle": curves["middle_across"].max()}
+            found["left"] = curves["middle_across"][-1]
+        FOUND[case] = found
+    return [FOUND[case] for case in cases]
 
-    print("| test | law | seed | m/s | peak MPa | strain % | tensile + shear | kinetic | imbalance | energy | change |")
-    print("|---|---|---|---|---|---|---|---|---|---|---|")
-    results = {test: tested(test, laws, seeds, scattered) for test in ("tension", "Brazilian", "compression")}
 
-    print(f"\n| law | seed | UCS/T | UCS/T Brazilian | {' | '.join(f'{name}/UCS' for name in THRESHOLDS)} |")
-    print(f"|---|---|---|---|{'---|' * len(THRESHOLDS)}")
-    for law, seed, factor in results["compression"]:
-        if factor == 1:
-            ucs, t, brazilian = (results[test][law, seed, factor].summary["peak_stress"] for test in TESTS)
-            measures = results["compression"][law, seed, factor].laboratory.properties
-            shares = " | ".join(f"{measures[name] / ucs:.2f}" for name in THRESHOLDS.values())
-            print(f"| {law} | {seed} | {ucs / t:.1f} | {ucs / brazilian:.1f} | {shares} |", flush=True)
+def strengths(law, seed, **options):
+    compression, tension, brazilian = measured(*(Case(test, law, seed, **options) for test in TESTS))
+    ucs, direct, split = (one["peak_stress"] / MPa for one in (compression, tension, brazilian))
+    moduli = (one["apparent_modulus"] / GPa for one in (compression, tension))
+    return (
+        f"{ucs:.1f}", f"{direct:.2f}", f"{split:.2f}", f"{split / direct:.2f}", f"{ucs / direct:.1f}",
+        f"{ucs / split:.1f}", " / ".join(f"{modulus:.1f}" for modulus in moduli),
+    )  # fmt: skip
 
-    if options.plots:
-        options.plots.mkdir(parents=True, exist_ok=True)
-        for test, by_key in results.items():
-            for (law, seed, factor), result in by_key.items():
-                result.laboratory.plot().savefig(options.plots / f"{test}_{law}_{seed}_{factor:g}.png", dpi=80)
 
+def thresholds(law, seed, **options):
+    (compression,) = measured(Case("compression", law, seed, **options))
+    return [f"{compression[name] / compression['peak_stress']:.2f}" for name in THRESHOLDS.values()] + [
+        compression["cracks"]
+    ]
+
+
+def quasi_static(test, law):
+    """The worst of the seeds, and what half of the rate changes in the peak of seed 1."""
+    (half,), found = measured(Case(test, law, 1, half=True)), measured(*(Case(test, law, seed) for seed in SEEDS))
+    return (
+        f"{max(one['kinetic_ratio'] for one in found):.0e}",
+        f"{max(one['platen_imbalance'] for one in found) * 100:.1f} %",
+        f"{(half['peak_stress'] / found[0]['peak_stress'] - 1) * 100:+.1f} %",
+    )
+
+
+def split(law, seed):
+    """Where a disc splits, and the tension in its middle."""
+    disc, direct = measured(*(Case(test, law, seed) for test in ("Brazilian", "tension")))
+    return (
+        f"{disc['off'] / mm:.1f}",
+        f"{disc['middle'] / MPa:.1f}",
+        f"{disc['middle'] / direct['peak_stress']:.2f}",
+        f"{disc['left'] / MPa:.1f}",
+    )
+
+
+def size(diameter):
+    return [f"{one['peak_stress'] / MPa:.1f}" for one in measured(*(
+        Case("Brazilian", law, 1, diameter=diameter) for law in NAMES
+    ))]  # fmt: skip
+
+
+def by_specimen(make, *rocks):
+    rows = {f"{name}, {seed}": partial(make, law, seed) for law, name in NAMES.items() for seed in SEEDS}
+    rows |= {f"{name}, 1, scattered": partial(make, law, 1, modulus=3.0) for law, name in NAMES.items()}
+    return {**rows, "rocks": lambda: rocks}
+
+
+FIRST = ("Mohr-Coulomb, 1",)
+TABLES = [
+    Table(
+        page=DOCS / "validation.md",
+        name="laboratory: strengths",
+        columns=(
+            "law, seed", "UCS (MPa)", "direct tension (MPa)", "Brazilian (MPa)", "Brazilian over direct",
+            "UCS over direct", "UCS over Brazilian", "E\\*, compression / tension (GPa)",
+        ),
+        rows=by_specimen(strengths, "126.65, the paper's", "", "", "1.1 to 1.4", "8 to 20", "8 to 20", ""),
+        firm=("UCS (MPa)", "direct tension (MPa)", "Brazilian (MPa)"),
+        checked=FIRST,
+    ),
+    Table(
+        page=DOCS / "validation.md",
+        name="laboratory: thresholds",
+        columns=("law, seed", *(f"{name}/UCS" for name in THRESHOLDS), "cracks at the peak, tensile + shear"),
+        rows=by_specimen(thresholds, "0.4 to 0.5", "0.4 to 0.5", "0.4 to 0.5", "", "0.7 to 0.8", ""),
+        checked=FIRST,
+    ),
+    Table(
+        page=DOCS / "validation.md",
+        name="laboratory: rate",
+        columns=("test, law", "kinetic ratio", "imbalance", "half the rate"),
+        rows={f"{test}, {name}": partial(quasi_static, test, law) for test in TESTS for law, name in NAMES.items()},
+        checked=("tension, Mohr-Coulomb",),
+    ),
+    Table(
+        page=DOCS / "validation.md",
+        name="laboratory: split discs",
+        columns=(
+            "law, seed", "first five cracks off the middle (mm)", "largest tension there (MPa)", "over direct tension",
+            "tension left (MPa)",
+        ),
+        rows={f"{name}, {seed}": partial(split, law, seed) for law, name in NAMES.items() for seed in SEEDS},
+        firm=("largest tension there (MPa)",),
+        checked=FIRST,
+    ),
+    Table(
+        page=DOCS / "validation.md",
+        name="laboratory: size of discs",
+        columns=("diameter (mm)", *(f"Brazilian, {name} (MPa)" for name in NAMES.values())),
+        rows={f"{diameter}": partial(size, diameter * mm) for diameter in (25, 50, 100)},
+        checked=("25",),
+    ),
+]  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    main(TABLES)

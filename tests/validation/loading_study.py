@@ -1,33 +1,29 @@
 """What the loading of a test costs and how exact it is: the tables of docs/validation.md under "Loading".
 
-    python tests/validation/loading_study.py [--write]
+    python tests/validation/loading_study.py [--write | --check]
 
-``--write`` puts the tables into the page, between the marks that name them. 755 grains of the published sample, and the
-default specimens of the other tests.
+The published sample, and the default specimens of the other tests.
 """
 
-import argparse
-import os
-import re
-from pathlib import Path
+from functools import partial
 
 import attrs
+from paper_sample import sample, summaries
+from study_tables import DOCS, Table, main
 
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
-from grainlaw.cli.table1 import LAWS, ROCK, SAMPLE
-from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.cli.table1 import LAWS
 from grainlaw.laws import PrePeak
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.runs.parallel import Run, simulate_all
+from grainlaw.runs.parallel import Run
 from grainlaw.units import MPa
 
-PAGE = Path(__file__).parents[2] / "docs" / "validation.md"
 MOHR_COULOMB, CRACK = LAWS["mohr-coulomb"], LAWS["cohesive-crack"]
 PLAIN = gl.CentralDifference(beside_loading=False)
 #: test, seed, what it is given, speed and ramp at which it was loaded before
 TESTS = [
-    *(("uniaxial-compression", seed, {}, (0.05, 0.0)) for seed in (1, 2, 3)),
+    ("uniaxial-compression", 1, {}, (0.05, 0.0)),
     ("uniaxial-tension", 1, {}, (0.005, 0.0)),
     ("biaxial-compression", 1, {"confinement": "10 MPa"}, (0.05, 0.0)),
     ("brazilian", 1, {}, (0.02, 2e-4)),
@@ -46,14 +42,9 @@ DAMPED = {
 }  # fmt: skip
 
 
-def sample(seed):
-    width, height, grains = SAMPLE
-    return gl.Specimen(Voronoi(grains=grains, seed=seed).tessellate(rectangle(width, height)), ROCK)
-
-
-def all_of(runs):
-    outcome = simulate_all(runs, frames=1)
-    return {key: result.summary for key, result in outcome.results.items()}
+KINDS = {
+    **{name: gl.CentralDifference(damping=kind) for name, kind in DAMPINGS.items()}, "local, 0.8, of all motion": PLAIN
+}  # fmt: skip
 
 
 def peak(found):
@@ -64,89 +55,67 @@ def cell(found):
     return f"{peak(found):.4g}, {found['steps'] / 1000:,.0f}, {found['platen_imbalance'] * 100:.2g} %"
 
 
-def cost():
-    """Every test as it was loaded before, and as it is."""
+def cost(name, seed, given, before):
+    """A test as it was loaded before, and as it is."""
+    speed, ramp = before
     runs = {}
-    for name, seed, given, (speed, ramp) in TESTS:
-        for law in ("mohr-coulomb", "cohesive-crack"):
-            sections = {"law": {"type": law}, "test": given} | ({"sample": {"seed": seed}} if seed else {})
-            made = configured(name, sections)
-            before = attrs.evolve(made.protocol, loading=gl.Constant(speed=speed, ramp=ramp), integrator=PLAIN)
-            runs[name, seed, law, "before"] = Run(made.specimen, made.law, before)
-            runs[name, seed, law, "now"] = Run(made.specimen, made.law, made.protocol)
-    found = all_of(runs)
-    lines = [
-        "| test | seed | Mohr-Coulomb: constant speed | adaptive | cohesive crack: constant speed | adaptive |",
-        "|---|---|---|---|---|---|",
-    ]
-    for name, seed, _, _ in TESTS:
-        cells = [
-            cell(found[name, seed, law, when])
-            for law in ("mohr-coulomb", "cohesive-crack") for when in ("before", "now")
-        ]  # fmt: skip
-        lines.append(f"| {name} | {seed or ''} | {' | '.join(cells)} |")
-    return lines
+    for law in ("mohr-coulomb", "cohesive-crack"):
+        sections = {"law": {"type": law}, "test": given} | ({"sample": {"seed": seed}} if seed else {})
+        made = configured(name, sections)
+        constant = attrs.evolve(made.protocol, loading=gl.Constant(speed=speed, ramp=ramp), integrator=PLAIN)
+        runs[law, "constant"] = Run(made.specimen, made.law, constant)
+        runs[law, "adaptive"] = Run(made.specimen, made.law, made.protocol)
+    found = summaries(runs)
+    return [cell(found[key]) for key in runs]
 
 
-def rates():
+def rates(law, seed):
     """Peak and steps over the rate of loading."""
-    laws = {"Mohr-Coulomb": MOHR_COULOMB, "cohesive crack": CRACK}
-    runs = {
-        (name, seed, rate): Run(sample(seed), law, UniaxialCompression(loading=gl.Adaptive(rate=rate)))
-        for name, law in laws.items() for seed in (1, 2, 3) for rate in RATES
-    }  # fmt: skip
-    found = all_of(runs)
-    lines = ["| law, seed | " + " | ".join(f"rate {rate:g}" for rate in RATES) + " |", "|---" * (len(RATES) + 1) + "|"]
-    for name in laws:
-        for seed in (1, 2, 3):
-            cells = " | ".join(cell(found[name, seed, rate]) for rate in RATES)
-            lines.append(f"| {name}, {seed} | {cells} |")
-    return lines
+    test = UniaxialCompression()
+    found = summaries({
+        rate: Run(sample(seed), law, attrs.evolve(test, loading=gl.Adaptive(rate=rate))) for rate in RATES
+    })  # fmt: skip
+    return [cell(found[rate]) for rate in RATES]
 
 
-def damping():
-    """Strength over kind and strength of damping."""
-    kinds = {
-        name: gl.CentralDifference(damping=kind) for name, kind in DAMPINGS.items()
-    } | {"local, 0.8, of all motion": PLAIN}  # fmt: skip
-    runs = {
-        (law, kind): Run(sample(1), made, UniaxialCompression(integrator=integrator))
-        for law, made in DAMPED.items() for kind, integrator in kinds.items()
-    }  # fmt: skip
-    found = all_of(runs)
-    lines = ["| damping | " + " | ".join(DAMPED) + " |", "|---" * (len(DAMPED) + 1) + "|"]
-    for kind in kinds:
-        cells = (f"{peak(found[law, kind]):.1f}" if (law, kind) in found else "-" for law in DAMPED)
-        lines.append(f"| {kind} | {' | '.join(cells)} |")
-    return lines
+def damping(integrator):
+    """Strength by law, where the loading finds the accuracy that is asked for."""
+    found = summaries({
+        name: Run(sample(1), law, UniaxialCompression(integrator=integrator)) for name, law in DAMPED.items()
+    })  # fmt: skip
+    return [f"{peak(found[name]):.1f}" if name in found else "-" for name in DAMPED]
 
 
-TABLES = {"loading: cost": cost, "loading: rates": rates, "loading: damping": damping}
-
-
-def write(name, lines):
-    """Put a table between its marks in the page."""
-    page = PAGE.read_text(encoding="utf-8")
-    mark = re.compile(rf"(<!-- table {re.escape(name)} -->\n).*?(<!-- end -->)", re.DOTALL)
-    text, count = mark.subn(lambda found: found[1] + "\n".join(lines) + "\n" + found[2], page)
-    assert count == 1, f"{PAGE} has no place for the table {name}"
-    beside = PAGE.with_suffix(".part")
-    beside.write_text(text, encoding="utf-8")
-    os.replace(beside, PAGE)
-
-
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--write", action="store_true")
-    parser.add_argument("--only", default="")
-    options = parser.parse_args()
-    for name, table in TABLES.items():
-        if options.only in name:
-            lines = table()
-            print(f"\n{name}\n", *lines, sep="\n", flush=True)
-            if options.write:
-                write(name, lines)
-
+PAGE = DOCS / "validation.md"
+TABLES = [
+    Table(
+        page=PAGE,
+        name="loading: cost",
+        columns=(
+            "test, seed", "Mohr-Coulomb: constant speed", "adaptive", "cohesive crack: constant speed", "adaptive "
+        ),
+        rows={f"{name}, {seed}" if seed else name: partial(cost, name, seed, *rest) for name, seed, *rest in TESTS},
+        checked=("uniaxial-compression, 1",),
+    ),
+    Table(
+        page=PAGE,
+        name="loading: rates",
+        columns=("law, seed", *(f"rate {rate:g}" for rate in RATES)),
+        rows={
+            f"{name}, {seed}": partial(rates, law, seed)
+            for name, law in {"Mohr-Coulomb": MOHR_COULOMB, "cohesive crack": CRACK}.items() for seed in (1, 2, 3)
+        },
+        checked=("Mohr-Coulomb, 1",),
+    ),
+    Table(
+        page=PAGE,
+        name="loading: damping",
+        columns=("damping", *DAMPED),
+        rows={name: partial(damping, kind) for name, kind in KINDS.items()},
+        firm=("cohesive crack", "its linear pre-peak"),
+        checked=("local, 0.4",),
+    ),
+]  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    main(TABLES)

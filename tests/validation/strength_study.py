@@ -1,68 +1,58 @@
 """How the peak of the Mohr-Coulomb sample moves with numerics: the table of docs/validation.md.
 
-    python tests/validation/strength_study.py [--seeds 1,2,3] [--only NAME]
+    python tests/validation/strength_study.py [--write | --check]
 
-755 grains, Table 1 of the paper, unconfined. Each row changes one thing against the first.
+Each row changes one thing against the first.
 """
 
-import argparse
-import sys
-from pathlib import Path
+from functools import partial
 
+import attrs
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from support import ROCK, STRONG
+from paper_sample import SEEDS, sample, summaries
+from study_tables import DOCS, Table, each, main
 
 import grainlaw as gl
-from grainlaw.geometry import Voronoi, rectangle
-from grainlaw.laws import MohrCoulomb
+from grainlaw.cli.table1 import LAWS
 from grainlaw.protocols import UniaxialCompression
+from grainlaw.runs.parallel import Run
+from grainlaw.units import MPa
 
+TEST = UniaxialCompression()
 CASES = {
-    "base: default loading, gauss points": {},
-    "half the rate of loading": {"test": {"loading": gl.Adaptive(rate=0.00075)}},
-    "time step halved": {"run": {"time_step_factor": 0.5}},
-    "zones refined once": {"specimen": {"refinement": 1}},
-    "contact points at the ends": {"specimen": {"contact_points": gl.EndPoints()}},
-    "contact points inset 0.1 mm": {"specimen": {"contact_points": gl.InsetPoints(inset=1e-4)}},
+    "base: default loading, Gauss points": {},
+    "half the rate of loading": {"test": attrs.evolve(TEST, loading=TEST.loading.slower())},
+    "time step halved": {"time_step_factor": 0.5},
+    "zones refined once": {"refinement": 1},
+    "contact points at the ends": {"contact_points": gl.EndPoints()},
+    "contact points inset 0.1 mm": {"contact_points": gl.InsetPoints(inset=1e-4)},
 }
 
 
-def run(seed, specimen=None, test=None, run=None):
-    grains = Voronoi(grains=755, seed=seed).tessellate(rectangle(50e-3, 125e-3))
-    sample = gl.Specimen(grains, ROCK, **(specimen or {}))
-    protocol = UniaxialCompression(maximum_strain=0.008, samples=800, **(test or {}))
-    return gl.simulate(sample, MohrCoulomb(**STRONG), protocol, frames=1, **(run or {}))
+def row(test=TEST, time_step_factor=1.0, **options):
+    runs = {seed: Run(sample(seed, **options), LAWS["mohr-coulomb"], test) for seed in SEEDS}
+    found = [one for _, one in sorted(summaries(runs, time_step_factor=time_step_factor).items())]
+    peaks = [one["peak_stress"] / MPa for one in found]
+    return (
+        each(peaks, ".1f"),
+        f"{np.mean(peaks):.1f}",
+        each((one["peak_strain"] * 100 for one in found), ".3f"),
+        each(f"{one['tensile_cracks']} + {one['shear_cracks']}" for one in found),
+        each((one["kinetic_ratio"] for one in found), ".0e"),
+        each((one["platen_imbalance"] * 100 for one in found), ".1f") + " %",
+    )
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seeds", default="1,2,3")
-    parser.add_argument("--only", default="")
-    options = parser.parse_args()
-    seeds = [int(seed) for seed in options.seeds.split(",")]
-    print("| case | peak (MPa) | strain at peak (%) | stress left at the end | tensile + shear | kinetic | imbalance |")
-    print("|---|---|---|---|---|---|---|")
-    for name, case in CASES.items():
-        if options.only in name:
-            results = [run(seed, **case) for seed in seeds]
-            s = [result.summary for result in results]
-            end = [r.curves["stress"][-1] / r.summary["peak_stress"] for r in results]
-
-            def row(values, form):
-                return " / ".join(form.format(value) for value in values)
-
-            print(
-                f"| {name} | {row([x['peak_stress'] / 1e6 for x in s], '{:.1f}')} "
-                f"(mean {np.mean([x['peak_stress'] for x in s]) / 1e6:.1f}) "
-                f"| {row([x['peak_strain'] * 100 for x in s], '{:.3f}')} | {row(end, '{:.2f}')} "
-                f"| {row([str(x['tensile_cracks']) + ' + ' + str(x['shear_cracks']) for x in s], '{}')} "
-                f"| {row([x['kinetic_ratio'] for x in s], '{:.1e}')} "
-                f"| {row([x['platen_imbalance'] * 100 for x in s], '{:.1f} %')} |",
-                flush=True,
-            )
-
+TABLES = [
+    Table(
+        page=DOCS / "validation.md",
+        name="strength",
+        columns=("case", "peak (MPa)", "mean", "strain at peak (%)", "tensile + shear", "kinetic ratio", "imbalance"),
+        rows={name: partial(row, **case) for name, case in CASES.items()},
+        firm=("peak (MPa)", "mean", "strain at peak (%)"),
+        checked=("base: default loading, Gauss points", "half the rate of loading"),
+    )
+]
 
 if __name__ == "__main__":
-    main()
+    main(TABLES)

@@ -9,8 +9,8 @@ from numba import njit  # noqa: I001 - the rows in few lines
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.contact_geometry import gather_edges
 from grainlaw.engine.parts.contact_rows import (
-    BEFORE, DAMPING_FORCE, DAMPING_WORK, DASHPOT, FX, FY, GX, GY, HX, HY, LARGEST, LENGTH, LIFT, MEMORY, NORMAL, OFFSET,
-    OPENING, OPENING_WORK, OVERLAP, ROW, SHARE_A, SHEAR, SLIP, SLIP_WORK, STATE, TX, TY,
+    BEFORE, DAMPING_FORCE, DAMPING_WORK, DASHPOT, FX, FY, GX, GY, HX, HY, LARGEST, LENGTH, LIFT, LIFT_BEFORE, MEMORY,
+    NORMAL, OFFSET, OPENING, OPENING_WORK, OVERLAP, ROW, SHARE_A, SHEAR, SLIP, SLIP_WORK, STATE, TX, TY,
 )  # fmt: skip
 
 
@@ -31,6 +31,12 @@ def _take(row, contact, r, place):
 def copy(r, source, place, count):
     for k in range(count):
         r[place + k] = r[source + k]
+
+
+@njit(**OPTIONS)
+def clear(r, place, count):
+    for k in range(count):
+        r[place + k] = 0.0
 
 
 @njit(**OPTIONS)
@@ -55,6 +61,13 @@ def take_from_table(t, r, contact, row):
         _take(t.memory[m], contact, r, MEMORY + m * ROW)
     if row >= 0:
         copy(r, MEMORY + row * ROW, LIFT, contact.shape[0])
+    else:  # of another law there may be one from before
+        clear(r, LIFT, contact.shape[0])
+        clear(r, LIFT_BEFORE, contact.shape[0])
+    if row >= 0 and t.damping > 0:  # the lift less the overlap was the opening of a closed contact
+        _take(t.opening, contact, r, LIFT_BEFORE)
+        for k in range(contact.shape[0]):
+            r[LIFT_BEFORE + k] += t.overlap[contact[k]]
 
 
 @njit(**OPTIONS)

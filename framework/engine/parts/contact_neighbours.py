@@ -42,7 +42,7 @@ class Neighbours:
 
     def forget(self) -> None:
         """Search with a grid next time: edges were exposed."""
-        self.pairs = np.zeros((0, 2), dtype=np.int64)  #: (n, 2) within the skin at the last search with a grid
+        self.pairs = np.zeros((0, 2), dtype=np.int32)  #: (n, 2) within the skin at the last search with a grid
         self.searched = np.zeros((2, 0))  #: (2, i) m, displacement at that search; without columns there was none
 
     def find(self, displacement: np.ndarray, before: np.ndarray, exposed: np.ndarray) -> np.ndarray | None:
@@ -77,8 +77,9 @@ class Neighbours:
 
     def _ways(self, displacement: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, float]:
         searched = self.searched if self.searched.size else displacement
+        least = LEAST if len(self.pairs) else REACH  # where no pairs are listed, none need be chosen
         way, farthest = compiled(contact_search.ways)(
-            displacement, before, searched, self._first, AHEAD, LEAST * self._skin, REACH * self._skin
+            displacement, before, searched, self._first, AHEAD, least * self._skin, REACH * self._skin
         )
         return way, farthest
 
@@ -88,7 +89,7 @@ class Neighbours:
         """Find all pairs within the skin, unless no node has moved by more than half the reach since; whether done."""
         if self.searched.size and farthest < REACH * self._skin / 2:
             return False
-        chosen, turn = np.flatnonzero(exposed), self._skin / self._width
+        chosen, turn = np.flatnonzero(exposed).astype(np.int32), self._skin / self._width
         found = compiled(contact_search.near_pairs)(
             *(row[chosen] for row in ends), self._grain[chosen], turn[self._grain[chosen]], self._skin, self._cell
         )

@@ -17,14 +17,17 @@ from grainlaw.compiler.numba_private import call
 from grainlaw.engine.parts import contact_exchange as exchange
 from grainlaw.engine.parts import contact_geometry as geometry
 from grainlaw.engine.parts.contact_rows import (
-    AX, AY, BEFORE, BLOCK, BX, BY, DAMPING_FORCE, DAMPING_WORK, DASHPOT, DAX, DAY, DBX, DBY, DWX, DWY, FX, FY, GX, GY,
-    HX, HY, LARGEST, LENGTH, LEVER_A, LEVER_B, LIFT, MEMORY, NEW_LIFT, NORMAL, OFFSET, OPENED, OPENING, OPENING_WORK,
-    OVERLAP, ROW, SHARE_A, SHARE_B, SHEAR, SHEAR_FORCE, SLID, SLIP, SLIP_WORK, STATE, TOUCH, TWIST, TX, TY,
+    ASKED, AX, AY, BEFORE, BLOCK, BX, BY, DAMPING, DAMPING_FORCE, DAMPING_WORK, DASHPOT, DAX, DAY, DBX, DBY, DWX,
+    DWY, FX, FY, GX, GY, HIGH, HIGH_PRESSURE, HX, HY, LARGEST, LENGTH, LEVER_A, LEVER_B, LIFT, LIFT_BEFORE, LOW,
+    LOW_PRESSURE, MEMORY, NEW_LIFT, NORMAL, OFFSET, OPENED, OPENING, OPENING_WORK, OVERLAP, ROW, SHARE_A, SHARE_B,
+    SHEAR, SHEAR_FORCE, SLID, SLIP, SLIP_WORK, SPRING, STATE, TOUCH, TWIST, TX, TY,
 )  # fmt: skip
 from grainlaw.engine.parts.contact_table import CLOSED
 from grainlaw.engine.parts.laws import LANES
 
 u32 = np.uint32
+EVEN = 1e-6  #: of the pressure: a law that answers so near carries the force
+ROUNDS = 8  #: in which a law is asked for the opening at which it does; one whose closure does not stiffen in none
 MOVED, DEEP, ACTIVE, LEAVING = range(4)  #: columns of the tally of each thread
 
 
@@ -42,32 +45,135 @@ def slips(r, count, compliance):
 
 
 @njit(**OPTIONS)
-def _answer(t, g, r, count, row):
-    """Let law ``g`` answer; it has no parameters of single contacts."""
-    start = r.ctypes.data
+def _answer(t, g, r, count, opening, memory):
+    """Let law ``g`` answer, with the rows of its ``memory``; it has no parameters of single contacts."""
+    start, row = r.ctypes.data, t.laws.dilation[g]
     call(
         t.laws.address[g],
         (
-            t.laws.numbers[g], t.laws.numbers[g], 0, start + 8 * MEMORY, ROW,
-            start + 8 * OPENING, start + 8 * SLIP, start + 8 * NORMAL, start + 8 * SHEAR, count,
+            t.laws.numbers[g], t.laws.numbers[g], 0, start + 8 * memory, ROW,
+            start + 8 * opening, start + 8 * SLIP, start + 8 * NORMAL, start + 8 * SHEAR, count,
         ),
     )  # fmt: skip
     if row >= 0:
-        exchange.copy(r, MEMORY + row * ROW, NEW_LIFT, count)
+        exchange.copy(r, memory + row * ROW, NEW_LIFT, count)
+    else:
+        exchange.clear(r, NEW_LIFT, count)
 
 
 @njit(**OPTIONS)
-def forces(r, count, time_step):
-    """Forces of contacts, Eq. (15), and their work by the trapezoidal rule, Eq. (12).
+def springs(r, count):
+    """Normal forces of contacts without dashpots."""
+    for k in range(count):
+        r[SPRING + k], r[DAMPING + k] = min(r[NORMAL + k], 0.0) * r[LENGTH + k], 0.0
 
-    A dashpot resists the closing of lifted faces, and not their lifting.
+
+@njit(**OPTIONS)
+def dashpots(r, count, time_step):
+    """Normal forces of spring and dashpot, and the opening at which a linear closure carries both.
+
+    A dashpot resists the closing of lifted faces, not their lifting. The law has answered on trial: where friction has
+    to hold more or less than its shear, it has lifted the faces in a way that is not theirs, which is left out here.
     """
     for k in range(count):
-        length, lifted = r[LENGTH + k], r[NEW_LIFT + k] - r[LIFT + k]
-        normal, shear = min(r[NORMAL + k], 0.0) * length, r[SHEAR + k] * length
+        length, lift, overlap = r[LENGTH + k], r[LIFT + k], r[OVERLAP + k]
+        lifted = lift - r[LIFT_BEFORE + k] if r[BEFORE + k] > 0 else 0.0
         opened = r[OPENED + k] - lifted if length > 0 else 0.0
-        stiffness = max(-normal / max(r[OVERLAP + k] + lifted, 1e-300), 0.0)
+        trial = max(r[NEW_LIFT + k] - lift + overlap, 1e-300)
+        normal = min(r[NORMAL + k], 0.0) * (overlap / trial if trial > overlap else 1.0) * length
+        stiffness = max(-normal / max(overlap, 1e-300), 0.0)
         damping = min(r[DASHPOT + k] * math.sqrt(stiffness) * opened / time_step, -normal)  # never pulls
+        r[SPRING + k], r[DAMPING + k], r[OPENED + k] = normal, damping, opened
+        r[ASKED + k] = lift - (1 + damping / normal if normal < 0 else 1.0) * overlap
+        closing, pressure = damping < 0, -normal / max(length, 1e-300)
+        r[LOW + k], r[LOW_PRESSURE + k] = (overlap, pressure) if closing else (0.0, 0.0)
+        r[HIGH + k], r[HIGH_PRESSURE + k] = (math.inf, math.inf) if closing else (overlap, pressure)
+
+
+@njit(forceinline=True, **OPTIONS)
+def _misses(length, spring, damping, pressure):
+    """Whether the law has answered with another pressure (Pa) than that of the whole normal force."""
+    force = -(spring + damping)
+    return (length > 0) & (abs(pressure * length - force) > EVEN * force)
+
+
+@njit(**OPTIONS)
+def missed(r, count):
+    """How many laws have answered with another pressure and may be asked again."""
+    number = 0
+    for k in range(count):
+        misses = _misses(r[LENGTH + k], r[SPRING + k], r[DAMPING + k], max(-r[NORMAL + k], 0.0))
+        number += misses
+    return number
+
+
+@njit(**OPTIONS)
+def narrow(r, count):
+    """The next closure to ask of laws that have answered with another pressure.
+
+    It lies on the hyperbola (that of Bandis, or a line) through the nearest answers below and above.
+    """
+    for k in range(count):
+        length, spring, x, p = r[LENGTH + k], r[SPRING + k], r[LIFT + k] - r[ASKED + k], max(-r[NORMAL + k], 0.0)
+        if not _misses(length, spring, r[DAMPING + k], p):
+            continue
+        target = -(spring + r[DAMPING + k]) / length
+        if p > target:
+            r[HIGH + k], r[HIGH_PRESSURE + k] = x, p
+        else:
+            r[LOW + k], r[LOW_PRESSURE + k] = x, p
+        low, low_p, high, high_p = r[LOW + k], r[LOW_PRESSURE + k], r[HIGH + k], r[HIGH_PRESSURE + k]
+        if low < high < math.inf:
+            found = low + (high - low) * (target - low_p) / (high_p - low_p)
+            if low_p > 0:
+                bend = (low / low_p - high / high_p) / (high - low)
+                room = 1 + bend * target
+                found = (low / low_p + bend * low) * target / room if room > 0 else found
+            r[ASKED + k] = r[LIFT + k] - min(max(found, low), high)
+
+
+@njit(**OPTIONS)
+def _rub(t, g, r, count):
+    """Let law ``g`` answer with the shear that the whole normal force allows; the normal traction is that force's.
+
+    Where its pressure is not met but passed, the dashpot takes away less: the shear never passes its limit.
+    """
+    trial, rows = MEMORY + t.memory.shape[0] * ROW, t.memory.shape[0] * ROW
+    exchange.copy(r, MEMORY, trial, rows)
+    _answer(t, g, r, count, ASKED, MEMORY)
+    for _ in range(ROUNDS):
+        if missed(r, count) == 0:
+            break
+        narrow(r, count)
+        exchange.copy(r, trial, MEMORY, rows)
+        _answer(t, g, r, count, ASKED, MEMORY)
+    for k in range(count):
+        length, spring = r[LENGTH + k], r[SPRING + k]
+        whole = min(spring + r[DAMPING + k], r[NORMAL + k] * length)
+        r[DAMPING + k] = whole - spring
+        r[NORMAL + k] = whole / max(length, 1e-300) if length > 0 else r[NORMAL + k]
+
+
+@njit(**OPTIONS)
+def tractions(t, g, r, count, time_step):
+    """What law ``g`` answers, and the dashpots: with them it is asked on trial first, for the force of the spring."""
+    if t.damping > 0:
+        trial = MEMORY + t.memory.shape[0] * ROW
+        exchange.copy(r, MEMORY, trial, t.memory.shape[0] * ROW)
+        _answer(t, g, r, count, OPENING, trial)
+        dashpots(r, count, time_step)
+        _rub(t, g, r, count)
+    else:
+        _answer(t, g, r, count, OPENING, MEMORY)
+        springs(r, count)
+
+
+@njit(**OPTIONS)
+def forces(r, count):
+    """Forces of contacts, Eq. (15), and their work by the trapezoidal rule, Eq. (12)."""
+    for k in range(count):
+        normal, damping, opened = r[SPRING + k], r[DAMPING + k], r[OPENED + k]
+        shear = r[SHEAR + k] * r[LENGTH + k]
         # Eq. (15): the force on A, shared between nodes by the lever rule; its distance from the edges as a couple.
         ax, ay, bx, by, tx, ty = r[AX + k], r[AY + k], r[BX + k], r[BY + k], r[TX + k], r[TY + k]
         push, turn, share_a, share_b = normal + damping, r[TWIST + k] * normal, r[SHARE_A + k], r[SHARE_B + k]
@@ -118,8 +224,8 @@ def _chunk(t, g, r, time_step, first, count, contact):
     geometry.close(r, filled)
     geometry.motions(r, filled)
     slips(r, filled, t.compliance[g])
-    _answer(t, g, r, filled, row)
-    forces(r, filled, time_step)
+    tractions(t, g, r, filled, time_step)
+    forces(r, filled)
     deep = _settle(t, g, r, contact, count, row)
     exchange.put_into_table(t, r, contact, count)
     return deep

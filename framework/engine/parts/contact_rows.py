@@ -22,9 +22,12 @@ OPENING, SLIP, NORMAL, SHEAR, NEW_LIFT = (n * ROW for n in range(34, 39))  #: of
 FX, FY, GX, GY, HX, HY = (n * ROW for n in range(39, 45))  #: N, force on A, of it on the end of a, on the start of b
 DASHPOT, SHEAR_FORCE, DAMPING_FORCE = (n * ROW for n in range(45, 48))
 OPENING_WORK, SLIP_WORK, DAMPING_WORK = (n * ROW for n in range(48, 51))  #: J, in the last step
-MEMORY = 51 * ROW  #: and as many rows as the laws have
+SPRING, DAMPING = (n * ROW for n in range(51, 53))  #: N along the normal
+ASKED, LIFT_BEFORE = (n * ROW for n in range(53, 55))  #: m, opening at which a law is asked again; lift a step before
+LOW, LOW_PRESSURE, HIGH, HIGH_PRESSURE = (n * ROW for n in range(55, 59))  #: closures (m) between which one is sought
+MEMORY = 59 * ROW  #: as many rows as the laws have, and as many again for a trial
 
 
 def rows_of(count: int, depth: int) -> np.ndarray:
     """(count, n) scratch for so many threads or chunks, and laws with ``depth`` rows of memory."""
-    return np.zeros((count, MEMORY + depth * ROW))
+    return np.zeros((count, MEMORY + 2 * depth * ROW))

@@ -128,7 +128,7 @@ def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
     for k in range(mask + 1):
         first[k + 1] += first[k]
     total = first[mask + 1]
-    entry, cell = np.empty(total, dtype=np.int64), np.empty((2, total), dtype=np.int64)
+    entry, cell = np.empty(total, dtype=np.int32), np.empty((2, total), dtype=np.int32)
     fill = first[:-1].copy()
     for e in range(count):
         left, right = _columns(x0[e], x1[e], pad, size)
@@ -138,7 +138,7 @@ def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
                 k = _bucket(column, row, mask)
                 entry[fill[k]], cell[0, fill[k]], cell[1, fill[k]] = e, column, row
                 fill[k] += 1
-    found, size_found = np.empty((256, 2), dtype=np.int64), 0
+    found, size_found = np.empty((256, 2), dtype=np.int32), 0
     for k in range(mask + 1):
         for p in range(first[k], first[k + 1]):
             for q in range(p + 1, first[k + 1]):
@@ -149,8 +149,9 @@ def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
                     e, f = f, e
                 if _near(x0, y0, x1, y1, turn, e, f, reach, reach):
                     if size_found == found.shape[0]:
-                        longer = np.empty((2 * size_found, 2), dtype=np.int64)
-                        longer[:size_found] = found
+                        longer = np.empty((2 * size_found, 2), dtype=np.int32)
+                        for n in range(size_found):  # to copy slices takes 3 s more to compile
+                            longer[n, 0], longer[n, 1] = found[n, 0], found[n, 1]
                         found = longer
                     found[size_found, 0], found[size_found, 1] = e, f
                     size_found += 1
@@ -214,7 +215,7 @@ def nodes_of(pairs, edges, place):
 
 def matches(keys, old):
     """For each of ``keys`` its place in ``old``, or -1 where it is not there; both ascending."""
-    found, k = np.full(keys.shape[0], -1), 0
+    found, k = np.full(keys.shape[0], np.int32(-1)), 0
     for c in range(keys.shape[0]):
         while k < old.shape[0] and old[k] < keys[c]:
             k += 1

@@ -31,7 +31,7 @@ class ContactArrays(NamedTuple):
     overlap: Changing  #: (c,) m, mean overlap of the edges after they are moved by offset and lift; 0 where apart
     opening: Changing  #: (c,) m, given to the law: lift less overlap; 0 where apart
     slip: Changing  #: (c,) m
-    normal: Changing  #: (c,) Pa
+    normal: Changing  #: (c,) Pa, with the dashpot
     shear: Changing  #: (c,) Pa
     length: Changing  #: (c,) m in contact, 0 where apart
     tangent_x: Changing  #: (c,) unit vector
@@ -56,6 +56,7 @@ class ContactArrays(NamedTuple):
     searched: Changing  #: (2, i) m, displacement of all nodes at the last search; without columns there is no search
     room: Changing  #: (i,) m, how far each node may move from there until the next
     skin: float  #: m, distance up to which edges are neighbours
+    damping: float  #: of the dashpots over the critical one; 0 without
     tally: Scratch  #: (threads, 8) what each thread has counted, a cache line for each
     rows: Scratch  #: (threads, n) scratch, see contact_rows.py
     used_share: Scratch  #: (threads + 1,) bounds in ``used`` of each thread's nodes
@@ -78,7 +79,7 @@ def no_contacts(count: int = 0, laws: LawTable | None = None) -> ContactArrays:
         laws=table_of([], bonding=False) if laws is None else laws, compliance=np.zeros(1), virgin=np.zeros((1, 1)),
         node=np.zeros((4, count), dtype=np.int32), state=np.zeros(count, dtype=np.int8), **numbers,
         force_x=np.zeros((3, count)), force_y=np.zeros((3, count)), memory=np.zeros((1, count)),
-        follow=np.zeros(count, dtype=np.int8), active=np.zeros(count, dtype=np.int64), used=none, cotangent=np.zeros(0),
-        **places, skin=math.inf, room=np.zeros(0), tally=np.zeros((1, 8), dtype=np.int64), rows=np.zeros((1, 0)),
-        used_share=none, share=none,
+        follow=np.zeros(count, dtype=np.int8), active=np.zeros(count, dtype=np.int32), used=none, cotangent=np.zeros(0),
+        **places, skin=math.inf, damping=0.0, room=np.zeros(0), tally=np.zeros((1, 8), dtype=np.int64),
+        rows=np.zeros((1, 0)), used_share=none, share=none,
     )  # fmt: skip

@@ -53,7 +53,7 @@ class Contacts(Part):
         self.edge_grain = mesh.node_grain[self.edges[:, 0]]
         self.searches, self.seconds = 0, 0.0  #: number of searches, and the time spent on them (s)
         self.arrays = no_contacts()
-        none, exposed = np.zeros((0, 2), dtype=np.int64), np.arange(len(self.edges)) >= 2 * len(bonded)
+        none, exposed = np.zeros((0, 2), dtype=np.int32), np.arange(len(self.edges)) >= 2 * len(bonded)
         self.books = ContactBooks(np.zeros(0, dtype=np.int64), none, exposed, none, np.zeros((2, 0)), np.zeros(3))
         if detection is None:
             return
@@ -166,30 +166,30 @@ class Contacts(Part):
         if near is None:
             return
         keys = np.sort(np.concatenate([self.key(*near.T), self.books.keys[self.arrays.state >= HELD]]))
+        del near
         keys = keys[np.diff(keys, prepend=-1) > 0]
-        size, known = len(self.edges), self.arrays
-        pairs = np.column_stack([keys // size % size, keys % size])
+        size = len(self.edges)
+        pairs = np.empty((len(keys), 2), dtype=np.int32)
+        pairs[:, 0], pairs[:, 1] = keys // size % size, keys % size
         found = compiled(contact_search.matches)(keys, self.books.keys)
         lost = np.ones(len(self.books.keys), dtype=bool)
         lost[found[found >= 0]] = False
         for k, name in enumerate(("opening_work", "slip_work", "damping_work")):
-            self.books.gone[k] += getattr(known, name)[lost].sum()
-        kept = self._kept(found) | self._nodes_in_use(known, displacement, before)
-        groups, (a, b), (mass_a, mass_b) = self.groups_of(keys), self.edge_grain[pairs].T, self._mass[pairs].T
+            self.books.gone[k] += getattr(self.arrays, name)[lost].sum()
+        self.books = self.books._replace(keys=keys, pairs=pairs)
+        nodes = self._nodes_in_use(displacement, before)
+        place = np.zeros(self._origin.shape[1], dtype=np.int32)
+        place[nodes["used"]] = np.arange(len(nodes["used"]))
+        kept = self._kept(found)
         self.arrays = self._empty(0)._replace(
-            **kept, largest_overlap=np.minimum(self._largest[a], self._largest[b]),
-            dashpot=2 * self.detection.damping * np.sqrt(mass_a * mass_b / (mass_a + mass_b)),
-            follow=np.zeros(len(keys), dtype=np.int8), active=np.zeros(len(keys), dtype=np.int64),
+            **nodes, **kept, node=compiled(contact_search.nodes_of)(pairs, self.edges, place),
+            largest_overlap=np.minimum(*self._largest[self.edge_grain[pairs.T]]), dashpot=self._dashpots(pairs),
+            follow=np.zeros(len(keys), dtype=np.int8), active=np.zeros(len(keys), dtype=np.int32),
             before=before.copy(), searched=displacement.copy(), room=self._neighbours.room,
         )  # fmt: skip
-        place = np.zeros(self._origin.shape[1], dtype=np.int64)
-        place[self.arrays.used] = np.arange(len(self.arrays.used))
-        node = compiled(contact_search.nodes_of)(pairs, self.edges, place)
-        self.arrays = self.arrays._replace(node=node)
         new = np.flatnonzero(found < 0)
         self.arrays.state[new] = WAITING
-        self.arrays.memory[:, new] = self.arrays.virgin[:, groups[new]]
-        self.books = self.books._replace(keys=keys, pairs=pairs)
+        self.arrays.memory[:, new] = self.arrays.virgin[:, self.groups_of(keys[new])]
         self._note_list()
         self.searches += 1
         self.seconds += time.perf_counter() - clock
@@ -218,11 +218,16 @@ class Contacts(Part):
     def _note_list(self) -> None:
         self.books = self.books._replace(listed=self._neighbours.pairs, listed_at=self._neighbours.searched)
 
-    def _nodes_in_use(
-        self, known: ContactArrays, displacement: np.ndarray, before: np.ndarray
-    ) -> dict[str, np.ndarray]:
+    def _dashpots(self, pairs: np.ndarray) -> np.ndarray:
+        """(c,) sqrt(kg/m) for pairs (c, 2) of edges."""
+        if self.detection is None or self.detection.damping == 0:
+            return np.zeros(len(pairs))
+        mass_a, mass_b = self._mass[pairs.T]
+        return 2 * self.detection.damping * np.sqrt(mass_a * mass_b / (mass_a + mass_b))
+
+    def _nodes_in_use(self, displacement: np.ndarray, before: np.ndarray) -> dict[str, Any]:
         """Nodes of exposed edges, and where they are."""
-        used = self._used
+        used, known = self._used, self.arrays
         there, origin = displacement.take(used, axis=1), self._origin.take(used, axis=1)
         increment = there - before.take(used, axis=1)
         # Copied, not found again: rounding must not depend on how often neighbours are searched.
@@ -238,12 +243,12 @@ class Contacts(Part):
 
     def _kept(self, found: np.ndarray) -> dict[str, Any]:
         """State of contacts that were at these places; each old field is freed once it is copied, to save memory."""
-        count, rows = len(self.books.keys), self.arrays._asdict()
+        rows = self.arrays._asdict()
         self.arrays = self._empty(0)
         result: dict[str, Any] = {}
         for name in KEPT:
             old = rows.pop(name)
-            flat = old.reshape(math.prod(old.shape[:-1]), count)
+            flat = old.reshape(math.prod(old.shape[:-1]), old.shape[-1])
             result[name] = compiled(contact_search.carry)(flat, found)
             result[name] = result[name].reshape(*old.shape[:-1], len(found))
         return result
@@ -256,6 +261,7 @@ class Contacts(Part):
         compliance = np.array([1 / np.mean(group.law.stiffness[1]) for group in self.groups], dtype=float)
         return no_contacts(count, table_of(self.groups, bonding=False))._replace(
             memory=np.zeros((depth, count)), virgin=virgin, compliance=compliance, skin=self._skin,
+            damping=0.0 if self.detection is None else float(self.detection.damping),
         )  # fmt: skip
 
     def key(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -1,0 +1,266 @@
+"""Pictures and the report of a study: what they show is what the table says."""
+
+import itertools
+import re
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from study_rows import row, table_of
+from support import BRITTLE, PULL, small_sample
+from test_report import Page
+
+import grainlaw as gl
+from grainlaw.results.archive import to_bytes
+from grainlaw.results.figures.palette import COLORS
+from grainlaw.results.figures.stored_cracks import scale_bar
+from grainlaw.studies.figures import BAND, MOST_PATTERNS, on_common_grid
+from grainlaw.units import mm
+
+LAWS, SIZES, SEEDS = ("Mohr-Coulomb", "cohesive crack"), (10e6, 13e6), range(4)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return gl.simulate(small_sample(12), BRITTLE, attrs.evolve(PULL, samples=10))
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory, run):
+    """Two laws, two strengths, four seeds; the last case failed; stress of run k is that of the first times k + 1."""
+    rng = np.random.default_rng(1)
+    rows, runs = [], []
+    for k, key in enumerate(itertools.product(LAWS, SIZES, SEEDS)):
+        factors = dict(zip(("law", "strength", "seed"), key, strict=True))
+        summary = {"peak_stress": 1e8 + 1e6 * k + 1e5 * rng.random(), "tensile_cracks": 10 + k, "steps": 7}
+        rows.append(row(factors, summary, measures={"failure_plane_angle": 1.0}))
+        runs.append(
+            to_bytes(attrs.evolve(run, curves=run.curves | {"stress": run.curves["stress"] * (k + 1)}), frames=False)
+        )
+    rows[-1] = row(rows[-1]["factors"], {}, "refused", "too <strong>")
+    return table_of(rows, tmp_path_factory.mktemp("s") / "s", runs[:-1])
+
+
+def points(axes, marker):
+    return [np.column_stack(line.get_data()) for line in axes.lines if line.get_marker() == marker]
+
+
+# --- strips ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_strip_shows_all_cases_and_their_means(table):
+    axes = table.plot("peak_stress").axes[0]
+    shown = np.sort(np.concatenate(points(axes, "o"))[:, 1])
+    assert shown == pytest.approx(np.sort(table["peak_stress"][:-1]) / 1e6)
+    means = [each.mean / 1e6 for each in table.means("law", "strength")["peak_stress"]]
+    assert [each[0, 1] for each in points(axes, "D")] == pytest.approx(means)
+    bars = [c.get_segments()[0][:, 1] for c in axes.collections if isinstance(c, LineCollection)]
+    for drawn, each in zip(bars, table.means("law", "strength")["peak_stress"], strict=True):
+        assert drawn == pytest.approx(np.array(each.interval) / 1e6)
+    assert axes.get_ylabel() == "peak stress (MPa)"
+    assert [label.get_text().split("\n")[-1] for label in axes.get_xticklabels()] == ["n = 4"] * 3 + ["n = 3 of 4"]
+    assert {text.get_text() for text in axes.texts} == set(LAWS)
+
+
+def test_a_seed_lies_at_the_same_place_in_each_strip(table):
+    axes = table.plot("peak_stress", by="law", over=("strength", "seed")).axes[0]
+    one, other = points(axes, "o")
+    assert one[:7, 0] + 1 == pytest.approx(other[:, 0])
+    assert len(set(one[:, 0])) == 8
+
+
+def test_one_case_in_a_group_has_a_mean_and_no_interval(tmp_path):
+    table = table_of([row({"seed": s}, {"force": 1e3}) for s in range(2)], tmp_path / "s")
+    axes = table.plot("force", by="seed", over=()).axes[0]
+    assert [each[0, 1] for each in points(axes, "D")] == [1.0, 1.0]  # kN/m
+
+
+# --- pairs -----------------------------------------------------------------------------------------------------------
+
+
+def test_lines_join_pairs_and_the_title_says_the_difference(table):
+    axes = table.plot_paired("peak_stress", "law").axes[0]
+    found = table.paired("law")["peak_stress"]
+    lines = [np.array(line.get_ydata()) for line in axes.lines if line.get_marker() == "None"]
+    assert len(lines) == sum(each.count for each in found) == 7
+    assert np.mean([y[1] - y[0] for y in lines[:4]]) == pytest.approx(found[0].mean / 1e6)
+    for line, each in zip(axes.get_title(loc="left").split("\n"), found, strict=True):
+        low, high = (f"{end / 1e6:.2f}" for end in each.interval)
+        size = f"strength {each.group['strength'] / 1e6:g} MPa"
+        assert line == (
+            f"{size}: cohesive crack less Mohr-Coulomb: +{each.mean / 1e6:.2f} MPa "
+            f"(95 %: {low} to {high}, n = {each.count})"
+        )
+    for drawn, each in zip(points(axes, "D"), found, strict=True):
+        assert drawn[1, 1] - drawn[0, 1] == pytest.approx(each.mean / 1e6)
+
+
+def test_falling_pairs_are_told_from_rising_ones(tmp_path):
+    rows = [
+        row({"law": law, "seed": s}, {"force": f}) for law, s, f in [("A", 0, 1), ("A", 1, 2), ("B", 0, 2), ("B", 1, 1)]
+    ]
+    axes = table_of(rows, tmp_path / "s").plot_paired("force", "law").axes[0]
+    pairs = [line for line in axes.lines if line.get_marker() == "None"]
+    assert {(line.get_linestyle(), line.get_color()) for line in pairs} == {("-", COLORS[0]), ("--", COLORS[1])}
+
+
+# --- curves ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_median_of_multiples_is_the_middle_one(table, run):
+    axes = table.plot_curves(by=("law", "strength")).axes[0]
+    medians = [line for line in axes.lines if line.get_linewidth() == 2]
+    x, y = medians[0].get_data()
+    assert y == pytest.approx(2.5 * np.interp(x, 100 * run.curves["strain"], run.curves["stress"] / 1e6))
+    assert medians[-1].get_label() == "cohesive crack, strength 13 MPa (n = 3)"
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("axial strain (%)", "axial stress (MPa)")
+    assert len(axes.lines) - len(medians) == 15
+
+
+@given(st.lists(st.floats(0.1, 10), min_size=1, max_size=9), st.sampled_from([-1.0, 1.0]))
+def test_percentiles_of_straight_lines_of_equal_length(slopes, turn):
+    along = turn * np.linspace(0, 2, 7)
+    grid, found = on_common_grid([(along, slope * along) for slope in slopes])
+    assert [grid[0], grid[-1]] == pytest.approx([0, 2 * turn])
+    expected = np.percentile(np.outer(slopes, grid), (BAND[0], 50, BAND[1]), axis=0)
+    assert found == pytest.approx(expected)
+
+
+def test_a_curve_that_has_ended_counts_with_its_last_value():
+    short, middle, long = ((np.linspace(0, end, 5), np.linspace(0, end, 5)) for end in (1.0, 2.0, 3.0))
+    grid, (_, median, _) = on_common_grid([short, middle, long])
+    assert grid[-1] == 2  # half of them have ended
+    assert median[grid > 1] == pytest.approx(grid[grid > 1])  # the middle one, not the mean of those left
+
+
+def test_a_curve_that_turns_back_is_followed_forward():
+    along = np.array([0, 1, 0.5, 1.5, 2.0])
+    grid, (_, median, _) = on_common_grid([(along, np.array([0, 1.0, 7.0, 1.5, 2.0]))])
+    assert median == pytest.approx(grid)
+
+
+# --- cracks ----------------------------------------------------------------------------------------------------------
+
+
+def test_crack_patterns_have_one_scale(table, run):
+    figure = table.plot_cracks()
+    figure.draw_without_rendering()
+    assert len(figure.axes) == 4
+    assert len({(axes.get_xlim(), axes.get_ylim()) for axes in figure.axes}) == 1
+    assert len({tuple(np.round(axes.get_window_extent().size, 3)) for axes in figure.axes}) == 1
+    counts = [sum(len(c.get_segments()) for c in axes.collections) for axes in figure.axes]
+    assert counts == [len(run.cracks)] * 4
+    assert figure.axes[0].get_title() == "Mohr-Coulomb\nstrength 10 MPa"
+    assert figure.get_suptitle() == "seed 0"
+
+
+def test_specimens_of_two_sizes_have_one_scale(run, tmp_path):
+    low = gl.simulate(small_sample(12, height=20 * mm), BRITTLE, attrs.evolve(PULL, samples=10))
+    runs = [to_bytes(each, frames=False) for each in (run, low)]
+    table = table_of([row({"height": h}, {"peak_stress": 1.0}) for h in (40 * mm, 20 * mm)], tmp_path / "s", runs)
+    figure = table.plot_cracks(over=(), cases=[{"height": 40 * mm}, {"height": 20 * mm}])
+    figure.draw_without_rendering()
+    scales = [(a.transData.transform((10, 10)) - a.transData.transform((0, 0))).tolist() for a in figure.axes]
+    assert scales[0] == pytest.approx(scales[1])
+    assert scales[0][0] == pytest.approx(scales[0][1])
+
+
+@pytest.mark.parametrize(("width", "length"), [(0.05, 10), (0.02, 5), (0.1, 20), (0.0031, 1)])
+def test_a_scale_bar_is_round_and_as_long_as_it_says(width, length):
+    axes = Figure().subplots()
+    axes.set_xlim(0, width * 1e3)
+    scale_bar(axes, width)
+    assert np.ptp(axes.lines[0].get_xdata()) == pytest.approx(length)
+    assert axes.texts[0].get_text() == f"{length} mm"
+
+
+# --- what all of them share ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("draw", [
+    lambda t, ax: t.plot("peak_stress", ax=ax),
+    lambda t, ax: t.plot_paired("peak_stress", "law", ax=ax),
+    lambda t, ax: t.plot_curves("law", ax=ax),
+    lambda t, ax: t.plot_cracks([{"law": LAWS[0], "strength": 10e6, "seed": 1}], ax=[ax]),
+])  # fmt: skip
+def test_axes_that_are_given_are_drawn_on(table, draw):
+    figure = Figure()
+    axes = figure.subplots()
+    assert draw(table, axes) is figure
+    assert axes.has_data()
+
+
+@pytest.mark.parametrize(("draw", "message"), [
+    (lambda t: t.plot("peak"), "no quantity 'peak'"),
+    (lambda t: t.plot("status"), "no quantity 'status'"),
+    (lambda t: t.plot("peak_stress", by="lw"), "no factor 'lw'"),
+    (lambda t: t.plot("peak_stress", ax=3), "ax = 3"),
+    (lambda t: t.plot_paired("peak_stress", "seed"), "each factor only once"),
+    (lambda t: t.plot_curves(y="force"), "no column 'force'"),
+    (lambda t: t.plot_curves(by="laws"), "no factor 'laws'"),
+    (lambda t: t.plot_cracks([]), f"0 cases.*1 to {MOST_PATTERNS}"),
+    (lambda t: t.plot_cracks([{"seed": 1}]), "4 cases have seed = 1"),
+    (lambda t: t.plot_cracks([{"law": LAWS[1], "strength": 13e6, "seed": 3}]), "has no run: refused, too"),
+    (lambda t: t.plot_cracks(columns=0), "columns = 0"),
+])  # fmt: skip
+def test_what_cannot_be_drawn_is_refused(table, draw, message):
+    with pytest.raises(gl.ParameterError, match=message):
+        draw(table)
+
+
+def test_colours_are_told_apart_without_red_and_green():
+    """A plain model of dichromacy: red and green are seen as their mean; lightness is that of a grey page."""
+    seen = [((red + green) / 2, blue) for red, green, blue in map(to_rgb, COLORS)]
+    for one, other in itertools.combinations(seen, 2):
+        assert np.linalg.norm(np.subtract(one, other)) > 0.1
+
+
+# --- the report ------------------------------------------------------------------------------------------------------
+
+
+def test_the_report_holds_what_the_table_says(table, tmp_path):
+    table.write_report(tmp_path / "r.html", title="Three & more")
+    page = Page(tmp_path / "r.html")
+    assert "Three & more" in page.text
+    assert "16 cases: 15 finished, 1 failed." in page.text
+    assert "too <strong>" in page.text  # as text, not as a tag
+    assert page.rows["law"][0] == ["Mohr-Coulomb, cohesive crack", "2 levels"]
+    for each in table.means("law", "strength")["peak_stress"]:
+        name = f"{each.group['law']}, {each.group['strength'] / 1e6:g}"
+        low, high = (f"{end / 1e6:.2f}" for end in each.interval)
+        assert page.rows[name][0][:3] == [str(each.count), f"{each.mean / 1e6:.2f}", f"{low} to {high}"]
+    first = table.paired("law")["peak_stress"][0]
+    assert page.rows["10"][0][:3] == ["cohesive crack - Mohr-Coulomb", "4", f"{first.mean / 1e6:.2f}"]
+    assert "57.3 ± 0" in page.rows["failure plane angle (deg)"][0]
+    assert page.rows["CPU time of all cases"] == [["24 s"]]  # 16 of 1.5 s
+    assert len(page.images) == 4
+    assert all(re.match(r"data:image/png;base64,", image) for image in page.images)
+
+
+def test_a_report_of_points_without_seeds(tmp_path):
+    """As many groups as cases: means are those of all, and there are no pairs; rows without runs have no pictures."""
+    points = [{"strength": 1e6 * k, "energy": 3.0 * k} for k in range(1, 40)]
+    table = table_of([row(point, {"peak_stress": 2 * point["strength"]}) for point in points], tmp_path / "s")
+    table.write_report(tmp_path / "r.html")
+    page = Page(tmp_path / "r.html")
+    assert page.rows["strength (MPa)"] == [["1 to 39", "39 levels"]]
+    assert page.rows["all"][0][:2] == ["39", "40.00"]
+    assert "Paired" not in page.text
+    assert len(page.images) == 1
+    named = [row({"law": law, **point}, {"peak_stress": 1e6}) for law in LAWS for point in points]
+    table_of(named, tmp_path / "t").write_report(tmp_path / "r.html")
+    assert Page(tmp_path / "r.html").rows["cohesive crack"][0][:2] == ["39", "1.00"]  # by what has few levels
+    with pytest.raises(gl.ParameterError, match="no factor 'seed'"):
+        table.write_report(tmp_path / "r.html", over="seed")
+
+
+def test_a_report_of_nothing_but_failures(tmp_path):
+    table_of([row({"seed": 1}, {}, "killed", "its worker died")], tmp_path / "s").write_report(tmp_path / "r.html")
+    page = Page(tmp_path / "r.html")
+    assert page.rows["1"] == [["killed", "its worker died"]]
+    assert page.images == []
