@@ -34,13 +34,13 @@ def folder(found, tmp_path_factory):
 
 
 def test_means_and_ranges_by_hand():
-    two = [{"load": 1.0, "count": 2, "all": [1, 2]}, {"load": 4.0, "count": 2, "all": [1, 2]}]
-    assert means(two) == {"load": 2.5, "count": 2.0}
+    three = [{"load": load, "count": 2, "all": [1, 2]} for load in (1.0, 4.0, 10.0)]
+    assert means(three) == {"load": 5.0, "count": 2.0}
     look = Shown("load", "", 10.0, ".1f")
-    assert mean_and_range(look, two, "load") == "25.0 (10.0 to 40.0)"
-    assert mean_and_range(look, two, "count") == "20.0"
-    assert mean_and_range(look, two, "all") == mean_and_range(look, two, "none") == "-"
-    assert mean_and_range(look, [*two, {"load": float("nan")}], "load") == "-"
+    assert mean_and_range(look, three, "load") == "50.0 (10.0 to 100.0)"
+    assert mean_and_range(look, three, "count") == "20.0"
+    assert mean_and_range(look, three, "all") == mean_and_range(look, three, "none") == "-"
+    assert mean_and_range(look, [*three, {"load": float("nan")}], "load") == "-"
     assert np.isnan(means([{"load": 1.0}, {"load": float("nan")}])["load"])
 
 
