@@ -1,0 +1,1 @@
+"""Many runs as cases of one study: design, workers, store, table."""
