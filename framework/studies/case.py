@@ -182,7 +182,8 @@ class Watch(Observer):
         self.told = time.monotonic()
         course = next((name for name in COURSE if name in curves), None)
         value = float(curves[course][-1]) if course else math.nan
-        words = f", {shown(course).text(value)} {shown(course).unit}" if course else ""
+        look = shown(course or "")
+        words = f", {look.words} {look.text(value)} {look.unit}" if course else ""
         try:
             self.file.write_text(f"{stage.name} {progress:.0%}{words}", encoding="utf-8")
         except OSError:  # it is only for the eye
