@@ -35,6 +35,8 @@ def check_readme(page):
     assert 60e9 < page["comparison"].summary["linear"]["apparent_modulus"] < 64e9
     assert Path("out/summary.json").exists()
     assert Path("out/CCM/grains.pvd").exists()
+    assert page["table"]["status"].tolist() == ["finished"] * 6
+    assert page["table"].paired("law")["peak_stress"][0].count == 3
 
 
 def check_getting_started(page):
