@@ -145,7 +145,7 @@ def check_signature(case: Callable[..., Any], names: Sequence[str]) -> None:
 
 
 @checked
-def latin_hypercube(count: int, /, *, seed: int = 0, **ranges: Any) -> list[dict[str, float]]:
+def latin_hypercube(count: int, *, seed: int = 0, **ranges: Any) -> list[dict[str, float]]:
     """Points that fill ranges evenly, one in each of ``count`` slices of every range; ``cases`` of a study.
 
     ``latin_hypercube(50, strength=(5 * MPa, 20 * MPa), energy=(50, 300))``; the same seed gives the same points.
@@ -155,7 +155,7 @@ def latin_hypercube(count: int, /, *, seed: int = 0, **ranges: Any) -> list[dict
 
 
 @checked
-def sobol(count: int, /, *, seed: int = 0, **ranges: Any) -> list[dict[str, float]]:
+def sobol(count: int, *, seed: int = 0, **ranges: Any) -> list[dict[str, float]]:
     """Points of a scrambled Sobol sequence in ranges; even where ``count`` is a power of two; ``cases`` of a study.
 
     (Sobol 1967; scrambled as Owen 1998, doi:10.1006/jcom.1998.0487.) Raises ParameterError.

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from numbers import Real
 from typing import Any
 
+from grainlaw.arguments import Checked
 from grainlaw.studies.case import FINISHED
 from grainlaw.studies.design import RESERVED
 from grainlaw.studies.statistics import level
@@ -39,7 +40,7 @@ def label(factors: Sequence[str], row: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} = {level(name, row[name])}" for name in factors)
 
 
-class Rows:
+class Rows(metaclass=Checked):
     """Rows that are read when the first of them is asked for: of a million, not before they are needed."""
 
     def __init__(self, rows: Iterable[Mapping[str, Any]], factors: Sequence[str]) -> None:

@@ -36,7 +36,7 @@ Folder = str | os.PathLike[str]
 
 
 @attrs.frozen
-class Status:
+class Status(metaclass=Checked):
     """How many cases a study has, and how many of them are finished, have failed, are missing; prints as a line."""
 
     cases: int
@@ -62,7 +62,7 @@ class Study(metaclass=Checked):
     """
 
     def __init__(
-        self, case: Callable[..., Run], /, cases: Any = None, *, measures: Sequence[Measure] | None = None,
+        self, case: Callable[..., Run], cases: Any = None, *, measures: Sequence[Measure] | None = None,
         **factors: Any,
     ) -> None:  # fmt: skip
         self.design: Design = factorial(factors) if cases is None else listed(cases, factors)

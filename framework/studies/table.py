@@ -45,11 +45,12 @@ class Table(Rows):
 
     def __init__(
         self, rows: Iterable[Mapping[str, Any]], factors: Sequence[str], store: Store,
-        measures: Sequence[Measure] = tuple(MEASURES.values()),
+        measures: Sequence[Measure] | None = None,
     ) -> None:  # fmt: skip
         super().__init__(rows, factors)
         self.store = store
-        self._measures = {measure.name: measure for measure in measures}
+        known = MEASURES.values() if measures is None else measures
+        self._measures = {measure.name: measure for measure in known}
         self._found: dict[str, np.ndarray] = {}
 
     def __getitem__(self, name: str) -> np.ndarray:
