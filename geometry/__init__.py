@@ -1,11 +1,14 @@
-"""Regions, tessellators, and specimens of several bodies."""
+"""Regions, tessellators, grains from elsewhere, and specimens of several bodies."""
 
 from grainlaw.geometry.bodies import block, moved, together
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.hexagonal import Hexagonal
 from grainlaw.geometry.joint_sets import JointSet, JointSets
 from grainlaw.geometry.loose import apart, wall
+from grainlaw.geometry.meshes import from_mesh, write_geo
+from grainlaw.geometry.neper import read_tess, write_tess
 from grainlaw.geometry.platens import between_platens
+from grainlaw.geometry.polygons import from_polygons
 from grainlaw.geometry.region import polygon, rectangle, shear_box
 from grainlaw.geometry.shapes import disc, notched_beam, semi_disc
 from grainlaw.geometry.voronoi import Voronoi
@@ -20,12 +23,17 @@ __all__ = [
     "between_platens",
     "block",
     "disc",
+    "from_mesh",
+    "from_polygons",
     "moved",
     "notched_beam",
     "polygon",
+    "read_tess",
     "rectangle",
     "semi_disc",
     "shear_box",
     "together",
     "wall",
+    "write_geo",
+    "write_tess",
 ]
