@@ -13,6 +13,7 @@ from grainlaw.geometry import Voronoi, disc, from_polygons, polygon, rectangle
 from grainlaw.parameter import ParameterError
 
 UNIT = [(0, 0), (1, 0), (1, 1), (0, 1)]
+RIGHT = [(1, 0), (2, 0), (2, 1), (1, 1)]
 ANGLE = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]  # an L of 3 m2
 REGIONS = st.sampled_from([rectangle(2, 1), disc(1.0), BEAM])
 
@@ -95,6 +96,25 @@ def test_a_hanging_vertex_is_a_corner_of_both():
     assert made.region.sides == ("bottom", "right", "top", "left")
 
 
+def test_a_hanging_vertex_does_not_bend_an_edge():
+    """It is off by less than the tolerance; left there, it would make the lower grain concave."""
+    rings = [[(0, 0), (2, 0), (2, 1), (0, 1)], [(0, 1), (1, 0.9996), (1, 2), (0, 2)],
+             [(1, 0.9996), (2, 1), (2, 2), (1, 2)]]  # fmt: skip
+    made = from_polygons(rings, tolerance=1e-3)
+    assert_tiles(made)
+    assert not made.is_breakable
+    assert made.areas == pytest.approx([2, 1, 1], rel=1e-12)
+
+
+def test_corners_near_to_a_given_region_are_put_on_it():
+    made = from_polygons([[(0, 0.0003), (1, -0.0002), (1, 1), (0, 1)], [(1.0002, 0), (2, 0), (2, 1), (1, 1)]],
+                         region=rectangle(2, 1), tolerance=1e-3)  # fmt: skip
+    assert_tiles(made)
+    assert_sides_complete(made)
+    assert made.areas.sum() == 2
+    assert from_polygons([UNIT, RIGHT], region=rectangle(2, 1)).areas.tolist() == [1, 1]
+
+
 def test_an_angle_is_cut_at_its_corner():
     made = from_polygons([ANGLE, [(1, 1), (2, 1), (2, 2), (1, 2)]])
     assert_tiles(made)
@@ -114,9 +134,6 @@ def test_a_hole_is_one_only_where_it_is_asked_for():
     assert made.region.hole_sides == (("hole",) * 4,)
     around = polygon([(0, 0), (3, 0), (3, 3), (0, 3)], "rim", holes={"well": [(1, 1), (2, 1), (2, 2), (1, 2)]})
     assert from_polygons(frame, region=around).boundary_names == ("rim", "well")
-
-
-RIGHT = [(1, 0), (2, 0), (2, 1), (1, 1)]
 
 
 @pytest.mark.parametrize(
@@ -139,6 +156,15 @@ RIGHT = [(1, 0), (2, 0), (2, 1), (1, 1)]
 def test_faults_are_refused_with_their_place(polygons, said):
     with pytest.raises(ParameterError, match=re.escape(said)):
         from_polygons(polygons)
+
+
+def test_a_polygon_thinner_than_the_tolerance_touches_itself():
+    horn = [(1, 0), (2, 0), (2, 1), (1, 1), (1, 0.6), (1.5, 0.5), (1, 0.5999)]
+    with pytest.raises(ParameterError, match=r"polygon 1 crosses or touches itself near \(1, 0\.6\) m"):
+        from_polygons([UNIT, horn], tolerance=1e-3)
+    tongue = [(1, 0), (2, 0), (2, 1), (1.5, 0.0005), (1, 1)]
+    with pytest.raises(ParameterError, match=r"polygon 1 touches itself at \(1\.5, 0\) m"):
+        from_polygons([UNIT, tongue], tolerance=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from grainlaw.geometry.cells.convex import hull
 from grainlaw.geometry.cells.cutting import Cutter
 from grainlaw.geometry.cells.outline import Names, outline, region_of
 from grainlaw.geometry.cells.shared_edges import Polygons, place, split_at_hanging
-from grainlaw.geometry.cells.sides import STRAIGHT, region_sides
+from grainlaw.geometry.cells.sides import region_sides
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
@@ -111,11 +111,10 @@ def _parts(vertices: np.ndarray, ring: np.ndarray) -> tuple[np.ndarray, list[np.
     """Convex polygons that make up one, and the vertices with those of the cuts."""
     points = vertices[ring]
     origin, size = points.mean(axis=0), np.ptp(points, axis=0).max()
-    shape = _without_straight((points - origin) / size)
+    shape = (points - origin) / size
     region = Region(shape, ("side",) * len(shape))
     pieces = Cutter(region, NEAR).pieces(hull([(x, y) for x, y in shape.tolist()]), list(range(len(shape))))
-    known, parts = (points - origin) / size, []
-    number = ring
+    known, number, parts = shape, ring, []
     for piece in pieces:
         corners = []
         for corner in piece:
@@ -127,11 +126,3 @@ def _parts(vertices: np.ndarray, ring: np.ndarray) -> tuple[np.ndarray, list[np.
             corners.append(int(number[k]))
         parts.append(np.array(corners))
     return vertices, parts
-
-
-def _without_straight(points: np.ndarray) -> np.ndarray:
-    """Corners that turn: neighbours have others, which come back when edges are compared."""
-    along = np.roll(points, -1, axis=0) - points
-    along /= np.hypot(*along.T)[:, None]
-    before = np.roll(along, 1, axis=0)
-    return points[abs(before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0]) > STRAIGHT]
