@@ -28,15 +28,15 @@ CLOSE = 1e-6  #: of the median size of elements: nearer nodes are one
 
 @checked
 def from_mesh(
-    file: str | os.PathLike[str], *, unit: float = 1.0, grains: str | None = None, phases: str = PHYSICAL
+    file: str | os.PathLike[str], *, unit: float = 1.0, grain_data: str | None = None, phase_data: str = PHYSICAL
 ) -> Tessellation:
     """Grains from a mesh of an area in any format of meshio: every triangle, quadrilateral or polygon is one.
 
-    ``unit`` is what one unit of length of the file is in m. ``grains`` names whole-number data of the elements: those
-    with one number are the cells of one grain (``parent``); "gmsh:geometrical" has the surfaces of gmsh. ``phases``
-    names the data that are the phases, by default the physical groups of gmsh, with their names. Physical groups of
-    lines name boundaries; without them the sides of an upright rectangle are bottom, right, top and left, those of
-    another shape "boundary".
+    ``unit`` is what one unit of length of the file is in m. ``grain_data`` names whole-number data of the elements:
+    those with one number are the cells of one grain (``parent``); "gmsh:geometrical" has the surfaces of gmsh.
+    ``phase_data`` names the data that are the phases, by default the physical groups of gmsh, with their names.
+    Physical groups of lines name boundaries; without them the sides of an upright rectangle are bottom, right, top and
+    left, those of another shape "boundary".
 
     Raises :class:`~grainlaw.parameter.ParameterError` for what cannot be read, has three dimensions, overlaps or has
     parts that do not hang together.
@@ -62,8 +62,8 @@ def from_mesh(
     nodes, corners = np.unique(np.concatenate(elements), return_inverse=True)
     size = float(np.median(np.sqrt(abs(areas_and_centroids(points[nodes][corners], first)[0]))))
     vertices, number = merged(points[nodes], CLOSE * size)
-    phase, names = _phases(where, mesh, chosen, phases)
-    parent = None if grains is None else _data(where, mesh, chosen, grains)
+    phase, names = _phases(where, mesh, chosen, phase_data)
+    parent = None if grain_data is None else _data(where, mesh, chosen, grain_data)
     return tessellation_of(
         where, cleaned(where, vertices, number[corners], first), tolerance=CLOSE * size,
         names=_boundaries(mesh, dict(zip(nodes.tolist(), number.tolist(), strict=True))),

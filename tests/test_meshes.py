@@ -41,8 +41,8 @@ def test_every_element_is_a_grain(tmp_path):
 
 def test_elements_with_one_number_are_the_cells_of_one_grain(tmp_path):
     file = mixed(tmp_path, **GROUPS)
-    assert from_mesh(file, grains="gmsh:geometrical").parent.tolist() == [0, 0, 1]
-    assert from_mesh(file, phases="gmsh:geometrical").phase_names == ("7", "8")
+    assert from_mesh(file, grain_data="gmsh:geometrical").parent.tolist() == [0, 0, 1]
+    assert from_mesh(file, phase_data="gmsh:geometrical").phase_names == ("7", "8")
 
 
 def test_meshes_of_other_programs(tmp_path):
@@ -69,8 +69,8 @@ def test_a_hole_of_the_mesh_is_one_of_the_region(tmp_path):
     ("points", "options", "said"),
     [
         ([*POINTS[:4], (2, 2, 1), *POINTS[5:]], {}, "nodes at z = 0 to 1, it must be plane"),
-        (POINTS, {"grains": "gmsh:geometrcal"}, "did you mean 'gmsh:geometrical'"),
-        (POINTS, {"phases": "mineral"}, "no data 'mineral' of its elements"),
+        (POINTS, {"grain_data": "gmsh:geometrcal"}, "did you mean 'gmsh:geometrical'"),
+        (POINTS, {"phase_data": "mineral"}, "no data 'mineral' of its elements"),
         ([*POINTS[:4], (1.5, 0.5, 0), (0.4, 1, 0), POINTS[6]], {}, "overlap"),
     ],
 )
@@ -117,7 +117,7 @@ def test_grains_go_to_gmsh_and_come_back_with_triangles_inside(region, version, 
     gmsh.model.mesh.generate(2)
     gmsh.option.setNumber("Mesh.MshFileVersion", version)
     gmsh.write(str(tmp_path / "x.msh"))
-    cells = from_mesh(tmp_path / "x.msh", unit=1e-3, grains="gmsh:geometrical")
+    cells = from_mesh(tmp_path / "x.msh", unit=1e-3, grain_data="gmsh:geometrical")
     assert np.bincount(cells.parent, cells.areas) == pytest.approx(grains.areas)
     assert [cells.phase_name(p) for p in cells.phase] == [grains.phase_name(grains.phase[p]) for p in cells.parent]
     assert set(cells.boundary_names) == set(grains.boundary_names)

@@ -145,11 +145,11 @@ def test_a_hole_is_one_only_where_it_is_asked_for():
         ([[(0, 0), (2, 0), (1, 0), (1, 1)]], "polygon 0 crosses or touches itself near (2, 0) m"),
         ([UNIT, [(0.9, 0), (2, 0), (2, 1), (0.9, 1)]], "polygons 0 and 1 overlap at the edge with the middle (0.95,"),
         ([UNIT, [(0.5, 0.25), (1.5, 0.5), (0.5, 0.75)]], "polygons 0 and 1 overlap near (1, 0.375) m"),
-        ([UNIT, [(0.2, 0.2), (0.8, 0.5), (0.2, 0.8)]], "polygon 1 overlap others near (0.4, 0.5) m, by 0.18 m2"),
+        ([UNIT, [(0.2, 0.2), (0.8, 0.5), (0.2, 0.8)]], "polygon 1 overlaps others near (0.4, 0.5) m, by 0.18 m2"),
         ([UNIT, [(1, 0), (2, 0), (2, 1), (1, 1), (0.7, 0.5)]], "polygons 0 and 1 overlap at the corner (1, 0) m"),
         ([UNIT, UNIT], "polygons 0 and 1 overlap at the edge"),
         ([UNIT, [(1, 1), (2, 1), (2, 2), (1, 2)]], "polygons 0 and 1 touch at a corner only, at (1, 1) m"),
-        ([UNIT, [(3, 0), (4, 0), (4, 1), (3, 1)]], "polygon 1 lie apart from the others, at (3.5, 0.5) m"),
+        ([UNIT, [(3, 0), (4, 0), (4, 1), (3, 1)]], "polygon 1 lies apart from the others, at (3.5, 0.5) m"),
         ([UNIT, [(1, 0), (2, 0), (2, 1), (1, 1), (1.3, 0.5)]], "gap of 0.15 m2 between polygons 0 and 1 near (1.1"),
     ],
 )

@@ -37,10 +37,11 @@ def outline(where: str, polygons: Polygons, *, holes: bool) -> list[np.ndarray]:
     around = polygons.vertices[rings[order[0]]]
     for k in order[1:]:
         who, point = _who(polygons, loops[k]), place(polygons.vertices[rings[k]].mean(axis=0))
+        s = "" if who.startswith("polygons") else "s"
         if areas[k] > 0 and enclosed(_inside(polygons.vertices[rings[k]]), around, np.roll(around, -1, axis=0))[0]:
-            raise ParameterError(f"{where}: {who} overlap others near {point}, by {areas[k]:.3g} m2")
+            raise ParameterError(f"{where}: {who} overlap{s} others near {point}, by {areas[k]:.3g} m2")
         if areas[k] > 0:
-            raise ParameterError(f"{where}: {who} lie apart from the others, at {point}")
+            raise ParameterError(f"{where}: {who} lie{s} apart from the others, at {point}")
         if not holes:
             raise ParameterError(
                 f"{where}: there is a gap of {-areas[k]:.3g} m2 between {who} near {point}"
