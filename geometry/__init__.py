@@ -4,6 +4,7 @@ from grainlaw.geometry.bodies import block, moved, together
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.hexagonal import Hexagonal
 from grainlaw.geometry.joint_sets import JointSet, JointSets
+from grainlaw.geometry.laguerre import Laguerre
 from grainlaw.geometry.loose import apart, wall
 from grainlaw.geometry.meshes import from_mesh, write_geo
 from grainlaw.geometry.neper import read_tess, write_tess
@@ -11,13 +12,21 @@ from grainlaw.geometry.platens import between_platens
 from grainlaw.geometry.polygons import from_polygons
 from grainlaw.geometry.region import polygon, rectangle, shear_box
 from grainlaw.geometry.shapes import disc, notched_beam, semi_disc
+from grainlaw.geometry.sizes import ByPhase, Empirical, Even, Lognormal, NaturalGrowth, Sizes
 from grainlaw.geometry.voronoi import Voronoi
 
 __all__ = [
     "Bricks",
+    "ByPhase",
+    "Empirical",
+    "Even",
     "Hexagonal",
     "JointSet",
     "JointSets",
+    "Laguerre",
+    "Lognormal",
+    "NaturalGrowth",
+    "Sizes",
     "Voronoi",
     "apart",
     "between_platens",

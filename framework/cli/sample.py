@@ -22,6 +22,7 @@ REGIONS: dict[str, Callable[..., Region]] = {
     for name, function in inspect.getmembers(grainlaw.geometry, inspect.isfunction)
     if inspect.signature(function, eval_str=True).return_annotation is Region
 }
+INSTEAD_OF_GRAINS = ("grain_size", "points", "areas")  #: of the default's number
 ANGLES = ("loaded",)  #: numbers of regions that are no lengths
 
 
@@ -39,7 +40,7 @@ def sample(
     refuse_unknown("sample", given, ["region", *lengths, "tessellator", *fields, "contact_points"])
 
     values = {**default, **given}
-    if "grain_size" in given and "grains" not in given:
+    if "grains" not in given and any(name in given for name in INSTEAD_OF_GRAINS):
         values.pop("grains", None)
     size = {name: _size(parameter, values, shape) for name, parameter in lengths.items()}
     grains = evolved(choices(Tessellator)[filling], {key: values[key] for key in fields if key in values}, "sample")
