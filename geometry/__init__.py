@@ -4,6 +4,7 @@ from grainlaw.geometry.bodies import block, moved, together
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.hexagonal import Hexagonal
 from grainlaw.geometry.joint_sets import JointSet, JointSets
+from grainlaw.geometry.labels import LabelAgreement, from_labels, label_agreement
 from grainlaw.geometry.laguerre import Laguerre
 from grainlaw.geometry.loose import apart, wall
 from grainlaw.geometry.meshes import from_mesh, write_geo
@@ -23,6 +24,7 @@ __all__ = [
     "Hexagonal",
     "JointSet",
     "JointSets",
+    "LabelAgreement",
     "Laguerre",
     "Lognormal",
     "NaturalGrowth",
@@ -32,8 +34,10 @@ __all__ = [
     "between_platens",
     "block",
     "disc",
+    "from_labels",
     "from_mesh",
     "from_polygons",
+    "label_agreement",
     "moved",
     "notched_beam",
     "polygon",
