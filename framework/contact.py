@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from grainlaw.arguments import Checked, short
@@ -74,19 +74,73 @@ class ContactLaw(metaclass=Checked):
         """
 
 
+Names = tuple[int | str, ...]  #: number of a phase, and its name if it has one
 BY_POSITION = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-Laws = ContactLaw | Mapping[tuple[int, int], ContactLaw]  #: one law, or one for each pair of phases
+#: one law, or laws by the phases they are between and by kinds of bonds, see :func:`law_between`
+Laws = ContactLaw | Mapping[Any, ContactLaw]
 
 
 def check_laws(where: str, laws: Any) -> None:
-    """Raise :class:`ParameterError` for what is neither a law nor a mapping of phase pairs to laws."""
-    pairs = isinstance(laws, Mapping) and all(
-        isinstance(law, ContactLaw) and isinstance(pair, tuple) and len(pair) == 2 for pair, law in laws.items()
-    )
-    if not (isinstance(laws, ContactLaw) or pairs):
+    """Raise :class:`ParameterError` for what is neither a law nor a mapping of pairs of phases, or kinds, to laws."""
+    if isinstance(laws, ContactLaw):
+        return
+    if not isinstance(laws, Mapping) or not all(isinstance(law, ContactLaw) for law in laws.values()):
         raise ParameterError(
             f"{where} = {short(laws)} is not allowed, it must be a ContactLaw or a mapping of phase pairs to them"
         )
+    for key in laws:
+        pair = isinstance(key, tuple) and len(key) == 2 and all(isinstance(p, (int, str)) or p is ... for p in key)
+        if not (pair or isinstance(key, str) or key is ...):
+            raise ParameterError(
+                f"{where}: the key {short(key)} is not allowed, it must be a pair of phases by name or number, with "
+                "... for any; 'inside' or ('inside', phase); the name of a joint; or ... for all else"
+            )
+
+
+def law_between(laws: Laws, one: Names, other: Names, kind: str = "between") -> ContactLaw | None:
+    """The law of bonds of a kind between two phases, each given by all that it is called; None if there is none."""
+    if isinstance(laws, ContactLaw):
+        return laws
+    key = key_between(laws, one, other, kind)
+    return None if key is None else laws[key]
+
+
+def key_between(laws: Mapping[Any, ContactLaw], one: Names, other: Names, kind: str) -> Any:
+    """The first key that is there of: the name of the joint; for cells of one grain ("inside", phase) and "inside"; the
+    pair of phases, in any order; one of them with ``...``; (..., ...) or ``...``. None if none is.
+    """
+    wanted: list[Any] = []
+    if kind == "inside":
+        wanted += [("inside", phase) for phase in one]
+    if kind != "between":
+        wanted.append(kind)
+    wanted += [pair for a in one for b in other for pair in ((a, b), (b, a))]
+    wanted += [pair for phase in (*one, *other) for pair in ((phase, ...), (..., phase))]
+    return next((key for key in (*wanted, (..., ...), ...) if key in laws), None)
+
+
+def words_of(key: Any) -> str:
+    """What a key of a mapping of laws is for."""
+    if isinstance(key, tuple) and key[0] == "inside":
+        return f"inside {key[1]}"
+    if isinstance(key, tuple) and ... not in key:
+        return f"between {key[0]} and {key[1]}"
+    if isinstance(key, tuple) and key != (..., ...):
+        return f"between {next(phase for phase in key if phase is not ...)} and any other"
+    return "elsewhere" if key is ... or isinstance(key, tuple) else "inside grains" if key == "inside" else str(key)
+
+
+def strange_keys(laws: Laws, phases: Iterable[int | str], kinds: Iterable[str]) -> list[Any]:
+    """Keys of a mapping that name a phase or kind that is not there by its name."""
+    if isinstance(laws, ContactLaw):
+        return []
+    phases, kinds = {*phases, "inside"}, {*kinds}
+    strange = []
+    for key in laws:
+        named = [part for part in (key if isinstance(key, tuple) else ()) if isinstance(part, str)]
+        if not set(named) <= phases or (isinstance(key, str) and key not in kinds):
+            strange.append(key)
+    return strange
 
 
 def declared_stiffness(law: ContactLaw) -> Any:
@@ -97,13 +151,6 @@ def declared_stiffness(law: ContactLaw) -> Any:
         raise ParameterError(
             f"{type(law).__name__}.stiffness cannot be found: {type(error).__name__}: {error}"
         ) from error
-
-
-def law_of_pair(laws: Laws, one: int, other: int) -> ContactLaw | None:
-    """The law between two phases, or None."""
-    if isinstance(laws, ContactLaw):
-        return laws
-    return laws.get((one, other)) or laws.get((other, one))
 
 
 def memory_names(law: ContactLaw) -> tuple[str, ...]:

@@ -27,6 +27,7 @@ class Mesh:
     first_zone: np.ndarray  #: (g + 1,)
     interfaces: np.ndarray  #: (c, 4) nodes: both ends on A, the same ends on B
     interface_grains: np.ndarray  #: (c, 2) A and B
+    interface_kind: np.ndarray  #: (c,) number into the ``kinds`` of the tessellation
     boundary_edges: dict[str, np.ndarray]  #: (e, 2) ends of the edges of each named boundary, the grain on the left
 
     @cached_property
@@ -78,11 +79,11 @@ def build_mesh(grains: Tessellation, refinement: int = 0) -> Mesh:
     inner = edges.right >= 0
     shared = corner_node[np.hstack([edges.left_corners[inner], edges.right_corners[inner]])]
     rim = corner_node[edges.left_corners[~inner]]
-    side = edges.side[~inner]
+    side, kind = edges.side[~inner], edges.kind[inner]
     for _ in range(refinement):
         nodes, node_grain, zones, shared, rim = _refine(nodes, node_grain, zones, shared, rim)
-        side = np.repeat(side, 2)
-    return _number(nodes, node_grain, zones, shared, rim, side, edges.boundary_names, count)
+        side, kind = np.repeat(side, 2), np.repeat(kind, 2)
+    return _number(nodes, node_grain, zones, shared, kind, rim, side, edges.boundary_names, count)
 
 
 def _refine(
@@ -116,6 +117,7 @@ def _number(
     node_grain: np.ndarray,
     zones: np.ndarray,
     shared: np.ndarray,
+    kind: np.ndarray,
     rim: np.ndarray,
     side: np.ndarray,
     names: tuple[str, ...],
@@ -144,5 +146,6 @@ def _number(
         first_zone=np.searchsorted(zone_grain, grain),
         interfaces=shared[rank],
         interface_grains=pairs[rank],
+        interface_kind=kind[rank],
         boundary_edges={name: rim[side == k][np.argsort(rim[side == k, 0])] for k, name in enumerate(names)},
     )

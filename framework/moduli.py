@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from grainlaw.specimen import Elastic, Plane, Specimen
@@ -24,8 +22,7 @@ def converted(young: float, poisson: float, specimen: Specimen) -> tuple[float, 
 
     Equal to E* and nu* where the material is in plane stress.
     """
-    material = specimen.material
-    rock = material[int(specimen.grains.phase[0])] if isinstance(material, Mapping) else material
+    rock = specimen.material_of(int(specimen.grains.phase[0]))
     if isinstance(rock, Elastic) and rock.plane is Plane.STRESS:
         return young, poisson
     true = poisson / (1 + poisson)

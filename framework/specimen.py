@@ -6,6 +6,7 @@ import enum
 import functools
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 import attrs
 import numpy as np
@@ -92,15 +93,20 @@ class Specimen(metaclass=Checked):
     """
 
     grains: Tessellation
-    material: Elastic | Rigid | Mapping[int, Elastic]
+    material: Elastic | Rigid | Mapping[Any, Elastic]  #: by number or name of the phase, ... for all others
     contact_points: ContactPoints = part(ContactPoints, GaussPoints())
     refinement: int = whole_number(default=0, at_least=0, at_most=6)
 
     def __attrs_post_init__(self) -> None:
         if isinstance(self.material, Mapping):
-            missing = sorted(set(self.grains.phase.tolist()) - set(self.material))
+            for key in self.material:
+                if isinstance(key, str) and self.grains.phase_number(key) is None:
+                    known = ", ".join(self.grains.phase_names) or "without names"
+                    raise ParameterError(f"Specimen: material: there is no phase '{key}' (phases: {known})")
+            missing = [phase for phase in np.unique(self.grains.phase).tolist() if self._entry(phase) is None]
             if missing:
-                raise ParameterError(f"Specimen: material has no entry for the phases {missing} of the grains")
+                names = ", ".join(map(self.grains.phase_name, missing))
+                raise ParameterError(f"Specimen: material has no entry for the phases {names} of the grains")
 
     @property
     def is_rigid(self) -> bool:
@@ -125,11 +131,22 @@ class Specimen(metaclass=Checked):
         table = np.array([values[phase] for phase in phases])
         return table[np.searchsorted(phases, self.grains.phase[self.mesh.zone_grain])].T.copy()
 
+    def _entry(self, phase: int) -> Elastic | None:
+        """What a mapping of materials has for a phase: by its number, its name, or for all others."""
+        assert isinstance(self.material, Mapping)
+        name = self.grains.phase_name(phase)
+        return next((self.material[key] for key in (phase, name, ...) if key in self.material), None)
+
+    def material_of(self, phase: int) -> Elastic | Rigid:
+        """Material of the grains of a phase, by its number. Raises KeyError."""
+        found = self._entry(phase) if isinstance(self.material, Mapping) else self.material
+        if found is None:
+            raise KeyError(phase)
+        return found
+
     @property
     def _materials(self) -> dict[int, Elastic | Rigid]:
-        if isinstance(self.material, Mapping):
-            return dict(self.material)
-        return {phase: self.material for phase in np.unique(self.grains.phase).tolist()}
+        return {phase: self.material_of(phase) for phase in np.unique(self.grains.phase).tolist()}
 
     @functools.cached_property
     def zone_constants(self) -> np.ndarray:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import attrs
 import numpy as np
@@ -14,10 +15,27 @@ from grainlaw.polygon import areas_and_centroids, cross, following
 from grainlaw.region import ROUNDING, Region, array_field
 
 LOOSE = "grains"  #: the boundary of all sides that loose grains have inside their region
+BETWEEN, INSIDE = "between", "inside"  #: kinds of edges: between two grains, and between cells of one
 
 
 class TilingError(ValueError):
     """Polygons that do not tile their region; the message says which grain, edge or corner is at fault."""
+
+
+def _phase_names(names: Iterable[str]) -> tuple[str, ...]:
+    if not fits(names, Sequence[str]) or len(set(names)) < len(tuple(names)) or BETWEEN in names or INSIDE in names:
+        raise refusal("Tessellation: phase_names", names, f"different names, none of them {BETWEEN} or {INSIDE}")
+    return tuple(names)
+
+
+def _joints(joints: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    if not isinstance(joints, Mapping) or any(name in (BETWEEN, INSIDE, "") for name in joints):
+        raise refusal("Tessellation: joints", joints, f"arrays by names, none of them {BETWEEN} or {INSIDE}")
+    made = {}
+    for name, edges in joints.items():
+        made[str(name)] = np.array(edges, dtype=np.int64).reshape(-1, 2)
+        made[str(name)].flags.writeable = False
+    return made
 
 
 def _regions(regions: Iterable[Region]) -> tuple[Region, ...]:
@@ -35,6 +53,7 @@ class Edges:
     left: np.ndarray  #: (e,) grain
     right: np.ndarray  #: (e,) grain, -1 on the boundary
     side: np.ndarray  #: (e,) number into ``boundary_names``, -1 inside (and where no side of the region is)
+    kind: np.ndarray  #: (e,) number into the tessellation's ``kinds``: between two grains, inside of one, or a joint
     left_corners: np.ndarray  #: (e, 2) positions in ``corners`` of start and end, in the left grain
     right_corners: np.ndarray  #: (e, 2) positions in ``corners`` of start and end, in the right grain; -1 without
     length: np.ndarray  #: (e,) m
@@ -51,8 +70,13 @@ class Tessellation(metaclass=Checked):
     Index letters: ``v`` vertex, ``g`` grain. The corners of grain g are ``corners[first[g]:first[g + 1]]``,
     counter-clockwise. There may be further ``bodies`` beside the region: they share no vertex with it or with each
     other, even where they touch. Loose grains need not fill their region; their sides inside it are the boundary
-    "grains". Arrays that do not fit each other raise :class:`TilingError`; :meth:`check` tells whether the polygons
-    tile the regions.
+    "grains".
+
+    A grain that can break is made of several polygons, its cells: those with one number of ``parent``. ``joints`` are
+    edges with a name of their own, by which a law is chosen (:func:`~grainlaw.contact.law_between`).
+
+    Arrays that do not fit each other raise :class:`TilingError`; :meth:`check` tells whether the polygons tile the
+    regions.
     """
 
     region: Region
@@ -65,6 +89,13 @@ class Tessellation(metaclass=Checked):
         int
     )  #: (g,) number into ``regions`` of the region each grain fills, all 0 unless given
     loose: np.ndarray = array_field(bool)  #: (g,) whether a grain may leave room round it, none unless given
+    parent: np.ndarray = array_field(int)  #: (g,) number of the grain that each is a cell of; its own unless given
+    phase_names: tuple[str, ...] = attrs.field(default=(), converter=_phase_names)  #: by number; numbers if none
+    joints: Mapping[str, np.ndarray] = attrs.field(factory=dict, converter=_joints)  #: (n, 2) vertices of their edges
+
+    @parent.default
+    def _grains_of_one_cell(self) -> np.ndarray:
+        return np.arange(self.count)
 
     @phase.default
     def _one_phase(self) -> np.ndarray:
@@ -87,9 +118,11 @@ class Tessellation(metaclass=Checked):
             raise TilingError(f"grain {np.argmin(np.diff(self.first))} has less than 3 corners")
         if self.corners.min() < 0 or self.corners.max() >= len(self.vertices):
             raise TilingError(f"corners must be vertex numbers below {len(self.vertices)}")
-        for name in ("phase", "body", "loose"):
+        for name in ("phase", "body", "loose", "parent"):
             if getattr(self, name).shape != (self.count,):
                 raise TilingError(f"{name} has the shape {getattr(self, name).shape} for {self.count} grains")
+        if self.phase_names and not 0 <= self.phase.min() <= self.phase.max() < len(self.phase_names):
+            raise TilingError(f"phase must be numbers of the {len(self.phase_names)} phase_names, from 0")
         if not np.array_equal(np.unique(self.body), np.arange(len(self.regions))):
             raise TilingError(f"body must give each of the {len(self.regions)} regions grains, by numbers from 0")
         if self.loose.any() and any(LOOSE in region.names for region in self.regions):
@@ -99,6 +132,26 @@ class Tessellation(metaclass=Checked):
     def count(self) -> int:
         """Number of grains."""
         return len(self.first) - 1
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Names of the kinds of edges, by their number."""
+        return (BETWEEN, INSIDE, *self.joints)
+
+    @property
+    def is_breakable(self) -> bool:
+        """Whether a grain has several cells."""
+        return len(np.unique(self.parent)) < self.count
+
+    def phase_number(self, phase: int | str) -> int | None:
+        """Number of a phase given by number or name; None for a name that no phase has."""
+        if isinstance(phase, str):
+            return self.phase_names.index(phase) if phase in self.phase_names else None
+        return int(phase)
+
+    def phase_name(self, number: int) -> str:
+        """Name of a phase, or its number as text."""
+        return self.phase_names[number] if self.phase_names else str(number)
 
     @property
     def regions(self) -> tuple[Region, ...]:
@@ -146,11 +199,19 @@ class Tessellation(metaclass=Checked):
             left=grain[e],
             right=np.where(t < 0, -1, grain[t]),
             side=side,
+            kind=self._kind(start[e], end[e], grain[e], np.where(t < 0, -1, grain[t])),
             left_corners=np.column_stack([e, next_corner[e]]),
             right_corners=np.where(t[:, None] < 0, -1, np.column_stack([next_corner[t], t])),
             length=np.hypot(*(self.vertices[end[e]] - self.vertices[start[e]]).T),
             boundary_names=self.boundary_names,
         )
+
+    def _kind(self, start: np.ndarray, end: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+        kind = ((right >= 0) & (self.parent[left] == self.parent[right])).astype(np.int64)
+        run = np.minimum(start, end) * len(self.vertices) + np.maximum(start, end)
+        for number, edges in enumerate(self.joints.values(), start=2):
+            kind[np.isin(run, edges.min(axis=1) * len(self.vertices) + edges.max(axis=1))] = number
+        return kind
 
     def _boundary(self, ends: np.ndarray, grain: np.ndarray) -> np.ndarray:
         """Boundary on which edges with these ends (b, 2, 2) of grains (b,) lie; -1 without."""

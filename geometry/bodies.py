@@ -55,16 +55,36 @@ def side_by_side(*bodies: Tessellation) -> Tessellation:
         for counts in zip(*((len(b.vertices), len(b.corners), len(b.regions)) for b in bodies), strict=True)
     )
     region, *others = [region for body in bodies for region in body.regions]
+    names, phases = _phases(bodies)
+    parents = [int(body.parent.max()) + 1 for body in bodies]
+    joints: dict[str, np.ndarray] = {}
+    for body, v in zip(bodies, vertex, strict=False):
+        for name, edges in body.joints.items():
+            joints[name] = np.concatenate([joints.get(name, np.zeros((0, 2), dtype=np.int64)), edges + v])
     return Tessellation(
         region,
         np.concatenate([body.vertices for body in bodies]),
         np.concatenate([body.corners + v for body, v in zip(bodies, vertex, strict=False)]),
         np.concatenate([[0], *(body.first[1:] + c for body, c in zip(bodies, corner, strict=False))]),
-        np.concatenate([body.phase for body in bodies]),
+        phases,
         others,
         np.concatenate([body.body + k for body, k in zip(bodies, number, strict=False)]),
         np.concatenate([body.loose for body in bodies]),
+        np.concatenate([body.parent + p for body, p in zip(bodies, np.cumsum([0, *parents]), strict=False)]),
+        names,
+        joints,
     )
+
+
+def _phases(bodies: Sequence[Tessellation]) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of all phases, and the phases of all grains by them; numbers stay where no body has names."""
+    if not any(body.phase_names for body in bodies):
+        return (), np.concatenate([body.phase for body in bodies])
+    every = [body.phase_names or tuple(str(k) for k in range(int(body.phase.max()) + 1)) for body in bodies]
+    names = tuple(dict.fromkeys(name for each in every for name in each))
+    return names, np.concatenate([
+        np.array([names.index(name) for name in each])[body.phase] for body, each in zip(bodies, every, strict=True)
+    ])  # fmt: skip
 
 
 @checked

@@ -10,7 +10,7 @@ from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.grain_size import grain_count, length, require_one
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.ordering import hilbert_order
-from grainlaw.geometry.cells.sides import convex_sides, is_convex
+from grainlaw.geometry.cells.sides import convex_sides, depths, is_convex
 from grainlaw.parameter import whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator
@@ -50,19 +50,9 @@ def _lattice(region: Region, spacing: float) -> np.ndarray:
     n, m = np.ceil(np.ptp(region.bounds, axis=0) / pitch) + 1
     row, place = (i.ravel() for i in np.mgrid[-m : m + 1, -n : n + 1])
     points = region.outline.mean(axis=0) + pitch * np.column_stack([place + row % 2 / 2, row])
-    depth = convex_sides(region).distance(points).min(axis=1) if is_convex(region) else _depth(region, points)
+    depth = convex_sides(region).distance(points).min(axis=1) if is_convex(region) else depths(region, points)
     if depth.max() <= 0:  # in none of a region narrower than the grains: the deepest of closer ones
         closer = _lattice(region, spacing / 2)
-        return closer[[_depth(region, closer).argmax()]]
+        return closer[[depths(region, closer).argmax()]]
     # Thinner cuts would be slivers; the middle stays also where the region is narrower than that.
     return points[depth > min(spacing / 4, depth.max() / 2)]
-
-
-def _depth(region: Region, points: np.ndarray) -> np.ndarray:
-    """(n,) m from each point to the nearest side, negative outside."""
-    away = np.full(len(points), np.inf)
-    for start, end in zip(region.start, region.end, strict=True):
-        along = end - start
-        share = np.clip((points - start) @ along / (along @ along), 0, 1)
-        away = np.minimum(away, np.hypot(*(points - start - share[:, None] * along).T))
-    return np.where(region.contains(points), away, -away)

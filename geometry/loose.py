@@ -38,8 +38,9 @@ def apart(grains: Tessellation, gap: float = 0.0) -> Tessellation:
     inward[edges.left_corners[kept, 0]] = 0.0
     points, first = _shrunk(grains.vertices[grains.corners], grains.first, inward, gap)
     return attrs.evolve(
-        grains, vertices=points, corners=np.arange(len(points)), first=first, loose=np.ones(grains.count, dtype=bool)
-    )
+        grains, vertices=points, corners=np.arange(len(points)), first=first, loose=np.ones(grains.count, dtype=bool),
+        joints={},
+    )  # fmt: skip
 
 
 def _shrunk(points: np.ndarray, first: np.ndarray, inward: np.ndarray, gap: float) -> tuple[np.ndarray, np.ndarray]:

@@ -2,25 +2,42 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import attrs
 import numpy as np
+from scipy.spatial import cKDTree
 
-from grainlaw.geometry.cells.any_voronoi import SMALL, Cells, frame
+from grainlaw.arguments import refusal
+from grainlaw.geometry.cells.any_voronoi import SMALL, Cells
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
-from grainlaw.geometry.cells.grain_size import grain_count, length, require_one
+from grainlaw.geometry.cells.grain_size import check_memory, grain_count, length, require_one
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.ordering import hilbert_order
-from grainlaw.geometry.cells.sides import is_convex
-from grainlaw.parameter import parameter, whole_number
+from grainlaw.geometry.cells.scattering import scattered_points, uniform_points
+from grainlaw.geometry.cells.sides import depths, is_convex
+from grainlaw.parameter import ParameterError, checked_points, parameter, whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator
+
+CLOSEST = 1e-6  #: of the grain size: nearer points are the same, or on a side
+
+
+def _points(value: Any) -> tuple[tuple[float, float], ...] | None:
+    if value is None:
+        return None
+    points = checked_points("Voronoi: points", value)
+    if not len(points):
+        raise refusal("Voronoi: points", value, "a list of at least one point (x, y) in m")
+    return tuple((x, y) for x, y in points.tolist())
 
 
 @attrs.frozen(kw_only=True)
 class Voronoi(Tessellator):
     """Voronoi cells of random seeds that Lloyd's algorithm has spread out.
 
-    Give either ``grains``, their number, or ``grain_size``, the square root of their mean area. The first seeds are
+    Give either ``grains``, their number, or ``grain_size``, the square root of their mean area, or seeds of your own:
+    ``points`` (n, 2) m inside the region, which stay where they are. Other seeds are first
     independent and uniform, too close pairs not rejected: Lloyd's algorithm parts them in its first iteration, and
     ``relaxation=0, merge=0`` is the Poisson-Voronoi tessellation that the literature has statistics of. Corners of more
     than 180 degrees part cells, to keep them convex: such regions get a few grains more.
@@ -30,44 +47,45 @@ class Voronoi(Tessellator):
 
     grains: int | None = whole_number(at_least=1, default=None)
     grain_size: float | None = length()  #: m
+    points: tuple[tuple[float, float], ...] | None = attrs.field(default=None, converter=_points)  #: m
     seed: int = whole_number(at_least=0, default=1)  #: of the random numbers
     relaxation: int = whole_number(at_least=0, at_most=1000, default=3)  #: Lloyd iterations: the more, the more even
     merge: float = parameter("grain sizes", default=0.25, at_least=0, below=1)  #: shorter edges vanish where they can
 
     def __attrs_post_init__(self) -> None:
-        require_one(self)
+        require_one(self, "points")
 
     def tessellate(self, region: Region) -> Tessellation:
-        """Fill a region; grains near in space are near in number."""
-        count = grain_count(self, region)
+        """Fill a region; grains near in space are near in number. Raises ParameterError."""
+        own = self._own_points(region)
+        count = grain_count(self, region) if own is None else len(own)
         size, random = np.sqrt(region.area / count), np.random.default_rng(self.seed)
+        rounds = self.relaxation if own is None else 0
         if is_convex(region):
-            seeds = _uniform(region, count, random)
-            for _ in range(self.relaxation):
+            seeds = uniform_points(region, count, random) if own is None else own
+            for _ in range(rounds):
                 seeds = bounded_diagram(region, seeds).centroids()
             cells, smallest = polygons(region, bounded_diagram(region, seeds[hilbert_order(seeds)])), 0.0
         else:
-            seeds = _scattered(region, count, random)
-            for _ in range(self.relaxation):
+            seeds = scattered_points(region, count, random) if own is None else own
+            for _ in range(rounds):
                 seeds = Cells(region, seeds, size).next_seeds(relaxed=True)
             cells, smallest = Cells(region, seeds[hilbert_order(seeds)], size).tiling(), SMALL * size**2
         return merge_short_edges(cells, self.merge * size, smallest).tessellation()
 
-
-def _uniform(region: Region, count: int, random: np.random.Generator) -> np.ndarray:
-    """(count, 2) m, independent points of uniform density in a convex region, drawn from a fan of triangles."""
-    corner, a, b = region.outline[0], region.outline[1:-1], region.outline[2:]
-    a, b = a - corner, b - corner
-    areas = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    triangle = random.choice(len(areas), size=count, p=areas / areas.sum())
-    out, across = np.sqrt(random.random(count))[:, None], random.random(count)[:, None]
-    return corner + out * (a[triangle] + across * (b - a)[triangle])
-
-
-def _scattered(region: Region, count: int, random: np.random.Generator) -> np.ndarray:
-    """(count, 2) m, independent points of uniform density in a region, drawn from its frame."""
-    around, seeds = frame(region), np.empty((0, 2))
-    while len(seeds) < count:
-        drawn = _uniform(around, count, random)
-        seeds = np.concatenate([seeds, drawn[region.contains(drawn)]])
-    return seeds[:count]
+    def _own_points(self, region: Region) -> np.ndarray | None:
+        """(n, 2) m. Raises ParameterError for one that is not inside, or all but on another one."""
+        if self.points is None:
+            return None
+        points = np.array(self.points)
+        near = CLOSEST * np.sqrt(region.area / len(points))
+        outside = depths(region, points) <= near
+        if outside.any():
+            number = int(outside.argmax())
+            raise ParameterError(f"Voronoi: points[{number}] = {self.points[number]} m is not inside the region")
+        check_memory("Voronoi", f"{len(points)} points", len(points))
+        pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
+        if len(pairs):
+            low, high = min(map(tuple, np.sort(pairs, axis=1).tolist()))
+            raise ParameterError(f"Voronoi: points[{low}] and points[{high}] = {self.points[high]} m are the same")
+        return points

@@ -15,7 +15,8 @@ from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import assign, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.table1 import LAWS
-from grainlaw.geometry import Hexagonal
+from grainlaw.geometry import Empirical, Even, Hexagonal, Laguerre, Lognormal, rectangle
+from grainlaw.parameter import ParameterError
 
 DOCS = Path(__file__).parents[1] / "docs"
 NEEDED = {
@@ -130,3 +131,39 @@ def test_a_part_of_ones_own_is_known_by_its_name(tmp_path):
     made = configured("joint-tension", {"law": given})
     assert made.law.closure.times == 3
     assert made.sections["law"]["closure"] == {"type": "stiff", "times": 3.0}
+
+
+@pytest.mark.parametrize(
+    ("sample", "grains"),
+    [
+        ({"grains": 60, "sizes": {"type": "lognormal", "deviation": 0.4}},
+         Laguerre(grains=60, sizes=Lognormal(deviation=0.4))),
+        ({"grain_size": "4 mm", "sizes": "even", "relaxation": 2},
+         Laguerre(grain_size=4e-3, sizes=Even(), relaxation=2)),
+        ({"sizes": {"type": "empirical", "diameters": ["1 mm", 2e-3], "weights": [3, 1]}},
+         Laguerre(grains=120, sizes=Empirical(diameters=[1e-3, 2e-3], weights=[3, 1]))),
+        ({"areas": ["2 cm2", 8e-4]}, Laguerre(areas=[2e-4, 8e-4])),
+    ],
+)  # fmt: skip
+def test_sizes_of_grains_are_configured(sample, grains):
+    made = configured("uniaxial-compression", {"sample": {"tessellator": "laguerre", **sample}}, True)
+    assert (made.specimen.grains.vertices == grains.tessellate(rectangle(0.02, 0.05)).vertices).all()
+    again = configured("uniaxial-compression", tomllib.loads(toml(made.sections)))
+    assert (again.specimen.grains.vertices == made.specimen.grains.vertices).all()
+
+
+def test_own_points_are_configured():
+    sample = {"tessellator": "voronoi", "points": [[0.01, 0.02], [0.005, 0.03], [0.015, 0.01]]}
+    made = configured("uniaxial-compression", {"sample": sample}, True)
+    assert made.specimen.grains.count == 3
+    assert tomllib.loads(toml(made.sections))["sample"]["points"] == sample["points"]
+
+
+def test_wrong_sizes_are_refused():
+    for sizes, message in (
+        ("lognormal", r"sizes\.deviation \(1\) is missing"),
+        ("normal", "no 'normal'"),
+        (3, "name or a table"),
+    ):
+        with pytest.raises(ParameterError, match=message):
+            configured("uniaxial-compression", {"sample": {"tessellator": "laguerre", "sizes": sizes}}, True)

@@ -14,7 +14,7 @@ from scipy.stats import ttest_1samp
 
 import grainlaw as gl
 from grainlaw.cli import main
-from grainlaw.geometry import rectangle
+from grainlaw.geometry import label_agreement, rectangle
 
 ROOT = Path(__file__).parents[1]
 PAGES = {
@@ -129,8 +129,19 @@ def check_studies(page):
     assert fields <= set(re.findall(r"`(\w+)", PAGES["docs/studies.md"]))  # the tables explain all
 
 
+def check_textures(page):
+    assert page["drawn"].areas[2] == pytest.approx(1e-4)
+    assert np.bincount(page["drawn"].parent, page["drawn"].areas) == pytest.approx([3e-4, 1e-4, 4e-4])
+    agreement = label_agreement(page["grains"], page["image"], 1e-4)
+    assert agreement.share == pytest.approx(0.96, abs=0.01)
+    assert abs(agreement.area_errors).max() < 1e-3
+    assert page["cells"].is_breakable
+    assert np.array_equal(page["again"].vertices.round(9), page["grains"].vertices.round(9))
+    assert Path("grains.geo").exists()
+
+
 CHECKS = {
-    "docs/studies.md": check_studies,
+    "docs/textures.md": check_textures, "docs/studies.md": check_studies,
     "docs/reliability.md": check_reliability,
     "docs/flutter.md": check_flutter,
     "docs/contacts.md": check_contacts,

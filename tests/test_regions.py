@@ -12,7 +12,7 @@ from tiling import BEAM, BEND, assert_sides_complete, assert_tiles
 import grainlaw as gl
 from grainlaw.geometry import Hexagonal, Voronoi, disc, polygon, rectangle, semi_disc, shear_box
 from grainlaw.geometry.cells.any_voronoi import Cells
-from grainlaw.geometry.hexagonal import _depth
+from grainlaw.geometry.cells.sides import depths
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.units import mm
@@ -260,4 +260,4 @@ def test_depth_below_the_nearest_side_of_a_bent_region():
     bent = polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
     points = np.array([(0.5, 0.4), (0.9, 0.9), (1.2, 1.3), (3, 0.5), (1.8, 0.5), (3, 2)])
     expected = [0.4, np.hypot(0.1, 0.1), -0.2, -1, 0.2, -np.hypot(1, 1)]  # of the second and last to corners
-    assert _depth(bent, points) == pytest.approx(expected)
+    assert depths(bent, points) == pytest.approx(expected)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tiling import assert_sides_complete, assert_tiles
 
 from grainlaw import geometry
-from grainlaw.geometry import Bricks, Hexagonal, JointSets, Voronoi, rectangle
+from grainlaw.geometry import Bricks, Hexagonal, JointSets, Laguerre, Voronoi, rectangle
 from grainlaw.geometry.cells import grain_size
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.ordering import hilbert_order
@@ -29,7 +29,7 @@ every = pytest.mark.parametrize("tessellator", TESSELLATORS)
 def test_all_tessellators_are_tried() -> None:
     exported = [getattr(geometry, name) for name in geometry.__all__]
     made = {each for each in exported if inspect.isclass(each) and issubclass(each, Tessellator)}
-    assert made == {Bricks, JointSets, *TESSELLATORS}  # test_examples_contacts.py has the joints
+    assert made == {Bricks, JointSets, Laguerre, *TESSELLATORS}  # test_examples_contacts.py, test_laguerre.py
 
 
 @every
@@ -236,3 +236,34 @@ def test_bricks_are_equal_and_in_rows(width: float, slenderness: float, rows: in
 def test_bricks_need_an_upright_rectangle(region: Region) -> None:
     with pytest.raises(ParameterError, match=r"Bricks: region .* upright rectangle"):
         Bricks().tessellate(region)
+
+
+def test_own_points_make_the_cells() -> None:
+    """Three points: areas by hand from the perpendicular bisectors."""
+    made = Voronoi(points=[(0.25, 0.25), (0.25, 0.75), (0.75, 0.5)], merge=0).tessellate(rectangle(1, 1))
+    # The third cell begins at x = 7/16 on the middle line and at x = 11/16 at the top and the bottom.
+    assert sorted(made.areas) == pytest.approx([9 / 32, 9 / 32, 14 / 32])
+    assert_tiles(made)
+    slit = Region([(0, 0), (0.9, 0), (0.9, 3), (1.1, 3), (1.1, 0), (2, 0), (2, 4), (0, 4)], ("side",) * 8)
+    assert_tiles(Voronoi(points=[(0.5, 1), (0.4, 3), (1.5, 2)]).tessellate(slit))
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        ([(0.2, 0.2), (1.5, 0.5)], r"points\[1\] = \(1\.5, 0\.5\) m is not inside the region"),
+        ([(0.2, 0.2), (0.5, 0)], r"points\[1\] = \(0\.5, 0\.0\) m is not inside the region"),
+        ([(0.2, 0.2), (0.5, 0.5), (0.2, 0.2)], r"points\[0\] and points\[2\] = \(0\.2, 0\.2\) m are the same"),
+    ],
+)
+def test_own_points_refused(points: list, message: str) -> None:
+    with pytest.raises(ParameterError, match=f"Voronoi: {message}"):
+        Voronoi(points=points).tessellate(rectangle(1, 1))
+
+
+@pytest.mark.parametrize("points", [[], [(1, 2, 3)], [(0, np.nan)], "middle", 3])
+def test_own_points_are_points(points: object) -> None:
+    with pytest.raises(ParameterError, match="Voronoi: points = "):
+        Voronoi(points=points)
+    with pytest.raises(ParameterError, match="give either grains or grain_size, not grains and points, or points"):
+        Voronoi(grains=3, points=[(1, 1)])

@@ -156,8 +156,8 @@ def settings(made: Any, kind: Kind = ()) -> dict[str, Any]:
             found[field.name] = settings(value, kind)
         elif isinstance(value, enum.Enum):
             found[field.name] = value.name.lower().replace("_", "-")
-        elif "unit" in field.metadata and isinstance(value, np.ndarray):
-            found[field.name] = value.tolist()
+        elif "unit" in field.metadata and isinstance(value, (np.ndarray, tuple)):
+            found[field.name] = np.array(value).tolist()
         elif "unit" in field.metadata:
             text = written(value, field.metadata["unit"])
             found[field.name] = text if " " in text else value

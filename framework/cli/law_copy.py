@@ -1,14 +1,14 @@
-"""Copies of a user's law files in the folder of a run, so that the run can be repeated from there alone."""
+"""Copies of a user's files of laws and grains in the folder of a run, to repeat the run from there alone."""
 
 from __future__ import annotations
 
 import hashlib
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from grainlaw.runs.claim import LAW_FILES
+from grainlaw.runs.claim import GRAIN_FILES, LAW_FILES
 
 
 def copied(reference: str, files: Sequence[Path], folder: Path) -> tuple[str, list[dict[str, Any]]]:
@@ -24,7 +24,26 @@ def copied(reference: str, files: Sequence[Path], folder: Path) -> tuple[str, li
         (folder / place).parent.mkdir(parents=True, exist_ok=True)
         if file.resolve() != (folder / place).resolve():
             shutil.copyfile(file, folder / place)
-        digest = hashlib.sha256(file.read_bytes()).hexdigest()
-        record.append({"copy": place.as_posix(), "file": str(file.resolve()), "sha256": digest})
+        record.append(_entry(file, place))
     name = reference.rpartition(":")[2]
     return f"{LAW_FILES}/{files[0].name}:{name}", record
+
+
+def copied_grains(sample: Mapping[str, Any], folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Copy the file of a section [sample] to a folder, if it has one; the section there, and the record of the file.
+
+    Raises OSError.
+    """
+    if "file" not in sample:
+        return dict(sample), []
+    file = Path(sample["file"])
+    place = Path(GRAIN_FILES) / file.name
+    (folder / place).parent.mkdir(parents=True, exist_ok=True)
+    if file.resolve() != (folder / place).resolve():
+        shutil.copyfile(file, folder / place)
+    return {**sample, "file": place.as_posix()}, [_entry(file, place)]
+
+
+def _entry(file: Path, place: Path) -> dict[str, Any]:
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    return {"copy": place.as_posix(), "file": str(file.resolve()), "sha256": digest}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -11,6 +12,7 @@ import attrs
 import grainlaw.geometry
 from grainlaw.arguments import nearest, short
 from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
+from grainlaw.cli.grain_file import grains_of_file
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.specimen import ContactPoints, Elastic, GaussPoints, Rigid, Specimen
@@ -22,6 +24,7 @@ REGIONS: dict[str, Callable[..., Region]] = {
     for name, function in inspect.getmembers(grainlaw.geometry, inspect.isfunction)
     if inspect.signature(function, eval_str=True).return_annotation is Region
 }
+INSTEAD_OF_GRAINS = ("grain_size", "points", "areas")  #: of the default's number
 ANGLES = ("loaded",)  #: numbers of regions that are no lengths
 
 
@@ -32,6 +35,8 @@ def sample(
 
     ``default`` counts as far as the given region and tessellator know it.
     """
+    if "file" in given:
+        return _from_file(given, rock, refinement)
     shape = _named(given.get("region", default["region"]), REGIONS, "sample.region")
     filling = _named(given.get("tessellator", default["tessellator"]), choices(Tessellator), "sample.tessellator")
     lengths = inspect.signature(REGIONS[shape], eval_str=True).parameters
@@ -39,11 +44,11 @@ def sample(
     refuse_unknown("sample", given, ["region", *lengths, "tessellator", *fields, "contact_points"])
 
     values = {**default, **given}
-    if "grain_size" in given and "grains" not in given:
+    if "grains" not in given and any(name in given for name in INSTEAD_OF_GRAINS):
         values.pop("grains", None)
     size = {name: _size(parameter, values, shape) for name, parameter in lengths.items()}
     grains = evolved(choices(Tessellator)[filling], {key: values[key] for key in fields if key in values}, "sample")
-    points = component(ContactPoints, given.get("contact_points", {}), "sample.contact_points", GaussPoints())
+    points = _contact_points(given)
 
     specimen = Specimen(grains.tessellate(REGIONS[shape](**size)), rock, contact_points=points, refinement=refinement)
     section = {
@@ -54,6 +59,19 @@ def sample(
         "contact_points": settings(points, ContactPoints),
     }
     return section, specimen
+
+
+def _from_file(given: Mapping[str, Any], rock: Elastic | Rigid, refinement: int) -> tuple[dict[str, Any], Specimen]:
+    """Of grains that a file holds: it has a region of its own."""
+    options = {key: value for key, value in given.items() if key not in ("file", "contact_points")}
+    grains, made = grains_of_file(given["file"], options)
+    points = _contact_points(given)
+    section = {"file": os.fspath(given["file"]), **made, "contact_points": settings(points, ContactPoints)}
+    return section, Specimen(grains, rock, contact_points=points, refinement=refinement)
+
+
+def _contact_points(given: Mapping[str, Any]) -> ContactPoints:
+    return component(ContactPoints, given.get("contact_points", {}), "sample.contact_points", GaussPoints())
 
 
 def _named(name: Any, known: Mapping[str, Any], where: str) -> str:

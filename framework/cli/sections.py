@@ -18,7 +18,7 @@ SECTIONS = ("sample", "rock", "law", "test", "numerics")
 
 
 def read_file(file: Path) -> Sections:
-    """The sections of a TOML file, in which the file of a law is relative to the TOML file.
+    """The sections of a TOML file, in which files of a law and of grains are relative to the TOML file.
 
     Raises :class:`ParameterError` for what is no section, and for a file that cannot be read.
     """
@@ -44,6 +44,9 @@ def checked_sections(sections: Sections, file: Path) -> Sections:
     law = sections.get("law", {}).get("type")
     if isinstance(law, str) and ".py" in law:
         sections["law"]["type"] = os.fspath(file.parent / law)
+    grains = sections.get("sample", {}).get("file")
+    if isinstance(grains, str):
+        sections["sample"]["file"] = os.fspath(file.parent / grains)
     return sections
 
 

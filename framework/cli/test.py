@@ -10,7 +10,7 @@ import attrs
 import click
 
 from grainlaw.cli.configuration import Configuration, configured
-from grainlaw.cli.law_copy import copied
+from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.running import (
     ProgressBar,
     finished,
@@ -80,8 +80,9 @@ def test(
     about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG, "portable": is_portable()}}}
     with writing_to(out, restart, overwrite, about) as claim:
         law_there, files = copied(chosen.sections["law"]["type"], chosen.law_files, claim.path)
-        sections = {**chosen.sections, "law": {**chosen.sections["law"], "type": law_there}}
-        claim.about.update(configuration=chosen.sections, law_files=files)
+        sample_there, grain_files = copied_grains(chosen.sections["sample"], claim.path)
+        sections = {**chosen.sections, "law": {**chosen.sections["law"], "type": law_there}, "sample": sample_there}
+        claim.about.update(configuration=chosen.sections, law_files=files, grain_files=grain_files)
         heading = "".join(f"# {package} {number}\n" for package, number in versions().items())
         text = f"# grainlaw test {name} --config {CONFIG}\n{heading}\n{toml(sections)}"
         write_atomically(claim.path / CONFIG, lambda file: file.write_text(text, encoding="utf-8"))

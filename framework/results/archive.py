@@ -22,7 +22,7 @@ from grainlaw.specimen import Elastic, EndPoints, GaussPoints, InsetPoints, Plan
 from grainlaw.tessellation import Tessellation
 
 FORMAT = 1  #: raise when a file of before could not be read any more
-GRAINS = ("vertices", "corners", "first", "phase", "body", "loose")
+GRAINS = ("vertices", "corners", "first", "phase", "body", "loose", "parent")
 KINDS: dict[str, type] = {kind.__name__: kind for kind in (Elastic, Rigid, EndPoints, GaussPoints, InsetPoints)}
 
 Arrays = dict[str, np.ndarray]
@@ -55,6 +55,7 @@ def to_bytes(result: Result, *, frames: bool = True) -> bytes:
         arrays |= {f"frames/{k}/{name}": row for name, row in packed(frame).items()}
     grains = result.specimen.grains
     arrays |= {f"grains/{name}": getattr(grains, name) for name in GRAINS}
+    arrays |= {f"joints/{name}": edges for name, edges in grains.joints.items()}
     for k, region in enumerate(grains.regions):
         arrays[f"regions/{k}/outline"] = region.outline
         arrays |= {f"regions/{k}/hole/{h}": hole for h, hole in enumerate(region.holes)}
@@ -66,6 +67,7 @@ def to_bytes(result: Result, *, frames: bool = True) -> bytes:
         "material": _described(result.specimen.material),
         "contact_points": _described(result.specimen.contact_points),
         "refinement": result.specimen.refinement,
+        "phase_names": grains.phase_names,
         "sides": [[region.sides, region.hole_sides] for region in grains.regions],
     }
     arrays["about"] = np.array(json.dumps(without_nan(about), allow_nan=False, default=_plain))
@@ -130,13 +132,22 @@ def _below(place: str, arrays: Mapping[str, np.ndarray]) -> Arrays:
 
 def _described(component: Any) -> Any:
     if isinstance(component, Mapping):
-        return {"by": [[key, _described(entry)] for key, entry in component.items()]}
+        return {"by": [[_written(key), _described(entry)] for key, entry in component.items()]}
     return {"type": called(component), "parameters": listed(component)}
+
+
+def _written(key: Any) -> Any:
+    """A phase, a pair of them, or ... for any."""
+    return [_written(part) for part in key] if isinstance(key, tuple) else "..." if key is ... else key
+
+
+def _key(key: Any) -> Any:
+    return tuple(map(_key, key)) if isinstance(key, list) else ... if key == "..." else key
 
 
 def _read(entry: Mapping[str, Any]) -> Any:
     if "by" in entry:
-        return {tuple(key) if isinstance(key, list) else key: _read(inner) for key, inner in entry["by"]}
+        return {_key(key): _read(inner) for key, inner in entry["by"]}
     return Recorded(**entry)
 
 
@@ -145,7 +156,10 @@ def _specimen(arrays: Arrays, about: Mapping[str, Any]) -> Specimen:
     for k, (sides, hole_sides) in enumerate(about["sides"]):
         holes = [arrays[f"regions/{k}/hole/{h}"] for h in range(len(hole_sides))]
         regions.append(Region(arrays[f"regions/{k}/outline"], sides, holes, hole_sides))
-    grains = Tessellation(regions[0], **_below("grains", arrays), bodies=regions[1:])
+    grains = Tessellation(
+        regions[0], **_below("grains", arrays), bodies=regions[1:], phase_names=about["phase_names"],
+        joints=_below("joints", arrays),
+    )  # fmt: skip
     return Specimen(
         grains, _made(about["material"]), contact_points=_made(about["contact_points"]), refinement=about["refinement"]
     )
@@ -154,7 +168,7 @@ def _specimen(arrays: Arrays, about: Mapping[str, Any]) -> Specimen:
 def _made(entry: Mapping[str, Any]) -> Any:
     """A material or contact points again."""
     if "by" in entry:
-        return {key: _made(inner) for key, inner in entry["by"]}
+        return {_key(key): _made(inner) for key, inner in entry["by"]}
     if entry["type"] not in KINDS:
         raise ParameterError(f"there is no {entry['type']} in this version of grainlaw")
     values = dict(entry["parameters"])

@@ -45,8 +45,13 @@ class Cracks(metaclass=Checked):
     time: np.ndarray  #: (k,) s, to within one sample
     opening: np.ndarray  #: (k,) m
     slip: np.ndarray  #: (k,) m
-    grains: np.ndarray  #: (k, 2) numbers of the two grains
+    grains: np.ndarray  #: (k, 2) numbers of the two polygons
     spent: np.ndarray  #: (k,) J/m2, work done on it until it broke, less the elastic energy then
+    inside: np.ndarray = attrs.field()  #: (k,) whether between two cells of one grain: transgranular; not, unless given
+
+    @inside.default
+    def _between(self) -> np.ndarray:
+        return np.zeros(len(self.time), dtype=bool)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -96,8 +101,11 @@ class Result(metaclass=Checked):
             "energy_error": energy_error(curves) if curves else 0.0,
             "energy_made": energy_made(curves, frames, state.contact_lengths) if curves else 0.0,
         }
+        cracks = _cracks(state)
+        if state.specimen.grains.is_breakable:
+            summary["transgranular_cracks"] = int(cracks.inside.sum())
         interfaces = state.bonds.ends
-        return cls(state.specimen, law, protocol, Named(curves), summary, _cracks(state), frames, interfaces)
+        return cls(state.specimen, law, protocol, Named(curves), summary, cracks, frames, interfaces)
 
     def frame(self, where: str, number: int) -> Frame:
         """One of the frames, counted from the end if negative. Raises ParameterError, which begins with ``where``."""
@@ -203,5 +211,6 @@ def _cracks(state: State) -> Cracks:
         opening=state.opening[broken].copy(),
         slip=state.slip[broken].copy(),
         grains=state.mesh.interface_grains[interface],
+        inside=state.mesh.interface_kind[interface] == 1,
         spent=state.broken_work[broken],
     )

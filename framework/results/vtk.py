@@ -29,12 +29,13 @@ def _in_space(plane: np.ndarray) -> np.ndarray:
 class VtkSeries:
     """A folder that grows by .vtu files with each frame; the .pvd files list complete files only.
 
-    Points lie on the deformed specimen. Grains: zones with grain number, phase, mean stress of their grain (Pa);
-    displacement (m) and velocity (m/s) at nodes. Cracks: each contact point with damage as a line along its half of
-    the interface, with damage, mode (share of shear), opening and slip (m), normal and shear traction (Pa), energy lost
-    in opening and in slip (J/m2), time of breaking (s, nan where not broken) and the two grains. Contacts, where they
-    are detected: contacts without a bond as lines along their length, with mean opening (negative) and slip
-    (m), normal and shear traction (Pa) and the two grains. Raises OSError where it cannot write.
+    Points lie on the deformed specimen. Grains: zones with grain number, that of the grain it is a cell of, phase, mean
+    stress of their grain (Pa); displacement (m) and velocity (m/s) at nodes. Cracks: each contact point with damage as
+    a line along its half of the interface, with damage, mode (share of shear), opening and slip (m), normal and shear
+    traction (Pa), energy lost in opening and in slip (J/m2), time of breaking (s, nan where not broken), the two grains
+    and whether it is inside of one. Contacts, where they are detected: contacts without a bond as lines along their
+    length, with mean opening (negative) and slip (m), normal and shear traction (Pa) and the two grains. Raises OSError
+    where it cannot write.
     """
 
     def __init__(self, folder: str | os.PathLike[str], specimen: Specimen, interfaces: np.ndarray) -> None:
@@ -58,8 +59,13 @@ class VtkSeries:
             _in_space(mesh.nodes + frame.displacement),
             [("triangle", mesh.zones)],
             point_data={"displacement": _in_space(frame.displacement), "velocity": _in_space(frame.velocity)},
-            cell_data={"grain": [of], "phase": [grains.phase[of]], **{name: [s[of]] for name, s in stress.items()}},
-        )
+            cell_data={
+                "grain": [of],
+                "parent": [grains.parent[of]],
+                "phase": [grains.phase[of]],
+                **{name: [s[of]] for name, s in stress.items()},
+            },
+        )  # fmt: skip
 
     def _cracks(self, frame: Frame) -> meshio.Mesh:
         place = (self.specimen.mesh.nodes + frame.displacement)[self.interfaces]
@@ -75,6 +81,8 @@ class VtkSeries:
         grain = self.specimen.mesh.node_grain[self.interfaces][chosen % len(self.interfaces)]
         data = {name: [values[chosen]] for name, values in frame.bonds.items()}
         data |= {"grain_a": [grain[:, 0]], "grain_b": [grain[:, 2]]}
+        parent = self.specimen.grains.parent[grain]
+        data["inside"] = [(parent[:, 0] == parent[:, 2]).astype(np.int64)]
         return meshio.Mesh(_in_space(points), [("line", np.arange(2 * count).reshape(-1, 2))], cell_data=data)
 
     def _contacts(self, frame: Frame) -> meshio.Mesh:

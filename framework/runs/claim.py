@@ -17,6 +17,7 @@ from grainlaw.results.files import file_name, writable_folder
 
 RUN, CHECKPOINT, FRAMES, LOCK = "run.json", "checkpoint.npz", "frames", ".grainlaw.lock"
 LAW_FILES = "law_files"  #: folder of the copies of a user's law files, with folders of their own
+GRAIN_FILES = "grain_files"  #: folder of the copy of the file that grains were read from
 
 #: what only a restart needs
 FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
@@ -24,6 +25,7 @@ FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
 WRITTEN = (
     *FOR_RESTART, "config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html",
     "comparison.png", "envelope.png", "cracks_*.png", f"{LAW_FILES}/**/*", LAW_FILES,
+    f"{GRAIN_FILES}/*", GRAIN_FILES,
     *(f"{name}{end}" for name in ("grains", "cracks", "contacts") for end in (".pvd", "_*.vtu")), RUN,
 )  # fmt: skip
 

@@ -139,10 +139,13 @@ def _short(value: Any) -> Any:
 def grains_hash(grains: Tessellation) -> str:
     """Hash of the polygons, their phases and bodies."""
     hasher = hashlib.sha256()
-    for name in ("vertices", "corners", "first", "phase", "body", "loose"):
+    for name in ("vertices", "corners", "first", "phase", "body", "loose", "parent"):
         array = np.ascontiguousarray(getattr(grains, name))
         hasher.update(f"{name} {array.dtype.str} {array.shape}".encode())
         hasher.update(array.tobytes())
+    hasher.update(repr((grains.phase_names, list(grains.joints))).encode())
+    for edges in grains.joints.values():
+        hasher.update(edges.tobytes())
     return hasher.hexdigest()
 
 

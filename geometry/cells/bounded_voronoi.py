@@ -7,6 +7,8 @@ point of the region than its seed: with enough images the cells of the seeds are
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import attrs
 import numpy as np
 from scipy import spatial
@@ -21,23 +23,42 @@ FEW = 100  #: seeds; so few may lie on one line with their images over the near 
 
 @attrs.frozen(eq=False)
 class Diagram:
-    """Half-edges of the cells of all seeds: each runs counter-clockwise round its seed."""
+    """Half-edges of the cells of all seeds: each runs counter-clockwise round its cell."""
 
     seeds: np.ndarray  #: (g, 2) m
     vertices: np.ndarray  #: (v, 2) m
     seed: np.ndarray  #: (h,)
+    other: np.ndarray  #: (h,) seed of the cell beyond, -1 on a side of the region
     start: np.ndarray  #: (h,) vertex
     end: np.ndarray  #: (h,) vertex
     side: np.ndarray  #: (h,) side of the region, -1 inside
 
-    def centroids(self) -> np.ndarray:
-        """(g, 2) m, of the cells, from the triangles between seed and half-edge."""
+    @cached_property
+    def _arms(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(h, 2) and (h, 2) from seed to start and end, and (h,) twice the area between them."""
         a = self.vertices[self.start] - self.seeds[self.seed]
         b = self.vertices[self.end] - self.seeds[self.seed]
-        twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        return a, b, a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+
+    @cached_property
+    def once(self) -> np.ndarray:
+        """(e,) the half-edges between two cells that run round the one of the lower number."""
+        return np.flatnonzero(self.seed < self.other)
+
+    def areas(self) -> np.ndarray:
+        """(g,) m2, of the cells."""
+        return np.bincount(self.seed, self._arms[2], len(self.seeds)) / 2
+
+    def centroids(self) -> np.ndarray:
+        """(g, 2) m, of the cells, from the triangles between seed and half-edge."""
+        a, b, twice = self._arms
         areas = np.bincount(self.seed, twice)
         moments = [np.bincount(self.seed, twice * (a + b)[:, i]) for i in (0, 1)]
         return self.seeds + np.column_stack(moments) / (3 * areas[:, None])
+
+    def lengths(self) -> np.ndarray:
+        """(h,) m."""
+        return np.hypot(*(self.vertices[self.end] - self.vertices[self.start]).T)
 
 
 def bounded_diagram(region: Region, seeds: np.ndarray) -> Diagram:
@@ -84,12 +105,16 @@ def _half_edges(
     a, b = vertices[start] - seeds[seed], vertices[end] - seeds[seed]
     swap = a[:, 0] * b[:, 1] < a[:, 1] * b[:, 0]
     start, end = np.where(swap, end, start), np.where(swap, start, end)
-    return Diagram(seeds, vertices, seed, start, end, np.concatenate([side, side[both]]))
+    other = np.concatenate([np.where(both, between[:, 1], -1), between[both, 0]])
+    return Diagram(seeds, vertices, seed, other, start, end, np.concatenate([side, side[both]]))
 
 
-def polygons(region: Region, diagram: Diagram) -> Tiling:
-    """Polygons of the diagram, their vertices on the boundary put exactly there."""
-    outward = diagram.vertices[diagram.start] - diagram.seeds[diagram.seed]
+def polygons(region: Region, diagram: Diagram, inside: np.ndarray | None = None) -> Tiling:
+    """Polygons of the diagram, their vertices on the boundary put exactly there.
+
+    ``inside`` (g, 2) m has a point of each cell, which the seeds are unless they have weights.
+    """
+    outward = diagram.vertices[diagram.start] - (diagram.seeds if inside is None else inside)[diagram.seed]
     order = np.lexsort((np.arctan2(outward[:, 1], outward[:, 0]), diagram.seed))
     first = np.searchsorted(diagram.seed[order], np.arange(len(diagram.seeds) + 1))
     on = _vertex_sides(diagram)

@@ -41,11 +41,13 @@ def length() -> Any:
     )
 
 
-def require_one(component: Any) -> None:
-    """Raise :class:`ParameterError` unless exactly one of ``grains`` and ``grain_size`` is given."""
-    if (component.grains is None) == (component.grain_size is None):
-        given = "neither" if component.grains is None else "both"
-        raise ParameterError(f"{type(component).__name__}: give either grains or grain_size, not {given}")
+def require_one(component: Any, *others: str) -> None:
+    """Raise :class:`ParameterError` unless exactly one of ``grains``, ``grain_size`` and ``others`` is given."""
+    given = [name for name in ("grains", "grain_size", *others) if getattr(component, name) is not None]
+    if len(given) != 1:
+        which = "neither" if not given else "both" if given[-1] == "grain_size" else " and ".join(given)
+        further = "".join(f", or {name}" for name in others)
+        raise ParameterError(f"{type(component).__name__}: give either grains or grain_size, not {which}{further}")
 
 
 def grain_count(component: Any, region: Region) -> int:
@@ -62,10 +64,15 @@ def grain_count(component: Any, region: Region) -> int:
             )
         count = max(1, round(region.area / component.grain_size**2))
         given = f"grain_size = {component.grain_size:g} m, which makes {count} grains,"
+    check_memory(name, given, count)
+    return count
+
+
+def check_memory(name: str, given: str, count: int) -> None:
+    """Raise :class:`ParameterError` if this computer cannot hold so many grains."""
     room = _memory() // BYTES_PER_GRAIN
     if count > room:
         raise ParameterError(f"{name}: {given} is not allowed, the memory of this computer holds about {room} grains")
-    return count
 
 
 def _memory() -> int:

@@ -13,10 +13,13 @@ from grainlaw.polygon import following
 from grainlaw.region import Region
 
 
-def tiling_of(region: Region, points: np.ndarray, first: np.ndarray, near: float) -> Tiling:
+def tiling_of(
+    region: Region, points: np.ndarray, first: np.ndarray, near: float, owner: np.ndarray | None = None
+) -> Tiling:
     """Polygons whose corners ``points`` (n, 2) lie in a row, ``first[g]:first[g + 1]``, joined.
 
-    Points nearer than ``near`` (m) become one. The corners of the region become corners of the polygons too.
+    Points nearer than ``near`` (m) become one. The corners of the region become corners of the polygons too. ``owner``
+    (g,) has the number of the seed that each polygon belongs to.
     """
     points = np.concatenate([region.start, points])
     pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
@@ -24,18 +27,22 @@ def tiling_of(region: Region, points: np.ndarray, first: np.ndarray, near: float
     number = connected_components(links, directed=False)[1]
     used, place = np.unique(number, return_index=True)  # a corner of the region comes before what is near to it
     vertices = points[place]
-    corners, first = _without_repetition(np.searchsorted(used, number[len(region.start) :]), first)
+    owner = np.arange(len(first) - 1) if owner is None else owner
+    corners, first, owner = _without_repetition(np.searchsorted(used, number[len(region.start) :]), first, owner)
     fixed = np.searchsorted(used, number[: len(region.start)])
     corners, first = _with_touching(vertices, fixed, corners, first, near)
     on = _vertex_sides(region, vertices, near)
-    return Tiling(region, region_sides(region).hold(vertices, on), on, corners, first)
+    return Tiling(region, region_sides(region).hold(vertices, on), on, corners, first, owner)
 
 
-def _without_repetition(corners: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _without_repetition(
+    corners: np.ndarray, first: np.ndarray, owner: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     stay = corners != corners[following(first)]
     first = np.concatenate([[0], np.cumsum(stay)])[first]
     wide = np.diff(first) > 2
-    return corners[stay][np.repeat(wide, np.diff(first))], np.concatenate([[0], np.cumsum(np.diff(first)[wide])])
+    first_of_wide = np.concatenate([[0], np.cumsum(np.diff(first)[wide])])
+    return corners[stay][np.repeat(wide, np.diff(first))], first_of_wide, owner[wide]
 
 
 def _with_touching(

@@ -27,8 +27,10 @@ class Merges:
         return Merges(self.keep[which], self.drop[which], self.place[which])
 
 
-def merge_short_edges(tiling: Tiling, limit: float, smallest: float = 0.0) -> Tiling:
+def merge_short_edges(tiling: Tiling, limit: float | np.ndarray, smallest: float = 0.0) -> Tiling:
     """Merge the vertices of edges shorter than ``limit`` (m) until none is left or none can be merged.
+
+    Where seeds have limits of their own (n,), the least of the grains at both vertices holds.
 
     A merge is made only where every touched grain keeps three corners and stays convex: with the sum of the areas
     round the edge unchanged, the grains then still tile the region. Triangles below ``smallest`` (m2) may vanish.
@@ -57,10 +59,14 @@ def _without_idle(tiling: Tiling) -> Tiling:
     return attrs.evolve(tiling, corners=tiling.corners[~idle], first=first)
 
 
-def _short_edges(tiling: Tiling, limit: float) -> tuple[np.ndarray, np.ndarray]:
+def _short_edges(tiling: Tiling, limit: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Vertices to keep and to drop of the edges that the sides of the region allow to merge."""
     start, end = tiling.corners, tiling.corners[tiling.next]
     length = np.hypot(*(tiling.vertices[end] - tiling.vertices[start]).T)
+    if isinstance(limit, np.ndarray):
+        least = np.full(len(tiling.vertices), np.inf)
+        np.minimum.at(least, tiling.corners, limit[tiling.owner][tiling.grain])
+        limit = np.minimum(least[start], least[end])
     short = np.flatnonzero(length < limit)
     short = short[np.argsort(length[short], kind="stable")]
     low, high = np.minimum(start, end)[short], np.maximum(start, end)[short]
@@ -145,4 +151,4 @@ def _merged(tiling: Tiling, merges: Merges) -> Tiling:
     sizes = np.diff(first)
     kept = np.repeat(sizes > 2, sizes)
     first = np.concatenate([[0], np.cumsum(sizes[sizes > 2])])
-    return attrs.evolve(tiling, vertices=vertices, corners=corners[kept], first=first)
+    return attrs.evolve(tiling, vertices=vertices, corners=corners[kept], first=first, owner=tiling.owner[sizes > 2])

@@ -61,3 +61,13 @@ def convex_sides(region: Region) -> Sides:
         corner = region.end[turns(region).argmin()]
         raise ParameterError(f"region: outline must be convex, it does not turn left at its corner {corner}")
     return region_sides(region)
+
+
+def depths(region: Region, points: np.ndarray) -> np.ndarray:
+    """(n,) m from each point to the nearest side, negative outside."""
+    away = np.full(len(points), np.inf)
+    for start, end in zip(region.start, region.end, strict=True):
+        along = end - start
+        share = np.clip((points - start) @ along / (along @ along), 0, 1)
+        away = np.minimum(away, np.hypot(*(points - start - share[:, None] * along).T))
+    return np.where(region.contains(points), away, -away)

@@ -27,6 +27,11 @@ class Tiling:
     on: np.ndarray  #: (v, 2) sides of the region the vertex lies on, -1 for none; two in a corner
     corners: np.ndarray  #: vertex numbers of all grains in a row
     first: np.ndarray  #: (g + 1,)
+    owner: np.ndarray = attrs.field()  #: (g,) seed of each grain, its own number unless given
+
+    @owner.default
+    def _own(self) -> np.ndarray:
+        return np.arange(len(self.first) - 1)
 
     @cached_property
     def next(self) -> np.ndarray:

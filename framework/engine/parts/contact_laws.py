@@ -8,9 +8,9 @@ import attrs
 import numpy as np
 
 from grainlaw.compiler.batch import Compiled, compile_law
-from grainlaw.contact import Laws, law_of_pair
+from grainlaw.contact import Laws, law_between
 from grainlaw.detection import Detection
-from grainlaw.engine.parts.laws import LawGroup, memory_of
+from grainlaw.engine.parts.laws import LawGroup, check_names, memory_of, names_of
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
@@ -43,15 +43,19 @@ def broken_memory(law: Compiled) -> np.ndarray:
 
 def contact_groups(specimen: Specimen, laws: Laws, detection: Detection) -> dict[tuple[int, int], LawGroup]:
     """The laws of all pairs of phases that can meet. Raises :class:`ParameterError` for a pair without one."""
+    if detection.law is not None:
+        check_names(specimen, detection.law)
     phases, counts = np.unique(specimen.grains.phase, return_counts=True)
     groups = {}
     for k, one in enumerate(phases.tolist()):
         for other in phases[k + (counts[k] < 2) :].tolist():
-            own = None if detection.law is None else law_of_pair(detection.law, one, other)
-            law = own or law_of_pair(laws, one, other)
+            names = names_of(specimen, one), names_of(specimen, other)
+            own = None if detection.law is None else law_between(detection.law, *names)
+            law = own or law_between(laws, *names)
             if law is None:
+                pair = f"{specimen.grains.phase_name(one)} and {specimen.grains.phase_name(other)}"
                 raise ParameterError(
-                    f"law: no law is given for contacts between the phases {(one, other)}, which may meet; "
+                    f"law: no law is given for contacts between the phases {pair}, which may meet; "
                     f"give one in law or in Detection(law=...)"
                 )
             compiled = compile_law(uniform(law))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
@@ -13,7 +13,7 @@ from numba import njit
 from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
-from grainlaw.contact import ContactLaw, Laws, check_laws, declared_stiffness
+from grainlaw.contact import ContactLaw, Laws, check_laws, declared_stiffness, key_between, strange_keys
 from grainlaw.engine.parts.part import Constant
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
@@ -188,15 +188,35 @@ def by_interface(order: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return result
 
 
-def _by_phases(
-    specimen: Specimen, laws: Mapping[tuple[int, int], ContactLaw]
-) -> tuple[np.ndarray, list[tuple[ContactLaw, int]]]:
-    number = {tuple(sorted(pair)): k for k, pair in enumerate(laws)}
-    phases = np.sort(specimen.grains.phase[specimen.mesh.interface_grains], axis=1)
-    pairs, place = np.unique(phases, axis=0, return_inverse=True)
-    missing = [tuple(pair) for pair in pairs.tolist() if tuple(pair) not in number]
-    if missing:
-        raise ParameterError(f"law: no law is given for contacts between the phases {missing[0]}")
-    which = np.array([number[tuple(pair)] for pair in pairs.tolist()], dtype=int)[place.ravel()]
-    sizes = np.bincount(which, minlength=len(number))
-    return np.argsort(which, kind="stable"), list(zip(laws.values(), sizes.tolist(), strict=True))
+def _by_phases(specimen: Specimen, laws: Mapping[Any, ContactLaw]) -> tuple[np.ndarray, list[tuple[ContactLaw, int]]]:
+    grains, mesh = specimen.grains, specimen.mesh
+    check_names(specimen, laws)
+    phases = np.sort(grains.phase[mesh.interface_grains], axis=1)
+    kinds, place = np.unique(np.column_stack([phases, mesh.interface_kind]), axis=0, return_inverse=True)
+    number = {key: k for k, key in enumerate(laws)}
+    which = np.zeros(len(kinds), dtype=int)
+    for row, (one, other, kind) in enumerate(kinds.tolist()):
+        key = key_between(laws, names_of(specimen, one), names_of(specimen, other), grains.kinds[kind])
+        if key is None:
+            where = "" if kind == 0 else f" ({grains.kinds[kind]})"
+            pair = f"{grains.phase_name(one)} and {grains.phase_name(other)}"
+            raise ParameterError(f"law: no law is given for contacts between the phases {pair}{where}")
+        which[row] = number[key]
+    each = which[place.ravel()]
+    sizes = np.bincount(each, minlength=len(laws))
+    return np.argsort(each, kind="stable"), list(zip(laws.values(), sizes.tolist(), strict=True))
+
+
+def names_of(specimen: Specimen, phase: int) -> tuple[int | str, ...]:
+    """All that a phase is called."""
+    names = specimen.grains.phase_names
+    return (phase, names[phase]) if names else (phase,)
+
+
+def check_names(specimen: Specimen, laws: Laws) -> None:
+    """Raise :class:`ParameterError` for a law of a phase or a joint that the specimen does not have by that name."""
+    grains = specimen.grains
+    if strange := strange_keys(laws, grains.phase_names, grains.kinds):
+        names, joints = ", ".join(grains.phase_names) or "without names", ", ".join(grains.joints) or "none"
+        known = f"phases: {names}; joints: {joints}"
+        raise ParameterError(f"law: {strange[0]!r} names what the grains do not have ({known})")

@@ -15,6 +15,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import STRESS
+from grainlaw.contact import words_of
 from grainlaw.naming import Shown, shown
 from grainlaw.results.archive import Recorded, called
 from grainlaw.results.figures import html
@@ -198,7 +199,7 @@ def _components(results: Mapping[str, Result]) -> Iterator[str]:
         laws = result.law if isinstance(result.law, Mapping) else {"": result.law}
         for pair, law in laws.items():
             kind = called(law)
-            between = f" between phases {pair[0]} and {pair[1]}" if pair else ""
+            between = f" {words_of(pair)}" if pair != "" else ""
             yield html.table(_rows(law), caption=(kind if name == kind else f"{name} ({kind})") + between)
     yield html.table(_rows(first.protocol), caption=_words(first.protocol))
 

@@ -1,0 +1,149 @@
+"""Grains from meshes of other programs, and out to gmsh."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grainlaw.arguments import checked, nearest, short
+from grainlaw.geometry.cells.assembling import tessellation_of
+from grainlaw.geometry.cells.outline import Names
+from grainlaw.geometry.cells.shared_edges import cleaned, merged
+from grainlaw.parameter import ParameterError, checked_number
+from grainlaw.polygon import areas_and_centroids
+from grainlaw.tessellation import Tessellation
+
+CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}  #: of kinds of elements
+LINES = ("line", "line3", "vertex")  #: kinds that a mesh of an area has beside
+PHYSICAL = "gmsh:physical"  #: cell data of meshio: the physical group
+SURFACE = "gmsh:geometrical"  #: cell data of meshio: the surface that an element is of
+CLOSE = 1e-6  #: of the median size of elements: nearer nodes are one
+
+
+@checked
+def from_mesh(
+    file: str | os.PathLike[str], *, unit: float = 1.0, grain_data: str | None = None, phase_data: str = PHYSICAL
+) -> Tessellation:
+    """Grains from a mesh of an area in any format of meshio: every triangle, quadrilateral or polygon is one.
+
+    ``unit`` is what one unit of length of the file is in m. ``grain_data`` names whole-number data of the elements:
+    those with one number are the cells of one grain (``parent``); "gmsh:geometrical" has the surfaces of gmsh.
+    ``phase_data`` names the data that are the phases, by default the physical groups of gmsh, with their names.
+    Physical groups of lines name boundaries; without them the sides of an upright rectangle are bottom, right, top and
+    left, those of another shape "boundary".
+
+    Raises :class:`~grainlaw.parameter.ParameterError` for what cannot be read, has three dimensions, overlaps or has
+    parts that do not hang together.
+    """
+    import meshio  # here, for it takes long to load
+
+    where = f"from_mesh: {os.fspath(file)}"
+    unit = checked_number("from_mesh: unit", unit, "m", above=0)
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):  # it prints empty lines, and errors once more
+            mesh = meshio.read(file)
+    except (Exception, SystemExit) as error:  # meshio ends the program for what it cannot read
+        raise ParameterError(f"{where} cannot be read as a mesh: {short(str(error))}") from None
+    for block in mesh.cells:
+        if block.type not in CORNERS and block.type not in LINES and not block.type.startswith("polygon"):
+            raise ParameterError(f"{where} has elements of the kind {block.type}, it must be a mesh of an area")
+    chosen = [k for k, block in enumerate(mesh.cells) if block.type not in LINES]
+    elements = [np.asarray(e)[: CORNERS.get(mesh.cells[k].type)] for k in chosen for e in mesh.cells[k].data]
+    if not elements:
+        raise ParameterError(f"{where} has no triangles, quadrilaterals or polygons")
+    first = np.cumsum([0, *map(len, elements)])
+    points = _flat(where, np.asarray(mesh.points, dtype=float)) * unit
+    nodes, corners = np.unique(np.concatenate(elements), return_inverse=True)
+    size = float(np.median(np.sqrt(abs(areas_and_centroids(points[nodes][corners], first)[0]))))
+    vertices, number = merged(points[nodes], CLOSE * size)
+    phase, names = _phases(where, mesh, chosen, phase_data)
+    parent = None if grain_data is None else _data(where, mesh, chosen, grain_data)
+    return tessellation_of(
+        where, cleaned(where, vertices, number[corners], first), tolerance=CLOSE * size,
+        names=_boundaries(mesh, dict(zip(nodes.tolist(), number.tolist(), strict=True))),
+        phase=phase, phase_names=names, parent=parent,
+    )  # fmt: skip
+
+
+def _flat(where: str, points: np.ndarray) -> np.ndarray:
+    if points.shape[1] == 3 and np.ptp(points[:, 2]) > 1e-9 * np.ptp(points[:, :2]):
+        raise ParameterError(
+            f"{where} has nodes at z = {points[:, 2].min():g} to {points[:, 2].max():g}, it must be plane"
+        )
+    return points[:, :2] + 0.0
+
+
+def _data(where: str, mesh: Any, chosen: Sequence[int], name: str) -> np.ndarray:
+    """Whole numbers (p,) of the elements."""
+    if name not in mesh.cell_data:
+        known = list(mesh.cell_data)
+        raise ParameterError(
+            f"{where} has no data '{name}' of its elements{nearest(name, known)} (it has: {', '.join(known) or 'none'})"
+        )
+    values = np.concatenate([np.asarray(mesh.cell_data[name][k]).ravel() for k in chosen])
+    if not np.issubdtype(values.dtype, np.number) or not np.array_equal(values, np.round(values)):
+        raise ParameterError(f"{where}: the data '{name}' of its elements must be whole numbers")
+    return values.astype(np.int64)
+
+
+def _phases(where: str, mesh: Any, chosen: Sequence[int], name: str) -> tuple[np.ndarray | None, tuple[str, ...]]:
+    if name == PHYSICAL and name not in mesh.cell_data:
+        return None, ()
+    numbers, phase = np.unique(_data(where, mesh, chosen, name), return_inverse=True)
+    named = _group_names(mesh, 2) if name == PHYSICAL else {}
+    return phase, tuple(named.get(n, str(n)) for n in numbers.tolist())
+
+
+def _group_names(mesh: Any, dimension: int) -> dict[int, str]:
+    return {int(tag): name for name, (tag, dim) in mesh.field_data.items() if dim == dimension}
+
+
+def _boundaries(mesh: Any, vertex: dict[int, int]) -> Names:
+    """Named physical groups of lines, by the vertices of their edges."""
+    named, found = _group_names(mesh, 1), {}
+    for block, tags in zip(mesh.cells, mesh.cell_data.get(PHYSICAL, []), strict=False):
+        if block.type not in ("line", "line3"):
+            continue
+        for (i, j), tag in zip(np.asarray(block.data)[:, :2].tolist(), np.ravel(tags).tolist(), strict=True):
+            if tag in named and i in vertex and j in vertex:
+                a, b = sorted((vertex[i], vertex[j]))
+                found[a, b] = named[tag]
+    return found
+
+
+@checked
+def write_geo(grains: Tessellation, file: str | os.PathLike[str], size: float, *, unit: float = 1.0) -> None:
+    """Write grains as a geometry of gmsh, to be meshed with elements of ``size`` (m).
+
+    Every grain, or cell of one, is a surface; phases are physical groups of them, boundaries of edges. ``unit`` is what
+    one unit of length of the file is in m. Raises :class:`~grainlaw.parameter.ParameterError`, OSError.
+    """
+    size = checked_number("write_geo: size", size, "m", above=0) / checked_number("write_geo: unit", unit, "m", above=0)
+    edges = grains.edges
+    points = ((grains.vertices + 0.0) / unit).tolist()
+    lines = [f"Point({v}) = {{{x!r}, {y!r}, 0, {size!r}}};" for v, (x, y) in enumerate(points, start=1)]
+    ends = zip((edges.start + 1).tolist(), (edges.end + 1).tolist(), strict=True)
+    lines += [f"Line({e}) = {{{i}, {j}}};" for e, (i, j) in enumerate(ends, start=1)]
+    number = np.zeros(len(grains.corners), dtype=int)
+    inner, counted = edges.right >= 0, np.arange(1, len(edges) + 1)
+    number[edges.left_corners[:, 0]] = counted
+    number[edges.right_corners[inner, 1]] = -counted[inner]
+    for g, (a, b) in enumerate(zip(grains.first[:-1], grains.first[1:], strict=True), start=1):
+        lines += [f"Curve Loop({g}) = {{{_listed(number[a:b])}}};", f"Plane Surface({g}) = {{{g}}};"]
+    for phase in np.unique(grains.phase).tolist():
+        name = grains.phase_name(phase).replace('"', "'")
+        lines.append(f'Physical Surface("{name}") = {{{_listed(np.flatnonzero(grains.phase == phase) + 1)}}};')
+    for k, name in enumerate(edges.boundary_names):
+        if (edges.side == k).any():
+            lines.append(f'Physical Curve("{name}") = {{{_listed(np.flatnonzero(edges.side == k) + 1)}}};')
+    Path(file).write_text("\n".join([*lines, ""]), encoding="utf-8")
+
+
+def _listed(numbers: np.ndarray) -> str:
+    return ", ".join(map(str, numbers.tolist()))

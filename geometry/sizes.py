@@ -1,0 +1,171 @@
+"""How large grains are to each other."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.arguments import Checked, fits, refusal, short
+from grainlaw.parameter import ParameterError, parameter
+
+
+class Sizes(metaclass=Checked):
+    """Draws the areas of grains.
+
+    A whole one, of two diameters::
+
+        @attrs.frozen(kw_only=True)
+        class Bimodal(geometry.Sizes):
+            ratio: float = gl.parameter("1", above=1)
+
+            def draw(self, count, random):
+                return np.where(random.random(count) < 0.5, 1, self.ratio**2)
+    """
+
+    @abstractmethod
+    def draw(self, count: int, random: np.random.Generator) -> np.ndarray:
+        """(count,) areas above 0; only what they are to each other counts."""
+
+
+@attrs.frozen(kw_only=True)
+class Even(Sizes):
+    """Grains of one size."""
+
+    diameter: float = parameter("1", default=1.0)  #: beside those of other phases, in the same unit
+
+    def draw(self, count: int, random: np.random.Generator) -> np.ndarray:
+        """All the same."""
+        return np.full(count, self.diameter**2)
+
+
+@attrs.frozen(kw_only=True)
+class Lognormal(Sizes):
+    """Grains whose diameters, those of circles of the same area, have a logarithm that is normally distributed.
+
+    ``deviation`` is the standard deviation of the diameters over their mean. That of their logarithm is
+    sqrt(ln(1 + deviation^2)).
+    """
+
+    deviation: float = parameter("1", at_least=0, at_most=1)
+    diameter: float = parameter("1", default=1.0)  #: mean, beside those of other phases in the same unit
+
+    def draw(self, count: int, random: np.random.Generator) -> np.ndarray:
+        """Independent of each other."""
+        variance = math.log(1 + self.deviation**2)
+        return self.diameter**2 * np.exp(2 * math.sqrt(variance) * random.standard_normal(count) - variance)
+
+
+@attrs.frozen(kw_only=True)
+class NaturalGrowth(Sizes):
+    """The sizes of grains that have grown at the cost of their neighbours: lognormal diameters, deviation 0.42.
+
+    It is the grain growth of Neper in two dimensions, ``diameq:lognormal(1,0.42)``, where the first number is the mean
+    of the diameters and the second their standard deviation (documentation of its option -morpho; Quey and Renversade
+    2018, doi:10.1016/j.cma.2017.10.029). Neper also gives these grains a circularity.
+    """
+
+    diameter: float = parameter("1", default=1.0)  #: mean, beside those of other phases in the same unit
+
+    def draw(self, count: int, random: np.random.Generator) -> np.ndarray:
+        """Independent of each other."""
+        return Lognormal(deviation=0.42, diameter=self.diameter).draw(count, random)
+
+
+def _row(value: Any, owner: Any, field: Any) -> tuple[float, ...] | None:
+    if value is None:
+        return None
+    try:
+        row = np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        row = np.zeros(0)
+    if row.ndim != 1 or not row.size or not np.isfinite(row).all() or row.min() < 0:
+        raise refusal(f"{type(owner).__name__}: {field.name}", value, "a list of finite numbers, none below 0")
+    return tuple(row.tolist())
+
+
+def numbers(unit: str, **default: Any) -> Any:
+    """Declare a list of numbers of a component, none below 0, with its unit."""
+    return attrs.field(
+        converter=attrs.Converter(_row, takes_self=True, takes_field=True), metadata={"unit": unit}, **default
+    )
+
+
+@attrs.frozen(kw_only=True)
+class Empirical(Sizes):
+    """Grains whose diameters are drawn from measured ones, or from the classes of a histogram of them.
+
+    Diameters are those of circles of the same area. ``weights`` are the numbers of grains, or shares of their number;
+    those of equal weight unless given.
+    """
+
+    diameters: tuple[float, ...] = numbers("m")
+    weights: tuple[float, ...] | None = numbers("1", default=None)
+
+    def __attrs_post_init__(self) -> None:
+        if min(self.diameters) <= 0:
+            raise refusal("Empirical: diameters", self.diameters, "above 0")
+        if self.weights is not None and (len(self.weights) != len(self.diameters) or sum(self.weights) <= 0):
+            raise refusal("Empirical: weights", self.weights, f"{len(self.diameters)} numbers, one for each diameter")
+
+    def draw(self, count: int, random: np.random.Generator) -> np.ndarray:
+        """Independent of each other."""
+        weights = np.ones(len(self.diameters)) if self.weights is None else np.array(self.weights)
+        return np.array(self.diameters)[random.choice(len(weights), count, p=weights / weights.sum())] ** 2
+
+
+def _sizes_by_name(value: Any) -> dict[str, Sizes]:
+    if not fits(value, Mapping[str, Sizes]) or not value:
+        raise refusal("ByPhase: sizes", value, "a mapping from names of phases to Sizes")
+    return dict(value)
+
+
+@attrs.frozen
+class ByPhase(metaclass=Checked):
+    """Sizes of the grains of each phase: ``ByPhase({"quartz": Lognormal(deviation=0.3, diameter=2 * mm), ...})``.
+
+    The diameters of the phases count beside each other.
+    """
+
+    sizes: Mapping[str, Sizes] = attrs.field(converter=_sizes_by_name)
+
+    def draw(
+        self, fractions: Mapping[str, float], count: int, random: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(count,) phases, by their place in ``fractions``, and (count,) areas as shares of the whole.
+
+        The areas of each phase add up to its fraction exactly. Of a phase there are as many grains as its fraction over
+        the mean area of its grains asks for, at least one. Raises ParameterError.
+        """
+        unknown = [name for name in fractions if name not in self.sizes]
+        if unknown:
+            raise ParameterError(f"ByPhase: sizes has none for {short(unknown[0])} (it has: {', '.join(self.sizes)})")
+        names = list(fractions)
+        share = np.array([float(fractions[name]) for name in names])
+        if len(names) > count:
+            raise ParameterError(f"ByPhase: {count} grains are not allowed for {len(names)} phases, each needs one")
+        sample = [self.sizes[name].draw(SAMPLE, np.random.default_rng(0)).mean() for name in names]
+        grains = _whole_numbers(share / np.array(sample), count)
+        areas = [self.sizes[name].draw(int(each), random) for name, each in zip(names, grains, strict=True)]
+        phases = np.repeat(np.arange(len(names)), grains)
+        order = random.permutation(count)
+        return phases[order], np.concatenate([a / a.sum() * f for a, f in zip(areas, share, strict=True)])[order]
+
+
+SAMPLE = 10_000  #: grains of whose areas the mean decides how many grains a phase has
+
+
+def _whole_numbers(wanted: np.ndarray, count: int) -> np.ndarray:
+    """At least 1 and nearly in proportion to what is wanted, with this sum: the largest remainders are rounded up."""
+    wanted = wanted / wanted.sum() * count
+    whole = np.maximum(np.floor(wanted).astype(int), 1)
+    while whole.sum() != count:
+        if whole.sum() < count:
+            whole[np.argmax(wanted - whole)] += 1
+        else:
+            whole[np.argmax(np.where(whole > 1, whole - wanted, -np.inf))] -= 1
+    return whole

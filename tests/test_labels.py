@@ -1,0 +1,215 @@
+"""Grains from label maps: power cells of the labels' areas, and fine cells with the label of most pixels."""
+
+import re
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.path import Path
+from tiling import assert_tiles, polygon_of
+
+from grainlaw.geometry import Voronoi, from_labels, label_agreement, rectangle
+from grainlaw.parameter import ParameterError
+
+
+def drawn(grains, columns):
+    """A label map, row 0 at the top, in which grain g is label g + 1; and the size of its pixels."""
+    width, height = grains.region.bounds[1]
+    pixel = width / columns
+    rows = round(height / pixel)
+    x, y = np.meshgrid(np.arange(columns) + 0.5, rows - np.arange(rows) - 0.5)
+    image = np.zeros((rows, columns), dtype=int)
+    for g in range(grains.count):
+        inside = Path(polygon_of(grains, g)).contains_points(np.column_stack([x.ravel(), y.ravel()]) * pixel)
+        image[inside.reshape(rows, columns)] = g + 1
+    return image, pixel
+
+
+def by_label(grains):
+    """(n,) m2 of the labels from 1."""
+    return np.bincount(grains.parent, grains.areas)[1:]
+
+
+@settings(max_examples=12, deadline=None)
+@given(count=st.integers(1, 20), seed=st.integers(1, 1000), height=st.sampled_from([0.01, 0.02]))
+def test_drawn_grains_come_back_with_their_areas(count, seed, height):
+    grains = Voronoi(grains=count, seed=seed).tessellate(rectangle(0.02, height))
+    image, pixel = drawn(grains, 600)
+    made = from_labels(image, pixel, fill=True)
+    assert_tiles(made)
+    assert not made.is_breakable
+    assert by_label(made) == pytest.approx(grains.areas, rel=0.01)
+    agreement = label_agreement(made, image, pixel, fill=True)
+    assert agreement.share > 0.95
+    assert abs(agreement.area_errors).max() < 0.01
+
+
+@settings(max_examples=8, deadline=None)
+@given(count=st.integers(2, 20), seed=st.integers(1, 1000))
+def test_drawn_cells_come_back_with_their_centroids(count, seed):
+    """Voronoi cells are power cells, which areas and centroids decide, until short edges are merged."""
+    grains = Voronoi(grains=count, seed=seed, merge=0).tessellate(rectangle(0.02, 0.02))
+    image, pixel = drawn(grains, 400)
+    made = from_labels(image, pixel, merge=0, fill=True)
+    centroids = np.empty_like(grains.centroids)
+    centroids[made.parent - 1] = made.centroids
+    away = np.hypot(*(centroids - grains.centroids).T)
+    assert away.max() < 0.02 * np.sqrt(grains.areas.mean())
+    assert label_agreement(made, image, pixel, fill=True).share > 0.98
+
+
+@settings(max_examples=8, deadline=None)
+@given(count=st.integers(2, 12), seed=st.integers(1, 1000))
+def test_fine_cells_have_the_label_of_most_of_their_pixels(count, seed):
+    grains = Voronoi(grains=count, seed=seed).tessellate(rectangle(0.02, 0.02))
+    image, pixel = drawn(grains, 200)
+    made = from_labels(image, pixel, cell_size=0.001, fill=True)
+    assert_tiles(made)
+    assert made.is_breakable
+    assert set(made.parent) == set(range(1, count + 1))
+    coarse = label_agreement(from_labels(image, pixel, cell_size=0.002, fill=True), image, pixel, fill=True)
+    fine = label_agreement(made, image, pixel, fill=True)
+    # Half a cell or so on both sides of every boundary may be wrong.
+    boundary = grains.edges.length[grains.edges.right >= 0].sum()
+    assert 1 - fine.share < 0.5 * 0.001 * boundary / 0.02**2
+    assert fine.share > coarse.share
+
+
+def test_agreement_is_counted_pixel_by_pixel():
+    image = np.repeat([[1, 1, 1, 2]], 4, axis=0)
+    made = from_labels(image, 0.25)
+    assert by_label(made) == pytest.approx([0.75, 0.25])
+    agreement = label_agreement(made, image, 0.25)
+    assert agreement.share == 1
+    shifted = label_agreement(made, np.repeat([[1, 1, 2, 2]], 4, axis=0), 0.25)
+    assert shifted.share == 0.75
+    assert shifted.shares.tolist() == [1, 0.5]
+    assert shifted.area_errors == pytest.approx([0.5, -0.5])
+    assert "75.00% of the pixels agree" in str(shifted)
+
+
+def test_row_0_is_at_the_top_and_phases_go_with_labels():
+    made = from_labels(np.array([[7, 7], [3, 3], [3, 3]]), 1e-3, {3: "quartz", 7: "mica"})
+    assert made.region.bounds.tolist() == [[0, 0], [0.002, 0.003]]
+    top = made.centroids[:, 1].argmax()
+    assert made.parent[top] == 7
+    assert made.phase_name(made.phase[top]) == "mica"
+    assert by_label(made)[[2, 6]] == pytest.approx([4e-6, 2e-6])
+
+
+def test_a_concave_label_keeps_its_shape_in_fine_cells():
+    image = np.ones((60, 60), dtype=int)
+    image[:30, 30:] = 2
+    cells = from_labels(image, 1e-3, cell_size=2e-3)
+    power = from_labels(image, 1e-3)
+    assert label_agreement(cells, image, 1e-3).share > 0.95 > label_agreement(power, image, 1e-3).share
+    assert by_label(power) == pytest.approx([0.0027, 0.0009], rel=0.01)
+
+
+def test_every_label_of_cells_hangs_together():
+    """A bridge of one pixel between two squares is lost to the cells: of the two parts the largest stays."""
+    image = np.ones((60, 60), dtype=int)
+    image[5:25, 5:25] = image[30:55, 5:55] = 2
+    image[25:30, 15] = 2
+    made = from_labels(image, 1e-3, cell_size=6e-3)
+    edges = made.edges
+    inside = edges.kind == 1
+    parts = np.arange(made.count)
+    for _ in range(made.count):
+        for a, b in zip(edges.left[inside], edges.right[inside], strict=True):
+            parts[a] = parts[b] = min(parts[a], parts[b])
+    assert len(set(parts)) == 2
+
+
+def test_specks_and_background_go_to_what_is_round_them():
+    image = np.repeat([[1] * 20 + [2] * 20], 40, axis=0)
+    clean = image.copy()
+    image[5:7, 5:7] = 2
+    image[10, 19] = image[12, 19] = 0
+    image[30, 5] = 2
+    assert np.array_equal(from_labels(image, 1e-3, fill=True).vertices, from_labels(clean, 1e-3).vertices)
+    with pytest.raises(ParameterError, match="the label 2 has a part of 4 pixels apart from its largest, at row 5, c"):
+        from_labels(image, 1e-3, fill=True, speck=3)
+
+
+def corner():
+    image = np.ones((20, 20), dtype=int)
+    image[5:10, 5:10] = image[10:15, 10:15] = 2
+    return image
+
+
+def ring():
+    image = np.ones((20, 20), dtype=int)
+    image[5:15, 5:15] = 2
+    return image
+
+
+def with_zero():
+    image = np.ones((20, 20), dtype=int)
+    image[3:, 8] = 0
+    return image
+
+
+@pytest.mark.parametrize(
+    ("image", "options", "said"),
+    [
+        (corner(), {}, "the label 2 has parts that touch at a corner only, at row 9, column 9 (0.0095, 0.0105) m"),
+        (
+            corner()[:, ::-1],
+            {},
+            "the label 2 has parts that touch at a corner only, at row 9, column 9 (0.0095, 0.0105)",
+        ),
+        (
+            np.repeat([[1, 2, 1]], 9, axis=0),
+            {},
+            "the label 1 has a part of 9 pixels apart from its largest, at row 0, co",
+        ),
+        (with_zero(), {}, "the label 0 at row 3, column 8 (0.0085, 0.0165) m is background, 17 pixels in all"),
+        (-np.eye(3, dtype=int), {}, "the label -1 at row 0, column 0 (0.0005, 0.0025) m is not allowed"),
+        (np.zeros((3, 3), dtype=int), {"fill": True}, "the label 0 at row 0, column 0"),
+        (np.ones((3, 3)) * 1.5, {}, "image = an array of shape (3, 3) is not allowed"),
+        (np.ones((3, 3, 3)), {}, "image = an array of shape (3, 3, 3) is not allowed"),
+        (np.ones((3, 3), dtype=bool), {}, "image = an array of shape (3, 3) is not allowed"),
+        (np.array([[1, 2]]), {"phases": {1: "quartz"}}, "phases has no entry for the label 2"),
+        (np.repeat([[1] * 19 + [2]], 20, axis=0), {"cell_size": 0.01}, "the label 2 at (0.0195, 0.01) m gets no cell"),
+        (ring(), {}, "the labels 1 and 2 have the same centroid (0.01, 0.01) m, one lies round the other"),
+        ("absent.png", {}, "absent.png cannot be read as an image"),
+    ],
+)
+def test_other_images_are_refused_with_their_place(image, options, said):
+    with pytest.raises(ParameterError, match=re.escape(said)):
+        from_labels(image, 1e-3, **options)
+
+
+@pytest.mark.parametrize("name", ["x.npy", "x8.png", "x16.png"])
+def test_files(name, tmp_path):
+    from PIL import Image
+
+    image = np.repeat([[3, 3, 3, 200, 200 if "8" in name else 60001]], 3, axis=0)
+    if name == "x.npy":
+        np.save(tmp_path / name, image)
+    else:
+        Image.fromarray(image.astype(np.uint8 if "8" in name else np.uint16)).save(tmp_path / name)
+    made = from_labels(str(tmp_path / name), 1e-3, speck=0)
+    assert set(made.parent) == set(image.ravel())
+    assert np.array_equal(made.vertices, from_labels(image, 1e-3, speck=0).vertices)
+
+
+def test_colours_are_refused(tmp_path):
+    from PIL import Image
+
+    Image.fromarray(np.dstack([np.eye(4) * 200, np.ones((4, 4)), np.ones((4, 4))]).astype(np.uint8)).save(
+        tmp_path / "x.png"
+    )
+    with pytest.raises(ParameterError, match=r"x\.png has colours, it must be grey"):
+        from_labels(tmp_path / "x.png", 1e-3)
+
+
+def test_agreement_needs_the_region_of_the_image():
+    made = from_labels(np.ones((4, 4), dtype=int), 1e-3)
+    with pytest.raises(ParameterError, match=r"grains fill another region than the image, 0\.008 m x 0\.008 m"):
+        label_agreement(made, np.ones((8, 8), dtype=int), 1e-3)
+    with pytest.raises(ParameterError, match="pixel = 0 m is not allowed"):
+        label_agreement(attrs.evolve(made), np.ones((4, 4), dtype=int), 0)

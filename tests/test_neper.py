@@ -1,0 +1,143 @@
+"""Tessellation files of Neper: what is read, written, and refused."""
+
+import re
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tess_files import GROUPS, ORIENTED, PERIODIC, SCALES, tess
+from tiling import BEAM, assert_tiles
+
+from grainlaw.geometry import Voronoi, apart, disc, polygon, read_tess, rectangle, together, write_tess
+from grainlaw.parameter import ParameterError
+
+
+def read(folder, text, **options):
+    file = folder / "x.tess"
+    file.write_text(text)
+    return read_tess(file, **options)
+
+
+@pytest.mark.parametrize("format", ["2.0", "3.3", "3.4", "3.5"])
+@pytest.mark.parametrize("cell", ["", ORIENTED, GROUPS + ORIENTED])
+def test_formats_hold_the_same_grains(format, cell, tmp_path):
+    grains = read(tmp_path, tess(format, cell=cell, more=PERIODIC))
+    assert_tiles(grains)
+    middle = (0.812345678901 + 1.123456789012) / 2
+    assert grains.areas == pytest.approx([1, middle / 2, (2 - middle) / 2])
+    assert not grains.is_breakable
+    on = {name: grains.edges.side == k for k, name in enumerate(grains.boundary_names)}
+    low, high = grains.vertices[grains.edges.start], grains.vertices[grains.edges.end]
+    assert (low[on["bottom"], 1] == 0).all()
+    assert (high[on["right"], 0] == 2).all()
+    assert {name: int(found.sum()) for name, found in on.items()} == {"bottom": 1, "right": 2, "top": 2, "left": 2}
+
+
+def test_groups_are_phases_with_names(tmp_path):
+    numbered = read(tmp_path, tess(cell=GROUPS))
+    assert [numbered.phase_names[p] for p in numbered.phase] == ["2", "1", "2"]
+    named = read(tmp_path, tess(cell=GROUPS), phases={1: "quartz", 2: "mica"})
+    assert [named.phase_names[p] for p in named.phase] == ["mica", "quartz", "mica"]
+
+
+def test_cells_of_the_first_scale_are_the_grains(tmp_path):
+    grains = read(tmp_path, tess(more=SCALES))
+    assert grains.parent.tolist() == [0, 1, 1]
+    inside = grains.edges.kind == 1
+    assert grains.edges.length[inside] == pytest.approx(np.hypot(0.5, 1.123456789012 - 0.812345678901))
+
+
+def test_lengths_are_in_the_unit_of_the_file(tmp_path):
+    assert read(tmp_path, tess(), unit=1e-3).region.bounds.tolist() == [[0, 0], [2e-3, 1e-3]]
+
+
+def test_a_side_has_the_name_of_its_domain_edge(tmp_path):
+    assert set(read(tmp_path, tess(south="base")).boundary_names) == {"base", "right", "top", "left"}
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    region=st.sampled_from([rectangle(0.05, 0.1), disc(1.0), BEAM, polygon([(0, 0), (3, 1), (2, 4)], "rim")]),
+    seed=st.integers(1, 1000), minerals=st.integers(1, 3), size=st.integers(1, 4),
+)  # fmt: skip
+def test_what_is_written_is_read_to_the_last_bit(tmp_path_factory, region, seed, minerals, size):
+    folder = tmp_path_factory.mktemp("tess")
+    grains = Voronoi(grains=20, seed=seed).tessellate(region)
+    random = np.random.default_rng(seed)
+    grains = attrs.evolve(
+        grains, phase=np.arange(grains.count) % minerals, phase_names=tuple("abc"[:minerals]),
+        parent=random.permutation(grains.count) // size,
+    )  # fmt: skip
+    write_tess(grains, folder / "one.tess")
+    again = read_tess(folder / "one.tess", phases={1: "a", 2: "b", 3: "c"})
+    assert again.vertices.tobytes() == grains.vertices.tobytes()
+    for name in ("corners", "first", "phase"):
+        assert np.array_equal(getattr(again, name), getattr(grains, name))
+    assert again.phase_names == grains.phase_names
+    assert np.array_equal(*(each.parent[:, None] == each.parent for each in (grains, again)))
+    assert set(again.boundary_names) == set(grains.boundary_names)
+    write_tess(again, folder / "two.tess")
+    numbered = read_tess(folder / "one.tess")
+    write_tess(numbered, folder / "three.tess")
+    one, two, three = ((folder / f"{n}.tess").read_text() for n in ("one", "two", "three"))
+    assert two.partition("**domain")[0] == one.partition("**domain")[0] == three.partition("**domain")[0]
+    write_tess(read_tess(folder / "two.tess"), folder / "four.tess")
+    assert (folder / "four.tess").read_text() == two
+
+
+def test_the_digits_of_a_file_stay(tmp_path):
+    write_tess(read(tmp_path, tess(cell=GROUPS, more=SCALES)), tmp_path / "y.tess")
+    words = (tmp_path / "y.tess").read_text().split()
+    for text in ("0.812345678901", "1.123456789012"):
+        assert text in words
+    again = words[words.index("*cellid") + 1 :]
+    assert again == "1 1 1 2 2 1 3 2 2 ***end".split()
+    assert words[words.index("*group") + 1 :][:3] == ["2", "1", "2"]
+
+
+FULL = tess(cell=GROUPS, more=SCALES)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (tess(dimension=3), "has 3 dimensions, it must have 2"),
+        (tess("1.9"), "has the format 1.9, it must be 2.0 to 3.5"), (tess("4.0"), "has the format 4.0"),
+        (tess(z="0.100000000000"), "vertex 8 has z other than 0"), ("", "does not begin with"),
+        ("***tesr\n **format\n 2.1", "does not begin with"),
+        (FULL.replace("3 4 8 3 4 5", "3 4 8 3 4 11"), "numbers of the 8 vertices"),
+        (FULL.replace("3 4 8 3 4 5", "3 4 8 3 4 6"), "polygons 1 and 2 overlap at the"),
+        (FULL.replace("2 4 7 8 5 6", "2 4 7 5 8 6"), "polygon 1 crosses or touches itself near"),
+        (FULL.replace("   3 2 2\n", ""), "no complete tessellation file"),
+        (FULL.replace("***end", ""), "no complete tessellation file"),
+        (FULL.replace("   2 1 2\n", "   2 1\n"), "no complete tessellation file"),
+        (FULL[: FULL.index("**edge")] + "***end", "no complete tessellation file"),
+        (FULL.replace("8  1.12", "8  x1.12"), "no complete tessellation file"),
+        (FULL.replace("8  1.12", "9  1.12"), "no complete tessellation file"),
+    ],
+)  # fmt: skip
+def test_other_files_are_refused(text, said, tmp_path):
+    with pytest.raises(ParameterError, match=re.escape(said)) as refused:
+        read(tmp_path, text)
+    assert "x.tess" in str(refused.value)
+
+
+def test_phases_must_fit_the_groups(tmp_path):
+    with pytest.raises(ParameterError, match="no name for the group 1"):
+        read(tmp_path, tess(cell=GROUPS), phases={2: "mica"})
+    with pytest.raises(ParameterError, match="the file has no groups"):
+        read(tmp_path, tess(), phases={2: "mica"})
+
+
+def test_what_the_format_does_not_know_is_not_written(tmp_path):
+    grains = Voronoi(grains=5).tessellate(rectangle(1, 1))
+    plate = polygon([(0, 0), (1, 0), (1, 1), (0, 1)], holes={"well": [(0.4, 0.4), (0.6, 0.4), (0.5, 0.6)]})
+    with pytest.raises(ParameterError, match="several bodies"):
+        write_tess(together(grains, grains), tmp_path / "x.tess")
+    with pytest.raises(ParameterError, match="loose grains"):
+        write_tess(apart(grains, 1e-3), tmp_path / "x.tess")
+    with pytest.raises(ParameterError, match="holes"):
+        write_tess(Voronoi(grains=30).tessellate(plate), tmp_path / "x.tess")
+    assert not (tmp_path / "x.tess").exists()
