@@ -62,10 +62,15 @@ def grain_count(component: Any, region: Region) -> int:
             )
         count = max(1, round(region.area / component.grain_size**2))
         given = f"grain_size = {component.grain_size:g} m, which makes {count} grains,"
+    check_room(f"{name}: {given} is not allowed", count)
+    return count
+
+
+def check_room(fault: str, count: float) -> None:
+    """Raise :class:`ParameterError`, which begins with ``fault``, for more grains than the memory holds."""
     room = _memory() // BYTES_PER_GRAIN
     if count > room:
-        raise ParameterError(f"{name}: {given} is not allowed, the memory of this computer holds about {room} grains")
-    return count
+        raise ParameterError(f"{fault}, the memory of this computer holds about {room} grains")
 
 
 def _memory() -> int:

@@ -24,18 +24,20 @@ def tiling_of(region: Region, points: np.ndarray, first: np.ndarray, near: float
     number = connected_components(links, directed=False)[1]
     used, place = np.unique(number, return_index=True)  # a corner of the region comes before what is near to it
     vertices = points[place]
-    corners, first = _without_repetition(np.searchsorted(used, number[len(region.start) :]), first)
+    corners, first, owner = _without_repetition(np.searchsorted(used, number[len(region.start) :]), first)
     fixed = np.searchsorted(used, number[: len(region.start)])
     corners, first = _with_touching(vertices, fixed, corners, first, near)
     on = _vertex_sides(region, vertices, near)
-    return Tiling(region, region_sides(region).hold(vertices, on), on, corners, first)
+    return Tiling(region, region_sides(region).hold(vertices, on), on, corners, first, owner)
 
 
-def _without_repetition(corners: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _without_repetition(corners: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Corners, each once, of the polygons that have three; and the numbers of these."""
     stay = corners != corners[following(first)]
     first = np.concatenate([[0], np.cumsum(stay)])[first]
     wide = np.diff(first) > 2
-    return corners[stay][np.repeat(wide, np.diff(first))], np.concatenate([[0], np.cumsum(np.diff(first)[wide])])
+    kept = np.repeat(wide, np.diff(first))
+    return corners[stay][kept], np.concatenate([[0], np.cumsum(np.diff(first)[wide])]), np.flatnonzero(wide)
 
 
 def _with_touching(
