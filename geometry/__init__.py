@@ -11,6 +11,7 @@ from grainlaw.geometry.minerals import Minerals
 from grainlaw.geometry.platens import between_platens
 from grainlaw.geometry.region import polygon, rectangle, shear_box
 from grainlaw.geometry.shapes import disc, notched_beam, semi_disc
+from grainlaw.geometry.texture import Texture, texture
 from grainlaw.geometry.voronoi import Voronoi
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "JointSets",
     "Jointed",
     "Minerals",
+    "Texture",
     "Trigons",
     "Voronoi",
     "VoronoiCells",
@@ -36,6 +38,7 @@ __all__ = [
     "rectangle",
     "semi_disc",
     "shear_box",
+    "texture",
     "together",
     "wall",
 ]

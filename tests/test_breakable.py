@@ -22,6 +22,9 @@ from grainlaw.geometry import (
     polygon,
     rectangle,
 )
+from grainlaw.geometry.cells.merging import merge_short_edges
+from grainlaw.geometry.cells.sides import region_sides
+from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.parameter import ParameterError
 
 REGIONS = {
@@ -76,6 +79,26 @@ def test_no_short_edge_is_left(cells, seed):
         assert (loose.edges.length < 0.25 * size).mean() > 0.1
     assert merged.count == pytest.approx(200 * cells.count, rel=0.1 if isinstance(cells, VoronoiCells) else 0.3)
     assert merged.areas.min() > 0.05 * size**2
+
+
+def test_a_merge_does_not_fold_a_cell_with_a_straight_corner():
+    """Without its short edge the upper cell has only corners on one line; the lower ones share its straight corner."""
+    region = rectangle(1, 1)
+    points = [(0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5), (1, 0), (1, 0.5), (1, 0.51), (1, 1), (0, 1)]
+    vertices = np.array(points)
+    corners = [0, 1, 2, 3, 1, 4, 5, 2, 3, 2, 5, 6, 3, 6, 7, 8]
+    on = region_sides_of(vertices)
+    tiling = Tiling(region, vertices, on, np.array(corners), np.array([0, 4, 8, 12, 16]))
+    tiling.tessellation()
+    merged = merge_short_edges(tiling, 0.1, 0.0, region_sides(region))
+    merged.tessellation()
+    assert len(merged.first) == 5
+
+
+def region_sides_of(vertices):
+    """(v, 2) sides of the unit square that each vertex is on."""
+    sides = np.column_stack([vertices[:, 1] == 0, vertices[:, 0] == 1, vertices[:, 1] == 1, vertices[:, 0] == 0])
+    return np.array([[*np.flatnonzero(row), -1, -1][:2] for row in sides])
 
 
 def test_count_and_size_mean_the_same():

@@ -133,8 +133,8 @@ def test_sets_have_names_and_the_first_stays_straight():
     assert not (made.edges.kind == 0)[made.edges.right >= 0].any()
     e = made.edges
     along = (made.vertices[e.end] - made.vertices[e.start])[e.kind == 2]
-    turned = abs(np.degrees(np.arctan2(along[:, 1], along[:, 0])) - 20)
-    assert (np.minimum(turned, 180 - turned) < 1e-6).mean() > 0.95
+    turned = (np.degrees(np.arctan2(along[:, 1], along[:, 0])) - 20 + 90) % 180 - 90
+    assert abs(turned).max() < 1e-6
 
 
 def test_sets_that_meet_at_right_angles_stay_as_they_are():
