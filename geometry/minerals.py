@@ -16,7 +16,7 @@ from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator
 
 SUM = 1e-6  #: by how much fractions may miss one: what rounding to percent leaves is more, and is a mistake
-REACHED = 0.02  #: by how much of it the wanted share of like boundary may be missed
+REACHED = 0.02  #: by how much of it the wanted share of like boundary may be missed; by half a grain's among few grains
 
 
 def _fractions(value: Any) -> dict[str, float]:
@@ -84,7 +84,7 @@ class Minerals(Tessellator):
         pairs = grain[np.column_stack([edges.left, edges.right])[between]]
         wanted = self.clustering * expected_share(phase)
         phase, reached = rearranged(phase, pairs, edges.length[between], areas, shares, wanted, random)
-        if abs(reached - wanted) > REACHED * wanted:
+        if abs(reached - wanted) > max(REACHED * wanted, 1 / len(areas)):
             raise ParameterError(
                 f"Minerals: clustering = {self.clustering:g} is not reached, swaps bring these {len(areas)} grains to "
                 f"{reached / expected_share(phase):.3g}"

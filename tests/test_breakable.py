@@ -22,8 +22,8 @@ from grainlaw.geometry import (
     polygon,
     rectangle,
 )
+from grainlaw.geometry.cells.lines import held
 from grainlaw.geometry.cells.merging import merge_short_edges
-from grainlaw.geometry.cells.sides import region_sides
 from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.parameter import ParameterError
 
@@ -90,7 +90,9 @@ def test_a_merge_does_not_fold_a_cell_with_a_straight_corner():
     on = region_sides_of(vertices)
     tiling = Tiling(region, vertices, on, np.array(corners), np.array([0, 4, 8, 12, 16]))
     tiling.tessellation()
-    merged = merge_short_edges(tiling, 0.1, 0.0, region_sides(region))
+    middle = np.array([3, 2, 5]), np.zeros(3, dtype=int)
+    tiling, lines = held(tiling, np.array([[0, 0.5]]), np.array([[1, 0.5]]), middle)
+    merged = merge_short_edges(tiling, 0.1, 0.0, lines)
     merged.tessellation()
     assert len(merged.first) == 5
 
