@@ -66,7 +66,7 @@ class VoronoiCells(GrainCells):
 class Trigons(GrainCells):
     """Triangles, about ``count`` in a grain of mean area, or of a ``size``; grains that meet divide an edge alike.
 
-    Cracks can go nearly any way between them: Gao and Stead 2014, doi:10.1016/j.ijrmms.2014.02.003.
+    Cracks can go nearly any way between them: Mayer and Stead 2017, Computers and Geotechnics 82, 110-123.
     """
 
     count: int | None = whole_number(at_least=1, default=None)

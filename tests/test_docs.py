@@ -116,7 +116,22 @@ def check_reliability(page):
     assert Path("tension/checkpoint.npz").exists()
 
 
+def check_textures(page):
+    found, made = page["found"], page["made"]
+    assert found.fractions == pytest.approx(page["shares"], abs=1e-3)
+    assert found.clustering == pytest.approx(1.3, rel=0.02)
+    assert (found.grains, page["broken"].count > 500) == (120, True)
+    assert 35e9 < page["softer"].apparent_modulus < page["elastic"].apparent_modulus < 70e9
+    assert page["transgranular"] > 0
+    assert set(page["cut"].joints) == {"bedding", "fault"}
+    named = set(re.findall(r"`(\w+)`", PAGES["docs/textures.md"]))
+    assert {field.name for field in attrs.fields(type(found))} - {"asked"} <= named  # the table explains all
+    assert Path("texture.png").exists()
+    assert made.phase_names == tuple(page["shares"])
+
+
 CHECKS = {
+    "docs/textures.md": check_textures,
     "docs/reliability.md": check_reliability,
     "docs/flutter.md": check_flutter,
     "docs/contacts.md": check_contacts,
