@@ -85,9 +85,7 @@ class Tessellation(metaclass=Checked):
     first: np.ndarray = array_field(int)  #: (g + 1,)
     phase: np.ndarray = array_field(int)  #: (g,) mineral phase of each grain, all 0 unless given
     bodies: tuple[Region, ...] = attrs.field(default=(), converter=_regions)  #: regions beside the first
-    body: np.ndarray = array_field(
-        int
-    )  #: (g,) number into ``regions`` of the region each grain fills, all 0 unless given
+    body: np.ndarray = array_field(int)  #: (g,) number into ``regions`` of what each grain fills, all 0 unless given
     loose: np.ndarray = array_field(bool)  #: (g,) whether a grain may leave room round it, none unless given
     parent: np.ndarray = array_field(int)  #: (g,) number of the grain that each is a cell of; its own unless given
     phase_names: tuple[str, ...] = attrs.field(default=(), converter=_phase_names)  #: by number; numbers if none
@@ -223,6 +221,12 @@ class Tessellation(metaclass=Checked):
             side = region.side_at(ends[mine])
             boundary[mine] = np.where(side < 0, boundary[mine], np.array([number[name] for name in region.names])[side])
         return boundary
+
+    def plot(self, by: str = "phase", ax: Any = None) -> Any:
+        """The axes, ``ax`` if given, with grains by "phase", "area" or "parent", the grain of each cell."""
+        from grainlaw.drawing import draw_grains
+
+        return draw_grains(self, by, ax)
 
     def check(self) -> None:
         """Raise :class:`TilingError` unless the grains are convex and those of each body tile its region, edge to edge.

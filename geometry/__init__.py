@@ -1,35 +1,47 @@
-"""Regions, tessellators, grains from elsewhere, and specimens of several bodies."""
+"""Regions, tessellators, minerals, grains from elsewhere, and specimens of several bodies."""
 
 from grainlaw.geometry.bodies import block, moved, together
+from grainlaw.geometry.breakable import Breakable, Cleavage, GrainCells, Trigons, VoronoiCells
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.hexagonal import Hexagonal
 from grainlaw.geometry.joint_sets import JointSet, JointSets
+from grainlaw.geometry.joints import Jointed
 from grainlaw.geometry.labels import LabelAgreement, from_labels, label_agreement
 from grainlaw.geometry.laguerre import Laguerre
 from grainlaw.geometry.loose import apart, wall
 from grainlaw.geometry.meshes import from_mesh, write_geo
+from grainlaw.geometry.minerals import Minerals
 from grainlaw.geometry.neper import read_tess, write_tess
 from grainlaw.geometry.platens import between_platens
 from grainlaw.geometry.polygons import from_polygons
 from grainlaw.geometry.region import polygon, rectangle, shear_box
 from grainlaw.geometry.shapes import disc, notched_beam, semi_disc
 from grainlaw.geometry.sizes import ByPhase, Empirical, Even, Lognormal, NaturalGrowth, Sizes
+from grainlaw.geometry.texture import Texture, texture
 from grainlaw.geometry.voronoi import Voronoi
 
 __all__ = [
+    "Breakable",
     "Bricks",
     "ByPhase",
+    "Cleavage",
     "Empirical",
     "Even",
+    "GrainCells",
     "Hexagonal",
     "JointSet",
     "JointSets",
+    "Jointed",
     "LabelAgreement",
     "Laguerre",
     "Lognormal",
+    "Minerals",
     "NaturalGrowth",
     "Sizes",
+    "Texture",
+    "Trigons",
     "Voronoi",
+    "VoronoiCells",
     "apart",
     "between_platens",
     "block",
@@ -45,6 +57,7 @@ __all__ = [
     "rectangle",
     "semi_disc",
     "shear_box",
+    "texture",
     "together",
     "wall",
     "write_geo",

@@ -14,21 +14,28 @@ from grainlaw.geometry.cells.any_voronoi import NEAR, frame
 from grainlaw.geometry.cells.convex import Polygon, split
 from grainlaw.geometry.cells.cutting import Cutter
 from grainlaw.geometry.cells.joining import tiling_of
+from grainlaw.geometry.cells.lines import held, released
 from grainlaw.geometry.cells.merging import merge_short_edges
+from grainlaw.geometry.cells.sides import Sides, region_sides
+from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.parameter import ParameterError, parameter
 from grainlaw.region import Region
-from grainlaw.tessellation import Tessellation, Tessellator
+from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator
 
 MOST = 1_000_000  #: joints of a set
 
 
 @attrs.frozen(kw_only=True)
 class JointSet(metaclass=Checked):
-    """Parallel joints without end; ``dip`` counts from the x axis, negative where they fall to the right."""
+    """Parallel joints without end; ``dip`` counts from the x axis, negative where they fall to the right.
+
+    A law is given to them by their ``name``, which is "set 1", "set 2" and so on unless given.
+    """
 
     dip: float = parameter("deg", above=-90, at_most=90)
     spacing: float = parameter("m")  #: between joints, at right angles to them
     through: tuple[float, float] = (0.0, 0.0)  #: m, a point on one of them
+    name: str = ""
 
     @property
     def along(self) -> tuple[float, float]:
@@ -48,17 +55,31 @@ class JointSet(metaclass=Checked):
                 break
         return [*strips, rest] if rest else strips
 
+    def joint_at(self, points: np.ndarray, near: float) -> np.ndarray:
+        """(n,) number of the joint on which each point (n, 2) m lies, counted from ``through``; nan without."""
+        tx, ty = self.along
+        height = (points - self.through) @ (-ty, tx)
+        number = np.round(height / self.spacing)
+        return np.where(abs(height - number * self.spacing) < 2 * near, number, np.nan)
+
 
 def _sets(value: Any) -> tuple[JointSet, ...]:
     made = tuple(value) if isinstance(value, Sequence) else (value,)
     if not made or not all(isinstance(each, JointSet) for each in made):
         raise refusal("JointSets: sets", value, "a list of at least one JointSet")
+    names = [each.name for each in made if each.name]
+    if len(set(names)) < len(names) or {BETWEEN, INSIDE} & {*names}:
+        raise refusal("JointSets: names", names, f"different for each set, none of them {BETWEEN} or {INSIDE}")
     return made
 
 
 @attrs.frozen(kw_only=True)
 class JointSets(Tessellator):
     """Blocks between the joints of one or more sets; at the sides of a region they may be thin.
+
+    Where joints of oblique sets nearly meet in one point, they leave slivers with edges far shorter than the others,
+    which would rule the stable time step: edges below ``merge`` vanish. The joints of the first set stay straight where
+    that suffices. Edges on joints are ``joints`` of the tessellation, by the name of their set.
 
     Bedding that dips out of a slope by 35 degrees, and cross joints at right angles to it::
 
@@ -68,13 +89,15 @@ class JointSets(Tessellator):
     """
 
     sets: Sequence[JointSet] = attrs.field(converter=_sets)
+    merge: float = parameter("spacings", default=0.05, at_least=0, below=0.5)  #: shorter edges vanish where they can
 
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region, strip by strip.
 
         Raises ParameterError for a spacing too small for it, TilingError for joints that all but coincide with a side.
         """
-        near = NEAR * min(each.spacing for each in self.sets)
+        spacing = min(each.spacing for each in self.sets)
+        near = NEAR * spacing
         for each in self.sets:
             if np.hypot(*np.ptp(region.bounds, axis=0)) > MOST * each.spacing:
                 raise ParameterError(
@@ -86,5 +109,28 @@ class JointSets(Tessellator):
         cutter, sides = Cutter(region, near), list(range(len(region.start)))
         pieces = [piece for cell in cells for piece in cutter.pieces(cell, sides)]
         points = np.array([corner for piece in pieces for corner in piece])
-        made = tiling_of(region, points, np.cumsum([0, *map(len, pieces)]), near)
-        return merge_short_edges(made, 0.0).tessellation()  # drops what the cuts of joined pieces left
+        made = self._named(tiling_of(region, points, np.cumsum([0, *map(len, pieces)]), near), near)
+        merged = merge_short_edges(made, 0.0)  # drops what the cuts of joined pieces left
+        limit, smallest = self.merge * spacing, self.merge * spacing**2 / 2
+        merged, lines = self._first_set_held(merged, near)
+        merged = merge_short_edges(merged, limit, smallest, lines)
+        merged = merge_short_edges(released(merged), limit, smallest, region_sides(region))
+        names = [each.name or f"set {k}" for k, each in enumerate(self.sets, 1)]
+        return merged.tessellation(joints=names)
+
+    def _named(self, tiling: Tiling, near: float) -> Tiling:
+        """The tiling that knows which edges lie on a joint of which set."""
+        kind = tiling.kind.copy()
+        for number, each in enumerate(self.sets, 1):
+            joint = each.joint_at(tiling.vertices, near)
+            kind[joint[tiling.corners] == joint[tiling.corners[tiling.next]]] = number
+        return attrs.evolve(tiling, kind=kind)
+
+    def _first_set_held(self, tiling: Tiling, near: float) -> tuple[Tiling, Sides]:
+        first = self.sets[0]
+        joint = first.joint_at(tiling.vertices, near)
+        vertex = np.flatnonzero(np.isfinite(joint))
+        numbers, line = np.unique(joint[vertex], return_inverse=True)
+        tx, ty = first.along
+        start = np.array(first.through) + numbers[:, None] * first.spacing * np.array([-ty, tx])
+        return held(tiling, start, start + np.array([tx, ty]), (vertex, line))

@@ -138,6 +138,17 @@ def check_textures(page):
     assert page["cells"].is_breakable
     assert np.array_equal(page["again"].vertices.round(9), page["grains"].vertices.round(9))
     assert Path("grains.geo").exists()
+    found, made = page["found"], page["made"]
+    assert found.fractions == pytest.approx(page["shares"], abs=1e-3)
+    assert found.clustering == pytest.approx(1.3, rel=0.02)
+    assert (found.grains, page["broken"].count > 500) == (120, True)
+    assert 35e9 < page["softer"].apparent_modulus < page["elastic"].apparent_modulus < 70e9
+    assert page["transgranular"] > 0
+    assert set(page["cut"].joints) == {"bedding", "fault"}
+    named = set(re.findall(r"`(\w+)`", PAGES["docs/textures.md"]))
+    assert {field.name for field in attrs.fields(type(found))} - {"asked"} <= named  # the table explains all
+    assert Path("texture.png").exists()
+    assert made.phase_names == tuple(page["shares"])
 
 
 CHECKS = {

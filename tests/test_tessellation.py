@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tiling import assert_sides_complete, assert_tiles
 
 from grainlaw import geometry
-from grainlaw.geometry import Bricks, Hexagonal, JointSets, Laguerre, Voronoi, rectangle
+from grainlaw.geometry import Breakable, Bricks, Hexagonal, Jointed, JointSets, Laguerre, Minerals, Voronoi, rectangle
 from grainlaw.geometry.cells import grain_size
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.ordering import hilbert_order
@@ -29,7 +29,8 @@ every = pytest.mark.parametrize("tessellator", TESSELLATORS)
 def test_all_tessellators_are_tried() -> None:
     exported = [getattr(geometry, name) for name in geometry.__all__]
     made = {each for each in exported if inspect.isclass(each) and issubclass(each, Tessellator)}
-    assert made == {Bricks, JointSets, Laguerre, *TESSELLATORS}  # test_examples_contacts.py, test_laguerre.py
+    others = {Breakable, Jointed, JointSets, Laguerre, Minerals}  # have tests of their own
+    assert made == {Bricks, *others, *TESSELLATORS}
 
 
 @every

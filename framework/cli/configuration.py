@@ -11,11 +11,13 @@ import attrs
 from grainlaw.arguments import nearest, short
 from grainlaw.cli.components import choices, component, evolved, settings
 from grainlaw.cli.law_file import LawReferenceError, find_law_and_files
+from grainlaw.cli.minerals import laws_by_key, materials
 from grainlaw.cli.sample import sample
 from grainlaw.cli.sections import SECTIONS, Sections
 from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.table1 import LAWS, ROCK
-from grainlaw.contact import ContactLaw
+from grainlaw.contact import ContactLaw, Laws
+from grainlaw.engine.parts.laws import check_names
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.protocol import LoadingProtocol
@@ -38,7 +40,7 @@ class Configuration:
     """A test that is ready to run, and the sections that make the same one again."""
 
     specimen: Specimen
-    law: ContactLaw
+    law: Laws
     protocol: LoadingProtocol
     numerics: Numerics
     sections: Sections
@@ -58,19 +60,25 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
         raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
     test = evolved(setup.protocol, given["test"], "test")
     reference, law, law_files = _law(given["law"])
+    laws, law_section = laws_by_key(law, given["laws"], _law)
     rock = component((Elastic, Rigid), given["rock"], "rock", ROCK)
+    minerals, rock_section = materials(rock, given["rocks"])
     numerics = evolved(Numerics, given["numerics"], "numerics")
-    section, specimen = sample(setup.quick if quick else setup.sample, given["sample"], rock, numerics.refinement)
+    section, specimen = sample(setup.quick if quick else setup.sample, given["sample"], minerals, numerics.refinement)
+    check_names(specimen, laws)
     test.stages(specimen)  # refuses a specimen that it cannot hold
     made = {
         "sample": section,
         "rock": settings(rock),
+        "rocks": rock_section,
         "law": settings(law, ContactLaw) | {"type": reference},
+        "laws": law_section,
         "test": settings(test) | {"type": name},
         "numerics": {key: value for key, value in settings(numerics).items() if key != "type"},
     }
+    made = {name: section for name, section in made.items() if section}
     return Configuration(
-        specimen=specimen, law=law, protocol=test, numerics=numerics, sections=made, law_files=law_files
+        specimen=specimen, law=laws, protocol=test, numerics=numerics, sections=made, law_files=law_files
     )
 
 

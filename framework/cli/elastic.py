@@ -53,7 +53,7 @@ def elastic(
     if out is None:
         return
     content = attrs.asdict(found) | {"stiffness": found.stiffness.tolist()}
-    made_of = {name: chosen.sections[name] for name in ("sample", "rock", "law")}
+    made_of = {name: section for name, section in chosen.sections.items() if name != "test"}
     made_of["numerics"] = {"refinement": chosen.numerics.refinement}
     with refusing():
         write_json(writable_folder(out.parent) / out.name, {**content, "configuration": made_of, **origin()})

@@ -13,6 +13,7 @@ import grainlaw.geometry
 from grainlaw.arguments import nearest, short
 from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
 from grainlaw.cli.grain_file import grains_of_file
+from grainlaw.cli.minerals import KEYS, textured
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.specimen import ContactPoints, Elastic, GaussPoints, Rigid, Specimen
@@ -28,8 +29,14 @@ INSTEAD_OF_GRAINS = ("grain_size", "points", "areas")  #: of the default's numbe
 ANGLES = ("loaded",)  #: numbers of regions that are no lengths
 
 
+def tessellators() -> dict[str, type]:
+    """Those that fill a region by themselves, by name."""
+    every = choices(Tessellator).items()
+    return {name: cls for name, cls in every if "tessellator" not in attrs.fields_dict(cls)}
+
+
 def sample(
-    default: Mapping[str, Any], given: Mapping[str, Any], rock: Elastic | Rigid, refinement: int
+    default: Mapping[str, Any], given: Mapping[str, Any], rock: Elastic | Rigid | Mapping[Any, Elastic], refinement: int
 ) -> tuple[dict[str, Any], Specimen]:
     """A specimen, and the section that makes its grains again. Raises :class:`~grainlaw.parameter.ParameterError`.
 
@@ -38,30 +45,35 @@ def sample(
     if "file" in given:
         return _from_file(given, rock, refinement)
     shape = _named(given.get("region", default["region"]), REGIONS, "sample.region")
-    filling = _named(given.get("tessellator", default["tessellator"]), choices(Tessellator), "sample.tessellator")
+    filling = _named(given.get("tessellator", default["tessellator"]), tessellators(), "sample.tessellator")
     lengths = inspect.signature(REGIONS[shape], eval_str=True).parameters
-    fields = [field.name for field in attrs.fields(choices(Tessellator)[filling])]
-    refuse_unknown("sample", given, ["region", *lengths, "tessellator", *fields, "contact_points"])
+    fields = [field.name for field in attrs.fields(tessellators()[filling])]
+    known = ["region", *lengths, "tessellator", *fields, *KEYS, "contact_points"]
+    refuse_unknown("sample", given, [*known, "seed"] if {*KEYS} & {*given} else known)
 
     values = {**default, **given}
     if "grains" not in given and any(name in given for name in INSTEAD_OF_GRAINS):
         values.pop("grains", None)
     size = {name: _size(parameter, values, shape) for name, parameter in lengths.items()}
-    grains = evolved(choices(Tessellator)[filling], {key: values[key] for key in fields if key in values}, "sample")
+    grains = evolved(tessellators()[filling], {key: values[key] for key in fields if key in values}, "sample")
     points = _contact_points(given)
 
-    specimen = Specimen(grains.tessellate(REGIONS[shape](**size)), rock, contact_points=points, refinement=refinement)
+    whole, more = textured(grains, values)
+    specimen = Specimen(whole.tessellate(REGIONS[shape](**size)), rock, contact_points=points, refinement=refinement)
     section = {
         "region": shape,
         **{name: _written(name, value) for name, value in size.items() if value is not None},
         "tessellator": filling,
         **{key: value for key, value in settings(grains).items() if key != "type"},
+        **more,
         "contact_points": settings(points, ContactPoints),
     }
     return section, specimen
 
 
-def _from_file(given: Mapping[str, Any], rock: Elastic | Rigid, refinement: int) -> tuple[dict[str, Any], Specimen]:
+def _from_file(
+    given: Mapping[str, Any], rock: Elastic | Rigid | Mapping[Any, Elastic], refinement: int
+) -> tuple[dict[str, Any], Specimen]:
     """Of grains that a file holds: it has a region of its own."""
     options = {key: value for key, value in given.items() if key not in ("file", "contact_points")}
     grains, made = grains_of_file(given["file"], options)

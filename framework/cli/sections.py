@@ -14,7 +14,7 @@ from grainlaw.arguments import nearest, short
 from grainlaw.parameter import ParameterError
 
 Sections = dict[str, dict[str, Any]]
-SECTIONS = ("sample", "rock", "law", "test", "numerics")
+SECTIONS = ("sample", "rock", "rocks", "law", "laws", "test", "numerics")
 
 
 def read_file(file: Path) -> Sections:

@@ -70,9 +70,14 @@ def grain_count(component: Any, region: Region) -> int:
 
 def check_memory(name: str, given: str, count: int) -> None:
     """Raise :class:`ParameterError` if this computer cannot hold so many grains."""
+    check_room(f"{name}: {given} is not allowed", count)
+
+
+def check_room(fault: str, count: float) -> None:
+    """Raise :class:`ParameterError`, which begins with ``fault``, for more grains than the memory holds."""
     room = _memory() // BYTES_PER_GRAIN
     if count > room:
-        raise ParameterError(f"{name}: {given} is not allowed, the memory of this computer holds about {room} grains")
+        raise ParameterError(f"{fault}, the memory of this computer holds about {room} grains")
 
 
 def _memory() -> int:

@@ -10,6 +10,7 @@ from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.polygon import areas_and_centroids
 
 FLATTEST = 1e-3  #: sine of the smallest turn that a merge may leave at a corner, clear of rounding
+STRAIGHT = 1e-10  #: sine of the largest turn, to either side, that is none: less than a tessellation's check allows
 
 
 @attrs.frozen(eq=False)
@@ -27,7 +28,9 @@ class Merges:
         return Merges(self.keep[which], self.drop[which], self.place[which])
 
 
-def merge_short_edges(tiling: Tiling, limit: float | np.ndarray, smallest: float = 0.0) -> Tiling:
+def merge_short_edges(
+    tiling: Tiling, limit: float | np.ndarray, smallest: float = 0.0, lines: Sides | None = None
+) -> Tiling:
     """Merge the vertices of edges shorter than ``limit`` (m) until none is left or none can be merged.
 
     Where seeds have limits of their own (n,), the least of the grains at both vertices holds.
@@ -36,11 +39,15 @@ def merge_short_edges(tiling: Tiling, limit: float | np.ndarray, smallest: float
     round the edge unchanged, the grains then still tile the region. Triangles below ``smallest`` (m2) may vanish.
     Vertices stay on their side, corners of the region stay in place. Merges that share a grain wait for each other,
     the shorter edge first.
+
+    With ``lines`` of which ``tiling.on`` has the numbers, as many for each vertex as there are columns, vertices stay
+    on these too, and where they cross. Corners may then be straight, as where the cells of a neighbour end at an edge.
     """
-    sides = region_sides(tiling.region)
+    sides, straight = lines or region_sides(tiling.region), lines is not None
     while True:
         tiling = _without_idle(tiling)
-        merges = _possible(tiling, sides, *_short_edges(tiling, limit), _may_vanish(tiling, smallest))
+        vanish = _may_vanish(tiling, smallest)
+        merges = _possible(tiling, sides, *_short_edges(tiling, limit), vanish, straight)
         if len(merges) == 0:
             return tiling
         tiling = _merged(tiling, merges[_first_in_all_grains(tiling, merges)])
@@ -56,7 +63,7 @@ def _without_idle(tiling: Tiling) -> Tiling:
     if not idle.any():
         return tiling
     first = np.concatenate([[0], np.cumsum(~idle)])[tiling.first]
-    return attrs.evolve(tiling, corners=tiling.corners[~idle], first=first)
+    return attrs.evolve(tiling, corners=tiling.corners[~idle], first=first, kind=tiling.kind[~idle])
 
 
 def _short_edges(tiling: Tiling, limit: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -79,7 +86,7 @@ def _short_edges(tiling: Tiling, limit: float | np.ndarray) -> tuple[np.ndarray,
 
 def _within(on: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Whether a vertex lies on no other sides than another one."""
-    return ((on < 0) | (on == others[:, :1]) | (on == others[:, 1:])).all(axis=1)
+    return ((on < 0) | (on[:, :, None] == others[:, None]).any(axis=2)).all(axis=1)
 
 
 def _may_vanish(tiling: Tiling, smallest: float) -> np.ndarray:
@@ -90,7 +97,9 @@ def _may_vanish(tiling: Tiling, smallest: float) -> np.ndarray:
     return (np.diff(tiling.first) == 3) & (areas < smallest)
 
 
-def _possible(tiling: Tiling, sides: Sides, keep: np.ndarray, drop: np.ndarray, vanish: np.ndarray) -> Merges:
+def _possible(
+    tiling: Tiling, sides: Sides, keep: np.ndarray, drop: np.ndarray, vanish: np.ndarray, straight: bool
+) -> Merges:
     """Merges that leave the grains convex, into the middle of the edge or else into either end."""
     ends = np.column_stack([keep, drop])
     corner, which = tiling.corners_at(ends.ravel())
@@ -98,9 +107,10 @@ def _possible(tiling: Tiling, sides: Sides, keep: np.ndarray, drop: np.ndarray, 
     a, b = tiling.vertices[keep], tiling.vertices[drop]
     place, found = np.empty_like(a), np.zeros(len(keep), dtype=bool)
     for target in ((a + b) / 2, a, b):
-        target = sides.hold(target, tiling.on[keep])
+        fixed = tiling.on[keep, 1] >= 0
+        target = np.where(fixed[:, None], a, sides.hold(target, np.where(fixed[:, None], -1, tiling.on[keep, :2])))
         convex = np.ones(len(keep), dtype=bool)
-        convex[which[~_stays_convex(tiling, corner, ends[which], target[which], vanish)]] = False
+        convex[which[~_stays_convex(tiling, corner, ends[which], target[which], vanish, straight)]] = False
         place[convex & ~found] = target[convex & ~found]
         found |= convex
     return Merges(keep, drop, place)[found]
@@ -118,7 +128,7 @@ def _first_in_all_grains(tiling: Tiling, merges: Merges) -> np.ndarray:
 
 
 def _stays_convex(
-    tiling: Tiling, corner: np.ndarray, ends: np.ndarray, target: np.ndarray, vanish: np.ndarray
+    tiling: Tiling, corner: np.ndarray, ends: np.ndarray, target: np.ndarray, vanish: np.ndarray, straight: bool
 ) -> np.ndarray:
     """Whether the grain of each corner stays convex or may vanish when the edge with these ends shrinks to the target.
 
@@ -132,13 +142,17 @@ def _stays_convex(
     pp = tiling.vertices[tiling.corners[tiling.previous[before]]]
     qq = tiling.vertices[tiling.corners[tiling.next[after]]]
     lost = (ahead | behind) & vanish[tiling.grain[corner]]
-    return lost | (_turns_left(pp, p, target) & _turns_left(p, target, q) & _turns_left(target, q, qq))
+    ways = ((pp, p, target), (p, target, q), (target, q, qq))
+    return lost | np.logical_and.reduce([_turns_left(a, b, c, straight) for a, b, c in ways])
 
 
-def _turns_left(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+def _turns_left(a: np.ndarray, b: np.ndarray, c: np.ndarray, straight: bool) -> np.ndarray:
+    """Whether the way from a by b to c turns left at b, or, if that is allowed, goes straight on."""
     ab, bc = b - a, c - b
     turn = ab[:, 0] * bc[:, 1] - ab[:, 1] * bc[:, 0]
-    return turn > FLATTEST * np.hypot(*ab.T) * np.hypot(*bc.T)
+    scale = np.hypot(*ab.T) * np.hypot(*bc.T)
+    left = turn > FLATTEST * scale
+    return left | ((abs(turn) <= STRAIGHT * scale) & ((ab * bc).sum(axis=1) > 0)) if straight else left
 
 
 def _merged(tiling: Tiling, merges: Merges) -> Tiling:
@@ -151,4 +165,7 @@ def _merged(tiling: Tiling, merges: Merges) -> Tiling:
     sizes = np.diff(first)
     kept = np.repeat(sizes > 2, sizes)
     first = np.concatenate([[0], np.cumsum(sizes[sizes > 2])])
-    return attrs.evolve(tiling, vertices=vertices, corners=corners[kept], first=first, owner=tiling.owner[sizes > 2])
+    return attrs.evolve(
+        tiling, vertices=vertices, corners=corners[kept], first=first, owner=tiling.owner[sizes > 2],
+        kind=tiling.kind[stay][kept],
+    )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import attrs
@@ -27,11 +28,16 @@ class Tiling:
     on: np.ndarray  #: (v, 2) sides of the region the vertex lies on, -1 for none; two in a corner
     corners: np.ndarray  #: vertex numbers of all grains in a row
     first: np.ndarray  #: (g + 1,)
-    owner: np.ndarray = attrs.field()  #: (g,) seed of each grain, its own number unless given
+    owner: np.ndarray = attrs.field()  #: (g,) grain that the polygon was cut out of, its own number unless given
+    kind: np.ndarray = attrs.field()  #: of the edge from each corner to the next: 0, or the number of a joint from 1
 
     @owner.default
-    def _own(self) -> np.ndarray:
+    def _itself(self) -> np.ndarray:
         return np.arange(len(self.first) - 1)
+
+    @kind.default
+    def _no_joint(self) -> np.ndarray:
+        return np.zeros(len(self.corners), dtype=np.int64)
 
     @cached_property
     def next(self) -> np.ndarray:
@@ -59,12 +65,25 @@ class Tiling:
         positions, owner = rows(first, vertices)
         return order[positions], owner
 
-    def tessellation(self) -> Tessellation:
-        """Checked; vertices numbered as the grains meet them, unused ones left out."""
+    def tessellation(self, grains: Tessellation | None = None, joints: Sequence[str] = ()) -> Tessellation:
+        """Checked; vertices numbered as the grains meet them, unused ones left out.
+
+        Polygons cut out of ``grains`` have their phases and are cells of them; ``joints`` are the names of kinds of
+        edges from 1.
+        """
         used, at, place = np.unique(self.corners, return_index=True, return_inverse=True)
         order = np.argsort(at)
         number = np.empty_like(order)
         number[order] = np.arange(len(order))
         tessellation = Tessellation(self.region, self.vertices[used[order]], number[place], self.first)
+        if joints:
+            ends = np.sort(np.column_stack([tessellation.corners, tessellation.corners[self.next]]), axis=1)
+            edges, edge, times = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+            inner = times[edge.ravel()] == 2
+            named = {name: edges[np.unique(edge.ravel()[inner & (self.kind == k)])] for k, name in enumerate(joints, 1)}
+            tessellation = attrs.evolve(tessellation, joints=named)
+        if grains is not None:
+            phase, parent = grains.phase[self.owner], grains.parent[self.owner]
+            tessellation = attrs.evolve(tessellation, phase=phase, parent=parent, phase_names=grains.phase_names)
         tessellation.check()
         return tessellation

@@ -1,0 +1,200 @@
+"""Grains filled with cells: they tile, keep their grains' outlines, have no short edges; what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tiling import BEAM, BEND, SLOPE, SQUARE, assert_sides_complete, assert_tiles, polygon_of
+
+from grainlaw.geometry import (
+    Breakable,
+    Bricks,
+    Cleavage,
+    Hexagonal,
+    Jointed,
+    JointSet,
+    JointSets,
+    Minerals,
+    Trigons,
+    Voronoi,
+    VoronoiCells,
+    disc,
+    polygon,
+    rectangle,
+)
+from grainlaw.geometry.cells.lines import held
+from grainlaw.geometry.cells.merging import merge_short_edges
+from grainlaw.geometry.cells.tiling import Tiling
+from grainlaw.parameter import ParameterError
+
+REGIONS = {
+    "rectangle": rectangle(1, 2), "disc": disc(1.0), "slope": SLOPE, "beam": BEAM, "bend": BEND,
+    "hole": polygon([(0, 0), (4, 0), (4, 4), (0, 4)], holes={"hole": [(1, 1), (3, 1.2), (2.5, 3)]}),
+}  # fmt: skip
+FILLINGS = st.one_of(
+    st.builds(VoronoiCells, count=st.integers(1, 15), relaxation=st.integers(0, 3)),
+    st.builds(Trigons, count=st.integers(1, 20)),
+    st.builds(Cleavage, spacing=st.just(0.07), angle=st.one_of(st.none(), st.integers(-180, 180))),
+)
+
+
+def outline_areas(grains):
+    """(n,) m2, of the cells of each grain together."""
+    return np.bincount(np.unique(grains.parent, return_inverse=True)[1], grains.areas)
+
+
+@pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS)
+@settings(max_examples=15, deadline=None)
+@given(cells=FILLINGS, count=st.integers(1, 25), seed=st.integers(0, 10**6))
+def test_cells_tile_any_region_and_keep_the_grains(region, cells, count, seed):
+    grains = Voronoi(grains=count, seed=seed)
+    whole, made = grains.tessellate(region), Breakable(grains, cells, seed=seed).tessellate(region)
+    assert_tiles(made)
+    assert_sides_complete(made)
+    assert np.array_equal(np.unique(made.parent), np.arange(whole.count))
+    assert outline_areas(made) == pytest.approx(whole.areas, rel=1e-9)
+
+
+@settings(max_examples=15, deadline=None)
+@given(cells=FILLINGS, seed=st.integers(0, 10**6))
+def test_every_cell_lies_in_its_grain(cells, seed):
+    whole = Hexagonal(grains=20).tessellate(REGIONS["rectangle"])
+    made = Breakable(Hexagonal(grains=20), cells, seed=seed).tessellate(REGIONS["rectangle"])
+    for cell in range(made.count):
+        grain = polygon_of(whole, made.parent[cell])
+        for point in polygon_of(made, cell):
+            along, away = np.roll(grain, -1, axis=0) - grain, point - grain
+            assert (along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0] > -1e-9).all()
+
+
+@pytest.mark.parametrize("cells", [VoronoiCells(count=8), Trigons(count=12)], ids=lambda cells: type(cells).__name__)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_short_edge_is_left(cells, seed):
+    grains, region = Voronoi(grains=200, seed=seed), rectangle(0.05, 0.1)
+    size = np.sqrt(region.area / 200 / cells.count)
+    loose, merged = (Breakable(grains, cells, merge=m).tessellate(region) for m in (0, 0.25))
+    assert merged.edges.length.min() > 0.25 * size
+    assert_tiles(merged)
+    if isinstance(cells, VoronoiCells):
+        assert (loose.edges.length < 0.25 * size).mean() > 0.1
+    assert merged.count == pytest.approx(200 * cells.count, rel=0.1 if isinstance(cells, VoronoiCells) else 0.3)
+    assert merged.areas.min() > 0.05 * size**2
+
+
+def test_a_merge_does_not_fold_a_cell_with_a_straight_corner():
+    """Without its short edge the upper cell has only corners on one line; the lower ones share its straight corner."""
+    region = rectangle(1, 1)
+    points = [(0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5), (1, 0), (1, 0.5), (1, 0.51), (1, 1), (0, 1)]
+    vertices = np.array(points)
+    corners = [0, 1, 2, 3, 1, 4, 5, 2, 3, 2, 5, 6, 3, 6, 7, 8]
+    on = region_sides_of(vertices)
+    tiling = Tiling(region, vertices, on, np.array(corners), np.array([0, 4, 8, 12, 16]))
+    tiling.tessellation()
+    middle = np.array([3, 2, 5]), np.zeros(3, dtype=int)
+    tiling, lines = held(tiling, np.array([[0, 0.5]]), np.array([[1, 0.5]]), middle)
+    merged = merge_short_edges(tiling, 0.1, 0.0, lines)
+    merged.tessellation()
+    assert len(merged.first) == 5
+
+
+def region_sides_of(vertices):
+    """(v, 2) sides of the unit square that each vertex is on."""
+    sides = np.column_stack([vertices[:, 1] == 0, vertices[:, 0] == 1, vertices[:, 1] == 1, vertices[:, 0] == 0])
+    return np.array([[*np.flatnonzero(row), -1, -1][:2] for row in sides])
+
+
+def test_count_and_size_mean_the_same():
+    region = rectangle(1, 1)
+    size = np.sqrt(1 / 50 / 9)
+    one, other = (
+        Breakable(Voronoi(grains=50), VoronoiCells(**of)).tessellate(region) for of in ({"count": 9}, {"size": size})
+    )
+    assert np.array_equal(one.corners, other.corners)
+    assert one.vertices == pytest.approx(other.vertices)
+
+
+def test_cleavage_of_a_brick_makes_equal_strips():
+    made = Breakable(Bricks(rows=1, columns=2), Cleavage(spacing=0.1, angle=90)).tessellate(rectangle(1, 1))
+    assert made.count == 10
+    assert made.areas == pytest.approx(0.1)
+    inside = made.edges.kind == 1
+    across = made.vertices[made.edges.end[inside]] - made.vertices[made.edges.start[inside]]
+    assert across[:, 0] == pytest.approx(0, abs=1e-12)
+
+
+def test_cleavage_has_an_angle_of_its_own_in_each_grain():
+    made = Breakable(Bricks(rows=1, columns=2), Cleavage(spacing=0.1, angle=[90, 0])).tessellate(rectangle(1, 1))
+    edges = made.edges
+    along = made.vertices[edges.end] - made.vertices[edges.start]
+    for grain, axis in ((0, 0), (1, 1)):
+        inside = (edges.kind == 1) & (made.parent[edges.left] == grain)
+        assert inside.sum() == (4 if grain == 0 else 9)
+        assert along[inside, axis] == pytest.approx(0, abs=1e-12)
+    turned = Breakable(Hexagonal(grains=30), Cleavage(spacing=0.03)).tessellate(rectangle(1, 1))
+    angles = np.degrees(np.arctan2(*(turned.vertices[turned.edges.end] - turned.vertices[turned.edges.start]).T))
+    assert np.histogram(angles[turned.edges.kind == 1] % 180, 6, (0, 180))[0].min() > 0  # all directions are there
+
+
+def test_phases_may_have_cells_of_their_own_or_none():
+    minerals = Minerals(Voronoi(grains=100), {"quartz": 0.6, "mica": 0.4})
+    made = Breakable(minerals, {"mica": Cleavage(spacing=0.02, angle=0)}).tessellate(rectangle(1, 1))
+    cells = np.bincount(made.parent)
+    phase = minerals.tessellate(rectangle(1, 1)).phase
+    assert (cells[phase == 0] == 1).all()
+    assert (cells[phase == 1] > 1).all()
+    assert made.phase_names == ("quartz", "mica")
+    assert np.array_equal(made.phase, phase[made.parent])
+    with pytest.raises(ParameterError, match=r"there is no phase 'mika' \(phases: quartz, mica\)"):
+        Breakable(minerals, {"mika": Trigons(count=3)}).tessellate(rectangle(1, 1))
+
+
+def test_joints_of_the_grains_are_kept():
+    blocks = JointSets(sets=[JointSet(dip=0, spacing=0.5, name="bedding"), JointSet(dip=90, spacing=0.5)])
+    made = Breakable(blocks, VoronoiCells(count=6)).tessellate(rectangle(1, 1))
+    assert made.kinds == ("between", "inside", "bedding", "set 2")
+    for kind in (2, 3):
+        assert made.edges.length[made.edges.kind == kind].sum() == pytest.approx(1)
+    assert not (made.edges.kind == 0)[made.edges.right >= 0].any()
+    again = Breakable(Jointed(blocks, {"fault": [[(0.25, -1), (0.25, 2)]]}), Trigons(count=4)).tessellate(
+        rectangle(1, 1)
+    )
+    assert again.edges.length[again.edges.kind == 4].sum() == pytest.approx(1)
+
+
+def test_the_same_seed_makes_the_same_cells():
+    one, same, other = (
+        Breakable(Voronoi(grains=20), VoronoiCells(count=5), seed=s).tessellate(rectangle(1, 1)) for s in (1, 1, 2)
+    )
+    assert np.array_equal(one.vertices, same.vertices)
+    assert np.array_equal(one.corners, same.corners)
+    assert not np.array_equal(one.corners, other.corners)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: VoronoiCells(), "VoronoiCells: give either count or size, not neither"),
+        (lambda: Trigons(count=3, size=1), "Trigons: give either count or size, not both"),
+        (lambda: VoronoiCells(count=0), "count = 0 is not allowed"),
+        (lambda: VoronoiCells(size=-1), "size = -1 m is not allowed"),
+        (lambda: Cleavage(spacing=0), "spacing = 0 m is not allowed"),
+        (lambda: Cleavage(spacing=1, angle="steep"), "angle = 'steep' is not allowed"),
+        (lambda: Cleavage(spacing=1, angle=[]), r"angle = \[\] is not allowed"),
+        (lambda: Cleavage(spacing=1, angle=[np.nan]), r"angle = \[nan\] is not allowed"),
+        (lambda: Breakable(Voronoi(grains=5), 3), "cells = 3 is not allowed, it must be VoronoiCells"),
+        (lambda: Breakable(Voronoi(grains=5), {}), "cells = {} is not allowed"),
+        (lambda: Breakable(3, Trigons(count=3)), "tessellator = 3 is not allowed"),
+        (lambda: Breakable(Voronoi(grains=5), Trigons(count=3), merge=1), "merge = 1 .* is not allowed"),
+        (
+            lambda: Breakable(Voronoi(grains=5), Trigons(size=1e-9)).tessellate(polygon(SQUARE)),
+            r"cells make about 1e\+18 grains, that is not allowed, the memory",
+        ),
+        (
+            lambda: Breakable(Bricks(rows=3), Cleavage(spacing=0.1, angle=[1, 2])).tessellate(polygon(SQUARE)),
+            "angle has 2 entries, it must have one for each grain, also for 2",
+        ),
+    ],
+)
+def test_what_is_refused(make, words):
+    with pytest.raises(ParameterError, match=words):
+        make()

@@ -1,0 +1,164 @@
+"""Traces that cut grains, names of joint sets, slivers; what is refused."""
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tiling import SLOPE, assert_sides_complete, assert_tiles
+
+from grainlaw.geometry import (
+    Breakable,
+    Bricks,
+    Hexagonal,
+    Jointed,
+    JointSet,
+    JointSets,
+    Minerals,
+    Trigons,
+    Voronoi,
+    disc,
+    polygon,
+    rectangle,
+)
+from grainlaw.parameter import ParameterError
+
+REGIONS = {
+    "rectangle": rectangle(4, 3), "disc": disc(3.0), "slope": SLOPE,
+    "hole": polygon([(0, 0), (4, 0), (4, 4), (0, 4)], holes={"hole": [(1, 1), (3, 1.2), (2.5, 3)]}),
+}  # fmt: skip
+places = st.tuples(*[st.integers(-50, 450).map(lambda cm: cm / 100)] * 2)
+traces = st.lists(places, min_size=2, max_size=6, unique=True)
+networks = st.dictionaries(st.sampled_from(["bedding", "cross"]), st.lists(traces, min_size=1, max_size=6), min_size=1)
+TESSELLATORS = [
+    Voronoi(grains=60), Hexagonal(grains=40), Breakable(Voronoi(grains=12), Trigons(count=6)),
+    JointSets(sets=[JointSet(dip=30, spacing=0.8), JointSet(dip=-50, spacing=0.7)]),
+]  # fmt: skip
+
+
+def length_of(grains, name):
+    """m of all edges of a joint."""
+    return grains.edges.length[grains.edges.kind == grains.kinds.index(name)].sum()
+
+
+@pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS)
+@settings(max_examples=25, deadline=None)
+@given(network=networks, tessellator=st.sampled_from(TESSELLATORS))
+def test_traces_cut_grains_that_tile(region, network, tessellator):
+    made = Jointed(tessellator, network).tessellate(region)
+    assert_tiles(made)
+    assert_sides_complete(made)
+    assert set(network) <= set(made.joints)
+    assert set(made.parent) <= set(tessellator.tessellate(region).parent)
+
+
+@settings(max_examples=20, deadline=None)
+@given(height=st.floats(0.1, 2.9), dip=st.floats(-0.5, 0.5), tessellator=st.sampled_from(TESSELLATORS[:3]))
+def test_a_trace_through_the_whole_region_is_straight_and_whole(height, dip, tessellator):
+    """It would be shorter were a part of it missing, and longer were it bent."""
+    ends = np.array([(-1.0, height - 3 * dip), (5.0, height + 3 * dip)])
+    made = Jointed(tessellator, {"fault": [ends]}, merge=0).tessellate(REGIONS["rectangle"])
+    x = np.sort([0, 4, *((y - height) / dip + 2 if dip else 0 for y in (0, 3))])[1:3] if dip else np.array([0, 4])
+    slope = np.hypot(1, dip)
+    assert length_of(made, "fault") == pytest.approx(np.diff(np.clip(x, 0, 4))[0] * slope, rel=1e-6)
+
+
+def test_merging_keeps_a_trace_straight():
+    made = Jointed(Voronoi(grains=300), {"fault": [[(-1, 0.5), (5, 2.6)]]}).tessellate(REGIONS["rectangle"])
+    e = made.edges
+    ends = made.vertices[np.column_stack([e.start, e.end])[e.kind == 2]]
+    assert length_of(made, "fault") == pytest.approx(np.hypot(4, 1.4))
+    assert abs(ends[..., 1] - 0.5 - (ends[..., 0] + 1) * 0.35).max() < 1e-9
+    assert e.length.min() > 0.2 * made.grain_size
+    assert_tiles(made)
+
+
+@pytest.mark.parametrize(("reach", "cuts"), [(0.49, 1), (0.51, 2), (0.3, 1), (0.8, 2)])
+def test_a_trace_ends_where_a_grain_ends(reach, cuts):
+    """Through a row of bricks 1 m wide: the second is cut if the trace runs through half of it."""
+    bricks, region = Bricks(rows=1, columns=4), rectangle(4, 1)
+    made = Jointed(bricks, {"crack": [[(-1, 0.5), (1 + reach, 0.5)]]}).tessellate(region)
+    assert made.count == 4 + cuts
+    assert length_of(made, "crack") == pytest.approx(cuts)
+    assert np.bincount(made.parent).tolist() == [2] * cuts + [1] * (4 - cuts)
+    assert_tiles(made)
+
+
+def test_traces_are_neither_longer_nor_shorter_on_average():
+    random, ratios = np.random.default_rng(1), []
+    for seed in range(12):
+        begin, angle = random.uniform(0.3, 0.7, (6, 2)), random.uniform(0, np.pi, 6)
+        way = 0.25 * np.column_stack([np.cos(angle), np.sin(angle)])
+        made = Jointed(Voronoi(grains=400, seed=seed), {"joints": list(np.stack([begin, begin + way], axis=1))})
+        ratios.append(length_of(made.tessellate(rectangle(1, 1)), "joints") / (6 * 0.25))
+    assert np.mean(ratios) == pytest.approx(1, abs=3 * np.std(ratios) / np.sqrt(12))
+
+
+def test_a_bend_moves_to_the_boundaries_of_grains():
+    made = Jointed(Bricks(rows=1, columns=1), {"bent": [[(-1, 0.2), (0.5, 0.5), (2, 0.2)]]}).tessellate(rectangle(1, 1))
+    assert made.areas == pytest.approx([0.6, 0.4]) or made.areas == pytest.approx([0.4, 0.6])
+
+
+def test_a_trace_along_a_boundary_of_grains_names_it():
+    made = Jointed(Bricks(rows=2, columns=3), {"bedding": [[(0, 0.5), (3, 0.5)]]}).tessellate(rectangle(3, 1))
+    assert made.count == 6
+    assert length_of(made, "bedding") == pytest.approx(3)
+
+
+def test_phases_are_those_of_the_grains_cut():
+    minerals = Minerals(Voronoi(grains=100), {"quartz": 0.5, "mica": 0.5})
+    made = Jointed(minerals, {"fault": [[(0, 0), (4, 3)]]}, merge=0).tessellate(REGIONS["rectangle"])
+    assert made.phase_names == ("quartz", "mica")
+    assert np.array_equal(made.phase, minerals.tessellate(REGIONS["rectangle"]).phase[made.parent])
+
+
+# --- joint sets ------------------------------------------------------------------------------------------------------
+
+OBLIQUE = [JointSet(dip=20, spacing=0.5, name="bedding"), JointSet(dip=-35, spacing=0.6), JointSet(dip=80, spacing=0.7)]
+
+
+def test_oblique_sets_leave_no_slivers():
+    region = rectangle(20, 20)
+    slivers, made = (JointSets(sets=OBLIQUE, merge=m).tessellate(region) for m in (0, 0.05))
+    assert slivers.areas.min() < 1e-6 * np.median(slivers.areas)
+    assert slivers.edges.length.min() < 0.001 * 0.5
+    assert made.edges.length.min() > 0.05 * 0.5
+    assert made.areas.min() > 1e-3 * np.median(made.areas)
+    assert_tiles(made)
+
+
+def test_sets_have_names_and_the_first_stays_straight():
+    made = JointSets(sets=OBLIQUE).tessellate(rectangle(20, 20))
+    assert tuple(made.joints) == ("bedding", "set 2", "set 3")
+    assert not (made.edges.kind == 0)[made.edges.right >= 0].any()
+    e = made.edges
+    along = (made.vertices[e.end] - made.vertices[e.start])[e.kind == 2]
+    turned = (np.degrees(np.arctan2(along[:, 1], along[:, 0])) - 20 + 90) % 180 - 90
+    assert abs(turned).max() < 1e-6
+
+
+def test_sets_that_meet_at_right_angles_stay_as_they_are():
+    sets = [JointSet(dip=0, spacing=0.5), JointSet(dip=90, spacing=1)]
+    plain, merged = (JointSets(sets=sets, merge=m).tessellate(rectangle(5, 3)) for m in (0, 0.05))
+    assert np.array_equal(plain.vertices, merged.vertices)
+    assert np.array_equal(plain.corners, merged.corners)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Jointed(Bricks(), {}), "traces = {} is not allowed, it must be a mapping"),
+        (lambda: Jointed(Bricks(), [[(0, 0), (1, 1)]]), "traces = .* is not allowed, it must be a mapping"),
+        (lambda: Jointed(Bricks(), {"inside": [[(0, 0), (1, 1)]]}), "name = 'inside' is not allowed"),
+        (lambda: Jointed(Bricks(), {"a": []}), r"traces of a = \[\] is not allowed"),
+        (lambda: Jointed(Bricks(), {"a": [[(0, 0)]]}), "trace 0 of a = .* is not allowed, it must be two or more"),
+        (lambda: Jointed(Bricks(), {"a": [[(0, 0), (0, 0)]]}), "each different from the one before"),
+        (lambda: Jointed(Bricks(), {"a": [[(0, 0), (1, 1)], [(0, np.nan), (1, 1)]]}), "trace 1 of a = .* is not"),
+        (lambda: JointSets(sets=[attrs.evolve(OBLIQUE[0])] * 2), "names = .* is not allowed, it must be different"),
+        (lambda: JointSets(sets=[attrs.evolve(OBLIQUE[0], name="inside")]), "names = .* is not allowed"),
+        (lambda: JointSets(sets=OBLIQUE, merge=0.5), "merge = 0.5 spacings is not allowed"),
+    ],
+)
+def test_what_is_refused(make, words):
+    with pytest.raises(ParameterError, match=words):
+        make()

@@ -1,0 +1,128 @@
+"""Minerals dealt to grains: shares of the area, clusters, what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grainlaw.geometry import Breakable, Bricks, Hexagonal, Minerals, Trigons, Voronoi, rectangle
+from grainlaw.parameter import ParameterError
+
+REGION = rectangle(50e-3, 100e-3)
+GRANITE = {"quartz": 0.31, "K-feldspar": 0.43, "plagioclase": 0.20, "mica": 0.06}
+
+
+def shares_of(grains):
+    """Of the area, by the name of the phase."""
+    return {
+        name: float(grains.areas[grains.phase == k].sum() / grains.areas.sum())
+        for k, name in enumerate(grains.phase_names)
+    }
+
+
+def clustering_of(grains):
+    """Like boundary over what is expected at random: for two grains drawn without putting the first back."""
+    edges = grains.edges
+    like = whole = 0.0
+    for left, right, length in zip(edges.left, edges.right, edges.length, strict=True):
+        if right >= 0 and grains.parent[left] != grains.parent[right]:
+            whole += length
+            like += length * (grains.phase[left] == grains.phase[right])
+    phase = {int(parent): int(phase) for parent, phase in zip(grains.parent, grains.phase, strict=True)}
+    counts, n = np.bincount(list(phase.values())), len(phase)
+    return like / whole / sum(c / n * (c - 1) / (n - 1) for c in counts)
+
+
+def compositions():
+    """Two to five minerals of at least 5 % each."""
+    parts = st.lists(st.integers(5, 100), min_size=2, max_size=5)
+    return parts.filter(lambda p: min(p) >= 0.05 * sum(p)).map(lambda p: {f"m{k}": x / sum(p) for k, x in enumerate(p)})
+
+
+@settings(max_examples=40, deadline=None)
+@given(fractions=compositions(), seed=st.integers(0, 10**6), count=st.integers(150, 500))
+def test_fractions_are_met_to_a_thousandth(fractions, seed, count):
+    made = Minerals(Voronoi(grains=count, seed=seed), fractions, seed=seed).tessellate(REGION)
+    assert shares_of(made) == pytest.approx(fractions, abs=1e-3)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6), clustering=st.floats(0.5, 1.7), last=st.floats(0.3, 0.5))
+def test_clustering_is_as_asked_and_fractions_stay(seed, clustering, last):
+    fractions = {"a": 0.2, "b": 0.8 - last, "c": last}
+    made = Minerals(Voronoi(grains=300, seed=seed), fractions, clustering=clustering, seed=seed).tessellate(REGION)
+    if clustering != 1:
+        assert clustering_of(made) == pytest.approx(clustering, rel=0.02)
+    assert shares_of(made) == pytest.approx(fractions, abs=1e-3)
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_more_clustering_makes_more_like_boundary(seed):
+    asked = (0.6, 0.8, 1.2, 1.6, 2.0)
+    found = [
+        clustering_of(Minerals(Voronoi(grains=200, seed=seed), GRANITE, c, seed=seed).tessellate(REGION)) for c in asked
+    ]
+    assert (np.diff(found) > 0).all()
+
+
+def test_grains_as_dealt_are_not_clustered_on_average():
+    found = [clustering_of(Minerals(Voronoi(grains=200), GRANITE, seed=s).tessellate(REGION)) for s in range(60)]
+    assert np.mean(found) == pytest.approx(1, abs=3 * np.std(found) / np.sqrt(len(found)))
+    assert np.std(found) < 0.1
+
+
+def test_clustering_that_no_arrangement_has_is_refused():
+    """One brick of twelve is unlike its neighbours, at most four: the 13 other of 17 edges are between like ones."""
+    made = Minerals(Bricks(rows=4, columns=3), {"black": 0.9, "white": 0.1}, clustering=0.1)
+    with pytest.raises(
+        ParameterError, match=r"clustering = 0.1 is not reached, swaps bring these 12 grains to 0\.[89]"
+    ):
+        made.tessellate(REGION)
+
+
+def test_the_same_seed_deals_the_same_and_another_differs():
+    one, same, other = (Minerals(Voronoi(grains=80), GRANITE, 1.3, s).tessellate(REGION) for s in (1, 1, 2))
+    assert np.array_equal(one.phase, same.phase)
+    assert not np.array_equal(one.phase, other.phase)
+    assert np.array_equal(one.vertices, other.vertices)
+    assert one.phase_names == tuple(GRANITE)
+
+
+@pytest.mark.parametrize("clustering", [1.0, 1.4])
+def test_all_cells_of_a_grain_are_of_one_mineral(clustering):
+    made = Minerals(Breakable(Voronoi(grains=150), Trigons(count=6)), GRANITE, clustering).tessellate(REGION)
+    grain = np.unique(made.parent, return_inverse=True)[1]
+    assert made.is_breakable
+    first = made.phase[np.unique(grain, return_index=True)[1]]
+    assert np.array_equal(first[grain], made.phase)
+    assert shares_of(made) == pytest.approx(GRANITE, abs=1e-3)
+
+
+def test_large_grains_come_as_near_as_they_can():
+    made = Minerals(Bricks(rows=5, columns=1), {"a": 0.5, "b": 0.5}).tessellate(REGION)
+    assert sorted(shares_of(made).values()) == pytest.approx([0.4, 0.6])
+    made = Minerals(Hexagonal(grains=100), {"a": 1.0}).tessellate(REGION)
+    assert made.phase_names == ("a",)
+    assert not made.phase.any()
+
+
+@pytest.mark.parametrize(
+    ("fractions", "more", "words"),
+    [
+        ({"quartz": 0.3, "mica": 0.6}, {}, "fractions sum to 0.9, they must sum to 1"),
+        ({"quartz": 1.3, "mica": -0.3}, {}, "fractions: quartz = 1.3 is not allowed, it must be a number above 0"),
+        ({"quartz": 1.0, "mica": 0}, {}, "fractions: mica = 0 is not allowed"),
+        ({"quartz": 1.0, "mica": np.nan}, {}, "fractions: mica = nan is not allowed"),
+        ({"inside": 1.0}, {}, "name = 'inside' is not allowed"),
+        ({3: 1.0}, {}, "name = 3 is not allowed, it must be a text"),
+        ({}, {}, "fractions = {} is not allowed, it must be a mapping"),
+        (0.3, {}, "fractions = 0.3 is not allowed"),
+        (GRANITE, {"clustering": 0}, "clustering = 0 is not allowed"),
+        (GRANITE, {"clustering": 4}, "clustering = 4 is not allowed, with these fractions it must be below 3.08"),
+        (GRANITE, {"seed": -1}, "seed = -1 is not allowed"),
+    ],
+)
+def test_what_minerals_refuse(fractions, more, words):
+    with pytest.raises(ParameterError, match=words):
+        Minerals(Voronoi(grains=10), fractions, **more)
