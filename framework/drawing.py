@@ -67,6 +67,8 @@ def _phases(grains: Any) -> list[Any]:
     """What the colours of phases mean, with their shares of the area."""
     from matplotlib.patches import Patch
 
+    if not grains.phase_names and not grains.phase.any():
+        return []
     share = np.bincount(grains.phase, grains.areas) / grains.areas.sum()
     return [
         Patch(facecolor=FILLS[k % len(FILLS)], edgecolor=RIM, label=f"{grains.phase_name(k)} {part * 100:.1f} %")

@@ -89,7 +89,7 @@ class JointSets(Tessellator):
     """
 
     sets: Sequence[JointSet] = attrs.field(converter=_sets)
-    merge: float = parameter("spacings", default=0.05, at_least=0, below=0.5)  #: shorter edges vanish where they can
+    merge: float = parameter("spacings", default=0.1, at_least=0, below=0.5)  #: shorter edges vanish where they can
 
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region, strip by strip.

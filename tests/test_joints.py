@@ -128,7 +128,7 @@ def test_oblique_sets_leave_no_slivers():
 
 
 def test_sets_have_names_and_the_first_stays_straight():
-    made = JointSets(sets=OBLIQUE).tessellate(rectangle(20, 20))
+    made = JointSets(sets=OBLIQUE, merge=0.05).tessellate(rectangle(20, 20))
     assert tuple(made.joints) == ("bedding", "set 2", "set 3")
     assert not (made.edges.kind == 0)[made.edges.right >= 0].any()
     e = made.edges

@@ -125,6 +125,7 @@ def test_pictures():
     assert isinstance(filled, PolyCollection)
     assert [type(each) for each in lines] == [LineCollection] * 3
     assert [len(each.get_segments()) for each in lines] == [np.sum(made.edges.kind == kind) for kind in (1, 0, 2)]
+    assert Bricks().tessellate(rectangle(1, 1)).plot().get_legend() is None
     mine = Figure().subplots()
     assert made.plot(by="area", ax=mine) is mine
     assert np.allclose(mine.collections[0].get_array().sum() * 1e-6, sum(area * n for area, n in areas_by_grain(made)))

@@ -10,10 +10,11 @@ import numpy as np
 FINE = 2e-4  #: of the whole area: shares need not be met closer
 LOOSE = 8e-4  #: of the whole area: how far from their shares swaps may bring them
 SWAPS = 1000  #: at most, to meet the shares
+ANY = 200  #: grains, of which any two are tried; of more, only those near in area
 TRIALS = 400  #: for each grain, to reach the wanted arrangement
 CLOSE = 2e-3  #: of the wanted share of like boundary: near enough
 FEW = 1000  #: grains, of which all trials are made
-IDLE = 1e-4  #: of the wanted share: a round of trials that gains less is the last
+IDLE = 5e-4  #: of the wanted share: a round of trials that gains less is the last
 
 
 def dealt(areas: np.ndarray, shares: np.ndarray, random: np.random.Generator) -> np.ndarray:
@@ -90,7 +91,7 @@ def rearranged(
     excess = _excess(phase, areas, shares).tolist()
     most = max(LOOSE, *map(abs, excess))
     order = np.argsort(areas, kind="stable").tolist()
-    share, reach = like_share(phase, pairs, lengths), max(2, count // 8)
+    share, reach = like_share(phase, pairs, lengths), max(count // 8, min(count, ANY))
     for _ in range(TRIALS):
         before = share
         first, step = random.integers(count, size=count).tolist(), random.integers(1, reach + 1, size=count).tolist()
