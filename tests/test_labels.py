@@ -108,6 +108,15 @@ def test_a_concave_label_keeps_its_shape_in_fine_cells():
     assert by_label(power) == pytest.approx([0.0027, 0.0009], rel=0.01)
 
 
+def test_a_cell_has_the_label_of_most_of_its_pixels():
+    """One cell, 41 of its 100 pixels in label 2, which gets none."""
+    image = np.ones((10, 10), dtype=int)
+    image[:4] = 2
+    image[4, 0] = 2
+    with pytest.raises(ParameterError, match=r"the label 2 at .* gets no cell"):
+        from_labels(image, 1e-3, cell_size=0.01)
+
+
 def test_every_label_of_cells_hangs_together():
     """A bridge of one pixel between two squares is lost to the cells: of the two parts the largest stays."""
     image = np.ones((60, 60), dtype=int)
