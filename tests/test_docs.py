@@ -116,7 +116,16 @@ def check_reliability(page):
     assert Path("tension/checkpoint.npz").exists()
 
 
+def check_textures(page):
+    shown = re.search(r"    300 areas.*?(?=\n\n)", PAGES["docs/textures.md"], re.S).group()
+    assert textwrap.dedent(shown) == str(page["fit"])
+    assert page["fit"].largest_after < 0.02
+    assert page["rounder"].circularity.mean() == pytest.approx(0.80, abs=0.005)
+    assert page["three"].count == 3
+
+
 CHECKS = {
+    "docs/textures.md": check_textures,
     "docs/reliability.md": check_reliability,
     "docs/flutter.md": check_flutter,
     "docs/contacts.md": check_contacts,
