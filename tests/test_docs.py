@@ -4,22 +4,17 @@ import inspect
 import re
 import shlex
 import textwrap
-from pathlib import Path
 
 import attrs
 import click
 import numpy as np
 import pytest
-from scipy.stats import ttest_1samp
+from doc_checks import CHECKS, PAGES, ROOT
 
 import grainlaw as gl
 from grainlaw.cli import main
-from grainlaw.geometry import label_agreement, rectangle
+from grainlaw.geometry import rectangle
 
-ROOT = Path(__file__).parents[1]
-PAGES = {
-    file.relative_to(ROOT).as_posix(): file.read_text("utf-8") for file in [ROOT / "README.md", *ROOT.glob("docs/*.md")]
-}
 TEXTS = PAGES | {name: (ROOT / name).read_text("utf-8") for name in ("CONTRIBUTING.md", "CHANGELOG.md")}
 
 #: What is made smaller so that a page runs in seconds; nothing else is changed.
@@ -27,139 +22,6 @@ SMALLER = {
     "README.md": {"grains=755": "grains=30"},
     "docs/getting-started.md": {"grains=755": "grains=30", "grain_size=5 * mm": "grain_size=20 * mm"},
 }
-
-
-def check_readme(page):
-    assert page["pulled"].work[-1] == pytest.approx(50, rel=1e-4)  # J/m2, as the text says
-    # Thirty grains across 50 x 125 mm: a modulus between that of the contacts in series and that of the rock.
-    assert 60e9 < page["comparison"].summary["linear"]["apparent_modulus"] < 64e9
-    assert Path("out/summary.json").exists()
-    assert Path("out/CCM/grains.pvd").exists()
-    assert page["table"]["status"].tolist() == ["finished"] * 6
-    assert page["table"].paired("law")["peak_stress"][0].count == 3
-
-
-def check_getting_started(page):
-    strength = 29e6 + 1.05e14 * 1e-7 * np.tan(np.radians(54))
-    assert page["under_pressure"].shear.max() == pytest.approx(strength, rel=0.03)  # to within one step of slip
-    summary, curves = page["result"].summary, page["result"].curves
-    first = curves["damaged"] == 0  # the run is still the static solution
-    slope = np.polyfit(curves["strain"][first], curves["stress"][first], 1)[0]
-    assert page["elastic"].apparent_modulus == pytest.approx(slope, rel=2e-3)
-    assert len(page["result"].cracks) == summary["tensile_cracks"] + summary["shear_cracks"] > 0
-    named = re.findall(r"`(\w+)`", " ".join(re.findall(r"^\| (`.*?) \|", PAGES["docs/getting-started.md"], re.M)))
-    assert {*summary, *curves} <= set(named)  # the tables explain every name
-
-
-def check_add_a_law(page):
-    assert page["pull"].work[-1] == pytest.approx(50, rel=1e-4)
-    assert page["lost"].shear == pytest.approx([94.5e6, 0])
-    assert page["steep"].length == pytest.approx(4)
-    assert page["waves"].summary["energy_error"] < 1e-6
-
-
-def check_workbench(page):
-    table = re.search(r"^    CohesiveCrack: .*?(?=\n\n)", PAGES["docs/workbench.md"], re.M | re.S).group()
-    assert textwrap.dedent(table) == str(page["numbers"])
-    assert page["pulled"].damage[-1] == 1
-    path = page["broken"]
-    assert path.broken == page["result"].cracks.time[0]
-    before = path.unbroken
-    assert page["again"].shear[:before] == pytest.approx(path.shear[:before], abs=0.01 * 29e6)  # 1 % of the cohesion
-    assert Path("law.png").exists()
-    assert Path("probe.png").exists()
-
-
-def check_measures(page):
-    named = set(re.findall(r"`(\w+)`", PAGES["docs/measures.md"]))
-    assert {name for name in gl.MEASURES if not {name, f"apparent_{name}"} & named} == set()  # the tables explain all
-    properties, grains = page["report"].properties, page["grains"]
-    assert properties["crack_initiation_count"] <= page["result"].summary["peak_stress"]
-    assert page["lower_half"][1] < 0  # compressed
-    assert page["stress"].shape == (len(page["result"].frames), 3)
-    assert page["report"].fragments.areas.sum() == pytest.approx(grains.areas.sum())
-    assert page["events"].energy.sum() == pytest.approx(0.02 * page["report"].events.energy.sum())  # 20 mm of 1 m
-    assert Path("laboratory.png").exists()
-    ratio = properties["crack_initiation_count"] / page["result"].summary["peak_stress"]
-    assert page["laboratory"].properties["initiation_ratio"] == pytest.approx(ratio)
-    assert f'<td class="number">{100 * ratio:.4g}</td>' in Path("report.html").read_text("utf-8")
-
-
-def check_compose_a_test(page):
-    """Pulled under pressure along the joints: the specimen fails by the contacts' tension, within their strength."""
-    assert 0 < page["result"].summary["axial_at_failure"] < 13e6
-    assert page["result"].cracks.tensile.mean() > 0.5
-    assert page["result"].curves["axial"][page["result"].curves["stage"] == 0][-1] == pytest.approx(-20e6, rel=0.01)
-
-
-def check_contacts(page):
-    slope, phi = np.radians([30, 20])
-    slides = 9.81 * (np.sin(slope) - np.tan(phi) * np.cos(slope))
-    result = page["result"]  # its weight comes all at once, so that it is shaken a little
-    assert result.summary["largest_speed"] == pytest.approx(slides * result.curves["time"][-1], rel=5e-3)
-    assert any(len(frame.contacts["length"]) for frame in page["crushed"].frames)
-    assert "soft" in page
-
-
-def check_flutter(page):
-    def stored(pressure):  # up to 0.8 um, by hand
-        peak = np.e * (29e6 + pressure * np.tan(np.radians(54))) / 9.45e13
-        return 9.45e13 * peak**2 * (1 - (1 + 0.8e-6 / peak) * np.exp(-0.8e-6 / peak))
-
-    assert page["made"] == pytest.approx(stored(100e6) - stored(0.0), rel=1e-3)
-    left = 9.45e13 * np.exp(-0.8e-6 * 9.45e13 / (np.e * 29e6)) * 0.8e-6**2 / 2
-    assert page["kept"] == pytest.approx(stored(0.0) - left, rel=1e-3)
-    assert page["held"].flutters
-    assert not page["quiet"].flutters
-
-
-def check_reliability(page):
-    alone = gl.simulate(page["rock"], page["law"], page["result"].protocol)
-    assert np.array_equal(page["result"].curves["stress"], alone.curves["stress"])
-    assert Path("tension/checkpoint.npz").exists()
-
-
-def check_studies(page):
-    table, difference = page["table"], page["difference"]
-    change = table["peak_stress"][5:] - table["peak_stress"][:5]
-    assert difference.mean == pytest.approx(change.mean())
-    assert difference.interval == pytest.approx(tuple(ttest_1samp(change, 0).confidence_interval()))
-    assert all(Path(name).exists() for name in ("strips.png", "pairs.png", "curves.png", "cracks.png", "study.html"))
-    fields = {field.name for field in attrs.fields(gl.Difference)} - {"factor"}
-    assert fields <= set(re.findall(r"`(\w+)", PAGES["docs/studies.md"]))  # the tables explain all
-
-
-def check_textures(page):
-    assert page["drawn"].areas[2] == pytest.approx(1e-4)
-    assert np.bincount(page["drawn"].parent, page["drawn"].areas) == pytest.approx([3e-4, 1e-4, 4e-4])
-    agreement = label_agreement(page["grains"], page["image"], 1e-4)
-    assert agreement.share == pytest.approx(0.96, abs=0.01)
-    assert abs(agreement.area_errors).max() < 1e-3
-    assert page["cells"].is_breakable
-    assert np.array_equal(page["again"].vertices.round(9), page["grains"].vertices.round(9))
-    assert Path("grains.geo").exists()
-    found, made = page["found"], page["made"]
-    assert found.fractions == pytest.approx(page["shares"], abs=1e-3)
-    assert found.clustering == pytest.approx(1.3, rel=0.02)
-    assert (found.grains, page["broken"].count > 500) == (120, True)
-    assert 35e9 < page["softer"].apparent_modulus < page["elastic"].apparent_modulus < 70e9
-    assert page["transgranular"] > 0
-    assert set(page["cut"].joints) == {"bedding", "fault"}
-    named = set(re.findall(r"`(\w+)`", PAGES["docs/textures.md"]))
-    assert {field.name for field in attrs.fields(type(found))} - {"asked"} <= named  # the table explains all
-    assert Path("texture.png").exists()
-    assert made.phase_names == tuple(page["shares"])
-
-
-CHECKS = {
-    "docs/textures.md": check_textures, "docs/studies.md": check_studies,
-    "docs/reliability.md": check_reliability,
-    "docs/flutter.md": check_flutter,
-    "docs/contacts.md": check_contacts,
-    "docs/compose-a-test.md": check_compose_a_test,
-    "README.md": check_readme, "docs/getting-started.md": check_getting_started, "docs/add-a-law.md": check_add_a_law,
-    "docs/workbench.md": check_workbench, "docs/measures.md": check_measures,
-}  # fmt: skip
 
 
 def blocks(text, *languages):

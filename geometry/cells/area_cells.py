@@ -29,7 +29,7 @@ ROUGHLY = 0.1  #: of each area, of cells that will move on
 AFTER = 0.02  #: of each area, at most, where edges are merged; elsewhere they are left
 GRADUAL = 3  #: rounds in which the areas go from those of Voronoi cells to the prescribed ones
 INHERITANCES = 6  #: fits of cells in a concave region, each to what those before left out of sight
-ATTEMPTS = 8  #: to merge, each with fewer edges round grains that miss their area
+ATTEMPTS = 16  #: to merge, each with fewer edges round grains that miss their area
 SMALLEST = 1e-6  #: of the mean area
 
 
@@ -217,12 +217,12 @@ def _merged(tiling: Tiling, areas: np.ndarray, limit: np.ndarray, smallest: floa
         tried.append(with_areas(merge_short_edges(tiling, limit, smallest), areas, TOLERANCE / 2))
         error = abs(owned_areas(tried[-1], len(areas)) / areas - 1)
         errors.append((error**2).mean())
+        if error.max() <= AFTER:
+            return tried[-1]
         less = np.where(limit > 0.1 * np.sqrt(areas), limit / 2, 0)
-        then = np.where(_near(tiling, error > AFTER), less, limit)
-        if (then == limit).all():
-            break
-        limit = then
-    return tried[int(np.argmin(errors))]
+        limit = np.where(_near(tiling, error > AFTER), less, limit)
+    error = abs(owned_areas(tiling, len(areas)) / areas - 1)
+    return tiling if error.max() <= AFTER else tried[int(np.argmin(errors))]  # rather none merged than areas missed
 
 
 def _near(tiling: Tiling, seeds: np.ndarray) -> np.ndarray:
