@@ -27,9 +27,9 @@ from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.loading import Adaptive, Constant
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import BiaxialCompression
-from grainlaw.runs.envelope import Test, strength_envelope
 from grainlaw.runs.record import described
 from grainlaw.specimen import Specimen
+from grainlaw.studies.envelope import Test, strength_envelope
 from grainlaw.units import MPa
 
 

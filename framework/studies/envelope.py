@@ -223,7 +223,7 @@ class StrengthEnvelope(metaclass=Checked):
 
     def plot(self) -> Figure:
         """Stress-strain curves, and peaks over confinement with both fits."""
-        from grainlaw.runs.envelope_figure import plot_envelope
+        from grainlaw.studies.envelope_figure import plot_envelope
 
         return plot_envelope(self)
 

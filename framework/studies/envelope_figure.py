@@ -12,7 +12,7 @@ from grainlaw.columns import STRAIN, STRESS
 from grainlaw.results.figures.curves import label_stress_and_strain, require_stress_and_strain
 
 if TYPE_CHECKING:
-    from grainlaw.runs.envelope import StrengthEnvelope
+    from grainlaw.studies.envelope import StrengthEnvelope
 
 
 def plot_envelope(envelope: StrengthEnvelope) -> Figure:
