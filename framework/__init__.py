@@ -50,7 +50,6 @@ from grainlaw.studies.envelope import (
     StrengthEnvelope,
     fit_hoek_brown,
     fit_mohr_coulomb,
-    strength_envelope,
 )
 from grainlaw.studies.statistics import Difference, Interaction, Mean
 from grainlaw.studies.study import Status, Study
@@ -172,7 +171,6 @@ __all__ = [
     "plot_law",
     "simulate",
     "sobol",
-    "strength_envelope",
     "trace",
     "within_circle",
     "within_polygon",
