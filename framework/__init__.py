@@ -36,14 +36,6 @@ from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.certify import QuasiStaticLimit, certify
 from grainlaw.runs.comparison import Comparison, compare
 from grainlaw.runs.elastic_properties import ElasticProperties, elastic_properties
-from grainlaw.runs.envelope import (
-    HoekBrownFit,
-    MohrCoulombFit,
-    StrengthEnvelope,
-    fit_hoek_brown,
-    fit_mohr_coulomb,
-    strength_envelope,
-)
 from grainlaw.runs.estimate import CostWarning
 from grainlaw.runs.flutter import Flutter, hold
 from grainlaw.runs.parallel import Run
@@ -52,6 +44,13 @@ from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
 from grainlaw.stage import AtRest, Condition, Drive, FailsTo, FallsTo, Hold, Pressure, Reaches, Stage, StageError
 from grainlaw.studies.design import latin_hypercube, sobol
+from grainlaw.studies.envelope import (
+    HoekBrownFit,
+    MohrCoulombFit,
+    StrengthEnvelope,
+    fit_hoek_brown,
+    fit_mohr_coulomb,
+)
 from grainlaw.studies.statistics import Difference, Interaction, Mean
 from grainlaw.studies.study import Status, Study
 from grainlaw.studies.table import Table
@@ -172,7 +171,6 @@ __all__ = [
     "plot_law",
     "simulate",
     "sobol",
-    "strength_envelope",
     "trace",
     "within_circle",
     "within_polygon",

@@ -113,7 +113,10 @@ def check_studies(page):
     change = table["peak_stress"][5:] - table["peak_stress"][:5]
     assert difference.mean == pytest.approx(change.mean())
     assert difference.interval == pytest.approx(tuple(ttest_1samp(change, 0).confidence_interval()))
-    assert all(Path(name).exists() for name in ("strips.png", "pairs.png", "curves.png", "cracks.png", "study.html"))
+    pictures = ("strips.png", "pairs.png", "curves.png", "cracks.png", "envelope.png")
+    assert all(Path(name).exists() for name in (*pictures, "study.html"))
+    line = np.polyfit(page["pressed"]["confinement"], page["pressed"]["peak_stress"], 1)
+    assert page["envelope"].mohr_coulomb.slope == pytest.approx(line[0])
     fields = {field.name for field in attrs.fields(gl.Difference)} - {"factor"}
     assert fields <= set(re.findall(r"`(\w+)", PAGES["docs/studies.md"]))  # the tables explain all
 

@@ -3,12 +3,14 @@
 import attrs
 import numpy as np
 import pytest
+from study_rows import row, table_of
 from support import STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.columns import BETWEEN_ENDS, DEVIATOR, ENERGIES, ENERGY, EVERY_TEST, SPENT, SUPPLIED, course, energy
 from grainlaw.laws import Linear
 from grainlaw.protocols import BiaxialCompression, Cyclic, UniaxialCompression
+from grainlaw.results.archive import to_bytes
 
 LAW = Linear(**STIFF)
 PRESS = UniaxialCompression(loading=gl.Constant(speed=0.3), maximum_strain=1e-4, samples=20)
@@ -67,8 +69,9 @@ def test_pictures_name_the_columns_they_miss(pulled, tmp_path):
     with pytest.raises(gl.ParameterError, match=SAYS):
         comparison.write(tmp_path / "out")
     assert not (tmp_path / "out").exists()
+    table = table_of([row({"confinement": 0.0}, {"peak_stress": 1e6})], tmp_path / "study", [to_bytes(pulled)])
     with pytest.raises(gl.ParameterError, match=SAYS):
-        gl.StrengthEnvelope({(1, 0.0): pulled}).plot()
+        gl.StrengthEnvelope(table).plot()
 
 
 @pytest.mark.parametrize("until", [gl.Reaches("strain", 0.1), gl.FallsTo("strain", 0.5)])

@@ -9,6 +9,7 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import curve_fit
+from study_rows import peaks, row, table_of
 from support import STIFF, STRONG, small_sample
 
 import grainlaw as gl
@@ -84,24 +85,65 @@ def test_peaks_that_cannot_be_fitted_are_refused(fit, peaks):
         fit(confinement, peaks)
 
 
-def press(confinement):
-    return BiaxialCompression(confinement=confinement, maximum_strain=0.004, samples=200)
+LAWS = {"brittle": MohrCoulomb(**STRONG), "linear": Linear(**STIFF)}
 
 
-def test_a_series_of_tests():
-    specimens = {seed: small_sample(20, seed=seed) for seed in (1, 2)}
-    found = gl.strength_envelope(specimens, MohrCoulomb(**STRONG), [0, 5e6], press, threads=2)
-    assert list(found.results) == [(1, 0.0), (1, 5e6), (2, 0.0), (2, 5e6)]
-    alone = gl.simulate(specimens[2], MohrCoulomb(**STRONG), press(5e6))
-    assert found.results[2, 5e6].summary["peak_stress"] == alone.summary["peak_stress"]
-    assert found.summary["peak_stress"][1] == pytest.approx(found.peaks[[1, 3], 2].mean())
+def pressed(law, seed, confinement):
+    test = BiaxialCompression(confinement=confinement, maximum_strain=0.004, samples=200)
+    return gl.Run(small_sample(20, seed=seed), LAWS[law], test)
+
+
+def test_a_study_over_confinement(tmp_path):
+    study = gl.Study(pressed, law=["brittle", "linear"], seed=[1, 2], confinement=[0, 5e6])
+    table = study.run(tmp_path, workers=2, quiet=True)
+    found = gl.StrengthEnvelope(table.where(law="brittle"))
+    assert found.peaks[:, 0].tolist() == [0, 5e6, 0, 5e6]
+    alone = pressed("brittle", 2, 5e6).simulate()
+    assert found.peaks[3, 1] == alone.summary["peak_stress"]
+    assert found.summary["peak_stress"][1] == pytest.approx(found.peaks[[1, 3], 1].mean())
     assert found.summary["slope"] == found.mohr_coulomb.slope > 1
-    assert len(found.plot().axes) == 2
+    assert [(test["law"], test["seed"]) for test in found.summary["tests"]] == [("brittle", k) for k in (1, 1, 2, 2)]
+    curves, peaks = found.plot().axes
+    assert [line.get_linestyle() for line in curves.lines] == ["-", "-", "--", "--"]  # by the seed
+    assert np.array_equal(curves.lines[3].get_ydata(), alone.curves["stress"] / 1e6)
+    assert np.array_equal(peaks.lines[0].get_ydata(), found.peaks[:, 1] / 1e6)
+    found.write(tmp_path)
+    assert json.loads((tmp_path / "summary.json").read_text())["ucs"] == found.mohr_coulomb.ucs
+    assert (tmp_path / "envelope.png").stat().st_size > 10_000
 
 
-def test_one_confinement_makes_no_envelope():
-    with pytest.raises(gl.ParameterError, match=r"confinements = \[1000000.0\] is not allowed, .* two different"):
-        gl.strength_envelope({1: small_sample(5)}, Linear(**STIFF), [1e6], press)
+def test_only_cases_that_came_to_their_end_count(tmp_path):
+    table = peaks(
+        {(0.0, 1): 1e8, (1e6, 1): 1.1e8, (2e6, 1): None, (0.0, 2): 1.02e8, (1e6, 2): 1.12e8}, tmp_path,
+        ("confinement", "seed"),
+    )  # fmt: skip
+    found = gl.StrengthEnvelope(table)
+    assert found.mohr_coulomb.slope == pytest.approx(10)
+    assert found.mohr_coulomb.ucs == pytest.approx(1.01e8)
+    assert found.summary["confinement"] == [0, 1e6]
+    assert [row["confinement"] for row in found.summary["failed"]] == [2e6]
+    assert "unstable" in str(found)
+    one = gl.StrengthEnvelope(table.where(confinement=0.0))
+    assert one.summary["peak_stress"] == [pytest.approx(1.01e8)]
+    assert "not two different confinements" in str(one)
+    one.write(tmp_path / "one")
+    assert [file.name for file in (tmp_path / "one").iterdir()] == ["summary.json"]
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        (lambda folder: peaks({("a", 1): 1e8}, folder), "there is no factor 'confinement'"),
+        (
+            lambda folder: peaks({("a", 1): 1e8}, folder, ("confinement", "seed")),
+            r"confinement = 'a' .* a number \(Pa\)",
+        ),
+        (lambda folder: table_of([row({"confinement": 0.0}, {"force": 1.0})], folder), "no column peak_stress"),
+    ],
+)
+def test_a_table_without_confinement_or_peaks_is_refused(table, says, tmp_path):
+    with pytest.raises(gl.ParameterError, match=says):
+        gl.StrengthEnvelope(table(tmp_path))
 
 
 def test_the_command(tmp_path):
@@ -121,6 +163,37 @@ def test_the_command(tmp_path):
     assert (out / "envelope.png").stat().st_size > 10_000
     assert "friction angle" in done.output
     assert "Warning: 2 MPa, seed 1: the highest stress is the last one" in done.output  # of the certificate
+
+
+def test_the_same_call_goes_on_and_another_adds_its_tests(tmp_path, monkeypatch):
+    small = [
+        "envelope",
+        "--quick",
+        "--grains",
+        "12",
+        "--max-strain",
+        "0.0005",
+        "--law",
+        "linear",
+        "--out",
+        str(tmp_path),
+    ]
+    assert CliRunner().invoke(main, [*small, "--confinement", "0,2"]).exit_code == 0
+    before = (tmp_path / "summary.json").read_bytes()
+    assert CliRunner().invoke(main, [*small, "--confinement", "0,2,4"]).exit_code == 0
+    assert json.loads((tmp_path / "summary.json").read_text())["confinement"] == [0, 2e6, 4e6]
+    assert len([*tmp_path.glob("cases/*/*.json")]) == 3
+    monkeypatch.setattr("grainlaw.studies.study.carry_all", lambda *_: pytest.fail("a finished test is run again"))
+    assert CliRunner().invoke(main, [*small, "--confinement", "0,2", "--threads", "1"]).exit_code == 0
+    assert (tmp_path / "summary.json").read_bytes() == before
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    done = CliRunner().invoke(main, ["envelope", "--quick", "--out", str(tmp_path)])
+    assert done.exit_code == 2
+    assert "is not empty and no store of a study" in " ".join(done.output.replace("│", "").split())
+    assert [file.name for file in tmp_path.iterdir()] == ["mine.txt"]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from support import ROCK, STIFF, STRONG, Hillerborg, nodal_forces, small_sample
 import grainlaw as gl
 from grainlaw.engine.dissipation import balance
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, Linear, MohrCoulomb, PrePeak
+from grainlaw.laws import BandisClosure, CamachoOrtiz, CohesiveCrack, Friction, Linear, MohrCoulomb, PrePeak
 from grainlaw.protocols import DirectShear, JointTension, UniaxialCompression, UniaxialTension
 from grainlaw.results.acoustic import shear_wave_speed
 from grainlaw.window import window_mean
@@ -107,6 +107,31 @@ def test_a_brittle_joint_loses_what_its_spring_held():
     law = MohrCoulomb(**STRONG)
     held = 13e6**2 / (2 * STIFF["kn"])
     assert lost_after(law, (1e-6, 0), steps=4000) == pytest.approx([held, 0], rel=1e-2, abs=1e-9)
+
+
+def test_a_brittle_joint_that_slides_loses_its_spring_and_friction():
+    """Charged to its strength, then friction over the rest of the way, whose spring is still charged."""
+    law = MohrCoulomb(**STRONG | dict(residual_friction_angle=20))
+    pressed, slip = -10e6 / STIFF["kn"], 40e-6
+    strength, friction = 29e6 + 10e6 * np.tan(np.radians(54)), 10e6 * np.tan(np.radians(20))
+    springs = (strength**2 - friction**2) / (2 * STIFF["ks"])
+    expected = springs + friction * (slip - strength / STIFF["ks"])
+    found = lost_after(law, (pressed, 0), (pressed, slip), steps=4000)
+    assert found == pytest.approx([0, expected], rel=1e-2, abs=1e-9)
+
+
+def test_a_joint_that_softens_as_it_slides_gives_back_what_friction_leaves():
+    """On its way back the bond pulls along its secant and friction against it, until both are equal."""
+    law = CamachoOrtiz(
+        **STIFF, tensile_strength=13e6, cohesion=29e6, residual_friction_angle=30, mode_i_energy=150, mode_ii_energy=300
+    )
+    pressed, slip, peak, last = -10e6 / STIFF["kn"], 12e-6, 29e6 / STIFF["ks"], 2 * 300 / 29e6
+    damage = (slip - peak) / (last - peak)
+    bond, friction = (1 - damage) * 29e6, damage * 10e6 * np.tan(np.radians(30))
+    work = 29e6 * peak / 2 + (29e6 + bond + friction) * (slip - peak) / 2
+    equal, turned = slip * friction / bond, 2 * friction / STIFF["ks"]  # where; the way on which friction turns round
+    given = bond * (slip**2 - equal**2) / (2 * slip) - friction * (slip - equal - turned)
+    assert lost_after(law, (pressed, 0), (pressed, slip)) == pytest.approx([0, work - given], rel=5e-3, abs=1e-9)
 
 
 def test_what_a_break_spends_leaves_out_closure_and_the_spring_of_friction():

@@ -79,6 +79,12 @@ def test_a_comparison_and_an_envelope_are_repeated(tmp_path):
         result = invoke("rerun", tmp_path / name)
         assert result.exit_code == 0, result.output
         assert "every number is the same" in result.output
+    summary = json.loads((tmp_path / "peaks" / "summary.json").read_text())
+    summary["tests"][1]["lost_slip"] = 7.0
+    (tmp_path / "peaks" / "summary.json").write_text(json.dumps(summary))
+    result = invoke("rerun", tmp_path / "peaks")
+    assert result.exit_code == 1
+    assert "tests.1.lost_slip 7.0 -> " in result.output
 
 
 def test_what_holds_no_run_of_a_command_is_refused(tmp_path):

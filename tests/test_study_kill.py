@@ -102,11 +102,11 @@ def _command(process):
 
 
 def test_fifty_workers_of_a_cluster_killed(tmp_path, undisturbed):
-    distributed = pytest.importorskip("distributed")
+    distributed, dask = pytest.importorskip("distributed"), pytest.importorskip("dask")
     store, rng, killed = tmp_path / "s", random.Random(3), 0
     options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     with (
-        distributed.config.set({"distributed.scheduler.allowed-failures": 10}),
+        dask.config.set({"distributed.scheduler.allowed-failures": 10}),
         distributed.LocalCluster(**options) as cluster,
     ):
         script = tmp_path / "script.py"

@@ -6,7 +6,7 @@ The study of compare_laws.py, with variants of one law.
 """
 
 import attrs
-from compare_laws import LAWS, study
+from compare_laws import LAWS, main
 
 from grainlaw.laws import PrePeak
 
@@ -20,4 +20,4 @@ VARIANTS = {
 } | {"exponential, G, 54 then 0 deg": attrs.evolve(MODEL, residual_friction_angle=0)}  # fmt: skip
 
 if __name__ == "__main__":
-    study(VARIANTS, "variants")
+    main(VARIANTS, "take-apart")

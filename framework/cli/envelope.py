@@ -3,34 +3,55 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import attrs
 import click
 
 from grainlaw.cli.law_copy import copied
 from grainlaw.cli.law_file import find_law_and_files
 from grainlaw.cli.lists import numbers_of, seeds_of
-from grainlaw.cli.running import (
-    ProgressBar,
-    finished,
-    folder_options,
-    portable_option,
-    progress_bars,
-    refusing,
-    tell_certificate,
-    threads_option,
-    writing_to,
-)
+from grainlaw.cli.running import contents, portable_option, refusing, tell_certificate, threads_option
+from grainlaw.cli.study import ending
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
-from grainlaw.compiler.cache import is_portable
-from grainlaw.engine.thread_count import Threads
+from grainlaw.compiler.cache import compile_portably, is_portable
+from grainlaw.engine.thread_count import AUTO, Threads
 from grainlaw.geometry import Voronoi, rectangle
-from grainlaw.loading import Adaptive, Constant
+from grainlaw.loading import Adaptive, Constant, Loading
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols import BiaxialCompression
-from grainlaw.runs.envelope import Test, strength_envelope
-from grainlaw.runs.record import described
+from grainlaw.runs.parallel import Run
+from grainlaw.runs.record import described, recorded
 from grainlaw.specimen import Specimen
+from grainlaw.studies.envelope import StrengthEnvelope
+from grainlaw.studies.store import Store
+from grainlaw.studies.study import Study
 from grainlaw.units import MPa
+
+
+@attrs.frozen(eq=False)
+class EnvelopeCase:
+    """The compression of a sample of the rock under a confinement (Pa)."""
+
+    width: float
+    height: float
+    grains: int
+    law: Any
+    loading: Loading
+    maximum_strain: float
+    portable: bool
+
+    def tessellator(self, seed: int) -> Voronoi:
+        return Voronoi(grains=self.grains, seed=seed)
+
+    def test(self, confinement: float) -> BiaxialCompression:
+        return BiaxialCompression(confinement=confinement, loading=self.loading, maximum_strain=self.maximum_strain)
+
+    def __call__(self, seed: int, confinement: float) -> Run:
+        if self.portable:  # in the process of the case, too
+            compile_portably()
+        grains = self.tessellator(seed).tessellate(rectangle(self.width, self.height))
+        return Run(Specimen(grains, ROCK), self.law, self.test(confinement))
 
 
 @click.command()
@@ -40,18 +61,24 @@ from grainlaw.units import MPa
 @click.option("--grains", type=int, help=f"Number of Voronoi grains.  [default: {SAMPLE[2]}]")
 @click.option("--speed", type=float, help="Constant platen speed in m/s.  [default: as fast as is accurate]")
 @click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
-@folder_options
-@threads_option("Tests (and threads in a test) at a time.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), default="out", show_default=True,
+    help="Folder of the study, new or of this command.",
+)  # fmt: skip
+@threads_option("Tests at a time, one thread each.")
 @portable_option
 @click.option("--quick", is_flag=True, help=f"A small specimen: {QUICK[2]} grains in 20 x 50 mm.")
 def envelope(
     *, law: str, confinement: str, seeds: str, grains: int | None, speed: float | None, max_strain: float, out: Path,
-    restart: bool, overwrite: bool, threads: Threads, quick: bool,
+    threads: Threads, quick: bool,
 ) -> None:  # fmt: skip
     """Compress a rock specimen under several confinements, and fit Mohr-Coulomb and Hoek-Brown to the peaks.
 
     Writes envelope.png and summary.json: confinement, peak_stress, cohesion, friction_angle (degrees), ucs, slope, and
     their 95 % intervals. The specimen and the parameters are those of a published study (docs/validation.md).
+
+    The folder holds a study: what is finished is kept, and the same call goes on. A call with other options adds its
+    tests, and writes its own envelope.png and summary.json in the place of the last.
     """
     width, height, count = QUICK if quick else SAMPLE
     pressures = [value * MPa for value in numbers_of("confinement", confinement)]
@@ -59,38 +86,39 @@ def envelope(
     with refusing():
         chosen, files = find_law_and_files(law) if ".py" in law else (law_named(law), [])
         loading = Adaptive() if speed is None else Constant(speed=speed)
-        test = BiaxialCompression(confinement=max(pressures), loading=loading, maximum_strain=max_strain)
-        tests = {p: BiaxialCompression(confinement=p, loading=loading, maximum_strain=max_strain) for p in pressures}
+        case = EnvelopeCase(
+            width, height, count if grains is None else grains, chosen, loading, max_strain, is_portable()
+        )
+        tests, tessellators = [case.test(p) for p in pressures], [case.tessellator(seed) for seed in numbers]
         if len(tests) < 2:
             raise ParameterError(f"--confinement = {confinement} is not allowed, it must name at least two")
-        tessellators = {seed: Voronoi(grains=count if grains is None else grains, seed=seed) for seed in numbers}
-        specimens = {seed: Specimen(t.tessellate(rectangle(width, height)), ROCK) for seed, t in tessellators.items()}
+        study = Study(case, seed=numbers, confinement=pressures)
+        Store(out, about={"factors": ["seed", "confinement"]})  # refuses another folder before it writes there
     arguments = {
-        "law": law, "confinement": confinement, "seeds": seeds, "grains": tessellators[numbers[0]].grains,
-        "speed": speed, "max_strain": max_strain, "threads": threads, "quick": quick, "portable": is_portable(),
+        "law": law, "confinement": confinement, "seeds": seeds, "grains": case.grains, "speed": speed,
+        "max_strain": max_strain, "threads": threads, "quick": quick, "portable": is_portable(),
     }  # fmt: skip
     parameters = {
         "region": {"width": width, "height": height},
-        "tessellator": described(tessellators[numbers[0]]),
+        "tessellator": described(tessellators[0]),
         "material": described(ROCK),
-        "protocol": described(test),
+        "protocol": described(max(tests, key=lambda test: test.confinement)),
         "law": described(chosen),
     }
-    about = {"command": {"name": "envelope", "arguments": arguments}, "parameters": parameters}
-    with writing_to(out, restart, overwrite, about) as claim:
-        arguments["law"], claim.about["law_files"] = copied(law, files, claim.path)
-        with progress_bars() as progress:
-            found = strength_envelope(
-                specimens, chosen, pressures, tests.__getitem__, threads=threads, checkpoint=claim,
-                observers=lambda key: [ProgressBar(progress, _name(key))],
-            )  # fmt: skip
-        found.write(claim.path, {"seeds": numbers, "parameters": parameters})
+    about: dict[str, Any] = {"command": {"name": "envelope", "arguments": arguments}, "parameters": parameters}
+    with ending(study, out):
+        arguments["law"], about["law_files"] = copied(law, files, out)
+        with recorded(out, about):
+            table = study.run(out, workers=None if threads == AUTO else threads)
+        found = StrengthEnvelope(table)
+        found.write(out, {"seeds": numbers, "parameters": parameters})
         click.echo(found)
-        tell_certificate({_name(key): result for key, result in found.results.items()})
-        finished(claim)
-    if found.failed:
-        raise click.ClickException(f"{len(found.failed)} of {len(found.failed) + len(found.results)} tests failed")
+        rows = [k for k in range(len(table)) if table.is_finished(k)]
+        tell_certificate({_name(table.rows[k]): table.run(k) for k in rows})
+        click.echo(f"\n{contents(out)}")
+    if table.failed:
+        raise click.ClickException(f"{len(table.failed)} of {len(table)} tests failed")
 
 
-def _name(test: Test) -> str:
-    return f"{test[1] / MPa:g} MPa, seed {test[0]}"
+def _name(row: dict[str, Any]) -> str:
+    return f"{row['confinement'] / MPa:g} MPa, seed {row['seed']}"

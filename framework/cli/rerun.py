@@ -11,6 +11,7 @@ import click
 import numpy as np
 
 from grainlaw.runs.claim import RUN
+from grainlaw.studies.store import STUDY
 
 #: what decides the results of a run, in its record
 DECIDING = {"specimen": "specimen", "law": "law", "protocol": "test", "options": "options", "engine": "engine"}
@@ -49,15 +50,19 @@ def rerun(context: click.Context, *, folder: Path, out: Path | None) -> None:
 
 
 def _record(folder: Path) -> dict[str, Any]:
+    return _read(folder / RUN)
+
+
+def _read(file: Path) -> dict[str, Any]:
     try:
-        record = json.loads((folder / RUN).read_text(encoding="utf-8"))
+        content = json.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
-        raise click.UsageError(f"{folder} holds no run: {folder / RUN}: {error.strerror}") from None
+        raise click.UsageError(f"{file.parent} holds no run: {file}: {error.strerror}") from None
     except ValueError as error:
-        raise click.UsageError(f"{folder / RUN} cannot be read: {error}") from None
-    if not isinstance(record, dict):
-        raise click.UsageError(f"{folder / RUN} is no record of a run")
-    return record
+        raise click.UsageError(f"{file} cannot be read: {error}") from None
+    if not isinstance(content, dict):
+        raise click.UsageError(f"{file} is no record of a run")
+    return content
 
 
 def _differences(before: Path, now: Path) -> Iterator[str]:
@@ -68,6 +73,10 @@ def _differences(before: Path, now: Path) -> Iterator[str]:
             yield f"  made with another {key}: {_short(value)} -> {_short(other['made_with'].get(key))}"
     if one["status"] != other["status"]:
         yield f"  it ended otherwise: {one['status']} -> {other['status']}"
+    if (before / STUDY).exists():
+        found = _changed(_read(before / "summary.json"), _read(now / "summary.json"))
+        yield from (f"  {line}" for line in found)
+        return
     for name in one.get("runs", [""]):
         yield from _of_run(name, before / name, now / name)
 
@@ -89,6 +98,8 @@ def _changed(one: Any, other: Any, place: str = "") -> Iterator[str]:
         for key in dict.fromkeys([*one, *other]):
             if one.get(key) != other.get(key):
                 yield from _changed(one.get(key), other.get(key), f"{place}.{key}" if place else key)
+    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        yield from _changed(dict(enumerate(one)), dict(enumerate(other)), place)
     else:
         yield f"{place} {_short(one)} -> {_short(other)}"
 

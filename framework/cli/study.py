@@ -23,6 +23,7 @@ from grainlaw.parameter import ParameterError
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.stopping import Stopped
 from grainlaw.studies.statistics import Mean, level
+from grainlaw.studies.study import Study
 from grainlaw.studies.table import PRINTED, Table
 from grainlaw.studies.workers import ExecutorError
 
@@ -89,7 +90,7 @@ def run(
     chosen: StudyFile, folder: Path, *, on: str | None, workers: int | None, shard: tuple[int, int] | None
 ) -> None:  # fmt: skip
     """Run the cases that are not finished, and print the means over the seeds."""
-    with _ending(chosen, folder):
+    with ending(chosen.study, folder):
         chosen.try_first()
         table = chosen.study.run(folder, on=on, workers=workers, shard=shard)
     click.echo(means(table, chosen.by))
@@ -99,17 +100,17 @@ def run(
 
 
 @contextmanager
-def _ending(chosen: StudyFile, folder: Path) -> Iterator[None]:
+def ending(study: Study, folder: Path) -> Iterator[None]:
     """End in words: what is refused with exit code 2, what is stopped with how far it is."""
     try:
         with refusing():
             yield
     except Stopped as stopped:
-        click.echo(f"\n{stopped}; {chosen.study.status(folder)}", err=True)
+        click.echo(f"\n{stopped}; {study.status(folder)}", err=True)
         click.echo(f"{contents(folder)}\ngo on with the same command", err=True)
         sys.exit(128 + stopped.signal)
     except ExecutorError as error:
-        raise click.ClickException(f"{error}; {chosen.study.status(folder)}; go on with the same command") from None
+        raise click.ClickException(f"{error}; {study.status(folder)}; go on with the same command") from None
 
 
 def _reasons(table: Table) -> str:

@@ -1,1 +1,1 @@
-"""Runs: one test, several at a time, and sets of tests such as a strength envelope."""
+"""Runs: one test, several at a time."""

@@ -24,8 +24,7 @@ FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
 #: what runs write to their folders, and --overwrite removes; the record last, for it says that this is a run
 WRITTEN = (
     *FOR_RESTART, "config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html",
-    "comparison.png", "envelope.png", "cracks_*.png", f"{LAW_FILES}/**/*", LAW_FILES,
-    f"{GRAIN_FILES}/*", GRAIN_FILES,
+    "comparison.png", "cracks_*.png", f"{LAW_FILES}/**/*", LAW_FILES, f"{GRAIN_FILES}/*", GRAIN_FILES,
     *(f"{name}{end}" for name in ("grains", "cracks", "contacts") for end in (".pvd", "_*.vtu")), RUN,
 )  # fmt: skip
 

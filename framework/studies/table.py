@@ -92,6 +92,15 @@ class Table(Rows):
         self._check_factors("levels", factor)
         return list(dict.fromkeys(row[factor] for row in self.rows))
 
+    def where(self, **levels: Any) -> Table:
+        """The table of the cases with these levels. Raises ParameterError for a name that is no factor."""
+        self._check_factors("where", *levels)
+        kept = [
+            stored for stored, row in zip(self._stored, self.rows, strict=True)
+            if all(row[name] == level for name, level in levels.items())
+        ]  # fmt: skip
+        return Table(kept, self.factors, self.store, tuple(self._measures.values()))
+
     @property
     def failed(self) -> list[dict[str, Any]]:
         """Factors, status and reason of the cases that did not come to their end."""

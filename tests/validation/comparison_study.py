@@ -1,40 +1,60 @@
-"""All laws on the same samples: the tables and figure of docs/comparing-laws.md, by the examples that it shows.
+"""All laws on the same samples: the tables and figures of docs/comparing-laws.md, by the examples that it shows.
 
 python tests/validation/comparison_study.py [--write | --check]
 """
 
 import sys
 from functools import cache, partial
+from tempfile import TemporaryDirectory
 
-from paper_sample import SEEDS
 from study_tables import DOCS, Table, main
 
+from grainlaw.units import GPa, MPa
+
 sys.path.insert(0, str(DOCS / "examples"))
-from compare_laws import COLUMNS, LAWS, SAMPLE, cells, picture, run
+from compare_laws import LAWS, study
 from take_apart import VARIANTS
+
+COLUMNS = {  # heading: column, unit, digits
+    "peak (MPa)": ("peak_stress", MPa, ".1f"), "strain at peak (%)": ("peak_strain", 0.01, ".3f"),
+    "E* (GPa)": ("apparent_modulus", GPa, ".2f"), "tensile cracks": ("tensile_cracks", 1, ".0f"),
+    "shear cracks": ("shear_cracks", 1, ".0f"), "lost in opening (J/m)": ("lost_opening", 1, ".1f"),
+    "lost in slip (J/m)": ("lost_slip", 1, ".1f"),
+}  # fmt: skip
 
 
 @cache
-def tested(name):
-    """Results and numbers of a law, by seed."""
-    law = (LAWS | VARIANTS)[name]
-    return [run({name: law}, *SAMPLE, seed) for seed in SEEDS]
+def store():
+    return TemporaryDirectory(prefix="comparison-")
 
 
-def row(name):
-    return cells([numbers[name] for _, numbers in tested(name)])
+def tested(laws):
+    """The table of some laws; what the store has is not run again."""
+    return study(laws).run(store().name, quiet=True)
 
 
-def figure(file):
-    picture([{name: tested(name)[k][0][name] for name in LAWS} for k in range(len(SEEDS))]).savefig(file, dpi=100)
+def row(law):
+    """Mean and range of each column."""
+    table = tested({law: (LAWS | VARIANTS)[law]})
+    for column, unit, form in COLUMNS.values():
+        values = table[column] / unit
+        mean, low, high = (f"{value:{form}}" for value in (values.mean(), values.min(), values.max()))
+        yield mean if low == high else f"{mean} ({low} to {high})"
 
 
-HEADINGS = [heading for heading, *_ in COLUMNS]
+def curves(file):
+    tested(LAWS).plot_curves("law").savefig(file, dpi=100)
+
+
+def cracks(file):
+    tested(LAWS).plot_cracks(columns=5).savefig(file, dpi=100)
+
+
 TABLES = [
     Table(
         page=DOCS / "comparing-laws.md",
         name=name,
-        columns=("law", *HEADINGS),
+        columns=("law", *COLUMNS),
         rows={law: partial(row, law) for law in laws},
         firm=("peak (MPa)", "E* (GPa)"),
         checked=(checked,),
@@ -45,4 +65,4 @@ TABLES = [
 ]  # fmt: skip
 
 if __name__ == "__main__":
-    main(TABLES, {"compare_laws": figure})
+    main(TABLES, {"compare_laws": curves, "compare_laws_cracks": cracks})

@@ -4,6 +4,7 @@ python tests/validation/envelope_study.py [--write | --check]
 """
 
 from functools import cache, partial
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from paper_sample import SEEDS, sample
@@ -25,24 +26,32 @@ def test(confinement):
     return BiaxialCompression(confinement=confinement, maximum_strain=0.02)
 
 
+def case(law, seed, confinement):
+    return Run(sample(seed), LAWS[law], test(confinement))
+
+
 @cache
-def envelope(law):
-    specimens = {seed: sample(seed) for seed in SEEDS}
-    return gl.strength_envelope(specimens, LAWS[law], [p * MPa for p in CONFINEMENTS], test, frames=1)
+def store():
+    return TemporaryDirectory(prefix="envelope-")
+
+
+@cache
+def tested(law):
+    study = gl.Study(case, law=[law], seed=SEEDS, confinement=[p * MPa for p in CONFINEMENTS])
+    return study.run(store().name, quiet=True)
 
 
 def peaks(confinement):
     row = []
     for law in NAMES:
-        found = [envelope(law).results[seed, confinement * MPa].summary["peak_stress"] / MPa for seed in SEEDS]
+        found = tested(law).where(confinement=confinement * MPa)["peak_stress"] / MPa
         row += [each(found, ".1f"), f"{np.mean(found):.1f}"]
     return row
 
 
 def line(law, seed=None):
     """The line through the peaks of one seed, or of all."""
-    _, confinement, peak = np.array([row for row in envelope(law).peaks if seed in (None, row[0])]).T
-    fit = gl.fit_mohr_coulomb(confinement, peak)
+    fit = gl.StrengthEnvelope(tested(law).where(**{} if seed is None else {"seed": seed})).mohr_coulomb
 
     def with_interval(name, unit, form):
         low, high = (value / unit for value in getattr(fit, f"{name}_interval"))
@@ -58,16 +67,16 @@ def line(law, seed=None):
 
 def pooled(law):
     """What the pooled points say beside the line."""
-    found = envelope(law)
-    parabola, summaries = found.hoek_brown, [result.summary for result in found.results.values()]
-    slopes = [gl.fit_mohr_coulomb(*found.peaks[found.peaks[:, 0] == seed][:, 1:].T).slope for seed in SEEDS]
+    table = tested(law)
+    parabola = gl.StrengthEnvelope(table).hoek_brown
+    slopes = [gl.StrengthEnvelope(table.where(seed=seed)).mohr_coulomb.slope for seed in SEEDS]
     half = 4.3027 * np.std(slopes, ddof=1) / np.sqrt(len(slopes))  # Student's 97.5 % with two degrees of freedom
     low, high = parabola.m_interval
     return (
         f"{np.mean(slopes):.2f} ({np.mean(slopes) - half:.2f} to {np.mean(slopes) + half:.2f})",
         f"{parabola.m:.1f} ({low:.1f} to {high:.1f})",
-        f"{max(one['kinetic_ratio'] for one in summaries):.0e}",
-        f"{max(one['platen_imbalance'] for one in summaries) * 100:.1f} %",
+        f"{table['kinetic_ratio'].max():.0e}",
+        f"{table['platen_imbalance'].max() * 100:.1f} %",
     )
 
 
@@ -89,7 +98,7 @@ def points(kind):
 
 
 def figure(law, file):
-    envelope(law).plot().savefig(file, dpi=150)
+    gl.StrengthEnvelope(tested(law)).plot().savefig(file, dpi=150)
 
 
 PAGE = DOCS / "validation.md"

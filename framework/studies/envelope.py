@@ -1,33 +1,29 @@
-"""Strength of a rock over confinement: compression tests, and strength criteria fitted to their peaks."""
+"""Strength of a rock over confinement: strength criteria fitted to the peaks of a study."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 from scipy.stats import linregress, t
 
-from grainlaw.arguments import Checked, checked
-from grainlaw.contact import Laws
+from grainlaw.arguments import Checked, checked, short
 from grainlaw.parameter import ParameterError
-from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import writable_folder, write_atomically
-from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
-from grainlaw.runs.parallel import Run, simulate_all
-from grainlaw.runs.stopping import Stopped
-from grainlaw.specimen import Specimen
+from grainlaw.studies.design import RESERVED
+from grainlaw.studies.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+PEAK = "peak_stress"
 CONFIDENCE = 0.95
 Interval = tuple[float, float]
-Test = tuple[int, float]  #: seed, or any number of the specimen, and confinement (Pa)
 
 
 @attrs.frozen(kw_only=True)
@@ -157,59 +153,71 @@ def _line(x: np.ndarray, y: np.ndarray) -> _Line:
 
 @attrs.frozen(eq=False)
 class StrengthEnvelope(metaclass=Checked):
-    """Compression tests over confinement, and the criteria fitted to all their peaks; errors of those that failed."""
+    """Peaks over confinement, and the criteria fitted to all of them, from the table of a study.
 
-    results: dict[Test, Result]
-    failed: dict[Test, Exception] = attrs.field(factory=dict)
+    The confinement (Pa) is a factor of the study, and its tests have a ``peak_stress``. All cases that came to their
+    end count, whatever their other factors: choose them with :meth:`~grainlaw.studies.table.Table.where`. Raises
+    ParameterError for a table without these.
+    """
+
+    table: Table
+    confinement: str = "confinement"  #: name of the factor
+
+    def __attrs_post_init__(self) -> None:
+        for level in self.table.levels(self.confinement):
+            if isinstance(level, bool) or not isinstance(level, (int, float)):
+                raise ParameterError(
+                    f"StrengthEnvelope: {self.confinement} = {short(level)} is not allowed, it must be a number (Pa)"
+                )
+        if self._finished and PEAK not in self.table.quantities:
+            raise ParameterError(f"StrengthEnvelope: the table has no column {PEAK}: its tests do not measure it")
+
+    @property
+    def _finished(self) -> list[int]:
+        return [k for k in range(len(self.table)) if self.table.is_finished(k)]
 
     @property
     def peaks(self) -> np.ndarray:
-        """(k, 3) seed, confinement (Pa) and peak stress (Pa) of each test."""
-        return np.array([(*test, result.summary["peak_stress"]) for test, result in self.results.items()]).reshape(
-            -1, 3
-        )
+        """(k, 2) confinement and peak stress (Pa) of each test that came to its end."""
+        rows = (self.table.rows[k] for k in self._finished)
+        return np.array([(row[self.confinement], row.get(PEAK)) for row in rows], dtype=float).reshape(-1, 2)
 
     @property
     def can_be_fitted(self) -> bool:
         """Whether tests at two different confinements have come to their end."""
-        return len({confinement for _, confinement in self.results}) > 1
+        return len(np.unique(self.peaks[:, 0])) > 1
 
     @property
     def mohr_coulomb(self) -> MohrCoulombFit:
         """The straight line."""
-        return fit_mohr_coulomb(*self.peaks[:, 1:].T)
+        return fit_mohr_coulomb(*self.peaks.T)
 
     @property
     def hoek_brown(self) -> HoekBrownFit:
         """The parabola."""
-        return fit_hoek_brown(*self.peaks[:, 1:].T)
+        return fit_hoek_brown(*self.peaks.T)
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Confinements, their mean peaks, and both fits, by name (SI, angles in degrees)."""
-        peaks = self.peaks
-        confinement, fits = np.unique(peaks[:, 1]), {}
+        """Confinements, their mean peaks, and both fits, by name (SI, angles in degrees); the rows of all tests."""
+        confinement, peak = self.peaks.T
+        fits: dict[str, Any] = {}
         if self.can_be_fitted:
             fits = {**attrs.asdict(self.mohr_coulomb), "hoek_brown": attrs.asdict(self.hoek_brown)}
+        tests = ({n: v for n, v in self.table.rows[k].items() if n not in RESERVED} for k in self._finished)
+        levels = np.unique(confinement)
         return {
-            "confinement": confinement.tolist(),
-            "peak_stress": [float(peaks[peaks[:, 1] == p, 2].mean()) for p in confinement],
+            "confinement": levels.tolist(),
+            PEAK: [float(peak[confinement == p].mean()) for p in levels],
             **fits,
-            "tests": [{"seed": seed, "confinement": p, **result.summary} for (seed, p), result in self.results.items()],
-            "failed": [{"seed": seed, "confinement": p, "reason": str(e)} for (seed, p), e in self.failed.items()],
+            "tests": list(tests),
+            "failed": self.table.failed,
         }
 
     def __str__(self) -> str:
-        rows = [f"{'seed':>4}  {'confinement (MPa)':>17}  {'peak stress (MPa)':>17}  {'strain at peak (%)':>18}"]
-        for (seed, confinement), result in self.results.items():
-            peak, strain = result.summary["peak_stress"] * 1e-6, result.summary["peak_strain"] * 100
-            rows.append(f"{seed:>4}  {confinement * 1e-6:>17g}  {peak:>17.2f}  {strain:>18.4f}")
-        for (seed, confinement), error in self.failed.items():
-            rows.append(f"{seed:>4}  {confinement * 1e-6:>17g}  failed: {error}")
         if not self.can_be_fitted:
-            return "\n".join([*rows, "", "there are not two different confinements to fit strength criteria to"])
-        line, parabola = self.mohr_coulomb, self.hoek_brown
-        rows.append("")
+            return f"{self.table}\n\nthere are not two different confinements to fit strength criteria to"
+        line, parabola, rows = self.mohr_coulomb, self.hoek_brown, [str(self.table), ""]
         for name, value, interval, unit in (
             ("slope", line.slope, line.slope_interval, ""),
             ("UCS", line.ucs * 1e-6, np.multiply(line.ucs_interval, 1e-6), "MPa"),
@@ -222,8 +230,8 @@ class StrengthEnvelope(metaclass=Checked):
         return "\n".join(rows)
 
     def plot(self) -> Figure:
-        """Stress-strain curves, and peaks over confinement with both fits."""
-        from grainlaw.runs.envelope_figure import plot_envelope
+        """Stress-strain curves of the stored runs, and peaks over confinement with both fits."""
+        from grainlaw.studies.envelope_figure import plot_envelope
 
         return plot_envelope(self)
 
@@ -234,45 +242,5 @@ class StrengthEnvelope(metaclass=Checked):
         """
         path = writable_folder(folder)
         write_json(path / "summary.json", {**self.summary, **(record or {})})
-        if not self.can_be_fitted:
-            return
-        write_atomically(path / "envelope.png", lambda file: self.plot().savefig(file, dpi=150))
-
-
-@checked
-def strength_envelope(
-    specimens: Mapping[int, Specimen],
-    law: Laws,
-    confinements: Sequence[float],
-    test: Callable[[float], LoadingProtocol],
-    **options: Any,
-) -> StrengthEnvelope:
-    """Compress specimens (by seed) under each of the ``confinements`` (Pa), as many at a time as there are ``threads``.
-
-    ``test`` makes the protocol of a confinement, such as ``lambda p: BiaxialCompression(confinement=p)``; its summary
-    must have a ``peak_stress``. ``options`` are those of :func:`compare`; ``observers`` maps a seed and a confinement
-    to the observers of that test. A test that fails does not touch the others. :class:`Stopped` has the finished tests
-    as its ``result``.
-    """
-    if len(set(confinements)) < 2:
-        raise ParameterError(
-            f"strength_envelope: confinements = {list(confinements)} is not allowed, there must be two different ones"
-        )
-    if not specimens:
-        raise ParameterError("strength_envelope: specimens is empty, it must hold at least one")
-    runs = {
-        (seed, float(p)): Run(specimen, law, test(float(p)))
-        for seed, specimen in specimens.items()
-        for p in confinements
-    }
-    try:
-        outcome = simulate_all(runs, folder=folder_name, **options)
-    except Stopped as stopped:
-        stopped.result = StrengthEnvelope(stopped.result.results, stopped.result.failed)
-        raise
-    return StrengthEnvelope(outcome.results, outcome.failed)
-
-
-def folder_name(test: Test) -> str:
-    """The folder of one test inside that of the envelope."""
-    return f"seed {test[0]}, {test[1] / 1e6:g} MPa"
+        if self.can_be_fitted:
+            write_atomically(path / "envelope.png", lambda file: self.plot().savefig(file, dpi=150))

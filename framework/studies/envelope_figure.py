@@ -10,27 +10,32 @@ from matplotlib.figure import Figure
 
 from grainlaw.columns import STRAIN, STRESS
 from grainlaw.results.figures.curves import label_stress_and_strain, require_stress_and_strain
+from grainlaw.studies.groups import rest
 
 if TYPE_CHECKING:
-    from grainlaw.runs.envelope import StrengthEnvelope
+    from grainlaw.studies.envelope import StrengthEnvelope
 
 
 def plot_envelope(envelope: StrengthEnvelope) -> Figure:
     """Stress-strain curves by confinement, and peaks over confinement with the criteria fitted to them."""
-    require_stress_and_strain(envelope.results)
+    table = envelope.table
+    results = {k: table.run(k) for k in range(len(table)) if table.is_finished(k)}
+    require_stress_and_strain(results)
     figure = Figure(figsize=(11, 5), layout="constrained")
     left, right = figure.subplots(1, 2)
-    names = dict.fromkeys(seed for seed, _ in envelope.results)
-    seeds = dict(zip(names, itertools.cycle(("-", "--", ":")), strict=False))
-    confinements = sorted({p for _, p in envelope.results})
-    for (seed, p), result in envelope.results.items():
+    others = rest(table, envelope.confinement)
+    samples = {k: tuple(table.rows[k][name] for name in others) for k in results}
+    styles = dict(zip(dict.fromkeys(samples.values()), itertools.cycle(("-", "--", ":")), strict=False))
+    confinements = [float(p) for p in np.unique(envelope.peaks[:, 0])]
+    for k, result in results.items():
+        p, first = float(table.rows[k][envelope.confinement]), samples[k] == next(iter(styles))
         strain, stress = result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6
-        label = f"{p / 1e6:g} MPa" if seed == next(iter(seeds)) else None
+        label = f"{p / 1e6:g} MPa" if first else None
         color = f"C{confinements.index(p)}"
-        left.plot(strain, stress, seeds[seed], color=color, linewidth=1.3, label=label)
+        left.plot(strain, stress, styles[samples[k]], color=color, linewidth=1.3, label=label)
     label_stress_and_strain(left)
     left.legend(title="confinement", frameon=False)
-    _, x, y = envelope.peaks.T / 1e6
+    x, y = envelope.peaks.T / 1e6
     line, parabola = envelope.mohr_coulomb, envelope.hoek_brown
     at = np.linspace(0, max(x), 100)
     right.plot(x, y, "o", color="0.2", markersize=5)
