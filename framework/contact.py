@@ -7,8 +7,11 @@ from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from grainlaw.arguments import Checked, short
 from grainlaw.parameter import ParameterError
+from grainlaw.specimen import Specimen
 
 
 class ContactLaw(metaclass=Checked):
@@ -151,6 +154,43 @@ def declared_stiffness(law: ContactLaw) -> Any:
         raise ParameterError(
             f"{type(law).__name__}.stiffness cannot be found: {type(error).__name__}: {error}"
         ) from error
+
+
+def keys_of_bonds(specimen: Specimen, laws: Mapping[Any, ContactLaw]) -> np.ndarray:
+    """(c,) number of the key that each bond of a specimen follows, in the order of the mesh's interfaces.
+
+    Raises :class:`ParameterError` for a bond without one, and for a key that names what is not there.
+    """
+    grains, mesh = specimen.grains, specimen.mesh
+    check_names(specimen, laws)
+    phases = np.sort(grains.phase[mesh.interface_grains], axis=1)
+    kinds, place = np.unique(np.column_stack([phases, mesh.interface_kind]), axis=0, return_inverse=True)
+    number = {key: k for k, key in enumerate(laws)}
+    which = np.zeros(len(kinds), dtype=int)
+    for row, (one, other, kind) in enumerate(kinds.tolist()):
+        key = key_between(laws, names_of(specimen, one), names_of(specimen, other), grains.kinds[kind])
+        if key is None:
+            where = "" if kind == 0 else f" ({grains.kinds[kind]})"
+            pair = f"{grains.phase_name(one)} and {grains.phase_name(other)}"
+            raise ParameterError(f"law: no law is given for contacts between the phases {pair}{where}")
+        which[row] = number[key]
+    found: np.ndarray = which[place.ravel()]
+    return found
+
+
+def names_of(specimen: Specimen, phase: int) -> tuple[int | str, ...]:
+    """All that a phase is called."""
+    names = specimen.grains.phase_names
+    return (phase, names[phase]) if names else (phase,)
+
+
+def check_names(specimen: Specimen, laws: Laws) -> None:
+    """Raise :class:`ParameterError` for a law of a phase or a joint that the specimen does not have by that name."""
+    grains = specimen.grains
+    if strange := strange_keys(laws, grains.phase_names, grains.kinds):
+        names, joints = ", ".join(grains.phase_names) or "without names", ", ".join(grains.joints) or "none"
+        known = f"phases: {names}; joints: {joints}"
+        raise ParameterError(f"law: {strange[0]!r} names what the grains do not have ({known})")
 
 
 def memory_names(law: ContactLaw) -> tuple[str, ...]:

@@ -10,11 +10,11 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.contact import ContactLaw
+from grainlaw.contact import ContactLaw, keys_of_bonds
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.specimen import Specimen
 
-AnyLaws = TypeVar("AnyLaws", ContactLaw, Mapping[tuple[int, int], ContactLaw])
+AnyLaws = TypeVar("AnyLaws", ContactLaw, Mapping[Any, ContactLaw])
 
 
 @attrs.frozen(kw_only=True)
@@ -35,15 +35,15 @@ class WeibullField(metaclass=Checked):
         return draws ** (1 / self.modulus) / math.gamma(1 + 1 / self.modulus)
 
     def scatter(self, laws: AnyLaws, specimen: Specimen) -> AnyLaws:
-        """The same law, or mapping of phase pairs to laws, with a value for each contact point in place of ``names``.
+        """The same law, or mapping of laws, with a value for each contact point in place of ``names``.
 
         Raises :class:`ParameterError` for a name the law does not have, and for what it refuses at any contact.
         """
         factors = self.factors(specimen)
         if isinstance(laws, ContactLaw):
             return self._scattered(laws, factors)
-        phases = np.sort(specimen.grains.phase[specimen.mesh.interface_grains], axis=1)
-        return {pair: self._scattered(law, factors[(phases == sorted(pair)).all(axis=1)]) for pair, law in laws.items()}
+        which = keys_of_bonds(specimen, laws)
+        return {key: self._scattered(law, factors[which == k]) for k, (key, law) in enumerate(laws.items())}
 
     def _scattered(self, law: Any, factors: np.ndarray) -> Any:
         numbers = {field.name for field in attrs.fields(type(law)) if "unit" in field.metadata}

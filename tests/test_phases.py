@@ -9,7 +9,7 @@ import grainlaw as gl
 from grainlaw.contact import law_between
 from grainlaw.engine.parts.laws import laws_of_bonds
 from grainlaw.geometry import Bricks, rectangle, together
-from grainlaw.laws import Linear, MohrCoulomb
+from grainlaw.laws import Linear, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialTension
 
 A, B, C, D, E = (Linear(kn=k * 1e13, ks=1e13) for k in range(1, 6))
@@ -139,3 +139,14 @@ def test_cracks_inside_a_grain_are_told_from_those_between(tmp_path):
     assert again.specimen.grains.phase_names == grains.phase_names
     assert list(again.law) == ["inside", ...]
     assert np.array_equal(again.cracks.inside, result.cracks.inside)
+
+
+def test_scattered_strength_follows_the_keys():
+    """Each bond has the factor of its interface, whatever key its law has."""
+    edges = wall([0, 0, 0, 1]).edges
+    joint = np.column_stack([edges.start, edges.end])[edges.right == 1]
+    grains = wall([0, 0, 0, 1], parent=[0, 1, 1, 2], joints={"bedding": joint})
+    specimen, field = gl.Specimen(grains, ROCK), WeibullField(modulus=4, seed=2)
+    laws = field.scatter({"bedding": BRITTLE, ("inside", "quartz"): BRITTLE, ("mica", ...): BRITTLE}, specimen)
+    found = [law.tensile_strength for law in laws.values()]
+    assert [row.tolist() for row in found] == [[13e6 * f] * 2 for f in field.factors(specimen)]

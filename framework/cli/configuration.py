@@ -16,8 +16,7 @@ from grainlaw.cli.sample import sample
 from grainlaw.cli.sections import SECTIONS, Sections
 from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.table1 import LAWS, ROCK
-from grainlaw.contact import ContactLaw, Laws
-from grainlaw.engine.parts.laws import check_names
+from grainlaw.contact import ContactLaw, Laws, check_names
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.protocol import LoadingProtocol

@@ -8,9 +8,9 @@ import attrs
 import numpy as np
 
 from grainlaw.compiler.batch import Compiled, compile_law
-from grainlaw.contact import Laws, law_between
+from grainlaw.contact import Laws, check_names, law_between, names_of
 from grainlaw.detection import Detection
-from grainlaw.engine.parts.laws import LawGroup, check_names, memory_of, names_of
+from grainlaw.engine.parts.laws import LawGroup, memory_of
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 

@@ -13,9 +13,8 @@ from numba import njit
 from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
-from grainlaw.contact import ContactLaw, Laws, check_laws, declared_stiffness, key_between, strange_keys
+from grainlaw.contact import ContactLaw, Laws, check_laws, declared_stiffness, keys_of_bonds
 from grainlaw.engine.parts.part import Constant
-from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
 #: A law is called for a multiple of so many contact points, except for the last of its group: the compiler may round
@@ -189,34 +188,6 @@ def by_interface(order: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def _by_phases(specimen: Specimen, laws: Mapping[Any, ContactLaw]) -> tuple[np.ndarray, list[tuple[ContactLaw, int]]]:
-    grains, mesh = specimen.grains, specimen.mesh
-    check_names(specimen, laws)
-    phases = np.sort(grains.phase[mesh.interface_grains], axis=1)
-    kinds, place = np.unique(np.column_stack([phases, mesh.interface_kind]), axis=0, return_inverse=True)
-    number = {key: k for k, key in enumerate(laws)}
-    which = np.zeros(len(kinds), dtype=int)
-    for row, (one, other, kind) in enumerate(kinds.tolist()):
-        key = key_between(laws, names_of(specimen, one), names_of(specimen, other), grains.kinds[kind])
-        if key is None:
-            where = "" if kind == 0 else f" ({grains.kinds[kind]})"
-            pair = f"{grains.phase_name(one)} and {grains.phase_name(other)}"
-            raise ParameterError(f"law: no law is given for contacts between the phases {pair}{where}")
-        which[row] = number[key]
-    each = which[place.ravel()]
+    each = keys_of_bonds(specimen, laws)
     sizes = np.bincount(each, minlength=len(laws))
     return np.argsort(each, kind="stable"), list(zip(laws.values(), sizes.tolist(), strict=True))
-
-
-def names_of(specimen: Specimen, phase: int) -> tuple[int | str, ...]:
-    """All that a phase is called."""
-    names = specimen.grains.phase_names
-    return (phase, names[phase]) if names else (phase,)
-
-
-def check_names(specimen: Specimen, laws: Laws) -> None:
-    """Raise :class:`ParameterError` for a law of a phase or a joint that the specimen does not have by that name."""
-    grains = specimen.grains
-    if strange := strange_keys(laws, grains.phase_names, grains.kinds):
-        names, joints = ", ".join(grains.phase_names) or "without names", ", ".join(grains.joints) or "none"
-        known = f"phases: {names}; joints: {joints}"
-        raise ParameterError(f"law: {strange[0]!r} names what the grains do not have ({known})")
