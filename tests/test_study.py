@@ -87,6 +87,12 @@ def test_what_is_finished_is_neither_built_nor_run_again(tmp_path, monkeypatch):
     assert str(study.status(tmp_path / "s")) == "4 cases: 4 finished, none failed, 0 missing"
 
 
+def test_portable_code_makes_other_cases(monkeypatch):
+    plain = {case for case, _ in tiny_study()._cases()}
+    monkeypatch.setattr(studies, "is_portable", lambda: True)
+    assert plain.isdisjoint(case for case, _ in tiny_study()._cases())
+
+
 SOURCE = """
 import attrs
 import grainlaw as gl

@@ -14,7 +14,7 @@ from grainlaw.cli.lists import numbers_of, seeds_of
 from grainlaw.cli.running import contents, portable_option, refusing, tell_certificate, threads_option
 from grainlaw.cli.study import ending
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
-from grainlaw.compiler.cache import compile_portably, is_portable
+from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.thread_count import AUTO, Threads
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.loading import Adaptive, Constant, Loading
@@ -39,7 +39,6 @@ class EnvelopeCase:
     law: Any
     loading: Loading
     maximum_strain: float
-    portable: bool
 
     def tessellator(self, seed: int) -> Voronoi:
         return Voronoi(grains=self.grains, seed=seed)
@@ -48,8 +47,6 @@ class EnvelopeCase:
         return BiaxialCompression(confinement=confinement, loading=self.loading, maximum_strain=self.maximum_strain)
 
     def __call__(self, seed: int, confinement: float) -> Run:
-        if self.portable:  # in the process of the case, too
-            compile_portably()
         grains = self.tessellator(seed).tessellate(rectangle(self.width, self.height))
         return Run(Specimen(grains, ROCK), self.law, self.test(confinement))
 
@@ -86,9 +83,7 @@ def envelope(
     with refusing():
         chosen, files = find_law_and_files(law) if ".py" in law else (law_named(law), [])
         loading = Adaptive() if speed is None else Constant(speed=speed)
-        case = EnvelopeCase(
-            width, height, count if grains is None else grains, chosen, loading, max_strain, is_portable()
-        )
+        case = EnvelopeCase(width, height, count if grains is None else grains, chosen, loading, max_strain)
         tests, tessellators = [case.test(p) for p in pressures], [case.tessellator(seed) for seed in numbers]
         if len(tests) < 2:
             raise ParameterError(f"--confinement = {confinement} is not allowed, it must name at least two")

@@ -18,6 +18,7 @@ import numpy as np
 from grainlaw.arguments import short
 from grainlaw.columns import COURSE
 from grainlaw.compiler.batch import CompilationError, compile_integrator
+from grainlaw.compiler.cache import compile_portably
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, OverlapError, advance
 from grainlaw.naming import shown
@@ -45,6 +46,7 @@ class Recipe:
     case: Callable[..., Run]
     measures: tuple[Measure, ...]
     levels: Mapping[str, Mapping[Any, Any]] = attrs.field(factory=dict)  #: of factors: what the case is given for each
+    portable: bool = False  #: whether code is compiled so that every processor gives the same bits
 
     def run(self, factors: Mapping[str, Any]) -> Run:
         """The run of a case. Raises what the function raises."""
@@ -104,6 +106,8 @@ def carry_out(recipe: bytes, task: Task, watched: str = "") -> Done:
 @functools.lru_cache(maxsize=2)
 def _loaded(recipe: bytes) -> Recipe:
     found: Recipe = cloudpickle.loads(recipe)
+    if found.portable:
+        compile_portably()
     return found
 
 

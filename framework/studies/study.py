@@ -15,6 +15,7 @@ import attrs
 import cloudpickle
 
 from grainlaw.arguments import Checked, short
+from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.thread_count import cores
 from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.measure import Measure
@@ -202,7 +203,7 @@ class Study(metaclass=Checked):
 
     @property
     def _recipe(self) -> Recipe:
-        return Recipe(self.case, self.measures, self.design.named)
+        return Recipe(self.case, self.measures, self.design.named, is_portable())
 
     @property
     def _measured(self) -> str:
@@ -214,7 +215,7 @@ class Study(metaclass=Checked):
         A key is the hash of the function's fingerprint and of the levels, of what is recorded and what is given.
         """
         try:
-            code = hashlib.sha256(digest(fingerprint_of(self.case), self._measured).encode())
+            code = hashlib.sha256(digest(fingerprint_of(self.case), self._measured, is_portable()).encode())
             words = {
                 (name, recorded): _word(name, recorded, "" if level is recorded else digest(level))
                 for name, each in self.design.levels.items()
