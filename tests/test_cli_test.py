@@ -91,7 +91,7 @@ def test_the_written_configuration_runs_the_same_test_again(done, tmp_path):
         (["joint-tension", "--grains", "4"], "there is no 'sample.grains'"),
         (["uniaxial-compression", "--config", "none.toml"], "none.toml"),
         (["uniaxial-compression", "--config", "broken.toml"], "broken.toml is no TOML"),
-        (["uniaxial-compression", "--config", "sections.toml"], "there is no section 'laws'; did you mean 'law'?"),
+        (["uniaxial-compression", "--config", "sections.toml"], "there is no section 'lawz'; did you mean 'law'?"),
         (["uniaxial-compression", "--config", "flat.toml"], "it must be a section [law]"),
     ],
     ids=lambda value: " ".join(value[-2:]) if isinstance(value, list) else "",
@@ -99,7 +99,7 @@ def test_the_written_configuration_runs_the_same_test_again(done, tmp_path):
 def test_refusals_are_one_message_and_leave_nothing(arguments, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("broken.toml").write_text("[law\n")
-    Path("sections.toml").write_text("[laws]\n")
+    Path("sections.toml").write_text("[lawz]\n")
     Path("flat.toml").write_text('law = "linear"\n')
     result = invoke("test", *arguments, "--quick", "--out", "out")
     assert result.exit_code == 2

@@ -53,7 +53,7 @@ def test_every_law_of_the_table_is_a_type(name):
 
 
 def test_the_example_of_the_configuration_page_means_what_it_says():
-    (text,) = blocks("configuration.md")
+    text, *_ = blocks("configuration.md")
     made = configured("uniaxial-compression", tomllib.loads(text))
     law = made.law
     assert isinstance(law, laws.MunjizaJoint)
