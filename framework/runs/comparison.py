@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import attrs
+import numpy as np
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.contact import Laws
@@ -85,14 +86,10 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         """
         from grainlaw.results.figures.curves import plot_cracks
 
-        curves, path = self.plot(), writable_folder(folder)
-        failed = {"failed": {name: str(error) for name, error in self.failed.items()}} if self.failed else {}
-        write_json(path / "summary.json", {"laws": self.summary, **failed, **(record or {})})
-        write_curves(path / "curves.csv", {(name,): result.curves for name, result in self.results.items()})
-        write_atomically(path / "comparison.png", lambda file: curves.savefig(file, dpi=150))
-        for name, result in self.results.items():
-            figure = plot_cracks(result, name)
-            write_atomically(path / f"cracks_{file_name(name)}.png", lambda file, f=figure: f.savefig(file, dpi=150))  # type: ignore[misc]
+        cracks = ((name, plot_cracks(result, name)) for name, result in self.results.items())
+        curves = {(name,): result.curves for name, result in self.results.items()}
+        content = {"laws": self.summary, **reasons(self.failed), **(record or {})}
+        write_comparison(folder, self.plot(), cracks, content, curves, ("law",))
 
     def write_report(
         self,
@@ -107,6 +104,31 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
 
         incomplete = "; ".join(f"{name}: {error}" for name, error in self.failed.items())
         write_report(self.results, file, title=title, record=record, incomplete=incomplete, measures=measures)
+
+
+def reasons(failed: Mapping[str, Exception]) -> dict[str, dict[str, str]]:
+    """Why runs failed, as an entry of the summary; none where all are there."""
+    return {"failed": {name: str(error) for name, error in failed.items()}} if failed else {}
+
+
+def write_comparison(
+    folder: str | os.PathLike[str],
+    figure: Figure,
+    cracks: Iterable[tuple[str, Figure]],
+    summary: Mapping[str, Any],
+    curves: Mapping[tuple[Any, ...], Mapping[str, np.ndarray]],
+    keys: tuple[str, ...],
+) -> None:
+    """Write the files of a comparison: ``cracks`` are pictures by law, ``keys`` what tells the curves apart.
+
+    Raises OSError.
+    """
+    path = writable_folder(folder)
+    write_json(path / "summary.json", summary)
+    write_curves(path / "curves.csv", curves, keys)
+    write_atomically(path / "comparison.png", lambda file: figure.savefig(file, dpi=150))
+    for name, each in cracks:
+        write_atomically(path / f"cracks_{file_name(name)}.png", lambda file, each=each: each.savefig(file, dpi=150))  # type: ignore[misc]
 
 
 @checked

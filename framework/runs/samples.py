@@ -13,12 +13,10 @@ from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.samples import mean_and_range, means
-from grainlaw.results.tables import write_curves, write_json
-from grainlaw.runs.comparison import TABLE
+from grainlaw.runs.comparison import TABLE, reasons, write_comparison
 from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
@@ -87,15 +85,11 @@ class SampleComparison(metaclass=Checked):
         """
         from grainlaw.results.figures.samples import plot_cracks_of_samples
 
-        curves, path = self.plot(), writable_folder(folder)
-        failed = {"failed": {in_words(test): str(error) for test, error in self.failed.items()}}
-        write_json(path / "summary.json", {**self.summary, **(failed if self.failed else {}), **(record or {})})
-        table = {test: result.curves for test, result in self.results.items()}
-        write_curves(path / "curves.csv", table, ("law", "seed"))
-        write_atomically(path / "comparison.png", lambda file: curves.savefig(file, dpi=150))
-        for law, results in self.by_law.items():
-            figure = plot_cracks_of_samples(law, results)
-            write_atomically(path / f"cracks_{file_name(law)}.png", lambda file, f=figure: f.savefig(file, dpi=150))  # type: ignore[misc]
+        cracks = ((law, plot_cracks_of_samples(law, results)) for law, results in self.by_law.items())
+        curves = {test: result.curves for test, result in self.results.items()}
+        failed = reasons({in_words(test): error for test, error in self.failed.items()})
+        content = {**self.summary, **failed, **(record or {})}
+        write_comparison(folder, self.plot(), cracks, content, curves, ("law", "seed"))
 
     def write_report(
         self,

@@ -89,6 +89,15 @@ def label_stress_and_strain(axes: Axes) -> None:
     axes.grid(alpha=0.25)
 
 
+def label_cracks_and_strain(axes: Axes) -> None:
+    """Axes for the number of broken contact points over axial strain in %."""
+    axes.set_xlabel("axial strain (%)")
+    axes.set_ylabel("broken contact points")
+    axes.grid(alpha=0.25)
+    if axes.lines:
+        axes.legend(frameon=False, fontsize="small")
+
+
 def plot_curves(results: Mapping[str, Result]) -> Figure:
     """Stress-strain curves of several laws, and how their cracks accumulate."""
     figure = Figure(figsize=(8, 7), layout="constrained")
@@ -101,11 +110,7 @@ def plot_curves(results: Mapping[str, Result]) -> Figure:
             label = f"{name}, {column.split('_')[0]}"
             if result.curves[column][-1]:
                 lower.plot(strain, result.curves[column], style, color=f"C{k}", linewidth=1.2, label=label)
-    lower.set_xlabel("axial strain (%)")
-    lower.set_ylabel("broken contact points")
-    lower.grid(alpha=0.25)
-    if lower.lines:
-        lower.legend(frameon=False, fontsize="small")
+    label_cracks_and_strain(lower)
     return figure
 
 

@@ -9,7 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from grainlaw.columns import SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS
-from grainlaw.results.figures.curves import draw_cracks, label_stress_and_strain, require_stress_and_strain
+from grainlaw.results.figures.curves import (
+    draw_cracks,
+    label_cracks_and_strain,
+    label_stress_and_strain,
+    require_stress_and_strain,
+)
 from grainlaw.results.result import Result
 from grainlaw.results.samples import Samples
 
@@ -36,11 +41,7 @@ def plot_samples(samples: Samples) -> Figure:
     label_stress_and_strain(upper)
     upper.set_xlabel("")
     upper.legend(frameon=False, title="mean and range of the peaks", alignment="left")
-    lower.set_xlabel("axial strain (%)")
-    lower.set_ylabel("broken contact points")
-    lower.grid(alpha=0.25)
-    if lower.lines:
-        lower.legend(frameon=False, fontsize="small")
+    label_cracks_and_strain(lower)
     return figure
 
 
