@@ -15,7 +15,7 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.region import Region
-from grainlaw.results.files import without_nan, write_atomically
+from grainlaw.results.files import Arrays, below, without_nan, write_atomically
 from grainlaw.results.frames import packed, unpacked
 from grainlaw.results.result import Cracks, Named, Result
 from grainlaw.specimen import Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
@@ -24,8 +24,6 @@ from grainlaw.tessellation import Tessellation
 FORMAT = 1  #: raise when a file of before could not be read any more
 GRAINS = ("vertices", "corners", "first", "phase", "body", "loose", "parent")
 KINDS: dict[str, type] = {kind.__name__: kind for kind in (Elastic, Rigid, EndPoints, GaussPoints, InsetPoints)}
-
-Arrays = dict[str, np.ndarray]
 
 
 @attrs.frozen
@@ -94,16 +92,16 @@ def from_bytes(content: bytes, where: str = "the content") -> Result:
 
 def _result(arrays: Arrays, about: Mapping[str, Any]) -> Result:
     frames: dict[int, Arrays] = {}
-    for name, row in _below("frames", arrays).items():
+    for name, row in below("frames", arrays).items():
         number, _, rest = name.partition("/")
         frames.setdefault(int(number), {})[rest] = row
     return Result(
         specimen=_specimen(arrays, about),
         law=_read(about["law"]),
         protocol=_read(about["protocol"]),
-        curves=Named(_below("curves", arrays)),
+        curves=Named(below("curves", arrays)),
         summary=Named({name: np.nan if value is None else value for name, value in about["summary"].items()}),
-        cracks=Cracks(**_below("cracks", arrays)),
+        cracks=Cracks(**below("cracks", arrays)),
         frames=[unpacked(frames[k]) for k in sorted(frames)],
         interfaces=arrays["interfaces"],
     )
@@ -123,11 +121,6 @@ def load(file: str | os.PathLike[str]) -> Result:
 def _plain(value: Any) -> Any:
     """What a summary of the user's own may hold beside numbers."""
     return without_nan(value.tolist()) if isinstance(value, (np.ndarray, np.generic)) else str(value)
-
-
-def _below(place: str, arrays: Mapping[str, np.ndarray]) -> Arrays:
-    """The arrays whose names begin with a place, by the rest of their names."""
-    return {name.removeprefix(f"{place}/"): row for name, row in arrays.items() if name.startswith(f"{place}/")}
 
 
 def _described(component: Any) -> Any:
@@ -157,8 +150,8 @@ def _specimen(arrays: Arrays, about: Mapping[str, Any]) -> Specimen:
         holes = [arrays[f"regions/{k}/hole/{h}"] for h in range(len(hole_sides))]
         regions.append(Region(arrays[f"regions/{k}/outline"], sides, holes, hole_sides))
     grains = Tessellation(
-        regions[0], **_below("grains", arrays), bodies=regions[1:], phase_names=about["phase_names"],
-        joints=_below("joints", arrays),
+        regions[0], **below("grains", arrays), bodies=regions[1:], phase_names=about["phase_names"],
+        joints=below("joints", arrays),
     )  # fmt: skip
     return Specimen(
         grains, _made(about["material"]), contact_points=_made(about["contact_points"]), refinement=about["refinement"]

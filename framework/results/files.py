@@ -16,6 +16,9 @@ import numpy as np
 RESERVE = 32 * 2**20  #: bytes that pictures leave free for curves, summary and checkpoints, or a tenth of a small disk
 
 
+Arrays = dict[str, np.ndarray]  #: of a file, by names such as curves/strain
+
+
 class OutputWarning(UserWarning):
     """A file that could not be written while a run goes on."""
 
@@ -32,12 +35,13 @@ def check_room(folder: Path) -> None:
         raise OSError(errno.ENOSPC, f"only {disk.free / 2**20:.1f} MB are free", str(folder))
 
 
-def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
+def write_atomically(path: Path, write: Callable[[Path], object], *, shared: bool = False) -> None:
     """Let ``write`` fill a file next to ``path`` with the same ending, then rename it to ``path`` in one step.
 
-    Raises OSError, with the name of the file.
+    ``shared`` says that other processes may write the same file at the same time. Raises OSError, with the name of the
+    file.
     """
-    other = path.with_name(f".{path.stem}.part{path.suffix}")
+    other = path.with_name(f".{path.stem}{f'.{os.getpid()}' if shared else ''}.part{path.suffix}")
     try:
         write(other)
         os.replace(other, path)
@@ -45,6 +49,11 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
         raise OSError(error.errno or 0, error.strerror or str(error), str(path)) from None
     finally:
         other.unlink(missing_ok=True)
+
+
+def below(place: str, arrays: Mapping[str, np.ndarray]) -> Arrays:
+    """The arrays whose names begin with a place, by the rest of their names."""
+    return {name.removeprefix(f"{place}/"): row for name, row in arrays.items() if name.startswith(f"{place}/")}
 
 
 def file_name(name: str) -> str:

@@ -14,11 +14,9 @@ from grainlaw.engine.state import Saved
 from grainlaw.integration import Integrator, Motion
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
-from grainlaw.results.files import write_atomically
+from grainlaw.results.files import Arrays, below, write_atomically
 
 FORMAT = 1  #: raise when a checkpoint of before could not be read any more
-
-Arrays = dict[str, np.ndarray]
 
 
 @attrs.define(kw_only=True)
@@ -101,20 +99,15 @@ def load(file: Path) -> Checkpoint:
     if about["format"] != FORMAT:
         raise ParameterError(f"{file} has the format {about['format']}; this version of grainlaw reads {FORMAT}")
     state: Saved = {}
-    for name, row in _below("state", arrays).items():
+    for name, row in below("state", arrays).items():
         part, _, field = name.partition("/")
         state.setdefault(part, {})[field] = row
-    before = _below("before", arrays)
+    before = below("before", arrays)
     return Checkpoint(
         key=about["key"], made_with=about["made_with"], state=state, integrator=about["integrator"],
-        before=Motion(**before) if before else None, numbers=about["numbers"], curves=_below("curves", arrays),
-        observers=[(name, _below(f"observers/{k}", arrays)) for k, name in enumerate(about["observers"])],
+        before=Motion(**before) if before else None, numbers=about["numbers"], curves=below("curves", arrays),
+        observers=[(name, below(f"observers/{k}", arrays)) for k, name in enumerate(about["observers"])],
     )  # fmt: skip
-
-
-def _below(place: str, arrays: Arrays) -> Arrays:
-    """The arrays whose names begin with a place, by the rest of their names."""
-    return {name.removeprefix(f"{place}/"): row for name, row in arrays.items() if name.startswith(f"{place}/")}
 
 
 def numbers_of(component: Any) -> dict[str, Any]:

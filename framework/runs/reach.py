@@ -21,9 +21,9 @@ import attr
 import attrs
 import numpy as np
 
-import grainlaw
 from grainlaw.compiler.fingerprint import NotCompilable, code_names, references, signature
 from grainlaw.compiler.origin import VERSIONS, home, is_standard
+from grainlaw.runs.sources import is_grainlaw, sources_hash
 
 #: names by which code reaches files, the clock, the environment or the user: its answer may change without it
 OUTSIDE = frozenset((
@@ -44,7 +44,7 @@ def fingerprint_of(function: Any) -> str:
 
     Raises :class:`Unknown` where the function reads files, the clock or the like, or holds what cannot be hashed.
     """
-    return digest(function, VERSIONS, grainlaw_sources())
+    return digest(function, VERSIONS, sources_hash())
 
 
 def own_modules(*things: Any) -> set[str]:
@@ -62,30 +62,6 @@ def digest(*things: Any) -> str:
     for thing in things:
         hasher.feed(thing, "")
     return hasher.hash.hexdigest()
-
-
-@functools.cache
-def grainlaw_sources() -> str:
-    """Hash of all sources of grainlaw."""
-    hasher = hashlib.sha256()
-    for name in ("grainlaw", "grainlaw.laws", "grainlaw.geometry", "grainlaw.protocols"):
-        module = importlib.import_module(name)
-        folder = Path(str(module.__file__)).parent
-        for file in sorted(folder.rglob("*.py")):
-            hasher.update(f"{name}/{file.relative_to(folder).as_posix()} ".encode())
-            hasher.update(file.read_bytes())
-    return hasher.hexdigest()
-
-
-@functools.cache
-def _folders() -> tuple[str, ...]:
-    names = ("grainlaw", "grainlaw.laws", "grainlaw.geometry", "grainlaw.protocols")
-    files = {os.path.realpath(str(importlib.import_module(name).__file__)) for name in names}
-    return tuple(os.path.dirname(file) + os.sep for file in files | {str(Path(str(grainlaw.__file__)).absolute())})
-
-
-def _in_grainlaw(file: str | None) -> bool:
-    return bool(file) and (str(file).startswith(_folders()) or os.path.realpath(str(file)).startswith(_folders()))
 
 
 @functools.cache
@@ -182,7 +158,7 @@ class _Hasher:
         code = getattr(thing, "__code__", None)
         file = code.co_filename if code else getattr(sys.modules.get(module), "__file__", None)
         if isinstance(thing, (type, types.FunctionType, types.BuiltinFunctionType)):
-            if _in_grainlaw(file):
+            if is_grainlaw(file):
                 self.word("grainlaw", module, name)
                 return True
             if (version := release(module)) is not None:
@@ -195,10 +171,10 @@ class _Hasher:
         module = module or sys.modules.get(name) or importlib.import_module(name)
         version = release(name)
         self.word("module", name, version)
-        return version is not None or is_standard(module) or _in_grainlaw(getattr(module, "__file__", None))
+        return version is not None or is_standard(module) or is_grainlaw(getattr(module, "__file__", None))
 
     def function(self, function: types.FunctionType, where: str) -> None:
-        inside = _in_grainlaw(function.__code__.co_filename)
+        inside = is_grainlaw(function.__code__.co_filename)
         name = function.__qualname__
         self.own.add(function.__module__)
         if not inside:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
-import importlib.util
 import json
 import linecache
 import os
@@ -37,6 +36,7 @@ from grainlaw.results.files import warn, without_nan
 from grainlaw.results.tables import write_json
 from grainlaw.runs.claim import RUN
 from grainlaw.runs.reach import Unknown, digest
+from grainlaw.runs.sources import sources_hash
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 from grainlaw.stage import StageError
@@ -45,9 +45,6 @@ from grainlaw.tessellation import Tessellation
 FORMAT = 1  #: raise when the same run would get another key
 LONGEST = 100  #: entries of an array that a record lists; of a longer one it has size, range and hash
 PACKAGES = ("grainlaw", "numpy", "scipy", "numba", "llvmlite", "meshio", "attrs")
-#: rooms of the package that decide no result
-SHOWN_ONLY = ("cli/", "workbench/", "results/figures/", "studies/")
-COMPONENTS = ("laws", "geometry", "protocols")
 
 
 def versions() -> dict[str, str]:
@@ -85,35 +82,6 @@ def revision() -> str:
     except (OSError, subprocess.SubprocessError):
         return ""
     return commit + ("+" if changed else "")
-
-
-@functools.cache
-def engine_hash() -> str:
-    """Hash of the sources of grainlaw that decide results."""
-    hasher = hashlib.sha256()
-    for name, file in sorted(_sources().items()):
-        hasher.update(f"{name} ".encode())
-        hasher.update(file.read_bytes())
-    return hasher.hexdigest()
-
-
-def _sources() -> dict[str, Path]:
-    """Files by their place in the package, which is the same wherever it is installed."""
-    files = {"": grainlaw.__file__, **{f"{name}/": _place(f"grainlaw.{name}") for name in COMPONENTS}}
-    found = {}
-    for place, origin in files.items():
-        folder = Path(str(origin)).parent
-        for file in folder.rglob("*.py") if origin else ():
-            name = place + file.relative_to(folder).as_posix()
-            if not name.startswith(SHOWN_ONLY):
-                found[name] = file
-    return found
-
-
-def _place(name: str) -> str | None:
-    """Where a package lies, whether it is loaded or not: the hash is the same in every process."""
-    spec = importlib.util.find_spec(name)
-    return spec.origin if spec else None
 
 
 def described(component: Any) -> dict[str, Any]:
@@ -172,7 +140,7 @@ def of_run(specimen: Specimen, law: Laws, protocol: LoadingProtocol, options: Ma
     judged = (protocol, specimen.contact_points, *options.values())  # a law is, by its fingerprint
     content = {
         "format": FORMAT,
-        "engine": {"version": versions()["grainlaw"], "sources": engine_hash(), "portable": is_portable()},
+        "engine": {"version": versions()["grainlaw"], "sources": sources_hash("cli/"), "portable": is_portable()},
         "specimen": _specimen(specimen),
         "law": described(law) | {"fingerprint": fingerprints(law)},
         "protocol": described(protocol),

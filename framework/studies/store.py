@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import time
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -21,6 +22,7 @@ STUDY, CASES, RUNS, PACKS, LOCK = "study.json", "cases", "runs", "packs", ".grai
 KILLED = "killed"
 LOOSE = 2000  #: files of cases from which they are packed
 PACKED = 1000  #: cases in a pack
+ABANDONED = 3600.0  #: s after which a half-written file is nobody's
 _HEX = frozenset("0123456789abcdef")
 
 
@@ -105,20 +107,10 @@ class Store:
 
     def row(self, case: str) -> dict[str, Any]:
         """The row of a case. Raises KeyError."""
-        entry = self.entries[bytes.fromhex(case)]
-        if entry.pack < 0:
-            for file in (self._case_file(case), self._case_file(case, killed=True)):
-                try:
-                    return dict(json.loads(file.read_text(encoding="utf-8")))
-                except FileNotFoundError:
-                    continue
-            self.refresh()  # it was packed meanwhile
-            entry = self.entries[bytes.fromhex(case)]
-            if entry.pack < 0:
-                raise KeyError(case)
-        with (self.path / PACKS / f"{entry.pack:06d}.jsonl").open("rb") as text:
-            text.seek(entry.start)
-            return dict(json.loads(text.read(entry.size)))
+        found = next(self.rows([case]))
+        if found is None:
+            raise KeyError(case)
+        return found
 
     def rows(self, cases: Iterable[str]) -> Iterator[dict[str, Any] | None]:
         """The rows of cases in their order, None for those that are not there."""
@@ -126,8 +118,15 @@ class Store:
         try:
             for case in cases:
                 entry = self.entries.get(bytes.fromhex(case))
+                if entry is not None and entry.pack < 0:
+                    row = self._loose_row(case)
+                    if row is not None:
+                        yield row
+                        continue
+                    self.refresh()  # it was packed meanwhile
+                    entry = self.entries.get(bytes.fromhex(case))
                 if entry is None or entry.pack < 0:
-                    yield None if entry is None else self.row(case)
+                    yield None
                     continue
                 if entry.pack not in texts:
                     if len(texts) > 64:
@@ -138,6 +137,14 @@ class Store:
         finally:
             for text in texts.values():
                 text.close()
+
+    def _loose_row(self, case: str) -> dict[str, Any] | None:
+        for file in (self._case_file(case), self._case_file(case, killed=True)):
+            try:
+                return dict(json.loads(file.read_text(encoding="utf-8")))
+            except FileNotFoundError:
+                continue
+        return None
 
     def run_of(self, case: str) -> bytes:
         """The file of the run of a case. Raises KeyError where there is none, as for a case that failed."""
@@ -182,6 +189,7 @@ class Store:
         except Timeout:
             return 0
         try:
+            self._sweep()
             packed = {case for number in self._pack_numbers() for case in self._index(number)}
             done = 0
             loose = []
@@ -226,6 +234,15 @@ class Store:
         for file in (*map(self._case_file, cases), *(self._run_file(key) for key in runs if key)):
             file.unlink(missing_ok=True)
 
+    def _sweep(self) -> None:
+        """Remove files that were half written when their process was killed."""
+        for file in self.path.glob("*/**/.*.part*"):
+            try:
+                if time.time() - file.stat().st_mtime > ABANDONED:
+                    file.unlink()
+            except FileNotFoundError:  # renamed meanwhile
+                continue
+
     # --- places ------------------------------------------------------------------------------------------------------
 
     def _case_file(self, case: str, killed: bool = False) -> Path:
@@ -258,11 +275,4 @@ def _loose(folder: Path) -> Iterator[tuple[bytes, bool]]:
 def _write(file: Path, content: bytes) -> None:
     """Raises OSError, also where the disk is full."""
     file.parent.mkdir(exist_ok=True)
-    other = file.with_name(f".{file.name}.{os.getpid()}.part")  # another process may write the same
-    try:
-        other.write_bytes(content)
-        os.replace(other, file)
-    except OSError as error:
-        raise OSError(error.errno or 0, error.strerror or str(error), str(file)) from None
-    finally:
-        other.unlink(missing_ok=True)
+    write_atomically(file, lambda other: other.write_bytes(content), shared=True)
