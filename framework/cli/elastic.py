@@ -8,7 +8,7 @@ import attrs
 import click
 
 from grainlaw.cli.configuration import configured
-from grainlaw.cli.running import refusing
+from grainlaw.cli.running import Given, model_options, refusing
 from grainlaw.cli.sections import assign, gathered
 from grainlaw.parameter import ParameterError
 from grainlaw.results.files import writable_folder
@@ -18,21 +18,14 @@ from grainlaw.runs.record import origin
 
 
 @click.command()
-@click.option("--law", help="Name of a law, or FILE.py:LAW.  [default: cohesive-crack]")
-@click.option("--grains", type=int, help="Number of grains.")
-@click.option("--seed", type=int, help="Seed of the grains.")
-@click.option("--config", type=click.Path(path_type=Path, dir_okay=False), help="TOML file with parameters.")
-@click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
+@model_options
 @click.option(
     "--boundary", type=click.Choice(list(BOUNDARIES)), default="kinematic", show_default=True,
     help="What the rim follows in the stiffness tensor: a uniform strain or a uniform stress.",
 )  # fmt: skip
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="JSON file to write.")
 @click.option("--quick", is_flag=True, help="A small specimen.")
-def elastic(
-    *, law: str | None, grains: int | None, seed: int | None, config: Path | None, assignments: tuple[str, ...],
-    boundary: str, out: Path | None, quick: bool,
-) -> None:  # fmt: skip
+def elastic(*, given: Given, boundary: str, out: Path | None, quick: bool) -> None:
     """Find modulus, Poisson's ratio and stiffness tensor of a rock specimen, without a test.
 
     They come from static solutions, in less than a second: modulus and Poisson's ratio are those of uniaxial
@@ -40,10 +33,9 @@ def elastic(
     sections [sample], [rock] and [law]; of the others only numerics.refinement counts.
     """
     with refusing():
-        options = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
-        sections = gathered(config, options, ())
+        sections = gathered(given.config, given.options, ())
         sections.pop("test", None)  # of a file that grainlaw test has written
-        for assignment in assignments:
+        for assignment in given.assignments:
             assign(sections, assignment)
         if "test" in sections:
             raise ParameterError("elastic: there is no test, and no parameter of one to set")

@@ -10,8 +10,9 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
+import attrs
 import click
 import numpy as np
 from rich.console import Console
@@ -79,6 +80,34 @@ def portable_option(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
+@attrs.frozen
+class Given:
+    """What a command was given of specimen and law: a file, and single parameters that count more than the file."""
+
+    config: Path | None
+    options: dict[tuple[str, str], Any]  #: by section and name, None where nothing was given
+    assignments: tuple[str, ...]
+
+
+def model_options(command: Callable[..., None]) -> Callable[..., None]:
+    """The options that say which specimen and law; the command gets them as ``given``."""
+
+    @click.option("--law", help="Name of a law, or FILE.py:LAW.  [default: cohesive-crack]")
+    @click.option("--grains", type=int, help="Number of grains.")
+    @click.option("--seed", type=int, help="Seed of the grains.")
+    @click.option("--config", type=click.Path(path_type=Path, dir_okay=False), help="TOML file with parameters.")
+    @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
+    @functools.wraps(command)
+    def run(
+        *, law: str | None, grains: int | None, seed: int | None, config: Path | None, assignments: tuple[str, ...],
+        **options: Any,
+    ) -> None:  # fmt: skip
+        single = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
+        command(given=Given(config, single, assignments), **options)
+
+    return run
+
+
 def folder_options(command: Callable[..., None]) -> Callable[..., None]:
     """The options that say where a command writes."""
     for option in (
@@ -101,11 +130,16 @@ def writing_to(out: Path, restart: bool, overwrite: bool, about: Mapping[str, An
         try:
             yield claim
         except Stopped as stopped:
-            click.echo(f"\n{stopped}; {contents(claim.path)}", err=True)
-            click.echo(f"go on with the same command and --restart --out {os.fspath(out)}", err=True)
-            sys.exit(128 + stopped.signal)
+            again = f"go on with the same command and --restart --out {os.fspath(out)}"
+            end_stopped(stopped, contents(claim.path), again)
         except FAILURES as error:
             raise click.ClickException(f"{error}\n{contents(claim.path)}") from None
+
+
+def end_stopped(stopped: Stopped, there: str, again: str) -> NoReturn:
+    """End a command that was stopped: what is there, and how to go on."""
+    click.echo(f"\n{stopped}; {there}\n{again}", err=True)
+    sys.exit(128 + stopped.signal)
 
 
 def finished(claim: Claim) -> None:

@@ -12,9 +12,11 @@ import click
 from grainlaw.cli.configuration import Configuration, configured
 from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.running import (
+    Given,
     ProgressBar,
     finished,
     folder_options,
+    model_options,
     portable_option,
     progress_bars,
     refusing,
@@ -55,25 +57,19 @@ of what was run and with what, and config.toml, which runs the same test again. 
 recorded is written all the same."""
 )
 @click.argument("name", metavar="NAME")
-@click.option("--law", help="Name of a law, or FILE.py:LAW.  [default: cohesive-crack]")
-@click.option("--grains", type=int, help="Number of grains.")
-@click.option("--seed", type=int, help="Seed of the grains.")
-@click.option("--config", type=click.Path(path_type=Path, dir_okay=False), help="TOML file with parameters.")
-@click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
+@model_options
 @folder_options
 @threads_option("Threads in the model.", default=None)
 @portable_option
 @click.option("--certify", is_flag=True, help="Test again at half the speed: what the strength tends to.")
 @click.option("--quick", is_flag=True, help="A small specimen.")
 def test(
-    *, name: str, law: str | None, grains: int | None, seed: int | None, config: Path | None,
-    assignments: tuple[str, ...], out: Path, restart: bool, overwrite: bool, threads: Threads | None, quick: bool,
+    *, name: str, given: Given, out: Path, restart: bool, overwrite: bool, threads: Threads | None, quick: bool,
     certify: bool,
 ) -> None:  # fmt: skip
-    options = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
-    options["numerics", "threads"] = threads
+    options = {**given.options, ("numerics", "threads"): threads}
     with refusing():
-        chosen = configured(name, gathered(config, options, assignments), quick)
+        chosen = configured(name, gathered(given.config, options, given.assignments), quick)
         ask_first_questions(chosen.law)
         if certify:
             slower(chosen.protocol)
