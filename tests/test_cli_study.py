@@ -3,6 +3,8 @@
 import csv
 import json
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -91,6 +93,26 @@ def test_quantities_are_numbers_of_the_table_and_keys_may_be_inside(tmp_path):
     assert {row["loading"] for row in rows} == {'{type = "constant", speed = "0.2 m/s"}'}
     text = invoke("study", "table", file, "--quick", "--set", "law.type=mohr-coulomb").output
     assert [line.split()[0] for line in text.splitlines()[2:4]] == ["10", "13"]
+
+
+def test_what_the_missing_cases_cost_is_told_before(done, tmp_path):
+    file, _ = done
+    more = study_file(tmp_path, LAWS.replace('"1..2"', "[1, 2, 9]"))
+    output = invoke("study", "estimate", more, "--quick", "--out", file.with_suffix("")).output
+    assert output.startswith("2 cases: about ")
+    assert "(from finished cases)" in output
+    assert "(from a probe)" in invoke("study", "estimate", more, "--quick").output
+    assert not more.with_suffix("").exists()
+
+
+def test_portable_cases_are_others(done, monkeypatch):
+    file, _ = done
+    monkeypatch.delenv("GRAINLAW_PORTABLE", raising=False)
+    calls = [subprocess.run(
+        [sys.executable, "-m", "grainlaw", "study", "status", file, "--quick", *options], capture_output=True, text=True
+    ).stdout for options in ((), ("--portable",))]  # fmt: skip
+    assert "4 finished" in calls[0]
+    assert "0 finished, none failed, 4 missing" in calls[1]
 
 
 def test_shards_are_parts_of_one_study(tmp_path):

@@ -2,20 +2,24 @@
 
 import errno
 import os
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+import time
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 
 import attrs
 import numpy as np
 import pytest
-from study_cases import SHORT, refuse_to_run, tiny, tiny_study
+from study_cases import SHORT, column, refuse_to_run, tiny, tiny_study
 from support import BRITTLE, ROCK, STIFF
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialCompression
+from grainlaw.runs.stopping import Stop
 from grainlaw.studies import store as stores
+from grainlaw.studies.case import Done, Task
 from grainlaw.studies.store import Store
+from grainlaw.studies.workers import Workers, carry_all
 from grainlaw.units import mm
 
 
@@ -133,6 +137,52 @@ class Deadly(gl.LoadingProtocol):
 def deadly(seed):
     run = tiny("linear", seed)
     return gl.Run(run.specimen, run.law, Deadly()) if seed == 1 else run
+
+
+class Reluctant(Workers):
+    """Does not take the first two cases, as a pool whose process died between cases."""
+
+    count, renewed = 1, 0
+
+    def submit(self, recipe, task):
+        if self.renewed < 2:
+            raise BrokenExecutor
+        future = Future()
+        future.set_result(Done({"case": task.case}, None))
+        return future
+
+    def renew(self):
+        self.renewed += 1
+        return set()
+
+
+def test_workers_that_die_between_cases_are_replaced():
+    accepted = []
+    tasks = [Task(str(k), {}) for k in range(5)]
+    carry_all(iter(tasks), b"", Reluctant(), lambda task, done: accepted.append(task.case), Stop())
+    assert sorted(accepted) == ["0", "1", "2", "3", "4"]
+
+
+def test_what_a_killed_process_had_half_written_is_swept_away(tmp_path):
+    store = tmp_path / "s"
+    tiny_study(1).run(store, on=ThreadPoolExecutor(1), quiet=True)
+    folder = next((store / "cases").iterdir())
+    for name, age in (("old", 7200.0), ("new", 60.0)):
+        part = folder / f".{name}.1.part.json"
+        part.write_text("{")
+        os.utime(part, (time.time() - age, time.time() - age))
+    tiny_study(2).run(store, on=ThreadPoolExecutor(1), quiet=True)
+    assert [file.name for file in store.rglob(".*.part*")] == [".new.1.part.json"]  # perhaps still written
+    assert Store(store).pack() == 0
+
+
+def test_a_warning_is_given_once_for_a_level_and_not_by_the_workers(tmp_path, capfd):
+    """A speed of a tenth of that of waves."""
+    study = gl.Study(column, rows=[2], height=[40.0, 41.0], speed=[300.0])
+    with pytest.warns(gl.UnitWarning, match="moves at 300 m/s, which is unusual") as heard:
+        study.run(tmp_path / "s", workers=1, quiet=True)
+    assert len([one for one in heard if one.category is gl.UnitWarning]) <= 2  # one for each level
+    assert "UnitWarning" not in capfd.readouterr().err
 
 
 def test_an_executor_of_the_users_that_breaks_keeps_what_is_finished(tmp_path):

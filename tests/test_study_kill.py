@@ -101,30 +101,41 @@ def _command(process):
         return []
 
 
+def running(cluster):
+    """Workers that are at work: Dask does not start again one that dies before."""
+    processes = [nanny.process for nanny in cluster.workers.values()]
+    return [worker.pid for worker in processes if worker and worker.pid and worker.status.name == "running"]
+
+
 def test_fifty_workers_of_a_cluster_killed(tmp_path, undisturbed):
     distributed, dask = pytest.importorskip("distributed"), pytest.importorskip("dask")
     store, rng, killed = tmp_path / "s", random.Random(3), 0
     options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 10}),
+        dask.config.set(
+            {
+                "distributed.scheduler.allowed-failures": 10,
+                "distributed.deploy.lost-worker-timeout": "10 minutes",  # of a busy machine; it gives up one after 15 s
+            }
+        ),
         distributed.LocalCluster(**options) as cluster,
     ):
         script = tmp_path / "script.py"
         script.write_text(SCRIPT.replace("workers=2", f"on={cluster.scheduler_address!r}"))
-        process = subprocess.Popen(
-            [sys.executable, str(script), str(store)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT
-        )
+        output = tmp_path / "output.txt"  # not a pipe: Dask says of each lost worker more than a pipe holds
+        with output.open("w") as stream:
+            process = subprocess.Popen(
+                [sys.executable, str(script), str(store)], stdout=stream, stderr=subprocess.STDOUT
+            )
         while process.poll() is None:
             time.sleep(rng.uniform(0.5, 1.5))
-            pids = [
-                worker.pid for worker in (nanny.process for nanny in cluster.workers.values()) if worker and worker.pid
-            ]
+            pids = running(cluster)
             if pids and killed < 50:
                 try:
                     psutil.Process(rng.choice(pids)).kill()
                     killed += 1
                 except psutil.NoSuchProcess:
                     continue
-        assert process.returncode == 0, process.stdout.read()
+        assert process.returncode == 0, output.read_text()
     assert killed >= 20
     check(store, undisturbed)

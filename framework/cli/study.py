@@ -6,7 +6,6 @@ import functools
 import math
 import os
 import re
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,9 +14,10 @@ from typing import Any
 import click
 import numpy as np
 
-from grainlaw.cli.running import contents, refusing
+from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.slurm import script
 from grainlaw.cli.study_file import StudyFile, study_of
+from grainlaw.compiler.cache import compile_portably
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.results.files import write_atomically
@@ -56,13 +56,18 @@ def file_options(command: Callable[..., None]) -> Callable[..., None]:
     @click.argument("file", metavar="FILE.toml", type=click.Path(path_type=Path))
     @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
     @click.option("--quick", is_flag=True, help="A small specimen.")
+    @click.option("--portable", is_flag=True, help="The same bits on every processor; such cases are others.")
     @click.option(
         "--out", type=click.Path(path_type=Path),
         help="Folder of the study.  [default: the file's name without its ending]",
     )  # fmt: skip
     @functools.wraps(command)
-    def run(*, file: Path, assignments: tuple[str, ...], quick: bool, out: Path | None, **options: Any) -> None:
+    def run(
+        *, file: Path, assignments: tuple[str, ...], quick: bool, portable: bool, out: Path | None, **options: Any
+    ) -> None:
         with refusing():
+            if portable:
+                compile_portably()
             chosen = study_of(file, assignments, quick)
         command(chosen, chosen.folder if out is None else out, **options)
 
@@ -106,9 +111,7 @@ def ending(study: Study, folder: Path) -> Iterator[None]:
         with refusing():
             yield
     except Stopped as stopped:
-        click.echo(f"\n{stopped}; {study.status(folder)}", err=True)
-        click.echo(f"{contents(folder)}\ngo on with the same command", err=True)
-        sys.exit(128 + stopped.signal)
+        end_stopped(stopped, str(study.status(folder)), f"{contents(folder)}\ngo on with the same command")
     except ExecutorError as error:
         raise click.ClickException(f"{error}; {study.status(folder)}; go on with the same command") from None
 
@@ -124,6 +127,15 @@ def _reasons(table: Table) -> str:
         case = ", ".join(f"{name} = {level(name, row[name])}" for name in table.factors)
         lines.append(f"\n{count} {kind}, the first {case}: {row['reason']}")
     return "".join(lines)
+
+
+@study.command()
+@file_options
+def estimate(chosen: StudyFile, folder: Path) -> None:
+    """Tell what the missing cases will take: from finished cases, or from a probe of some steps."""
+    with refusing():
+        found = chosen.study.estimate(folder)
+    click.echo(found)
 
 
 @study.command()

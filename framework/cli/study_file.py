@@ -15,6 +15,7 @@ from grainlaw.cli.law_file import find_law
 from grainlaw.cli.sections import Sections, assign, checked_sections, put, read_tables
 from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.vary import ALONE, Factor, Place, factors
+from grainlaw.compiler.cache import is_portable
 from grainlaw.parameter import ParameterError
 from grainlaw.runs.parallel import Run
 from grainlaw.studies.case import Recipe
@@ -98,6 +99,7 @@ def study_of(file: Path, assignments: Sequence[str] = (), quick: bool = False) -
     levels: dict[str, Any] = {factor.name: factor.levels for factor in chosen}
     study = Study(FileCase(sections, places, quick), **levels)
     options = [word for assignment in assignments for word in ("--set", assignment)] + ["--quick"] * quick
+    options += ["--portable"] * is_portable()
     return StudyFile(file, study, chosen, options)
 
 

@@ -32,9 +32,10 @@ from grainlaw.results.result import Result
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.parallel import Run
 from grainlaw.stage import Stage, StageError
+from grainlaw.studies.store import KILLED
 from grainlaw.tessellation import TilingError
 
-FINISHED, KILLED, SAME = "finished", "killed", "same"
+FINISHED, SAME = "finished", "same"
 OFTEN = 0.5  #: s between words of a worker
 REFUSALS = (ParameterError, CompilationError, TilingError)
 
@@ -118,7 +119,7 @@ def _answered(recipe: Recipe, task: Task, observers: Sequence[Observer]) -> tupl
     except MemoryError:
         raise
     except Exception as error:
-        return _failed("refused", error), None
+        return _refused(error), None
     if key == task.known[0]:
         return {"status": SAME, "run": key}, None
     try:
@@ -130,15 +131,15 @@ def _answered(recipe: Recipe, task: Task, observers: Sequence[Observer]) -> tupl
     except MemoryError:
         raise
     except Exception as error:
-        return _failed("refused", error) | {"run": key}, None
+        return _refused(error) | {"run": key}, None
     return {"status": status, "reason": reason, "run": key, **_found(result, recipe.measures)}, to_bytes(
         result, frames=False
     )
 
 
-def _failed(status: str, error: Exception) -> dict[str, Any]:
+def _refused(error: Exception) -> dict[str, Any]:
     words = str(error) if isinstance(error, REFUSALS) else f"{type(error).__name__}: {error}"
-    return {"status": status, "reason": words}
+    return {"status": "refused", "reason": words}
 
 
 def _found(result: Result, measures: Sequence[Measure]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import os
@@ -22,13 +23,14 @@ from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.parallel import Run
+from grainlaw.runs.plausibility import warn_of_scales
 from grainlaw.runs.reach import Unknown, digest, fingerprint_of, own_modules
 from grainlaw.runs.stopping import Stop, Stopped
-from grainlaw.studies.case import FINISHED, KILLED, SAME, Done, Recipe, Task, compiled
+from grainlaw.studies.case import FINISHED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.cost import StudyCost, cost_of
 from grainlaw.studies.design import Design, Factors, check_signature, factorial, listed
 from grainlaw.studies.progress import Watcher
-from grainlaw.studies.store import Store
+from grainlaw.studies.store import KILLED, Store
 from grainlaw.studies.table import Table
 from grainlaw.studies.workers import carry_all, workers
 
@@ -70,7 +72,6 @@ class Study(metaclass=Checked):
         check_signature(case, self.design.names)
         self.case = case
         self.measures = tuple(MEASURES.values() if measures is None else measures)
-        self._keys: dict[Any, str] = {}
 
     def __len__(self) -> int:
         return len(self.design)
@@ -131,6 +132,7 @@ class Study(metaclass=Checked):
 
     def _try_levels(self, tasks: Sequence[Task], compile_too: bool) -> None:
         """Build one case for each level, so that one that is refused is known at once; compile each law once."""
+        recipe = self._recipe
         tried: set[str] = set()
         laws: set[str] = set()
         for name in self.design.names:
@@ -144,7 +146,8 @@ class Study(metaclass=Checked):
                     continue
                 tried.add(task.case)
                 try:
-                    run = self._recipe.run(task.factors)
+                    run = recipe.run(task.factors)
+                    warn_of_scales(run.specimen, run.law, list(run.protocol.stages(run.specimen)))
                     if compile_too and (kind := _kind(run)) not in laws:
                         compiled(run)
                         laws.add(kind)
@@ -184,7 +187,8 @@ class Study(metaclass=Checked):
         store = Store(folder, make=False) if folder is not None and Path(folder).exists() else None
         rows = [row for row in store.rows(case for case, _ in self._cases()) if row] if store else []
         missing = [Task(*pair) for pair in self._cases() if store is None or pair[0] not in store]
-        return cost_of(missing, rows, lambda task: self._recipe.run(task.factors))
+        recipe = self._recipe
+        return cost_of(missing, rows, lambda task: recipe.run(task.factors))
 
     def table(self, folder: Folder) -> Table:
         """The table of the cases that a store has. Raises ParameterError for a folder that is no store."""
@@ -205,7 +209,7 @@ class Study(metaclass=Checked):
     def _recipe(self) -> Recipe:
         return Recipe(self.case, self.measures, self.design.named, is_portable())
 
-    @property
+    @functools.cached_property
     def _measured(self) -> str:
         return digest(*(type(measure) for measure in self.measures), *self.measures)
 

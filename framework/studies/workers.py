@@ -10,6 +10,7 @@ import sys
 import tempfile
 import threading
 import types
+import warnings
 from abc import ABC, abstractmethod
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
@@ -22,9 +23,11 @@ from pathlib import Path
 from typing import Any
 
 from grainlaw.arguments import short
-from grainlaw.parameter import ParameterError
+from grainlaw.parameter import ParameterError, UnitWarning
+from grainlaw.runs.estimate import CostWarning
 from grainlaw.runs.stopping import Stop
-from grainlaw.studies.case import KILLED, Done, Task, carry_out
+from grainlaw.studies.case import Done, Task, carry_out
+from grainlaw.studies.store import KILLED
 
 TRIES = 4  #: times that a worker may die over a case
 PATIENCE = 0.2  #: s between looks at the signals
@@ -125,7 +128,12 @@ class Local(Workers):
 
 
 def _begin(folder: str) -> None:
-    """In a new process: Ctrl-C is for the one that gives out the cases, and without that one there is no work."""
+    """In a new process: Ctrl-C is for the one that gives out the cases, and without that one there is no work.
+
+    Warnings of a run are given by that one too, once for each level, and by the estimate.
+    """
+    for kind in (UnitWarning, CostWarning):
+        warnings.simplefilter("ignore", kind)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -211,35 +219,35 @@ def carry_all(
     """
     pending: dict[Future[Done], Task] = {}
     again: deque[Task] = deque()
+    suspects: deque[Task] = deque()  #: at which a worker died; last, for one may kill the next worker too
     deaths: Counter[str] = Counter()
+
+    def following() -> Task | None:
+        if again:
+            return again.popleft()
+        return next(tasks, None) or (suspects.popleft() if suspects else None)
 
     def fill() -> None:
         while len(pending) < by.ahead:
-            task = again.popleft() if again and again[0].case not in deaths else next(tasks, None)
-            if task is None and again:
-                task = again.popleft()
+            task = following()
             if task is None:
                 return
             try:
                 pending[by.submit(recipe, task)] = task
             except (BrokenExecutor, RuntimeError):
                 again.appendleft(task)
-                if not pending:
-                    renew()
-                return
+                if pending:  # those are looked at first: some may be done
+                    return
+                renew()
 
     def renew() -> None:
-        again.extend(pending.values())
+        deaths.update(by.renew())
+        for task in pending.values():
+            if deaths[task.case] >= TRIES:
+                accept(task, _killed(task, f"its worker died {deaths[task.case]} times (of too little memory?)"))
+            else:
+                (suspects if deaths[task.case] else again).append(task)
         pending.clear()
-        lost = by.renew()
-        deaths.update(lost)
-        later = [task for task in again if task.case in lost]  # others first: one of these may kill its worker
-        others = [task for task in again if task.case not in lost]
-        again.clear()
-        again.extend([*others, *later])
-        for task in [task for task in again if deaths[task.case] >= TRIES]:
-            again.remove(task)
-            accept(task, _killed(task, f"its worker died {deaths[task.case]} times (of too little memory?)"))
 
     try:
         fill()
