@@ -17,6 +17,7 @@ from grainlaw.cli.compare import compare
 from grainlaw.cli.elastic import elastic
 from grainlaw.cli.envelope import envelope
 from grainlaw.cli.law import law
+from grainlaw.cli.paper import paper
 from grainlaw.cli.rerun import rerun
 from grainlaw.cli.study import study
 from grainlaw.cli.test import test
@@ -58,5 +59,5 @@ def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 
-for command in (cache, compare, elastic, envelope, law, check, rerun, study, test, verify):
+for command in (cache, compare, elastic, envelope, law, check, paper, rerun, study, test, verify):
     main.add_command(command)

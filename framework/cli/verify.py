@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import click
@@ -42,6 +42,7 @@ SLOW = Constant(speed=5 * mm)  #: per second
 SHEAR = DirectShear(normal_stress=PRESSURE, maximum_slip=40 * um, reverse_to=0.5, loading=SLOW, resolution=0.01 * um)
 PLACES = (5 * um, 10 * um, 20 * um)
 TOLERANCE = 0.01
+HEAD = ("", "paper", "theory", "grainlaw", "off by")
 
 
 @click.command()
@@ -54,30 +55,53 @@ def verify(*, out: Path) -> None:
     it was made with to verify.json, and draws verify_tension.png and verify_shear.png. The exit code is 1 if one is
     more than 1 % from theory.
     """
+    try:
+        folder = writable_folder(out)
+        found = joint()
+        for name, figure in (("tension", found.tension_figure), ("shear", found.shear_figure)):
+            write_atomically(folder / f"verify_{name}.png", lambda file, f=figure: f.savefig(file, dpi=130))  # type: ignore[misc]
+        names = ("quantity", "paper", "theory", "grainlaw")
+        table = [dict(zip(names, row, strict=True)) for row in (*found.tension, *found.shear)]
+        write_json(folder / "verify.json", {"table": table, **found.laws, **origin()})
+    except (InstabilityError, StageError, OSError) as error:
+        raise click.ClickException(str(error)) from None
+    click.echo(aligned([HEAD, *cells([*found.tension, *found.shear])]))
+    click.echo(f"\nwritten to {folder}{os.sep}: verify_tension.png, verify_shear.png, verify.json")
+    if found.worst > TOLERANCE:
+        raise click.ClickException(f"{100 * found.worst:.2f} % from theory, more than {100 * TOLERANCE:g} %")
+
+
+@attrs.frozen(eq=False)
+class Joint:
+    """What one joint between two blocks does, beside what it should."""
+
+    tension: list[Row]
+    shear: list[Row]
+    tension_figure: Figure
+    shear_figure: Figure
+    laws: dict[str, Any]  #: described
+
+    @property
+    def worst(self) -> float:
+        """The largest deviation from theory, relative."""
+        rows = (*self.tension, *self.shear)
+        return max(abs(program / theory - 1) for _, _, theory, program in rows if theory)
+
+
+def joint() -> Joint:
+    """Pull and shear a joint. Raises as :func:`simulate`."""
     exact = LAWS["cohesive-crack"]
     assert isinstance(exact, CohesiveCrack)
     printed = attrs.evolve(exact, softening_length=SofteningLength.CLOSED_FORM)
     frictionless = _without_friction(printed)
-    try:
-        folder = writable_folder(out)
-        pulled, pulled_exact = (_run(law, JointTension(loading=SLOW), PULLED) for law in (printed, exact))
-        tall = _run(printed, JointTension(), COLUMN)
-        sheared = _run(frictionless, SHEAR, SHEARED)
-        rows = [*_tension_rows(printed, pulled, exact, pulled_exact), *_shear_rows(frictionless, sheared)]
-        figures = {"tension": _tension_figure(printed, pulled, tall), "shear": _shear_figure(frictionless, sheared)}
-        for name, figure in figures.items():
-            write_atomically(folder / f"verify_{name}.png", lambda file, f=figure: f.savefig(file, dpi=130))  # type: ignore[misc]
-        names = ("quantity", "paper", "theory", "grainlaw")
-        table = [dict(zip(names, row, strict=True)) for row in rows]
-        laws = {"law": described(printed), "exact": described(exact), "sheared": described(frictionless)}
-        write_json(folder / "verify.json", {"table": table, **laws, **origin()})
-    except (InstabilityError, StageError, OSError) as error:
-        raise click.ClickException(str(error)) from None
-    click.echo(_table(rows))
-    click.echo(f"\nwritten to {folder}{os.sep}: verify_tension.png, verify_shear.png, verify.json")
-    worst = max(abs(program / theory - 1) for _, _, theory, program in rows if theory)
-    if worst > TOLERANCE:
-        raise click.ClickException(f"{100 * worst:.2f} % from theory, more than {100 * TOLERANCE:g} %")
+    pulled, pulled_exact = (_run(law, JointTension(loading=SLOW), PULLED) for law in (printed, exact))
+    tall = _run(printed, JointTension(), COLUMN)
+    sheared = _run(frictionless, SHEAR, SHEARED)
+    return Joint(
+        _tension_rows(printed, pulled, exact, pulled_exact), _shear_rows(frictionless, sheared),
+        _tension_figure(printed, pulled, tall), _shear_figure(frictionless, sheared),
+        {"law": described(printed), "exact": described(exact), "sheared": described(frictionless)},
+    )  # fmt: skip
 
 
 def _without_friction(law: CohesiveCrack) -> CohesiveCrack:
@@ -94,7 +118,7 @@ def _run(law: CohesiveCrack, test: JointTension | DirectShear, height: float) ->
 # --- the table -------------------------------------------------------------------------------------------------------
 
 
-def _chi(damage: float) -> float:
+def softening(damage: float) -> float:
     """Eq. (2) of the paper, in the terms of the paper."""
     a, b, c = 0.63, 1.8, 6
     fall = 1 - (a + b - 1) / (a + b) * math.exp(damage * (a + c * b) / ((a + b) * (1 - a - b)))
@@ -123,7 +147,7 @@ def _tension_rows(law: CohesiveCrack, curves: Curves, exact: CohesiveCrack, exac
     last, exact_last = (peak + length * energy / strength for length in (3, exact.softening.length))  # Eq. (4)
 
     def softened(place: float) -> float:
-        return _chi((place - peak) / (last - peak)) * strength / MPa
+        return softening((place - peak) / (last - peak)) * strength / MPa
 
     out, end = _loading(curves, "opening"), _breaks(curves)
     back = np.setdiff1d(np.arange(end), out)
@@ -143,7 +167,7 @@ def _tension_rows(law: CohesiveCrack, curves: Curves, exact: CohesiveCrack, exac
         ("broken at, exact L (um)", unknown, exact_last / um, exact_curves["opening"][_breaks(exact_curves)] / um),
         ("closing again (TPa/m)", law.kn * 1e-12, law.kn * 1e-12, _slope(curves, np.flatnonzero(opening < 0))),
         ("tension when pulled again (MPa)", 0.0, 0.0, np.abs(again).max() / MPa),
-        ("work beyond the rise, L = 3 (J/m2)", energy, 3 * energy * _integral(_chi), worked - rise),
+        ("work beyond the rise, L = 3 (J/m2)", energy, 3 * energy * _integral(softening), worked - rise),
         ("work beyond the rise, exact L (J/m2)", energy, energy, exact_worked - rise),
     ]  # fmt: skip
 
@@ -156,7 +180,7 @@ def _shear_rows(law: CohesiveCrack, curves: Curves) -> list[Row]:
     last = peak + 3 * law.mode_ii_energy / strength  # Eq. (8)
 
     def softened(damage: float) -> float:
-        return max(_chi(damage) * strength, friction)
+        return max(softening(damage) * strength, friction)
 
     out, end = _loading(curves, "slip"), _breaks(curves)
     sheared = int(np.flatnonzero(curves[STAGE] == 1)[-1])  # before it turns back
@@ -188,13 +212,13 @@ def _integral(function: Callable[[float], float]) -> float:
     return float(quad(function, 0, 1, limit=200)[0])
 
 
-def _table(rows: list[Row]) -> str:
-    head = ("", "paper", "theory", "grainlaw", "off by")
-    cells = [head]
+def cells(rows: list[Row]) -> list[tuple[str, ...]]:
+    """Rows as texts, under ``HEAD``."""
+    found: list[tuple[str, ...]] = []
     for quantity, paper, theory, program in rows:
         off = f"{100 * (program / theory - 1):+.2f} %" if theory else "-"
-        cells.append((quantity, "-" if math.isnan(paper) else f"{paper:.4f}", f"{theory:.4f}", f"{program:.4f}", off))
-    return aligned(cells)
+        found.append((quantity, "-" if math.isnan(paper) else f"{paper:.4f}", f"{theory:.4f}", f"{program:.4f}", off))
+    return found
 
 
 # --- the figures -----------------------------------------------------------------------------------------------------

@@ -1,0 +1,60 @@
+"""The command that repeats the paper: all its figures on one page."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import click
+
+from grainlaw.cli.paper_numbers import Paper, macroscopic
+from grainlaw.cli.paper_page import parts
+from grainlaw.cli.paper_runs import CONSISTENT, PRINTED, RULES, SEEDS, specimen, study
+from grainlaw.cli.running import portable_option
+from grainlaw.cli.study import ending
+from grainlaw.cli.table1 import LAWS
+from grainlaw.cli.verify import joint
+from grainlaw.naming import aligned
+from grainlaw.results.figures import html
+from grainlaw.results.files import writable_folder, write_atomically
+from grainlaw.results.tables import write_json
+from grainlaw.runs.elastic_properties import elastic_properties
+from grainlaw.runs.flutter import hold
+from grainlaw.runs.record import origin
+from grainlaw.units import MPa
+
+RUNS = "runs"  #: folder of the study
+HELD = 51 * MPa  #: stress of the specimens without damping
+
+
+@click.command()
+@click.option("--out", type=click.Path(path_type=Path), default="paper", show_default=True, help="Folder to write to.")
+@click.option("--workers", type=int, help="Runs at a time.  [default: one for each core]")
+@click.option("--full", is_flag=True, help="All laws on three seeds under all confinements, and all dampings.")
+@portable_option
+@click.option("--quick", is_flag=True, help="A small specimen: shows the page, not the numbers.")
+def paper(*, out: Path, workers: int | None, full: bool, quick: bool) -> None:
+    """Repeat the paper of the cohesive crack model, and write it as one page.
+
+    Figures 5, 6, 8 and 9 and what belongs to them, with the numbers of Table 1: the paper, its equations by hand, the
+    model as printed, and the reading that grainlaw takes by default; Mohr-Coulomb and linear contacts beside. The
+    paper is that of grainlaw verify and of docs/validation.md. Writes paper.html and paper.json, and keeps the runs
+    in a study: what is finished is kept, and the same call goes on.
+    """
+    cases = study(quick, full)
+    with ending(cases, out / RUNS):
+        folder = writable_folder(out)
+        table = cases.run(folder / RUNS, workers=workers)
+        first = specimen(SEEDS[0], quick)
+        found = Paper(
+            joint(), table, elastic_properties(first, LAWS["linear"]),
+            {law: hold(first, RULES[law], HELD) for law in (PRINTED, CONSISTENT)},
+        )  # fmt: skip
+        page = html.page("The paper on one page", parts(found))
+        write_atomically(folder / "paper.html", lambda file: file.write_text(page, encoding="utf-8"))
+        rows = macroscopic(found)
+        write_json(folder / "paper.json", {"sample": rows, "runs": table.rows, **origin()})
+    click.echo(aligned(rows, rule=True))
+    click.echo(f"\nwritten to {folder}{os.sep}: paper.html, paper.json, {RUNS}{os.sep}")
+    if table.failed:
+        raise click.ClickException(f"{len(table.failed)} of {len(table)} tests failed")
