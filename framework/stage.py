@@ -192,8 +192,8 @@ class Stage(metaclass=Checked):
 
     def __attrs_post_init__(self) -> None:
         moves = any(isinstance(drive, Drive) and drive.speed for drive in self.drives)
-        if self.static and (moves or any(self.gravity) or self.initial_velocity is not None):
-            raise ParameterError(f"Stage '{self.name}': static is for platens under a force and pressures alone")
+        if self.static and (moves or self.initial_velocity is not None):
+            raise ParameterError(f"Stage '{self.name}': static is for gravity, platens under a force and pressures")
         if self.loading is None:
             return
         if self.expected is None:

@@ -1,6 +1,7 @@
 """Specimens brought under their loads by static solutions: closed forms, the same as in motion, and when it is left."""
 
 import attrs
+import numpy as np
 import pytest
 from support import BRITTLE, ROCK, STIFF, STRONG, small_sample
 from test_restart import same
@@ -59,6 +60,30 @@ def test_a_column_is_as_long_as_theory_says():
     assert curves["step"][0] < 200
 
 
+@attrs.frozen(kw_only=True)
+class Weight(gl.LoadingProtocol):
+    """A column on a smooth floor, under its own weight."""
+
+    static: bool = True
+    gravity: float = 9.81  #: m/s2, downwards
+    until: gl.Condition = gl.AtRest(1e-6)
+
+    def stages(self, specimen):
+        floor = gl.Drive(boundary="bottom", axis=1, speed=0.0)
+        return [
+            gl.Stage(
+                name="weigh", drives=[floor], gravity=(0, -self.gravity), until=[self.until], interval=1e-3,
+                static=self.static, integrator=gl.DynamicRelaxation(),
+            )
+        ]  # fmt: skip
+
+    def measure(self, state):
+        return {"settlement": -state.moved("top")[1], "floor": state.reaction("bottom")[1]}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
 @pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])
 @pytest.mark.parametrize("law", [BRITTLE, COHESIVE], ids=lambda law: type(law).__name__)
 def test_the_specimen_comes_to_rest_where_motion_would_bring_it(law, material):
@@ -89,6 +114,48 @@ def test_without_one_equilibrium_it_is_brought_there_in_motion(law):
     same(*(gl.simulate(specimen, law, Confinement(static=static)) for static in (True, False)))
 
 
+def column(rows=8, material=ROCK):
+    return gl.Specimen(Bricks(rows=rows).tessellate(rectangle(1.0, 10.0)), material)
+
+
+SOFT = MohrCoulomb(**STRONG | {"kn": 1e11, "ks": 1e11})
+GRAVITY = 9.81
+
+
+def test_a_column_under_its_weight_settles_as_theory_says():
+    """sigma = rho g (h - y); rho g h^2 / 2E' in grains, with E' of plane strain, sigma / kn in each contact."""
+    height, rows, seen = 10.0, 8, Memory()
+    found = gl.simulate(column(rows), SOFT, Weight(), observers=[seen])
+    unit = ROCK.density * GRAVITY
+    above = height * (1 - np.arange(1, rows) / rows)  # of each joint
+    assert np.sort(-seen.normal.reshape(2, -1).mean(axis=0)) == pytest.approx(np.sort(unit * above), rel=1e-3)
+    plane = ROCK.youngs_modulus / (1 - ROCK.poissons_ratio**2)
+    settlement = unit * height**2 / (2 * plane) + (unit * above / SOFT.kn).sum()
+    assert found.curves["settlement"][0] == pytest.approx(settlement, rel=2e-3)
+    assert found.curves["floor"][0] == pytest.approx(unit * height, rel=1e-6)
+    stored = unit**2 * height**3 / (6 * plane) + ((unit * above) ** 2 / (2 * SOFT.kn)).sum()
+    assert energy(found.curves, SUPPLIED)[0] == pytest.approx(stored, rel=5e-3)  # of a weight at once: twice that
+    assert found.curves["step"][0] < 100_000
+    assert found.summary["energy_error"] < 1e-6
+
+
+@pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])
+def test_a_weight_comes_to_rest_where_motion_would_bring_it(material):
+    still, moved = (gl.simulate(column(4, material), SOFT, Weight(static=static)) for static in (True, False))
+    assert still.curves["settlement"][0] == pytest.approx(moved.curves["settlement"][-1], rel=1e-3)
+    assert still.curves["settlement"][-1] == pytest.approx(still.curves["settlement"][0], rel=1e-6)
+    assert still.curves["unbalanced"][0] < 1e-6
+    assert still.curves["step"][-1] < moved.curves["step"][-1] / 3
+
+
+def test_a_weight_that_breaks_bonds_comes_in_motion():
+    """A column that falls upwards, from a floor that it adheres to by too little."""
+    weak, up = attrs.evolve(SOFT, tensile_strength=0.1 * MPa), Weight(gravity=-GRAVITY, until=gl.Reaches("time", 5e-3))
+    runs = [gl.simulate(column(4), weak, attrs.evolve(up, static=static)) for static in (True, False)]
+    assert len(runs[0].cracks) > 0
+    same(*runs)
+
+
 def test_any_number_of_threads_gives_the_same_bits():
     specimen = small_sample()
     same(*(gl.simulate(specimen, COHESIVE, Confinement(), threads=threads) for threads in (1, 2)))
@@ -96,5 +163,5 @@ def test_any_number_of_threads_gives_the_same_bits():
 
 def test_a_static_stage_moves_nothing_at_a_speed():
     pull = gl.Drive(boundary="top", axis=1, speed=0.1)
-    with pytest.raises(gl.ParameterError, match="Stage 'pull': static is for platens under a force"):
+    with pytest.raises(gl.ParameterError, match="Stage 'pull': static is for gravity, platens"):
         gl.Stage(name="pull", drives=[pull], until=[gl.AtRest()], interval=1e-4, static=True)

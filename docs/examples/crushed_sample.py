@@ -83,7 +83,7 @@ def imbalance(curves):
 
 
 def drift(result, frame):
-    """m to the right, mean of the mass: a torn side is no closed membrane, and its pressure has a resultant."""
+    """m to the right, mean of the mass: nothing holds a crushed specimen between smooth platens."""
     return float(frame.displacement[:, 0] @ result.specimen.node_masses / result.specimen.node_masses.sum())
 
 

@@ -95,14 +95,14 @@ class State(metaclass=Checked):
     def begin(self, stage: Stage) -> None:
         """Impose what a stage prescribes from now on; the work done so far stays in the ledger."""
         self.stage, self.began = stage.name, self.time
-        self._new_weight = self.gravity.begin(stage.gravity, self.time_step)
+        self.new_weight = self.gravity.begin(stage.gravity, self.time_step)
         self.boundaries.impose(stage.imposed, stage.pressures, stage.fixed)
         self.give_velocity(stage.initial_velocity)
 
     def take_back_half_a_step_of_gravity(self) -> None:
         """Velocities are those half a step before the stage begins: take half a step of its new weight from them."""
         f = self.freedoms.arrays
-        gain = self.time_step * f.free * self._new_weight / f.mass
+        gain = self.time_step * f.free * self.new_weight / f.mass
         f.velocity[:] -= gain / 2
         # The kinetic energy is half the mass times the product of the velocities half a step before and after.
         self.freedoms.books.given[0] -= float(np.sum(f.mass * gain**2)) / 8

@@ -34,27 +34,29 @@ class _Coasting(Integrator):
 def bring_under_load(state: State, stage: Stage, stability: StableStep) -> bool:
     """Bring a specimen at rest under the loads of a stage that has begun; whether it could be done.
 
-    The loads rise in ten increments, as in the course of their ramps. Each is one step of the engine from equilibrium
-    to equilibrium, so that laws follow the path and all works are recorded. The state is as before where a static
-    solution does not exist or is not unique: bonds that break, points that may slide as
-    they have no cohesion, contacts without a bond.
+    The loads rise in ten increments, as in the course of their ramps, weights evenly. Each is one step of the engine
+    from equilibrium to equilibrium, so that laws follow the path and all works are recorded. The state is as before
+    where a static solution does not exist or is not unique: bonds that break, points that may slide as they have no
+    cohesion, contacts without a bond.
     """
     moving = bool(state.freedoms.arrays.velocity.any())
     bonded = bool(len(state.bonds)) and all(group.cohesive.all() for group in state.bonds.groups)
     if moving or not bonded or stability.touching or stability.stiffening:
         return False
-    start, time_step, broken = state.save(), state.time_step, _broken(state)
+    start, time_step, broken, weight = state.save(), state.time_step, _broken(state), state.gravity.arrays
     try:
         with np.errstate(all="ignore"):
             done = _load(state, stage, stability) and _broken(state) == broken
     except OverlapError:
         done = False
     if not done:
+        state.gravity.arrays = weight
         state.restore(start)
         state.time_step = time_step
         return False
     state.change_velocity(-state.freedoms.arrays.velocity)
     state.change_time_step(time_step)
+    state.new_weight[:] = 0.0  # it is balanced: at rest half a step ago, too
     state.new_sample()
     return True
 
@@ -71,11 +73,14 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
     factors, coasting = factorised(matrix), compile_integrator(_Coasting())
     f, driven = state.freedoms.arrays, state.boundaries.driven.arrays
     drifts = [axis for axis in (0, 1) if not (driven.row == axis).any()]  # nothing holds the specimen along these
-    velocity = np.zeros_like(f.velocity)
-    for _ in range(INCREMENTS):
-        start = state.save()
+    velocity, before = np.zeros_like(f.velocity), state.gravity.arrays.weight - state.new_weight
+    weights = [before + share * state.new_weight for share in np.arange(INCREMENTS + 1) / INCREMENTS]
+    state.gravity.raise_to(weights[0], state.time_step)
+    for weight in weights[1:]:
+        start, carried = state.save(), state.gravity.arrays
         for _ in range(ITERATIONS):
             _step(state, coasting, velocity)
+            state.gravity.raise_to(weight, state.time_step)
             there = state.save()
             _step(state, coasting, np.zeros_like(velocity))  # finds the forces where the first has moved it
             force = carry.T @ state.grains.flat(f.force)
@@ -84,6 +89,7 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
             if np.abs(force).max() <= BALANCED * largest:
                 state.restore(there)
                 break
+            state.gravity.arrays = carried
             state.restore(start)
             change = state.grains.unflat(carry @ factors.solve(force))
             for axis in drifts:

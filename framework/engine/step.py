@@ -20,7 +20,7 @@ from grainlaw.engine.parts.freedoms import FreedomArrays, NodeArrays, clear_forc
 from grainlaw.engine.parts.grains import GrainArrays, collect_forces, place_corners
 from grainlaw.engine.parts.gravity import GravityArrays, add_weight
 from grainlaw.engine.parts.platens import PlatenArrays, move_platens
-from grainlaw.engine.parts.pressures import PressureArrays, press
+from grainlaw.engine.parts.pressures import PressureArrays, gather_pressures, press
 from grainlaw.engine.parts.zones import ZoneArrays, add_zone_forces
 
 
@@ -90,14 +90,15 @@ def _steps(thread, team, parts, chunk):
         add_zone_forces(parts.zones, nodes, thread)
         leaving = bond_forces(bonds, nodes, chunk.first + step, thread)
         contact_step(contacts, chunk.time_step, thread)
+        press(parts.pressures, nodes, schedule, thread)
         if searching:
             tally[thread, LEAVING] = leaving
-        barrier.wait(team.meeting, team.threads, team.pause)  # forces of all bonds and contacts
+        barrier.wait(team.meeting, team.threads, team.pause)  # forces of all bonds, contacts and pressures
         # Read now: another thread may write them again before the next barrier.
         leaving, deep = _sum(tally, LEAVING), _sum(tally, DEEP)
         gather_bond_forces(bonds, nodes, thread)
         gather_contact_forces(contacts, nodes, thread)
-        press(parts.pressures, nodes, schedule, thread)
+        gather_pressures(parts.pressures, nodes, thread)
         collect_forces(parts.grains, nodes, freedoms, thread)
         add_weight(parts.gravity, freedoms, thread)
         for column in range(velocities.shape[0]):

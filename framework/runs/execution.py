@@ -157,6 +157,7 @@ class Execution:
             since = state.steps - at.first_step
             if since % look == 0:
                 self.loader.look(stage)
+                state.boundaries.follow_rim(state.displacement_at_forces())
                 if since and self.stability.has_changed():
                     state.change_time_step(self._time_step(stage))
             burst = self.integrator.burst

@@ -51,17 +51,19 @@ class Boundaries(Part):
     ) -> None:
         """Impose drives and pressures on boundaries, and fix the grains ``fixed``. Raises :class:`ParameterError`."""
         check_boundaries(self._grains.specimen, [*drives, *pressures])
-        self.books.done[0] += float(self.driven.arrays.work.sum() + self.pressed.arrays.work.sum())
+        self.books.done[0] += float(self.driven.arrays.work.sum()) + self.pressed.work
         self._impose(drives, pressures, fixed)
 
     def _impose(self, drives: Sequence[Drive | Hold], pressures: Sequence[Pressure], fixed: Sequence[int]) -> None:
         self.drives, self.pressures = list(drives), list(pressures)
         self.driven = Drives(self._grains, self._freedoms, self.drives, fixed)
         self.hold()
-        self.pressed = Pressures(
-            self._grains.specimen, self.pressures, len(drives) + 1, self._nodes.arrays.displacement
-        )
+        self.pressed = Pressures(self._grains.specimen, self.drives, self.pressures, self._nodes.arrays.displacement)
         self.new_sample()
+
+    def follow_rim(self, before: np.ndarray) -> None:
+        """Lay membranes anew where the rim has parted; ``before`` (2, i) m is the displacement at the last forces."""
+        self.pressed.follow_rim(self._nodes.arrays.displacement, before)
 
     def hold(self) -> None:
         """Give each platen the mass and the momentum of the freedoms on its boundary."""

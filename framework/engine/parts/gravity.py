@@ -57,6 +57,19 @@ class Gravity(Part):
         self.arrays = self.arrays._replace(weight=weight)
         return weight - before
 
+    def raise_to(self, weight: np.ndarray, time_step: float) -> None:
+        """Impose another weight (r, n) N between two steps of a specimen that goes from equilibrium to equilibrium.
+
+        Eq. (12), the trapezoidal rule: the weight before works on half of the motion of the last step.
+        """
+        if np.array_equal(weight, self.arrays.weight):
+            return
+        at_forces = self._freedoms.displacement_at_forces(time_step)
+        way = self._freedoms.arrays.displacement - at_forces
+        self.books.done[0] += self._work(time_step) - 0.5 * float(np.sum((weight - self.arrays.weight) * way))
+        self.books.since[:] = at_forces
+        self.arrays = self.arrays._replace(weight=weight)
+
     def energy(self, time_step: float) -> dict[str, float]:
         return {"external": float(self.books.done[0]) + self._work(time_step)}
 

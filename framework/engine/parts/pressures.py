@@ -1,4 +1,4 @@
-"""Pressures on boundaries, normal to each edge as it moves: a fluid behind a thin membrane."""
+"""Pressures on boundaries, normal to each edge as it moves: a fluid behind a thin membrane, which follows the rim."""
 
 from __future__ import annotations
 
@@ -7,20 +7,26 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from scipy.spatial import cKDTree
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts.membrane import membrane
+from grainlaw.engine.parts.part import Changing, Part, Scratch, Split
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Pressure
+from grainlaw.stage import Drive, Hold, Pressure
+
+PARTED = 0.05  #: of the grain size: how far the rim may part, and nodes may move, until membranes are laid anew
+WIDE = 0.5  #: of the grain size: a membrane enters a gap that is wider
+SAME = 1e-9  #: of the grain size: nodes nearer to each other are one corner of the undeformed rim
 
 
 class PressureArrays(NamedTuple):
-    """Edges (e) of grains under pressure, in the order of their nodes."""
+    """Straight parts (e) of membranes, in the order of their first nodes: edges of grains, and spans between them."""
 
-    column: Constant  #: (e,) column of the schedule with the pressure
-    node: Constant  #: (2, e) ends, counter-clockwise round the grain
-    edge_x: Constant  #: (e,) m, undeformed, from the first end to the second
-    edge_y: Constant
+    column: Changing  #: (e,) column of the schedule with the pressure
+    node: Changing  #: (2, e) ends, the specimen on the left
+    edge_x: Changing  #: (e,) m, undeformed, from the first end to the second
+    edge_y: Changing
     force_x: Changing  #: (e,) N, of the last step
     force_y: Changing
     moved_x: Changing  #: (e,) m, displacement of the middle at the last step
@@ -29,10 +35,17 @@ class PressureArrays(NamedTuple):
     share: Scratch
 
 
+class PressureBooks(NamedTuple):
+    """What is recorded when membranes are laid anew."""
+
+    laid: Changing  #: (2, i) m, displacement at which they were; without columns they lie on the edges of the mesh
+    done: Changing  #: (1,) J, work of those before
+
+
 @njit(**OPTIONS)
 def press(pressures, nodes, schedule, thread):
-    """Add the force of pressures on a thread's edges, half to each end; their work, Eq. (11)."""
-    ux, uy, fx, fy = nodes.displacement[0], nodes.displacement[1], nodes.force[0], nodes.force[1]
+    """Force of pressures on a thread's parts of membranes, and its work, Eq. (11)."""
+    ux, uy = nodes.displacement[0], nodes.displacement[1]
     first, second, edge_x, edge_y = pressures.node[0], pressures.node[1], pressures.edge_x, pressures.edge_y
     px, py, moved_x, moved_y = pressures.force_x, pressures.force_y, pressures.moved_x, pressures.moved_y
     for e in range(pressures.share[thread], pressures.share[thread + 1]):
@@ -40,36 +53,114 @@ def press(pressures, nodes, schedule, thread):
         p = schedule[pressures.column[e]]
         force_x = -p * (edge_y[e] + uy[j] - uy[i])
         force_y = p * (edge_x[e] + ux[j] - ux[i])
-        fx[i] += 0.5 * force_x
-        fx[j] += 0.5 * force_x
-        fy[i] += 0.5 * force_y
-        fy[j] += 0.5 * force_y
         x, y = 0.5 * (ux[i] + ux[j]), 0.5 * (uy[i] + uy[j])
         pressures.work[e] += 0.5 * ((px[e] + force_x) * (x - moved_x[e]) + (py[e] + force_y) * (y - moved_y[e]))
         px[e], py[e], moved_x[e], moved_y[e] = force_x, force_y, x, y
 
 
+@njit(**OPTIONS)
+def gather_pressures(pressures, nodes, thread):
+    """Add the force on each part of a membrane, half to each end, to a thread's nodes, in a fixed order."""
+    low, high, fx, fy = nodes.share[thread], nodes.share[thread + 1], nodes.force[0], nodes.force[1]
+    for e in range(pressures.node.shape[1]):
+        i, j, x, y = pressures.node[0, e], pressures.node[1, e], pressures.force_x[e], pressures.force_y[e]
+        if low <= i < high:
+            fx[i] += 0.5 * x
+            fy[i] += 0.5 * y
+        if low <= j < high:
+            fx[j] += 0.5 * x
+            fy[j] += 0.5 * y
+
+
 class Pressures(Part):
-    """The pressures of a stage, whose columns of the schedule begin at ``first_column``."""
+    """The pressures of a stage; their columns of the schedule come after those of drives and fixed grains."""
 
     def __init__(
-        self, specimen: Specimen, pressures: Sequence[Pressure], first_column: int, displacement: np.ndarray
+        self,
+        specimen: Specimen,
+        drives: Sequence[Drive | Hold],
+        pressures: Sequence[Pressure],
+        displacement: np.ndarray,
     ) -> None:
-        edges = [specimen.mesh.boundary_edges[pressure.boundary] for pressure in pressures]
-        column = np.repeat(np.arange(len(edges)) + first_column, [len(e) for e in edges])
+        mesh = self._mesh = specimen.mesh
+        self._first_column, self._room = len(drives) + 1, PARTED * specimen.grains.grain_size
+        self._gap = WIDE * specimen.grains.grain_size
+        self._pressed = [pressure.boundary for pressure in pressures]
+        self._driven = {drive.boundary for drive in drives} - set(self._pressed)
+        edges = [mesh.boundary_edges[boundary] for boundary in self._pressed]
+        pressed = np.repeat(np.arange(len(edges)), [len(e) for e in edges])
         node = np.concatenate([np.zeros((0, 2), dtype=np.int64), *edges])
         order = np.argsort(node[:, 0], kind="stable")
-        node = np.ascontiguousarray(node[order].T)
-        vector = np.diff(specimen.mesh.nodes[node], axis=0)[0].T
+        rim = np.unique(node)
+        near = cKDTree(mesh.nodes[rim]).query_pairs(SAME * specimen.grains.grain_size, output_type="ndarray")
+        self._joined = rim[near]  #: (n, 2) nodes of neighbours on the undeformed rim
+        self.books = PressureBooks(np.zeros((2, 0)), np.zeros(1))
+        self._lay(node[order], pressed[order], displacement)
+
+    def _lay(self, node: np.ndarray, pressed: np.ndarray, displacement: np.ndarray) -> None:
+        """Let membranes be ``node`` (e, 2), each under one of the pressures ``pressed`` (e,)."""
+        node = np.ascontiguousarray(node.T)
+        vector = np.diff(self._mesh.nodes[node], axis=0)[0].T
         middle = displacement[:, node].mean(axis=1)
         count = node.shape[1]
         self.arrays = PressureArrays(
-            column[order], node, vector[0].copy(), vector[1].copy(), np.zeros(count), np.zeros(count),
+            pressed + self._first_column, node, vector[0].copy(), vector[1].copy(), np.zeros(count), np.zeros(count),
             middle[0].copy(), middle[1].copy(), np.zeros(count), np.zeros(2, dtype=np.int64),
         )  # fmt: skip
 
     def share(self, split: Split) -> np.ndarray:
         return np.searchsorted(self.arrays.node[0], split.node)
 
+    @property
+    def work(self) -> float:
+        """J, of all pressures since the stage began."""
+        return float(self.books.done[0]) + float(self.arrays.work.sum())
+
     def energy(self, time_step: float) -> dict[str, float]:
-        return {"external": float(self.arrays.work.sum())}
+        return {"external": self.work}
+
+    def follow_rim(self, displacement: np.ndarray, before: np.ndarray) -> None:
+        """Lay membranes anew where the rim has parted; ``before`` (2, i) m is the displacement at the last forces."""
+        if not self._pressed or not self._has_changed(displacement):
+            return
+        node = self._membrane(displacement)
+        nearest = self._nearest(node)
+        node, nearest = node[nearest >= 0], nearest[nearest >= 0]
+        a = self.arrays
+        way = displacement[:, a.node].mean(axis=1) - np.stack([a.moved_x, a.moved_y])
+        # Eq. (11), the trapezoidal rule: the last forces act on half of the last motion, the next on the other half.
+        last = 0.5 * float(np.sum(a.force_x * way[0] + a.force_y * way[1]))
+        self.books = PressureBooks(displacement.copy(), self.books.done + a.work.sum() + last)
+        self._lay(node, nearest, before)
+
+    def _has_changed(self, displacement: np.ndarray) -> bool:
+        if not np.isfinite(displacement).all():  # the check of the energies reports where the run became unstable
+            return False
+        if self.books.laid.size:
+            way = displacement - self.books.laid
+        else:
+            way = displacement[:, self._joined[:, 0]] - displacement[:, self._joined[:, 1]]
+        return bool((np.hypot(*way) > self._room).any())
+
+    def _membrane(self, displacement: np.ndarray) -> np.ndarray:
+        """(e, 2) nodes of the line round the whole specimen but for its driven boundaries."""
+        mesh = self._mesh
+        used = np.unique(np.concatenate([mesh.interfaces.ravel(), *(e.ravel() for e in mesh.boundary_edges.values())]))
+        platens = [np.isin(used, mesh.boundaries[name]) for name in sorted(self._driven)]
+        sealed = np.stack([np.zeros(len(used), dtype=bool), *platens], axis=1)
+        place = (mesh.nodes + displacement.T)[used]
+        found: np.ndarray = used[membrane(place, mesh.node_grain[used], sealed, self._gap)]
+        return found
+
+    def _nearest(self, node: np.ndarray) -> np.ndarray:
+        """(e,) number of the pressure on the boundary that was nearest in the undeformed specimen; -1 if it has none.
+
+        Driven boundaries do not count: what comes to the rim beside a platen is under the membrane.
+        """
+        mesh, names = self._mesh, [name for name in self._mesh.boundary_edges if name not in self._driven]
+        number = [self._pressed.index(name) if name in self._pressed else -1 for name in names]
+        middles = [mesh.nodes[mesh.boundary_edges[name]].mean(axis=1) for name in names]
+        of = np.repeat(number, [len(middle) for middle in middles])
+        _, nearest = cKDTree(np.concatenate(middles)).query(mesh.nodes[node].mean(axis=1))
+        chosen: np.ndarray = of[nearest]
+        return chosen
