@@ -1,5 +1,8 @@
 """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
+from grainlaw.calibration.calibrate import calibrate
+from grainlaw.calibration.result import Calibration
+from grainlaw.calibration.targets import Targets
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.contact import ContactLaw
 from grainlaw.detection import Detection
@@ -70,6 +73,7 @@ __all__ = [
     "Adaptive",
     "AdaptiveRelaxation",
     "AtRest",
+    "Calibration",
     "CentralDifference",
     "Characteristics",
     "Comparison",
@@ -143,6 +147,7 @@ __all__ = [
     "StrengthEnvelope",
     "Study",
     "Table",
+    "Targets",
     "Tessellation",
     "Tessellator",
     "TilingError",
@@ -151,6 +156,7 @@ __all__ = [
     "UnitWarning",
     "Window",
     "acoustic_events",
+    "calibrate",
     "certify",
     "characteristics",
     "check_law",

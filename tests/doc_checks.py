@@ -10,6 +10,7 @@ import pytest
 from scipy.stats import ttest_1samp
 
 import grainlaw as gl
+from grainlaw.calibration.targets import QUANTITIES
 from grainlaw.geometry import label_agreement
 
 ROOT = Path(__file__).parents[1]
@@ -150,7 +151,21 @@ def check_textures(page):
     assert page["three"].count == 3
 
 
+def check_calibration(page):
+    found = page["found"]
+    named = set(re.findall(r"`(\w+)`", PAGES["docs/calibration.md"]))
+    assert {name for name in QUANTITIES} <= named  # the table explains all
+    young, nu = found.stiffness.modulus, found.stiffness.poisson
+    assert (young, nu) == (pytest.approx(45e9, rel=0.005), pytest.approx(0.24, rel=0.005))
+    assert set(found.parameters) == {"kn", "ks", "tensile_strength", "cohesion"}
+    strength = next(each for each in found.checks if each.name == "tensile_strength")
+    assert 0.7 * 5e6 < strength.measured < 1.3 * 5e6
+    assert Path("calibrated/report.html").exists()
+    assert Path("calibrated/calibration.json").exists()
+
+
 CHECKS = {
+    "docs/calibration.md": check_calibration,
     "docs/textures.md": check_textures, "docs/studies.md": check_studies,
     "docs/reliability.md": check_reliability,
     "docs/flutter.md": check_flutter,

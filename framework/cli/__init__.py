@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from grainlaw.cli.cache import cache
+from grainlaw.cli.calibrate import calibrate
 from grainlaw.cli.check import check
 from grainlaw.cli.compare import compare
 from grainlaw.cli.elastic import elastic
@@ -59,5 +60,5 @@ def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 
-for command in (cache, compare, elastic, envelope, law, check, paper, rerun, study, test, verify):
+for command in (cache, calibrate, compare, elastic, envelope, law, check, paper, rerun, study, test, verify):
     main.add_command(command)

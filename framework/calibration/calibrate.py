@@ -1,0 +1,153 @@
+"""Contact parameters from laboratory tests: elastic constants by statics, strengths by a search over simulated ones."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.arguments import checked, refusal
+from grainlaw.calibration.check import check
+from grainlaw.calibration.elastic import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness
+from grainlaw.calibration.identifiability import identifiability
+from grainlaw.calibration.result import Calibration
+from grainlaw.calibration.space import Space, space_of
+from grainlaw.calibration.targets import (
+    QUANTITIES,
+    Targets,
+    checked_quantities,
+    measured_by,
+    needed_tests,
+)
+from grainlaw.calibration.trials import (
+    PRISM,
+    SHAPES,
+    StudySimulator,
+    TrialCase,
+    checked_specimens,
+    checked_tests,
+)
+from grainlaw.calibration.waves import Search
+from grainlaw.contact import ContactLaw
+from grainlaw.parameter import ParameterError, checked_whole_number
+from grainlaw.specimen import Elastic, Specimen
+
+DIGITS = 4  #: of the best parameters
+FEWEST_SEEDS = 2
+SOFT = 5.0  #: normal stiffness to begin with where none is given, times the grains' modulus over their size
+
+
+@checked
+def calibrate(
+    targets: Targets, law: Any, free: Mapping[str, Any], specimens: Any, *, store: str | os.PathLike[str],
+    tied: Mapping[str, Any] | None = None, elastic: str = CONTACTS, seeds: int = 3, budget: int = 100,
+    also: Sequence[str] = (), tests: Mapping[str, Any] | None = None, fresh: int = 10, seed: int = 0,
+    workers: int | None = None, on: Any = None, quiet: bool = False,
+) -> Calibration:  # fmt: skip
+    """Find the contact parameters with which a rock has the ``targets``, and how well these determine them.
+
+    ``law`` is a law whose other parameters stay as they are, or a class of which all needed parameters are found.
+    ``free`` has the range (low, high) of each parameter that is looked for; ``tied`` those that are another one times a
+    number, ``{"mode_ii_energy": ("mode_i_energy", 2)}``. ``specimens`` is a function of the seed that makes a
+    rectangular specimen; with tests of other shapes a mapping with "prism", "disc" and "half_disc".
+
+    E and nu are met by statics: with ``elastic="contacts"`` by both stiffnesses of the contacts, with
+    "grains" by the modulus of the grains, the stiffnesses in proportion to it, and their ratio. At most ``budget``
+    points are tested, each on the same ``seeds`` specimens, and the best one on ``fresh`` others. ``also`` names
+    quantities that are measured though they are no targets; ``tests`` replaces tests ("compression", "confined",
+    "tension", "brazilian", "bending"). All runs are cases of a study in the folder ``store``: the same call goes on
+    where it was stopped, and gives the same answer. ``workers`` and ``on`` are those of :meth:`Study.run`.
+
+    Raises :class:`ParameterError` before anything is run for what cannot be, and where so many tests fail that a
+    target has no values; :class:`~grainlaw.runs.stopping.Stopped`.
+    """
+    _check_numbers(seeds=(seeds, FEWEST_SEEDS), fresh=(fresh, 2), seed=(seed, 0))
+    if elastic not in (CONTACTS, GRAINS):
+        raise refusal("calibrate: elastic", elastic, f"'{CONTACTS}' or '{GRAINS}'")
+    if not targets.tested:
+        raise ParameterError("calibrate: targets have no strength: there is nothing that takes a test to failure")
+    asked = checked_quantities("calibrate: also", also)
+    wanted = needed_tests((*targets.tested, *asked))
+    made = checked_tests(tests or {})
+    shapes = checked_specimens(specimens, (*wanted, *(["compression"] if targets.elastic else [])))
+    if "confined" in wanted and not targets.pressures:
+        raise ParameterError("calibrate: cohesion or friction_angle needs confinements: Targets(confinements=[...])")
+
+    first = _space(law, free, tied or {}, shapes, targets)
+    checked_whole_number("calibrate: budget", budget, at_least=2 * (len(first.groups) + 4))
+    stiffness = _stiffness(first, targets, shapes, seeds, elastic)
+    space = attrs.evolve(first, base={**first.base, **(stiffness.parameters if stiffness else {})})
+    tell = _silent if quiet else _say
+    if stiffness is not None:
+        tell(f"by statics E = {stiffness.modulus / 1e9:.2f} GPa, nu = {stiffness.poisson:.3f}")
+
+    case = TrialCase(space.law, space.base, space.ties, shapes, made, stiffness.grains if stiffness else 1.0)
+    simulator = StudySimulator(case, targets.pressures, store, workers=workers, on=on, quiet=quiet)
+    names = [name for name in measured_by(wanted) if not QUANTITIES[name].is_elastic]
+    if "confined" not in wanted:
+        names = [name for name in names if "confined" not in QUANTITIES[name].tests]
+    search = Search(space, targets.tested, names, simulator, range(1, seeds + 1), budget, seed, tell)
+    found = search.run()
+    result = Calibration(
+        targets=targets, space=space, stiffness=stiffness, found=found, seeds=seeds, store=os.fspath(store),
+        grains=case.grains, failures=tuple(simulator.failures), cpu=simulator.cpu,
+    )  # fmt: skip
+    if found.posterior is None:
+        return result
+    best = _rounded(space, found.posterior.best)
+    tell(f"the best parameters on {fresh} other seeds")
+    others = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.pressures)]
+    rows = check(found.match, targets, simulator, best, others, range(seeds + 1, seeds + fresh + 1))
+    seen = identifiability(found.match, found.posterior, seed)
+    return attrs.evolve(
+        result, identifiability=seen, best=space.mapping(best),
+        checks=tuple(rows), failures=tuple(simulator.failures), cpu=simulator.cpu,
+    )  # fmt: skip
+
+
+def _check_numbers(**numbers: tuple[Any, int]) -> None:
+    for name, (value, least) in numbers.items():
+        checked_whole_number(f"calibrate: {name}", value, at_least=least)
+
+
+def _space(law: Any, free: Mapping[str, Any], tied: Mapping[str, Any], shapes: Mapping, targets: Targets) -> Space:
+    """Stiffnesses that elastic targets will give begin with a guess."""
+    guess: dict[str, float] = {}
+    if isinstance(law, type) and issubclass(law, ContactLaw) and attrs.has(law) and targets.elastic:
+        needed = [f.name for f in attrs.fields(law) if f.metadata.get("unit") == STIFF and f.default is attrs.NOTHING]
+        specimen = shapes[PRISM](1)
+        rock = specimen.material_of(int(specimen.grains.phase[0]))
+        size = float(np.sqrt(specimen.grains.areas.mean()))
+        stiff = SOFT * rock.youngs_modulus / size if isinstance(rock, Elastic) else 1e14
+        guess = {name: stiff for name in needed if name not in free}
+    return space_of(law, free, tied, guess)
+
+
+def _stiffness(space: Space, targets: Targets, shapes: Mapping, seeds: int, elastic: str) -> Stiffness | None:
+    if not targets.elastic:
+        return None
+    law = space.made(space.mapping(space.prior(1, 0)[0]))
+    specimens: list[Specimen] = [shapes[PRISM](seed) for seed in range(1, seeds + 1)]
+    young, nu = (None if each is None else each.value for each in (targets.youngs_modulus, targets.poissons_ratio))
+    found = fit_stiffness(specimens, law, young, nu, elastic)
+    if both := [name for name in found.parameters if name in space.names]:
+        raise ParameterError(f"calibrate: '{both[0]}' is free, but it follows from the elastic targets")
+    return found
+
+
+def _rounded(space: Space, best: np.ndarray) -> np.ndarray:
+    """The best parameters as people write them, if the law takes these too."""
+    rounded = np.array([float(f"{value:.{DIGITS}g}") for value in best])
+    return rounded if space.allowed(rounded[None])[0] else best
+
+
+def _say(words: str) -> None:
+    print(words, file=sys.stderr, flush=True)
+
+
+def _silent(words: str) -> None:
+    pass

@@ -1,0 +1,71 @@
+"""The best parameters on specimens that the search has not seen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import attrs
+import numpy as np
+
+from grainlaw.calibration.emulator import restored
+from grainlaw.calibration.matching import Match
+from grainlaw.calibration.simulator import Simulator
+from grainlaw.calibration.targets import Target, Targets, measured_by
+from grainlaw.studies.statistics import spread
+
+NEAR = 0.05  #: of a target
+NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %
+
+
+@attrs.frozen
+class Compared:
+    """A quantity of the best parameters on fresh seeds (SI); nan for what is not known."""
+
+    name: str
+    target: Target | None
+    predicted: float
+    predicted_interval: tuple[float, float]  #: 95 %, of the mean of the fresh seeds
+    measured: float  #: mean
+    interval: tuple[float, float]  #: 95 % of the mean
+    count: int
+
+    @property
+    def off(self) -> float:
+        """Measured less target, over the target; nan without one."""
+        return self.measured / self.target.value - 1 if self.target and self.target.value else math.nan
+
+    @property
+    def is_met(self) -> bool | None:
+        """Whether the target is within 5 % or in the interval; None without one."""
+        if self.target is None:
+            return None
+        low, high = self.interval
+        return abs(self.off) <= NEAR or low <= self.target.value <= high
+
+
+def check(
+    match: Match, targets: Targets, simulator: Simulator, best: np.ndarray, tests: Sequence[str], seeds: Sequence[int]
+) -> list[Compared]:
+    """Test the best parameters (d,) themselves, and compare with targets and with what emulators predict."""
+    names = measured_by(tests)
+    values = simulator.values([match.space.mapping(best)], names, seeds, np.ones(1))
+    given = targets.given
+    rows = [_row(match, name, given, best, values[name][0], len(seeds)) for name in names]
+    return sorted(rows, key=lambda row: row.target is None)
+
+
+def _row(
+    match: Match, name: str, given: Mapping[str, Target], best: np.ndarray, values: np.ndarray, count: int
+) -> Compared:
+    measured = spread(values)
+    predicted, ends = math.nan, (math.nan, math.nan)
+    if name in match.emulators:
+        means, variances = match.predicted(best[None], [name])
+        of_seeds = float(match.scatter([name])[0, 0])  # of the seeds of the search
+        deviation = math.sqrt(float(variances[0, 0]) + of_seeds * (1 + match.samples.seeds / count))
+        low, middle, high = restored(name, means[0, 0] + NORMAL * deviation * np.array([-1, 0, 1]))
+        predicted, ends = float(middle), (float(low), float(high))
+    return Compared(
+        name, given.get(name), predicted, ends, measured["mean"], measured["interval"], measured["count"]
+    )  # fmt: skip

@@ -1,0 +1,173 @@
+"""Pictures of a calibration: targets over parameters, the posterior, left out points, the envelope."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from grainlaw.calibration.check import NORMAL
+from grainlaw.calibration.emulator import restored
+from grainlaw.calibration.targets import QUANTITIES
+from grainlaw.results.figures.palette import BLACK, BLUE, VERMILLION
+from grainlaw.unit_text import USUAL, factor_into
+
+if TYPE_CHECKING:
+    from grainlaw.calibration.result import Calibration
+    from grainlaw.calibration.space import Free
+
+ALONG = 60  #: points of a line
+BINS = 30
+UNITS = {"Pa": "MPa", "m": "mm"}
+
+
+def bands(found: Calibration) -> Figure:
+    """Each target over each parameter."""
+    match, space = found.found.match, found.space
+    best = _middle(found)
+    design, scale = found.found.design, space.scales(best[None])[0]
+    rows, columns = len(match.names), len(space.free)
+    figure = Figure(figsize=(2.5 * columns + 0.6, 2.1 * rows + 0.4), layout="constrained")
+    places = figure.subplots(rows, columns, squeeze=False, sharey="row", sharex="col")
+    for i, name in enumerate(match.names):
+        quantity, target = QUANTITIES[name], match.targets[name]
+        k = match.samples.names.index(name)
+        tested = restored(name, match.samples.means[:, k], scale) * quantity.shown.factor
+        for j, free in enumerate(space.free):
+            axes, factor = places[i, j], _factor(free)
+            line = np.repeat(best[None], ALONG, axis=0)
+            line[:, j] = free.at(np.linspace(0, 1, ALONG))
+            line = line[space.allowed(line)]
+            points = design.points[:, j] * scale**free.power if space.scale else design.points[:, j]
+            if free is not space.scale:
+                axes.plot(points * factor, tested, ".", color="0.6", markersize=4)
+            if len(line):
+                means, variances = match.predicted(line, [name])
+                half = NORMAL * np.sqrt(variances[:, 0] + match.scatter([name])[0, 0])
+                low, middle, high = (restored(name, means[:, 0] + d) * quantity.shown.factor for d in (-half, 0, half))
+                axes.fill_between(line[:, j] * factor, low, high, color=BLUE, alpha=0.25, linewidth=0)
+                axes.plot(line[:, j] * factor, middle, color=BLUE)
+            value, half_width = (
+                target.value * quantity.shown.factor,
+                NORMAL * target.uncertainty * quantity.shown.factor,
+            )
+            axes.axhspan(value - half_width, value + half_width, color=VERMILLION, alpha=0.2, lw=0)
+            axes.axhline(value, color=VERMILLION, linewidth=1)
+            axes.set_xlim(free.low * factor, free.high * factor)
+            if free.is_log:
+                axes.set_xscale("log")
+            if i == rows - 1:
+                axes.set_xlabel(_label(free))
+            if j == 0:
+                axes.set_ylabel(quantity.shown.heading)
+            axes.grid(alpha=0.25)
+    return figure
+
+
+def corner(found: Calibration) -> Figure:
+    """The posterior over the whole ranges."""
+    posterior, space = found.found.posterior, found.space
+    assert posterior is not None
+    d = len(space.free)
+    figure = Figure(figsize=(1.9 * d + 0.8, 1.9 * d + 0.6), layout="constrained")
+    places = figure.subplots(d, d, squeeze=False)
+    shares, best = space.places(posterior.points), space.places(posterior.best[None])[0]
+    for i in range(d):
+        for j in range(d):
+            axes: Axes = places[i, j]
+            if j > i:
+                axes.remove()
+                continue
+            if i == j:
+                axes.hist(shares[:, j], bins=BINS, range=(0, 1), color=BLUE, alpha=0.7)
+                axes.axvline(best[j], color=BLACK, linewidth=1)
+                axes.set_yticks([])
+            else:
+                axes.hist2d(shares[:, j], shares[:, i], bins=BINS, range=((0, 1), (0, 1)), cmap="Blues")
+                axes.plot(best[j], best[i], "+", color=VERMILLION, markersize=9, markeredgewidth=1.8)
+                axes.set_ylim(0, 1)
+                _ticks(axes.yaxis, space.free[i], j == 0)
+            axes.set_xlim(0, 1)
+            _ticks(axes.xaxis, space.free[j], i == d - 1)
+            if i == d - 1:
+                axes.set_xlabel(_label(space.free[j]))
+            if j == 0 and i:
+                axes.set_ylabel(_label(space.free[i]))
+    return figure
+
+
+def left_out(found: Calibration) -> Figure:
+    """Predictions of points that were left out, over what they are."""
+    every = list(found.found.match.emulators.values())
+    columns = min(4, len(every))
+    rows = math.ceil(len(every) / columns)
+    figure = Figure(figsize=(2.7 * columns + 0.4, 2.6 * rows), layout="constrained")
+    places = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, emulator in zip(places, every, strict=False):
+        value, predicted, deviation = emulator.left_out.T
+        axes.errorbar(value, predicted, 2 * deviation, fmt=".", color=BLUE, ecolor="0.75", markersize=5)
+        ends = [value.min(), value.max()]
+        axes.plot(ends, ends, color=BLACK, linewidth=0.8)
+        quantity = QUANTITIES[emulator.name]
+        axes.set_title(
+            f"{'log ' if quantity.is_log else ''}{quantity.shown.words}, Q2 {emulator.q_squared:.3f}", fontsize=9
+        )
+        axes.grid(alpha=0.25)
+    for axes in places[len(every) :]:
+        axes.remove()
+    figure.supxlabel("tested", fontsize=9)
+    figure.supylabel("predicted from the others", fontsize=9)
+    return figure
+
+
+def envelope(found: Calibration) -> Figure | None:
+    """The line of the fresh seeds' mean strengths and that of the targets; None without confined tests."""
+    checks = {each.name: each for each in found.checks}
+    if not {"ucs", "cohesion", "friction_angle"} <= set(checks) or not found.targets.pressures:
+        return None
+    figure = Figure(figsize=(5, 3.8), layout="constrained")
+    axes = figure.subplots()
+    at = np.linspace(0, max(found.targets.pressures), 2)
+    lines = {"fresh seeds": [checks[name].measured for name in ("cohesion", "friction_angle")]}
+    if found.targets.cohesion and found.targets.friction_angle:
+        lines["targets"] = [found.targets.cohesion.value, found.targets.friction_angle.value]
+    for (words, (cohesion, angle)), color in zip(lines.items(), (BLUE, VERMILLION), strict=False):
+        phi = math.radians(angle)
+        root = math.tan(math.pi / 4 + phi / 2)
+        label = f"{words}: c = {cohesion / 1e6:.2f} MPa, phi = {angle:.2f} deg"
+        axes.plot(at / 1e6, (2 * cohesion * root + root**2 * at) / 1e6, color=color, label=label)
+    ucs = checks["ucs"]
+    reach = np.array([[ucs.measured - ucs.interval[0]], [ucs.interval[1] - ucs.measured]]) / 1e6
+    axes.errorbar(0, ucs.measured / 1e6, reach, fmt="o", color=BLUE, capsize=3)
+    if ucs.target:
+        axes.errorbar(0, ucs.target.value / 1e6, ucs.target.uncertainty / 1e6, fmt="D", color=VERMILLION, capsize=3)
+    axes.set_xlabel("confinement (MPa)")
+    axes.set_ylabel("strength (MPa)")
+    axes.set_ylim(bottom=0)
+    axes.grid(alpha=0.25)
+    axes.legend(frameon=False, fontsize=9, loc="lower right")
+    return figure
+
+
+def _middle(found: Calibration) -> np.ndarray:
+    posterior = found.found.posterior
+    return found.found.plausible.best if posterior is None else posterior.best
+
+
+def _factor(free: Free) -> float:
+    return factor_into(UNITS[free.unit]) if free.unit in UNITS else 1.0
+
+
+def _label(free: Free) -> str:
+    unit = UNITS.get(free.unit, free.unit if free.unit in USUAL and free.unit != "1" else "")
+    words = free.name.replace("_", " ")
+    return f"{words} ({unit})" if unit else words
+
+
+def _ticks(axis: object, free: Free, shown: bool) -> None:
+    shares = np.array([0.0, 0.5, 1.0])
+    texts = [f"{value * _factor(free):.3g}" for value in free.at(shares)] if shown else []
+    axis.set_ticks(shares, texts if shown else [""] * 3)  # type: ignore[attr-defined]

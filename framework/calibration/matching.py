@@ -1,0 +1,192 @@
+"""Which parameters the targets leave plausible, which points would tell most, and which targets are in conflict."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+import attrs
+import numpy as np
+from scipy.linalg import cho_solve
+
+from grainlaw.calibration.emulator import Emulator, Samples, in_one_thread
+from grainlaw.calibration.space import Space
+from grainlaw.calibration.targets import QUANTITIES, Target
+
+LIMIT = 3.0  #: implausibility (Pukelsheim 1994: three deviations hold 95 % of any distribution with one peak)
+TRIED = 8192  #: points of the prior that are looked at
+KEPT = 1000  #: plausible points that are looked for
+ROUNDS, BEST = 8, 60  #: of a search around the best points
+
+
+@attrs.frozen(eq=False)
+class Match:
+    """Emulators beside the targets.
+
+    The implausibility of a point is |mu - z| / sqrt(var_emulator + var_seeds + var_target) for each target (Craig,
+    Goldstein, Seheult and Smith 1997, doi:10.1007/978-1-4612-2290-3_2).
+    """
+
+    space: Space
+    targets: Mapping[str, Target]
+    emulators: Mapping[str, Emulator]  #: of the targets, and of all else that was measured
+    samples: Samples
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.targets)
+
+    @property
+    def wanted(self) -> np.ndarray:
+        """(t,) targets as they are emulated."""
+        values = ((name, target.value) for name, target in self.targets.items())
+        return np.array([np.log(value) if QUANTITIES[name].is_log else value for name, value in values])
+
+    @property
+    def target_variance(self) -> np.ndarray:
+        """(t,) of the targets, as they are emulated."""
+        spread = [t.uncertainty / (t.value if QUANTITIES[name].is_log else 1) for name, t in self.targets.items()]
+        return np.array(spread) ** 2
+
+    def scatter(self, names: Sequence[str]) -> np.ndarray:
+        """(t, t) covariance by the seeds."""
+        rows = [self.samples.names.index(name) for name in names]
+        return np.asarray(self.samples.scatter[np.ix_(rows, rows)])
+
+    def predicted(self, points: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """Means and variances (n, q) of quantities, as they are emulated but for the rock's own scale."""
+        where, scales = self.space.coordinates(points), np.log(self.space.scales(points))
+        found = [self.emulators[name].predict(where) for name in names]
+        powers = np.array([QUANTITIES[name].power for name in names])
+        means = np.column_stack([mean for mean, _ in found]) + scales[:, None] * powers
+        return means, np.column_stack([variance for _, variance in found])
+
+    def implausibility(self, points: np.ndarray) -> np.ndarray:
+        """(n, t) of each target."""
+        means, variances = self.predicted(points, self.names)
+        known = variances + np.diag(self.scatter(self.names)) + self.target_variance
+        return np.asarray(np.abs(means - self.wanted) / np.sqrt(known))
+
+    def log_likelihood(self, points: np.ndarray) -> np.ndarray:
+        """(n,) of the targets, normal, with what the seeds make of several targets at once."""
+        means, variances = self.predicted(points, self.names)
+        off = means - self.wanted
+        covariance = self.scatter(self.names) + np.einsum(
+            "nt,tu->ntu", variances + self.target_variance, np.eye(len(self.names))
+        )
+        size = np.linalg.slogdet(covariance)[1]
+        solved = np.linalg.solve(covariance, off[:, :, None])[:, :, 0]
+        return np.asarray(-0.5 * (np.einsum("nt,nt->n", off, solved) + size))
+
+
+@attrs.frozen(eq=False)
+class Plausible:
+    """Points that no target excludes."""
+
+    points: np.ndarray  #: (n, d), perhaps none
+    share: float  #: of the prior
+    least: float  #: largest implausibility of the best point
+    best: np.ndarray  #: (d,)
+
+
+@in_one_thread
+def plausible(match: Match, points: np.ndarray, seed: int) -> Plausible:
+    """Of points (n, d) of the prior those with no implausibility above the limit; searched for where they are few."""
+    worst = match.implausibility(points).max(axis=1)
+    share = float(np.mean(worst <= LIMIT))
+    kept, values = points[worst <= LIMIT], worst
+    for near, values in _searched(match, points, worst, lambda each: each.max(axis=1), seed):
+        kept = np.concatenate([kept, near[values <= LIMIT]]) if len(kept) < KEPT else kept
+    best = int(np.argmin(values))
+    return Plausible(kept[:KEPT], share, float(values[best]), near[best])
+
+
+Worst = Callable[[np.ndarray], np.ndarray]
+
+
+def _searched(
+    match: Match, points: np.ndarray, values: np.ndarray, worst: Worst, seed: int
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The best points of each round of a search around those of the round before, and their values."""
+    random, space = np.random.default_rng(seed), match.space
+    reach = 0.15
+    for _ in range(ROUNDS):
+        chosen = np.argsort(values, kind="stable")[:BEST]
+        points, values = points[chosen], values[chosen]
+        yield points, values
+        near = np.repeat(space.places(points), 20, axis=0)
+        near = np.clip(near + reach * random.standard_normal(near.shape), 0, 1)
+        moved = space.points(near)
+        moved = moved[space.allowed(moved)]
+        if len(moved):
+            points = np.concatenate([points, moved])
+            values = np.concatenate([values, worst(match.implausibility(moved))])
+        reach *= 0.6
+    chosen = np.argsort(values, kind="stable")
+    yield points[chosen], values[chosen]
+
+
+@in_one_thread
+def telling(match: Match, candidates: np.ndarray, count: int, first: np.ndarray) -> np.ndarray:
+    """(count, d) points whose tests would tell most, ``first`` (k, d) among them.
+
+    One after the other: where the emulators know least compared with what seeds and targets leave open; after each, as
+    much as its tests would tell is taken off.
+    """
+    where = match.space.coordinates(np.concatenate([first, candidates]))
+    known = np.diag(match.scatter(match.names)) + match.target_variance
+    covariances, noises = [], []
+    for name in match.names:
+        emulator = match.emulators[name]
+        across = emulator.kernel(where, emulator.points)
+        solved = cho_solve((emulator.factor, True), across.T)
+        covariances.append(emulator.size**2 * (emulator.kernel(where, where) - across @ solved))
+        column = match.samples.noise[:, match.samples.names.index(name)]
+        noises.append(float(np.nanmean(column)) + emulator.size**2 * emulator.rough)
+        covariances[-1][np.diag_indices(len(where))] -= emulator.size**2 * emulator.rough
+    chosen: list[int] = []
+    for step in range(min(count, len(where))):
+        gain = sum(np.log1p(np.maximum(np.diag(c), 0) / (v + 1e-300)) for c, v in zip(covariances, known, strict=True))
+        gain = np.asarray(gain)
+        gain[chosen] = -np.inf
+        at = step if step < len(first) else int(np.argmax(gain))
+        chosen.append(at)
+        for k, noise in enumerate(noises):
+            column = covariances[k][:, at].copy()
+            covariances[k] -= np.outer(column, column) / (max(column[at], 0.0) + noise + 1e-300)
+    return np.concatenate([first, candidates])[chosen]
+
+
+@attrs.frozen
+class Conflict:
+    """Targets that no parameters in the ranges meet together, though they meet all fewer of them."""
+
+    targets: tuple[str, ...]
+    implausibility: float  #: the largest of them where it is least
+    values: dict[str, float]  #: what the targets would be there, as they are emulated
+
+    def __str__(self) -> str:
+        return f"{' and '.join(self.targets)} (at best {self.implausibility:.1f} deviations off)"
+
+
+@in_one_thread
+def conflicts(match: Match, points: np.ndarray, seed: int) -> list[Conflict]:
+    """The smallest sets of targets that are implausible together; the search begins with points of the prior."""
+    every = match.implausibility(points)
+    found: list[Conflict] = []
+    for size in range(1, len(match.names) + 1):
+        for chosen in itertools.combinations(range(len(match.names)), size):
+            names = tuple(match.names[k] for k in chosen)
+            if any(set(conflict.targets) <= set(names) for conflict in found):
+                continue
+            rows = list(chosen)
+            worst: Worst = lambda each, rows=rows: each[:, rows].max(axis=1)  # type: ignore[misc]  # noqa: E731
+            best, values = list(_searched(match, points, worst(every), worst, seed))[-1]
+            if values[0] > LIMIT:
+                means = match.predicted(best[:1], match.names)[0][0]
+                there = {
+                    name: float(np.exp(mean) if QUANTITIES[name].is_log else mean)
+                    for name, mean in zip(match.names, means, strict=True)
+                }
+                found.append(Conflict(names, float(values[0]), there))
+    return found

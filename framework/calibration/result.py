@@ -1,0 +1,221 @@
+"""What a calibration has found: prints as tables, writes a report and its numbers."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import attrs
+
+from grainlaw.arguments import Checked
+from grainlaw.calibration.check import Compared
+from grainlaw.calibration.elastic import Stiffness, with_grains
+from grainlaw.calibration.emulator import quality
+from grainlaw.calibration.identifiability import Identifiability
+from grainlaw.calibration.simulator import Failure
+from grainlaw.calibration.space import Space
+from grainlaw.calibration.targets import QUANTITIES, Targets
+from grainlaw.calibration.waves import Found
+from grainlaw.contact import ContactLaw
+from grainlaw.naming import aligned
+from grainlaw.parameter import ParameterError
+from grainlaw.results.files import writable_folder
+from grainlaw.results.tables import write_json
+from grainlaw.runs.record import versions
+from grainlaw.specimen import Specimen
+from grainlaw.unit_text import written
+
+REPORT, NUMBERS = "report.html", "calibration.json"
+
+
+@attrs.frozen(kw_only=True, eq=False)
+class Calibration(metaclass=Checked):
+    """The answer of :func:`calibrate`; SI, angles in degrees."""
+
+    targets: Targets
+    space: Space
+    stiffness: Stiffness | None  #: None without elastic targets
+    found: Found
+    seeds: int
+    store: str
+    grains: float = 1.0  #: times the modulus of the grains of the specimens
+    failures: Sequence[Failure] = ()
+    cpu: float = 0.0  #: s, of all tests
+    identifiability: Identifiability | None = None
+    best: dict[str, float] = attrs.field(factory=dict)
+    checks: Sequence[Compared] = ()
+
+    @property
+    def is_plausible(self) -> bool:
+        """Whether any parameters in the ranges meet all targets."""
+        return self.found.posterior is not None
+
+    @property
+    def law(self) -> ContactLaw:
+        """The calibrated law. Raises :class:`ParameterError` where there is none."""
+        if not self.is_plausible:
+            raise ParameterError(
+                f"Calibration: there is no calibrated law, the targets are in conflict: {self._conflict}"
+            )
+        return self.space.made(self.best)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """All that was found of the law: free, tied and elastic; empty where the targets are in conflict."""
+        tied = {tie.name: tie.times * self.best[tie.to] for tie in self.space.ties} if self.best else {}
+        return {**(self.stiffness.parameters if self.stiffness else {}), **self.best, **tied} if self.best else {}
+
+    def rock(self, specimen: Specimen) -> Specimen:
+        """A specimen with the grains that were found: those of ``specimens``, or stiffer ones."""
+        return with_grains(specimen, self.grains)
+
+    @property
+    def _conflict(self) -> str:
+        sets = "; ".join(str(conflict) for conflict in self.found.conflicts)
+        return sets or "all of them together, though no smaller set is"
+
+    # --- words -------------------------------------------------------------------------------------------------------
+
+    def __str__(self) -> str:
+        parts = [self._head]
+        if self.identifiability is None:
+            parts += [f"Nothing in the ranges is plausible. In conflict: {self._conflict}."]
+        else:
+            parts += [aligned(self.parameter_lines, rule=True), *self.verdicts, aligned(self.check_lines, rule=True)]
+        parts.append(aligned(self.quality_lines, rule=True))
+        if self.failures:
+            parts.append(self.failure_words)
+        return "\n\n".join(parts)
+
+    __repr__ = __str__
+
+    @property
+    def _head(self) -> str:
+        lines = [f"{self.space.kind.__name__}, {len(self.found.design.points)} points on {self.seeds} seeds in "
+                 f"{len(self.found.waves)} waves, {self.cpu / 3600:.2g} CPU hours"]  # fmt: skip
+        if self.stiffness is not None:
+            found = ", ".join(
+                f"{name} = {written(float(f'{v:.4g}'), 'Pa/m')}" for name, v in self.stiffness.parameters.items()
+            )
+            more = f", grains {self.grains:.4g} times as stiff" if self.grains != 1 else ""
+            lines.append(
+                f"by statics E = {self.stiffness.modulus / 1e9:.2f} GPa and nu = {self.stiffness.poisson:.3f} "
+                f"with {found}{more}"
+            )
+        scale = self.space.scale
+        if scale is not None:
+            lines.append(f"groups: {', '.join(self.space.groups)}; {scale.name} follows from similarity")
+        return "\n".join(lines)
+
+    @property
+    def parameter_lines(self) -> list[list[str]]:
+        """Best values, intervals and widths of the free parameters, with a heading."""
+        rows = [["parameter", "best", "95 %", "of its range", ""]]
+        assert self.identifiability is not None
+        for each, free in zip(self.identifiability.parameters, self.space.free, strict=True):
+            low, high = (_short(value, free.unit) for value in each.interval)
+            best = _short(self.best[each.name], free.unit)
+            rows.append([each.name, best, f"{low} to {high}", f"{100 * each.width:.0f} %", each.verdict])
+        return rows
+
+    @property
+    def verdicts(self) -> list[str]:
+        """What the tests do not determine, and which further one would."""
+        found = self.identifiability
+        assert found is not None
+        lines = []
+        if found.not_determined:
+            lines.append(f"These tests do not determine {', '.join(found.not_determined)}.")
+        for each in found.unseen:
+            lines.append(f"They do not see: {each.words} ({100 * each.width:.0f} % of the prior's deviation is left).")
+        if found.further:
+            best = found.further[0]
+            lines.append(
+                f"Of the quantities measured but not used, {best.quantity} would tell most: {best.gain:.2f} bits, and "
+                f"{best.helped} to {100 * best.width:.0f} % of its present width."
+            )
+        return lines or ["The tests see all directions."]
+
+    @property
+    def check_lines(self) -> list[list[str]]:
+        """Targets, predictions and what fresh seeds gave, with a heading."""
+        rows = [["on fresh seeds", "target", "predicted", "95 %", "measured", "95 %", "n", "off", ""]]
+        for each in self.checks:
+            text = QUANTITIES[each.name].shown.text
+            said = {True: "met", False: "not met", None: ""}[each.is_met]
+            off = f"{100 * each.off:+.1f} %" if each.off == each.off else ""
+            rows.append([
+                QUANTITIES[each.name].shown.heading, text(each.target.value) if each.target else "",
+                text(each.predicted), _between(text, each.predicted_interval), text(each.measured),
+                _between(text, each.interval), str(each.count), off, said,
+            ])  # fmt: skip
+        return rows
+
+    @property
+    def quality_lines(self) -> list[list[str]]:
+        """How well emulators predict points that were left out, with a heading."""
+        rows = [["emulator, left out points", "points", "Q2", "rms of errors", "within 2"]]
+        for name, points, share, rms, within in quality(self.found.match.emulators):
+            words = QUANTITIES[name].shown.words
+            rows.append([words, str(points), f"{share:.3f}", f"{rms:.2f}", f"{100 * within:.0f} %"])
+        return rows
+
+    @property
+    def failure_words(self) -> str:
+        """How many tests gave no value, and the first reason of each kind."""
+        kinds = Counter(each.test for each in self.failures)
+        first = {each.test: each.reason for each in reversed(list(self.failures))}
+        words = "; ".join(f"{count} of {test} (first: {first[test]})" for test, count in kinds.items())
+        return f"Tests without a value: {words}. A point counts with the seeds that have one, if they are half of them."
+
+    # --- files -------------------------------------------------------------------------------------------------------
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """All numbers by name (SI)."""
+        found = self.identifiability
+        content: dict[str, Any] = {
+            "targets": {name: attrs.asdict(target) for name, target in self.targets.given.items()},
+            "confinements": list(self.targets.pressures), "law": self.space.kind.__name__, "ranges": self.space.ends,
+            "plausible": self.is_plausible, "parameters": self.parameters, "grains": self.grains,
+            "stiffness": attrs.asdict(self.stiffness) if self.stiffness else None,
+            "waves": [attrs.asdict(wave) for wave in self.found.waves],
+            "conflicts": [attrs.asdict(conflict) for conflict in self.found.conflicts],
+            "emulators": [dict(zip(("name", "points", "q2", "rms", "within_2"), row, strict=True))
+                          for row in quality(self.found.match.emulators)],
+            "failures": [attrs.asdict(each) for each in self.failures], "cpu": self.cpu, "seeds": self.seeds,
+            "points": self.found.design.points.tolist(), "scales": self.found.design.scales.tolist(),
+            "values": {name: values.tolist() for name, values in self.found.design.values.items()},
+            "versions": versions(),
+        }  # fmt: skip
+        if found is not None:
+            content["identifiability"] = {
+                "parameters": [attrs.asdict(each) | {"verdict": each.verdict} for each in found.parameters],
+                "correlation": found.correlation.tolist(),
+                "directions": [attrs.asdict(each) | {"words": each.words} for each in found.directions],
+                "further": [attrs.asdict(each) for each in found.further],
+                "sobol": {"quantities": list(found.quantities), "parameters": list(self.space.names),
+                          "first": found.first_order.tolist(), "total": found.total_order.tolist()},
+            }  # fmt: skip
+            content["checks"] = [attrs.asdict(each) | {"off": each.off, "is_met": each.is_met} for each in self.checks]
+        return content
+
+    def write(self, folder: str | os.PathLike[str]) -> None:
+        """Write ``report.html`` with all pictures, and ``calibration.json``. Raises OSError."""
+        from grainlaw.calibration.report import write_report
+
+        path = Path(writable_folder(folder))
+        write_json(path / NUMBERS, self.summary)
+        write_report(self, path / REPORT)
+
+
+def _short(value: float, unit: str) -> str:
+    return written(float(f"{value:.4g}"), unit)
+
+
+def _between(text: Any, ends: tuple[float, float]) -> str:
+    low, high = ends
+    return f"{text(low)} to {text(high)}" if low == low else ""

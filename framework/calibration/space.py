@@ -1,0 +1,281 @@
+"""The parameters that are looked for: their ranges, the groups of them that tests can tell apart, and their scale."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+from scipy.stats import qmc
+
+from grainlaw.arguments import Checked, is_number, nearest, refusal, short
+from grainlaw.contact import ContactLaw
+from grainlaw.parameter import ParameterError, checked_number
+
+#: Power of the strengths with which a parameter of a unit grows if the rock becomes stronger and stays as stiff:
+#: strains and displacements grow alike, times and lengths of the specimen do not.
+POWERS = {"Pa": 1, "J/m2": 2, "m": 1, "m/s": 1, "Pa/m": 0, "deg": 0, "1": 0, "s": 0, "1/s": 0, "kg/m3": 0}
+DIGITS = 5  #: of parameters that are tried: rounding of the last bits must not make other cases
+MOST_REFUSED = 200  #: times as many points as are wanted
+
+
+@attrs.frozen
+class Free:
+    """A parameter that is looked for between two ends (SI)."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+
+    @property
+    def power(self) -> int:
+        return POWERS.get(self.unit, 0)
+
+    @property
+    def is_log(self) -> bool:
+        """Whether equal factors count alike, not equal differences: for what is above zero by its nature."""
+        return self.low > 0 and self.power > 0
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """Values from shares (0 to 1) of the range."""
+        if self.is_log:
+            return np.exp(math.log(self.low) + share * math.log(self.high / self.low))
+        return self.low + share * (self.high - self.low)
+
+    def share(self, value: np.ndarray) -> np.ndarray:
+        if self.is_log:
+            return np.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+
+@attrs.frozen
+class Tie:
+    """A parameter that is another one times a number."""
+
+    name: str
+    to: str
+    times: float
+
+
+def law_with(law: Any, base: Mapping[str, Any], ties: Sequence[Tie], values: Mapping[str, Any]) -> ContactLaw:
+    """A law, or one of a class, with these parameters. Raises :class:`ParameterError` where it refuses them."""
+    given = {**base, **values, **{tie.name: tie.times * values[tie.to] for tie in ties}}
+    made: ContactLaw = law(**given) if isinstance(law, type) else attrs.evolve(law, **given)
+    return made
+
+
+@attrs.frozen(eq=False)
+class Space(metaclass=Checked):
+    """Points are arrays (n, d) of the free parameters in SI; a share (0 to 1) of each range is a place.
+
+    ``scale`` is the parameter whose size one strength of the rock follows (:data:`POWERS`), as all others that have
+    dimensions are free with it; None where one of them is fixed. Groups are the other parameters in units of it.
+    """
+
+    law: Any  #: a contact law, or its class
+    free: tuple[Free, ...]
+    ties: tuple[Tie, ...] = ()
+    base: Mapping[str, Any] = attrs.field(factory=dict)  #: other parameters of the law, such as stiffnesses
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(free.name for free in self.free)
+
+    @property
+    def kind(self) -> type:
+        return self.law if isinstance(self.law, type) else type(self.law)
+
+    def made(self, values: Mapping[str, Any]) -> ContactLaw:
+        """The law with these free parameters. Raises :class:`ParameterError` where it refuses them."""
+        return law_with(self.law, self.base, self.ties, values)
+
+    def mapping(self, point: np.ndarray) -> dict[str, float]:
+        """A point by the names of its parameters."""
+        return dict(zip(self.names, map(float, point), strict=True))
+
+    def points(self, places: np.ndarray) -> np.ndarray:
+        """(n, d) parameters from places (n, d)."""
+        return np.column_stack([free.at(places[:, k]) for k, free in enumerate(self.free)])
+
+    def places(self, points: np.ndarray) -> np.ndarray:
+        return np.column_stack([free.share(points[:, k]) for k, free in enumerate(self.free)])
+
+    def allowed(self, points: np.ndarray) -> np.ndarray:
+        """(n,) whether the law takes the parameters."""
+        if len(points) > 1:
+            if self._takes(dict(zip(self.names, points.T, strict=True))):  # as of many contact points, in one go
+                return np.ones(len(points), dtype=bool)
+            half = len(points) // 2
+            return np.concatenate([self.allowed(points[:half]), self.allowed(points[half:])])
+        return np.array([self._takes(self.mapping(point)) for point in points], dtype=bool)
+
+    def _takes(self, values: Mapping[str, Any]) -> bool:
+        try:
+            self.made(values)
+        except (ParameterError, ValueError, TypeError):  # a law of the user's own may not compare arrays
+            return False
+        return True
+
+    def prior(self, count: int, seed: int) -> np.ndarray:
+        """(count, d) points of a scrambled Sobol sequence that the law takes. Raises :class:`ParameterError`."""
+        drawn = qmc.Sobol(len(self.free), rng=seed)
+        found: list[np.ndarray] = []
+        have = asked = 0
+        while have < count:
+            size = 2 ** max(math.ceil(math.log2(count)), 4)
+            points = self.points(drawn.random(size))
+            kept = points[self.allowed(points)]
+            found.append(kept)
+            have, asked = have + len(kept), asked + size
+            if asked > MOST_REFUSED * count + 4096:
+                raise ParameterError(
+                    f"calibrate: free = {short(self.ends)} is not allowed: {self.kind.__name__} refuses nearly all of "
+                    f"it, {have} of {asked} points are left"
+                )
+        return np.concatenate(found)[:count]
+
+    @property
+    def ends(self) -> dict[str, tuple[float, float]]:
+        return {free.name: (free.low, free.high) for free in self.free}
+
+    # --- similarity --------------------------------------------------------------------------------------------------
+
+    @functools.cached_property
+    def scale(self) -> Free | None:
+        """The first free stress of the law, if nothing with dimensions is fixed and more than it is free."""
+        stresses = [free for free in self.free if free.power == 1 and free.is_log]
+        if (
+            len(self.free) == 1
+            or not stresses
+            or not all(free.is_log or free.low == 0 for free in self.free if free.power)
+        ):
+            return None
+        moved = {*self.names, *(tie.name for tie in self.ties)}
+        made = None if isinstance(self.law, type) else self.law
+        fields = attrs.fields(self.kind)
+        fixed = [
+            (field, self.base.get(field.name, field.default if made is None else getattr(made, field.name)))
+            for field in fields
+            if field.init and field.name not in moved
+        ]
+        if any(_has_size(field.metadata.get("unit"), value) for field, value in fixed):
+            return None
+        by_power = {free.name: free.power for free in self.free}
+        units = {field.name: POWERS.get(field.metadata.get("unit", "1")) for field in fields}
+        if any(units[tie.name] != by_power[tie.to] for tie in self.ties):
+            return None
+        return stresses[0]
+
+    def scales(self, points: np.ndarray) -> np.ndarray:
+        """(n,) how many times stronger than the specimens of the design rocks with these parameters are."""
+        scale = self.scale
+        if scale is None:
+            return np.ones(len(points))
+        return np.asarray(points[:, self.names.index(scale.name)] / self.reference)
+
+    @property
+    def reference(self) -> float:
+        """Value of the scale at which tests are made: the middle of its range."""
+        assert self.scale is not None
+        return float(f"{math.sqrt(self.scale.low * self.scale.high):.{DIGITS}g}")
+
+    def at_reference(self, points: np.ndarray) -> np.ndarray:
+        """(n, d) the parameters of the same groups with a scale of one, rounded."""
+        scales = self.scales(points)
+        moved = np.column_stack([points[:, k] / scales**free.power for k, free in enumerate(self.free)])
+        return np.array([[float(f"{value:.{DIGITS}g}") for value in row] for row in moved]).reshape(moved.shape)
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Words of the groups."""
+        scale = self.scale
+        if scale is None:
+            return self.names
+        words = {0: "{name}", 1: "{name} / {scale}", 2: "{name} / {scale}^2"}
+        return tuple(
+            words[free.power].format(name=free.name, scale=scale.name) for free in self.free if free is not scale
+        )
+
+    def coordinates(self, points: np.ndarray) -> np.ndarray:
+        """(n, g) where points lie in the groups, each from about -1 to 1: what an emulator is given."""
+        moved, scale = points / self.scales(points)[:, None] ** np.array([f.power for f in self.free]), self.scale
+        columns = []
+        for k, free in enumerate(self.free):
+            if free is scale:
+                continue
+            stretch = (scale.high / scale.low) ** (free.power / 2) if scale else 1.0
+            if free.is_log:
+                low, high = math.log(free.low / stretch), math.log(free.high * stretch)
+                columns.append(2 * (np.log(moved[:, k]) - low) / (high - low) - 1)
+            else:
+                columns.append(2 * (moved[:, k] - free.low) / (free.high * stretch - free.low) - 1)
+        return np.column_stack(columns)
+
+
+def _has_size(unit: str | None, value: Any) -> bool:
+    """Whether a fixed parameter, or one of a part, pins the size of stresses or displacements."""
+    if attrs.has(type(value)):
+        inner = attrs.fields(type(value))
+        return any(_has_size(field.metadata.get("unit"), getattr(value, field.name)) for field in inner if field.init)
+    if unit is None or value is attrs.NOTHING:
+        return False
+    known = POWERS.get(unit)
+    return known != 0 and bool(np.any((np.asarray(value) != 0) & np.isfinite(value)))
+
+
+def space_of(law: Any, free: Mapping[str, Any], tied: Mapping[str, Any], base: Mapping[str, Any]) -> Space:
+    """Check what is free and what is tied. Raises :class:`ParameterError`."""
+    kind = law if isinstance(law, type) else type(law)
+    if not (isinstance(kind, type) and issubclass(kind, ContactLaw) and attrs.has(kind)):
+        raise refusal("calibrate: law", law, "a ContactLaw, or a class of them")
+    units = {field.name: field.metadata["unit"] for field in attrs.fields(kind) if "unit" in field.metadata}
+    if not free:
+        raise ParameterError("calibrate: free is empty, it must have one parameter with its range at least")
+    for name in (*free, *tied):
+        if name not in units:
+            has = f"{kind.__name__} has: {', '.join(units)}"
+            raise ParameterError(f"calibrate: there is no parameter '{name}'{nearest(str(name), units)} ({has})")
+    ranges = [_range(name, given, units[name]) for name, given in free.items()]
+    ties = [_tie(name, given, units, free) for name, given in tied.items()]
+    if both := [tie.name for tie in ties if tie.name in free]:
+        raise ParameterError(f"calibrate: '{both[0]}' is free and tied, it must be one of both")
+    if both := [free.name for free in ranges if free.name in base]:
+        raise ParameterError(f"calibrate: '{both[0]}' is free, but it follows from the elastic targets")
+    moved = {*free, *tied, *base}
+    if isinstance(law, type):
+        fields = [field for field in attrs.fields(kind) if field.init and field.default is attrs.NOTHING]
+        if absent := [field.name for field in fields if field.name not in moved]:
+            raise ParameterError(
+                f"calibrate: law = {kind.__name__} needs {', '.join(absent)}: set them free, or give a law that has "
+                f"them, {kind.__name__}({absent[0]}=..., ...)"
+            )
+    return Space(law, tuple(ranges), tuple(ties), dict(base))
+
+
+def _range(name: str, given: Any, unit: str) -> Free:
+    where = f"calibrate: free: {name}"
+    try:
+        low, high = given
+    except (TypeError, ValueError):
+        raise ParameterError(f"{where} = {short(given)} is not allowed, it must be (low, high) in {unit}") from None
+    low = checked_number(where, low, unit)
+    return Free(name, unit, low, checked_number(where, high, unit, above=low))
+
+
+def _tie(name: str, given: Any, units: Mapping[str, str], free: Mapping[str, Any]) -> Tie:
+    where = f"calibrate: tied: {name}"
+    try:
+        to, times = given
+    except (TypeError, ValueError):
+        to, times = None, None
+    if not isinstance(to, str) or not is_number(times):
+        raise refusal(where, given, "(name of a free parameter, factor), such as ('mode_i_energy', 2)")
+    if to not in free:
+        raise ParameterError(f"{where}: '{to}' is not free{nearest(to, free)}")
+    if units[to] != units[name]:
+        raise ParameterError(f"{where} is in {units[name]}, but {to} in {units[to]}")
+    return Tie(name, to, checked_number(where, times, above=0))

@@ -1,0 +1,176 @@
+"""What a calibration aims at: numbers that a laboratory has measured, and the tests that measure them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+
+from grainlaw.arguments import Checked, is_number, nearest, short
+from grainlaw.naming import Shown
+from grainlaw.parameter import ParameterError, checked_number
+
+COMPRESSION, CONFINED, TENSION = "compression", "confined", "tension"
+BRAZILIAN, BENDING = "brazilian", "bending"
+TESTS = (COMPRESSION, CONFINED, TENSION, BRAZILIAN, BENDING)
+USUAL_UNCERTAINTY = 0.02  #: of a value: what the mean of some ten laboratory tests is known to
+CONFINED_AT = 0.05  #: of the strength: the confinement, if none is given
+
+
+@attrs.frozen
+class Quantity:
+    """A number that a laboratory measures."""
+
+    name: str
+    shown: Shown
+    unit: str
+    tests: tuple[str, ...]  #: that measure it
+    column: str = ""  #: of the table of a study
+    power: int = 1  #: it grows with this power of the strengths of a rock of the same stiffness
+    least: float = 0.0  #: a value is above it
+    most: float = math.inf  #: and below it
+    is_log: bool = True  #: whether its logarithm is emulated
+
+    @property
+    def is_elastic(self) -> bool:
+        """Whether it is found by statics."""
+        return self.name in ("youngs_modulus", "poissons_ratio")
+
+
+def _strength(name: str, words: str, tests: Sequence[str], column: str = "peak_stress", power: int = 1) -> Quantity:
+    return Quantity(name, Shown(words, "MPa", 1e-6, ".2f"), "Pa", tuple(tests), column, power)
+
+
+QUANTITIES = {
+    quantity.name: quantity
+    for quantity in (
+        Quantity("youngs_modulus", Shown("E", "GPa", 1e-9, ".2f"), "Pa", (COMPRESSION,), "modulus", power=0),
+        Quantity(
+            "poissons_ratio", Shown("nu", "", 1, ".3f"), "1", (COMPRESSION,), "poisson", power=0, least=-1, most=0.5,
+            is_log=False,
+        ),
+        _strength("ucs", "UCS", [COMPRESSION]),
+        _strength("cohesion", "cohesion", [COMPRESSION, CONFINED], ""),
+        Quantity(
+            "friction_angle", Shown("friction angle", "deg", 1, ".2f"), "deg", (COMPRESSION, CONFINED), power=0,
+            most=90, is_log=False,
+        ),
+        _strength("tensile_strength", "tensile strength", [TENSION]),
+        _strength("brazilian_strength", "Brazilian strength", [BRAZILIAN]),
+        Quantity(
+            "fracture_toughness", Shown("toughness", "MPa √m", 1e-6, ".3f"), "Pa*m^0.5", (BENDING,), "toughness"
+        ),
+        _strength("crack_initiation", "CI", [COMPRESSION], "crack_initiation_lateral"),
+        _strength("crack_damage", "CD", [COMPRESSION], "crack_damage"),
+    )
+}  # fmt: skip
+
+
+@attrs.frozen
+class Target:
+    """A value of the laboratory and how well it is known (standard uncertainty); SI, angles in degrees."""
+
+    value: float
+    uncertainty: float
+
+
+def _target(given: Any, _component: Any, attribute: Any) -> Target | None:
+    if given is None or isinstance(given, Target):
+        return given
+    quantity, where = QUANTITIES[attribute.name], f"Targets: {attribute.name}"
+    pair = (given, None) if is_number(given) else given
+    if isinstance(pair, (str, bytes)) or not isinstance(pair, Sequence) or len(pair) != 2:
+        raise ParameterError(
+            f"{where} = {short(given)} is not allowed, it must be a number ({quantity.unit}) or (value, uncertainty)"
+        )
+    value = checked_number(where, pair[0], quantity.unit, above=quantity.least)
+    if value >= quantity.most:
+        raise ParameterError(f"{where} = {short(value)} is not allowed, it must be below {quantity.most:g}")
+    usual = USUAL_UNCERTAINTY * abs(value)
+    return Target(value, usual if pair[1] is None else checked_number(f"{where}: uncertainty", pair[1], at_least=0))
+
+
+def _wanted() -> Any:
+    return attrs.field(default=None, converter=attrs.Converter(_target, takes_self=True, takes_field=True))
+
+
+@attrs.frozen(kw_only=True)
+class Targets(metaclass=Checked):
+    """Numbers of a laboratory: each a value, or (value, standard uncertainty), in SI units and degrees.
+
+    ``ucs=126.65 * MPa`` or ``ucs=(126.65 * MPa, 4 * MPa)``; the uncertainty is that of the mean, 2 % of the value if it
+    is not given. Cohesion and friction angle are those of a straight line through the strengths without and under the
+    ``confinements`` (Pa, at most a few), a twentieth of the UCS if none is given. Raises ParameterError for a value
+    that no rock has.
+    """
+
+    youngs_modulus: Target | None = _wanted()  #: Pa, of the rock, not of its plane problem
+    poissons_ratio: Target | None = _wanted()
+    ucs: Target | None = _wanted()
+    cohesion: Target | None = _wanted()
+    friction_angle: Target | None = _wanted()  #: deg
+    tensile_strength: Target | None = _wanted()  #: Pa, of direct tension
+    brazilian_strength: Target | None = _wanted()
+    fracture_toughness: Target | None = _wanted()  #: Pa sqrt(m), of the notched half disc
+    crack_initiation: Target | None = _wanted()  #: Pa, by the lateral strain
+    crack_damage: Target | None = _wanted()  #: Pa, by the volumetric strain
+    confinements: Sequence[float] = ()
+
+    def __attrs_post_init__(self) -> None:
+        for number, value in enumerate(self.confinements):
+            checked_number(f"Targets: confinements[{number}]", value, "Pa", above=0)
+        if len(set(self.confinements)) < len(self.confinements):
+            raise ParameterError(f"Targets: confinements = {short(self.confinements)} is not allowed, each only once")
+        if not self.given:
+            raise ParameterError(f"Targets: there is no target; give one or more of {', '.join(QUANTITIES)}")
+
+    @property
+    def given(self) -> dict[str, Target]:
+        """The targets by name."""
+        found = {name: getattr(self, name) for name in QUANTITIES}
+        return {name: target for name, target in found.items() if target is not None}
+
+    @property
+    def elastic(self) -> dict[str, Target]:
+        """Those that are met by statics."""
+        return {name: target for name, target in self.given.items() if QUANTITIES[name].is_elastic}
+
+    @property
+    def tested(self) -> dict[str, Target]:
+        """Those that take tests to failure."""
+        return {name: target for name, target in self.given.items() if not QUANTITIES[name].is_elastic}
+
+    @property
+    def pressures(self) -> tuple[float, ...]:
+        """Pa, confinements of the confined tests."""
+        if self.confinements:
+            return tuple(sorted(map(float, self.confinements)))
+        if self.ucs is not None:
+            return (float(f"{CONFINED_AT * self.ucs.value:.3g}"),)
+        if self.cohesion is not None and self.friction_angle is not None:
+            phi = math.radians(self.friction_angle.value)
+            ucs = 2 * self.cohesion.value * math.cos(phi) / (1 - math.sin(phi))
+            return (float(f"{CONFINED_AT * ucs:.3g}"),)
+        return ()
+
+
+def checked_quantities(where: str, names: Sequence[str]) -> tuple[str, ...]:
+    """Names of quantities that tests to failure measure. Raises :class:`ParameterError`."""
+    known = [name for name, quantity in QUANTITIES.items() if not quantity.is_elastic]
+    for name in names:
+        if name not in known:
+            raise ParameterError(f"{where}: there is no quantity {short(name)}{nearest(str(name), known)}")
+    return tuple(dict.fromkeys(names))
+
+
+def needed_tests(names: Sequence[str]) -> tuple[str, ...]:
+    """The tests that measure quantities, in the order of :data:`TESTS`."""
+    wanted = {test for name in names for test in QUANTITIES[name].tests}
+    return tuple(test for test in TESTS if test in wanted)
+
+
+def measured_by(tests: Sequence[str]) -> tuple[str, ...]:
+    """All quantities that some tests measure, asked for or not."""
+    return tuple(name for name, quantity in QUANTITIES.items() if set(quantity.tests) <= set(tests))

@@ -1,0 +1,183 @@
+"""Simulated laboratory tests as cases of a study: what a search asks, its store answers or runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.arguments import Checked, nearest, refusal, short
+from grainlaw.calibration.elastic import with_grains
+from grainlaw.calibration.simulator import Failure, Simulator, Values
+from grainlaw.calibration.space import Tie, law_with
+from grainlaw.calibration.targets import (
+    BENDING,
+    BRAZILIAN,
+    COMPRESSION,
+    CONFINED,
+    QUANTITIES,
+    TENSION,
+    TESTS,
+    needed_tests,
+)
+from grainlaw.parameter import ParameterError
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols import BiaxialCompression, Brazilian, SemiCircularBend, UniaxialCompression, UniaxialTension
+from grainlaw.results.standard_measures import MEASURES
+from grainlaw.runs.parallel import Run
+from grainlaw.specimen import Specimen
+from grainlaw.studies.envelope import fit_mohr_coulomb
+from grainlaw.studies.study import Study
+from grainlaw.studies.table import Table
+
+#: Strength is all that a calibration asks of a test: it ends soon after the peak.
+USUAL: dict[str, LoadingProtocol] = {
+    COMPRESSION: UniaxialCompression(stop_fraction=0.7),
+    CONFINED: BiaxialCompression(confinement=0, stop_fraction=0.7),
+    TENSION: UniaxialTension(stop_fraction=0.5),
+    BRAZILIAN: Brazilian(),
+    BENDING: SemiCircularBend(stop_fraction=0.5),
+}
+PRISM, DISC, HALF_DISC = "prism", "disc", "half_disc"
+SHAPES = {COMPRESSION: PRISM, CONFINED: PRISM, TENSION: PRISM, BRAZILIAN: DISC, BENDING: HALF_DISC}
+MEASURED = ("crack_initiation_lateral", "crack_damage")
+WHOLE = 0.995  #: of the longest course: a test that has its peak there has none
+COURSES = {"peak_strain": "maximum_strain", "peak_deflection": "maximum_deflection"}
+
+Specimens = Callable[[int], Specimen]
+
+
+def checked_tests(given: Mapping[str, Any]) -> dict[str, LoadingProtocol]:
+    """The usual tests with others in their place. Raises :class:`ParameterError`."""
+    for name, test in given.items():
+        if name not in TESTS:
+            raise ParameterError(f"calibrate: tests: there is no test {short(name)}{nearest(str(name), TESTS)}")
+        if not isinstance(test, type(USUAL[name])):
+            raise refusal(f"calibrate: tests: {name}", test, f"a {type(USUAL[name]).__name__}")
+    return {**USUAL, **given}
+
+
+def checked_specimens(given: Any, tests: Sequence[str]) -> dict[str, Specimens]:
+    """Functions of the seed by the shapes that tests need. Raises :class:`ParameterError`."""
+    known = dict(given) if isinstance(given, Mapping) else {PRISM: given}
+    for shape, make in known.items():
+        if shape not in SHAPES.values():
+            near = nearest(str(shape), (PRISM, DISC, HALF_DISC))
+            raise ParameterError(f"calibrate: specimens: there is no shape {short(shape)}{near}")
+        if not callable(make):
+            raise refusal(f"calibrate: specimens: {shape}", make, "a function of the seed that returns a Specimen")
+    for test in tests:
+        if SHAPES[test] not in known:
+            raise ParameterError(
+                f"calibrate: the {test} test needs specimens of the shape '{SHAPES[test]}': give "
+                f"specimens={{'{PRISM}': ..., '{SHAPES[test]}': lambda seed: ...}}"
+            )
+    return known
+
+
+@attrs.frozen(eq=False)
+class TrialCase(metaclass=Checked):
+    """One test of a rock; the factors are the parameters by name, the test, its confinement and the seed."""
+
+    law: Any  #: or its class
+    base: Mapping[str, Any]
+    ties: tuple[Tie, ...]
+    specimens: Mapping[str, Specimens]
+    tests: Mapping[str, LoadingProtocol]
+    grains: float  #: times the modulus of the grains
+
+    def __call__(self, test: str, confinement: float, seed: int, **parameters: float) -> Run:
+        protocol: Any = self.tests[test]
+        if test == CONFINED:
+            protocol = attrs.evolve(protocol, confinement=confinement)
+        specimen = with_grains(self.specimens[SHAPES[test]](seed), self.grains)
+        return Run(specimen, law_with(self.law, self.base, self.ties, parameters), protocol)
+
+
+class StudySimulator(Simulator):
+    """Runs tests as cases of a study; what its store has is not run again."""
+
+    def __init__(self, case: TrialCase, pressures: Sequence[float], store: Any, **options: Any) -> None:
+        self.case, self.pressures, self.store, self.options = case, tuple(pressures), store, options
+        self.failures: list[Failure] = []
+        self.cpu = 0.0
+        self.asked = 0  #: points so far
+        self.names: tuple[str, ...] = ()  #: of the parameters
+        self.cases: set[str] = set()  #: keys of those that were counted
+
+    def values(
+        self, points: Sequence[Mapping[str, float]], quantities: Sequence[str], seeds: Sequence[int],
+        scales: np.ndarray,
+    ) -> Values:  # fmt: skip
+        tests, cases = needed_tests(quantities), list[dict[str, Any]]()
+        self.names = tuple(points[0]) if points else ()
+        for point, scale in zip(points, scales, strict=True):
+            for test in tests:
+                levels = [_rounded(p / scale) for p in self.pressures] if test == CONFINED else [0.0]
+                cases += [{**point, "test": test, "confinement": level} for level in levels]
+        cases = list({tuple(case.items()): case for case in cases}.values())
+        if not cases:
+            return {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
+        measures = [MEASURES[name] for name in MEASURED]
+        table = Study(self.case, cases=cases, seed=list(seeds), measures=measures).run(self.store, **self.options)
+        rows = self._rows(table)
+        found = {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
+        for i, (point, scale) in enumerate(zip(points, scales, strict=True)):
+            for j, seed in enumerate(seeds):
+                for name in quantities:
+                    found[name][i, j] = self._value(name, rows, point, seed, float(scale), i)
+        self.asked += len(points)
+        return found
+
+    def _rows(self, table: Table) -> dict[tuple, dict[str, Any]]:
+        for key, cost in zip(table.cases, table.costs, strict=True):
+            if key not in self.cases:
+                self.cases.add(key)
+                self.cpu += float(cost.get("cpu") or 0.0)
+        return {
+            (*(row[name] for name in self.names), row["test"], row["confinement"], row["seed"]): row
+            for row in table.rows
+        }
+
+    def _value(
+        self, name: str, rows: Mapping[tuple, Mapping[str, Any]], point: Mapping[str, float], seed: int, scale: float,
+        number: int,
+    ) -> float:  # fmt: skip
+        quantity = QUANTITIES[name]
+
+        def column(test: str, confinement: float, which: str) -> float:
+            row = rows[(*(point[key] for key in self.names), test, confinement, seed)]
+            reason = _why_none(row, self.case.tests[test])
+            if reason:
+                failure = Failure(self.asked + number, seed, test, reason)
+                if failure not in self.failures:
+                    self.failures.append(failure)
+            value = row.get(which)
+            return math.nan if reason or value is None else float(value)
+
+        if CONFINED not in quantity.tests:
+            return column(quantity.tests[0], 0.0, quantity.column)
+        levels = [0.0, *(_rounded(p / scale) for p in self.pressures)]
+        peaks = [column(CONFINED if level else COMPRESSION, level, "peak_stress") for level in levels]
+        if not np.isfinite(peaks).all():
+            return math.nan
+        line = fit_mohr_coulomb(levels, peaks)
+        return line.friction_angle if name == "friction_angle" else line.cohesion
+
+
+def _why_none(row: Mapping[str, Any], test: LoadingProtocol) -> str:
+    """Why a test gave no strength; empty if it did."""
+    if row["status"] != "finished":
+        return f"{row['status']}: {row['reason']}"
+    for column, limit in COURSES.items():
+        reached = row.get(column)
+        if reached is not None and reached >= WHOLE * getattr(test, limit):
+            return f"no peak up to the {limit.replace('_', ' ')} of {getattr(test, limit):g}"
+    return ""
+
+
+def _rounded(pressure: float) -> float:
+    return float(f"{pressure:.4g}")

@@ -1,0 +1,183 @@
+"""The search: points that fill the ranges, then two waves where the targets leave it open; emulators after each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import attrs
+import numpy as np
+
+from grainlaw.calibration.emulator import Samples, emulators, samples_of, transformed
+from grainlaw.calibration.matching import LIMIT, TRIED, Conflict, Match, Plausible, conflicts, plausible, telling
+from grainlaw.calibration.posterior import Posterior, posterior
+from grainlaw.calibration.simulator import Simulator, Values
+from grainlaw.calibration.space import Space
+from grainlaw.calibration.targets import CONFINED, QUANTITIES, Target
+from grainlaw.parameter import ParameterError
+
+PER_GROUP = 10  #: points of the first wave for each free group
+LATER = 5  #: of each later one
+WAVES = 3
+SHARE = 0.6  #: of the budget that the first wave takes at most
+ENOUGH = 0.1  #: of the variance of a prediction is the emulator's: then another wave tells little
+CANDIDATES = 600  #: of which the points of a wave are chosen
+
+Tell = Callable[[str], None]
+
+
+@attrs.frozen(eq=False)
+class Wave:
+    """Points that were tested together, and what was plausible after them."""
+
+    first: int  #: number of its first point
+    count: int
+    share: float  #: of the prior that is plausible
+    least: float  #: largest implausibility of the best point
+
+
+@attrs.frozen(eq=False)
+class Design:
+    """Everything that was tested; the scale of each point is one."""
+
+    points: np.ndarray  #: (n, d) parameters
+    scales: np.ndarray  #: (n,) of the rocks for which confined tests were made
+    values: Values  #: of each quantity (n, seeds)
+
+    @property
+    def samples(self) -> Samples:
+        return samples_of(self.values)
+
+    def with_more(self, points: np.ndarray, scales: np.ndarray, values: Values) -> Design:
+        if not len(self.points):
+            return Design(points, scales, values)
+        return Design(
+            np.concatenate([self.points, points]), np.concatenate([self.scales, scales]),
+            {name: np.concatenate([self.values[name], more]) for name, more in values.items()},
+        )  # fmt: skip
+
+
+@attrs.frozen(eq=False)
+class Found:
+    """How a search ended: with a posterior, or with targets that are in conflict."""
+
+    design: Design
+    waves: tuple[Wave, ...]
+    match: Match
+    plausible: Plausible
+    posterior: Posterior | None
+    conflicts: tuple[Conflict, ...]
+
+
+@attrs.frozen(eq=False)
+class Search:
+    """Up to ``budget`` points, each on the same ``seeds``; the same ``seed`` chooses the same points."""
+
+    space: Space
+    targets: Mapping[str, Target]  #: those that take tests
+    quantities: Sequence[str]  #: that are measured, targets or not
+    simulator: Simulator
+    seeds: Sequence[int]
+    budget: int
+    seed: int
+    tell: Tell = lambda words: None
+
+    def run(self) -> Found:
+        groups = len(self.space.groups)
+        first = min(PER_GROUP * groups, max(int(SHARE * self.budget), groups + 4))
+        chosen = self.space.at_reference(self.space.prior(first, self.seed))
+        tried = self.space.prior(TRIED, self.seed + 1)
+        design, waves = Design(np.empty((0, len(self.space.free))), np.empty(0), {}), list[Wave]()
+        for number in range(1, WAVES + 1):
+            self.tell(f"wave {number}: {len(chosen)} points on {len(self.seeds)} seeds")
+            design = design.with_more(chosen, *self._tested(chosen))
+            match = self._match(design)
+            left = plausible(match, tried, self.seed + number)
+            waves.append(Wave(len(design.points) - len(chosen), len(chosen), left.share, left.least))
+            self.tell(f"{100 * left.share:.2g} % of the ranges plausible, best implausibility {left.least:.2f}")
+            room = min(LATER * groups, (self.budget - len(design.points)) // max(WAVES - number, 1))
+            chosen = self._next(match, left, room, number) if number < WAVES and room else chosen[:0]
+            if not len(chosen):
+                break
+        if left.least > LIMIT:
+            return Found(design, tuple(waves), match, left, None, tuple(conflicts(match, tried, self.seed)))
+        start = left.points if len(left.points) else left.best[None]
+        return Found(design, tuple(waves), match, left, posterior(match, start, self.seed), ())
+
+    def _match(self, design: Design) -> Match:
+        samples = design.samples
+        found = emulators(self.space.coordinates(design.points), samples, self.seed)
+        for name in self.targets:
+            if name not in found:
+                known = int(np.isfinite(design.values[name]).any(axis=1).sum())
+                raise ParameterError(
+                    f"calibrate: {name} has a value at {known} of {len(design.points)} points only{self._why()}; "
+                    "narrow the ranges, or change the test"
+                )
+        return Match(self.space, self.targets, found, samples)
+
+    def _why(self) -> str:
+        failures = list(self.simulator.failures)
+        return f" (the first failure: {failures[0].test}, {failures[0].reason})" if failures else ""
+
+    def _next(self, match: Match, left: Plausible, room: int, number: int) -> np.ndarray:
+        """Points of the next wave: the best one, and those that tell most; none where no more is to be learnt."""
+        if left.least > LIMIT:  # perhaps the emulators err: look where it is best
+            best, candidates = left.best, self._around(left.best, number)
+        else:
+            found = posterior(match, left.points, self.seed, blocks=1)
+            best, variances = found.best, match.predicted(found.points, match.names)[1].mean(axis=0)
+            others = np.diag(match.scatter(match.names)) + match.target_variance
+            if np.all(variances <= ENOUGH * (variances + others)):
+                self.tell("the emulators know all targets better than the laboratory: no further wave")
+                return np.empty((0, len(self.space.free)))
+            half = CANDIDATES // 2
+            rows = np.linspace(0, len(found.points) - 1, half).astype(int)
+            candidates = np.concatenate([found.points[rows], left.points[:half]])
+        candidates = self.space.at_reference(candidates)
+        candidates = candidates[self.space.allowed(candidates)]
+        first = self.space.at_reference(best[None])
+        first = first[self.space.allowed(first)]
+        return np.unique(telling(match, candidates, room, first), axis=0)
+
+    def _around(self, best: np.ndarray, number: int) -> np.ndarray:
+        random = np.random.default_rng(self.seed + number)
+        place = self.space.places(best[None])
+        near = np.clip(place + 0.15 / number * random.standard_normal((CANDIDATES, place.shape[1])), 0, 1)
+        points = self.space.points(near)
+        return np.asarray(points[self.space.allowed(points)])
+
+    # --- tests -------------------------------------------------------------------------------------------------------
+
+    def _tested(self, points: np.ndarray) -> tuple[np.ndarray, Values]:
+        """Tests without confinement, which tell how strong the rock is, then those under that share of it."""
+        given = [self.space.mapping(point) for point in points]
+        confined = [name for name in self.quantities if CONFINED in QUANTITIES[name].tests]
+        free = [name for name in self.quantities if name not in confined]
+        values = self.simulator.values(given, free, self.seeds, np.ones(len(points)))
+        scales = self._scales(values, len(points))
+        if confined:
+            values = {**values, **self.simulator.values(given, confined, self.seeds, scales)}
+        return scales, {name: values[name] for name in self.quantities}
+
+    def _scales(self, values: Values, count: int) -> np.ndarray:
+        """(count,) how many times stronger than its specimens the rock of each point is, if it meets the targets."""
+        scale = self.space.scale
+        if scale is None:
+            return np.ones(count)
+        wanted = {name: t.value for name, t in self.targets.items() if name in values and QUANTITIES[name].power == 1}
+        if "ucs" not in wanted and "ucs" in values and {"cohesion", "friction_angle"} <= set(self.targets):
+            phi = np.radians(self.targets["friction_angle"].value)
+            wanted["ucs"] = float(2 * self.targets["cohesion"].value * np.cos(phi) / (1 - np.sin(phi)))
+        names = ["ucs"] if "ucs" in wanted else list(wanted)
+        if not names:
+            return np.ones(count)
+        logs = [np.log(wanted[name]) - _middle(transformed(name, values[name])) for name in names]
+        found = np.exp(np.nanmean(np.array(logs), axis=0))
+        ends = scale.low / self.space.reference, scale.high / self.space.reference
+        return np.array([float(f"{value:.4g}") for value in np.clip(np.nan_to_num(found, nan=1.0), *ends)])
+
+
+def _middle(rows: np.ndarray) -> np.ndarray:
+    """(n,) means without nan; nan where there is nothing."""
+    counts = np.isfinite(rows).sum(axis=1)
+    return np.asarray(np.where(counts, np.nansum(rows, axis=1) / np.maximum(counts, 1), np.nan))

@@ -1,0 +1,78 @@
+"""Rocks whose laboratory is a formula, for tests of calibration: the answers are known, and cost nothing."""
+
+import zlib
+
+import numpy as np
+from support import STIFF
+
+from grainlaw.calibration.simulator import Simulator
+from grainlaw.calibration.space import space_of
+from grainlaw.calibration.targets import Targets
+from grainlaw.calibration.waves import Search
+from grainlaw.laws import CohesiveCrack
+from grainlaw.units import MPa
+
+RANGES = {
+    "tensile_strength": (5 * MPa, 30 * MPa), "cohesion": (20 * MPa, 60 * MPa), "friction_angle": (30, 50),
+    "mode_i_energy": (5, 300),
+}  # fmt: skip
+BASE = CohesiveCrack(
+    **STIFF, tensile_strength=10 * MPa, cohesion=40 * MPa, friction_angle=40, residual_friction_angle=5,
+    mode_i_energy=50, mode_ii_energy=100,
+)  # fmt: skip
+TIED = {"mode_ii_energy": ("mode_i_energy", 2)}
+
+
+class FormulaRock(Simulator):
+    """Strengths that grow as similarity says; each seed is as weak or strong at all points, and a little its own."""
+
+    def __init__(self, common=0.05, own=0.02):
+        self.common, self.own, self.asked = common, own, []
+
+    def values(self, points, quantities, seeds, scales):
+        self.asked.append(len(points))
+        every = [exact(point) for point in points]
+        return {
+            name: np.array([
+                [value[name] * self.factor(name, seed, point) for seed in seeds]
+                for value, point in zip(every, points, strict=True)
+            ])
+            for name in quantities
+        }  # fmt: skip
+
+    def factor(self, name, seed, point):
+        common = 0.0 if name == "friction_angle" else self.common
+        shared = np.random.default_rng(seed).standard_normal()
+        text = repr((name, seed, sorted(point.items()))).encode()
+        return np.exp(common * shared + self.own * np.random.default_rng(zlib.crc32(text)).standard_normal())
+
+
+def exact(point):
+    """Values of all seeds together; the energy counts by its group, and saturates."""
+    strength, angle = point["tensile_strength"], 0.9 * point["friction_angle"]
+    tough = point.get("mode_i_energy", np.inf) * STIFF["kn"] / strength**2 / 50
+    tough = 1 / (1 + 1 / tough)
+    root = np.tan(np.pi / 4 + np.radians(angle) / 2)
+    cohesion = 0.8 * point["cohesion"] * (0.5 + 0.5 * tough)
+    ucs = 2 * cohesion * root
+    return {
+        "ucs": ucs, "cohesion": cohesion, "friction_angle": angle, "tensile_strength": 0.8 * strength * tough**0.2,
+        "brazilian_strength": 0.9 * strength * tough**0.3, "crack_initiation": 0.4 * ucs, "crack_damage": 0.8 * ucs,
+    }  # fmt: skip
+
+
+def space(law=BASE, free=RANGES, tied=TIED):
+    return space_of(law, free, tied, {})
+
+
+def targets_at(point, names, uncertainty=0.01, **changed):
+    """What a laboratory finds of a hidden rock."""
+    values = {**exact(point), **changed}
+    return Targets(**{name: (values[name], uncertainty * values[name]) for name in names})
+
+
+def searched(targets, names=(), rock=None, budget=60, seed=0, **given):
+    """A search for targets, in which further quantities are measured."""
+    rock = FormulaRock() if rock is None else rock
+    quantities = (*targets.tested, *names)
+    return Search(space(**given), targets.tested, quantities, rock, (1, 2, 3), budget, seed).run()

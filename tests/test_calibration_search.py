@@ -1,0 +1,247 @@
+"""Emulators, plausible parameters, conflicts and what is determined, on rocks whose answers are formulas."""
+
+import numpy as np
+import pytest
+from formula_rocks import RANGES, FormulaRock, exact, searched, space, targets_at
+from scipy.stats import norm
+from support import STIFF
+
+from grainlaw.calibration.emulator import emulators, fit, samples_of
+from grainlaw.calibration.identifiability import Direction, identifiability
+from grainlaw.calibration.matching import Match, conflicts, plausible, telling
+from grainlaw.calibration.posterior import posterior
+from grainlaw.calibration.targets import Target
+from grainlaw.laws import MohrCoulomb
+from grainlaw.units import MPa
+
+FOUR = ("ucs", "cohesion", "friction_angle", "tensile_strength")
+TRIED = space().prior(2048, 2)
+STRENGTHS = {name: RANGES[name] for name in ("tensile_strength", "cohesion", "friction_angle")}
+BRITTLE = MohrCoulomb(**STIFF, tensile_strength=10 * MPa, cohesion=40 * MPa, friction_angle=40)
+HIDDEN_BRITTLE = {"tensile_strength": 11 * MPa, "cohesion": 33 * MPa, "friction_angle": 41.0}
+HIDDEN = {"tensile_strength": 11 * MPa, "cohesion": 33 * MPa, "friction_angle": 41.0, "mode_i_energy": 40.0}
+
+
+def matched(rocks, targets, names=None, count=40, rock=None):
+    """Emulators of one wave beside targets."""
+    points = rocks.at_reference(rocks.prior(count, 1))
+    names = tuple(targets) if names is None else names
+    given = [rocks.mapping(point) for point in points]
+    values = (rock or FormulaRock(0, 0)).values(given, names, (1, 2, 3), np.ones(count))
+    samples = samples_of(values)
+    return Match(rocks, targets, emulators(rocks.coordinates(points), samples, 0), samples)
+
+
+# --- emulators -------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def wavy():
+    points = np.random.default_rng(3).uniform(-1, 1, (40, 2))
+    value = lambda at: np.sin(2 * at[:, 0]) + 0.5 * at[:, 1] ** 2  # noqa: E731
+    noise = 0.05 * np.random.default_rng(4).standard_normal(40)
+    return value, fit("friction_angle", points, value(points) + noise, np.full(40, 0.05**2), 0)
+
+
+def test_an_emulator_knows_how_well_it_knows(wavy):
+    value, emulator = wavy
+    at = np.random.default_rng(5).uniform(-1, 1, (400, 2))
+    mean, variance = emulator.predict(at)
+    errors = (mean - value(at)) / np.sqrt(variance)
+    assert np.sqrt(np.mean((mean - value(at)) ** 2)) < 0.1 * value(at).std()
+    assert 0.5 < np.sqrt(np.mean(errors**2)) < 1.6
+    assert emulator.predict(np.array([[6.0, -6.0]]))[1][0] > 10 * variance.mean()  # far away it does not know
+
+
+def test_left_out_points_are_predicted_as_if_they_were_left_out(wavy):
+    _, emulator = wavy
+    values = emulator.left_out[:, 0]
+    rest = np.arange(40) != 7
+    covariance = emulator.factor @ emulator.factor.T
+    y = (values - emulator.middle) / emulator.size
+    solved = np.linalg.solve(covariance[np.ix_(rest, rest)], np.column_stack([y[rest], covariance[rest, 7]]))
+    mean = emulator.middle + emulator.size * covariance[7, rest] @ solved[:, 0]
+    deviation = emulator.size * np.sqrt(covariance[7, 7] - covariance[7, rest] @ solved[:, 1])
+    assert emulator.left_out[7, 1:] == pytest.approx([mean, deviation], rel=1e-6)
+    assert 0.97 < emulator.q_squared < 1
+
+
+def test_a_weak_seed_is_scatter_of_all_points_and_noise_of_none():
+    seeds = np.exp(0.1 * np.random.default_rng(1).standard_normal(3))
+    values = {"ucs": np.linspace(50, 150, 30)[:, None] * 1e6 * seeds}
+    samples = samples_of(values)
+    assert samples.scatter[0, 0] == pytest.approx((2 * np.var(np.log(seeds), ddof=1) + 3 * 0.05**2) / 5 / 3)
+    assert samples.noise.max() < 1e-20
+    noisy = {"ucs": values["ucs"] * np.exp(0.03 * np.random.default_rng(2).standard_normal((30, 3)))}
+    assert samples_of(noisy).noise.mean() == pytest.approx(0.03**2 / 3, rel=0.35)
+
+
+def test_a_point_whose_tests_failed_is_left_out_and_one_with_a_seed_less_is_noisier():
+    values = FormulaRock(0, 0.02).values([HIDDEN] * 20, ["ucs"], (1, 2, 3), np.ones(20))
+    values["ucs"][3] = np.nan
+    values["ucs"][5, 1:] = np.nan
+    values["ucs"][7, 0] = np.nan
+    samples = samples_of(values)
+    assert np.isnan(samples.means[:, 0]).nonzero()[0].tolist() == [3, 5]  # fewer than half of the seeds
+    assert samples.noise[7, 0] > 1.3 * np.median(samples.noise[:, 0])
+
+
+# --- matching --------------------------------------------------------------------------------------------------------
+
+
+def test_implausibility_is_the_distance_over_all_that_is_not_known():
+    match = matched(space(), {"ucs": Target(100 * MPa, 3 * MPa)}, rock=FormulaRock(0.05, 0.01))
+    point = np.array([list(HIDDEN.values())])
+    (mean,), (variance,) = (found[:, 0] for found in match.predicted(point, ["ucs"]))
+    seeds = match.samples.scatter[0, 0]
+    expected = abs(mean - np.log(100e6)) / np.sqrt(variance + seeds + 0.03**2)
+    assert match.implausibility(point)[0, 0] == pytest.approx(expected)
+    assert match.log_likelihood(point)[0] - norm.logpdf(mean, np.log(100e6), np.sqrt(variance + seeds + 0.03**2)) == (
+        pytest.approx(0.5 * np.log(2 * np.pi))
+    )
+
+
+def test_what_is_plausible_meets_the_targets():
+    targets = targets_at(HIDDEN, FOUR).tested
+    left = plausible(matched(space(), targets), TRIED, 0)
+    assert 0 < left.share < 0.05
+    assert left.least < 1
+    for point in left.points[::50]:
+        found = exact(space().mapping(point))
+        assert all(abs(found[name] / target.value - 1) < 0.1 for name, target in targets.items())
+
+
+def test_the_most_telling_points_lie_where_the_emulators_know_least():
+    rocks = space(free={"tensile_strength": (5 * MPa, 20 * MPa), "mode_i_energy": (1, 100)}, tied={})
+    assert rocks.scale is None
+    known = rocks.points(np.random.default_rng(0).uniform(0, 0.5, (20, 2)))  # the upper half was never tested
+    values = {"ucs": 1e8 * (known[:, :1] / 1e7) * np.ones(3)}
+    samples = samples_of(values)
+    match = Match(rocks, {"ucs": Target(1e8, 1e6)}, emulators(rocks.coordinates(known), samples, 0), samples)
+    candidates = rocks.points(np.random.default_rng(1).uniform(0, 1, (200, 2)))
+    chosen = rocks.places(telling(match, candidates, 4, known[:1]))
+    assert chosen[0] == pytest.approx(rocks.places(known[:1])[0])
+    assert chosen[1:].max(axis=1).min() > 0.7
+    apart = np.linalg.norm(chosen[1:, None] - chosen[None, 1:], axis=2)[np.triu_indices(3, 1)]
+    assert apart.min() > 0.1  # not the same corner again and again
+
+
+def test_targets_that_exclude_each_other_are_named():
+    # Each two of these can be had; but a line with this cohesion and angle has a UCS of 2 c tan(45 + phi/2) = 69 MPa.
+    targets = targets_at(HIDDEN, FOUR, ucs=90 * MPa, cohesion=20 * MPa, friction_angle=30.0).tested
+    match = matched(space(), targets)
+    assert plausible(match, TRIED, 0).least > 3
+    [found] = conflicts(match, TRIED, 0)
+    assert found.targets == ("ucs", "cohesion", "friction_angle")
+    assert found.implausibility > 3
+
+
+def test_a_target_that_is_out_of_reach_alone_is_named_alone():
+    match = matched(space(), targets_at(HIDDEN, FOUR, friction_angle=20.0).tested)  # 27 to 45 degrees can be had
+    assert [each.targets for each in conflicts(match, TRIED, 0)] == [("friction_angle",)]
+
+
+# --- the posterior ---------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def one_strength():
+    """Of two parameters the tests see one: the strength, known to 4 %; three seeds that seem not to scatter."""
+    rocks = space(free={"tensile_strength": (2 * MPa, 50 * MPa), "friction_angle": (20, 40)}, tied={})
+    points = rocks.prior(24, 1)
+    values = {"ucs": 9 * points[:, :1] * np.ones(3), "brazilian_strength": 1e7 + 1e5 * points[:, 1:] * np.ones(3)}
+    samples = samples_of(values)
+    target = {"ucs": Target(90 * MPa, 3.6 * MPa)}
+    match = Match(rocks, target, emulators(rocks.coordinates(points), samples, 0), samples)
+    return match, posterior(match, plausible(match, rocks.prior(2048, 1), 0).points, seed=0)
+
+
+def test_the_posterior_is_that_of_theory(one_strength):
+    _, found = one_strength
+    logs = np.log(found.points[:, 0])
+    assert logs.mean() == pytest.approx(np.log(10 * MPa), abs=0.004)
+    assert logs.std() == pytest.approx(np.sqrt(0.04**2 + 3 / 5 * 0.05**2 / 3), rel=0.06)
+    assert np.log(found.best[0]) == pytest.approx(np.log(10 * MPa), abs=0.004)
+    assert found.points[:, 1].mean() == pytest.approx(30, abs=0.6)  # as wide as the prior
+    assert found.points[:, 1].std() == pytest.approx(20 / np.sqrt(12), rel=0.06)
+    assert found.effective > 300
+
+
+def test_what_the_tests_do_not_see_is_named_and_what_would_see_it(one_strength):
+    match, found = one_strength
+    seen = identifiability(match, found, 0)
+    assert seen.not_determined == ("friction_angle",)
+    assert seen.parameters[0].verdict == "determined"
+    assert [each.words for each in seen.unseen] == ["friction_angle"]
+    assert (seen.further[0].quantity, seen.further[0].helped) == ("brazilian_strength", "friction_angle")
+    assert seen.further[0].width < 0.7
+    assert seen.total_order == pytest.approx(np.eye(2), abs=0.05)  # each quantity follows one parameter
+
+
+def test_a_direction_is_told_in_words():
+    assert Direction({"a": 0.7, "b": -0.7, "c": 0.1}, 0.9).words == "a up with b down"
+    assert Direction({"a": -0.7, "b": -0.7, "c": 0.1}, 0.9).words == "a and b up together"
+    assert Direction({"a": -0.99, "b": 0.1}, 0.9).words == "a"
+
+
+# --- the whole -------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def whole():
+    rock = FormulaRock()
+    return rock, searched(
+        targets_at(HIDDEN_BRITTLE, FOUR), ["crack_damage"], rock, law=BRITTLE, free=STRENGTHS, tied={}
+    )
+
+
+def test_a_hidden_rock_is_found(whole):
+    _, found = whole
+    for k, value in enumerate(HIDDEN_BRITTLE.values()):
+        low, high = found.posterior.interval(k, 0.99)
+        assert low <= value <= high
+        assert high / low < 1.5
+
+
+def test_waves_stay_in_the_budget_and_tests_are_made_at_one_scale(whole):
+    rock, found = whole
+    assert sum(rock.asked) == 2 * len(found.design.points) <= 2 * 60  # without confinement, then with it
+    assert found.waves[0].count == 20  # ten for each group
+    assert found.match.space.scales(found.design.points) == pytest.approx(1, rel=1e-4)
+    assert len(np.unique(found.design.scales)) > 10  # for rocks of many
+
+
+def test_the_same_seed_gives_the_same_answer(whole):
+    _, found = whole
+    again = searched(targets_at(HIDDEN_BRITTLE, FOUR), ["crack_damage"], law=BRITTLE, free=STRENGTHS, tied={})
+    assert np.array_equal(again.design.points, found.design.points)
+    assert np.array_equal(again.posterior.points, found.posterior.points)
+    assert np.array_equal(again.posterior.best, found.posterior.best)
+
+
+def test_an_impossible_ratio_of_strengths_ends_in_a_conflict():
+    found = searched(targets_at(HIDDEN, FOUR, tensile_strength=exact(HIDDEN)["ucs"] / 60))
+    assert found.posterior is None
+    assert [each.targets for each in found.conflicts] == [("tensile_strength",)]  # below the range of the contacts
+    assert found.waves[-1].least > 3
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth():
+    """Ten hidden rocks of four parameters, of which the tests see three: 95 % intervals, at least 9 of 10 of each."""
+    rocks = space()
+    hidden = rocks.prior(10, seed=77)
+    held = np.zeros((10, 4), dtype=bool)
+    for k, point in enumerate(hidden):
+        found = searched(targets_at(rocks.mapping(point), FOUR), seed=k)
+        ends = [found.posterior.interval(j) for j in range(4)]
+        held[k] = [low <= value <= high for (low, high), value in zip(ends, point, strict=True)]
+    assert held.sum(axis=0).min() >= 9, held.sum(axis=0)
+
+
+@pytest.mark.slow
+def test_later_waves_go_where_it_is_plausible():
+    found = searched(targets_at(HIDDEN, FOUR))
+    assert len(found.waves) > 1
+    later = found.match.implausibility(found.design.points[30:] * found.design.scales[30:, None] ** [1, 1, 0, 2])
+    assert np.mean(later.max(axis=1) < 3) > 0.7

@@ -1,0 +1,144 @@
+"""What a calibration may aim at, and the parameters it may look for."""
+
+import math
+
+import attrs
+import numpy as np
+import pytest
+from formula_rocks import BASE, RANGES, TIED, space
+from hypothesis import given
+from hypothesis import strategies as st
+from support import STIFF
+
+import grainlaw as gl
+from grainlaw.calibration.space import space_of
+from grainlaw.calibration.targets import QUANTITIES, measured_by, needed_tests
+from grainlaw.laws import BandisClosure, CohesiveCrack, MohrCoulomb
+from grainlaw.units import GPa, MPa
+
+
+def test_a_target_is_a_value_or_a_value_with_its_uncertainty():
+    targets = gl.Targets(ucs=120 * MPa, tensile_strength=(8 * MPa, 0.5 * MPa), youngs_modulus=60 * GPa)
+    assert targets.ucs.uncertainty == pytest.approx(2.4 * MPa)
+    assert targets.given["tensile_strength"].uncertainty == 0.5 * MPa
+    assert list(targets.tested) == ["ucs", "tensile_strength"]
+    assert list(targets.elastic) == ["youngs_modulus"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"friction_angle": 90}, r"friction_angle = 90.* must be below 90"),
+        ({"friction_angle": -3}, "friction_angle = -3 deg is not allowed"),
+        ({"poissons_ratio": 0.5}, "poissons_ratio = 0.5.* below 0.5"),
+        ({"ucs": -1e6}, r"ucs = -1e\+06|ucs = -1000000.0 Pa"),
+        ({"ucs": (1e8, -1)}, "ucs: uncertainty = -1"),
+        ({"ucs": "120 MPa"}, r"ucs = '120 MPa' is not allowed, it must be a number \(Pa\)"),
+        ({"ucs": 1e8, "confinements": [-1e6]}, r"confinements\[0\] = -1000000.0 Pa"),
+        ({"ucs": 1e8, "confinements": [1e6, 1e6]}, "each only once"),
+        ({"uniaxial": 1e8}, "there is no 'uniaxial'"),
+        ({}, "there is no target"),
+    ],
+)
+def test_targets_that_no_rock_has_are_refused(wrong, words):
+    with pytest.raises(gl.ParameterError, match=words):
+        gl.Targets(**wrong)
+
+
+def test_tests_follow_from_the_targets():
+    assert needed_tests(["tensile_strength", "cohesion"]) == ("compression", "confined", "tension")
+    assert needed_tests(["fracture_toughness", "brazilian_strength"]) == ("brazilian", "bending")
+    assert {"ucs", "crack_damage"} <= set(measured_by(["compression"]))
+    assert "cohesion" not in measured_by(["compression"])
+    assert {name for name in gl.Targets.__slots__ if not name.startswith("_")} - {"confinements"} <= set(QUANTITIES)
+
+
+def test_confinements_are_a_twentieth_of_the_strength_if_none_is_given():
+    assert gl.Targets(ucs=126.65 * MPa).pressures == (pytest.approx(6.33 * MPa),)
+    line = gl.Targets(cohesion=18.35 * MPa, friction_angle=57.68).pressures  # UCS 126.65 MPa by Mohr and Coulomb
+    assert line == (pytest.approx(126.65 * MPa / 20, rel=2e-3),)
+    assert gl.Targets(ucs=1e8, confinements=[4 * MPa, 2 * MPa]).pressures == (2 * MPa, 4 * MPa)
+    assert gl.Targets(tensile_strength=1e7).pressures == ()
+
+
+@given(st.lists(st.floats(0.01, 0.99), min_size=4, max_size=4), st.floats(0.3, 3))
+def test_groups_do_not_see_the_strength_of_similar_rocks(place, times):
+    rocks = space()
+    point = rocks.points(np.array([place]))
+    powers = {"tensile_strength": 1, "cohesion": 1, "friction_angle": 0, "mode_i_energy": 2}
+    similar = point * times ** np.array([powers[name] for name in rocks.names])
+    assert rocks.coordinates(similar) == pytest.approx(rocks.coordinates(point), abs=1e-9)
+    assert rocks.scales(similar) == pytest.approx(times * rocks.scales(point))
+    assert rocks.at_reference(similar) == pytest.approx(rocks.at_reference(point), rel=2e-5)
+    assert rocks.scales(rocks.at_reference(similar)) == pytest.approx(1, rel=1e-5)
+
+
+def test_groups_are_one_fewer_than_the_parameters():
+    assert space().groups == (
+        "cohesion / tensile_strength", "friction_angle", "mode_i_energy / tensile_strength^2"
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("law", "free", "tied", "is_free"),
+    [
+        (BASE, RANGES, TIED, True),
+        (BASE, RANGES, {}, False),  # a fixed energy in shear
+        (BASE, {name: RANGES[name] for name in ("tensile_strength", "cohesion", "friction_angle")}, {}, False),
+        (attrs.evolve(BASE, closure=BandisClosure(maximum_closure=math.inf)), RANGES, TIED, True),
+        (attrs.evolve(BASE, closure=BandisClosure(maximum_closure=5e-6)), RANGES, TIED, False),
+        (
+            MohrCoulomb(**STIFF, tensile_strength=1e7, cohesion=4e7, friction_angle=40, residual_friction_angle=5),
+            {name: RANGES[name] for name in ("tensile_strength", "cohesion")}, {}, True,
+        ),
+        (
+            MohrCoulomb(**STIFF, tensile_strength=1e7, cohesion=4e7, friction_angle=40, residual_cohesion=1e6),
+            {name: RANGES[name] for name in ("tensile_strength", "cohesion")}, {}, False,
+        ),
+        (BASE, {"friction_angle": (30, 50)}, {}, False),
+    ],
+)  # fmt: skip
+def test_the_scale_is_free_where_nothing_with_dimensions_is_fixed(law, free, tied, is_free):
+    assert (space(law, free, tied).scale is not None) == is_free
+
+
+def test_the_prior_is_even_and_leaves_out_what_the_law_refuses():
+    rocks = space(free={**RANGES, "cohesion": (5 * MPa, 60 * MPa)})
+    points = rocks.prior(512, seed=1)
+    assert len(points) == 512
+    strength, cohesion, angle, _ = points.T
+    assert np.all(strength * np.tan(np.radians(angle)) <= cohesion * (1 + 1e-9))
+    whole = space(free={"tensile_strength": (5 * MPa, 20 * MPa), "mode_i_energy": (1, 100)}, tied={}).prior(1024, 3)
+    assert np.median(whole, axis=0) == pytest.approx([10 * MPa, 10], rel=0.01)  # even in the logarithm
+    assert rocks.prior(512, seed=1) == pytest.approx(points)
+
+
+def test_a_law_is_made_with_what_is_tied():
+    law = space().made({"tensile_strength": 1e7, "cohesion": 3e7, "friction_angle": 40, "mode_i_energy": 60})
+    assert (law.mode_ii_energy, law.mode_i_energy, law.residual_friction_angle) == (120, 60, 5)
+
+
+@pytest.mark.parametrize(
+    ("law", "free", "tied", "words"),
+    [
+        (BASE, {"tensile_strenght": (1, 2)}, {}, "there is no parameter 'tensile_strenght'; did you mean"),
+        (BASE, {"cohesion": (2, 1)}, {}, "free: cohesion = 1 Pa is not allowed"),
+        (BASE, {"cohesion": 3}, {}, r"free: cohesion = 3 is not allowed, it must be \(low, high\)"),
+        (BASE, {}, {}, "free is empty"),
+        (BASE, {"cohesion": (1e6, 2e6)}, {"cohesion": ("cohesion", 2)}, "'cohesion' is free and tied"),
+        (BASE, {"cohesion": (1e6, 2e6)}, {"mode_i_energy": ("cohesion", 2)}, "is in J/m2, but cohesion in Pa"),
+        (BASE, {"cohesion": (1e6, 2e6)}, {"mode_i_energy": ("energy", 2)}, "'energy' is not free"),
+        (BASE, {"cohesion": (1e6, 2e6)}, {"mode_i_energy": 2}, "it must be .name of a free parameter, factor"),
+        (CohesiveCrack, {"cohesion": (1e6, 2e6)}, {}, "CohesiveCrack needs kn, ks, tensile_strength"),
+        ("cohesive", {"cohesion": (1e6, 2e6)}, {}, "law = 'cohesive' is not allowed"),
+    ],
+)
+def test_what_cannot_be_looked_for_is_refused(law, free, tied, words):
+    with pytest.raises(gl.ParameterError, match=words):
+        space_of(law, free, tied, {})
+
+
+def test_ranges_that_the_law_refuses_as_a_whole_are_refused():
+    rocks = space(free={"tensile_strength": (20 * MPa, 30 * MPa), "cohesion": (1 * MPa, 2 * MPa)}, tied={})
+    with pytest.raises(gl.ParameterError, match="CohesiveCrack refuses nearly all of it"):
+        rocks.prior(16, seed=0)

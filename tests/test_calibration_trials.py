@@ -1,0 +1,190 @@
+"""Elastic constants by statics, and simulated tests as cases of a study."""
+
+import attrs
+import numpy as np
+import pytest
+from study_cases import refuse_to_run
+from support import ROCK, STIFF
+
+import grainlaw as gl
+from grainlaw.calibration.elastic import fit_stiffness, stiffness_names, with_grains
+from grainlaw.calibration.trials import USUAL, StudySimulator, TrialCase, checked_specimens, checked_tests
+from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.laws import CohesiveCrack, MohrCoulomb, MunjizaJoint
+from grainlaw.protocols import BiaxialCompression, UniaxialCompression, UniaxialTension
+from grainlaw.units import GPa, MPa, mm
+
+BRITTLE = MohrCoulomb(
+    **STIFF, tensile_strength=6 * MPa, cohesion=15 * MPa, friction_angle=25, residual_friction_angle=5
+)
+TESTS = {
+    "compression": UniaxialCompression(samples=80, maximum_strain=0.004, stop_fraction=0.7),
+    "confined": BiaxialCompression(confinement=0, samples=80, maximum_strain=0.004, stop_fraction=0.7),
+    "tension": UniaxialTension(samples=60, maximum_strain=6e-4, stop_fraction=0.5),
+}
+POINT = {"tensile_strength": 5 * MPa, "cohesion": 14 * MPa}
+
+
+def prism(seed):
+    grains = Voronoi(grains=20, seed=seed).tessellate(rectangle(20 * mm, 40 * mm))
+    return gl.Specimen(grains, ROCK)
+
+
+def simulator(folder, pressures=(), law=BRITTLE, tests=TESTS):
+    case = TrialCase(law, {}, (), checked_specimens(prism, tests), checked_tests(tests), 1.0)
+    return StudySimulator(case, pressures, folder, workers=2, quiet=True)
+
+
+# --- elastic constants -----------------------------------------------------------------------------------------------
+
+
+def test_stiffnesses_are_told_from_other_parameters():
+    assert stiffness_names(BRITTLE) == ("kn", "ks")
+    tough = {"mode_i_energy": 50, "mode_ii_energy": 100}
+    assert stiffness_names(MunjizaJoint(**{**attrs.asdict(BRITTLE, filter=kept), **tough})) == ("kn", "ks")
+    with pytest.raises(gl.ParameterError, match="Rigidly has no parameters in Pa/m"):
+        stiffness_names(Rigidly(strength=1e6))
+
+
+def kept(field, _value):
+    return field.name in ("kn", "ks", "tensile_strength", "cohesion", "friction_angle", "residual_friction_angle")
+
+
+@attrs.frozen(kw_only=True)
+class Rigidly(gl.ContactLaw):
+    """Its stiffness is its own affair."""
+
+    strength: float = gl.parameter("Pa")
+
+    @property
+    def stiffness(self):
+        return 1e14, 1e14
+
+    def traction(self, opening, slip):
+        return 1e14 * opening, 1e14 * slip
+
+
+@pytest.mark.parametrize(
+    ("modulus", "poisson", "what"),
+    [(45 * GPa, 0.24, "contacts"), (48 * GPa, None, "contacts"), (None, 0.25, "contacts"), (60 * GPa, 0.25, "grains"),
+     (80 * GPa, None, "grains")],
+)  # fmt: skip
+def test_modulus_and_poissons_ratio_are_met_by_statics(modulus, poisson, what):
+    specimens = [prism(seed) for seed in (1, 2)]
+    found = fit_stiffness(specimens, BRITTLE, modulus, poisson, what)
+    law = attrs.evolve(BRITTLE, **found.parameters)
+    rocks = [gl.elastic_properties(with_grains(specimen, found.grains), law) for specimen in specimens]
+    if modulus is not None:
+        assert np.mean([rock.modulus for rock in rocks]) == pytest.approx(modulus, rel=0.005)
+    if poisson is not None:
+        assert np.mean([rock.poisson for rock in rocks]) == pytest.approx(poisson, rel=0.005)
+    if what == "contacts":
+        assert found.grains == 1
+    else:  # the stiffness of contacts stays in proportion to that of the grains
+        assert found.parameters["kn"] == pytest.approx(found.grains * STIFF["kn"])
+    if poisson is None:
+        assert found.parameters["ks"] / found.parameters["kn"] == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize(
+    ("modulus", "poisson", "what", "words"),
+    [
+        (62 * GPa, 0.25, "contacts", r"youngs_modulus = 6.2e.10 Pa cannot be had between these grains.*let elastic be"),
+        (
+            45 * GPa,
+            0.45,
+            "contacts",
+            r"poissons_ratio = 0.45 cannot be had between these grains.* lies between 0\.\d+ and 0\.\d+",
+        ),
+        (60 * GPa, 0.45, "grains", r"poissons_ratio = 0.45 cannot be had with grains.* give 0\.\d+ to 0\.\d+"),
+    ],
+)
+def test_what_cannot_be_had_is_refused_with_what_can(modulus, poisson, what, words):
+    with pytest.raises(gl.ParameterError, match=words):
+        fit_stiffness([prism(1)], BRITTLE, modulus, poisson, what)
+
+
+# --- tests as cases --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def tested(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("trials") / "s"
+    simulated = simulator(folder, [4 * MPa])
+    free = simulated.values([POINT], ["ucs", "tensile_strength"], [1, 2], [1.0])
+    return folder, free, simulated.values([POINT], ["cohesion", "friction_angle"], [1, 2], [2.0])
+
+
+def test_values_are_those_of_the_tests(tested):
+    _, free, _ = tested
+    law = attrs.evolve(BRITTLE, **POINT)
+    for name, test in (("ucs", "compression"), ("tensile_strength", "tension")):
+        alone = gl.simulate(prism(2), law, TESTS[test], threads=1)
+        assert free[name][0, 1] == alone.summary["peak_stress"]
+
+
+def test_confinement_is_that_of_the_rock_a_point_stands_for(tested):
+    _, free, confined = tested
+    law = attrs.evolve(BRITTLE, **POINT)
+    pressed = attrs.evolve(TESTS["confined"], confinement=2 * MPa)  # 4 MPa for a rock twice as strong
+    peak = gl.simulate(prism(1), law, pressed, threads=1).summary["peak_stress"]
+    slope = (peak - free["ucs"][0, 0]) / (2 * MPa)
+    angle = np.degrees(np.arcsin((slope - 1) / (slope + 1)))
+    assert confined["friction_angle"][0, 0] == pytest.approx(angle)
+    assert confined["cohesion"][0, 0] == pytest.approx(free["ucs"][0, 0] / (2 * np.sqrt(slope)))
+
+
+def test_what_is_in_the_store_is_not_run_again(tested, monkeypatch):
+    folder, free, _ = tested
+    refuse_to_run(monkeypatch)
+    again = simulator(folder, [4 * MPa])
+    values = again.values([POINT], ["ucs", "tensile_strength"], [1, 2], [1.0])
+    assert np.array_equal(values["ucs"], free["ucs"])
+    assert again.cpu > 0  # what it took then
+
+
+def test_a_test_without_a_peak_has_no_strength(tmp_path):
+    tests = {**TESTS, "tension": attrs.evolve(TESTS["tension"], maximum_strain=5e-5)}
+    simulated = simulator(tmp_path / "s", tests=tests)
+    assert np.isnan(simulated.values([POINT], ["tensile_strength"], [1], [1.0])["tensile_strength"]).all()
+    [failure] = simulated.failures
+    assert (failure.test, failure.seed) == ("tension", 1)
+    assert "no peak up to the maximum strain of 5e-05" in failure.reason
+
+
+def test_similar_rocks_have_similar_strengths(tmp_path):
+    """Strengths times s, energies times s squared, strains and the speed times s: stresses times s."""
+    times, law = 1.5, CohesiveCrack(
+        **STIFF, tensile_strength=9 * MPa, cohesion=30 * MPa, friction_angle=25, residual_friction_angle=5,
+        mode_i_energy=8, mode_ii_energy=16,
+    )  # fmt: skip
+    peaks = []
+    for s in (1.0, times):
+        similar = attrs.evolve(
+            law, tensile_strength=s * 9 * MPa, cohesion=s * 20 * MPa, mode_i_energy=s * s * 8, mode_ii_energy=s * s * 16
+        )
+        test = UniaxialCompression(samples=200, maximum_strain=0.003 * s, stop_fraction=0.7)
+        peaks.append(gl.simulate(prism(1), similar, test, threads=1).summary["peak_stress"])
+    assert peaks[1] / peaks[0] == pytest.approx(times, rel=0.002)
+
+
+@pytest.mark.parametrize(
+    ("specimens", "tests", "words"),
+    [
+        (prism, ["brazilian"], "the brazilian test needs specimens of the shape 'disc'"),
+        ({"prisma": prism}, ["tension"], "there is no shape 'prisma'; did you mean 'prism'"),
+        ({"prism": 3}, ["tension"], "specimens: prism = 3 is not allowed, it must be a function of the seed"),
+    ],
+)
+def test_specimens_that_tests_need_are_asked_for(specimens, tests, words):
+    with pytest.raises(gl.ParameterError, match=words):
+        checked_specimens(specimens, tests)
+
+
+def test_a_test_takes_the_place_of_the_usual_one_of_its_kind():
+    assert checked_tests({"tension": TESTS["tension"]})["tension"] is TESTS["tension"]
+    assert checked_tests({})["brazilian"] is USUAL["brazilian"]
+    with pytest.raises(gl.ParameterError, match=r"tests: tension = .* must be a UniaxialTension"):
+        checked_tests({"tension": TESTS["compression"]})
+    with pytest.raises(gl.ParameterError, match="there is no test 'tensile'; did you mean 'tension'"):
+        checked_tests({"tensile": TESTS["tension"]})

@@ -1,0 +1,174 @@
+"""Calibration from the command line: what a file asks for, what is refused, killed and called again."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+
+import pytest
+from command_line import invoke
+
+import grainlaw as gl
+from grainlaw.cli.calibration_file import calibration_of, targets_of
+from grainlaw.units import GPa, MPa
+
+FILE = """
+[targets]
+ucs = ["45 MPa", "1 MPa"]
+tensile_strength = "5 MPa"
+
+[free]
+tensile_strength = ["3 MPa", "12 MPa"]
+cohesion = ["10 MPa", "30 MPa"]
+
+[sample]
+width = "20 mm"
+height = "40 mm"
+grains = 20
+
+[law]
+type = "mohr-coulomb"
+friction_angle = 25
+
+[tests]
+compression = {samples = 60, maximum_strain = "0.4 %"}
+tension = {samples = 60}
+
+[calibration]
+seeds = 2
+budget = 10
+fresh = 3
+"""
+
+
+def written(folder, text=FILE):
+    file = folder / "rock.toml"
+    file.write_text(text)
+    return file
+
+
+def test_a_file_says_what_is_looked_for(tmp_path):
+    text = FILE + "also = ['brazilian_strength']\n\n[tied]\nresidual_cohesion = {of = 'cohesion', times = '10 %'}\n"
+    asked = calibration_of(
+        written(tmp_path, text + "\n[disc]\ngrains = 30\ndiameter = '30 mm'\n"), options={"seeds": 4}
+    )
+    given = asked.given
+    assert given["targets"].ucs.uncertainty == 1 * MPa
+    assert given["free"] == {"tensile_strength": (3 * MPa, 12 * MPa), "cohesion": (10 * MPa, 30 * MPa)}
+    assert given["tied"] == {"residual_cohesion": ("cohesion", pytest.approx(0.1))}
+    assert (given["seeds"], given["budget"], given["also"]) == (4, 10, ("brazilian_strength",))
+    assert given["law"].friction_angle == 25
+    assert given["tests"]["compression"].maximum_strain == pytest.approx(0.004)
+    assert given["tests"]["compression"].stop_fraction == 0.7  # the usual one of a calibration
+    assert (asked.specimens["prism"](3).grains.count, asked.specimens["disc"](1).grains.count) == (20, 30)
+    one, other = (asked.specimens["prism"](seed).grains.centroids for seed in (1, 2))
+    assert abs(one - other).max() > 1e-4
+    assert "half_disc" not in asked.specimens  # nothing asks for it
+
+
+def test_a_target_brings_its_specimens(tmp_path):
+    asked = calibration_of(written(tmp_path, FILE.replace("ucs =", 'fracture_toughness = "1 MPa sqrt(m)"\nucs =')))
+    assert "notch" in asked.specimens["half_disc"](1).mesh.boundaries
+
+
+def test_targets_have_units():
+    targets = targets_of({"youngs_modulus": "60 GPa", "fracture_toughness": ["1.2 MPa sqrt(m)", 5e4],
+                          "ucs": 1e8, "confinements": "4 MPa"})  # fmt: skip
+    assert targets.youngs_modulus.value == 60 * GPa
+    assert (targets.fracture_toughness.value, targets.fracture_toughness.uncertainty) == (1.2e6, 5e4)
+    assert targets.pressures == (4 * MPa,)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[targets]", "[target]", "there is no section 'target' in a calibration; did you mean 'targets'?"),
+        ("ucs =", "usc =", "there is no 'targets.usc'; did you mean 'ucs'?"),
+        ('"5 MPa"', '"5 mm"', "targets.tensile_strength = '5 mm' is not allowed"),
+        ("cohesion =", "cohesoin =", "there is no 'free.cohesoin'; did you mean 'cohesion'?"),
+        ('["10 MPa", "30 MPa"]', '"20 MPa"', "free.cohesion = '20 MPa' is not allowed, it must be a list"),
+        ('["10 MPa", "30 MPa"]', '["60 MPa", "20 MPa"]', "free: cohesion = 20000000.0 Pa is not allowed"),
+        ("budget = 10", "budget = 9", "budget = 9 is not allowed"),
+        ("[calibration]", "[calibration]\nelastic = 'none'", "elastic = 'none' is not allowed"),
+        ("tension =", "pulling =", "there is no 'tests.pulling'"),
+        ("[law]", "[numerics]\nmass_scaling = 2\n[law]", "there is no 'numerics.mass_scaling'"),
+        ("[targets]", "[test]\ntype = 'brazilian'\n[targets]", "there is no section 'test' in a calibration"),
+        ("[calibration]", "[calibration]\nalso = ['strength']", "also: there is no quantity 'strength'"),
+        ('"5 MPa"', '"5 MPa"\nfriction_angle = 95', "friction_angle = 95.0 is not allowed, it must be below 90"),
+    ],
+)
+def test_what_is_wrong_is_refused_before_any_work(tmp_path, old, new, words):
+    assert old in FILE
+    result = invoke("calibrate", written(tmp_path, FILE.replace(old, new)))
+    assert result.exit_code == 2
+    assert words in " ".join(result.output.split())
+    assert not list((tmp_path / "rock").glob("tests/cases/*")) if (tmp_path / "rock").exists() else True
+
+
+def numbers(folder):
+    content = json.loads((folder / "calibration.json").read_text())
+    return {name: content[name] for name in ("parameters", "points", "values", "checks", "identifiability")}
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    file = written(tmp_path_factory.mktemp("calibration"))
+    result = invoke("calibrate", file, "--workers", 2)
+    return file, result
+
+
+@pytest.mark.slow
+def test_the_answer_is_printed_and_written(done):
+    file, result = done
+    assert result.exit_code == 0, result.output
+    assert "MohrCoulomb" in result.output
+    page = (file.with_suffix("") / "report.html").read_text()
+    assert page.count("<img") >= 3
+    content = json.loads((file.with_suffix("") / "calibration.json").read_text())
+    assert content["plausible"]
+    assert {"tensile_strength", "cohesion"} == set(content["parameters"])
+    assert 6 <= len(content["points"]) <= 10
+    ucs = next(row for row in content["checks"] if row["name"] == "ucs")
+    assert ucs["count"] == 3
+    assert abs(ucs["measured"] / (45 * MPa) - 1) < 0.2
+
+
+@pytest.mark.slow
+def test_the_calibrated_rock_can_be_tested(done, tmp_path):
+    file, _ = done
+    config = file.with_suffix("") / "calibrated.toml"
+    law = tomllib.loads(config.read_text())["law"]
+    found = json.loads((file.with_suffix("") / "calibration.json").read_text())["parameters"]
+    out = tmp_path / "out"
+    called = ("test", "uniaxial-tension", "--config", config, "--out", out, "--set", "test.samples=60", "--threads", 1)
+    assert invoke(*called).exit_code == 0
+    made = tomllib.loads((out / "config.toml").read_text())["law"]
+    assert made["tensile_strength"] == law["tensile_strength"]
+    assert gl.Targets(ucs=(1e8, 0)).ucs.value  # the names are public
+    assert found["tensile_strength"] == pytest.approx(_in_pa(law["tensile_strength"]))
+
+
+def _in_pa(text):
+    from grainlaw.unit_text import quantity
+
+    return quantity(text, "Pa")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
+def test_killed_and_called_again_it_goes_on_to_the_same_answer(done, tmp_path):
+    file = written(tmp_path)
+    call = [sys.executable, "-m", "grainlaw", "calibrate", str(file), "--workers", "2"]
+    for wait in (6, 9, 12, 15):
+        process = subprocess.Popen(call, stderr=subprocess.DEVNULL, start_new_session=True)
+        try:
+            process.wait(wait)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+        time.sleep(0.5)
+    assert subprocess.run(call, stderr=subprocess.DEVNULL, check=False).returncode == 0
+    assert numbers(file.with_suffix("")) == numbers(done[0].with_suffix(""))
