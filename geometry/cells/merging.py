@@ -112,11 +112,24 @@ def _possible(
     for target in ((a + b) / 2, a, b):
         fixed = tiling.on[keep, 1] >= 0
         target = np.where(fixed[:, None], a, sides.hold(target, np.where(fixed[:, None], -1, tiling.on[keep, :2])))
-        convex = np.ones(len(keep), dtype=bool)
+        convex = ~_beyond_its_side(tiling, keep, target)
         convex[which[~_stays_convex(tiling, corner, ends[which], target[which], vanish, straight, flattest)]] = False
         place[convex & ~found] = target[convex & ~found]
         found |= convex
     return Merges(keep, drop, place)[found]
+
+
+def _beyond_its_side(tiling: Tiling, vertex: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """(n,) whether a vertex on one side of the region would come to lie on its line past the end.
+
+    No grain that stays would tell it, where a triangle between this end and the vertex vanishes.
+    """
+    side, region = tiling.on[vertex, 0], tiling.region
+    one = (side >= 0) & (side < len(region.start)) & (tiling.on[vertex, 1] < 0)
+    side = np.where(one, side, 0)
+    along = region.end[side] - region.start[side]
+    share = ((target - region.start[side]) * along).sum(axis=1) / (along**2).sum(axis=1)
+    return one & ((share < 0) | (share > 1))
 
 
 def _first_in_all_grains(tiling: Tiling, merges: Merges) -> np.ndarray:
