@@ -3,6 +3,8 @@
 from grainlaw.geometry.bodies import block, moved, together
 from grainlaw.geometry.breakable import Breakable, Cleavage, GrainCells, Trigons, VoronoiCells
 from grainlaw.geometry.bricks import Bricks
+from grainlaw.geometry.cells.slivers import SliverWarning
+from grainlaw.geometry.graded import Graded
 from grainlaw.geometry.hexagonal import Hexagonal
 from grainlaw.geometry.joint_sets import JointSet, JointSets
 from grainlaw.geometry.joints import Jointed
@@ -27,6 +29,7 @@ __all__ = [
     "Cleavage",
     "Empirical",
     "Even",
+    "Graded",
     "GrainCells",
     "Hexagonal",
     "JointSet",
@@ -38,6 +41,7 @@ __all__ = [
     "Minerals",
     "NaturalGrowth",
     "Sizes",
+    "SliverWarning",
     "Texture",
     "Trigons",
     "Voronoi",

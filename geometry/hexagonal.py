@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import attrs
 import numpy as np
 
-from grainlaw.geometry.cells.any_voronoi import SMALL, Cells
+from grainlaw.geometry.cells.any_voronoi import NEAR, SMALL, Cells
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.grain_size import grain_count, length, require_one
 from grainlaw.geometry.cells.merging import merge_short_edges
@@ -13,8 +15,11 @@ from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.geometry.cells.sides import convex_sides, depths, is_convex
 from grainlaw.parameter import whole_number
 from grainlaw.region import Region
-from grainlaw.tessellation import Tessellation, Tessellator
+from grainlaw.tessellation import Tessellation, Tessellator, TilingError
 
+# Cuts go along lines of the lattice and of the region. Where two of them all but coincide, their distance may be that
+# below which points are one; then cells do not meet, and a coarser distance tells the lines to be one.
+NEARS = (NEAR, 10 * NEAR, 100 * NEAR, 1000 * NEAR)
 SHORTEST = 0.25  #: of the grain size: the shortest edge that the sides of the region may cut off
 
 
@@ -37,11 +42,19 @@ class Hexagonal(Tessellator):
         size = self.grain_size or np.sqrt(region.area / count)
         seeds = _lattice(region, size * np.sqrt(2 / np.sqrt(3)))
         if is_convex(region):
-            cells, smallest = polygons(region, bounded_diagram(region, seeds[hilbert_order(seeds)])), 0.0
-        else:
-            seeds = Cells(region, seeds, size).next_seeds(relaxed=False)
-            cells, smallest = Cells(region, seeds[hilbert_order(seeds)], size).tiling(), SMALL * size**2
-        return merge_short_edges(cells, SHORTEST * size, smallest).tessellation()
+            cells = polygons(region, bounded_diagram(region, seeds[hilbert_order(seeds)]))
+            return merge_short_edges(cells, SHORTEST * size).tessellation()
+        for near in NEARS[:-1]:
+            with contextlib.suppress(TilingError):
+                return _cut(region, seeds, size, near)
+        return _cut(region, seeds, size, NEARS[-1])
+
+
+def _cut(region: Region, seeds: np.ndarray, size: float, near: float) -> Tessellation:
+    """Cells in a region of any shape; points nearer to each other than ``near`` times the size are one."""
+    seeds = Cells(region, seeds, size, near=near).next_seeds(relaxed=False)
+    cells = Cells(region, seeds[hilbert_order(seeds)], size, near=near).tiling()
+    return merge_short_edges(cells, SHORTEST * size, SMALL * size**2).tessellation()
 
 
 def _lattice(region: Region, spacing: float) -> np.ndarray:

@@ -34,7 +34,7 @@ class JointSet(metaclass=Checked):
 
     dip: float = parameter("deg", above=-90, at_most=90)
     spacing: float = parameter("m")  #: between joints, at right angles to them
-    through: tuple[float, float] = (0.0, 0.0)  #: m, a point on one of them
+    through: tuple[float, float] = attrs.field(default=(0.0, 0.0), metadata={"unit": "m"})  #: a point on one of them
     name: str = ""
 
     @property

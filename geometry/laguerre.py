@@ -10,8 +10,9 @@ import numpy as np
 
 from grainlaw.arguments import refusal
 from grainlaw.geometry.cells.area_cells import AreaFit, areas_cells, checked_areas, scattered
-from grainlaw.geometry.cells.grain_size import check_memory, grain_count, length, require_one
+from grainlaw.geometry.cells.grain_size import check_memory, grain_count, require_one
 from grainlaw.geometry.cells.round_grains import grains_of_circularity
+from grainlaw.geometry.graded import Graded
 from grainlaw.geometry.sizes import NaturalGrowth, Sizes, numbers
 from grainlaw.parameter import ParameterError, checked_number, parameter, part, whole_number
 from grainlaw.region import Region
@@ -30,12 +31,19 @@ def _circularity(value: Any) -> float | None:
     return number
 
 
+def _grain_size(value: Any) -> float | Graded | None:
+    if value is None or isinstance(value, Graded):
+        return value
+    return checked_number("Laguerre: grain_size", value, "m", above=0)
+
+
 @attrs.frozen(kw_only=True)
 class Laguerre(Tessellator):
     """Convex grains whose sizes have a distribution: power cells of prescribed areas, by optimal transport.
 
     Give either ``grains``, their number, or ``grain_size``, the square root of their mean area, and the ``sizes``; or
-    ``areas``, one for each grain, which must add up to the area of the region to 1 %. The first seeds are independent
+    ``areas``, one for each grain, which must add up to the area of the region to 1 %. A ``grain_size`` that is
+    :class:`Graded` is that of the mean area at each place. The first seeds are independent
     and uniform. In each round of ``relaxation`` they move to the centroids of their cells, which become rounder; with
     ``circularity``, the mean of 4 pi area / perimeter^2 that is asked for, they move as often as it needs, and
     ``relaxation`` does not count.
@@ -53,7 +61,7 @@ class Laguerre(Tessellator):
     """
 
     grains: int | None = whole_number(at_least=1, default=None)
-    grain_size: float | None = length()  #: m
+    grain_size: float | Graded | None = attrs.field(default=None, converter=_grain_size, metadata={"unit": "m"})  #: m
     areas: tuple[float, ...] | None = numbers("m2", default=None)
     sizes: Sizes = part(Sizes, NaturalGrowth())
     seed: int = whole_number(at_least=0, default=1)  #: of the random numbers
@@ -73,10 +81,14 @@ class Laguerre(Tessellator):
     def fit(self, region: Region) -> AreaFit:
         """Grains, and the largest and rms error of their areas before and after short edges were merged."""
         random = np.random.default_rng(self.seed)
-        areas = self._areas(region, random)
+        if isinstance(self.grain_size, Graded):
+            seeds = graded_points(region, self.grain_size, random)
+            areas = drawn(self.sizes, len(seeds), random) * self.grain_size.at(seeds) ** 2
+        else:
+            areas = self._areas(region, random)
+            seeds = scattered(region, len(areas), random)
         if self.circularity is None:
-            return areas_cells(region, areas, random, self.relaxation, self.merge)
-        seeds = scattered(region, len(areas), random)
+            return areas_cells(region, areas, random, self.relaxation, self.merge, seeds)
         return grains_of_circularity("Laguerre", region, areas, seeds, self.circularity, self.merge)
 
     def _areas(self, region: Region, random: np.random.Generator) -> np.ndarray:
@@ -89,6 +101,18 @@ class Laguerre(Tessellator):
             )
         check_memory("Laguerre", f"{len(self.areas)} areas", len(self.areas))
         return np.array(self.areas)
+
+
+def graded_points(region: Region, size: Graded, random: np.random.Generator) -> np.ndarray:
+    """(n, 2) m, independent points in a region, as many on an area as grains of the sizes fill it.
+
+    Raises ParameterError for more than the memory holds.
+    """
+    count = max(1, round(region.area / size.size**2))
+    check_memory("Laguerre", f"grain_size.size = {size.size:g} m, which makes {count} points to choose from,", count)
+    points = scattered(region, count, random)
+    chosen = random.random(count) < (size.size / size.at(points)) ** 2
+    return points[chosen] if chosen.any() else points[:1]
 
 
 def drawn(sizes: Sizes, count: int, random: np.random.Generator) -> np.ndarray:

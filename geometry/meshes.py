@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked, nearest, short
-from grainlaw.geometry.cells.assembling import tessellation_of
+from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.outline import Names
 from grainlaw.geometry.cells.shared_edges import cleaned, merged
+from grainlaw.geometry.graded import Graded
 from grainlaw.parameter import ParameterError, checked_number
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.tessellation import Tessellation
@@ -28,15 +29,17 @@ CLOSE = 1e-6  #: of the median size of elements: nearer nodes are one
 
 @checked
 def from_mesh(
-    file: str | os.PathLike[str], *, unit: float = 1.0, grain_data: str | None = None, phase_data: str = PHYSICAL
-) -> Tessellation:
+    file: str | os.PathLike[str], *, unit: float = 1.0, grain_data: str | None = None, phase_data: str = PHYSICAL,
+    merge: float = 0.0,
+) -> Tessellation:  # fmt: skip
     """Grains from a mesh of an area in any format of meshio: every triangle, quadrilateral or polygon is one.
 
     ``unit`` is what one unit of length of the file is in m. ``grain_data`` names whole-number data of the elements:
     those with one number are the cells of one grain (``parent``); "gmsh:geometrical" has the surfaces of gmsh.
     ``phase_data`` names the data that are the phases, by default the physical groups of gmsh, with their names.
     Physical groups of lines name boundaries; without them the sides of an upright rectangle are bottom, right, top and
-    left, those of another shape "boundary".
+    left, those of another shape "boundary". Edges shorter than ``merge`` grain sizes, the root of the mean area of
+    elements, vanish where these stay convex.
 
     Raises :class:`~grainlaw.parameter.ParameterError` for what cannot be read, has three dimensions, overlaps or has
     parts that do not hang together.
@@ -44,7 +47,7 @@ def from_mesh(
     import meshio  # here, for it takes long to load
 
     where = f"from_mesh: {os.fspath(file)}"
-    unit = checked_number("from_mesh: unit", unit, "m", above=0)
+    unit, merge = checked_number("from_mesh: unit", unit, "m", above=0), checked_merge("from_mesh", merge)
     try:
         with contextlib.redirect_stdout(io.StringIO()):  # it prints empty lines, and errors once more
             mesh = meshio.read(file)
@@ -67,7 +70,7 @@ def from_mesh(
     return tessellation_of(
         where, cleaned(where, vertices, number[corners], first), tolerance=CLOSE * size,
         names=_boundaries(mesh, dict(zip(nodes.tolist(), number.tolist(), strict=True))),
-        phase=phase, phase_names=names, parent=parent,
+        phase=phase, phase_names=names, parent=parent, merge=merge,
     )  # fmt: skip
 
 
@@ -118,16 +121,21 @@ def _boundaries(mesh: Any, vertex: dict[int, int]) -> Names:
 
 
 @checked
-def write_geo(grains: Tessellation, file: str | os.PathLike[str], size: float, *, unit: float = 1.0) -> None:
-    """Write grains as a geometry of gmsh, to be meshed with elements of ``size`` (m).
+def write_geo(grains: Tessellation, file: str | os.PathLike[str], size: float | Graded, *, unit: float = 1.0) -> None:
+    """Write grains as a geometry of gmsh, to be meshed with elements of ``size`` (m), which may be graded.
 
     Every grain, or cell of one, is a surface; phases are physical groups of them, boundaries of edges. ``unit`` is what
     one unit of length of the file is in m. Raises :class:`~grainlaw.parameter.ParameterError`, OSError.
     """
-    size = checked_number("write_geo: size", size, "m", above=0) / checked_number("write_geo: unit", unit, "m", above=0)
+    unit = checked_number("write_geo: unit", unit, "m", above=0)
+    if isinstance(size, Graded):
+        sizes = size.at(grains.vertices) / unit
+    else:
+        sizes = np.full(len(grains.vertices), checked_number("write_geo: size", size, "m", above=0) / unit)
     edges = grains.edges
     points = ((grains.vertices + 0.0) / unit).tolist()
-    lines = [f"Point({v}) = {{{x!r}, {y!r}, 0, {size!r}}};" for v, (x, y) in enumerate(points, start=1)]
+    corners = enumerate(zip(points, sizes.tolist(), strict=True), start=1)
+    lines = [f"Point({v}) = {{{x!r}, {y!r}, 0, {h!r}}};" for v, ((x, y), h) in corners]
     ends = zip((edges.start + 1).tolist(), (edges.end + 1).tolist(), strict=True)
     lines += [f"Line({e}) = {{{i}, {j}}};" for e, (i, j) in enumerate(ends, start=1)]
     number = np.zeros(len(grains.corners), dtype=int)

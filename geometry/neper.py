@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import checked, short
-from grainlaw.geometry.cells.assembling import tessellation_of
+from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.outline import BOX, Names
 from grainlaw.geometry.cells.shared_edges import cleaned
 from grainlaw.parameter import ParameterError, checked_number
@@ -26,7 +26,7 @@ NEAR = 1e-9  #: of the grain size; files have 12 digits
 
 @checked
 def read_tess(
-    file: str | os.PathLike[str], *, unit: float = 1.0, phases: Mapping[int, str] | None = None
+    file: str | os.PathLike[str], *, unit: float = 1.0, phases: Mapping[int, str] | None = None, merge: float = 0.0
 ) -> Tessellation:
     """Grains of a tessellation file of Neper of two dimensions, formats 2.0 to 3.5.
 
@@ -34,11 +34,12 @@ def read_tess(
     their numbers. Where a file has several scales, the cells of the first are the grains and those of the last their
     cells (``parent``). Sides of the domain give the boundaries their names, x0, x1, y0 and y1 as left, right, bottom
     and top. Seeds, orientations and periodicity are not read; a face that is not convex becomes a grain of cells.
+    Edges shorter than ``merge`` grain sizes, the root of the mean area of cells, vanish where these stay convex.
 
     Raises :class:`~grainlaw.parameter.ParameterError` for what is no such file or has three dimensions, OSError.
     """
     where = f"read_tess: {os.fspath(file)}"
-    unit = checked_number("read_tess: unit", unit, "m", above=0)
+    unit, merge = checked_number("read_tess: unit", unit, "m", above=0), checked_merge("read_tess", merge)
     try:
         raw = _Raw.of(where, Path(file).read_text(encoding="utf-8", errors="replace").split())
     except (ValueError, IndexError, KeyError) as error:
@@ -52,7 +53,7 @@ def read_tess(
     size = float(np.median(np.sqrt(abs(areas_and_centroids(vertices[raw.corners], raw.first)[0]))))
     return tessellation_of(
         where, cleaned(where, vertices, raw.corners, raw.first), tolerance=NEAR * size, names=raw.names,
-        phase=phase, phase_names=names, parent=raw.parent,
+        phase=phase, phase_names=names, parent=raw.parent, merge=merge,
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked, is_number, refusal, short
-from grainlaw.geometry.cells.assembling import tessellation_of
+from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.shared_edges import joined
 from grainlaw.parameter import ParameterError, checked_number, checked_points
 from grainlaw.polygon import areas_and_centroids
@@ -21,7 +21,7 @@ CLOSE = 1e-6  #: of the median grain size: tolerance if none is given
 @checked
 def from_polygons(
     polygons: Any, phases: Any = None, region: Region | None = None, *, tolerance: float | None = None,
-    holes: bool = False,
+    holes: bool = False, merge: float = 0.0,
 ) -> Tessellation:  # fmt: skip
     """Grains from polygons (n, 2) m, clockwise or not, that fill a region side by side.
 
@@ -29,7 +29,8 @@ def from_polygons(
     millionth of the grain size unless given) become one. A concave polygon is cut into convex cells of one grain
     (``parent`` has the numbers of the polygons). Without ``region`` it is the outline of them all: the sides of an
     upright rectangle are bottom, right, top and left, those of another shape "boundary", and with ``holes`` the gaps
-    between polygons are holes of it. ``phases`` has a number or a name for each polygon::
+    between polygons are holes of it. Edges shorter than ``merge`` grain sizes, the root of the mean area, vanish where
+    grains stay convex, and slivers with them. ``phases`` has a number or a name for each polygon::
 
         grains = from_polygons([[(0, 0), (2, 0), (2, 1), (0, 1)], [(0, 1), (2, 1), (1, 2)]], ["quartz", "mica"])
 
@@ -44,11 +45,13 @@ def from_polygons(
     else:
         tolerance = checked_number("from_polygons: tolerance", tolerance, "m", at_least=0)
     phase, names = phases_of("from_polygons", phases, len(rings))
+    merge = checked_merge("from_polygons", merge)
     fixed = np.zeros((0, 2)) if region is None else region.start
     made = joined("from_polygons", points, first, tolerance, fixed)
     return tessellation_of(
-        "from_polygons", made, tolerance=tolerance, region=region, holes=holes, phase=phase, phase_names=names
-    )
+        "from_polygons", made, tolerance=tolerance, region=region, holes=holes, phase=phase, phase_names=names,
+        merge=merge,
+    )  # fmt: skip
 
 
 def _rings(polygons: Any) -> list[np.ndarray]:

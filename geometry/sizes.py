@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import attrs
@@ -141,9 +141,7 @@ class ByPhase(metaclass=Checked):
         The areas of each phase add up to its fraction exactly. Of a phase there are as many grains as its fraction over
         the mean area of its grains asks for, at least one. Raises ParameterError.
         """
-        unknown = [name for name in fractions if name not in self.sizes]
-        if unknown:
-            raise ParameterError(f"ByPhase: sizes has none for {short(unknown[0])} (it has: {', '.join(self.sizes)})")
+        self.require(fractions)
         names = list(fractions)
         share = np.array([float(fractions[name]) for name in names])
         if len(names) > count:
@@ -154,6 +152,12 @@ class ByPhase(metaclass=Checked):
         phases = np.repeat(np.arange(len(names)), grains)
         order = random.permutation(count)
         return phases[order], np.concatenate([a / a.sum() * f for a, f in zip(areas, share, strict=True)])[order]
+
+    def require(self, names: Iterable[str]) -> None:
+        """Raise ParameterError for the first phase that has no sizes."""
+        for name in names:
+            if name not in self.sizes:
+                raise ParameterError(f"ByPhase: sizes has none for {short(name)} (it has: {', '.join(self.sizes)})")
 
 
 SAMPLE = 10_000  #: grains of whose areas the mean decides how many grains a phase has

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, checked
-from grainlaw.geometry.cells.dealing import expected_share, like_share
-from grainlaw.mesh import build_mesh
+from grainlaw.geometry.cells.dealing import expected_share, like_share, shuffled_share
+from grainlaw.geometry.cells.slivers import worst_step
+from grainlaw.geometry.minerals import Minerals
+from grainlaw.geometry.sizes import SAMPLE, ByPhase, Sizes
 from grainlaw.naming import aligned
 from grainlaw.tessellation import Tessellation, Tessellator
 
@@ -35,10 +37,11 @@ class Texture(metaclass=Checked):
     grains: int
     cells: int  #: polygons; more than grains where these can break
     diameters: Distribution  #: m, of circles with the areas of the grains
+    phase_diameters: Mapping[str, Distribution]  #: m, the same by phase
     circularity: Distribution  #: 4 pi area / perimeter^2 of the grains: 1 for a circle, 0.907 for a hexagon
     fractions: Mapping[str, float]  #: of the area, by phase
     like_share: float  #: of the length between grains: where both are of one phase
-    clustering: float  #: that, over what it is on average when the same grains are dealt anew; 1 is random
+    clustering: float  #: that, over what it is on average; 1 is random (docs/textures.md)
     rose: np.ndarray  #: (18,) m, length between grains by direction, in 10 degrees each from the x axis
     anisotropy: float  #: from 0, as much length in all directions, to 1, all in one
     direction: float  #: rad from the x axis, in [0, pi): that of most length
@@ -53,8 +56,12 @@ class Texture(metaclass=Checked):
     def __str__(self) -> str:
         rows = [["grains", f"{self.grains}", self._asked("grains")]]
         rows += [["cells", f"{self.cells}", ""]] if self.cells > self.grains else []
-        rows += _rows("diameter (mm)", self.diameters, 1e3)
+        rows += _rows("diameter (mm)", self.diameters, 1e3, self.asked.get("diameters"))
+        for name, found in self.phase_diameters.items():
+            wanted = self.asked.get("phase_diameters", {}).get(name)
+            rows += _rows(f"{name}: diameter (mm)", found, 1e3, wanted)[:2] if len(self.fractions) > 1 else []
         rows += _rows("circularity", self.circularity, 1.0)
+        rows[-3][2] = self._asked("circularity")
         for name, share in self.fractions.items():
             rows.append([f"{name} (%)", f"{share * 100:.2f}", self._asked(name)])
         if len(self.fractions) > 1:
@@ -78,13 +85,15 @@ class Texture(metaclass=Checked):
         return f"{value * 100:.2f}" if name in self.fractions else f"{value:g}"
 
 
-def _rows(name: str, found: Distribution, factor: float) -> list[list[str]]:
-    spread = ", ".join(f"{value * factor:.3g}" for value in found.percentiles.values())
-    return [
-        [f"{name}: mean", f"{found.mean * factor:.4g}", ""],
-        ["  coefficient of variation", f"{found.cv:.3f}", ""],
-        ["  5, 25, 50, 75, 95 %", spread, ""],
+def _rows(name: str, found: Distribution, factor: float, asked: Distribution | None = None) -> list[list[str]]:
+    both = [found] if asked is None else [found, asked]
+    spread = [", ".join(f"{value * factor:.3g}" for value in each.percentiles.values()) for each in both]
+    rows = [
+        [f"{name}: mean", *(f"{each.mean * factor:.4g}" for each in both)],
+        ["  coefficient of variation", *(f"{each.cv:.3f}" for each in both)],
+        ["  5, 25, 50, 75, 95 %", *spread],
     ]
+    return [[*row, ""][:3] for row in rows]
 
 
 @checked
@@ -105,21 +114,25 @@ def texture(grains: Tessellation, asked: Tessellator | None = None) -> Texture:
     perimeters += np.bincount(grain[edges.right[between]], edges.length[between], len(numbers))
     phase = grains.phase[np.unique(grain, return_index=True)[1]]
     pairs = grain[np.column_stack([edges.left, edges.right])[between]]
-    share = like_share(phase, pairs, edges.length[between])
+    lengths = edges.length[between]
+    share = like_share(phase, pairs, lengths)
+    average = expected_share(phase) if _is_dealt(asked) else shuffled_share(phase, pairs, lengths)
     along = (grains.vertices[edges.end] - grains.vertices[edges.start])[between]
     rose, anisotropy, direction = _directions(along)
-    step_ratio, step_grain = _step(grains)
+    step_ratio, step_grain = worst_step(grains)
+    diameters, names = 2 * np.sqrt(areas / np.pi), {k: grains.phase_name(k) for k in np.unique(phase).tolist()}
     parts = np.bincount(grains.phase, grains.areas) / areas.sum()
     return Texture(
         grains=len(numbers), cells=grains.count,
-        diameters=_distribution(2 * np.sqrt(areas / np.pi)),
+        diameters=_distribution(diameters),
+        phase_diameters={name: _distribution(diameters[phase == k]) for k, name in names.items()},
         circularity=_distribution(4 * np.pi * areas / perimeters**2),
-        fractions={grains.phase_name(k): float(part) for k, part in enumerate(parts) if part > 0},
-        like_share=share, clustering=share / (expected_share(phase) or np.nan),
+        fractions={name: float(parts[k]) for k, name in names.items()},
+        like_share=share, clustering=share / (average or np.nan),
         rose=rose, anisotropy=anisotropy, direction=direction,
         joints={name: float(edges.length[edges.kind == k].sum()) for k, name in enumerate(grains.joints, 2)},
         edge=_distribution(edges.length), shortest_edge=float(edges.length.min()),
-        step_ratio=step_ratio, step_grain=step_grain, slivers=_slivers(grains), asked=dict(_wishes(asked)),
+        step_ratio=step_ratio, step_grain=step_grain, slivers=_slivers(grains), asked=_wishes(asked, areas),
     )  # fmt: skip
 
 
@@ -140,17 +153,6 @@ def _directions(along: np.ndarray) -> tuple[np.ndarray, float, float]:
     return rose, float(abs(mean)), float(np.angle(mean) / 2 % np.pi)
 
 
-def _step(grains: Tessellation) -> tuple[float, int]:
-    """Lowest root of mass over stiffness of a node, for density and modulus 1, over the median; and its cell."""
-    mesh = build_mesh(grains)
-    corners, areas = mesh.nodes[mesh.zones], mesh.zone_areas
-    opposite = np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1)
-    stiffness = np.bincount(mesh.zones.ravel(), ((opposite**2).sum(axis=2) / (4 * areas[:, None])).ravel())
-    mass = np.bincount(mesh.zones.ravel(), np.repeat(areas / 3, 3))
-    step = np.sqrt(mass / stiffness)
-    return float(step.min() / np.median(step)), int(mesh.node_grain[step.argmin()])
-
-
 def _slivers(grains: Tessellation) -> np.ndarray:
     along = np.diff(grains.vertices[np.append(grains.corners, grains.corners[:1])], axis=0)
     last = grains.first[1:] - 1
@@ -160,11 +162,38 @@ def _slivers(grains: Tessellation) -> np.ndarray:
     return np.flatnonzero(small | (4 * np.pi * grains.areas < THIN * perimeters**2))
 
 
-def _wishes(tessellator: Any) -> Iterator[tuple[str, Any]]:
-    """What a tessellator, and those in it, were asked for."""
-    while tessellator is not None:
-        yield from getattr(tessellator, "fractions", {}).items()
-        for name in ("grains", "clustering"):
-            if isinstance(getattr(tessellator, name, None), (int, float)):
-                yield name, getattr(tessellator, name)
+def _is_dealt(tessellator: Any) -> bool:
+    """Whether phases were dealt to grains whatever their sizes."""
+    while tessellator is not None and not isinstance(tessellator, Minerals):
         tessellator = getattr(tessellator, "tessellator", None)
+    return tessellator is not None and tessellator.sizes is None
+
+
+def _wishes(tessellator: Any, areas: np.ndarray) -> dict[str, Any]:
+    """What a tessellator, and those in it, were asked for; diameters for grains of the mean of the areas (g,) m2."""
+    found: dict[str, Any] = {}
+    while tessellator is not None:
+        fractions = getattr(tessellator, "fractions", {})
+        wishes = {**fractions, **_size_wishes(tessellator, fractions, float(areas.mean()))}
+        for name in ("grains", "clustering", "circularity"):
+            if isinstance(getattr(tessellator, name, None), (int, float)):
+                wishes[name] = getattr(tessellator, name)
+        found = {**wishes, **found}
+        tessellator = getattr(tessellator, "tessellator", None)
+    return found
+
+
+def _size_wishes(tessellator: Any, fractions: Mapping[str, float], mean: float) -> dict[str, Any]:
+    """Distributions of the diameters (m), from many draws, of grains with this mean area (m2)."""
+    random, sizes = np.random.default_rng(0), getattr(tessellator, "sizes", None)
+    if getattr(tessellator, "areas", None) is not None:
+        sizes, phase, drawn = None, np.zeros(0), np.array(tessellator.areas)
+    elif isinstance(sizes, ByPhase):
+        phase, drawn = sizes.draw(fractions, SAMPLE, random)
+    elif isinstance(sizes, Sizes):
+        phase, drawn = np.zeros(0), sizes.draw(SAMPLE, random)
+    else:
+        return {}
+    diameters = 2 * np.sqrt(drawn * (mean / drawn.mean()) / np.pi)
+    by_phase = {name: _distribution(diameters[phase == k]) for k, name in enumerate(fractions)} if len(phase) else {}
+    return {"diameters": _distribution(diameters)} | ({"phase_diameters": by_phase} if by_phase else {})

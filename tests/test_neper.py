@@ -13,6 +13,8 @@ from tiling import BEAM, assert_tiles
 from grainlaw.geometry import Voronoi, apart, disc, polygon, read_tess, rectangle, together, write_tess
 from grainlaw.parameter import ParameterError
 
+pytestmark = pytest.mark.filterwarnings("ignore::grainlaw.geometry.SliverWarning")
+
 
 def read(folder, text, **options):
     file = folder / "x.tess"

@@ -12,6 +12,8 @@ from tiling import BEAM, assert_sides_complete, assert_tiles, polygon_of, shoela
 from grainlaw.geometry import Voronoi, disc, from_polygons, polygon, rectangle
 from grainlaw.parameter import ParameterError
 
+pytestmark = pytest.mark.filterwarnings("ignore::grainlaw.geometry.SliverWarning")
+
 UNIT = [(0, 0), (1, 0), (1, 1), (0, 1)]
 RIGHT = [(1, 0), (2, 0), (2, 1), (1, 1)]
 ANGLE = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]  # an L of 3 m2

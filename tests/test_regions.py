@@ -75,6 +75,32 @@ def test_grains_fill_any_region(tessellator: type, region: Region, grains: int) 
     assert_sides_complete(made)
 
 
+def star(outline: list[int], hole: list[int], turned: float) -> Region:
+    """With these radii (cm), at equal angles from that of ``turned``."""
+
+    def corners(radii: list[int]) -> np.ndarray:
+        angle = (np.arange(len(radii)) + turned) * 2 * np.pi / len(radii)
+        return np.array(radii)[:, None] / 100 * np.column_stack([np.cos(angle), np.sin(angle)])
+
+    return polygon(corners(outline), "rim", {"hole": corners(hole)})
+
+
+@pytest.mark.parametrize(
+    ("outline", "hole", "turned", "grains"),
+    [
+        ([51, 51, 51, 51, 51, 150, 150, 150, 51], [30, 4, 30, 4, 4, 30], 0, 1),  # a merge went past the end of a side
+        ([150, 150, 150, 150, 150, 50], [10] * 6, 1e-10, 95),  # sides all but on lines of the lattice
+        ([100, 150, 150, 100, 150, 100, 150, 100, 150, 150], [20, 20, 3, 20, 3], 1e-9, 3),
+    ],
+)
+def test_hexagons_fill_regions_of_near_coincidences(
+    outline: list[int], hole: list[int], turned: float, grains: int
+) -> None:
+    made = Hexagonal(grains=grains).tessellate(star(outline, hole, turned))
+    assert_tiles(made)
+    assert_sides_complete(made)
+
+
 @settings(max_examples=30, deadline=None)
 @given(
     region=star_shaped(),

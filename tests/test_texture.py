@@ -59,7 +59,8 @@ def test_like_boundary_of_a_chessboard_and_of_halves():
     halves = attrs.evolve(bricks, phase=np.arange(16) // 8)
     assert texture(chess).like_share == 0
     assert texture(halves).like_share == pytest.approx(20 / 24)
-    assert texture(halves).clustering == pytest.approx(20 / 24 / (7 / 15))
+    # Of 16 bricks 4 have two neighbours, 8 three and 4 four: 2 * 24^2 - 152 of 48^2 - 152 pairs of sides are alike.
+    assert texture(halves).clustering == pytest.approx(20 / 24 / (1000 / 2152))
 
 
 def test_what_was_asked_is_beside_what_is_found():

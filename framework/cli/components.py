@@ -70,6 +70,8 @@ def component(kind: Kind, raw: Any, where: str, base: Any = None) -> Any:
 def _class(kind: Kind, name: Any, where: str, base: Any) -> type:
     if name is None and base is not None:
         return type(base)
+    if name is None and isinstance(kind, type) and attrs.has(kind) and not inspect.isabstract(kind):
+        return kind  # there is only one
     known = choices(kind)
     if base is not None:
         known.setdefault(name_of(type(base), kind), type(base))
@@ -116,9 +118,8 @@ def _kinds(cls: type) -> dict[str, tuple[type, ...]]:
 
 
 def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str, present: Any) -> Any:
-    if "unit" in field.metadata:
-        unit = field.metadata["unit"]
-        return [quantity(v, unit, where) for v in raw] if isinstance(raw, list) else quantity(raw, unit, where)
+    if "unit" in field.metadata and not isinstance(raw, Mapping):
+        return quantities(raw, field.metadata["unit"], where)
     of_present = present is not attrs.NOTHING and present is not None
     if of_present and not kinds:
         kinds = (type(present), *(base for base in type(present).__mro__ if inspect.isabstract(base)))
@@ -126,11 +127,20 @@ def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str
         if issubclass(kind, enum.Enum):
             return _member(kind, raw, where)
     interface = next((kind for kind in reversed(kinds) if inspect.isabstract(kind) or attrs.has(kind)), None)
+    if interface and isinstance(raw, list):
+        return tuple(component(interface, each, f"{where}[{k}]") for k, each in enumerate(raw))
     if interface:
         return component(interface, raw, where, present if of_present and isinstance(present, interface) else None)
     if int in kinds and isinstance(raw, str) and re.fullmatch(r"[+-]?\d+", raw):
         return int(raw)
     return tuple(raw) if isinstance(raw, list) else raw
+
+
+def quantities(raw: Any, unit: str, where: str) -> Any:
+    """A number in the unit, or a tuple of numbers, or of such tuples, of lists."""
+    if isinstance(raw, list):
+        return tuple(quantities(each, unit, where) for each in raw)
+    return quantity(raw, unit, where)
 
 
 def _member(kind: type[enum.Enum], raw: Any, where: str) -> enum.Enum:
@@ -154,6 +164,8 @@ def settings(made: Any, kind: Kind = ()) -> dict[str, Any]:
         if attrs.has(type(value)):
             kind = next((k for k in kinds.get(field.name, ()) if inspect.isabstract(k)), ())
             found[field.name] = settings(value, kind)
+        elif isinstance(value, tuple) and value and all(attrs.has(type(each)) for each in value):
+            found[field.name] = [settings(each) for each in value]
         elif isinstance(value, enum.Enum):
             found[field.name] = value.name.lower().replace("_", "-")
         elif "unit" in field.metadata and isinstance(value, (np.ndarray, tuple)):

@@ -1,4 +1,4 @@
-"""Minerals and breakable grains in a configuration: in [sample], and by name in [rocks] and [laws]."""
+"""Joints, minerals and breakable grains in a configuration: in [sample], and by name in [rocks] and [laws]."""
 
 from __future__ import annotations
 
@@ -6,36 +6,71 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from grainlaw.arguments import short
-from grainlaw.cli.components import component, evolved, settings
+from grainlaw.cli.components import component, evolved, quantities, settings
 from grainlaw.contact import ContactLaw
-from grainlaw.geometry import Breakable, GrainCells, Minerals, VoronoiCells
+from grainlaw.geometry import Breakable, ByPhase, GrainCells, Jointed, Minerals, Sizes, VoronoiCells
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Elastic, Rigid
 from grainlaw.tessellation import Tessellator
 from grainlaw.unit_text import quantity
 
-KEYS = ("minerals", "clustering", "breakable")  #: of [sample]
+KEYS = ("joints", "minerals", "clustering", "breakable")  #: of [sample]
+BY_PHASE = "by-phase"  #: type of the sizes that are given by mineral
+
+
+def by_phase(sizes: Any) -> bool:
+    """Whether [sample] sizes are those of each mineral, not those of the tessellator."""
+    return isinstance(sizes, Mapping) and str(sizes.get("type")).lower().replace("_", "-") == BY_PHASE
 
 
 def textured(tessellator: Tessellator, values: Mapping[str, Any]) -> tuple[Tessellator, dict[str, Any]]:
-    """A tessellator with what [sample] says of minerals and breakable grains, and its entries to make it again."""
+    """A tessellator with what [sample] says of joints, minerals and breakable grains, and its entries to make it again.
+
+    Minerals come after joints, so that their shares are exact, unless they decide of what sizes the grains are.
+    """
     seed: Any = values.get("seed", 1)
     section: dict[str, Any] = {}
+    traces = _traces(values["joints"]) if "joints" in values else None
+    sized = by_phase(values.get("sizes"))
+    if traces is not None:
+        section["joints"] = traces
+    if traces is not None and not sized:
+        tessellator = Jointed(tessellator, traces)
     if "minerals" in values:
         minerals = values["minerals"]
         if not isinstance(minerals, Mapping):
             raise ParameterError(f"sample.minerals = {short(minerals)} is not allowed, it must be a table of shares")
         shares = {name: quantity(share, "1", f"sample.minerals.{name}") for name, share in minerals.items()}
         clustering = quantity(values.get("clustering", 1.0), "1", "sample.clustering")
-        tessellator = Minerals(tessellator, shares, clustering=clustering, seed=seed)
+        sizes = _sizes(values["sizes"]) if sized else None
+        tessellator = Minerals(tessellator, shares, clustering=clustering, seed=seed, sizes=sizes)
         section |= {"minerals": shares, "clustering": clustering, "seed": seed}
+        if sizes is not None:
+            own = {name: settings(each, Sizes) for name, each in sizes.sizes.items()}
+            section["sizes"] = {"type": BY_PHASE, **own}
+    elif sized:
+        raise ParameterError("sample.sizes by phase are of the minerals of a sample, which has none")
     elif "clustering" in values:
         raise ParameterError("sample.clustering is of the minerals of a sample, which has none")
+    if traces is not None and sized:
+        tessellator = Jointed(tessellator, traces)
     if "breakable" in values:
         cells = component(GrainCells, values["breakable"], "sample.breakable", VoronoiCells(count=8))
         tessellator = Breakable(tessellator, cells, seed=seed)
         section |= {"breakable": settings(cells, GrainCells), "seed": seed}
     return tessellator, section
+
+
+def _traces(joints: Any) -> dict[str, Any]:
+    """Traces by the name of their set, in m."""
+    if not isinstance(joints, Mapping):
+        raise ParameterError(f"sample.joints = {short(joints)} is not allowed, it must be a table of lists of traces")
+    return {name: quantities(traces, "m", f"sample.joints.{name}") for name, traces in joints.items()}
+
+
+def _sizes(table: Mapping[str, Any]) -> ByPhase:
+    own = {name: entry for name, entry in table.items() if name != "type"}
+    return ByPhase({name: component(Sizes, entry, f"sample.sizes.{name}") for name, entry in own.items()})
 
 
 def materials(rock: Elastic | Rigid, given: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:

@@ -13,7 +13,7 @@ import grainlaw.geometry
 from grainlaw.arguments import nearest, short
 from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
 from grainlaw.cli.grain_file import grains_of_file
-from grainlaw.cli.minerals import KEYS, textured
+from grainlaw.cli.minerals import KEYS, by_phase, textured
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.specimen import ContactPoints, Elastic, GaussPoints, Rigid, Specimen
@@ -55,7 +55,8 @@ def sample(
     if "grains" not in given and any(name in given for name in INSTEAD_OF_GRAINS):
         values.pop("grains", None)
     size = {name: _size(parameter, values, shape) for name, parameter in lengths.items()}
-    grains = evolved(tessellators()[filling], {key: values[key] for key in fields if key in values}, "sample")
+    own = {key: values[key] for key in fields if key in values and not (key == "sizes" and by_phase(values[key]))}
+    grains = evolved(tessellators()[filling], own, "sample")
     points = _contact_points(given)
 
     whole, more = textured(grains, values)

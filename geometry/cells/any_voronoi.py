@@ -45,10 +45,11 @@ class Cells:
     size: float  #: m, of the grains
     weights: np.ndarray | None = None  #: (g,) m2 of the seeds of power cells
     large: float = np.inf  #: m2: parts out of sight that are larger stay with their seed
+    near: float = NEAR  #: of the size: nearer points are one
 
     @cached_property
     def _cutter(self) -> Cutter:
-        return Cutter(self.region, NEAR * self.size)
+        return Cutter(self.region, self.near * self.size)
 
     @cached_property
     def _frame(self) -> Region:

@@ -9,12 +9,14 @@ import attrs
 import numpy as np
 from scipy.spatial import cKDTree
 
+from grainlaw.arguments import refusal
 from grainlaw.geometry.cells.convex import hull
 from grainlaw.geometry.cells.cutting import Cutter
 from grainlaw.geometry.cells.outline import Names, outline, region_of
 from grainlaw.geometry.cells.shared_edges import Polygons, place, split_at_hanging
 from grainlaw.geometry.cells.sides import region_sides
-from grainlaw.parameter import ParameterError
+from grainlaw.geometry.cells.slivers import warn_of_slivers, without_short_edges
+from grainlaw.parameter import ParameterError, checked_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
 
@@ -24,9 +26,12 @@ NEAR = 1e-9  #: of the size of a concave polygon: nearer to a vertex is that ver
 def tessellation_of(
     where: str, polygons: Polygons, *, tolerance: float, region: Region | None = None, names: Names | None = None,
     holes: bool = True, phase: np.ndarray | None = None, phase_names: Sequence[str] = (),
-    parent: np.ndarray | None = None,
+    parent: np.ndarray | None = None, merge: float = 0.0,
 ) -> Tessellation:  # fmt: skip
     """Polygons that fill a region, or whose outline is the region; each is one grain, or a cell of ``parent`` (p,).
+
+    Edges shorter than ``merge`` times the size of the grains vanish where these stay convex. A place that alone rules
+    the stable time step is told (:class:`~grainlaw.geometry.cells.slivers.SliverWarning`).
 
     Raises ParameterError, which begins with ``where``, with numbers of polygons and the place of the fault.
     """
@@ -47,7 +52,18 @@ def tessellation_of(
         options["parent"] = own[made.given]
     grains = Tessellation(region, made.vertices[used], corners, made.first, **options)
     grains.check()
+    if merge > 0:
+        grains = without_short_edges(grains, merge)
+    warn_of_slivers(where, grains)
     return grains
+
+
+def checked_merge(where: str, merge: Any) -> float:
+    """A share of the grain size below one. Raises ParameterError, which begins with ``where``."""
+    value = checked_number(f"{where}: merge", merge, "grain sizes", at_least=0)
+    if value >= 1:
+        raise refusal(f"{where}: merge", merge, "below 1 grain size")
+    return value
 
 
 def _refuse_touching(where: str, polygons: Polygons) -> None:

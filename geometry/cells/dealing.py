@@ -63,6 +63,26 @@ def expected_share(phase: np.ndarray) -> float:
     return float((numbers * (numbers - 1)).sum() / (count * (count - 1))) if count > 1 else 1.0
 
 
+def shuffled_share(phase: np.ndarray, pairs: np.ndarray, lengths: np.ndarray) -> float:
+    """Share of the boundary between like grains, on average over grains that change places, with their phases.
+
+    A grain meets the others in proportion to their boundary, ``pairs`` (e, 2) of grains with ``lengths`` (e,) m. For
+    grains that all have as much it is :func:`expected_share`.
+    """
+    own = np.bincount(pairs.ravel(), np.repeat(lengths, 2), len(phase))
+    itself = (own**2).sum()
+    other = own.sum() ** 2 - itself
+    return float(((np.bincount(phase, own) ** 2).sum() - itself) / other) if other > 0 else 1.0
+
+
+def carried(before: np.ndarray, after: np.ndarray, areas: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """(g,) areas when phases (g,) have changed places: a phase keeps those it has, and its grains that stay theirs."""
+    areas, old = areas.copy(), areas
+    for p in np.unique(before):
+        areas[(after == p) & (before != p)] = random.permutation(old[(before == p) & (after != p)])
+    return areas
+
+
 def like_share(phase: np.ndarray, pairs: np.ndarray, lengths: np.ndarray) -> float:
     """Share of the boundary, between ``pairs`` (e, 2) of grains with ``lengths`` (e,) m, that has like grains."""
     return float(lengths[phase[pairs[:, 0]] == phase[pairs[:, 1]]].sum() / lengths.sum()) if len(pairs) else 1.0

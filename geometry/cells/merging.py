@@ -29,8 +29,9 @@ class Merges:
 
 
 def merge_short_edges(
-    tiling: Tiling, limit: float | np.ndarray, smallest: float = 0.0, lines: Sides | None = None
-) -> Tiling:
+    tiling: Tiling, limit: float | np.ndarray, smallest: float = 0.0, lines: Sides | None = None,
+    flattest: float = FLATTEST,
+) -> Tiling:  # fmt: skip
     """Merge the vertices of edges shorter than ``limit`` (m) until none is left or none can be merged.
 
     Where seeds have limits of their own (n,), the least of the grains at both vertices holds.
@@ -42,12 +43,13 @@ def merge_short_edges(
 
     With ``lines`` of which ``tiling.on`` has the numbers, as many for each vertex as there are columns, vertices stay
     on these too, and where they cross. Corners may then be straight, as where the cells of a neighbour end at an edge.
+    A polygon that is thinner than ``flattest`` times its length loses no edge.
     """
     sides, straight = lines or region_sides(tiling.region), lines is not None
     while True:
         tiling = _without_idle(tiling)
         vanish = _may_vanish(tiling, smallest)
-        merges = _possible(tiling, sides, *_short_edges(tiling, limit), vanish, straight)
+        merges = _possible(tiling, sides, *_short_edges(tiling, limit), vanish, straight, flattest)
         if len(merges) == 0:
             return tiling
         tiling = _merged(tiling, merges[_first_in_all_grains(tiling, merges)])
@@ -98,8 +100,9 @@ def _may_vanish(tiling: Tiling, smallest: float) -> np.ndarray:
 
 
 def _possible(
-    tiling: Tiling, sides: Sides, keep: np.ndarray, drop: np.ndarray, vanish: np.ndarray, straight: bool
-) -> Merges:
+    tiling: Tiling, sides: Sides, keep: np.ndarray, drop: np.ndarray, vanish: np.ndarray, straight: bool,
+    flattest: float,
+) -> Merges:  # fmt: skip
     """Merges that leave the grains convex, into the middle of the edge or else into either end."""
     ends = np.column_stack([keep, drop])
     corner, which = tiling.corners_at(ends.ravel())
@@ -109,11 +112,24 @@ def _possible(
     for target in ((a + b) / 2, a, b):
         fixed = tiling.on[keep, 1] >= 0
         target = np.where(fixed[:, None], a, sides.hold(target, np.where(fixed[:, None], -1, tiling.on[keep, :2])))
-        convex = np.ones(len(keep), dtype=bool)
-        convex[which[~_stays_convex(tiling, corner, ends[which], target[which], vanish, straight)]] = False
+        convex = ~_beyond_its_side(tiling, keep, target)
+        convex[which[~_stays_convex(tiling, corner, ends[which], target[which], vanish, straight, flattest)]] = False
         place[convex & ~found] = target[convex & ~found]
         found |= convex
     return Merges(keep, drop, place)[found]
+
+
+def _beyond_its_side(tiling: Tiling, vertex: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """(n,) whether a vertex on one side of the region would come to lie on its line past the end.
+
+    No grain that stays would tell it, where a triangle between this end and the vertex vanishes.
+    """
+    side, region = tiling.on[vertex, 0], tiling.region
+    one = (side >= 0) & (side < len(region.start)) & (tiling.on[vertex, 1] < 0)
+    side = np.where(one, side, 0)
+    along = region.end[side] - region.start[side]
+    share = ((target - region.start[side]) * along).sum(axis=1) / (along**2).sum(axis=1)
+    return one & ((share < 0) | (share > 1))
 
 
 def _first_in_all_grains(tiling: Tiling, merges: Merges) -> np.ndarray:
@@ -128,8 +144,9 @@ def _first_in_all_grains(tiling: Tiling, merges: Merges) -> np.ndarray:
 
 
 def _stays_convex(
-    tiling: Tiling, corner: np.ndarray, ends: np.ndarray, target: np.ndarray, vanish: np.ndarray, straight: bool
-) -> np.ndarray:
+    tiling: Tiling, corner: np.ndarray, ends: np.ndarray, target: np.ndarray, vanish: np.ndarray, straight: bool,
+    flattest: float,
+) -> np.ndarray:  # fmt: skip
     """Whether the grain of each corner stays convex or may vanish when the edge with these ends shrinks to the target.
 
     A triangle that would lose an edge does not stay convex: what is left of it turns back on itself.
@@ -143,15 +160,15 @@ def _stays_convex(
     qq = tiling.vertices[tiling.corners[tiling.next[after]]]
     lost = (ahead | behind) & vanish[tiling.grain[corner]]
     ways = ((pp, p, target), (p, target, q), (target, q, qq))
-    return lost | np.logical_and.reduce([_turns_left(a, b, c, straight) for a, b, c in ways])
+    return lost | np.logical_and.reduce([_turns_left(a, b, c, straight, flattest) for a, b, c in ways])
 
 
-def _turns_left(a: np.ndarray, b: np.ndarray, c: np.ndarray, straight: bool) -> np.ndarray:
+def _turns_left(a: np.ndarray, b: np.ndarray, c: np.ndarray, straight: bool, flattest: float) -> np.ndarray:
     """Whether the way from a by b to c turns left at b, or, if that is allowed, goes straight on."""
     ab, bc = b - a, c - b
     turn = ab[:, 0] * bc[:, 1] - ab[:, 1] * bc[:, 0]
     scale = np.hypot(*ab.T) * np.hypot(*bc.T)
-    left = turn > FLATTEST * scale
+    left = turn > flattest * scale
     return left | ((abs(turn) <= STRAIGHT * scale) & ((ab * bc).sum(axis=1) > 0)) if straight else left
 
 
