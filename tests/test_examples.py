@@ -52,3 +52,24 @@ def test_variants_are_what_their_names_say(example):
         assert (law.mode_i_energy, law.mode_ii_energy) == pytest.approx({"G": (150, 300), "G/10": (15, 30)}[energy])
         expected = {"54 deg": (54, 5), "0 deg": (0, 0), "54 then 0 deg": (54, 0)}[angles]
         assert (law.friction_angle, law.residual_friction_angle) == expected
+
+
+def test_texture_study(example, tmp_path, monkeypatch):
+    """Cases are what their names say; a table goes between its marks."""
+    study = example("texture_study")
+    for law, bond in study.LAWS.items():
+        runs = {texture: study.case(law, texture, 1, "tension", 20) for texture in study.TEXTURES}
+        assert runs["even"].law == {...: bond}
+        assert runs["minerals"].law["mica", ...].tensile_strength == 6.5e6
+        assert runs["breakable"].law["inside"].cohesion == 58e6
+        together = runs["all together"]
+        assert len(together.law["mica", ...].tensile_strength) > 1
+        assert together.specimen.grains.is_breakable
+        assert together.specimen.material_of(2).youngs_modulus == 30e9
+        assert np.std(together.specimen.grains.areas) > np.std(runs["breakable"].specimen.grains.areas)
+    assert study.times(study.LAWS["cohesive-crack"], 2).mode_ii_energy == 60
+    page = tmp_path / "page.md"
+    page.write_text("a\n<!-- table x -->\nold\n<!-- end x -->\nb\n")
+    monkeypatch.setattr(study, "PAGE", page)
+    study.write("x", "new\n")
+    assert page.read_text() == "a\n<!-- table x -->\nnew\n<!-- end x -->\nb\n"

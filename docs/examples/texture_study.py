@@ -1,61 +1,114 @@
-"""What rules where cracks begin: six textures of one rock, five samples each, in compression and in tension.
+"""What rules where cracks begin: python docs/examples/texture_study.py [--law NAME] [--seeds 5] [--write]
 
-    python docs/examples/texture_study.py
-
-300 grains, Mohr-Coulomb bonds. The numbers are of no particular rock: mica is half as stiff, and its bonds have half of
-the strength. Prints CI, CD and UCS, tension, and the share of cracks inside of grains; keeps all in texture-study.
+Even grains; a distribution of sizes; minerals with contrast; random strength; grains that break; all of it together.
+Each as the mean of some samples in compression and in tension, paired by seed, under Mohr-Coulomb bonds and under
+cohesive cracks. The numbers are of no particular rock: mica is half as stiff, and its bonds have half of the strength.
+Prints strength, CI and CD over it, the share of cracks that run through grains, and steps; keeps all in texture-study.
 """
+
+import argparse
+import warnings
+from pathlib import Path
 
 import attrs
 import numpy as np
 
 import grainlaw as gl
 from grainlaw.geometry import Breakable, Laguerre, Lognormal, Minerals, Voronoi, VoronoiCells, rectangle
-from grainlaw.laws import MohrCoulomb, WeibullField
+from grainlaw.laws import CohesiveCrack, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
 from grainlaw.units import GPa, MPa, mm
 
 ROCK = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=2700)
 SOFT = attrs.evolve(ROCK, youngs_modulus=30 * GPa)
-BOND = MohrCoulomb(kn=1.05e14, ks=9.45e13, tensile_strength=13 * MPa, cohesion=29 * MPa, friction_angle=54,
-                   residual_friction_angle=5)  # fmt: skip
-WEAK = attrs.evolve(BOND, tensile_strength=6.5 * MPa, cohesion=14.5 * MPa)
-STRONG = attrs.evolve(BOND, tensile_strength=26 * MPa, cohesion=58 * MPa)  # inside of grains
-TEXTURES = ("even", "sizes", "minerals", "random strength", "breakable", "all")
+BOND = dict(kn=1.05e14, ks=9.45e13, tensile_strength=13 * MPa, cohesion=29 * MPa, friction_angle=54,
+            residual_friction_angle=5)  # fmt: skip
+# Of energies ten times as high the zone that softens, E G / f_t^2, would be longer than the sample is wide.
+LAWS = {
+    "mohr-coulomb": MohrCoulomb(**BOND),
+    "cohesive-crack": CohesiveCrack(**BOND, mode_i_energy=15, mode_ii_energy=30),
+}
+SCALED = ("tensile_strength", "cohesion", "mode_i_energy", "mode_ii_energy")
+TEXTURES = ("even", "sizes", "minerals", "random strength", "breakable", "all together")
 SHARES = {"feldspar": 0.6, "quartz": 0.3, "mica": 0.1}
 TESTS = {"compression": UniaxialCompression(), "tension": UniaxialTension()}
+COLUMNS = ("texture", "UCS (MPa)", "CI/UCS", "CD/UCS", "UCS/T", "transgranular", "steps")
+PAGE = Path(__file__).parents[1] / "textures.md"
 
 
-def case(texture, seed, test):
-    together = texture == "all"
-    grains = Voronoi(grains=300, seed=seed)
+def times(law, factor):
+    """The same law, as much stronger and tougher."""
+    return attrs.evolve(law, **{name: factor * getattr(law, name) for name in SCALED if hasattr(law, name)})
+
+
+def case(law, texture, seed, test, grains):
+    bond, together = LAWS[law], texture == "all together"
+    made = Voronoi(grains=grains, seed=seed)
     if together or texture == "sizes":
-        grains = Laguerre(grains=300, sizes=Lognormal(deviation=0.5), seed=seed)
-    rock, laws = ROCK, {...: BOND}
+        made = Laguerre(grains=grains, sizes=Lognormal(deviation=0.5), seed=seed)
+    rock, laws = ROCK, {...: bond}
     if together or texture == "minerals":
-        grains = Minerals(grains, SHARES, seed=seed)
-        rock, laws = {"mica": SOFT, ...: ROCK}, {("mica", ...): WEAK, ...: BOND}
+        made = Minerals(made, SHARES, seed=seed)
+        rock, laws = {"mica": SOFT, ...: ROCK}, {("mica", ...): times(bond, 0.5), ...: bond}
     if together or texture == "breakable":
-        grains = Breakable(grains, VoronoiCells(count=5), seed=seed)
-        laws = {"inside": STRONG, **laws}
-    specimen = gl.Specimen(grains.tessellate(rectangle(32 * mm, 80 * mm)), rock)
+        made = Breakable(made, VoronoiCells(count=5), seed=seed)
+        laws = {"inside": times(bond, 2), **laws}
+    specimen = gl.Specimen(made.tessellate(rectangle(32 * mm, 80 * mm)), rock)
     if together or texture == "random strength":
         laws = WeibullField(modulus=4, seed=seed).scatter(laws, specimen)
     return gl.Run(specimen, laws, TESTS[test])
 
 
-def main():
-    table = gl.Study(case, texture=TEXTURES, seed=range(1, 6), test=list(TESTS)).run("texture-study")
-    peak, test = table["peak_stress"], table["test"]
+def study(laws, seeds, grains):
+    return gl.Study(case, law=laws, texture=TEXTURES, seed=range(1, seeds + 1), test=list(TESTS), grains=[grains])
+
+
+def rows(table, law):
+    """Cells of the table of a law: means, and the range over the samples."""
+    peak = table["peak_stress"]
+    cracks = table["tensile_cracks"] + table["shear_cracks"]
     for texture in TEXTURES:
-        pressed, pulled = ((table["texture"] == texture) & (test == name) for name in TESTS)
-        ucs, tension = peak[pressed], peak[pulled]
-        ratios = {
-            "UCS (MPa)": ucs / MPa, "CI/UCS": table["crack_initiation_count"][pressed] / ucs,
-            "CD/UCS": table["crack_damage"][pressed] / ucs, "UCS/T": ucs / tension,
-        }  # fmt: skip
-        cells = [f"{np.nanmean(row):.3g} ({np.nanmin(row):.3g} to {np.nanmax(row):.3g})" for row in ratios.values()]
-        print(f"| {texture} | {' | '.join(cells)} | {np.mean(table['steps'][pressed]):.0f} |")
+        of = [(table["law"] == law) & (table["texture"] == texture) & (table["test"] == test) for test in TESTS]
+        ucs, tension = peak[of[0]], peak[of[1]]
+        ratios = [ucs / MPa, table["crack_initiation_count"][of[0]] / ucs, table["crack_damage"][of[0]] / ucs]
+        ratios += [ucs / tension, table["transgranular_cracks"][of[0]] / cracks[of[0]]]
+        yield [texture, *map(cell, ratios), f"{np.nanmean(table['steps'][of[0]]):.0f}"]
+
+
+def cell(values):
+    if np.isnan(values).all():
+        return "-"
+    return f"{np.nanmean(values):.3g} ({np.nanmin(values):.3g} to {np.nanmax(values):.3g})"
+
+
+def markdown(table, law):
+    lines = [COLUMNS, ["---"] * len(COLUMNS), *rows(table, law)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def write(law, text):
+    """Put a table into the page, between its marks."""
+    page, (begin, end) = PAGE.read_text(encoding="utf-8"), (f"<!-- table {law} -->\n", f"<!-- end {law} -->")
+    before, after = page.split(begin)[0], page.split(end)[1]
+    PAGE.write_text(f"{before}{begin}{text}{end}{after}", encoding="utf-8")
+
+
+def main():
+    words = argparse.ArgumentParser(description=__doc__)
+    words.add_argument("--law", choices=[*LAWS], action="append", help="both unless given")
+    words.add_argument("--seeds", type=int, default=5)
+    words.add_argument("--grains", type=int, default=300)
+    words.add_argument("--folder", default="texture-study")
+    words.add_argument("--write", action="store_true", help="into docs/textures.md")
+    given = words.parse_args()
+    warnings.simplefilter("ignore", gl.CostWarning)
+    laws = given.law or [*LAWS]
+    table = study(laws, given.seeds, given.grains).run(given.folder)
+    for law in laws:
+        text = markdown(table, law)
+        print(f"{law}\n\n{text}")
+        if given.write:
+            write(law, text)
 
 
 if __name__ == "__main__":
