@@ -43,7 +43,8 @@ def energy(edges, cotangent=(0, 0, 0, 0)):
         return 0.0
     cut_a = cut_b = 0.0
     if of_a_1 != of_a_2 and min(d1, d2) >= 0:
-        cut_a, cut_b = (cot_1 * d2, cot_2 * d1) if of_a_1 else (cot_2 * d1, cot_1 * d2)
+        both = 2 / (1 / d1 + 1 / d2) if min(d1, d2) > 0 else 0.0
+        cut_a, cut_b = (cot_1 * both, cot_2 * both) if of_a_1 else (cot_2 * both, cot_1 * both)
     if min(d1, d2) < 0:  # lines that cross
         share = np.linalg.solve(np.column_stack([a2 - a1, b2 - b1]), b2 - a1)[0]
         crossing = a1 + share * (a2 - a1)
@@ -55,8 +56,8 @@ def energy(edges, cotangent=(0, 0, 0, 0)):
     return KN / 2 * run**3 * square / (run**2 + square)
 
 
-def contact_forces(edges, cotangent=(0, 0, 0, 0)):
-    """Nodal forces (4, 2) N by the engine, for a linear closure without friction."""
+def touching(edges, cotangent=(0, 0, 0, 0)):
+    """What the engine finds for two edges with a linear closure without friction, by rows of contact_rows.py."""
     table = no_contacts(1)._replace(
         node=np.arange(4, dtype=np.int32).reshape(4, 1), cotangent=np.array(cotangent, dtype=float),
         place=np.ascontiguousarray(np.transpose(edges)), increment=np.zeros((2, 4)),
@@ -68,6 +69,12 @@ def contact_forces(edges, cotangent=(0, 0, 0, 0)):
     row[NORMAL] = -KN * row[OVERLAP]
     contact_passes.springs(row, 1)
     contact_passes.forces(row, 1)
+    return row
+
+
+def contact_forces(edges, cotangent=(0, 0, 0, 0)):
+    """Nodal forces (4, 2) N by the engine."""
+    row = touching(edges, cotangent)
     on_a, end_a, start_b = row[[FX, FY]], row[[GX, GY]], row[[HX, HY]]
     return np.stack([on_a - end_a, end_a, start_b, -on_a - start_b])
 
@@ -102,6 +109,17 @@ def test_forces_and_moments_are_the_gradient_of_the_energy(turn, length, x, y, w
     before, after = (stored - energy(moved(-STEP), cotangent)) / STEP, (energy(moved(STEP), cotangent) - stored) / STEP
     assume(abs(after - before) <= 2e-5 * scale)  # else a corner passes the end of the other edge: the slope has a kink
     assert -np.sum(forces * motion) == pytest.approx((before + after) / 2, abs=2e-5 * scale)
+
+
+@pytest.mark.parametrize("cotangent", [(1.0, 0, 0, 0), (0, 0, 0.8, 0), (1.0, 0, 0.8, 0)])
+def test_nothing_jumps_where_a_corner_leaves_the_other_edge(cotangent):
+    """An acute corner of B sinks behind edge a while one of A is already deep behind edge b."""
+    sunk, out = (
+        np.array([[0, 0], [1, 0], [0.6, depth], [-0.4, depth + 0.2]]) for depth in (1e-9, -1e-9)
+    )  # fmt: skip
+    assert energy(sunk, cotangent) > 0.001 * KN
+    assert energy(sunk, cotangent) == pytest.approx(energy(out, cotangent), rel=1e-6)
+    assert touching(sunk, cotangent)[OVERLAP] == pytest.approx(touching(out, cotangent)[OVERLAP], rel=1e-6)
 
 
 def test_a_face_on_a_face_is_an_elastic_foundation():

@@ -82,7 +82,7 @@ def _steps(thread, team, parts, chunk):
     much.
     """
     nodes, bonds, contacts, freedoms = parts.nodes, parts.bonds, parts.contacts, parts.freedoms
-    searching, tally = contacts.searched.shape[1] > 0, contacts.tally
+    searching, tally = contacts.before.shape[1] > 0, contacts.tally
     velocities = np.empty(chunk.schedule.shape[1])
     for step in range(chunk.steps):
         schedule = chunk.schedule[step]

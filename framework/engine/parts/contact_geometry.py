@@ -111,8 +111,9 @@ def overlaps(r, count):
         angle_1a, angle_2a, angle_1b, angle_2b = r[ANGLE_1A + k], r[ANGLE_2A + k], r[ANGLE_1B + k], r[ANGLE_2B + k]
         cut_a = 0.0 if first * last >= 0 else (angle_1a if first > 0 else angle_2a)
         cut_b = 0.0 if first * last >= 0 else (angle_1b if first > 0 else angle_2b)
-        along_a -= cut_a * (d2 if first > 0 else d1)
-        along_b -= cut_b * (d1 if first > 0 else d2)
+        both = overlap.harmonic_mean(d1, d2)  # 0 where either corner leaves the other edge: the energy does not jump
+        along_a -= cut_a * both
+        along_b -= cut_b * both
         mean, narrow = 0.5 * (d1 + d2), along_a * along_b < NARROW * (d1 * d1 + d1 * d2 + d2 * d2)
         some = (deeper > 0) & (along_a > 0) & (along_b > 0) & (mean > LEAST * along_a) & (not narrow)
         r[TOUCH + k] = (FAR if mean > 2 * r[LARGEST + k] else SOME) if some else NOT

@@ -271,24 +271,15 @@ def gather_contact_forces(t, nodes, thread):
 
 
 @njit(**OPTIONS)
-def count_moved(ux, uy, at_x, at_y, room):
-    """How many nodes have moved by more than their ``room`` (m) since the last search."""
-    count = 0
-    for i in range(room.shape[0]):
-        x, y = ux[i] - at_x[i], uy[i] - at_y[i]
-        count += x * x + y * y > room[i] * room[i]
-    return count
-
-
-@njit(**OPTIONS)
 def follow_nodes(t, nodes, thread):
-    """Take over where the nodes in use have moved, and count all nodes that have moved far since the last search."""
-    ux, uy = nodes.displacement[0], nodes.displacement[1]
+    """Take over where a thread's nodes in use have moved, and count those that have moved far since the last search."""
+    ux, uy, count = nodes.displacement[0], nodes.displacement[1], 0
     for k in range(t.used_share[thread], t.used_share[thread + 1]):
         i = t.used[k]
-        x, y = ux[i], uy[i]
+        x, y, room = ux[i], uy[i], t.room[k]
         t.increment[0, k], t.increment[1, k] = x - t.displacement[0, k], y - t.displacement[1, k]
         t.displacement[0, k], t.displacement[1, k] = x, y
         t.place[0, k], t.place[1, k] = t.origin[0, k] + x, t.origin[1, k] + y
-    i, j = nodes.share[thread], nodes.share[thread + 1]
-    t.tally[thread, MOVED] = count_moved(ux[i:j], uy[i:j], t.searched[0, i:j], t.searched[1, i:j], t.room[i:j])
+        x, y = x - t.searched[0, k], y - t.searched[1, k]
+        count += x * x + y * y > room * room
+    t.tally[thread, MOVED] = count

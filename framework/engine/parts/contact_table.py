@@ -52,9 +52,9 @@ class ContactArrays(NamedTuple):
     place: Changing  #: (2, k) m, present positions
     displacement: Changing  #: (2, k) m
     increment: Changing  #: (2, k) m, incremental displacement of the last step
-    before: Changing  #: (2, i) m, displacement of all nodes before the last step, set when the loop ends
-    searched: Changing  #: (2, i) m, displacement of all nodes at the last search; without columns there is no search
-    room: Changing  #: (i,) m, how far each node may move from there until the next
+    searched: Changing  #: (2, k) m, displacement at the last search
+    room: Changing  #: (k,) m, how far each node may move from there until the next
+    before: Changing  #: (2, i) m, displacement of all nodes before the last step; without columns there is no search
     skin: float  #: m, distance up to which edges are neighbours
     damping: float  #: of the dashpots over the critical one; 0 without
     tally: Scratch  #: (threads, 8) what each thread has counted, a cache line for each

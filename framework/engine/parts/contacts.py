@@ -185,7 +185,7 @@ class Contacts(Part):
             **nodes, **kept, node=compiled(contact_search.nodes_of)(pairs, self.edges, place),
             largest_overlap=np.minimum(*self._largest[self.edge_grain[pairs.T]]), dashpot=self._dashpots(pairs),
             follow=np.zeros(len(keys), dtype=np.int8), active=np.zeros(len(keys), dtype=np.int32),
-            before=before.copy(), searched=displacement.copy(), room=self._neighbours.room,
+            before=before.copy(), searched=nodes["displacement"].copy(), room=self._neighbours.room[nodes["used"]],
         )  # fmt: skip
         new = np.flatnonzero(found < 0)
         self.arrays.state[new] = WAITING

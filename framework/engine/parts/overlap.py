@@ -119,6 +119,11 @@ def ends(first, last, begin, end, ax, ay, bx, by, ux, uy, ex, ey, fx, fy):
 
 
 @njit(forceinline=True, **OPTIONS)
+def harmonic_mean(d1, d2):
+    return 2 * d1 * d2 / max(d1 + d2, 1e-300)
+
+
+@njit(forceinline=True, **OPTIONS)
 def _end(kind, sign, depth, length_a, length_b, ax, ay, bx, by):
     """Gradient of the energy by the displacement of B at one end, from derivatives by its depth and both lengths."""
     q = (length_a + length_b * (ax * bx + ay * by)) / (ay * bx - ax * by)  # both edges cross
@@ -140,8 +145,9 @@ def gradient(first, last, d1, d2, along_a, along_b, cut_a, cut_b, ex, ey, fx, fy
     by_length = 0.5 * f * squares * (1 + squares / square) / run
     by_a, by_b = by_length * along_b, by_length * along_a
     by_1, by_2 = f * run * (2 * d1 + d2), f * run * (d1 + 2 * d2)
-    by_1 -= cut_b * by_b if first > 0 else cut_a * by_a
-    by_2 -= cut_a * by_a if first > 0 else cut_b * by_b
+    cut, inverse = cut_a * by_a + cut_b * by_b, 1 / max(d1 + d2, 1e-300)
+    by_1 -= 2 * (d2 * inverse) * (d2 * inverse) * cut  # of the harmonic mean
+    by_2 -= 2 * (d1 * inverse) * (d1 * inverse) * cut
     g1x, g1y = _end(first, -1.0, by_1, by_a, by_b, ex, ey, fx, fy)
     g2x, g2y = _end(last, 1.0, by_2, by_a, by_b, ex, ey, fx, fy)
     return g1x, g1y, g2x, g2y, share
