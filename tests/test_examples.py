@@ -69,7 +69,7 @@ def test_texture_study(example, tmp_path, monkeypatch):
         assert np.std(together.specimen.grains.areas) > np.std(runs["breakable"].specimen.grains.areas)
     assert study.times(study.LAWS["cohesive-crack"], 2).mode_ii_energy == 60
     page = tmp_path / "page.md"
-    page.write_text("a\n<!-- table x -->\nold\n<!-- end x -->\nb\n")
+    page.write_text("a\n<!-- texture study x -->\nold\n<!-- end x -->\nb\n")
     monkeypatch.setattr(study, "PAGE", page)
     study.write("x", "new\n")
-    assert page.read_text() == "a\n<!-- table x -->\nnew\n<!-- end x -->\nb\n"
+    assert page.read_text() == "a\n<!-- texture study x -->\nnew\n<!-- end x -->\nb\n"

@@ -88,7 +88,7 @@ def markdown(table, law):
 
 def write(law, text):
     """Put a table into the page, between its marks."""
-    page, (begin, end) = PAGE.read_text(encoding="utf-8"), (f"<!-- table {law} -->\n", f"<!-- end {law} -->")
+    page, (begin, end) = PAGE.read_text(encoding="utf-8"), (f"<!-- texture study {law} -->\n", f"<!-- end {law} -->")
     before, after = page.split(begin)[0], page.split(end)[1]
     PAGE.write_text(f"{before}{begin}{text}{end}{after}", encoding="utf-8")
 
