@@ -158,9 +158,10 @@ class Emulator:
 
     @property
     def q_squared(self) -> float:
-        """Share of the variance of left out values that is predicted (1 is all of it)."""
+        """Share of the variance of left out values that is predicted (1 is all of it); nan if they do not vary."""
         value, found, _ = self.left_out.T
-        return float(1 - np.sum((value - found) ** 2) / np.sum((value - value.mean()) ** 2))
+        spread = float(np.sum((value - value.mean()) ** 2))
+        return float(1 - np.sum((value - found) ** 2) / spread) if spread else float("nan")
 
     @property
     def errors(self) -> np.ndarray:

@@ -162,7 +162,9 @@ class Calibration(metaclass=Checked):
         rows = [["emulator, left out points", "points", "Q2", "rms of errors", "within 2"]]
         for name, points, share, rms, within in quality(self.found.match.emulators):
             words = QUANTITIES[name].shown.words
-            rows.append([words, str(points), f"{share:.3f}", f"{rms:.2f}", f"{100 * within:.0f} %"])
+            rows.append(
+                [words, str(points), f"{share:.3f}" if share == share else "-", f"{rms:.2f}", f"{100 * within:.0f} %"]
+            )
         return rows
 
     @property
