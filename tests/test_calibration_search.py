@@ -282,5 +282,9 @@ def test_intervals_hold_the_truth():
 def test_later_waves_go_where_it_is_plausible():
     found = searched(targets_at(HIDDEN, FOUR), rock=FormulaRock(0.05, 0.1))
     assert len(found.waves) > 1
-    later = found.match.implausibility(found.design.points[30:] * found.design.scales[30:, None] ** [1, 1, 0, 2])
-    assert np.mean(later.max(axis=1) < 3) > 0.7
+    near = (
+        found.match.implausibility(found.design.points * found.design.scales[:, None] ** [1, 1, 0, 2]).max(axis=1) < 3
+    )
+    first = found.waves[0].count
+    assert near[first:].mean() > 3 * near[:first].mean()
+    assert near[first:].mean() > 0.3  # where the emulators learn most, what looked plausible may turn out not to be
