@@ -49,7 +49,7 @@ class FormulaRock(Simulator):
 
 def exact(point):
     """Values of all seeds together; the energy counts by its group, and saturates."""
-    strength, angle = point["tensile_strength"], 0.9 * point["friction_angle"]
+    strength, angle = point["tensile_strength"], 0.9 * point.get("friction_angle", 40.0)
     tough = point.get("mode_i_energy", np.inf) * STIFF["kn"] / strength**2 / 50
     tough = 1 / (1 + 1 / tough)
     root = np.tan(np.pi / 4 + np.radians(angle) / 2)
@@ -71,8 +71,8 @@ def targets_at(point, names, uncertainty=0.01, **changed):
     return Targets(**{name: (values[name], uncertainty * values[name]) for name in names})
 
 
-def searched(targets, names=(), rock=None, budget=60, seed=0, **given):
+def searched(targets, names=(), rock=None, budget=60, seed=0, seeds=(1, 2, 3), more=(), **given):
     """A search for targets, in which further quantities are measured."""
     rock = FormulaRock() if rock is None else rock
     quantities = (*targets.tested, *names)
-    return Search(space(**given), targets.tested, quantities, rock, (1, 2, 3), budget, seed).run()
+    return Search(space(**given), targets.tested, quantities, rock, seeds, budget, seed, more).run()

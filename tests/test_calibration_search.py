@@ -6,7 +6,7 @@ from formula_rocks import RANGES, FormulaRock, exact, searched, space, targets_a
 from scipy.stats import norm
 from support import STIFF
 
-from grainlaw.calibration.emulator import emulators, fit, samples_of
+from grainlaw.calibration.emulator import anchored, emulators, fit, samples_of
 from grainlaw.calibration.identifiability import Direction, identifiability
 from grainlaw.calibration.matching import Match, conflicts, plausible, telling
 from grainlaw.calibration.posterior import posterior
@@ -84,6 +84,30 @@ def test_a_point_whose_tests_failed_is_left_out_and_one_with_a_seed_less_is_nois
     samples = samples_of(values)
     assert np.isnan(samples.means[:, 0]).nonzero()[0].tolist() == [3, 5]  # fewer than half of the seeds
     assert samples.noise[7, 0] > 1.3 * np.median(samples.noise[:, 0])
+
+
+def test_one_point_on_more_seeds_tells_how_strong_the_common_ones_are():
+    rock = FormulaRock(0.1, 0.01)
+    points = space().at_reference(space().prior(30, 1))
+    given = [space().mapping(point) for point in points]
+    seeds, every = (1, 2, 3), range(1, 41)
+    before = samples_of(rock.values(given, FOUR, seeds, np.ones(30)))
+    after = anchored(before, rock.values(given[:1], FOUR, every, np.ones(1)), 3)
+    truth = np.log([exact(point)["ucs"] for point in given])
+    assert np.mean(before.means[:, 0] - truth) > 0.05  # the first three seeds are strong
+    assert np.mean(before.means[:, 0] + after.shift[0] - truth) == pytest.approx(0, abs=2 * 0.1 / np.sqrt(40))
+    expected = (39 * 0.1**2 + 3 * 0.05**2) / 42 / 40 + 0.01**2 / 3  # of forty seeds, and the three's own
+    assert after.scatter[0, 0] == pytest.approx(expected, rel=0.4)
+
+
+def test_a_quantity_that_fails_on_more_seeds_stays_as_it_was():
+    values = FormulaRock().values([HIDDEN] * 10, ("ucs", "tensile_strength"), (1, 2, 3), np.ones(10))
+    more = FormulaRock().values([HIDDEN], ("ucs", "tensile_strength"), range(1, 13), np.ones(1))
+    more["ucs"][0, 4:] = np.nan
+    before = samples_of(values)
+    after = anchored(before, more, 3)
+    assert after.shift[0] == 0 != after.shift[1]
+    assert after.scatter[0, 0] == before.scatter[0, 0]
 
 
 # --- matching --------------------------------------------------------------------------------------------------------
@@ -191,7 +215,13 @@ def test_a_direction_is_told_in_words():
 def whole():
     rock = FormulaRock()
     return rock, searched(
-        targets_at(HIDDEN_BRITTLE, FOUR), ["crack_damage"], rock, law=BRITTLE, free=STRENGTHS, tied={}
+        targets_at(HIDDEN_BRITTLE, FOUR),
+        ["crack_damage"],
+        rock,
+        more=range(4, 13),
+        law=BRITTLE,
+        free=STRENGTHS,
+        tied={},
     )
 
 
@@ -206,17 +236,20 @@ def test_a_hidden_rock_is_found(whole):
 def test_waves_stay_in_the_budget_and_tests_are_made_at_one_scale(whole):
     rock, found = whole
     assert sum(rock.asked) == 2 * len(found.design.points) <= 2 * 60  # without confinement, then with it
-    assert found.waves[0].count == 20  # ten for each group
+    assert found.waves[0].count == 20  # ten for each group, one of them on more seeds
     assert found.match.space.scales(found.design.points) == pytest.approx(1, rel=1e-4)
     assert len(np.unique(found.design.scales)) > 10  # for rocks of many
 
 
-def test_the_same_seed_gives_the_same_answer(whole):
-    _, found = whole
-    again = searched(targets_at(HIDDEN_BRITTLE, FOUR), ["crack_damage"], law=BRITTLE, free=STRENGTHS, tied={})
-    assert np.array_equal(again.design.points, found.design.points)
-    assert np.array_equal(again.posterior.points, found.posterior.points)
-    assert np.array_equal(again.posterior.best, found.posterior.best)
+def test_the_same_seed_gives_the_same_answer():
+    two = {name: RANGES[name] for name in ("tensile_strength", "cohesion")}
+    asked = targets_at(HIDDEN_BRITTLE, ("ucs", "tensile_strength"))
+    one, again = (searched(asked, more=range(4, 13), law=BRITTLE, free=two, tied={}, budget=30) for _ in range(2))
+    assert np.array_equal(again.design.points, one.design.points)
+    assert np.array_equal(again.posterior.points, one.posterior.points)
+    assert np.array_equal(again.posterior.best, one.posterior.best)
+    other = searched(asked, more=range(4, 13), law=BRITTLE, free=two, tied={}, budget=30, seed=1)
+    assert not np.array_equal(other.design.points, one.design.points)
 
 
 def test_an_impossible_ratio_of_strengths_ends_in_a_conflict():
@@ -228,20 +261,30 @@ def test_an_impossible_ratio_of_strengths_ends_in_a_conflict():
 
 @pytest.mark.slow
 def test_intervals_hold_the_truth():
-    """Ten hidden rocks of four parameters, of which the tests see three: 95 % intervals, at least 9 of 10 of each."""
+    """Hidden rocks of four parameters, of which the tests see three, each on seeds of its own: 95 % intervals.
+
+    At least nine in ten of all; of one parameter 16 of 20 at least, fewer happen in 0.3 % of all such tests.
+    """
     rocks = space()
-    hidden = rocks.prior(10, seed=77)
-    held = np.zeros((10, 4), dtype=bool)
+    hidden = rocks.prior(20, seed=77)
+    held = np.zeros((20, 4), dtype=bool)
     for k, point in enumerate(hidden):
-        found = searched(targets_at(rocks.mapping(point), FOUR), seed=k)
+        seeds = range(100 * k, 100 * k + 3)
+        targets = targets_at(rocks.mapping(point), FOUR)
+        found = searched(targets, seed=k, seeds=seeds, more=range(100 * k + 3, 100 * k + 12))
         ends = [found.posterior.interval(j) for j in range(4)]
         held[k] = [low <= value <= high for (low, high), value in zip(ends, point, strict=True)]
-    assert held.sum(axis=0).min() >= 9, held.sum(axis=0)
+    assert held.mean() >= 0.9, held.sum(axis=0)
+    assert held.sum(axis=0).min() >= 16, held.sum(axis=0)
 
 
 @pytest.mark.slow
 def test_later_waves_go_where_it_is_plausible():
-    found = searched(targets_at(HIDDEN, FOUR))
+    found = searched(targets_at(HIDDEN, FOUR), rock=FormulaRock(0.05, 0.1))
     assert len(found.waves) > 1
-    later = found.match.implausibility(found.design.points[30:] * found.design.scales[30:, None] ** [1, 1, 0, 2])
-    assert np.mean(later.max(axis=1) < 3) > 0.7
+    near = (
+        found.match.implausibility(found.design.points * found.design.scales[:, None] ** [1, 1, 0, 2]).max(axis=1) < 3
+    )
+    first = found.waves[0].count
+    assert near[first:].mean() > 3 * near[:first].mean()
+    assert near[first:].mean() > 0.3  # where the emulators learn most, what looked plausible may turn out not to be

@@ -40,6 +40,7 @@ tension = {samples = 60}
 [calibration]
 seeds = 2
 budget = 10
+more = 4
 fresh = 3
 """
 

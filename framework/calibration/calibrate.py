@@ -45,7 +45,7 @@ SOFT = 5.0  #: normal stiffness to begin with where none is given, times the gra
 def calibrate(
     targets: Targets, law: Any, free: Mapping[str, Any], specimens: Any, *, store: str | os.PathLike[str],
     tied: Mapping[str, Any] | None = None, elastic: str = CONTACTS, seeds: int = 3, budget: int = 100,
-    also: Sequence[str] = (), tests: Mapping[str, Any] | None = None, fresh: int = 10, seed: int = 0,
+    also: Sequence[str] = (), tests: Mapping[str, Any] | None = None, more: int = 9, fresh: int = 10, seed: int = 0,
     workers: int | None = None, on: Any = None, quiet: bool = False,
 ) -> Calibration:  # fmt: skip
     """Find the contact parameters with which a rock has the ``targets``, and how well these determine them.
@@ -57,15 +57,16 @@ def calibrate(
 
     E and nu are met by statics: with ``elastic="contacts"`` by both stiffnesses of the contacts, with
     "grains" by the modulus of the grains, the stiffnesses in proportion to it, and their ratio. At most ``budget``
-    points are tested, each on the same ``seeds`` specimens, and the best one on ``fresh`` others. ``also`` names
-    quantities that are measured though they are no targets; ``tests`` replaces tests ("compression", "confined",
-    "tension", "brazilian", "bending"). All runs are cases of a study in the folder ``store``: the same call goes on
-    where it was stopped, and gives the same answer. ``workers`` and ``on`` are those of :meth:`Study.run`.
+    points are tested, each on the same ``seeds`` specimens, one of them on ``more``, and the best one on ``fresh``
+    others. ``also`` names quantities that are measured though they are no targets; ``tests`` replaces tests
+    ("compression", "confined", "tension", "brazilian", "bending"). All runs are cases of a study in the folder
+    ``store``: the same call goes on where it was stopped, and gives the same answer. ``workers`` and ``on`` are those
+    of :meth:`Study.run`.
 
     Raises :class:`ParameterError` before anything is run for what cannot be, and where so many tests fail that a
     target has no values; :class:`~grainlaw.runs.stopping.Stopped`.
     """
-    _check_numbers(seeds=(seeds, FEWEST_SEEDS), fresh=(fresh, 2), seed=(seed, 0))
+    _check_numbers(seeds=(seeds, FEWEST_SEEDS), more=(more, 0), fresh=(fresh, 2), seed=(seed, 0))
     if elastic not in (CONTACTS, GRAINS):
         raise refusal("calibrate: elastic", elastic, f"'{CONTACTS}' or '{GRAINS}'")
     if not targets.tested:
@@ -90,7 +91,8 @@ def calibrate(
     names = [name for name in measured_by(wanted) if not QUANTITIES[name].is_elastic]
     if "confined" not in wanted:
         names = [name for name in names if "confined" not in QUANTITIES[name].tests]
-    search = Search(space, targets.tested, names, simulator, range(1, seeds + 1), budget, seed, tell)
+    others = range(seeds + 1, seeds + more + 1)
+    search = Search(space, targets.tested, names, simulator, range(1, seeds + 1), budget, seed, others, tell)
     found = search.run()
     result = Calibration(
         targets=targets, space=space, stiffness=stiffness, found=found, seeds=seeds, store=os.fspath(store),
@@ -100,8 +102,8 @@ def calibrate(
         return result
     best = _rounded(space, found.posterior.best)
     tell(f"the best parameters on {fresh} other seeds")
-    others = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.pressures)]
-    rows = check(found.match, targets, simulator, best, others, range(seeds + 1, seeds + fresh + 1))
+    possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.pressures)]
+    rows = check(found.match, targets, simulator, best, possible, range(seeds + more + 1, seeds + more + fresh + 1))
     seen = identifiability(found.match, found.posterior, seed)
     return attrs.evolve(
         result, identifiability=seen, best=space.mapping(best),

@@ -45,6 +45,7 @@ class Samples:
     """Means over the seeds and their scatter, of several quantities at the same points; as they are emulated."""
 
     names: tuple[str, ...]
+    shift: np.ndarray  #: (q,) to be added, for the seeds are weak or strong
     means: np.ndarray  #: (n, q), nan where fewer than half of the seeds have a value
     noise: np.ndarray  #: (n, q) variance of a mean by what the seeds do not have in common at all points
     seeds: int
@@ -67,7 +68,9 @@ def samples_of(values: Values) -> Samples:
         centred = y - means[:, None]
         common = np.nanmean(centred, axis=0)
     own = centred - common
-    return Samples(names, means, _noise(own, counts), y.shape[1], _scatter(names, centred, means))
+    seeds = y.shape[1]
+    scatter = _drawn(names, _covariance(centred.reshape(-1, len(names)), seeds), seeds, means)
+    return Samples(names, np.zeros(len(names)), means, _noise(own, counts), seeds, scatter)
 
 
 def _noise(own: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -78,32 +81,54 @@ def _noise(own: np.ndarray, counts: np.ndarray) -> np.ndarray:
     return np.asarray((squares + PRIOR_FREEDOM * pooled) / (freedom + PRIOR_FREEDOM) / np.maximum(counts, 1))
 
 
-def _scatter(names: Sequence[str], centred: np.ndarray, means: np.ndarray) -> np.ndarray:
+def _covariance(centred: np.ndarray, seeds: int) -> np.ndarray:
+    """(q, q) of one seed, from departures (k, q) from the means of so many seeds, where they are known."""
+    known = np.isfinite(centred)
+    filled = np.where(known, centred, 0.0)
+    pairs = np.maximum(known.T.astype(float) @ known, 1.0) * (seeds - 1) / seeds
+    return np.asarray(filled.T @ filled / pairs)
+
+
+def _drawn(names: Sequence[str], covariance: np.ndarray, seeds: int, means: np.ndarray) -> np.ndarray:
     """(q, q) covariance of the means over the seeds.
 
     All points share the seeds, so however many points there are, their scatter is known from a few seeds only: it is
     drawn towards a usual one, and so is the likeness of two quantities towards none.
     """
-    _, seeds, q = centred.shape
-    rows = centred.reshape(-1, q)
-    known = np.isfinite(rows)
-    filled = np.where(known, rows, 0.0)
-    pairs = np.maximum(known.T.astype(float) @ known, 1.0) * (seeds - 1) / seeds
-    products = filled.T @ filled / pairs
-    found = np.diag(products)
     freedom, weight = seeds - 1, USUAL_FREEDOM
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of a quantity without any value
-        sizes = [1.0 if QUANTITIES[n].is_log else np.nan_to_num(np.nanmedian(means[:, k])) for k, n in enumerate(names)]
-    usual = (USUAL_SCATTER * np.abs(sizes)) ** 2
-    variance = (freedom * found + weight * usual) / (freedom + weight)
+        middle = np.nan_to_num(np.nanmedian(np.atleast_2d(means), axis=0))
+    usual = np.array([1.0 if QUANTITIES[name].is_log else abs(m) for name, m in zip(names, middle, strict=True)])
+    found = np.diag(covariance)
+    variance = (freedom * found + weight * (USUAL_SCATTER * usual) ** 2) / (freedom + weight)
     spread = np.sqrt(np.maximum(found, 1e-300))
-    likeness = np.clip(products / np.outer(spread, spread), -1, 1) * freedom / (freedom + weight)
+    likeness = np.clip(covariance / np.outer(spread, spread), -1, 1) * freedom / (freedom + weight)
     np.fill_diagonal(likeness, 1.0)
     values, vectors = np.linalg.eigh(likeness)
     likeness = vectors @ np.diag(np.maximum(values, 1e-3)) @ vectors.T  # gaps may leave it no covariance
     deviation = np.sqrt(variance / seeds)
     return np.asarray(likeness * np.outer(deviation, deviation))
+
+
+def anchored(samples: Samples, values: Values, seeds: int) -> Samples:
+    """The same, with what one point on more seeds (1, m), of which the first ``seeds`` are those of all, tells.
+
+    How weak or strong the common seeds are there they are everywhere, but for what each has of its own: ``shift`` takes
+    it off, and the scatter left is that of all m seeds. A quantity without values on most of them stays as it was.
+    """
+    y = np.column_stack([transformed(name, values[name])[0] for name in samples.names])  # (m, q)
+    known = np.isfinite(y[:seeds]).all(axis=0) & (np.isfinite(y).sum(axis=0) > (len(y) + seeds) / 2)
+    if not known.any():
+        return samples
+    names = [name for name, there in zip(samples.names, known, strict=True) if there]
+    y = y[:, known]
+    means = np.nanmean(y, axis=0)
+    found = _drawn(names, _covariance(y - means, len(y)), len(y), means)
+    shift, scatter = np.zeros(len(known)), np.diag(np.diag(samples.scatter))
+    shift[known] = means - y[:seeds].mean(axis=0)
+    scatter[np.ix_(known, known)] = found + np.diag(np.nanmean(samples.noise[:, known], axis=0))
+    return attrs.evolve(samples, shift=shift, scatter=scatter, seeds=len(y))
 
 
 @attrs.frozen(eq=False)
@@ -133,9 +158,10 @@ class Emulator:
 
     @property
     def q_squared(self) -> float:
-        """Share of the variance of left out values that is predicted (1 is all of it)."""
+        """Share of the variance of left out values that is predicted (1 is all of it); nan if they do not vary."""
         value, found, _ = self.left_out.T
-        return float(1 - np.sum((value - found) ** 2) / np.sum((value - value.mean()) ** 2))
+        spread = float(np.sum((value - value.mean()) ** 2))
+        return float(1 - np.sum((value - found) ** 2) / spread) if spread else float("nan")
 
     @property
     def errors(self) -> np.ndarray:

@@ -31,34 +31,33 @@ def bands(found: Calibration) -> Figure:
     design, scale = found.found.design, space.scales(best[None])[0]
     rows, columns = len(match.names), len(space.free)
     figure = Figure(figsize=(2.5 * columns + 0.6, 2.1 * rows + 0.4), layout="constrained")
-    places = figure.subplots(rows, columns, squeeze=False, sharey="row", sharex="col")
+    places = figure.subplots(rows, columns, squeeze=False, sharey="row")
     for i, name in enumerate(match.names):
         quantity, target = QUANTITIES[name], match.targets[name]
         k = match.samples.names.index(name)
-        tested = restored(name, match.samples.means[:, k], scale) * quantity.shown.factor
+        tested = restored(name, match.samples.means[:, k] + match.samples.shift[k], scale) * quantity.shown.factor
         for j, free in enumerate(space.free):
-            axes, factor = places[i, j], _factor(free)
+            axes = places[i, j]
             line = np.repeat(best[None], ALONG, axis=0)
             line[:, j] = free.at(np.linspace(0, 1, ALONG))
             line = line[space.allowed(line)]
             points = design.points[:, j] * scale**free.power if space.scale else design.points[:, j]
             if free is not space.scale:
-                axes.plot(points * factor, tested, ".", color="0.6", markersize=4)
+                axes.plot(free.share(points), tested, ".", color="0.6", markersize=4)
             if len(line):
                 means, variances = match.predicted(line, [name])
                 half = NORMAL * np.sqrt(variances[:, 0] + match.scatter([name])[0, 0])
                 low, middle, high = (restored(name, means[:, 0] + d) * quantity.shown.factor for d in (-half, 0, half))
-                axes.fill_between(line[:, j] * factor, low, high, color=BLUE, alpha=0.25, linewidth=0)
-                axes.plot(line[:, j] * factor, middle, color=BLUE)
+                axes.fill_between(free.share(line[:, j]), low, high, color=BLUE, alpha=0.25, linewidth=0)
+                axes.plot(free.share(line[:, j]), middle, color=BLUE)
             value, half_width = (
                 target.value * quantity.shown.factor,
                 NORMAL * target.uncertainty * quantity.shown.factor,
             )
             axes.axhspan(value - half_width, value + half_width, color=VERMILLION, alpha=0.2, lw=0)
             axes.axhline(value, color=VERMILLION, linewidth=1)
-            axes.set_xlim(free.low * factor, free.high * factor)
-            if free.is_log:
-                axes.set_xscale("log")
+            axes.set_xlim(0, 1)
+            _ticks(axes.xaxis, free, i == rows - 1)
             if i == rows - 1:
                 axes.set_xlabel(_label(free))
             if j == 0:

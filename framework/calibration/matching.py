@@ -58,7 +58,8 @@ class Match:
         where, scales = self.space.coordinates(points), np.log(self.space.scales(points))
         found = [self.emulators[name].predict(where) for name in names]
         powers = np.array([QUANTITIES[name].power for name in names])
-        means = np.column_stack([mean for mean, _ in found]) + scales[:, None] * powers
+        shift = np.array([self.samples.shift[self.samples.names.index(name)] for name in names])
+        means = np.column_stack([mean for mean, _ in found]) + scales[:, None] * powers + shift
         return means, np.column_stack([variance for _, variance in found])
 
     def implausibility(self, points: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from grainlaw.calibration.matching import Match
 from grainlaw.parameter import ParameterError
 
 WALKERS, BLOCK, BLOCKS = 48, 500, 10
-PER_TIME = 50  #: steps that a chain has for each of its correlation times before it is trusted
+PER_TIME = 30  #: steps that a chain has for each of its correlation times before it is trusted
 SAMPLES = 4000  #: that are kept
 
 

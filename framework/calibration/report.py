@@ -40,12 +40,12 @@ def write_report(found: Calibration, file: Path) -> None:
 def _parts(found: Calibration) -> Iterator[str]:
     yield html.text("h1", f"Calibration of {found.space.kind.__name__}")
     yield html.text("p", f"grainlaw {versions()['grainlaw']}, {datetime.now():%Y-%m-%d %H:%M}")
-    for line in found._head.splitlines():
+    for line in found.head.splitlines():
         yield html.text("p", line)
     if found.is_plausible:
         yield from _answer(found)
     else:
-        yield html.text("p", f"Nothing in the ranges is plausible. In conflict: {found._conflict}.", "warning")
+        yield html.text("p", f"Nothing in the ranges is plausible. In conflict: {found.conflict}.", "warning")
         for conflict in found.found.conflicts:
             there = ", ".join(
                 f"{QUANTITIES[n].shown.words} {QUANTITIES[n].shown.text(v)} {QUANTITIES[n].shown.unit}"

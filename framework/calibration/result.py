@@ -58,7 +58,7 @@ class Calibration(metaclass=Checked):
         """The calibrated law. Raises :class:`ParameterError` where there is none."""
         if not self.is_plausible:
             raise ParameterError(
-                f"Calibration: there is no calibrated law, the targets are in conflict: {self._conflict}"
+                f"Calibration: there is no calibrated law, the targets are in conflict: {self.conflict}"
             )
         return self.space.made(self.best)
 
@@ -73,16 +73,17 @@ class Calibration(metaclass=Checked):
         return with_grains(specimen, self.grains)
 
     @property
-    def _conflict(self) -> str:
+    def conflict(self) -> str:
+        """The smallest sets of targets that exclude each other; only of use where nothing is plausible."""
         sets = "; ".join(str(conflict) for conflict in self.found.conflicts)
         return sets or "all of them together, though no smaller set is"
 
     # --- words -------------------------------------------------------------------------------------------------------
 
     def __str__(self) -> str:
-        parts = [self._head]
+        parts = [self.head]
         if self.identifiability is None:
-            parts += [f"Nothing in the ranges is plausible. In conflict: {self._conflict}."]
+            parts += [f"Nothing in the ranges is plausible. In conflict: {self.conflict}."]
         else:
             parts += [aligned(self.parameter_lines, rule=True), *self.verdicts, aligned(self.check_lines, rule=True)]
         parts.append(aligned(self.quality_lines, rule=True))
@@ -93,7 +94,8 @@ class Calibration(metaclass=Checked):
     __repr__ = __str__
 
     @property
-    def _head(self) -> str:
+    def head(self) -> str:
+        """What was looked for, how, and what statics gave."""
         lines = [f"{self.space.kind.__name__}, {len(self.found.design.points)} points on {self.seeds} seeds in "
                  f"{len(self.found.waves)} waves, {self.cpu / 3600:.2g} CPU hours"]  # fmt: skip
         if self.stiffness is not None:
@@ -160,7 +162,9 @@ class Calibration(metaclass=Checked):
         rows = [["emulator, left out points", "points", "Q2", "rms of errors", "within 2"]]
         for name, points, share, rms, within in quality(self.found.match.emulators):
             words = QUANTITIES[name].shown.words
-            rows.append([words, str(points), f"{share:.3f}", f"{rms:.2f}", f"{100 * within:.0f} %"])
+            rows.append(
+                [words, str(points), f"{share:.3f}" if share == share else "-", f"{rms:.2f}", f"{100 * within:.0f} %"]
+            )
         return rows
 
     @property

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import attrs
 import numpy as np
 
-from grainlaw.calibration.emulator import Samples, emulators, samples_of, transformed
+from grainlaw.calibration.emulator import Samples, anchored, emulators, samples_of, transformed
 from grainlaw.calibration.matching import LIMIT, TRIED, Conflict, Match, Plausible, conflicts, plausible, telling
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.simulator import Simulator, Values
@@ -42,17 +42,19 @@ class Design:
     points: np.ndarray  #: (n, d) parameters
     scales: np.ndarray  #: (n,) of the rocks for which confined tests were made
     values: Values  #: of each quantity (n, seeds)
+    anchor: Values = attrs.field(factory=dict)  #: of each quantity (1, m), of one of the points on more seeds
 
     @property
     def samples(self) -> Samples:
-        return samples_of(self.values)
+        found = samples_of(self.values)
+        return anchored(found, self.anchor, found.seeds) if self.anchor else found
 
     def with_more(self, points: np.ndarray, scales: np.ndarray, values: Values) -> Design:
         if not len(self.points):
             return Design(points, scales, values)
         return Design(
             np.concatenate([self.points, points]), np.concatenate([self.scales, scales]),
-            {name: np.concatenate([self.values[name], more]) for name, more in values.items()},
+            {name: np.concatenate([self.values[name], more]) for name, more in values.items()}, self.anchor,
         )  # fmt: skip
 
 
@@ -70,7 +72,10 @@ class Found:
 
 @attrs.frozen(eq=False)
 class Search:
-    """Up to ``budget`` points, each on the same ``seeds``; the same ``seed`` chooses the same points."""
+    """Up to ``budget`` points, each on the same ``seeds``; the same ``seed`` chooses the same points.
+
+    The best point of the first wave is tested on the seeds ``more`` too, to know how weak or strong the others are.
+    """
 
     space: Space
     targets: Mapping[str, Target]  #: those that take tests
@@ -79,20 +84,26 @@ class Search:
     seeds: Sequence[int]
     budget: int
     seed: int
+    more: Sequence[int] = ()
     tell: Tell = lambda words: None
 
     def run(self) -> Found:
         groups = len(self.space.groups)
-        first = min(PER_GROUP * groups, max(int(SHARE * self.budget), groups + 4))
+        first = min(PER_GROUP * groups, max(int(SHARE * self.budget), groups + 4)) - bool(self.more)
         chosen = self.space.at_reference(self.space.prior(first, self.seed))
         tried = self.space.prior(TRIED, self.seed + 1)
         design, waves = Design(np.empty((0, len(self.space.free))), np.empty(0), {}), list[Wave]()
         for number in range(1, WAVES + 1):
             self.tell(f"wave {number}: {len(chosen)} points on {len(self.seeds)} seeds")
-            design = design.with_more(chosen, *self._tested(chosen))
+            design = design.with_more(chosen, *self._tested(chosen, self.seeds))
             match = self._match(design)
             left = plausible(match, tried, self.seed + number)
-            waves.append(Wave(len(design.points) - len(chosen), len(chosen), left.share, left.least))
+            if number == 1 and self.more:
+                design = self._with_anchor(design, left.best)
+                match = self._match(design)
+                left = plausible(match, tried, self.seed + number)
+            before = sum(wave.count for wave in waves)
+            waves.append(Wave(before, len(design.points) - before, left.share, left.least))
             self.tell(f"{100 * left.share:.2g} % of the ranges plausible, best implausibility {left.least:.2f}")
             room = min(LATER * groups, (self.budget - len(design.points)) // max(WAVES - number, 1))
             chosen = self._next(match, left, room, number) if number < WAVES and room else chosen[:0]
@@ -102,6 +113,15 @@ class Search:
             return Found(design, tuple(waves), match, left, None, tuple(conflicts(match, tried, self.seed)))
         start = left.points if len(left.points) else left.best[None]
         return Found(design, tuple(waves), match, left, posterior(match, start, self.seed), ())
+
+    def _with_anchor(self, design: Design, best: np.ndarray) -> Design:
+        point = self.space.at_reference(best[None])
+        if not self.space.allowed(point)[0]:
+            return design
+        self.tell(f"its best point on {len(self.more)} seeds more")
+        scales, values = self._tested(point, [*self.seeds, *self.more])
+        of_all = {name: each[:, : len(self.seeds)] for name, each in values.items()}
+        return attrs.evolve(design.with_more(point, scales, of_all), anchor=values)
 
     def _match(self, design: Design) -> Match:
         samples = design.samples
@@ -148,15 +168,15 @@ class Search:
 
     # --- tests -------------------------------------------------------------------------------------------------------
 
-    def _tested(self, points: np.ndarray) -> tuple[np.ndarray, Values]:
+    def _tested(self, points: np.ndarray, seeds: Sequence[int]) -> tuple[np.ndarray, Values]:
         """Tests without confinement, which tell how strong the rock is, then those under that share of it."""
         given = [self.space.mapping(point) for point in points]
         confined = [name for name in self.quantities if CONFINED in QUANTITIES[name].tests]
         free = [name for name in self.quantities if name not in confined]
-        values = self.simulator.values(given, free, self.seeds, np.ones(len(points)))
+        values = self.simulator.values(given, free, seeds, np.ones(len(points)))
         scales = self._scales(values, len(points))
         if confined:
-            values = {**values, **self.simulator.values(given, confined, self.seeds, scales)}
+            values = {**values, **self.simulator.values(given, confined, seeds, scales)}
         return scales, {name: values[name] for name in self.quantities}
 
     def _scales(self, values: Values, count: int) -> np.ndarray:

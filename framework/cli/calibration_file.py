@@ -38,6 +38,7 @@ class Settings:
     elastic: str = CONTACTS
     seeds: int = whole_number(default=3, at_least=2)
     budget: int = whole_number(default=100, at_least=10)
+    more: int = whole_number(default=9, at_least=0)
     fresh: int = whole_number(default=10, at_least=2)
     seed: int = whole_number(default=0, at_least=0)
     also: Sequence[str] = ()
