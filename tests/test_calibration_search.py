@@ -241,6 +241,7 @@ def test_waves_stay_in_the_budget_and_tests_are_made_at_one_scale(whole):
     assert len(np.unique(found.design.scales)) > 10  # for rocks of many
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_answer():
     two = {name: RANGES[name] for name in ("tensile_strength", "cohesion")}
     asked = targets_at(HIDDEN_BRITTLE, ("ucs", "tensile_strength"))
@@ -252,6 +253,7 @@ def test_the_same_seed_gives_the_same_answer():
     assert not np.array_equal(other.design.points, one.design.points)
 
 
+@pytest.mark.slow
 def test_an_impossible_ratio_of_strengths_ends_in_a_conflict():
     found = searched(targets_at(HIDDEN, FOUR, tensile_strength=exact(HIDDEN)["ucs"] / 60))
     assert found.posterior is None

@@ -13,7 +13,7 @@ from command_line import LAWS, invoke, study_file
 def test_a_job_of_the_array_is_stopped_and_goes_on(tmp_path, monkeypatch):
     """The script that is printed, run as the scheduler would, and asked to end before its time is over."""
     monkeypatch.chdir(tmp_path)
-    file = study_file(tmp_path, '"sample.seed" = "1..40"\n')
+    file = study_file(tmp_path, '"sample.seed" = "1..24"\n')
     call = ("study", "slurm", file.name, "--quick", "--set", "sample.grains=20", "--shards", 2, "--time", "24:00:00")
     result = invoke(*call, "--cpus", 2)
     assert result.exit_code == 0, result.output
@@ -29,13 +29,13 @@ def test_a_job_of_the_array_is_stopped_and_goes_on(tmp_path, monkeypatch):
     job.send_signal(signal.SIGTERM)
     output, _ = job.communicate(timeout=60)
     assert job.returncode == 128 + signal.SIGTERM, output
-    assert "stopped by the signal SIGTERM; 40 cases: " in output
+    assert "stopped by the signal SIGTERM; 24 cases: " in output
     assert "go on with the same command" in output
     rows = list(tmp_path.glob("granite/cases/*/*.json"))
-    assert 0 < len(rows) < 20
+    assert 0 < len(rows) < 12
     subprocess.run(["bash", "job.sh"], env=environment, check=True, timeout=300, **streams)
     finished = {json.loads(path.read_text())["factors"]["seed"] for path in tmp_path.glob("granite/cases/*/*.json")}
-    assert finished == set(range(2, 41, 2))
+    assert finished == set(range(2, 25, 2))
     assert set(rows) < set(tmp_path.glob("granite/cases/*/*.json"))
 
 
