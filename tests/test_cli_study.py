@@ -37,6 +37,7 @@ def test_means_over_the_seeds_are_printed(done):
     assert line.split()[1:3] == ["2", f"{np.mean(peaks) / 1e6:.2f}"]
     half = 12.7062 * np.std(peaks, ddof=1) / np.sqrt(2) / 1e6  # Student's quantile of one degree of freedom
     assert line.split()[3:5] == ["±", f"{half:.2f}"]
+    assert "crack damage (MPa)" in output
     assert "4 cases: 4 finished, none failed, 0 missing" in output
     assert f"written to {file.with_suffix('')}{os.sep}" in output
 

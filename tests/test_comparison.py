@@ -11,6 +11,7 @@ from support import BRITTLE, PULL, STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.laws import Linear
+from grainlaw.runs.parallel import simulate_all
 
 KEYS = {
     "peak_stress", "peak_strain", "apparent_modulus", "apparent_poisson", "modulus", "poisson", "tensile_cracks",
@@ -160,3 +161,8 @@ def test_a_stopped_comparison_has_what_is_finished(tmp_path):
     whole = gl.compare(small_sample(20), laws, PULL, threads=1)
     for name, result in whole.items():
         assert np.array_equal(result.curves["stress"], again[name].curves["stress"])
+
+
+def test_no_runs_are_refused():
+    with pytest.raises(gl.ParameterError, match="simulate_all: runs is empty"):
+        simulate_all({})

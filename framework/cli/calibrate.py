@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from grainlaw.calibration.result import Calibration
 from grainlaw.cli.calibration_file import CalibrationFile, calibration_of
 from grainlaw.cli.components import settings
 from grainlaw.cli.law_copy import copied
-from grainlaw.cli.running import contents, refusing
+from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.sections import toml
 from grainlaw.contact import ContactLaw
 from grainlaw.results.files import writable_folder, write_atomically
@@ -65,8 +64,7 @@ def calibrate(
             if found.is_plausible:
                 _write_rock(found, asked, folder)
     except Stopped as stopped:
-        click.echo(f"\n{stopped}; go on with the same command", err=True)
-        sys.exit(128 + stopped.signal)
+        end_stopped(stopped, contents(folder), "go on with the same command")
     except ExecutorError as error:
         raise click.ClickException(f"{error}; go on with the same command") from None
     click.echo(f"{found}\n\n{contents(folder)}")

@@ -18,7 +18,7 @@ from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.slurm import script
 from grainlaw.cli.study_file import StudyFile, study_of
 from grainlaw.compiler.cache import compile_portably
-from grainlaw.naming import aligned, shown
+from grainlaw.naming import Shown, aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.stopping import Stopped
@@ -224,14 +224,14 @@ def means(table: Table, by: list[str]) -> str:
         return str(table)
     found = table.means(*by)
     columns = [found[name] for name in names]
-    rows = [[*(shown(name).heading for name in by), "n", *(shown(name).heading for name in names)]]
+    rows = [[*(shown(name).heading for name in by), "n", *(table.look(name).heading for name in names)]]
     for entries in zip(*columns, strict=True):
         group: Mean = entries[0]
-        cells = (_mean(name, entry) for name, entry in zip(names, entries, strict=True))
+        cells = (_mean(table.look(name), entry) for name, entry in zip(names, entries, strict=True))
         rows.append([*(level(name, group.group[name]) for name in by), str(group.count), *cells])
     return f"{aligned(rows, rule=True)}\nmeans over the seeds, ± half of the 95 % interval"
 
 
-def _mean(name: str, entry: Mean) -> str:
-    look, half = shown(name), (entry.interval[1] - entry.interval[0]) / 2
+def _mean(look: Shown, entry: Mean) -> str:
+    half = (entry.interval[1] - entry.interval[0]) / 2
     return look.text(entry.mean) if math.isnan(half) else f"{look.text(entry.mean)} ± {look.text(half)}"

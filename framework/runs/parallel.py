@@ -89,6 +89,8 @@ def simulate_all(
     :class:`CompilationError` for a run that is refused, :class:`Stopped`, whose ``result`` is the outcome so far, and
     the error of the first run if all fail.
     """
+    if not runs:
+        raise ParameterError("simulate_all: runs is empty, it must have at least one run")
     names = {key: folder(key) for key in runs}
     check_file_names("runs", names.values())
     with ExitStack() as stack:
