@@ -52,7 +52,7 @@ def paper(tmp_path):
         apparent_modulus=53.1 * GPa, apparent_poisson=0.281, modulus=51 * GPa, poisson=0.22, stiffness=np.eye(3),
         boundary="kinematic",
     )  # fmt: skip
-    return Paper(joint, table_of(rows, tmp_path / "s"), elastic, {})
+    return Paper(joint, table_of(rows, tmp_path / "s"), elastic, {}, {})
 
 
 def test_lines_are_those_of_each_seed(paper):

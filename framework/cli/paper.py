@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from grainlaw.cli.paper_calibration import recalibrate as calibrated_anew
+from grainlaw.cli.paper_calibration import stored
 from grainlaw.cli.paper_numbers import Paper, macroscopic
 from grainlaw.cli.paper_page import parts
 from grainlaw.cli.paper_runs import CONSISTENT, PRINTED, RULES, SEEDS, specimen, study
@@ -30,16 +32,17 @@ HELD = 51 * MPa  #: stress of the specimens without damping
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path), default="paper", show_default=True, help="Folder to write to.")
 @click.option("--workers", type=int, help="Runs at a time.  [default: one for each core]")
+@click.option("--recalibrate", is_flag=True, help="Calibrate anew, which takes an hour or more; without it, as stored.")
 @click.option("--full", is_flag=True, help="All laws on three seeds under all confinements, and all dampings.")
 @portable_option
 @click.option("--quick", is_flag=True, help="A small specimen: shows the page, not the numbers.")
-def paper(*, out: Path, workers: int | None, full: bool, quick: bool) -> None:
+def paper(*, out: Path, workers: int | None, recalibrate: bool, full: bool, quick: bool) -> None:
     """Repeat the paper of the cohesive crack model, and write it as one page.
 
     Figures 5, 6, 8 and 9 and what belongs to them, with the numbers of Table 1: the paper, its equations by hand, the
-    model as printed, and the reading that grainlaw takes by default; Mohr-Coulomb and linear contacts beside. The
-    paper is that of grainlaw verify and of docs/validation.md. Writes paper.html and paper.json, and keeps the runs
-    in a study: what is finished is kept, and the same call goes on.
+    model as printed, the reading that grainlaw takes by default, and laws calibrated to the paper's rock; Mohr-Coulomb
+    and linear contacts beside. The paper is that of grainlaw verify and of docs/validation.md. Writes paper.html and
+    paper.json, and keeps the runs in a study: what is finished is kept, and the same call goes on.
     """
     cases = study(quick, full)
     with ending(cases, out / RUNS):
@@ -49,6 +52,7 @@ def paper(*, out: Path, workers: int | None, full: bool, quick: bool) -> None:
         found = Paper(
             joint(), table, elastic_properties(first, LAWS["linear"]),
             {law: hold(first, RULES[law], HELD) for law in (PRINTED, CONSISTENT)},
+            calibrated_anew(folder, workers) if recalibrate else stored(),
         )  # fmt: skip
         page = html.page("The paper on one page", parts(found))
         write_atomically(folder / "paper.html", lambda file: file.write_text(page, encoding="utf-8"))

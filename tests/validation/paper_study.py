@@ -25,7 +25,9 @@ def rows():
     with TemporaryDirectory(prefix="paper-") as folder:
         table = study(quick=False, full=False).run(folder, quiet=True)
         elastic = gl.elastic_properties(specimen(SEEDS[0]), LAWS["linear"])
-        return {words: cells for words, *cells in macroscopic(Paper(Joint([], [], None, None, {}), table, elastic, {}))}
+        return {
+            words: cells for words, *cells in macroscopic(Paper(Joint([], [], None, None, {}), table, elastic, {}, {}))
+        }
 
 
 def quantity(name):
