@@ -118,6 +118,8 @@ def _flutter(paper: Paper) -> Iterator[str]:
 
 
 def _calibrated(paper: Paper) -> Iterator[str]:
+    if not paper.calibrated:
+        return
     yield html.text("h2", "Calibrated: which contact parameters give the paper's rock")
     yield html.text("p", CALIBRATED)
     for lines in (parameters(paper.calibrated), targets_met(paper.calibrated)):

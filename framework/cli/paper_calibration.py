@@ -1,0 +1,125 @@
+"""Contact parameters that give the paper's rock: how they are found, and those that were."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import attrs
+
+from grainlaw.calibration.calibrate import calibrate
+from grainlaw.calibration.targets import QUANTITIES, Targets
+from grainlaw.cli.paper_runs import BRITTLE, CONSISTENT
+from grainlaw.cli.table1 import LAWS, ROCK
+from grainlaw.contact import ContactLaw
+from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.laws import CohesiveCrack
+from grainlaw.results.tables import write_json
+from grainlaw.specimen import Specimen
+from grainlaw.unit_text import written
+from grainlaw.units import GPa, MPa, mm
+
+STORED = "paper_calibrated.json"  #: beside this file; remade by ``grainlaw paper --recalibrate``
+_NUMBERS: dict[str, Any] = {
+    "youngs_modulus": 60 * GPa, "poissons_ratio": 0.25, "ucs": 126.65 * MPa, "cohesion": 18.35 * MPa,
+    "friction_angle": 57.68, "tensile_strength": 10 * MPa, "confinements": [2 * MPa, 4 * MPa],
+}  # fmt: skip
+TARGETS = Targets(**_NUMBERS)
+STRENGTHS: dict[str, tuple[float, float]] = {
+    "tensile_strength": (5 * MPa, 30 * MPa), "cohesion": (10 * MPa, 60 * MPa), "friction_angle": (30, 65),
+}  # fmt: skip
+
+
+@attrs.frozen
+class Search:
+    """A law, what of it is free, and how many points are tested."""
+
+    law: ContactLaw
+    free: Mapping[str, tuple[float, float]]
+    tied: Mapping[str, tuple[str, float]]
+    budget: int
+
+
+SEARCHES = {
+    CONSISTENT: Search(
+        LAWS["cohesive-crack"], {**STRENGTHS, "mode_i_energy": (2, 200)},
+        {"mode_ii_energy": ("mode_i_energy", 2)}, 60,
+    ),
+    BRITTLE: Search(LAWS["mohr-coulomb"], STRENGTHS, {}, 40),
+}  # fmt: skip
+
+
+def piece(seed: int) -> Specimen:
+    """270 grains of the size of the paper's, in 30 mm x 75 mm: what a search can afford."""
+    return Specimen(Voronoi(grains=270, seed=seed).tessellate(rectangle(30 * mm, 75 * mm)), ROCK)
+
+
+def recalibrate(folder: Path, workers: int | None) -> dict[str, Any]:
+    """Find the parameters anew, by law; what is found is also written to ``paper_calibrated.json`` in the folder."""
+    found = {}
+    for name, search in SEARCHES.items():
+        answer = calibrate(
+            TARGETS, search.law, search.free, piece, store=folder / name.replace(" ", "-"), tied=search.tied,
+            elastic="grains", budget=search.budget, also=("crack_initiation", "crack_damage"), workers=workers,
+        )  # fmt: skip
+        found[name] = answer.summary
+    write_json(folder / STORED, found)
+    return found
+
+
+def stored() -> dict[str, Any]:
+    """What the last calibration has found, by law."""
+    found: dict[str, Any] = json.loads(files("grainlaw.cli").joinpath(STORED).read_text(encoding="utf-8"))
+    return found
+
+
+def targets_met(found: Mapping[str, Any]) -> list[list[str]]:
+    """Each target, and what the calibrated laws give on fresh seeds; headings first."""
+    rows = [["on ten fresh seeds", "paper", *found]]
+    checks = {law: {each["name"]: each for each in answer.get("checks", ())} for law, answer in found.items()}
+    for name in dict.fromkeys(name for rows_of in checks.values() for name in rows_of):
+        look, target = QUANTITIES[name].shown, TARGETS.given.get(name)
+        cells = [look.heading, look.text(target.value) if target else "-"]
+        for of in checks.values():
+            each = of.get(name)
+            cells.append("-" if each is None else _cell(look, each))
+        rows.append(cells)
+    return rows
+
+
+def _cell(look: Any, each: Mapping[str, Any]) -> str:
+    low, high = each["interval"]
+    between = "" if low is None else f" ({look.text(low)} to {look.text(high)})"
+    said = {True: ", met", False: ", not met", None: ""}[each["is_met"]]
+    return f"{look.text(each['measured'])}{between}{said}"
+
+
+def parameters(found: Mapping[str, Any]) -> list[list[str]]:
+    """Parameters of the calibrated laws with 95 % intervals, beside those of Table 1; headings first."""
+    rows = [["parameter", "Table 1", *found]]
+    names = list(dict.fromkeys(name for answer in found.values() for name in answer["parameters"]))
+    table_1 = LAWS["cohesive-crack"]
+    assert isinstance(table_1, CohesiveCrack)
+    units = {field.name: field.metadata.get("unit", "") for field in attrs.fields(CohesiveCrack)}
+    for name in names:
+        cells = [name.replace("_", " "), _value(getattr(table_1, name), units[name])]
+        for answer in found.values():
+            known = {each["name"]: each for each in answer.get("identifiability", {}).get("parameters", ())}
+            if name not in answer["parameters"]:
+                cells.append("-")
+                continue
+            text = _value(answer["parameters"][name], units[name])
+            if name in known:
+                low, high = (_value(end, units[name]) for end in known[name]["interval"])
+                text += f" ({low} to {high}), {known[name]['verdict']}"
+            cells.append(text)
+        rows.append(cells)
+    rows.append(["modulus of the grains, over Table 1", "1", *(f"{answer['grains']:.4g}" for answer in found.values())])
+    return rows
+
+
+def _value(value: float, unit: str) -> str:
+    return written(float(f"{value:.3g}"), unit)
