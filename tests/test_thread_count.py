@@ -133,7 +133,13 @@ def test_what_is_no_number_of_threads_is_refused(wrong):
         checked_threads("threads", wrong)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case",
+    [
+        case if case in ("rigid grains", "adaptive loading") else pytest.param(case, marks=pytest.mark.slow)
+        for case in CASES
+    ],
+)
 def test_the_bits_are_the_same_however_the_number_changes(case, monkeypatch):
     specimen, law, protocol, options = CASES[case]
     one = gl.simulate(specimen, law, protocol, **options, threads=1)
