@@ -11,6 +11,9 @@ import pytest
 from command_line import FILE, LAWS, MINE, invoke, study_file
 from law_sources import STIFFER
 from matplotlib.image import imread
+from study_rows import row, table_of
+
+from grainlaw.cli.study import means
 
 
 def rows_of(file, *options):
@@ -37,9 +40,15 @@ def test_means_over_the_seeds_are_printed(done):
     assert line.split()[1:3] == ["2", f"{np.mean(peaks) / 1e6:.2f}"]
     half = 12.7062 * np.std(peaks, ddof=1) / np.sqrt(2) / 1e6  # Student's quantile of one degree of freedom
     assert line.split()[3:5] == ["±", f"{half:.2f}"]
-    assert "crack damage (MPa)" in output
     assert "4 cases: 4 finished, none failed, 0 missing" in output
     assert f"written to {file.with_suffix('')}{os.sep}" in output
+
+
+def test_means_are_in_the_units_of_measures(tmp_path):
+    rows = [row({"law": "a", "seed": n}, {"peak_stress": 2e8}, measures={"crack_damage": n * 1e8}) for n in (1, 1.02)]
+    printed = means(table_of(rows, tmp_path / "s"), ["law"])
+    assert "crack damage (MPa)" in printed
+    assert "101 ± 12.71" in printed  # of two: 12.706 times half of their difference
 
 
 def test_a_case_is_the_test_of_the_same_file(done, tmp_path):

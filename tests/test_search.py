@@ -248,7 +248,7 @@ def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_search_after_every_s
     seldom = gl.simulate(rock, MohrCoulomb(**STRONG), test)
     monkeypatch.setattr(contact_neighbours, "SPENT", 0.0)
     often = gl.simulate(rock, MohrCoulomb(**STRONG), test)
-    assert len(seldom.frames[-1].contacts["opening"]) > 5
+    assert max(len(frame.contacts["opening"]) for frame in seldom.frames) > 5
     # sums over the table, and a ratio of such sums
     booked = ("energy_contacts_normal", "energy_contacts_shear", "energy_damping", "motion")
     for name, curve in seldom.curves.items():
