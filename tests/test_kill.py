@@ -134,6 +134,7 @@ def stop_and_go_on(command, name, rng, tmp_path, reference):
     same(folder, unstopped)
 
 
+@pytest.mark.slow
 def test_a_killed_comparison_goes_on(tmp_path, reference):
     stop_and_go_on("compare", KILL, np.random.default_rng(1), tmp_path, reference)
 

@@ -67,6 +67,7 @@ def test_a_difference_is_said(done):
     assert (done / "other-again" / "curves.csv").exists()
 
 
+@pytest.mark.slow
 def test_a_comparison_and_an_envelope_are_repeated(tmp_path):
     small = ("--quick", "--grains", "20", "--max-strain", "0.0005")
     assert invoke("compare", *small, "--laws", "linear,mohr-coulomb", "--out", tmp_path / "laws").exit_code == 0

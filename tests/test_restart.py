@@ -62,6 +62,7 @@ CASES = {
     "minerals": (several_minerals({0: small_sample().material, 1: SOFT}), PAIRS, PULL, {}),
     "random strength": (small_sample(), varied(small_sample()), PULL, {}),
 }  # fmt: skip
+LONG = ("contacts after failure", "servo", "gravity, contacts, halts", "a closure that stiffens")
 
 
 def same(one, other):
@@ -96,7 +97,7 @@ class Calls:
         self.advance(*arguments, **options)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c in LONG else c for c in CASES])
 def test_a_stopped_run_goes_on_with_the_same_bits(case, tmp_path, monkeypatch):
     specimen, law, protocol, options = CASES[case]
     with monkeypatch.context() as patch:
