@@ -1,4 +1,4 @@
-"""The sample of the paper as ``grainlaw paper`` has it: the table of docs/paper.md.
+"""The sample of the paper as ``grainlaw paper`` has it, and what calibrations have found: the tables of docs/paper.md.
 
 python tests/validation/paper_study.py [--write | --check]
 """
@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from study_tables import DOCS, Table, main
 
 import grainlaw as gl
+from grainlaw.cli.paper_calibration import parameters, stored, targets_met
 from grainlaw.cli.paper_numbers import Paper, macroscopic
 from grainlaw.cli.paper_runs import BRITTLE, CONSISTENT, PRINTED, SEEDS, specimen, study
 from grainlaw.cli.table1 import LAWS
@@ -34,14 +35,22 @@ def quantity(name):
     return rows()[name]
 
 
+def stored_table(name, made):
+    head, *rows = made(stored())
+    columns, cells = ("", *head[1:]), {words: entries for words, *entries in rows}
+    return Table(page=DOCS / "paper.md", name=name, columns=columns, rows={n: partial(cells.get, n) for n in cells})
+
+
 TABLES = [
+    stored_table("paper: calibrated parameters", parameters),
+    stored_table("paper: calibrated", targets_met),
     Table(
         page=DOCS / "paper.md",
         name="paper: sample",
         columns=("", "paper", "statics", PRINTED, CONSISTENT, BRITTLE),
         rows={name: partial(quantity, name) for name in QUANTITIES},
         firm=(PRINTED, CONSISTENT, BRITTLE),
-    )
+    ),
 ]
 
 if __name__ == "__main__":
