@@ -3,11 +3,13 @@
 import json
 import math
 
+import attrs
 import numpy as np
 import pytest
 from command_line import invoke
 from study_rows import row, table_of
 
+from grainlaw.cli.paper_calibration import parameters, stored, targets_met
 from grainlaw.cli.paper_numbers import PAPER, Paper, contact_rows, cycle_work, macroscopic, statement
 from grainlaw.cli.paper_runs import BRITTLE, CONFINEMENTS, CONSISTENT, LEAST, LOCAL, PRINTED, RULES, SEEDS, study
 from grainlaw.cli.verify import Joint
@@ -72,6 +74,23 @@ def test_the_statement_has_the_numbers_of_the_runs(paper):
     assert "0.50 %" in words
     assert "100 (99 to 101) MPa and a slope of 9.0" in words
     assert f"99 MPa with local damping and 50 MPa with {LEAST}" in words
+
+
+def test_what_is_stored_is_told(paper):
+    """Whatever the calibrations have found: all six targets of each law, and what is not determined, by name."""
+    known = attrs.evolve(paper, calibrated=stored())
+    rows = {words: cells for words, *cells in targets_met(stored())}
+    assert rows["UCS (MPa)"][0] == "126.65"
+    for k, (law, answer) in enumerate(stored().items()):
+        said = next(words for words in statement(known) if words.startswith(f"{law}, calibrated"))
+        verdicts = [cells[k + 1] for cells in rows.values() if cells[0] != "-"]
+        met = sum(verdict.endswith(", met") for verdict in verdicts)
+        assert f"{met} of 6 targets" in said
+        for each in answer["identifiability"]["parameters"]:
+            undetermined = each["verdict"] == "not determined"
+            assert (each["name"].replace("_", " ") in said.partition(";")[2]) == undetermined
+    table = {words: cells for words, *cells in parameters(stored())}
+    assert table["tensile strength"][0] == "13 MPa"
 
 
 def test_the_paper_means_one_line():

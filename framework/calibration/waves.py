@@ -192,7 +192,7 @@ class Search:
         if not names:
             return np.ones(count)
         logs = [np.log(wanted[name]) - _middle(transformed(name, values[name])) for name in names]
-        found = np.exp(np.nanmean(np.array(logs), axis=0))
+        found = np.exp(_middle(np.array(logs).T))
         ends = scale.low / self.space.reference, scale.high / self.space.reference
         return np.array([float(f"{value:.4g}") for value in np.clip(np.nan_to_num(found, nan=1.0), *ends)])
 

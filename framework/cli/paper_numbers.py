@@ -169,6 +169,16 @@ def statement(paper: Paper) -> list[str]:
             "is left. The paper states neither its damping nor its loading speed, so its strength cannot be "
             "reproduced from what it prints."
         )
+    for law, answer in paper.calibrated.items():
+        checks = [each for each in answer.get("checks", ()) if each["target"]]
+        missed = [each["name"].replace("_", " ") for each in checks if not each["is_met"]]
+        known = answer.get("identifiability", {}).get("parameters", ())
+        unknown = [each["name"].replace("_", " ") for each in known if each["verdict"] == "not determined"]
+        found.append(
+            f"{law}, calibrated: {len(checks) - len(missed)} of {len(checks)} targets are met on fresh seeds"
+            + (f", not {', '.join(missed)}" if missed else "")
+            + (f"; these tests do not determine {', '.join(unknown)}." if unknown else ".")
+        )
     found.append(
         "Grains, contact points and fracture energies move these numbers too: docs/paper.md tells by how much."
     )
