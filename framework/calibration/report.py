@@ -85,8 +85,8 @@ def _answer(found: Calibration) -> Iterator[str]:
     yield html.picture(figures.corner(found), CORNER)
     yield html.picture(figures.bands(found), BANDS)
     yield _correlations(found)
-    rows = [[each.words, Cell(f"{100 * each.width:.0f} %", "number")] for each in seen.directions]
-    yield html.table(rows, ["direction", "of the prior's deviation left"], "Directions, the least seen first")
+    rows = [[each.words, f"{100 * each.width:.0f} %"] for each in seen.directions]
+    yield html.numbers(rows, ["direction", "of the prior's deviation left"], "Directions, the least seen first")
     if seen.further:
         rows = [
             [
@@ -104,7 +104,7 @@ def _answer(found: Calibration) -> Iterator[str]:
 
 def _table(lines: Sequence[Sequence[str]], caption: str) -> str:
     head, *rows = lines
-    return html.table([[row[0], *(Cell(text, "number") for text in row[1:])] for row in rows], head, caption)
+    return html.numbers(rows, head, caption)
 
 
 def _targets(found: Calibration) -> str:
@@ -135,10 +135,8 @@ def _waves(found: Calibration) -> str:
 def _correlations(found: Calibration) -> str:
     seen, names = found.identifiability, found.space.names
     assert seen is not None
-    rows = [
-        [name, *(Cell(f"{c:+.2f}", "number") for c in row)] for name, row in zip(names, seen.correlation, strict=True)
-    ]
-    return html.table(rows, ["", *names], "Correlations of the posterior")
+    rows = [[name, *(f"{c:+.2f}" for c in row)] for name, row in zip(names, seen.correlation, strict=True)]
+    return html.numbers(rows, ["", *names], "Correlations of the posterior")
 
 
 def _sobol(found: Calibration) -> str:
@@ -147,8 +145,8 @@ def _sobol(found: Calibration) -> str:
     rows = [
         [
             QUANTITIES[name].shown.words,
-            *(Cell(f"{max(a, 0):.2f}, {max(b, 0):.2f}", "number") for a, b in zip(first, total, strict=True)),
+            *(f"{max(a, 0):.2f}, {max(b, 0):.2f}" for a, b in zip(first, total, strict=True)),
         ]
         for name, first, total in zip(seen.quantities, seen.first_order, seen.total_order, strict=True)
     ]
-    return html.table(rows, ["", *found.space.names], "Sobol indices over the ranges: first order, total")
+    return html.numbers(rows, ["", *found.space.names], "Sobol indices over the ranges: first order, total")

@@ -84,7 +84,7 @@ def _sample(paper: Paper) -> Iterator[str]:
     yield html.text("h2", "Fig. 9: strength over confinement; Eqs. (13) and (14)")
     yield html.picture(_envelope(paper), "Peaks under 0 to 4 MPa, and the lines through them")
     head, *rows = macroscopic(paper)
-    yield html.table([[row[0], *(Cell(cell, "number") for cell in row[1:])] for row in rows], head)
+    yield html.numbers(rows, head)
 
 
 def _compressions(paper: Paper) -> Iterator[Sequence[str]]:
@@ -110,11 +110,11 @@ def _flutter(paper: Paper) -> Iterator[str]:
     damped = {law: paper.by_damping(law) for law in RULES}
     dampings = list(dict.fromkeys(name for found in damped.values() for name in found))
     lines = [
-        [law, *(Cell(f"{found[name] / MPa:.1f}" if name in found else "", "number") for name in dampings)]
+        [law, *(f"{found[name] / MPa:.1f}" if name in found else "" for name in dampings)]
         for law, found in damped.items()
         if len(found) > 1
     ]
-    yield html.table(lines, ["UCS (MPa), seed 1", *dampings])
+    yield html.numbers(lines, ["UCS (MPa), seed 1", *dampings])
 
 
 def _calibrated(paper: Paper) -> Iterator[str]:
@@ -124,7 +124,7 @@ def _calibrated(paper: Paper) -> Iterator[str]:
     yield html.text("p", CALIBRATED)
     for lines in (parameters(paper.calibrated), targets_met(paper.calibrated)):
         head, *rows = lines
-        yield html.table([[row[0], *(Cell(cell, "number") for cell in row[1:])] for row in rows], head)
+        yield html.numbers(rows, head)
     for law, answer in paper.calibrated.items():
         if not answer["plausible"]:
             sets = "; ".join(" and ".join(conflict["targets"]) for conflict in answer["conflicts"])
@@ -170,4 +170,4 @@ def _table_1() -> list[tuple[str, str]]:
 
 
 def _listed(rows: list[Row]) -> str:
-    return html.table([[row[0], *(Cell(cell, "number") for cell in row[1:])] for row in cells(rows)], HEAD)
+    return html.numbers(cells(rows), HEAD)

@@ -14,7 +14,6 @@ import numpy as np
 from grainlaw.columns import STRAIN, STRESS
 from grainlaw.naming import shown
 from grainlaw.results.figures import html
-from grainlaw.results.figures.html import Cell
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.estimate import in_words
 from grainlaw.runs.record import versions
@@ -113,8 +112,7 @@ def _runs(table: Table, by: Sequence[str], over: Sequence[str]) -> Iterator[str]
 
 def _listing(listing: Listing) -> str:
     head, *rows = listing.lines
-    numbers = [[row[0], *(Cell(text, "number") for text in row[1:])] for row in rows]
-    return html.table(numbers, head, caption=listing.look.words)
+    return html.numbers(rows, head, listing.look.words)
 
 
 def _others(table: Table, main: Sequence[str], by: Sequence[str]) -> Iterator[str]:
@@ -129,8 +127,8 @@ def _others(table: Table, main: Sequence[str], by: Sequence[str]) -> Iterator[st
         look = table.look(name)
         halves = [(entry, (entry.interval[1] - entry.interval[0]) / 2) for entry in means[name]]
         cells = [f"{look.text(entry.mean)} ± {look.text(half)}" if entry.count else "-" for entry, half in halves]
-        rows.append([look.heading, *(Cell(text, "number") for text in cells)])
-    yield html.table(
+        rows.append([look.heading, *cells])
+    yield html.numbers(
         rows,
         [", ".join(shown(n).heading for n in by), *columns],
         caption="Other quantities, mean ± half of the interval",

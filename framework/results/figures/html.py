@@ -68,6 +68,11 @@ def table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), caption: str
     return "<table>\n" + "\n".join([*lines, "</tbody>"]) + "\n</table>"
 
 
+def numbers(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), caption: str = "") -> str:
+    """A table of numbers; the first cell of each row is its heading."""
+    return table(([first, *(Cell(cell, "number") for cell in rest)] for first, *rest in rows), heads, caption)
+
+
 def picture(figure: Figure, caption: str) -> str:
     """A figure, embedded in the page."""
     buffer = io.BytesIO()
