@@ -58,7 +58,7 @@ def posterior(match: Match, start: np.ndarray, seed: int, blocks: int = BLOCKS) 
     first = np.clip(first + 1e-3 * random.standard_normal(first.shape), 1e-9, 1 - 1e-9)
     outside = ~np.isfinite(log_posterior(first))
     first[outside] = space.places(start)[random.choice(len(start), int(outside.sum()))]
-    # Differences of walkers suit slanting posteriors. Not emcee's snooker move: its samples are too narrow.
+    # Differences of walkers suit slanting posteriors. emcee's snooker move seemed to give too narrow samples.
     moves = [(emcee.moves.DEMove(), 0.8), (emcee.moves.StretchMove(), 0.2)]
     sampler = emcee.EnsembleSampler(walkers, dimension, log_posterior, vectorize=True, moves=moves)
     sampler.random_state = np.random.RandomState(seed).get_state()  # emcee has the older one

@@ -14,7 +14,7 @@ from grainlaw.cli.paper_page import parts
 from grainlaw.cli.paper_runs import CONSISTENT, PRINTED, RULES, SEEDS, specimen, study
 from grainlaw.cli.running import portable_option
 from grainlaw.cli.study import ending
-from grainlaw.cli.table1 import LAWS
+from grainlaw.cli.table1 import LAWS, QUICK, SAMPLE
 from grainlaw.cli.verify import joint
 from grainlaw.naming import aligned
 from grainlaw.results.figures import html
@@ -48,7 +48,7 @@ def paper(*, out: Path, workers: int | None, recalibrate: bool, full: bool, quic
     with ending(cases, out / RUNS):
         folder = writable_folder(out)
         table = cases.run(folder / RUNS, workers=workers)
-        first = specimen(SEEDS[0], quick)
+        first = specimen(SEEDS[0], QUICK if quick else SAMPLE)
         found = Paper(
             joint(), table, elastic_properties(first, LAWS["linear"]),
             {law: hold(first, RULES[law], HELD) for law in (PRINTED, CONSISTENT)},

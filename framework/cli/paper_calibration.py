@@ -12,10 +12,9 @@ import attrs
 
 from grainlaw.calibration.calibrate import calibrate
 from grainlaw.calibration.targets import QUANTITIES, Targets
-from grainlaw.cli.paper_runs import BRITTLE, CONSISTENT
-from grainlaw.cli.table1 import LAWS, ROCK
+from grainlaw.cli.paper_runs import BRITTLE, CONSISTENT, specimen
+from grainlaw.cli.table1 import LAWS
 from grainlaw.contact import ContactLaw
-from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack
 from grainlaw.results.tables import write_json
 from grainlaw.specimen import Specimen
@@ -54,7 +53,7 @@ SEARCHES = {
 
 def piece(seed: int) -> Specimen:
     """270 grains of the size of the paper's, in 30 mm x 75 mm: what a search can afford."""
-    return Specimen(Voronoi(grains=270, seed=seed).tessellate(rectangle(30 * mm, 75 * mm)), ROCK)
+    return specimen(seed, (30 * mm, 75 * mm, 270))
 
 
 def recalibrate(folder: Path, workers: int | None) -> dict[str, Any]:

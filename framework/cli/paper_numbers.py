@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.cli.paper_runs import BRITTLE, CONFINEMENTS, CONSISTENT, LOCAL, PRINTED, RULES, SEEDS
+from grainlaw.cli.paper_runs import BREAKING, CONFINEMENTS, CONSISTENT, LOCAL, PRINTED, RULES, SEEDS
 from grainlaw.cli.verify import Joint, Row, softening
 from grainlaw.laws import BandisClosure, CohesiveCrack, TensionShear
 from grainlaw.runs.elastic_properties import ElasticProperties
@@ -107,13 +107,12 @@ def cycle_work(law: Any) -> float:
 
 def macroscopic(paper: Paper) -> list[list[str]]:
     """Properties of the sample: paper, statics, as printed, consistent, Mohr-Coulomb; headings first."""
-    laws = (PRINTED, CONSISTENT, BRITTLE)
-    lines = {law: paper.lines(law) for law in laws}
-    rows = [["", "paper", "statics", *laws]]
+    lines = {law: paper.lines(law) for law in BREAKING}
+    rows = [["", "paper", "statics", *BREAKING]]
 
     def add(words: str, known: float, static: float, of: Any, factor: float, form: str) -> None:
         said = [f"{value / factor:{form}}" if math.isfinite(value) else "-" for value in (known, static)]
-        rows.append([words, *said, *(of(law) for law in laws)])
+        rows.append([words, *said, *(of(law) for law in BREAKING)])
 
     def range_of(name: str, factor: float, form: str) -> Any:
         return lambda law: _range(paper.compressed(law)[name] / factor, form)

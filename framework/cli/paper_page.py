@@ -9,17 +9,7 @@ import numpy as np
 
 from grainlaw.cli.paper_calibration import parameters, targets_met
 from grainlaw.cli.paper_numbers import PAPER, Paper, contact_rows, cycle_work, macroscopic, statement
-from grainlaw.cli.paper_runs import (
-    AS_PRINTED,
-    BRITTLE,
-    CONFINEMENTS,
-    CONSISTENT,
-    ELASTIC,
-    LOCAL,
-    PRINTED,
-    RULES,
-    SEEDS,
-)
+from grainlaw.cli.paper_runs import AS_PRINTED, BREAKING, CONFINEMENTS, ELASTIC, LOCAL, RULES, SEEDS
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.cli.verify import HEAD, Row, cells
 from grainlaw.laws import CohesiveCrack
@@ -75,7 +65,7 @@ def _sample(paper: Paper) -> Iterator[str]:
     yield html.picture(free.plot_curves("law"), "Stress over strain: each seed thin, the median of each law thick")
     shown = [
         {"law": law, "damping": LOCAL, "confinement": 0.0, "seed": SEEDS[0]}
-        for law in (PRINTED, CONSISTENT, BRITTLE)
+        for law in BREAKING
         if len(found := free.where(law=law, seed=SEEDS[0])) and found.is_finished(0)
     ]
     if shown:
@@ -88,7 +78,7 @@ def _sample(paper: Paper) -> Iterator[str]:
 
 
 def _compressions(paper: Paper) -> Iterator[Sequence[str]]:
-    for law in (PRINTED, CONSISTENT, BRITTLE, ELASTIC):
+    for law in (*BREAKING, ELASTIC):
         found = paper.compressed(law)
         for k, row in enumerate(found.rows):
             if not found.is_finished(k):
@@ -138,7 +128,7 @@ def _envelope(paper: Paper) -> Figure:
     figure = Figure(figsize=(7, 4.8), layout="constrained")
     axes = figure.subplots()
     along = np.linspace(0, max(CONFINEMENTS), 2)
-    for k, law in enumerate((PRINTED, CONSISTENT, BRITTLE)):
+    for k, law in enumerate(BREAKING):
         for seed in SEEDS:
             points = paper.peaks(law, seed)
             axes.plot(points[:, 0] / MPa, points[:, 1] / MPa, "os^"[k], color=f"C{k}", ms=4)

@@ -32,6 +32,7 @@ RULES: dict[str, ContactLaw] = {
     BRITTLE: LAWS["mohr-coulomb"],
     ELASTIC: LAWS["linear"],
 }
+BREAKING = (PRINTED, CONSISTENT, BRITTLE)  #: the laws of Figs. 8 and 9
 LOCAL = "local 0.8"
 DAMPINGS = {
     LOCAL: None,  # that of the test
@@ -44,9 +45,9 @@ CONFINEMENTS = (0.0, 1 * MPa, 2 * MPa, 3 * MPa, 4 * MPa)
 SEEDS = (1, 2, 3)
 
 
-def specimen(seed: int, quick: bool = False) -> Specimen:
-    """The rock of the paper, or a small piece of it."""
-    width, height, grains = QUICK if quick else SAMPLE
+def specimen(seed: int, size: tuple[float, float, int] = SAMPLE) -> Specimen:
+    """The rock of the paper, or a piece of it: width, height (m), grains."""
+    width, height, grains = size
     return Specimen(Voronoi(grains=grains, seed=seed).tessellate(rectangle(width, height)), ROCK)
 
 
@@ -58,7 +59,8 @@ class PaperCase:
 
     def __call__(self, law: str, damping: str, confinement: float, seed: int) -> Run:
         test = BiaxialCompression(confinement=confinement) if confinement else UniaxialCompression()
-        return Run(specimen(seed, self.quick), RULES[law], test, integrator=DAMPINGS[damping])
+        size = QUICK if self.quick else SAMPLE
+        return Run(specimen(seed, size), RULES[law], test, integrator=DAMPINGS[damping])
 
 
 def study(quick: bool, full: bool) -> Study:
@@ -72,7 +74,7 @@ def study(quick: bool, full: bool) -> Study:
 
 
 def _cases(full: bool) -> Iterator[dict[str, Any]]:
-    for law in (PRINTED, CONSISTENT, BRITTLE):
+    for law in BREAKING:
         for confinement in CONFINEMENTS:
             for seed in SEEDS if full or law == PRINTED or not confinement else SEEDS[:1]:
                 yield {"law": law, "damping": LOCAL, "confinement": confinement, "seed": seed}

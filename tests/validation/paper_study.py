@@ -11,7 +11,7 @@ from study_tables import DOCS, Table, main
 import grainlaw as gl
 from grainlaw.cli.paper_calibration import parameters, stored, targets_met
 from grainlaw.cli.paper_numbers import Paper, macroscopic
-from grainlaw.cli.paper_runs import BRITTLE, CONSISTENT, PRINTED, SEEDS, specimen, study
+from grainlaw.cli.paper_runs import BREAKING, SEEDS, specimen, study
 from grainlaw.cli.table1 import LAWS
 from grainlaw.cli.verify import Joint
 
@@ -47,9 +47,9 @@ TABLES = [
     Table(
         page=DOCS / "paper.md",
         name="paper: sample",
-        columns=("", "paper", "statics", PRINTED, CONSISTENT, BRITTLE),
+        columns=("", "paper", "statics", *BREAKING),
         rows={name: partial(quantity, name) for name in QUANTITIES},
-        firm=(PRINTED, CONSISTENT, BRITTLE),
+        firm=BREAKING,
     ),
 ]
 
