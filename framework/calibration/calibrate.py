@@ -14,6 +14,7 @@ from grainlaw.arguments import checked, refusal
 from grainlaw.calibration.check import check
 from grainlaw.calibration.elastic import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness
 from grainlaw.calibration.identifiability import identifiability
+from grainlaw.calibration.moduli import Statics, meet_moduli
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.space import Space, space_of
 from grainlaw.calibration.targets import (
@@ -56,12 +57,13 @@ def calibrate(
     rectangular specimen; with tests of other shapes a mapping with "prism", "disc" and "half_disc".
 
     E and nu are met by statics: with ``elastic="contacts"`` by both stiffnesses of the contacts, with
-    "grains" by the modulus of the grains, the stiffnesses in proportion to it, and their ratio. At most ``budget``
-    points are tested, each on the same ``seeds`` specimens, one of them on ``more``, and the best one on ``fresh``
-    others. ``also`` names quantities that are measured though they are no targets; ``tests`` replaces tests
-    ("compression", "confined", "tension", "brazilian", "bending"). All runs are cases of a study in the folder
-    ``store``: the same call goes on where it was stopped, and gives the same answer. ``workers`` and ``on`` are those
-    of :meth:`Study.run`.
+    "grains" by the modulus of the grains, the stiffnesses in proportion to it, and their ratio. A pilot of a few points
+    shows where the strengths lie; where compression tests there give another E or nu, as contacts crack before half of
+    the peak, statics aim as much beside the targets. At most ``budget`` points are tested, each on the same ``seeds``
+    specimens, one of them on ``more``, and the best one on ``fresh`` others. ``also`` names quantities that are
+    measured though they are no targets; ``tests`` replaces tests ("compression", "confined", "tension", "brazilian",
+    "bending"). All runs are cases of a study in the folder ``store``: the same call goes on where it was stopped, and
+    gives the same answer. ``workers`` and ``on`` are those of :meth:`Study.run`.
 
     Raises :class:`ParameterError` before anything is run for what cannot be, and where so many tests fail that a
     target has no values; :class:`~grainlaw.runs.stopping.Stopped`.
@@ -80,23 +82,22 @@ def calibrate(
 
     first = _space(law, free, tied or {}, shapes, targets)
     checked_whole_number("calibrate: budget", budget, at_least=2 * (len(first.groups) + 4))
-    stiffness = _stiffness(first, targets, shapes, seeds, elastic)
-    space = attrs.evolve(first, base={**first.base, **(stiffness.parameters if stiffness else {})})
     tell = _silent if quiet else _say
-    if stiffness is not None:
-        tell(f"by statics E = {stiffness.modulus / 1e9:.2f} GPa, nu = {stiffness.poisson:.3f}")
-
-    case = TrialCase(space.law, space.base, space.ties, shapes, made, stiffness.grains if stiffness else 1.0)
+    case = TrialCase(first.law, first.base, first.ties, shapes, made, 1.0)
     simulator = StudySimulator(case, targets.pressures, store, workers=workers, on=on, quiet=quiet)
     names = [name for name in measured_by(wanted) if not QUANTITIES[name].is_elastic]
     if "confined" not in wanted:
         names = [name for name in names if "confined" not in QUANTITIES[name].tests]
     others = range(seeds + 1, seeds + more + 1)
-    search = Search(space, targets.tested, names, simulator, range(1, seeds + 1), budget, seed, others, tell)
-    found = search.run()
+    search = Search(first, targets.tested, names, simulator, range(1, seeds + 1), budget, seed, others, tell)
+    stiffness = None
+    if targets.elastic:
+        wanted_moduli = {name: target.value for name, target in targets.elastic.items()}
+        search, stiffness = meet_moduli(search, simulator, _statics(first, shapes, seeds, elastic), wanted_moduli)
+    space, found = search.space, search.run()
     result = Calibration(
         targets=targets, space=space, stiffness=stiffness, found=found, seeds=seeds, store=os.fspath(store),
-        grains=case.grains, failures=tuple(simulator.failures), cpu=simulator.cpu,
+        grains=simulator.case.grains, failures=tuple(simulator.failures), cpu=simulator.cpu,
     )  # fmt: skip
     if found.posterior is None:
         return result
@@ -129,15 +130,17 @@ def _space(law: Any, free: Mapping[str, Any], tied: Mapping[str, Any], shapes: M
     return space_of(law, free, tied, guess)
 
 
-def _stiffness(space: Space, targets: Targets, shapes: Mapping, seeds: int, elastic: str) -> Stiffness | None:
-    if not targets.elastic:
-        return None
+def _statics(space: Space, shapes: Mapping, seeds: int, elastic: str) -> Statics:
+    """What finds stiffnesses from modulus and Poisson's ratio, or one of them."""
     law = space.made(space.mapping(space.prior(1, 0)[0]))
     specimens: list[Specimen] = [shapes[PRISM](seed) for seed in range(1, seeds + 1)]
-    young, nu = (None if each is None else each.value for each in (targets.youngs_modulus, targets.poissons_ratio))
-    found = fit_stiffness(specimens, law, young, nu, elastic)
-    if both := [name for name in found.parameters if name in space.names]:
-        raise ParameterError(f"calibrate: '{both[0]}' is free, but it follows from the elastic targets")
+
+    def found(aims: Mapping[str, float]) -> Stiffness:
+        fit = fit_stiffness(specimens, law, aims.get("youngs_modulus"), aims.get("poissons_ratio"), elastic)
+        if both := [name for name in fit.parameters if name in space.names]:
+            raise ParameterError(f"calibrate: '{both[0]}' is free, but it follows from the elastic targets")
+        return fit
+
     return found
 
 

@@ -31,6 +31,7 @@ class Stiffness:
     modulus: float  #: Pa, mean of the seeds, by statics
     poisson: float
     solutions: int  #: how many were made
+    tested: Mapping[str, float] = attrs.field(factory=dict)  #: what the test gives instead, by target; SI
 
 
 def stiffness_names(law: Any) -> tuple[str, str]:

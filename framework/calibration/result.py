@@ -107,6 +107,10 @@ class Calibration(metaclass=Checked):
                 f"by statics E = {self.stiffness.modulus / 1e9:.2f} GPa and nu = {self.stiffness.poisson:.3f} "
                 f"with {found}{more}"
             )
+            if self.stiffness.tested:
+                moduli = (f"{QUANTITIES[n].shown.words} = {QUANTITIES[n].shown.text(v)}"
+                          for n, v in self.stiffness.tested.items())  # fmt: skip
+                lines.append(f"with which tests gave {' and '.join(moduli)} in the pilot")
         scale = self.space.scale
         if scale is not None:
             lines.append(f"groups: {', '.join(self.space.groups)}; {scale.name} follows from similarity")

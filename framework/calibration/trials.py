@@ -108,6 +108,10 @@ class StudySimulator(Simulator):
         self.names: tuple[str, ...] = ()  #: of the parameters
         self.cases: set[str] = set()  #: keys of those that were counted
 
+    def stiffen(self, parameters: Mapping[str, float], grains: float) -> None:
+        """Test from now on with these stiffnesses of the law, and grains so many times stiffer than given."""
+        self.case = attrs.evolve(self.case, base={**self.case.base, **parameters}, grains=grains)
+
     def values(
         self, points: Sequence[Mapping[str, float]], quantities: Sequence[str], seeds: Sequence[int],
         scales: np.ndarray,

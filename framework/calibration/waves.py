@@ -89,8 +89,7 @@ class Search:
 
     def run(self) -> Found:
         groups = len(self.space.groups)
-        first = min(PER_GROUP * groups, max(int(SHARE * self.budget), groups + 4)) - bool(self.more)
-        chosen = self.space.at_reference(self.space.prior(first, self.seed))
+        chosen = self.space.at_reference(self.space.prior(self._first, self.seed))
         tried = self.space.prior(TRIED, self.seed + 1)
         design, waves = Design(np.empty((0, len(self.space.free))), np.empty(0), {}), list[Wave]()
         for number in range(1, WAVES + 1):
@@ -113,6 +112,22 @@ class Search:
             return Found(design, tuple(waves), match, left, None, tuple(conflicts(match, tried, self.seed)))
         start = left.points if len(left.points) else left.best[None]
         return Found(design, tuple(waves), match, left, posterior(match, start, self.seed), ())
+
+    def pilot(self) -> np.ndarray:
+        """(d,) parameters near the best, from a few points: the first ones of the first wave."""
+        chosen = self.space.at_reference(self.space.prior(min(LATER * len(self.space.groups), self._first), self.seed))
+        self.tell(f"pilot: {len(chosen)} points on {len(self.seeds)} seeds")
+        nothing = Design(np.empty((0, len(self.space.free))), np.empty(0), {})
+        match = self._match(nothing.with_more(chosen, *self._tested(chosen, self.seeds)))
+        best = plausible(match, self.space.prior(TRIED, self.seed + 1), self.seed).best
+        near = self.space.at_reference(best[None])
+        return np.asarray(near[0] if self.space.allowed(near)[0] else chosen[0])
+
+    @property
+    def _first(self) -> int:
+        """Points of the first wave."""
+        groups = len(self.space.groups)
+        return min(PER_GROUP * groups, max(int(SHARE * self.budget), groups + 4)) - bool(self.more)
 
     def _with_anchor(self, design: Design, best: np.ndarray) -> Design:
         point = self.space.at_reference(best[None])

@@ -45,9 +45,9 @@ class Search:
 SEARCHES = {
     CONSISTENT: Search(
         LAWS["cohesive-crack"], {**STRENGTHS, "mode_i_energy": (2, 200)},
-        {"mode_ii_energy": ("mode_i_energy", 2)}, 60,
+        {"mode_ii_energy": ("mode_i_energy", 2)}, 75,
     ),
-    BRITTLE: Search(LAWS["mohr-coulomb"], STRENGTHS, {}, 40),
+    BRITTLE: Search(LAWS["mohr-coulomb"], STRENGTHS, {}, 50),
 }  # fmt: skip
 
 

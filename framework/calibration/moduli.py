@@ -1,0 +1,110 @@
+"""Stiffness with which the test gives modulus and Poisson's ratio: cracks before the peak move them off statics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+import attrs
+import numpy as np
+
+from grainlaw.calibration.elastic import Stiffness
+from grainlaw.calibration.trials import StudySimulator
+from grainlaw.calibration.waves import Search
+from grainlaw.parameter import ParameterError
+
+WITHIN = 0.01  #: of the targets: near enough
+ROUNDS = 6  #: of statics and tests
+SLOPES = (0.5, 4.0)  #: of Poisson's ratio in the test over that of statics
+
+Statics = Callable[[Mapping[str, float]], Stiffness]  #: from modulus and Poisson's ratio, those that are asked for
+Measure = Callable[[Stiffness], Mapping[str, float]]  #: the same of the test, nan where it gives none
+
+
+def meet_moduli(
+    search: Search, simulator: StudySimulator, statics: Statics, wanted: Mapping[str, float]
+) -> tuple[Search, Stiffness]:
+    """A search among rocks that have the moduli ``wanted`` (SI) in the test, as far as a pilot tells.
+
+    What the pilot has cost is taken off the budget where its tests are of no use for the search.
+    """
+    first = statics(wanted)
+    search.tell(f"by statics E = {first.modulus / 1e9:.2f} GPa, nu = {first.poisson:.3f}")
+    search, asked = _stiffened(search, simulator, first), simulator.asked
+    best = search.space.mapping(search.pilot())
+    spent = simulator.asked - asked
+
+    def measure(stiffness: Stiffness) -> dict[str, float]:
+        _stiffened(search, simulator, stiffness)
+        values = simulator.values([best], list(wanted), search.seeds, np.ones(1))
+        return {name: _mean(each) for name, each in values.items()}
+
+    found = fit_moduli(wanted, statics, measure)
+    told = ", ".join(f"{name} = {value:.4g}" for name, value in found.tested.items())
+    search.tell(f"tests give {told} with E = {found.modulus / 1e9:.2f} GPa, nu = {found.poisson:.3f} by statics")
+    if found.parameters != first.parameters:
+        search = attrs.evolve(search, budget=search.budget - spent)
+    return _stiffened(search, simulator, found), found
+
+
+def _stiffened(search: Search, simulator: StudySimulator, stiffness: Stiffness) -> Search:
+    simulator.stiffen(stiffness.parameters, stiffness.grains)
+    base = {**search.space.base, **stiffness.parameters}
+    return attrs.evolve(search, space=attrs.evolve(search.space, base=base))
+
+
+def _mean(values: np.ndarray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else math.nan
+
+
+@attrs.frozen
+class _Round:
+    stiffness: Stiffness
+    aims: dict[str, float]  #: of statics
+    off: dict[str, float]  #: what the test gives over the target, less one
+
+    @property
+    def worst(self) -> float:
+        return float(np.max(np.abs(list(self.off.values()))))
+
+
+def fit_moduli(wanted: Mapping[str, float], statics: Statics, measure: Measure) -> Stiffness:
+    """The stiffness with which the test gives ``wanted`` (SI by name) to 1 %, or the nearest that was found.
+
+    Each round takes what the test gave more or less than the target off what statics shall give: by the ratio for the
+    modulus, by secants for Poisson's ratio, which moves more in the test than in statics as softer shear springs
+    crack earlier. Where the test gives no modulus, statics keep the last word. Raises :class:`ParameterError`.
+    """
+    aims, rounds = dict(wanted), list[_Round]()
+    for _ in range(ROUNDS):
+        try:
+            stiffness = statics(aims)
+        except ParameterError:
+            if not rounds:
+                raise
+            break  # statics cannot have what the test would need
+        found = measure(stiffness)
+        now = _Round(
+            attrs.evolve(stiffness, tested={name: float(found[name]) for name in wanted}), dict(aims),
+            {name: found[name] / value - 1 for name, value in wanted.items()},
+        )  # fmt: skip
+        if not math.isfinite(now.worst):
+            return rounds[0].stiffness if rounds else now.stiffness
+        rounds.append(now)
+        if now.worst <= WITHIN:
+            break
+        aims = {name: _next(name, rounds, wanted[name]) for name in wanted}
+    return min(rounds, key=lambda each: each.worst).stiffness
+
+
+def _next(name: str, rounds: list[_Round], wanted: float) -> float:
+    now = rounds[-1]
+    if name == "youngs_modulus":
+        return now.aims[name] / (1 + now.off[name])
+    slope = 1.0
+    if len(rounds) > 1:
+        step = now.aims[name] - rounds[-2].aims[name]
+        if step:
+            slope = float(np.clip(wanted * (now.off[name] - rounds[-2].off[name]) / step, *SLOPES))
+    return now.aims[name] - wanted * now.off[name] / slope
