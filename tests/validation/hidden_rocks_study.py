@@ -1,6 +1,6 @@
 """Hidden rocks found again by their laboratory tests; some 20 minutes of one core.
 
-python tests/validation/hidden_rocks.py
+python tests/validation/hidden_rocks_study.py [--only NAMES] [--write | --check]
 """
 
 from functools import cache, partial
