@@ -15,6 +15,7 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialCompression
+from grainlaw.runs.reach import Unknown, digest
 from grainlaw.runs.stopping import Stop
 from grainlaw.studies import store as stores
 from grainlaw.studies.case import Done, Task
@@ -229,3 +230,35 @@ def test_a_function_whose_answer_depends_on_a_file_is_refused(tmp_path):
 
     with pytest.raises(gl.ParameterError, match="case calls loadtxt; read files before"):
         gl.Study(case, seed=[1]).run(tmp_path / "s")
+
+
+class Height(gl.Measure):
+    """A measure as docs/measures.md shows one: a class without fields."""
+
+    name = "height"
+    meaning = "peak over two"
+
+    def find(self, laboratory):
+        return laboratory.result.summary["peak_stress"] / 2
+
+
+class Share(Height):
+    """And one that was given a number."""
+
+    def __init__(self, share):
+        self.share = share
+
+
+def test_measures_of_ones_own_are_part_of_the_key(tmp_path):
+    def case(seed):
+        return tiny("brittle", seed)
+
+    found = gl.Study(case, seed=[1], measures=[Height()]).run(tmp_path / "s", quiet=True)
+    assert found["height"][0] == found["peak_stress"][0] / 2
+    assert digest(Share(2)) == digest(Share(2)) != digest(Share(3))
+    assert digest(Share(2)) != digest(Height())
+    with (
+        pytest.raises(Unknown, match=r"\.share is a TextIOWrapper, whose content is not known"),
+        open(__file__) as file,
+    ):
+        digest(Share(file))

@@ -13,6 +13,7 @@ import importlib.metadata
 import os
 import sys
 import types
+from abc import ABC
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -140,6 +141,11 @@ class _Hasher:
             for field in attrs.fields(type(thing)):
                 self.word(field.name)
                 self.feed(getattr(thing, field.name), f"{where}.{field.name}")
+        elif _is_plain(type(thing)):
+            self.feed(type(thing), where)
+            for name, value in sorted(vars(thing).items()):
+                self.word(name)
+                self.feed(value, f"{where}.{name}")
         elif wrapped := getattr(thing, "__wrapped__", None) or getattr(thing, "py_func", None):
             self.feed(wrapped, where)
         else:
@@ -233,6 +239,12 @@ class _Hasher:
         for part, key, value in sorted(parts, key=lambda each: each[0]):
             self.word(part)
             self.feed(value, f"{where}[{key!r}]")
+
+
+def _is_plain(kind: type) -> bool:
+    """Whether its objects hold nothing but their attributes: no base of it is a library's, and it has no slots."""
+    bases = [base for base in kind.__mro__ if base not in (object, ABC)]
+    return not any(is_standard(base) or release(base.__module__) or vars(base).get("__slots__") for base in bases)
 
 
 def _made_by_attrs(file: str) -> bool:
