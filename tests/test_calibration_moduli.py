@@ -64,8 +64,8 @@ def test_the_nearest_is_taken_where_statics_cannot_go_further():
         return {"youngs_modulus": stiffness.modulus, "poissons_ratio": stiffness.poisson + 0.3}
 
     found = fit_moduli(WANTED, statics, wide)  # would take less than 0
-    assert found.poisson == 0.25
-    assert found.tested["poissons_ratio"] == pytest.approx(0.55)
+    assert 0 < found.poisson < 0.1
+    assert found.tested["poissons_ratio"] == found.poisson + 0.3
     with pytest.raises(gl.ParameterError, match="cannot be had"):
         fit_moduli({**WANTED, "poissons_ratio": 0.45}, statics, wide)
 
