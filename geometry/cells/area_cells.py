@@ -182,11 +182,13 @@ def grains_of(cells: Cells, asked: np.ndarray, order: np.ndarray, merge: float) 
     """Grains of the cells of the areas ``asked[order]``, in the order of space."""
     again = hilbert_order(cells.seeds)
     order = order[again]
-    cells = attrs.evolve(cells, seeds=cells.seeds[again], weights=cells.weights[again])
+    cells = attrs.evolve(
+        cells, seeds=cells.seeds[again], weights=cells.weights[again], before=cells.diagram.renumbered(again)
+    )
     areas = asked[order]
     if cells.frame is cells.region:
         cells, smallest = fitted(cells, areas, TOLERANCE), 0.0
-        tiling = polygons(cells.region, cells.diagram, cells.diagram.centroids())
+        tiling = polygons(cells.region, cells.joined, cells.joined.centroids())
     else:
         tiling, smallest = _cut_tiling(cells, areas), SMALL * areas.min()
     before = np.empty(len(asked))

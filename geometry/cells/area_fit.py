@@ -13,12 +13,13 @@ from functools import cached_property
 import attrs
 import numpy as np
 from scipy.sparse import coo_array
-from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
 from grainlaw.geometry.cells.area_share import inside_areas
 from grainlaw.geometry.cells.bounded_voronoi import Diagram
+from grainlaw.geometry.cells.moved_cells import moved_diagram
 from grainlaw.geometry.cells.power_diagram import power_diagram
+from grainlaw.geometry.cells.sparse_solve import FEW, solved
 from grainlaw.region import Region
 from grainlaw.tessellation import TilingError
 
@@ -35,10 +36,22 @@ class Cells:
     seeds: np.ndarray  #: (g, 2) m
     weights: np.ndarray  #: (g,) m2
     reach: float  #: m, to the sides of the frame
+    before: Diagram | None = None  #: of these seeds in other places or with other weights
+
+    @property
+    def diagram(self) -> Diagram:
+        """Of the frame; of many seeds each cell may have vertices of its own."""
+        return self.joined if self._moved is None else self._moved
 
     @cached_property
-    def diagram(self) -> Diagram:
-        """Of the frame."""
+    def _moved(self) -> Diagram | None:
+        if self.before is None or len(self.seeds) <= FEW:
+            return None
+        return moved_diagram(self.frame, self.seeds, self.weights, self.before)
+
+    @cached_property
+    def joined(self) -> Diagram:
+        """Of the frame, cells with their vertices in common."""
         return power_diagram(self.frame, self.seeds, self.weights, self.reach)
 
     @cached_property
@@ -73,15 +86,8 @@ class Cells:
         laplacian = coo_array(
             (np.concatenate([-slope, -slope, sums + 1e-12 * sums.max()]), (row, column)), shape=(n, n)
         )
-        factors = splu(
-            laplacian.tocsc()[:-1, :-1],
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-        return np.append(
-            factors.solve((areas - self.areas)[:-1]), 0.0
-        )  # all weights may change by the same: one is kept
+        change = solved(laplacian.tocsc()[:-1, :-1], (areas - self.areas)[:-1])
+        return np.append(change, 0.0)  # all weights may change by the same: one is kept
 
 
 def fitted(cells: Cells, areas: np.ndarray, tolerance: float) -> Cells:
@@ -107,7 +113,7 @@ def fitted(cells: Cells, areas: np.ndarray, tolerance: float) -> Cells:
 
 def with_weights(cells: Cells, weights: np.ndarray) -> Cells:
     """Of the same seeds."""
-    return attrs.evolve(cells, weights=weights - weights.mean())
+    return attrs.evolve(cells, weights=weights - weights.mean(), before=cells.diagram)
 
 
 def round_cells(cells: Cells, seeds: np.ndarray, areas: np.ndarray) -> Cells:
@@ -117,5 +123,5 @@ def round_cells(cells: Cells, seeds: np.ndarray, areas: np.ndarray) -> Cells:
     if len(seeds) > 1:
         # A seed keeps its own place if no other has less power there.
         weights = np.maximum(weights, (weights[near] - apart**2)[:, 1:].max(axis=1) + areas / (4 * np.pi))
-    then = with_weights(attrs.evolve(cells, seeds=seeds), weights)
-    return then if then.areas.min() > 0.01 * areas.min() else with_weights(then, np.zeros(len(seeds)))
+    then = attrs.evolve(cells, seeds=seeds, weights=weights - weights.mean(), before=cells.diagram)
+    return then if then.areas.min() > 0.01 * areas.min() else attrs.evolve(then, weights=np.zeros(len(seeds)))

@@ -60,6 +60,13 @@ class Diagram:
         """(h,) m."""
         return np.hypot(*(self.vertices[self.end] - self.vertices[self.start]).T)
 
+    def renumbered(self, order: np.ndarray) -> Diagram:
+        """With its seeds in another order (g,)."""
+        number = np.empty_like(order)
+        number[order] = np.arange(len(order))
+        other = np.where(self.other >= 0, number[self.other], -1)
+        return attrs.evolve(self, seeds=self.seeds[order], seed=number[self.seed], other=other)
+
 
 def bounded_diagram(region: Region, seeds: np.ndarray) -> Diagram:
     """Cells of ``seeds`` (g, 2), distinct points inside a convex region."""

@@ -10,10 +10,10 @@ from __future__ import annotations
 import attrs
 import numpy as np
 from scipy.sparse import coo_array, diags_array, eye_array
-from scipy.sparse.linalg import splu
 
 from grainlaw.geometry.cells.merging import FLATTEST
 from grainlaw.geometry.cells.sides import region_sides
+from grainlaw.geometry.cells.sparse_solve import solved
 from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.polygon import areas_and_centroids, cross
 
@@ -74,13 +74,8 @@ def _moved(tiling: Tiling, missing: np.ndarray, areas: np.ndarray, held: np.ndar
     system = (along @ diags_array(np.repeat(ease, 2)) @ along.T).tocsc()
     soft = SOFT * system.diagonal().max() or 1.0  # where the vertices of a grain are all held
     # The areas of all grains add up to that of the region whatever moves: one condition follows from the others.
-    factors = splu(
-        (system + soft * eye_array(len(areas))).tocsc()[:-1, :-1],
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    force = np.append(factors.solve((missing / areas)[:-1]), 0.0)
+    system = (system + soft * eye_array(len(areas))).tocsc()
+    force = np.append(solved(system[:-1, :-1], (missing / areas)[:-1]), 0.0)
     step = free @ (np.repeat(ease, 2) * (along.T @ force))
     moved = tiling.vertices + step.reshape(-1, 2)
     return attrs.evolve(tiling, vertices=region_sides(tiling.region).hold(moved, tiling.on))
