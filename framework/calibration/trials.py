@@ -104,7 +104,7 @@ class StudySimulator(Simulator):
         self.case, self.pressures, self.store, self.options = case, tuple(pressures), store, options
         self.failures: list[Failure] = []
         self.cpu = 0.0
-        self.asked = 0  #: points so far
+        self.points: dict[tuple[float, ...], int] = {}  #: those that were asked for, numbered
         self.names: tuple[str, ...] = ()  #: of the parameters
         self.cases: set[str] = set()  #: keys of those that were counted
 
@@ -129,11 +129,12 @@ class StudySimulator(Simulator):
         table = Study(self.case, cases=cases, seed=list(seeds), measures=measures).run(self.store, **self.options)
         rows = self._rows(table)
         found = {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
+        for point in points:
+            self.points.setdefault(tuple(point.values()), len(self.points))
         for i, (point, scale) in enumerate(zip(points, scales, strict=True)):
             for j, seed in enumerate(seeds):
                 for name in quantities:
-                    found[name][i, j] = self._value(name, rows, point, seed, float(scale), i)
-        self.asked += len(points)
+                    found[name][i, j] = self._value(name, rows, point, seed, float(scale))
         return found
 
     def _rows(self, table: Table) -> dict[tuple, dict[str, Any]]:
@@ -147,16 +148,15 @@ class StudySimulator(Simulator):
         }
 
     def _value(
-        self, name: str, rows: Mapping[tuple, Mapping[str, Any]], point: Mapping[str, float], seed: int, scale: float,
-        number: int,
-    ) -> float:  # fmt: skip
+        self, name: str, rows: Mapping[tuple, Mapping[str, Any]], point: Mapping[str, float], seed: int, scale: float
+    ) -> float:
         quantity = QUANTITIES[name]
 
         def column(test: str, confinement: float, which: str) -> float:
             row = rows[(*(point[key] for key in self.names), test, confinement, seed)]
             reason = _why_none(row, self.case.tests[test])
             if reason:
-                failure = Failure(self.asked + number, seed, test, reason)
+                failure = Failure(self.points[tuple(point.values())], seed, test, reason)
                 if failure not in self.failures:
                     self.failures.append(failure)
             value = row.get(which)

@@ -1,0 +1,86 @@
+"""Two published rocks and the contact parameters that were found for them: the tables of docs/calibration.md.
+
+    python tests/validation/published_rocks_study.py [--write | --check]
+
+shows what is stored; docs/examples/published_rocks.py finds it anew, in an hour of one core.
+"""
+
+import json
+import sys
+from functools import partial
+
+from study_tables import DOCS, Table, main
+
+from grainlaw.calibration.targets import QUANTITIES
+from grainlaw.unit_text import written
+
+sys.path.insert(0, str(DOCS / "examples"))
+from published_rocks import LAWS, ROCKS, STORED
+
+FOUND = json.loads(STORED.read_text("utf-8"))
+UNITS = {"tensile_strength": "Pa", "cohesion": "Pa", "friction_angle": "deg", "mode_i_energy": "J/m2"}
+
+
+def quantity(rock, name):
+    """The target, and what each law gives on fresh seeds."""
+    look, target = QUANTITIES[name].shown, ROCKS[rock].given[name]
+    yield look.text(target.value)
+    for law in LAWS:
+        checks = {each["name"]: each for each in FOUND[rock][law].get("checks", ())}
+        if name not in checks:
+            yield "-"
+            continue
+        low, high = checks[name]["interval"]
+        said = "met" if checks[name]["is_met"] else "**not met**"
+        yield f"{look.text(checks[name]['measured'])} ({look.text(low)} to {look.text(high)}), {said}"
+
+
+def parameter(rock, name):
+    """The best value and its interval, by law."""
+    yield ""
+    for law in LAWS:
+        known = {each["name"]: each for each in FOUND[rock][law].get("identifiability", {}).get("parameters", ())}
+        if name not in known:
+            yield "-"
+            continue
+        best = short(FOUND[rock][law]["parameters"][name], name)
+        low, high = (short(end, name) for end in known[name]["interval"])
+        yield f"{best} ({low} to {high}), {known[name]['verdict']}"
+
+
+def stiffness(rock):
+    yield ""
+    for law in LAWS:
+        values = FOUND[rock][law]["parameters"]
+        yield f"{values['ks'] / values['kn']:.2f}" if values else "-"
+
+
+def conflict(rock):
+    yield ""
+    for law in LAWS:
+        sets = [" and ".join(each["targets"]).replace("_", " ") for each in FOUND[rock][law]["conflicts"]]
+        yield "; ".join(sets) or "none"
+
+
+def cost(rock):
+    yield ""
+    for law in LAWS:
+        yield f"{FOUND[rock][law]['cpu'] / 3600:.2f}"
+
+
+def short(value, name):
+    return written(float(f"{value:.3g}"), UNITS[name])
+
+
+def table(rock):
+    rows = {QUANTITIES[name].shown.heading: partial(quantity, rock, name) for name in ROCKS[rock].given}
+    rows |= {f"contacts: {name.replace('_', ' ')}": partial(parameter, rock, name) for name in UNITS}
+    rows |= {"contacts: ks / kn": partial(stiffness, rock), "targets in conflict": partial(conflict, rock)}
+    rows |= {"CPU hours": partial(cost, rock)}
+    return Table(page=DOCS / "calibration.md", name=f"calibrated: {rock}", columns=("", "target", *LAWS), rows=rows)
+
+
+TABLES = [table(rock) for rock in ROCKS]
+
+if __name__ == "__main__":
+    main(TABLES)
