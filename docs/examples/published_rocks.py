@@ -55,7 +55,7 @@ def core(seed):
 SHAPES = {"prism": prism, "disc": core}
 
 
-def search(rock, law, folder, budget=75, **options):
+def search(rock, law, folder, budget=60, **options):
     """A calibration of one law to one rock."""
     start, free, tied = LAWS[law]
     return gl.calibrate(
