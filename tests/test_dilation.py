@@ -6,21 +6,13 @@ import attrs
 import numpy as np
 import pytest
 from bodies import GRAVITY, RIGID, SOFT, box, moved, together
-from support import ROCK
+from scenes import DILATING, DILATION, FRICTION, JOINT, PRESSURE, SLOPE, TAN, WIDTH, lift, ridden, sheared
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, block, rectangle
-from grainlaw.laws import BandisClosure, BartonBandis, Friction, MohrCoulomb
-from grainlaw.protocols import DirectShear, FreeMotion
+from grainlaw.laws import BandisClosure, Friction
+from grainlaw.protocols import FreeMotion
 
-WIDTH, PRESSURE, FRICTION, DILATION = 50e-3, 1e6, 32, 5
-TAN, SLOPE = math.tan(math.radians(FRICTION)), math.tan(math.radians(DILATION))
-JOINT = {"kn": 1e12, "ks": 5e11, "friction_angle": FRICTION, "dilation_angle": DILATION}
-BARE = {"tensile_strength": 0, "cohesion": 0, "residual_friction_angle": FRICTION}
-LAWS = {
-    "Barton-Bandis": BartonBandis(**JOINT, closure=BandisClosure(maximum_closure=1e-5)),
-    "Mohr-Coulomb": MohrCoulomb(**JOINT, **BARE),
-}
 DETECTIONS = {
     "bonds": None,
     "handed over at 0.5 mm": gl.Detection(hand_over=0.01),
@@ -29,42 +21,18 @@ DETECTIONS = {
 HANDED_OVER = 0.01 * WIDTH
 
 
-class JointTractions(gl.Observer):
-    """Mean pressure and shear (Pa) of the joint itself: at the platens the damping of the blocks is part of them."""
-
-    def __init__(self):
-        self.rows = []
-
-    def observe(self, state, curves, stage, progress):
-        if state.replaced.any():
-            closed = state.contacts.closed()
-            found = [float(closed[name] @ closed["length"]) / WIDTH for name in ("normal", "shear")]
-        else:
-            found = [state.normal.mean(), state.shear.mean()]
-        self.rows.append([curves["displacement"][-1], -found[0], abs(found[1])])
-
-
-def sheared(law, detection, slip=8e-4):
-    blocks = gl.Specimen(Bricks(rows=2).tessellate(rectangle(WIDTH, 20e-3)), ROCK)
-    test = DirectShear(
-        normal_stress=PRESSURE, loading=gl.Constant(speed=0.05), maximum_slip=slip, resolution=slip / 200
-    )
-    joint = JointTractions()
-    return gl.simulate(blocks, law, test, detection=detection, observers=[joint], frames=1), np.array(joint.rows).T
-
-
-@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+@pytest.mark.parametrize("law", DILATING.values(), ids=DILATING)
 @pytest.mark.parametrize("detection", DETECTIONS.values(), ids=DETECTIONS)
 def test_lift_and_shear_of_a_joint(law, detection):
     """Slip less that of the spring, times tan(psi); pressure times tan(phi): everywhere to 2 %."""
     result, (slip, pressure, shear) = sheared(law, detection)
     curves = result.curves
-    lift = curves["dilation"] - curves["dilation"][:5].min()  # the closure under the pressure comes first
+    lifted = lift(curves)
     far = curves["displacement"] > 1e-4
     expected = SLOPE * (curves["displacement"] - TAN * PRESSURE / JOINT["ks"])
-    assert lift[far] == pytest.approx(expected[far], rel=0.02)
+    assert lifted[far] == pytest.approx(expected[far], rel=0.02)
     around = np.abs(curves["displacement"] - HANDED_OVER) < 4e-5
-    assert np.abs(np.diff(lift[around])).max() < 1e-6  # no jump
+    assert np.abs(np.diff(lifted[around])).max() < 1e-6  # no jump
     sliding = slip > 1e-4
     assert shear[sliding] == pytest.approx(TAN * pressure[sliding], rel=0.02)
     for part in (slip < HANDED_OVER, slip > HANDED_OVER):
@@ -72,7 +40,7 @@ def test_lift_and_shear_of_a_joint(law, detection):
     assert result.summary["energy_error"] < 1e-6
 
 
-@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+@pytest.mark.parametrize("law", DILATING.values(), ids=DILATING)
 def test_dilation_leaves_the_time_step_alone(law):
     steps = [
         sheared(attrs.evolve(law, dilation_angle=angle), gl.Detection(hand_over=0.01))[0].summary["steps"]
@@ -83,24 +51,13 @@ def test_dilation_leaves_the_time_step_alone(law):
 
 @pytest.mark.parametrize("damping", [0.0, 0.2])
 @pytest.mark.parametrize("material", [RIGID, SOFT], ids=["rigid", "deformable"])
-@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+@pytest.mark.parametrize("law", DILATING.values(), ids=DILATING)
 def test_a_block_rides_up_an_incline_it_slides_down(law, material, damping):
     """Faces that nothing ever bonded. m a_n = N - m g cos, a_n = a tan(psi), m a = m g sin - N tan(phi)."""
-    soft = attrs.evolve(law, kn=1e9, ks=1e9)
-    if isinstance(soft, BartonBandis):
-        soft = attrs.evolve(soft, closure=BandisClosure(maximum_closure=1e-3))
-    blocks = moved(together(box(40, 1, 0, -1, "base"), box(1.0, 0.5, left=30)), turn=40)
-    motion = FreeMotion(duration=0.5, settle=0.1, fixed=[0], tracked=[1])
-    detection = gl.Detection(damping=damping)
-    curves = gl.simulate(gl.Specimen(blocks, material), soft, motion, detection=detection).curves
-    angle = math.radians(40)
-    along, up = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
-    way = np.column_stack([curves["x_1"] - curves["x_1"][0], curves["y_1"] - curves["y_1"][0]])
-    way, lift = -way @ along, way @ up
+    way, lifted, acceleration = ridden(law, material, damping)
     assert way[-1] > 0.2
-    assert lift[way > 0.02] == pytest.approx(SLOPE * way[way > 0.02], rel=0.02)
-    move = curves["stage"] == 1
-    acceleration = 2 * np.polyfit(curves["time"][move] - curves["time"][move][0], way[move], 2)[0]
+    assert lifted[way > 0.02] == pytest.approx(SLOPE * way[way > 0.02], rel=0.02)
+    angle = math.radians(40)
     expected = GRAVITY * (math.sin(angle) - TAN * math.cos(angle)) / (1 + TAN * SLOPE)
     assert acceleration == pytest.approx(expected, rel=0.02)
 
@@ -109,7 +66,7 @@ def test_a_block_rides_up_an_incline_it_slides_down(law, material, damping):
 def test_a_joint_that_dilates_does_not_lift_a_block_whose_joint_does_not(damping):
     """Two blocks slide down one incline: the second keeps to the plane."""
     rough, smooth = (
-        attrs.evolve(LAWS["Mohr-Coulomb"], kn=1e9, ks=1e9),
+        attrs.evolve(DILATING["Mohr-Coulomb"], kn=1e9, ks=1e9),
         Friction(kn=1e9, ks=1e9, friction_angle=FRICTION),
     )
     base = block([(0, -1), (40, -1), (40, 0), (0, 0)], phase=0)
@@ -127,7 +84,7 @@ def test_a_joint_that_dilates_does_not_lift_a_block_whose_joint_does_not(damping
 
 def test_the_step_recovers_when_a_stiff_closure_eases():
     """Pressed to 200 MPa and let go: shorter by at least the root of the tangent's part in it, then as at the start."""
-    law = attrs.evolve(LAWS["Barton-Bandis"], kn=1e13, ks=1e13, closure=BandisClosure(maximum_closure=1e-5))
+    law = attrs.evolve(DILATING["Barton-Bandis"], kn=1e13, ks=1e13, closure=BandisClosure(maximum_closure=1e-5))
     blocks = gl.Specimen(Bricks(rows=2).tessellate(rectangle(10e-3, 4e-3)), gl.Rigid(density=3000))
     curves = gl.simulate(blocks, law, _PressAndRelease(), detection=None).curves
     step = np.diff(curves["time"]) / np.diff(curves["step"])
@@ -159,7 +116,7 @@ class _PressAndRelease(gl.LoadingProtocol):
 
 def test_lifted_faces_that_part_keep_their_lift_for_a_while():
     """Pulled apart by less than grains may overlap and put back, they meet where they parted; by more, they fall."""
-    law = attrs.evolve(LAWS["Mohr-Coulomb"], kn=1e9, ks=1e9)
+    law = attrs.evolve(DILATING["Mohr-Coulomb"], kn=1e9, ks=1e9)
     for gap, kept in ((0.02, True), (0.2, False)):
         blocks = together(box(4, 1, -2, -1, "base"), box(1, 1, -0.5))
         found = gl.simulate(gl.Specimen(blocks, RIGID), law, _SlideLiftAndPress(gap=gap), time_step_factor=0.2).curves
