@@ -41,6 +41,13 @@ gl.simulate(specimen, law, UniaxialCompression(samples=100_000), observers=[Firs
 """
 
 
+def start():
+    """What a start in a process of its own says of its times."""
+    code = START.format(tests=str(Path(__file__).parents[1]))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    return done.stdout.strip() or done.stderr
+
+
 def step_cost(grains, rounds=5):
     from support import ROCK, STRONG, advance
 
@@ -69,10 +76,8 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--grains", default="755,7550,75500")
     options = parser.parse_args()
-    code = START.format(tests=str(Path(__file__).parents[1]))
     for turn in ("first", "second", "third"):
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-        print(f"{turn} start: {done.stdout.strip() or done.stderr}")
+        print(f"{turn} start: {start()}")
     base = None
     for grains in (int(n) for n in options.grains.split(",")):
         cost, made = step_cost(grains)

@@ -90,15 +90,12 @@ def pass_costs(state):
     return {name: np.median([cpu(call, 20) for _ in range(15)]) for name, call in calls.items()}
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--against")
-    parser.add_argument("--rounds", type=int, default=7)
-    options = parser.parse_args()
-    specimen = gl.Specimen(Voronoi(grains=755, seed=1).tessellate(rectangle(50e-3, 125e-3)), ROCK)
-    mesh = specimen.mesh
-    points = 2 * len(mesh.interfaces)
-    print(f"{len(mesh.zones)} zones, {points} contact points, {len(mesh.nodes)} nodes")
+def sample():
+    return gl.Specimen(Voronoi(grains=755, seed=1).tessellate(rectangle(50e-3, 125e-3)), ROCK)
+
+
+def step_times(specimen, rounds, against=None):
+    """Seconds of a step by law and moment, one for each round, and of a round of the command ``against``."""
     damped = gl.CentralDifference()
     cases = {
         (name, when): (lambda law=law, strain=strain: loaded(specimen, law, strain))
@@ -109,13 +106,26 @@ def main():
         advance(make(), 10, 1e-12, damped)
     times = {case: [] for case in cases}
     other = []
-    for _ in range(options.rounds):
+    for _ in range(rounds):
         for case, make in cases.items():
             state = make()
             times[case].append(cpu(lambda state=state: advance(state, STEPS, 1e-12, damped)) / STEPS)
-        if options.against:
-            last = subprocess.run(options.against, shell=True, capture_output=True, text=True, check=True).stdout
+        if against:
+            last = subprocess.run(against, shell=True, capture_output=True, text=True, check=True).stdout
             other.append(float(re.search(r"cpu med\s+([\d.]+)", last.strip().splitlines()[-1]).group(1)) * 1e-6)
+    return times, other
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--against")
+    parser.add_argument("--rounds", type=int, default=7)
+    options = parser.parse_args()
+    specimen = sample()
+    mesh = specimen.mesh
+    points = 2 * len(mesh.interfaces)
+    print(f"{len(mesh.zones)} zones, {points} contact points, {len(mesh.nodes)} nodes")
+    times, other = step_times(specimen, options.rounds, options.against)
     if other:
         print(f"against: {np.median(other) * 1e6:.1f} us")
     for (name, when), values in times.items():

@@ -53,6 +53,23 @@ def seconds(state, steps, threads):
     return (time.perf_counter() - start) / steps
 
 
+def turns(grains, counts, busy, rounds):
+    """Seconds of a step by number of threads, one for each turn, beside so many busy processes each."""
+    state = sample(grains)
+    steps = max(5, int(LENGTH / min(seconds(state, 20, 1) for _ in range(3))))
+    threads = {count: ThreadCount(cores) if count == "auto" else int(count) for count in counts}
+    for processes in busy:
+        times = {count: [] for count in counts}
+        with neighbours(processes):
+            time.sleep(0.2)
+            if "auto" in threads:
+                seconds(state, int(steps * SETTLE / LENGTH), threads["auto"])
+            for _ in range(rounds):
+                for count in counts:
+                    times[count].append(seconds(state, steps, threads[count]))
+        yield processes, times
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--grains", default="755,7550")
@@ -62,18 +79,7 @@ def main():
     options = parser.parse_args()
     counts = ["1", *options.threads.split(",")]
     for grains in map(int, options.grains.split(",")):
-        state = sample(grains)
-        steps = max(5, int(LENGTH / min(seconds(state, 20, 1) for _ in range(3))))
-        threads = {count: ThreadCount(cores) if count == "auto" else int(count) for count in counts}
-        for busy in map(int, options.neighbours.split(",")):
-            times = {count: [] for count in counts}
-            with neighbours(busy):
-                time.sleep(0.2)
-                if "auto" in threads:
-                    seconds(state, int(steps * SETTLE / LENGTH), threads["auto"])
-                for _ in range(options.rounds):
-                    for count in counts:
-                        times[count].append(seconds(state, steps, threads[count]))
+        for busy, times in turns(grains, counts, map(int, options.neighbours.split(",")), options.rounds):
             one = np.quantile(times["1"], [0.25, 0.5])
             for count, values in times.items():
                 low, middle = np.quantile(values, [0.25, 0.5])
