@@ -15,6 +15,16 @@ from grainlaw.protocols import DirectShear, FreeMotion
 
 DOWN = (0.0, -GRAVITY)
 
+#: laws of 30 degrees of friction
+RUBBING = {
+    "linear": Friction(kn=1e9, ks=1e9, friction_angle=30),
+    "Bandis": Friction(kn=1e9, ks=1e9, friction_angle=30, closure=BandisClosure(maximum_closure=5e-3)),
+    "dilating": MohrCoulomb(
+        kn=1e9, ks=1e9, tensile_strength=0, cohesion=0, friction_angle=30, residual_friction_angle=30, dilation_angle=5
+    ),
+}
+TAN_30 = math.tan(math.radians(30))
+
 #: a joint that dilates: its width (m), the pressure on it (Pa), friction and dilation (degrees)
 WIDTH, PRESSURE, FRICTION, DILATION = 50e-3, 1e6, 32, 5
 TAN, SLOPE = math.tan(math.radians(FRICTION)), math.tan(math.radians(DILATION))
@@ -56,8 +66,7 @@ def stayed(material):
 
 def leaned(material, share):
     """Degrees by which a block has turned on the incline; its width over height is ``share`` of tan 30."""
-    width = share * math.tan(math.radians(30))
-    motion, _ = on_incline(60, material, width=width, height=1.0, stiffness=1e10, damping=gl.LocalDamping())
+    motion, _ = on_incline(60, material, width=share * TAN_30, height=1.0, stiffness=1e10, damping=gl.LocalDamping())
     motion.run(3.0)
     first, second = motion.state.positions[motion.state.mesh.node_grain == 1][:2]
     return math.degrees(math.atan2(*(second - first)[::-1])) - 30
@@ -108,10 +117,11 @@ def thrown_at_random(seed, friction=0.0, samples=1):
     return motion.run(0.8, samples), float(motion.state.freedoms.books.given[0])
 
 
-def over_joints(material, step=0.0, damping=0.0):
+def over_joints(material, step=0.0, damping=0.0, samples=1000):
     """Ripple of what drags and of what carries a block of 1.37 m over blocks of 1 m, over its weight; its bound.
 
-    The bound is the sinking over the length: what a strip that deep can feel of an end.
+    The bound is the sinking over the length: what a strip that deep can feel of an end. A dashpot's pulse is short:
+    ``samples=None`` sees every step.
     """
     floor = [box(1, 1, k, -1 + step * (k % 2), f"floor {k}") for k in range(5)]
     drive = gl.Drive(boundary="box", axis=0, speed=0.5, ramp=0.2)
@@ -121,7 +131,7 @@ def over_joints(material, step=0.0, damping=0.0):
     )  # fmt: skip
     weight = 2600 * 1.37 * GRAVITY
     run = motion.run(
-        4.0, 1000, drag=lambda state: state.reaction("box")[0] / weight,
+        4.0, samples or round(4.0 / motion.state.time_step), drag=lambda state: state.reaction("box")[0] / weight,
         pressed=lambda state: float(state.contacts.forces[1, 2:].sum()) / weight,
     )  # fmt: skip
     moving = run["time"] > 1.0
@@ -162,11 +172,11 @@ def rebound(share):
     return y - x, expected, run
 
 
-def grazed(damping, friction):
-    """Impulse along over impulse across of an impact that slides from first to last."""
+def grazed(damping):
+    """Impulse along over impulse across of an impact that slides from first to last, with 30 degrees of friction."""
     target, thrown = box(40, 1, 0, -1, "target"), moved(box(1, 1, 5, 1e-3, "thrown"))
     motion = Motion(
-        together(target, thrown), faces(friction), fixed=[0], safety=0.1, velocity=each((0, 0), (40.0, -0.1)),
+        together(target, thrown), RUBBING["linear"], fixed=[0], safety=0.1, velocity=each((0, 0), (40.0, -0.1)),
         detection=gl.Detection(damping=damping),
     )  # fmt: skip
     before = momentum(motion.state)
