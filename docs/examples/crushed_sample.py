@@ -46,8 +46,8 @@ class Overlap(gl.Observer):
         self.searches, self.handed_over = state.contacts.searches, int(state.replaced.sum())
 
 
-def run(grains, width, height, confinement=0.0, strain=0.05, law=LAW, seed=1):
-    """Result and what the observer saw; ``confinement`` in Pa."""
+def run(grains, width, height, confinement=0.0, strain=0.05, law=LAW, seed=1, **options):
+    """Result and what the observer saw; ``confinement`` in Pa; ``options`` are those of `simulate`."""
     rock = gl.Specimen(Voronoi(grains=grains, seed=seed).tessellate(rectangle(width, height)), ROCK)
     watcher = Overlap()
     # After failure loose pieces lie between membrane and rock. All motion is damped, or the pressure would shoot them.
@@ -55,7 +55,7 @@ def run(grains, width, height, confinement=0.0, strain=0.05, law=LAW, seed=1):
         confinement=confinement, maximum_strain=strain, stop_fraction=0.0, samples=2000,
         loading=gl.Constant(speed=0.05), integrator=gl.CentralDifference(beside_loading=False),
     )  # fmt: skip
-    return gl.simulate(rock, law, test, observers=[watcher], frames=60), watcher
+    return gl.simulate(rock, law, test, observers=[watcher], frames=60, **options), watcher
 
 
 def residual(curves):
