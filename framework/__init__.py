@@ -22,6 +22,7 @@ from grainlaw.integration import (
     Undamped,
 )
 from grainlaw.loading import AccuracyError, Adaptive, Constant, Loading, Pace
+from grainlaw.material import Elastic, Material, Plane, Rigid
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, UnitWarning, parameter, parameters, part
 from grainlaw.protocol import LoadingProtocol
@@ -44,7 +45,7 @@ from grainlaw.runs.flutter import Flutter, hold
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
-from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
+from grainlaw.specimen import ContactPoints, EndPoints, GaussPoints, InsetPoints, Specimen
 from grainlaw.stage import AtRest, Condition, Drive, FailsTo, FallsTo, Hold, Pressure, Reaches, Stage, StageError
 from grainlaw.studies.design import latin_hypercube, sobol
 from grainlaw.studies.envelope import (
@@ -115,6 +116,7 @@ __all__ = [
     "LoadingProtocol",
     "LocalDamping",
     "MassDamping",
+    "Material",
     "Mean",
     "Measure",
     "Mode",

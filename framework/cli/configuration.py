@@ -18,9 +18,10 @@ from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import ContactLaw, Laws, check_names
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
+from grainlaw.material import Elastic, Rigid
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.specimen import Elastic, Rigid, Specimen
+from grainlaw.specimen import Specimen
 
 
 @attrs.frozen(kw_only=True)

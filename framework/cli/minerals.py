@@ -9,8 +9,8 @@ from grainlaw.arguments import short
 from grainlaw.cli.components import component, evolved, quantities, settings
 from grainlaw.contact import ContactLaw
 from grainlaw.geometry import Breakable, ByPhase, GrainCells, Jointed, Minerals, Sizes, VoronoiCells
+from grainlaw.material import Elastic, Rigid
 from grainlaw.parameter import ParameterError
-from grainlaw.specimen import Elastic, Rigid
 from grainlaw.tessellation import Tessellator
 from grainlaw.unit_text import quantity
 

@@ -14,9 +14,10 @@ from grainlaw.arguments import nearest, short
 from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
 from grainlaw.cli.grain_file import grains_of_file
 from grainlaw.cli.minerals import KEYS, by_phase, textured
+from grainlaw.material import Elastic, Rigid
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
-from grainlaw.specimen import ContactPoints, Elastic, GaussPoints, Rigid, Specimen
+from grainlaw.specimen import ContactPoints, GaussPoints, Specimen
 from grainlaw.tessellation import Tessellator
 from grainlaw.unit_text import quantity, written
 
