@@ -9,8 +9,8 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, short
+from grainlaw.checks import not_above
 from grainlaw.contact import ContactLaw
-from grainlaw.laws.checks import not_above
 from grainlaw.laws.closure import Closure
 from grainlaw.laws.friction import slid
 from grainlaw.parameter import ParameterError, parameter
