@@ -42,6 +42,7 @@ from grainlaw.runs.comparison import Comparison, compare
 from grainlaw.runs.elastic_properties import ElasticProperties, elastic_properties
 from grainlaw.runs.estimate import CostWarning
 from grainlaw.runs.flutter import Flutter, hold
+from grainlaw.runs.material_check import check_material
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
@@ -66,6 +67,7 @@ from grainlaw.workbench.conformance import Entry, Report, check_law
 from grainlaw.workbench.driver import Trace
 from grainlaw.workbench.plot import plot_law
 from grainlaw.workbench.trace import trace
+from grainlaw.workbench.zone import MaterialTrace, compress, trace_material
 
 __all__ = [
     "MEASURES",
@@ -117,6 +119,7 @@ __all__ = [
     "LocalDamping",
     "MassDamping",
     "Material",
+    "MaterialTrace",
     "Mean",
     "Measure",
     "Mode",
@@ -162,7 +165,9 @@ __all__ = [
     "certify",
     "characteristics",
     "check_law",
+    "check_material",
     "compare",
+    "compress",
     "crack_lengths",
     "crack_rose",
     "elastic_properties",
@@ -180,6 +185,7 @@ __all__ = [
     "simulate",
     "sobol",
     "trace",
+    "trace_material",
     "within_circle",
     "within_polygon",
     "within_rectangle",

@@ -35,7 +35,7 @@ def not_beyond_apex(component: Any, tension: str, cohesion: str, angle: str) -> 
         first, first_used, first_c = first_of(wrong, strength, used, c)
         raise ParameterError(
             f"{type(component).__name__}: {tension} = {first:g} Pa lies beyond the apex of the shear strength, "
-            f"{cohesion} / tan({angle}) = {first * first_c / first_used:g} Pa; no contact can reach it"
+            f"{cohesion} / tan({angle}) = {first * first_c / first_used:g} Pa; no stress can reach it"
         )
 
 

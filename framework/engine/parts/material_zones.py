@@ -20,7 +20,7 @@ from grainlaw.engine.stability import shape_functions
 from grainlaw.material import Material
 from grainlaw.specimen import Specimen
 
-BLOCK = 8 * LANES  #: zones that go through their passes together: their scratch stays in the nearest cache
+BLOCK = 32 * LANES  #: zones that go through their passes together: their scratch stays in the cache
 MOTION, FRAME, STRAIN, STRESS, FORCE = 0, 4, 6, 9, 12  #: first rows of the scratch
 
 
