@@ -65,7 +65,7 @@ from grainlaw.window import Window, within_circle, within_polygon, within_rectan
 from grainlaw.workbench.characteristics import Characteristics, Mode, characteristics
 from grainlaw.workbench.conformance import Entry, Report, check_law
 from grainlaw.workbench.driver import Trace
-from grainlaw.workbench.plot import plot_law
+from grainlaw.workbench.plot import plot_law, plot_material
 from grainlaw.workbench.trace import trace
 from grainlaw.workbench.zone import MaterialTrace, compress, trace_material
 
@@ -182,6 +182,7 @@ __all__ = [
     "parameters",
     "part",
     "plot_law",
+    "plot_material",
     "simulate",
     "sobol",
     "trace",
