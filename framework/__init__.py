@@ -22,6 +22,7 @@ from grainlaw.integration import (
     Undamped,
 )
 from grainlaw.loading import AccuracyError, Adaptive, Constant, Loading, Pace
+from grainlaw.material import Elastic, Material, Plane, Rigid
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, UnitWarning, parameter, parameters, part
 from grainlaw.protocol import LoadingProtocol
@@ -41,10 +42,11 @@ from grainlaw.runs.comparison import Comparison, compare
 from grainlaw.runs.elastic_properties import ElasticProperties, elastic_properties
 from grainlaw.runs.estimate import CostWarning
 from grainlaw.runs.flutter import Flutter, hold
+from grainlaw.runs.material_check import check_material
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
-from grainlaw.specimen import ContactPoints, Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
+from grainlaw.specimen import ContactPoints, EndPoints, GaussPoints, InsetPoints, Specimen
 from grainlaw.stage import AtRest, Condition, Drive, FailsTo, FallsTo, Hold, Pressure, Reaches, Stage, StageError
 from grainlaw.studies.design import latin_hypercube, sobol
 from grainlaw.studies.envelope import (
@@ -63,8 +65,9 @@ from grainlaw.window import Window, within_circle, within_polygon, within_rectan
 from grainlaw.workbench.characteristics import Characteristics, Mode, characteristics
 from grainlaw.workbench.conformance import Entry, Report, check_law
 from grainlaw.workbench.driver import Trace
-from grainlaw.workbench.plot import plot_law
+from grainlaw.workbench.plot import plot_law, plot_material
 from grainlaw.workbench.trace import trace
+from grainlaw.workbench.zone import MaterialTrace, compress, trace_material
 
 __all__ = [
     "MEASURES",
@@ -115,6 +118,8 @@ __all__ = [
     "LoadingProtocol",
     "LocalDamping",
     "MassDamping",
+    "Material",
+    "MaterialTrace",
     "Mean",
     "Measure",
     "Mode",
@@ -160,7 +165,9 @@ __all__ = [
     "certify",
     "characteristics",
     "check_law",
+    "check_material",
     "compare",
+    "compress",
     "crack_lengths",
     "crack_rose",
     "elastic_properties",
@@ -175,9 +182,11 @@ __all__ = [
     "parameters",
     "part",
     "plot_law",
+    "plot_material",
     "simulate",
     "sobol",
     "trace",
+    "trace_material",
     "within_circle",
     "within_polygon",
     "within_rectangle",

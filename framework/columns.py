@@ -39,9 +39,10 @@ SUPPLIED = "external"  #: the work of boundaries, pressures and gravity, and the
 KINETIC = "kinetic"
 #: strain energy of the zones, and the work on contacts: what they store, and what fracture and friction take
 STORED = ("zones", "contacts_normal", "contacts_shear")
+DISSIPATED = "zones_dissipated"  #: what the material of the grains has taken for good, as by plastic strain
 LOST = "damping"
-SPENT = (KINETIC, *STORED, LOST)  #: their sum is what was supplied
-ENERGIES = (SUPPLIED, *STORED, KINETIC, LOST)  #: in the order in which they are drawn
+SPENT = (KINETIC, *STORED, DISSIPATED, LOST)  #: their sum is what was supplied
+ENERGIES = (SUPPLIED, *STORED, DISSIPATED, KINETIC, LOST)  #: in the order in which they are drawn
 ENERGY = "energy_"  #: begins the names of their columns, J per metre of thickness
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import Checked, short
+from grainlaw.memory import as_floats, names_of_memory
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
@@ -41,7 +41,7 @@ class ContactLaw(metaclass=Checked):
     expressions) it vectorises.
     """
 
-    one_per_contact = True  #: parameters may be arrays
+    takes_arrays = True  #: parameters may be arrays
 
     @property
     @abstractmethod
@@ -78,7 +78,6 @@ class ContactLaw(metaclass=Checked):
 
 
 Names = tuple[int | str, ...]  #: number of a phase, and its name if it has one
-BY_POSITION = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
 #: one law, or laws by the phases they are between and by kinds of bonds, see :func:`law_between`
 Laws = ContactLaw | Mapping[Any, ContactLaw]
 
@@ -198,34 +197,9 @@ def memory_names(law: ContactLaw) -> tuple[str, ...]:
 
     Raises :class:`ParameterError` where there are no such two, and for memory without a name or a start at zero.
     """
-    arguments = list(inspect.signature(law.traction).parameters.values())
-    where = f"{type(law).__name__}.traction"
-    if len(arguments) < 2 or not all(argument.kind in BY_POSITION for argument in arguments[:2]):
-        raise ParameterError(
-            f"{where} must take opening and slip before its memory, not ({', '.join(map(str, arguments))})"
-        )
-    for argument in arguments[2:]:
-        if argument.kind not in BY_POSITION:
-            raise ParameterError(
-                f"{where}: {argument} is not allowed, the memory after opening and slip is given by position: "
-                "write each number of it as a plain argument"
-            )
-        if argument.default is not argument.empty:
-            raise ParameterError(
-                f"{where}: {argument} is not allowed, an argument after opening and slip is memory and begins at 0: "
-                "leave the default away, or make it a field of the law if it is a constant"
-            )
-    return tuple(argument.name for argument in arguments[2:])
+    return names_of_memory(law, "traction", "opening and slip", 2)
 
 
 def answered(law: ContactLaw, names: tuple[str, ...], answer: Any) -> tuple[float, ...]:
     """What ``traction`` of a law with a memory of these ``names`` returned, as floats. Raises TypeError."""
-    if isinstance(answer, tuple) and len(answer) == 2 + len(names):
-        try:
-            return tuple(map(float, answer))
-        except (TypeError, ValueError):
-            pass
-    raise TypeError(
-        f"{type(law).__name__}.traction must return {2 + len(names)} numbers, normal and shear traction and "
-        f"{', '.join(names) or 'no memory'}, not {short(answer)}"
-    )
+    return as_floats(law, "traction", "normal and shear traction", 2, names, answer)

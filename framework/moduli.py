@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from grainlaw.specimen import Elastic, Plane, Specimen
+from grainlaw.material import Elastic, Plane
+from grainlaw.specimen import Specimen
 
 
 def slope(x: np.ndarray, y: np.ndarray) -> float:

@@ -129,7 +129,7 @@ def parameter(
 
 def _takes_arrays(cls: type) -> bool:
     """Whether parameters may differ between contacts: in laws, in parts of them, and in a user's own classes."""
-    return getattr(cls, "one_per_contact", not isinstance(cls, Checked))
+    return getattr(cls, "takes_arrays", not isinstance(cls, Checked))
 
 
 def checked_number(

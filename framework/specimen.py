@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 import functools
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
@@ -12,43 +11,10 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.material import Elastic, Material, Rigid, stiffness_of
 from grainlaw.mesh import Mesh, build_mesh
 from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.tessellation import Tessellation
-
-
-class Plane(enum.Enum):
-    """Condition in the third direction."""
-
-    STRAIN = enum.auto()  #: no strain
-    STRESS = enum.auto()  #: no stress
-
-
-@attrs.frozen(kw_only=True)
-class Elastic(metaclass=Checked):
-    """Linear elastic, isotropic grains that deform: small strain, finite rotation."""
-
-    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))
-    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)
-    density: float = parameter("kg/m3", usual=(500, 20_000))
-    plane: Plane = part(Plane, Plane.STRAIN)
-
-    @property
-    def constants(self) -> tuple[float, float, float]:
-        """Stress per strain (Pa): along the axis, across it, in shear; Eq. (4)."""
-        e, nu = self.youngs_modulus, self.poissons_ratio
-        shear = e / (2 * (1 + nu))
-        if self.plane is Plane.STRESS:
-            return e / (1 - nu**2), e * nu / (1 - nu**2), shear
-        common = e / ((1 + nu) * (1 - 2 * nu))
-        return common * (1 - nu), common * nu, shear
-
-
-@attrs.frozen(kw_only=True)
-class Rigid(metaclass=Checked):
-    """Grains that move but do not deform."""
-
-    density: float = parameter("kg/m3", usual=(500, 20_000))
 
 
 class ContactPoints(metaclass=Checked):
@@ -93,7 +59,7 @@ class Specimen(metaclass=Checked):
     """
 
     grains: Tessellation
-    material: Elastic | Rigid | Mapping[Any, Elastic]  #: by number or name of the phase, ... for all others
+    material: Material | Rigid | Mapping[Any, Material]  #: by number or name of the phase, ... for all others
     contact_points: ContactPoints = part(ContactPoints, GaussPoints())
     refinement: int = whole_number(default=0, at_least=0, at_most=6)
 
@@ -126,39 +92,59 @@ class Specimen(metaclass=Checked):
         """Nodes, zones and interfaces."""
         return build_mesh(self.grains, self.refinement)
 
-    def _per_zone(self, values: Mapping[int, tuple[float, ...]]) -> np.ndarray:
-        phases = sorted(values)
-        table = np.array([values[phase] for phase in phases])
-        return table[np.searchsorted(phases, self.grains.phase[self.mesh.zone_grain])].T.copy()
-
-    def _entry(self, phase: int) -> Elastic | None:
+    def _entry(self, phase: int) -> Material | None:
         """What a mapping of materials has for a phase: by its number, its name, or for all others."""
         assert isinstance(self.material, Mapping)
         name = self.grains.phase_name(phase)
         return next((self.material[key] for key in (phase, name, ...) if key in self.material), None)
 
-    def material_of(self, phase: int) -> Elastic | Rigid:
+    def material_of(self, phase: int) -> Material | Rigid:
         """Material of the grains of a phase, by its number. Raises KeyError."""
         found = self._entry(phase) if isinstance(self.material, Mapping) else self.material
         if found is None:
             raise KeyError(phase)
         return found
 
-    @property
-    def _materials(self) -> dict[int, Elastic | Rigid]:
-        return {phase: self.material_of(phase) for phase in np.unique(self.grains.phase).tolist()}
+    @functools.cached_property
+    def materials(self) -> list[tuple[Material | Rigid, np.ndarray]]:
+        """The materials with the grains (n,) that each has, ascending."""
+        found: list[tuple[Material | Rigid, list[np.ndarray]]] = []
+        for phase in np.unique(self.grains.phase).tolist():
+            own, grains = self.material_of(phase), np.flatnonzero(self.grains.phase == phase)
+            same = next((entry for entry in found if entry[0] is own), None)
+            if same is None:
+                found.append((own, [grains]))
+            else:
+                same[1].append(grains)
+        return [(material, np.sort(np.concatenate(grains))) for material, grains in found]
 
     @functools.cached_property
-    def zone_constants(self) -> np.ndarray:
-        """(3, z) Pa: stress per strain of each zone; zeros for rigid grains, whose zones only carry their mass."""
-        constants = {p: m.constants if isinstance(m, Elastic) else (0.0,) * 3 for p, m in self._materials.items()}
-        return self._per_zone(constants)
+    def is_elastic(self) -> np.ndarray:
+        """(g,) whether the engine's own pass for :class:`Elastic` finds the stress of each grain."""
+        elastic = np.zeros(self.grains.count, dtype=bool)
+        for material, grains in self.materials:
+            elastic[grains] = type(material) is Elastic
+        return elastic
+
+    @functools.cached_property
+    def zone_stiffness(self) -> np.ndarray:
+        """(z, 3, 3) Pa: stress xx, yy, xy over exx, eyy and the shear angle; zeros for rigid grains.
+
+        Raises :class:`ParameterError` for a material whose stiffness is not positive definite.
+        """
+        stiffness = np.zeros((self.grains.count, 3, 3))
+        for material, grains in self.materials:
+            if isinstance(material, Material):
+                stiffness[grains] = stiffness_of(material, len(grains))
+        return stiffness[self.mesh.zone_grain]
 
     @functools.cached_property
     def zone_masses(self) -> np.ndarray:
         """(z,) kg per metre of thickness."""
-        density = self._per_zone({phase: (material.density,) for phase, material in self._materials.items()})[0]
-        return density * self.mesh.zone_areas
+        density = np.empty(self.grains.count)
+        for material, grains in self.materials:
+            density[grains] = material.density
+        return density[self.mesh.zone_grain] * self.mesh.zone_areas
 
     @functools.cached_property
     def node_masses(self) -> np.ndarray:

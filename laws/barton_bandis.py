@@ -9,8 +9,8 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, short
+from grainlaw.checks import not_above
 from grainlaw.contact import ContactLaw
-from grainlaw.laws.checks import not_above
 from grainlaw.laws.closure import Closure
 from grainlaw.laws.friction import slid
 from grainlaw.parameter import ParameterError, parameter
@@ -23,7 +23,7 @@ class Roughness(metaclass=Checked):
     Barton and Choubey 1977, doi:10.1007/BF01261801.
     """
 
-    one_per_contact = True  #: parameters may be arrays
+    takes_arrays = True  #: parameters may be arrays
 
     jrc: float = parameter("1", at_least=0, at_most=20)  #: joint roughness coefficient
     jcs: float = parameter("Pa")  #: joint wall compressive strength

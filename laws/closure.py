@@ -13,7 +13,7 @@ from grainlaw.parameter import parameter
 class Closure(metaclass=Checked):
     """Pressure of a closed contact; a law's part."""
 
-    one_per_contact = True  #: parameters may be arrays
+    takes_arrays = True  #: parameters may be arrays
 
     @abstractmethod
     def pressure(self, kn: float, closure: float) -> float:

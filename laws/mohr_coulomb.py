@@ -6,8 +6,8 @@ import math
 
 import attrs
 
+from grainlaw.checks import not_above, not_beyond_apex
 from grainlaw.contact import ContactLaw
-from grainlaw.laws.checks import not_above, not_beyond_apex
 from grainlaw.laws.friction import slid
 from grainlaw.parameter import parameter
 

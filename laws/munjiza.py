@@ -8,8 +8,8 @@ import math
 import attrs
 import numpy as np
 
+from grainlaw.checks import kind_of_default, not_above
 from grainlaw.contact import ContactLaw
-from grainlaw.laws.checks import kind_of_default, not_above
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY, joined

@@ -20,7 +20,7 @@ class Softening(metaclass=Checked):
     A law's part; linear softening is ``def remaining(self, damage): return 1 - damage``.
     """
 
-    one_per_contact = True  #: parameters may be arrays
+    takes_arrays = True  #: parameters may be arrays
 
     @abstractmethod
     def remaining(self, damage: float) -> float:

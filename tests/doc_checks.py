@@ -151,6 +151,11 @@ def check_textures(page):
     assert page["three"].count == 3
 
 
+def check_materials(page):
+    assert page["report"].passed, page["report"]
+    assert -page["pressed"].stress[-1, 1] == pytest.approx(60e6, rel=1e-6)  # twice the strength, as the text says
+
+
 def check_calibration(page):
     found = page["found"]
     named = set(re.findall(r"`(\w+)`", PAGES["docs/calibration.md"]))
@@ -165,6 +170,7 @@ def check_calibration(page):
 
 
 CHECKS = {
+    "docs/materials.md": check_materials,
     "docs/calibration.md": check_calibration,
     "docs/textures.md": check_textures, "docs/studies.md": check_studies,
     "docs/reliability.md": check_reliability,

@@ -14,11 +14,11 @@ from support import BRITTLE, PULL, ROCK, STIFF, STRONG, small_sample
 import grainlaw as gl
 from grainlaw.geometry import Bricks, Voronoi, apart, between_platens, polygon, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, WeibullField
+from grainlaw.material import Plane
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.results.archive import FORMAT, Recorded, from_bytes, listed, save, to_bytes
 from grainlaw.results.figures.stored_cracks import crack_lines
 from grainlaw.results.result import Cracks
-from grainlaw.specimen import Plane
 from grainlaw.units import mm
 
 SHORT = attrs.evolve(PULL, samples=10)

@@ -169,7 +169,8 @@ def test_docstring_examples_work_together():
         def summary(self, curves, specimen):
             return pull.summary(curves, specimen)
 
-    rock = gl.Specimen(bricks, gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.25, density=3100))
+    normal, across, shear = gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.25, density=3100).constants
+    rock = gl.Specimen(bricks, docstring_example(gl.Material)(c11=normal, c12=across, c44=shear, density=3100))
     result = gl.simulate(rock, law, FreePull(), observers=[fastest])
     # Four rows in series, three joints across, no strain held back at the sides; waves pass to and fro.
     modulus = 1 / ((1 - 0.25**2) / 60e9 + 3 / (1e14 * 40e-3))

@@ -55,7 +55,7 @@ REFUSED = {
     "region": (lambda: rectangle(1, math.inf), "rectangle: height = inf m is not allowed"),
     "material": (
         lambda: gl.Specimen(small_sample(5).grains, None),
-        "material = None is not allowed, it must be an Elastic or a Rigid or a mapping",
+        "material = None is not allowed, it must be a Material or a Rigid or a mapping",
     ),
     "refinement": (lambda: small_sample(5, refinement=9), "refinement = 9 .* whole number from 0 to 6"),
     "law": (lambda: run(None), "law = None is not allowed, it must be a ContactLaw or a mapping"),

@@ -16,10 +16,10 @@ ROOTS = {
     "": FRAMEWORK,
     **{
         name: Path(importlib.import_module(f"grainlaw.{name}").__file__).resolve().parent
-        for name in ("laws", "geometry", "protocols")
+        for name in ("laws", "materials", "geometry", "protocols")
     },
 }
-COMPONENTS = ("laws", "geometry", "protocols")
+COMPONENTS = ("laws", "materials", "geometry", "protocols")
 KNOW_COMPONENTS = (*COMPONENTS, "cli", "calibration")
 
 
@@ -78,11 +78,11 @@ def test_all_sources_are_seen():
 
 @pytest.mark.parametrize("file", [*MODULES.values(), *Path(__file__).parent.rglob("*.py")], ids=lambda f: f.stem)
 def test_our_packages_are_imported_under_one_name(file):
-    bare = {"framework", "laws", "geometry", "protocols", "kernels"}
+    bare = {"framework", "laws", "materials", "geometry", "protocols", "kernels"}
     assert not [name for name in imports(file) if name.split(".")[0] in bare]
 
 
-@pytest.mark.parametrize("name", ["framework", "laws", "geometry", "protocols"])
+@pytest.mark.parametrize("name", ["framework", "laws", "materials", "geometry", "protocols"])
 def test_bare_packages_are_out_of_reach(name):
     with pytest.raises(ModuleNotFoundError):
         importlib.import_module(name)

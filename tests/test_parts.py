@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from bodies import GRAVITY, RIGID, box, turned
 from support import ROCK, STIFF, STRONG, small_sample
+from toy_materials import YIELDING
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator
@@ -36,6 +37,7 @@ CASES = {
     "driven": (small_sample(), WEAK, stage(drives=ENDS), 4e-8),
     "rigid": (small_sample(material=gl.Rigid(density=3100)), WEAK, stage(drives=ENDS), 4e-8),
     "refined": (small_sample(12, refinement=1), MohrCoulomb(**STRONG), stage(drives=ENDS), 2e-8),
+    "yielding": (small_sample(material=YIELDING), WEAK, stage(drives=ENDS), 4e-8),
     "pressed": (
         small_sample(), WEAK,
         stage(drives=ENDS, pressures=[gl.Pressure(boundary=side, pressure=5e6) for side in ("left", "right")]), 4e-8,
@@ -145,6 +147,8 @@ def test_shares_cover_everything_once(case, threads):
         share = getattr(parts, name).share
         assert (len(share), share[0], share[-1]) == (threads + 1, 0, size), name
         assert np.all(np.diff(share) >= 0), name
+    for row, group in zip(parts.materials.share, state.materials.groups, strict=True):
+        assert (len(row), row[0], row[-1]) == (threads + 1, group.first, group.last)
 
 
 def test_a_part_that_a_model_has_none_of_has_no_share():

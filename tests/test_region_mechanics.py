@@ -66,7 +66,7 @@ def vertical_stress(specimen, displacement):
     x, u = mesh.nodes[mesh.zones], displacement[mesh.zones]
     edges, moved = x[:, 1:] - x[:, :1], u[:, 1:] - u[:, :1]
     gradient = np.linalg.solve(edges, moved)  # row: derivative by x or y
-    normal, across, _ = specimen.zone_constants
+    normal, across = specimen.zone_stiffness[:, 0, :2].T
     return normal * gradient[:, 1, 1] + across * gradient[:, 0, 0]
 
 

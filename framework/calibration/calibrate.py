@@ -34,8 +34,9 @@ from grainlaw.calibration.trials import (
 )
 from grainlaw.calibration.waves import Search
 from grainlaw.contact import ContactLaw
+from grainlaw.material import Elastic
 from grainlaw.parameter import ParameterError, checked_whole_number
-from grainlaw.specimen import Elastic, Specimen
+from grainlaw.specimen import Specimen
 
 DIGITS = 4  #: of the best parameters
 FEWEST_SEEDS = 2

@@ -11,9 +11,10 @@ import numpy as np
 from scipy.optimize import brentq, least_squares
 
 from grainlaw.contact import ContactLaw
+from grainlaw.material import Elastic, Material, Rigid
 from grainlaw.parameter import ParameterError
 from grainlaw.runs.elastic_properties import elastic_properties
-from grainlaw.specimen import Elastic, Rigid, Specimen
+from grainlaw.specimen import Specimen
 
 STIFF = "Pa/m"
 ACCURACY = 0.005  #: of modulus and Poisson's ratio
@@ -61,8 +62,8 @@ def with_grains(specimen: Specimen, times: float) -> Specimen:
     return attrs.evolve(specimen, material=_times(specimen.material, times))
 
 
-def _times(rock: Elastic | Rigid, times: float) -> Elastic:
-    if isinstance(rock, Rigid):
+def _times(rock: Material | Rigid, times: float) -> Elastic:
+    if not isinstance(rock, Elastic):
         raise ParameterError("calibrate: rigid grains have no modulus to be found; let elastic be 'contacts'")
     return attrs.evolve(rock, youngs_modulus=times * rock.youngs_modulus)
 

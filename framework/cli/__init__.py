@@ -18,6 +18,7 @@ from grainlaw.cli.compare import compare
 from grainlaw.cli.elastic import elastic
 from grainlaw.cli.envelope import envelope
 from grainlaw.cli.law import law
+from grainlaw.cli.material import material
 from grainlaw.cli.paper import paper
 from grainlaw.cli.rerun import rerun
 from grainlaw.cli.study import study
@@ -60,5 +61,5 @@ def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 
-for command in (cache, calibrate, compare, elastic, envelope, law, check, paper, rerun, study, test, verify):
+for command in (cache, calibrate, compare, elastic, envelope, law, material, check, paper, rerun, study, test, verify):
     main.add_command(command)

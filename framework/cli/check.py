@@ -10,8 +10,9 @@ from grainlaw.cli.table1 import law_named
 from grainlaw.contact import ContactLaw
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.material import Elastic
 from grainlaw.runs.flutter import hold
-from grainlaw.specimen import Elastic, Specimen
+from grainlaw.specimen import Specimen
 from grainlaw.stage import StageError
 from grainlaw.workbench.conformance import check_law
 from grainlaw.workbench.driver import alone

@@ -16,12 +16,15 @@ import numpy as np
 import grainlaw
 import grainlaw.geometry
 import grainlaw.laws
+import grainlaw.materials
 import grainlaw.protocols
 from grainlaw.arguments import nearest, short
 from grainlaw.parameter import ParameterError
 from grainlaw.unit_text import quantity, written
 
-PACKAGES: tuple[ModuleType, ...] = (grainlaw, grainlaw.laws, grainlaw.geometry, grainlaw.protocols)
+PACKAGES: tuple[ModuleType, ...] = (
+    grainlaw, grainlaw.laws, grainlaw.materials, grainlaw.geometry, grainlaw.protocols,
+)  # fmt: skip
 Kind = type | tuple[type, ...]
 
 

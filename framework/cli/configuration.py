@@ -18,9 +18,10 @@ from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import ContactLaw, Laws, check_names
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
+from grainlaw.material import Material, Rigid
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.specimen import Elastic, Rigid, Specimen
+from grainlaw.specimen import Specimen
 
 
 @attrs.frozen(kw_only=True)
@@ -60,7 +61,7 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
     test = evolved(setup.protocol, given["test"], "test")
     reference, law, law_files = _law(given["law"])
     laws, law_section = laws_by_key(law, given["laws"], _law)
-    rock = component((Elastic, Rigid), given["rock"], "rock", ROCK)
+    rock = component((Material, Rigid), given["rock"], "rock", ROCK)
     minerals, rock_section = materials(rock, given["rocks"])
     numerics = evolved(Numerics, given["numerics"], "numerics")
     section, specimen = sample(setup.quick if quick else setup.sample, given["sample"], minerals, numerics.refinement)

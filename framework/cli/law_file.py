@@ -17,6 +17,7 @@ import attrs
 
 from grainlaw.arguments import nearest
 from grainlaw.contact import ContactLaw
+from grainlaw.material import Material
 from grainlaw.parameter import ParameterError
 
 
@@ -34,31 +35,42 @@ def find_law(reference: str) -> ContactLaw:
 
 def find_law_and_files(reference: str) -> tuple[ContactLaw, list[Path]]:
     """The law of :func:`find_law`; its file, and those of its folder that it imports."""
+    return _find(reference, ContactLaw, "law")
+
+
+def find_material(reference: str) -> Material:
+    """The material of ``FILE.py:MATERIAL``, as :func:`find_law`. Raises :class:`LawReferenceError`."""
+    found: Material = _find(reference, Material, "material")[0]
+    return found
+
+
+def _find(reference: str, kind: type, word: str) -> tuple[Any, list[Path]]:
     file, _, name = reference.rpartition(":") if ".py:" in reference else (reference, "", "")
     module, files = _run(Path(file))
-    laws = {key: value for key, value in vars(module).items() if not key.startswith("_") and _is_law(value)}
-    known = f"laws in {file}: {', '.join(laws) or 'none'}"
+    found = {key: value for key, value in vars(module).items() if not key.startswith("_") and _is(value, kind)}
+    known = f"{word}s in {file}: {', '.join(found) or 'none'}"
     if not name:
-        raise LawReferenceError(f"name the law, as in {file}:{next(iter(laws), 'MyLaw')} ({known})")
+        raise LawReferenceError(
+            f"name the {word}, as in {file}:{next(iter(found), f'My{word.capitalize()}')} ({known})"
+        )
     if not hasattr(module, name):
-        raise LawReferenceError(f"there is no '{name}' in {file}{nearest(name, laws, 0.3)} ({known})")
-    found = getattr(module, name)
-    if not _is_law(found):
-        raise LawReferenceError(f"'{name}' in {file} is no contact law but {_described(found)} ({known})")
-    return _made(found, file) if isinstance(found, type) else found, files
+        raise LawReferenceError(f"there is no '{name}' in {file}{nearest(name, found, 0.3)} ({known})")
+    chosen = getattr(module, name)
+    if not _is(chosen, kind):
+        whole = "contact law" if kind is ContactLaw else word
+        raise LawReferenceError(f"'{name}' in {file} is no {whole} but {_described(chosen)} ({known})")
+    return _made(chosen, file, word) if isinstance(chosen, type) else chosen, files
 
 
-def _is_law(value: Any) -> bool:
-    return value is not ContactLaw and (
-        issubclass(value, ContactLaw) if isinstance(value, type) else isinstance(value, ContactLaw)
-    )
+def _is(value: Any, kind: type) -> bool:
+    return value is not kind and (issubclass(value, kind) if isinstance(value, type) else isinstance(value, kind))
 
 
 def _described(value: Any) -> str:
     return f"the class {value.__name__}" if isinstance(value, type) else f"a value of type {type(value).__name__}"
 
 
-def _made(kind: type[Any], file: str) -> ContactLaw:
+def _made(kind: type[Any], file: str, word: str) -> Any:
     """An instance by defaults."""
     if not attrs.has(kind):
         raise LawReferenceError(f"{kind.__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
@@ -67,7 +79,7 @@ def _made(kind: type[Any], file: str) -> ContactLaw:
         given = ", ".join(f"{name}=..." for name in needed)
         raise LawReferenceError(
             f"{kind.__name__} needs {', '.join(needed)}: put an instance in the file, "
-            f"law = {kind.__name__}({given}), and check {file}:law"
+            f"{word} = {kind.__name__}({given}), and check {file}:{word}"
         )
     try:
         made: Any = kind()

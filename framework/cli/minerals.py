@@ -9,8 +9,8 @@ from grainlaw.arguments import short
 from grainlaw.cli.components import component, evolved, quantities, settings
 from grainlaw.contact import ContactLaw
 from grainlaw.geometry import Breakable, ByPhase, GrainCells, Jointed, Minerals, Sizes, VoronoiCells
+from grainlaw.material import Material, Rigid
 from grainlaw.parameter import ParameterError
-from grainlaw.specimen import Elastic, Rigid
 from grainlaw.tessellation import Tessellator
 from grainlaw.unit_text import quantity
 
@@ -73,15 +73,19 @@ def _sizes(table: Mapping[str, Any]) -> ByPhase:
     return ByPhase({name: component(Sizes, entry, f"sample.sizes.{name}") for name, entry in own.items()})
 
 
-def materials(rock: Elastic | Rigid, given: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
+def materials(rock: Material | Rigid, given: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
     """The rock, or that of each mineral of [rocks] beside it; and the section [rocks]."""
     if not given:
         return rock, {}
     if isinstance(rock, Rigid):
         raise ParameterError("rocks is not allowed: rock is rigid, and minerals differ in how they deform")
-    made = {name: evolved(rock, _table(entry, f"rocks.{name}"), f"rocks.{name}") for name, entry in given.items()}
+    made = {
+        name: component(Material, _table(entry, f"rocks.{name}"), f"rocks.{name}", rock)
+        for name, entry in given.items()
+    }
     section = {
-        name: {key: value for key, value in settings(each).items() if key != "type"} for name, each in made.items()
+        name: {key: value for key, value in settings(each).items() if key != "type" or type(each) is not type(rock)}
+        for name, each in made.items()
     }
     return {**made, ...: rock}, section
 

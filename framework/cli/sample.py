@@ -14,9 +14,10 @@ from grainlaw.arguments import nearest, short
 from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
 from grainlaw.cli.grain_file import grains_of_file
 from grainlaw.cli.minerals import KEYS, by_phase, textured
+from grainlaw.material import Material, Rigid
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
-from grainlaw.specimen import ContactPoints, Elastic, GaussPoints, Rigid, Specimen
+from grainlaw.specimen import ContactPoints, GaussPoints, Specimen
 from grainlaw.tessellation import Tessellator
 from grainlaw.unit_text import quantity, written
 
@@ -36,7 +37,10 @@ def tessellators() -> dict[str, type]:
 
 
 def sample(
-    default: Mapping[str, Any], given: Mapping[str, Any], rock: Elastic | Rigid | Mapping[Any, Elastic], refinement: int
+    default: Mapping[str, Any],
+    given: Mapping[str, Any],
+    rock: Material | Rigid | Mapping[Any, Material],
+    refinement: int,
 ) -> tuple[dict[str, Any], Specimen]:
     """A specimen, and the section that makes its grains again. Raises :class:`~grainlaw.parameter.ParameterError`.
 
@@ -73,7 +77,7 @@ def sample(
 
 
 def _from_file(
-    given: Mapping[str, Any], rock: Elastic | Rigid | Mapping[Any, Elastic], refinement: int
+    given: Mapping[str, Any], rock: Material | Rigid | Mapping[Any, Material], refinement: int
 ) -> tuple[dict[str, Any], Specimen]:
     """Of grains that a file holds: it has a region of its own."""
     options = {key: value for key, value in given.items() if key not in ("file", "contact_points")}

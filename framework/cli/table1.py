@@ -19,7 +19,7 @@ from grainlaw.laws import (
     MunjizaJoint,
     XuNeedleman,
 )
-from grainlaw.specimen import Elastic
+from grainlaw.material import Elastic
 from grainlaw.units import GPa, MPa, mm
 
 ROCK = Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)

@@ -29,10 +29,11 @@ from grainlaw.compiler.loops import has_loop, interruptible
 from grainlaw.compiler.numba_private import address_of, compile_for
 from grainlaw.compiler.structure import Structure, other_numbers, spread
 from grainlaw.contact import ContactLaw, memory_names
+from grainlaw.material import Material, material_memory
 
-__all__ = ["CompilationError", "Compiled", "compile_integrator", "compile_law"]
+__all__ = ["CompilationError", "Compiled", "compile_integrator", "compile_law", "compile_material"]
 
-ABI = 5  #: raise when components are compiled differently
+ABI = 6  #: raise when components are compiled differently
 
 
 class _Writer:
@@ -59,26 +60,48 @@ class _Writer:
         return f"{name}({', '.join(terms or ['0.0'])})"
 
 
-def _law_source(writer: _Writer, memory: tuple[str, ...]) -> str:
+@attrs.frozen
+class _Point:
+    """A scalar method that answers for one point: names of what it is given and of what it finds.
+
+    The memory of the point follows what it is given, and what it finds unless it only reads the memory.
+    """
+
+    name: str
+    given: tuple[str, ...]
+    found: tuple[str, ...]
+    keeps: bool = True
+
+
+_TRACTION = _Point("traction", ("opening", "slip"), ("normal", "shear"))
+_STRESS = _Point("stress", ("exx", "eyy", "exy"), ("sxx", "syy", "sxy"))
+_ENERGY = _Point("energy", ("exx", "eyy", "exy"), ("stored",), keeps=False)
+
+
+_PointMemory = tuple[_Point, tuple[str, ...]] | None  #: a method of one point, and its memory
+
+
+def _point_source(writer: _Writer, method: _Point, memory: tuple[str, ...]) -> str:
     p = [f"p{i}" for i in range(writer.numbers)]
     r = [f"r{i}" for i in range(writer.rows)]
     m = [f"m{i}" for i in range(len(memory))]
-    rows = ", ".join([*p, *r, *m, "opening", "slip", "normal", "shear"])
-    values = ", ".join(["opening[c]", "slip[c]", *(f"{name}[c]" for name in m)])
-    results = ", ".join(["normal[c]", "shear[c]", *(f"{name}[c]" for name in m)])
+    ends = (*method.given, *method.found)
+    rows = ", ".join([*p, *r, *m, *ends])
+    values = ", ".join(f"{name}[c]" for name in (*method.given, *m))
+    results = ", ".join(f"{name}[c]" for name in (*method.found, *(m if method.keeps else ())))
     given = [f"P[{k}]" for k in range(len(p))]
     given += [f"R[{k}, :n]" for k in range(len(r))] + [f"M[{k}, :n]" for k in range(len(m))]
+    given += [f"carray({name}, (n,))" for name in ends]
     return f"""
 def inner({rows}):
-    for c in range(opening.shape[0]):
-        {results} = traction({writer.expression}, {values})
+    for c in range({method.given[0]}.shape[0]):
+        {results} = {method.name}({writer.expression}, {values})
 
-def batch(parameters, fields, field_stride, memory, memory_stride, opening, slip, normal, shear, n):
+def batch(parameters, fields, field_stride, memory, memory_stride, {", ".join(ends)}, n):
     P = carray(parameters, ({len(p) or 1},))
     R = carray(fields, ({len(r) or 1}, field_stride))
     M = carray(memory, ({len(m) or 1}, memory_stride))
-    inner({"".join(f"{row}, " for row in given)}
-          carray(opening, (n,)), carray(slip, (n,)), carray(normal, (n,)), carray(shear, (n,)))
+    inner({", ".join(given)})
 """
 
 
@@ -104,7 +127,6 @@ def batch(parameters, force, velocity, displacement, mass, free, imposed, loss, 
 
 
 _POINTER = nb.CPointer(nb.float64)
-_LAW_SIGNATURE = (_POINTER, _POINTER, nb.int64, _POINTER, nb.int64, *(_POINTER,) * 4, nb.int64)
 _INTEGRATOR_SIGNATURE = (*(_POINTER,) * 8, nb.int64)
 
 
@@ -114,34 +136,41 @@ class Compiled:
 
     address: int
     numbers: np.ndarray
-    rows: np.ndarray  #: (r, count) per-contact parameters
+    rows: np.ndarray  #: (r, count) parameters of each point
     memory: tuple[str, ...]
     key: str  #: hash of all that went into the code, without the numbers
     loops: bool  #: whether the code has a loop of its own, which may not end
     keep: Any = attrs.field(repr=False)  #: owns the machine code
     structure: Structure = attrs.field(repr=False)
+    found: int = 2  #: numbers that a point answers with, beside its memory
 
-    def batch(self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Tractions (n,) of n contacts of one law; ``memory`` (m, n) is changed."""
+    def batch(self, *rows: np.ndarray) -> tuple[np.ndarray, ...]:
+        """What n points of one component answer, each (n,): tractions, or a stress.
+
+        Given are openings and slips, or strains, each (n,), and last the memory (m, n), which is changed.
+        """
         if self.loops:
-            return interruptible(lambda: self.call(opening, slip, memory))
-        return self.call(opening, slip, memory)
+            return interruptible(lambda: self.call(*rows))
+        return self.call(*rows)
 
-    def call(self, opening: np.ndarray, slip: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def call(self, *rows: np.ndarray) -> tuple[np.ndarray, ...]:
         """As :meth:`batch`, in this thread, which nothing can interrupt."""
-        opening, slip = np.ascontiguousarray(opening), np.ascontiguousarray(slip)
-        normal, shear = np.empty_like(opening), np.empty_like(opening)
-        _foreign(10)(
+        *given, memory = rows
+        given = [np.ascontiguousarray(row) for row in given]
+        found = tuple(np.empty_like(given[0]) for _ in range(self.found))
+        ends = [row.ctypes.data for row in (*given, *found)]
+        _foreign(6 + len(ends))(
             self.address, self.numbers.ctypes.data, self.rows.ctypes.data, self.rows.shape[1], memory.ctypes.data,
-            memory.shape[1], opening.ctypes.data, slip.ctypes.data, normal.ctypes.data, shear.ctypes.data, len(opening),
+            memory.shape[1], *ends, len(given[0]),
         )  # fmt: skip
-        return normal, shear
+        return found
 
-    def respond(self, opening: float, slip: float, *memory: float) -> tuple[float, ...]:
-        """One contact: opening, slip, memory in; tractions, memory out."""
-        rows = np.array([*memory, 0.0])[:, None]
-        normal, shear = self.batch(np.array([opening]), np.array([slip]), rows)
-        return (normal[0], shear[0], *rows[:-1, 0])
+    def respond(self, *point: float) -> tuple[float, ...]:
+        """One point: what it is given, then its memory, in; what it answers, then its memory, out."""
+        given = len(point) - len(self.memory)
+        rows = np.array([*point[given:], 0.0])[:, None]
+        found = self.batch(*(np.array([value]) for value in point[:given]), rows)
+        return (*(row[0] for row in found), *rows[:-1, 0])
 
 
 @functools.cache
@@ -161,9 +190,22 @@ class _Scalar:
 
 def compile_law(law: ContactLaw, count: int = 1) -> Compiled:
     """Compile ``law.traction`` for groups of ``count`` contacts. Raises :class:`CompilationError`."""
-    memory = memory_names(law)
-    size = 2 + len(memory)
-    return _compile(law, (_Scalar("traction", size, size),), memory, _LAW_SIGNATURE, count)
+    return _compile_point(law, _TRACTION, memory_names(law), count)
+
+
+def compile_material(material: Material, count: int = 1) -> tuple[Compiled, Compiled]:
+    """Compile ``material.stress`` and ``material.energy`` for ``count`` grains. Raises :class:`CompilationError`."""
+    memory = material_memory(material)
+    return _compile_point(material, _STRESS, memory, count), _compile_point(material, _ENERGY, memory, count)
+
+
+def _compile_point(component: Any, method: _Point, memory: tuple[str, ...], count: int) -> Compiled:
+    size, found = len(method.given) + len(memory), len(method.found)
+    ends = (_POINTER,) * (len(method.given) + found)
+    signature = (_POINTER, _POINTER, nb.int64, _POINTER, nb.int64, *ends, nb.int64)
+    scalar = _Scalar(method.name, size, found + method.keeps * len(memory))
+    made = _compile(component, (scalar,), (method, memory), signature, count)
+    return attrs.evolve(made, memory=memory, found=found)
 
 
 def compile_integrator(integrator: Any, before: Compiled | None = None) -> Compiled:
@@ -181,34 +223,30 @@ def compile_integrator(integrator: Any, before: Compiled | None = None) -> Compi
 @functools.cache
 def _entry_key() -> str:
     """What the generated code around a scalar method depends on."""
-    return fingerprint(_law_source, _integrator_source, _Writer._write, extra=(ABI, repr(OPTIONS)))
+    return fingerprint(_point_source, _integrator_source, _Writer._write, extra=(ABI, repr(OPTIONS)))
 
 
 _done: dict[str, Any] = {}  #: by key
 _one_at_a_time = threading.RLock()
 
 
-def _compile(
-    component: Any, methods: tuple[_Scalar, ...], memory: tuple[str, ...] | None, signature: Any, count: int
-) -> Compiled:
+def _compile(component: Any, methods: tuple[_Scalar, ...], point: _PointMemory, signature: Any, count: int) -> Compiled:
     if not attrs.has(type(component)):
         raise CompilationError(f"{type(component).__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
     try:
         struct, numbers, rows = spread(component, [method.name for method in methods], count)
         functions = [function for part in struct for function in part.methods.values()]
-        key = fingerprint(*functions, extra=(_entry_key(), methods[0].name, memory, struct.describe()))
+        key = fingerprint(*functions, extra=(_entry_key(), methods[0].name, point and point[1], struct.describe()))
         with _one_at_a_time:
             if key not in _done:
-                _done[key] = stored(key, signature) or _build(struct, methods, memory, signature, key)
+                _done[key] = stored(key, signature) or _build(struct, methods, point, signature, key)
     except NotCompilable as error:
         raise refusal(component, methods[0].name, str(error)) from None
     code = _done[key]
-    return Compiled(address_of(code), numbers, rows, memory or (), key, has_loop(functions), code, struct)
+    return Compiled(address_of(code), numbers, rows, (), key, has_loop(functions), code, struct)
 
 
-def _build(
-    struct: Structure, methods: tuple[_Scalar, ...], memory: tuple[str, ...] | None, signature: Any, key: str
-) -> Any:
+def _build(struct: Structure, methods: tuple[_Scalar, ...], point: _PointMemory, signature: Any, key: str) -> Any:
     tell_compiling(type(struct.component).__name__)
     compilation = Compilation(struct, key)
     for method in methods:
@@ -216,7 +254,7 @@ def _build(
         if problem:
             raise refusal(struct.component, method.name, problem)
     writer = _Writer(compilation)
-    source = _integrator_source(writer) if memory is None else _law_source(writer, memory)
+    source = _integrator_source(writer) if point is None else _point_source(writer, *point)
     scalars = {method.name: compilation.copy(struct.methods[method.name]) for method in methods}
     scope = {"__name__": __name__, "carray": carray, **scalars, **writer.scope}
     exec(compile(source, f"<batch of {type(struct.component).__name__}>", "exec"), scope)

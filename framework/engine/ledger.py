@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from grainlaw.columns import ENERGIES, KINETIC, STORED, SUPPLIED
+from grainlaw.columns import DISSIPATED, ENERGIES, KINETIC, STORED, SUPPLIED
 from grainlaw.engine.state import State
 
 ROUNDING = 1e-9  #: of kinetic energy, and of gravity's work over the size of the specimen: no run is judged by less
@@ -28,7 +28,9 @@ def energies(state: State) -> dict[str, float]:
         for kind, energy in part.energy(state.time_step).items():
             total[kind] += energy
     # No product of vectors, whose last digit depends on the processor: loadings go by these sums.
-    total["zones"] += float(np.sum(state.zone_state()[1] * state.zones.areas))
+    _, stored, lost = state.zone_state()
+    total["zones"] += float(np.sum(stored * state.every_zone.areas))
+    total[DISSIPATED] += float(np.sum(lost * state.every_zone.areas))
     total[SUPPLIED] -= half * supplied
     total[KINETIC] += state.kinetic_energy - half * power
     return total

@@ -20,12 +20,7 @@ def _zone_triplets(specimen: Specimen) -> tuple[np.ndarray, np.ndarray, np.ndarr
     operator = np.zeros((len(area), 3, 6))
     operator[:, 0, 0::2], operator[:, 1, 1::2] = b, c
     operator[:, 2, 0::2], operator[:, 2, 1::2] = c, b
-    d0, d1, d2 = specimen.zone_constants
-    elastic = np.zeros((len(area), 3, 3))
-    elastic[:, 0, 0] = elastic[:, 1, 1] = d0
-    elastic[:, 0, 1] = elastic[:, 1, 0] = d1
-    elastic[:, 2, 2] = d2
-    values = np.einsum("z,zki,zkl,zlj->zij", area, operator, elastic, operator, optimize=True)
+    values = np.einsum("z,zki,zkl,zlj->zij", area, operator, specimen.zone_stiffness, operator, optimize=True)
     return triplets(values, mesh.zones)
 
 

@@ -16,8 +16,10 @@ from grainlaw.engine.parts.breaks import Breaks
 from grainlaw.engine.parts.clock import Clock
 from grainlaw.engine.parts.contacts import Contacts
 from grainlaw.engine.parts.deformable_grains import DeformableGrains
+from grainlaw.engine.parts.every_zone import EveryZone
 from grainlaw.engine.parts.freedoms import Nodes
 from grainlaw.engine.parts.gravity import Gravity
+from grainlaw.engine.parts.material_zones import MaterialZones
 from grainlaw.engine.parts.part import Part, Split
 from grainlaw.engine.parts.rigid_grains import RigidGrains
 from grainlaw.engine.parts.steady import Steady
@@ -43,12 +45,12 @@ class State(metaclass=Checked):
         self.nodes = Nodes(len(self.mesh.nodes))
         self.grains = RigidGrains(specimen) if specimen.is_rigid else DeformableGrains(specimen)
         self.freedoms = self.grains.freedoms(self.nodes)
-        self.zones, self.bonds = Zones(specimen), Bonds(specimen, laws, detection)
+        self.zones, self.materials = Zones(specimen), MaterialZones(specimen)
+        self.every_zone, self.bonds = EveryZone(specimen, self.zones, self.materials), Bonds(specimen, laws, detection)
         self.boundaries = Boundaries(self.grains, self.nodes, self.freedoms)
         self.gravity = Gravity(self.freedoms, self.grains.true_mass())
         self.contacts = Contacts(self.grains, laws, detection, self.bonds.ends)
         self.clock, self.breaks, self.steady = Clock(), Breaks(2 * len(self.bonds)), Steady(self.freedoms)
-        self._zone_state: tuple[int, np.ndarray, np.ndarray] | None = None
         self._shared: tuple[int, list[Any], Parts] | None = None
         self.search(self.displacement_at_forces())
 
@@ -59,8 +61,8 @@ class State(metaclass=Checked):
         return {
             "drives": boundaries.driven, "pressures": boundaries.pressed, "platens": boundaries.platens,
             "boundaries": boundaries, "gravity": self.gravity, "nodes": self.nodes, "freedoms": self.freedoms,
-            "grains": self.grains, "zones": self.zones, "bonds": self.bonds, "contacts": self.contacts,
-            "clock": self.clock, "breaks": self.breaks, "steady": self.steady,
+            "grains": self.grains, "zones": self.zones, "materials": self.materials, "bonds": self.bonds,
+            "contacts": self.contacts, "clock": self.clock, "breaks": self.breaks, "steady": self.steady,
         }  # fmt: skip
 
     def shared(self, threads: int) -> Parts:
@@ -86,7 +88,7 @@ class State(metaclass=Checked):
 
     def restore(self, saved: Saved) -> None:
         """Return to the state at the call of ``save``, in the same stage."""
-        self._zone_state = self._shared = None
+        self.every_zone.known = self._shared = None
         for name, part in self.parts.items():
             part.restore(saved.get(name, {}))
 
@@ -236,14 +238,12 @@ class State(metaclass=Checked):
         """(p,) J/m2 spent until the point broke."""
         return self.breaks.books.work
 
-    def zone_state(self) -> tuple[np.ndarray, np.ndarray]:
-        """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, and strain energy density (z,) J/m3; none if rigid.
+    def zone_state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, energy stored and dissipated (z,) J/m3; none if rigid.
 
         At the moment of the last forces, like the tractions: nodes have moved by one step since.
         """
-        if self._zone_state is None or self._zone_state[0] != self.steps:
-            self._zone_state = self.steps, *self.zones.stress_and_energy(self.displacement_at_forces())
-        return self._zone_state[1:]
+        return self.every_zone.states(self.steps, self.displacement_at_forces)
 
     def displacement_at_forces(self) -> np.ndarray:
         """(2, i) m, at the moment of the last forces."""
@@ -254,7 +254,7 @@ class State(metaclass=Checked):
         if isinstance(self.grains, RigidGrains):
             forces = self.nodes.arrays.force + self.boundaries.forces_on_rigid_nodes()
             return self.grains.stress(forces, self.freedoms, self.positions)
-        return self.zones.mean_stress(self.zone_state()[0])
+        return self.every_zone.mean_stress(self.zone_state()[0])
 
     def grain_motion(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres of mass of grains (g, 2) m and their velocities (g, 2) m/s."""

@@ -19,6 +19,7 @@ from grainlaw.engine.parts.drives import DriveArrays, impose
 from grainlaw.engine.parts.freedoms import FreedomArrays, NodeArrays, clear_forces, integrate
 from grainlaw.engine.parts.grains import GrainArrays, collect_forces, place_corners
 from grainlaw.engine.parts.gravity import GravityArrays, add_weight
+from grainlaw.engine.parts.material_zones import MaterialArrays, add_material_forces
 from grainlaw.engine.parts.platens import PlatenArrays, move_platens
 from grainlaw.engine.parts.pressures import PressureArrays, gather_pressures, press
 from grainlaw.engine.parts.zones import ZoneArrays, add_zone_forces
@@ -29,6 +30,7 @@ class Parts(NamedTuple):
 
     nodes: NodeArrays
     zones: ZoneArrays
+    materials: MaterialArrays
     bonds: BondArrays
     contacts: ContactArrays
     pressures: PressureArrays
@@ -88,6 +90,8 @@ def _steps(thread, team, parts, chunk):
         schedule = chunk.schedule[step]
         clear_forces(nodes, thread)
         add_zone_forces(parts.zones, nodes, thread)
+        if parts.materials.share.shape[0] > 0:
+            add_material_forces(parts.materials, nodes, thread)
         leaving = bond_forces(bonds, nodes, chunk.first + step, thread)
         contact_step(contacts, chunk.time_step, thread)
         press(parts.pressures, nodes, schedule, thread)

@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 from grainlaw.arguments import Checked, checked
 from grainlaw.parameter import checked_number
 from grainlaw.results.result import Cracks, Result
-from grainlaw.specimen import Elastic, Rigid, Specimen
+from grainlaw.specimen import Specimen
 
 LEAST_EVENTS = 10  #: for a b-value
 
@@ -56,10 +56,9 @@ class AcousticEvents(metaclass=Checked):
 
 def shear_wave_speed(specimen: Specimen) -> float:
     """m/s in the grains, the slowest of several minerals; 0 for rigid grains, in which there are no waves."""
-    if isinstance(specimen.material, Rigid):
+    if specimen.is_rigid:
         return 0.0
-    materials = [specimen.material] if isinstance(specimen.material, Elastic) else list(specimen.material.values())
-    return min(math.sqrt(material.constants[2] / material.density) for material in materials)
+    return float(np.sqrt(np.min(specimen.zone_stiffness[:, 2, 2] * specimen.mesh.zone_areas / specimen.zone_masses)))
 
 
 @checked

@@ -13,12 +13,13 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.material import Elastic, Material, Plane, Rigid
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.region import Region
 from grainlaw.results.files import Arrays, below, without_nan, write_atomically
 from grainlaw.results.frames import packed, unpacked
 from grainlaw.results.result import Cracks, Named, Result
-from grainlaw.specimen import Elastic, EndPoints, GaussPoints, InsetPoints, Plane, Rigid, Specimen
+from grainlaw.specimen import EndPoints, GaussPoints, InsetPoints, Specimen
 from grainlaw.tessellation import Tessellation
 
 FORMAT = 1  #: raise when a file of before could not be read any more
@@ -34,14 +35,37 @@ class Recorded(metaclass=Checked):
     parameters: dict[str, Any]
 
 
+@attrs.frozen
+class RecordedMaterial(Material):
+    """The material of a run that is read from a file: as :class:`Recorded`, with what it weighs and how stiff it is."""
+
+    type: str
+    parameters: dict[str, Any]
+    density: Any
+    declared: Any
+
+    @property
+    def stiffness(self) -> Any:
+        return self.declared
+
+    def stress(self, exx: Any, eyy: Any, exy: Any) -> Any:
+        raise ParameterError(f"{self.type} was read from a file, which has no code: make the material again")
+
+    def energy(self, exx: Any, eyy: Any, exy: Any) -> Any:
+        raise ParameterError(f"{self.type} was read from a file, which has no code: make the material again")
+
+
+READ = (Recorded, RecordedMaterial)
+
+
 def called(component: Any) -> str:
     """The name of a component's class."""
-    return component.type if isinstance(component, Recorded) else type(component).__name__
+    return component.type if isinstance(component, READ) else type(component).__name__
 
 
 def listed(component: Any) -> dict[str, Any]:
     """The parameters of a component by name, see :func:`~grainlaw.parameter.parameters`."""
-    return dict(component.parameters) if isinstance(component, Recorded) else parameters(component)
+    return dict(component.parameters) if isinstance(component, READ) else parameters(component)
 
 
 def to_bytes(result: Result, *, frames: bool = True) -> bytes:
@@ -126,7 +150,15 @@ def _plain(value: Any) -> Any:
 def _described(component: Any) -> Any:
     if isinstance(component, Mapping):
         return {"by": [[_written(key), _described(entry)] for key, entry in component.items()]}
-    return {"type": called(component), "parameters": listed(component)}
+    about = {"type": called(component), "parameters": listed(component)}
+    if isinstance(component, Material) and type(component).__name__ not in KINDS:
+        about |= {"density": _numbers(component.density), "declared": _numbers(component.stiffness)}
+    return about
+
+
+def _numbers(value: Any) -> Any:
+    """A number, or rows of numbers or arrays of them, as lists."""
+    return [_numbers(entry) for entry in value] if isinstance(value, (tuple, list)) else np.asarray(value).tolist()
 
 
 def _written(key: Any) -> Any:
@@ -162,6 +194,8 @@ def _made(entry: Mapping[str, Any]) -> Any:
     """A material or contact points again."""
     if "by" in entry:
         return {_key(key): _made(inner) for key, inner in entry["by"]}
+    if "declared" in entry:
+        return RecordedMaterial(**entry)
     if entry["type"] not in KINDS:
         raise ParameterError(f"there is no {entry['type']} in this version of grainlaw")
     values = dict(entry["parameters"])

@@ -26,6 +26,7 @@ class Frame(metaclass=Checked):
     stress: np.ndarray  #: (g, 3) Pa, xx, yy, xy
     bonds: dict[str, np.ndarray]  #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made
     contacts: dict[str, np.ndarray]  #: (k,) those that are closed, see :meth:`Contacts.closed`; empty without detection
+    zones: dict[str, np.ndarray] = attrs.field(factory=dict)  #: (z,) plastic_strain, where a material has it
 
 
 def take_frame(state: State) -> Frame:
@@ -36,26 +37,29 @@ def take_frame(state: State) -> Frame:
     bonds["damage"] = state.memory("damage")
     (bonds["lost_opening"], bonds["lost_slip"]), bonds["made"] = balance(state)
     closed = {} if state.contacts.detection is None else state.contacts.closed()
-    return Frame(state.time, state.displacement.copy(), state.velocity.copy(), state.grain_stress(), bonds, closed)
+    plastic = any("plastic_strain" in group.memory for group in state.materials.groups)
+    zones = {"plastic_strain": state.materials.memory("plastic_strain")} if plastic else {}
+    moved, stress = (state.displacement.copy(), state.velocity.copy()), state.grain_stress()
+    return Frame(state.time, *moved, stress, bonds, closed, zones)
 
 
 def packed(frame: Frame) -> dict[str, np.ndarray]:
     """A frame as arrays by name, for a file; see :func:`unpacked`."""
     arrays = {name: np.asarray(getattr(frame, name)) for name in _WHOLE}
-    for kind in ("bonds", "contacts"):
+    for kind in ("bonds", "contacts", "zones"):
         arrays |= {f"{kind}/{name}": row for name, row in getattr(frame, kind).items()}
     return arrays
 
 
 def unpacked(arrays: Mapping[str, np.ndarray]) -> Frame:
     """The frame that :func:`packed` was given."""
-    rows: dict[str, dict[str, np.ndarray]] = {"bonds": {}, "contacts": {}}
+    rows: dict[str, dict[str, np.ndarray]] = {"bonds": {}, "contacts": {}, "zones": {}}
     for name, row in arrays.items():
         kind, slash, rest = name.partition("/")
         if slash:
             rows[kind][rest] = row
     displacement, velocity, stress = (arrays[name] for name in _WHOLE[1:])
-    return Frame(float(arrays["time"]), displacement, velocity, stress, rows["bonds"], rows["contacts"])
+    return Frame(float(arrays["time"]), displacement, velocity, stress, rows["bonds"], rows["contacts"], rows["zones"])
 
 
 _WHOLE = ("time", "displacement", "velocity", "stress")

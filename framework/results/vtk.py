@@ -30,8 +30,9 @@ class VtkSeries:
     """A folder that grows by .vtu files with each frame; the .pvd files list complete files only.
 
     Points lie on the deformed specimen. Grains: zones with grain number, that of the grain it is a cell of, phase, mean
-    stress of their grain (Pa); displacement (m) and velocity (m/s) at nodes. Cracks: each contact point with damage as
-    a line along its half of the interface, with damage, mode (share of shear), opening and slip (m), normal and shear
+    stress of their grain (Pa), plastic strain where a material has it; displacement (m) and velocity (m/s) at nodes.
+    Cracks: each contact point with damage as a line along its half of the interface, with damage, mode (share of
+    shear), opening and slip (m), normal and shear
     traction (Pa), energy lost in opening and in slip (J/m2), time of breaking (s, nan where not broken), the two grains
     and whether it is inside of one. Contacts, where they are detected: contacts without a bond as lines along their
     length, with mean opening (negative) and slip (m), normal and shear traction (Pa) and the two grains. Raises OSError
@@ -64,6 +65,7 @@ class VtkSeries:
                 "parent": [grains.parent[of]],
                 "phase": [grains.phase[of]],
                 **{name: [s[of]] for name, s in stress.items()},
+                **{name: [row] for name, row in frame.zones.items()},
             },
         )  # fmt: skip
 

@@ -143,7 +143,7 @@ def _all(
             return run.simulate(threads=count, observers=observers(key), stop=stop, checkpoint=folders[key], **options)
 
     for run in runs.values():  # made here, once, before threads share it
-        _ = run.specimen.mesh, run.specimen.zone_constants, run.specimen.node_masses
+        _ = run.specimen.mesh, run.specimen.zone_stiffness, run.specimen.node_masses
     with stop.by_signals(only_interrupt=not kept), ThreadPoolExecutor(workers) as pool:
         order = list(runs) if workers == len(runs) else _longest_first(runs, options)
         futures = {key: pool.submit(one, key) for key in order}

@@ -30,7 +30,7 @@ def scales(specimen: Specimen, law: Laws) -> tuple[float, float, float]:
     size = specimen.grains.grain_size
     softness = 1 / (size * float(np.mean([np.mean(one.stiffness[0]) for one in _each(law)])))
     if not specimen.is_rigid:
-        softness += 1 / float(np.median(specimen.zone_constants[0]))
+        softness += 1 / float(np.median(specimen.zone_stiffness[:, 0, 0]))
     density = float(specimen.node_masses.sum() / specimen.grains.areas.sum())
     return 1 / softness, math.sqrt(1 / (softness * density)), size
 
@@ -49,7 +49,7 @@ def _contacts(specimen: Specimen, law: Laws) -> Iterator[str]:
     for one in _each(law):
         name, kn = type(one).__name__, float(np.mean(one.stiffness[0]))
         if not specimen.is_rigid:
-            modulus = float(np.median(specimen.zone_constants[0]))
+            modulus = float(np.median(specimen.zone_stiffness[:, 0, 0]))
             low, high = (share * modulus / size for share in CONTACTS)
             if not low <= kn <= high:
                 yield (

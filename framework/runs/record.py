@@ -137,7 +137,7 @@ def of_run(specimen: Specimen, law: Laws, protocol: LoadingProtocol, options: Ma
     The law counts with its fingerprint, that of its compiled code, and so do other components that are not grainlaw's
     with all that their code reaches: where only comments are edited, the run is the same.
     """
-    judged = (protocol, specimen.contact_points, *options.values())  # a law is, by its fingerprint
+    judged = (protocol, specimen.material, specimen.contact_points, *options.values())  # a law is, by its fingerprint
     content = {
         "format": FORMAT,
         "engine": {"version": versions()["grainlaw"], "sources": sources_hash("cli/"), "portable": is_portable()},

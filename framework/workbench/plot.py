@@ -1,4 +1,4 @@
-"""A picture of a contact law, for those who do not want matplotlib loaded before they draw."""
+"""Pictures of a contact law and of a material, for those who do not want matplotlib loaded before they draw."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from grainlaw.arguments import checked
 from grainlaw.contact import ContactLaw
+from grainlaw.material import Material
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,3 +22,14 @@ def plot_law(law: ContactLaw) -> Figure:
     from grainlaw.workbench.figure import draw_law  # loads matplotlib, which takes longer than all the rest
 
     return draw_law(law)
+
+
+@checked
+def plot_material(material: Material) -> Figure:
+    """Draw what one zone of a material answers: compressed under four confinements, pulled, and sheared to and fro.
+
+    Ranges follow the end of its first response. Raises ParameterError for one whose numbers differ from grain to grain.
+    """
+    from grainlaw.workbench.material_figure import draw_material
+
+    return draw_material(material)

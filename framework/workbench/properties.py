@@ -25,6 +25,12 @@ ROUNDING = 1e-12
 
 def units(bench: Bench) -> Finding | None:
     """Every number is declared with its unit, also in the law's parts."""
+    names = without_unit(bench.law)
+    return Finding(f'not declared with a unit, as gl.parameter("Pa") does: {", ".join(names)}') if names else None
+
+
+def without_unit(component: Any) -> list[str]:
+    """Names of the numbers of a component and its parts that are not declared with a unit."""
 
     def missing(component: Any, prefix: str) -> Iterator[str]:
         for field in attrs.fields(type(component)):
@@ -36,8 +42,7 @@ def units(bench: Bench) -> Finding | None:
             elif not isinstance(value, (float, int, np.ndarray, enum.Enum)):
                 yield prefix + field.name
 
-    names = list(missing(bench.law, ""))
-    return Finding(f'not declared with a unit, as gl.parameter("Pa") does: {", ".join(names)}') if names else None
+    return list(missing(component, ""))
 
 
 def compiled_equals_interpreted(bench: Bench) -> Finding | None:

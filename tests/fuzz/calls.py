@@ -23,7 +23,7 @@ from grainlaw.laws import EvansMarathe, Linear, LinearClosure, Roughness
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.runs.first_questions import ask_first_questions
 
-PACKAGES = (gl, gl.laws, gl.geometry, gl.protocols)
+PACKAGES = (gl, gl.laws, gl.materials, gl.geometry, gl.protocols)
 PRESS = UniaxialCompression(loading=gl.Constant(speed=1.0), maximum_strain=1e-4, samples=10)
 
 EXTREMES = (0, -1, 1, 2, 3, 1e-9, 1e14, 1e300, -1e300, 5e-324, 10**9, 10**30, math.nan, math.inf, -math.inf)

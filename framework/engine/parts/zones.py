@@ -19,7 +19,7 @@ BLOCK = 4096  #: zones that go through their passes together: their scratch stay
 
 
 class ZoneArrays(NamedTuple):
-    """Zones (z); none where grains are rigid."""
+    """Zones (z) of grains that are :class:`~grainlaw.Elastic`; those of other materials are a part of their own."""
 
     corner: Constant  #: (3, z) node numbers, counter-clockwise
     b1: Constant  #: (z,) 1/m, gradients of the shape functions of the first two corners: along x
@@ -146,30 +146,24 @@ def _zone_states(zones, displacement, rows):
 
 
 class Zones(Part):
-    """The zones of deformable grains; rigid grains have none."""
+    """The zones of elastic grains."""
 
     def __init__(self, specimen: Specimen) -> None:
-        self._specimen, mesh = specimen, specimen.mesh
-        chosen = slice(0, 0) if specimen.is_rigid else slice(None)
-        gradients = shape_functions(mesh.nodes, mesh.zones)[[0, 1, 3, 4, 6]][:, chosen]
-        constants = specimen.zone_constants[:, chosen]
+        mesh = specimen.mesh
+        chosen = specimen.is_elastic[mesh.zone_grain]
+        self.chosen = slice(None) if chosen.all() else np.flatnonzero(chosen)  #: of the zones of the mesh
+        gradients = shape_functions(mesh.nodes, mesh.zones)[[0, 1, 3, 4, 6]][:, self.chosen]
+        stiffness = specimen.zone_stiffness[self.chosen]
         count = gradients.shape[1]
-        self.areas = mesh.zone_areas[chosen]  #: (z,) m2
-        self._first_zone = np.zeros_like(mesh.first_zone) if specimen.is_rigid else mesh.first_zone
-        corner = np.ascontiguousarray(mesh.zones[chosen].T, dtype=np.int32)
+        self._before = np.concatenate([[0], np.cumsum(chosen)])[mesh.first_zone]
+        corner = np.ascontiguousarray(mesh.zones[self.chosen].T, dtype=np.int32)
+        constants = (stiffness[:, 0, 0], stiffness[:, 0, 1], stiffness[:, 2, 2])
         rows = [np.ascontiguousarray(row) for row in (*gradients, *constants)]
         rows += [np.zeros(count) for _ in range(8)] + [np.zeros(2, dtype=np.int64)]
         self.arrays = ZoneArrays(corner, *rows)
 
-    def mean_stress(self, stress: np.ndarray) -> np.ndarray:
-        """(g, 3) Pa, means over grains of the stress (z, 3) of their zones."""
-        grains, mesh = self._specimen.grains, self._specimen.mesh
-        rows = stress.T * self.areas
-        sums = [np.bincount(mesh.zone_grain, row, grains.count) for row in rows]
-        return np.stack(sums, axis=1) / grains.areas[:, None]
-
     def share(self, split: Split) -> np.ndarray:
-        return self._first_zone[split.grain]
+        return self._before[split.grain]
 
     def stress_and_energy(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, and strain energy density (z,) J/m3, at (2, i) m."""

@@ -17,7 +17,7 @@ import numpy as np
 from grainlaw.columns import STRESS
 from grainlaw.contact import words_of
 from grainlaw.naming import Shown, shown
-from grainlaw.results.archive import Recorded, called
+from grainlaw.results.archive import READ, called
 from grainlaw.results.figures import html
 from grainlaw.results.figures.report_figures import plot_report_cracks, plot_report_curves
 from grainlaw.results.figures.samples import plot_samples
@@ -194,7 +194,7 @@ def _components(results: Mapping[str, Result]) -> Iterator[str]:
     yield html.table(_specimen_rows(first), caption="Specimen")
     materials = specimen.material if isinstance(specimen.material, Mapping) else {"": specimen.material}
     for phase, material in materials.items():
-        yield html.table(_rows(material), caption=f"{type(material).__name__} grains {phase}".strip())
+        yield html.table(_rows(material), caption=f"{called(material)} grains {phase}".strip())
     for name, result in results.items():
         laws = result.law if isinstance(result.law, Mapping) else {"": result.law}
         for pair, law in laws.items():
@@ -225,7 +225,7 @@ def _rounded(value: Any) -> float:
 
 def _rows(component: Any, before: str = "") -> list[list[str]]:
     """Name and value of each parameter; those of a part follow the part."""
-    if isinstance(component, Recorded):
+    if isinstance(component, READ):
         return _flat(component.parameters)
     rows = []
     for field in attrs.fields(type(component)):

@@ -1,4 +1,4 @@
-"""Checks of what a law is given beyond the bounds of single numbers."""
+"""Checks of what a component is given beyond the bounds of single numbers."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from grainlaw.arguments import short
 from grainlaw.parameter import ParameterError
 
 
-def _first(wrong: Any, *values: Any) -> list[float]:
-    """The values at the first contact where something is wrong."""
+def first_of(wrong: Any, *values: Any) -> list[float]:
+    """The values at the first place where something is wrong."""
     return [float(np.broadcast_to(value, np.shape(wrong)).flat[int(np.argmax(wrong))]) for value in values]
 
 
@@ -20,7 +20,7 @@ def not_above(component: Any, name: str, limit: str, reason: str) -> None:
     value, bound = getattr(component, name), getattr(component, limit)
     wrong = np.greater(value, bound)
     if np.any(wrong):
-        first, first_bound = _first(wrong, value, bound)
+        first, first_bound = first_of(wrong, value, bound)
         raise ParameterError(
             f"{type(component).__name__}: {name} = {first:g} is above {limit} = {first_bound:g}: {reason}"
         )
@@ -32,10 +32,10 @@ def not_beyond_apex(component: Any, tension: str, cohesion: str, angle: str) -> 
     used = strength * np.tan(np.radians(getattr(component, angle)))
     wrong = np.greater(used, c * (1 + 1e-12))
     if np.any(wrong):
-        first, first_used, first_c = _first(wrong, strength, used, c)
+        first, first_used, first_c = first_of(wrong, strength, used, c)
         raise ParameterError(
             f"{type(component).__name__}: {tension} = {first:g} Pa lies beyond the apex of the shear strength, "
-            f"{cohesion} / tan({angle}) = {first * first_c / first_used:g} Pa; no contact can reach it"
+            f"{cohesion} / tan({angle}) = {first * first_c / first_used:g} Pa; no stress can reach it"
         )
 
 

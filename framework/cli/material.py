@@ -1,0 +1,70 @@
+"""The command that shows a material of grains alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from grainlaw.arguments import nearest
+from grainlaw.cli.law_file import LawReferenceError, find_material
+from grainlaw.cli.table1 import ROCK
+from grainlaw.material import Material
+from grainlaw.materials import DruckerPrager, MohrCoulombPlastic, TransverselyIsotropic
+from grainlaw.results.files import file_name, writable_folder, write_atomically
+from grainlaw.results.tables import write_json
+from grainlaw.runs.material_check import check_material
+from grainlaw.runs.record import described, origin, own_sources
+from grainlaw.units import GPa, MPa
+from grainlaw.workbench.plot import plot_material
+
+_GRAIN: dict[str, Any] = {"youngs_modulus": 60 * GPa, "poissons_ratio": 0.25, "density": 2650}
+#: with values of the size of granite's minerals and of a mica schist, to look at their curves
+EXAMPLES: dict[str, Material] = {
+    "elastic": ROCK,
+    "transversely-isotropic": TransverselyIsotropic(
+        youngs_modulus=60 * GPa, youngs_modulus_across=30 * GPa, poissons_ratio=0.2, poissons_ratio_across=0.15,
+        shear_modulus_across=14 * GPa, density=2750, foliation_angle=30,
+    ),
+    "drucker-prager": DruckerPrager(**_GRAIN, cohesion=40 * MPa, friction_angle=45, dilation_angle=10),
+    "mohr-coulomb-plastic": MohrCoulombPlastic(
+        **_GRAIN, tensile_strength=15 * MPa, cohesion=40 * MPa, friction_angle=45, dilation_angle=5,
+        residual_cohesion=4 * MPa, residual_friction_angle=35, softening_strain=0.02,
+    ),
+}  # fmt: skip
+
+
+@click.command(
+    help=f"""Show a material of grains: what the conformance kit finds, and the curves of one zone as material_NAME.png;
+what it was made with goes to material_NAME.json.
+
+MATERIAL is one of {", ".join(EXAMPLES)}, with values as an example, or FILE.py:MATERIAL, an instance in the file or a
+class whose parameters all have defaults. The file is run. The exit code is 1 if a property fails."""
+)
+@click.argument("material", metavar="MATERIAL")
+@click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
+def material(*, material: str, out: Path) -> None:
+    try:
+        chosen = find_material(material) if ".py" in material else _named(material)
+        report, figure = check_material(chosen), plot_material(chosen)
+    except (LawReferenceError, TypeError, ValueError) as error:
+        raise click.BadParameter(str(error)) from None
+    try:
+        file = writable_folder(out) / f"material_{file_name(material.rpartition(':')[2])}.png"
+        write_atomically(file, lambda path: figure.savefig(path, dpi=110))
+        record = {"material": described(chosen), "sources": own_sources(chosen)}
+        write_json(file.with_suffix(".json"), {**record, **origin()})
+    except OSError as error:
+        raise click.ClickException(str(error)) from None
+    click.echo(report)
+    click.echo(f"\nwritten to {file} and {file.with_suffix('.json').name}")
+    if not report.passed:
+        raise SystemExit(1)
+
+
+def _named(name: str) -> Material:
+    if name not in EXAMPLES:
+        known = ", ".join(EXAMPLES)
+        raise LawReferenceError(f"there is no material '{name}'{nearest(name, EXAMPLES)} (materials: {known})")
+    return EXAMPLES[name]

@@ -1,0 +1,180 @@
+"""The material of a grain: stress of one zone from its strain and memory."""
+
+from __future__ import annotations
+
+import enum
+from abc import abstractmethod
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.arguments import Checked, short
+from grainlaw.memory import as_floats, names_of_memory
+from grainlaw.parameter import ParameterError, parameter, part
+
+ROUNDING = 1e-9  #: of the largest entry, by which a stiffness may differ from its transpose
+Rows = tuple[tuple[Any, Any, Any], tuple[Any, Any, Any], tuple[Any, Any, Any]]
+
+
+class Material(metaclass=Checked):
+    """What a grain does to a strain, written in scalars for one zone as a pure function, in plane strain.
+
+    A whole material, a cubic crystal whose axes are those of the specimen (Nye 1985, Physical Properties of Crystals,
+    p. 141)::
+
+        @attrs.frozen(kw_only=True)
+        class Cubic(gl.Material):
+            c11: float = gl.parameter("Pa")
+            c12: float = gl.parameter("Pa")
+            c44: float = gl.parameter("Pa")
+            density: float = gl.parameter("kg/m3")
+            stiffness = property(lambda self: ((self.c11, self.c12, 0), (self.c12, self.c11, 0), (0, 0, self.c44)))
+
+            def stress(self, exx, eyy, exy):
+                return self.c11 * exx + self.c12 * eyy, self.c12 * exx + self.c11 * eyy, 2 * self.c44 * exy
+
+            def energy(self, exx, eyy, exy):
+                sxx, syy, sxy = self.stress(exx, eyy, exy)
+                return 0.5 * (sxx * exx + syy * eyy) + sxy * exy
+
+    Strain and stress are those in the frame that turns with the zone, so that the rotation of a grain is no concern of
+    its material; its memory stays in that frame. Inside the methods ``self`` gives what it gives in a
+    :class:`~grainlaw.ContactLaw`. A parameter may be an array with one entry for each grain of the material. There is
+    no strain in the third direction; a material in plane stress answers with the stress that goes with none there.
+    """
+
+    takes_arrays = True  #: parameters may be arrays
+    density: Any  #: kg/m3
+
+    @property
+    @abstractmethod
+    def stiffness(self) -> Rows:
+        """Rows of the stress (xx, yy, xy) over the strains exx, eyy and the shear angle 2 exy (Pa).
+
+        That of the first response, symmetric; no tangent of the material may be stiffer. The stable step and static
+        solutions take it. Where parameters are arrays, so are its entries.
+        """
+
+    @property
+    def exceptions(self) -> dict[str, str]:
+        """Properties of :func:`grainlaw.check_material` that the material is known to break: why and by how much."""
+        return {}
+
+    @abstractmethod
+    def stress(self, exx: Any, eyy: Any, exy: Any, *memory: Any) -> tuple[Any, ...]:
+        """Stress xx, yy and xy (Pa, tension positive), then the new memory.
+
+        ``exx``, ``eyy`` and ``exy`` are the components of the strain tensor. The arguments after them are the memory,
+        by name, zero at the start. The framework knows ``plastic_strain``, which pictures show.
+        """
+
+    @abstractmethod
+    def energy(self, exx: Any, eyy: Any, exy: Any, *memory: Any) -> Any:
+        """Stored energy (J/m3) at a strain, with the memory that ``stress`` returned there: what unloading gives back.
+
+        Work beyond it is what the material has dissipated.
+        """
+
+
+class Plane(enum.Enum):
+    """Condition in the third direction."""
+
+    STRAIN = enum.auto()  #: no strain
+    STRESS = enum.auto()  #: no stress
+
+
+@attrs.frozen(kw_only=True)
+class Elastic(Material):
+    """Linear elastic, isotropic grains that deform: small strain, finite rotation."""
+
+    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))
+    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)
+    density: float = parameter("kg/m3", usual=(500, 20_000))
+    plane: Plane = part(Plane, Plane.STRAIN)
+
+    @property
+    def constants(self) -> tuple[Any, Any, Any]:
+        """Stress per strain (Pa): along the axis, across it, in shear; Eq. (4)."""
+        e, nu = self.youngs_modulus, self.poissons_ratio
+        shear = e / (2 * (1 + nu))
+        if self.plane is Plane.STRESS:
+            return e / (1 - nu**2), e * nu / (1 - nu**2), shear
+        common = e / ((1 + nu) * (1 - 2 * nu))
+        return common * (1 - nu), common * nu, shear
+
+    along = property(lambda self: self.constants[0])
+    across = property(lambda self: self.constants[1])
+    shear = property(lambda self: self.constants[2])
+
+    @property
+    def stiffness(self) -> Rows:
+        along, across, shear = self.constants
+        return (along, across, 0.0), (across, along, 0.0), (0.0, 0.0, shear)
+
+    def stress(self, exx: Any, eyy: Any, exy: Any) -> tuple[Any, ...]:  # the engine has a pass of its own for it
+        return self.along * exx + self.across * eyy, self.across * exx + self.along * eyy, 2 * self.shear * exy
+
+    def energy(self, exx: Any, eyy: Any, exy: Any) -> Any:
+        sxx, syy, sxy = self.stress(exx, eyy, exy)
+        return 0.5 * (sxx * exx + syy * eyy) + sxy * exy
+
+
+@attrs.frozen(kw_only=True)
+class Rigid(metaclass=Checked):
+    """Grains that move but do not deform."""
+
+    density: float = parameter("kg/m3", usual=(500, 20_000))
+
+
+def material_memory(material: Material) -> tuple[str, ...]:
+    """Names of a material's memory: the arguments of its ``stress`` after the strain.
+
+    Raises :class:`ParameterError` where there is no such strain, and for memory without a name or a start at zero; also
+    where ``energy`` does not take the same.
+    """
+    names = names_of_memory(material, "stress", "exx, eyy and exy", 3)
+    own = names_of_memory(material, "energy", "exx, eyy and exy", 3)
+    if own != names:
+        raise ParameterError(
+            f"{type(material).__name__}.energy takes the memory ({', '.join(own)}), it must take that of stress "
+            f"({', '.join(names)})"
+        )
+    return names
+
+
+def stress_answered(material: Material, names: tuple[str, ...], answer: Any) -> tuple[float, ...]:
+    """What ``stress`` of a material with a memory of these ``names`` returned, as floats. Raises TypeError."""
+    found: tuple[float, ...] = as_floats(material, "stress", "stress xx, yy and xy", 3, names, answer)
+    return found
+
+
+def stiffness_of(material: Material, count: int = 1) -> np.ndarray:
+    """(count, 3, 3) Pa, the declared stiffness at each of the ``count`` grains of a material.
+
+    Raises :class:`ParameterError` for one that is not symmetric and positive definite.
+    """
+    name = type(material).__name__
+    try:
+        declared = material.stiffness
+    except Exception as error:
+        raise ParameterError(f"{name}.stiffness cannot be found: {type(error).__name__}: {error}") from error
+    try:
+        rows = [[np.broadcast_to(np.asarray(entry, dtype=float), count) for entry in row] for row in declared]
+        matrix = np.moveaxis(np.array(rows).reshape(3, 3, count), 2, 0)
+    except (TypeError, ValueError):
+        raise ParameterError(
+            f"{name}.stiffness = {short(declared)} is not allowed, it must be three rows of three numbers (Pa), or of "
+            f"arrays with one entry for each of the {count} grains of the material"
+        ) from None
+    size = np.abs(matrix).max(axis=(1, 2))
+    odd = np.asarray(np.abs(matrix - matrix.transpose(0, 2, 1)).max(axis=(1, 2)) > ROUNDING * size)
+    finite = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))
+    least = np.linalg.eigvalsh(np.where(finite[:, None, None], matrix, 0.0))[:, 0]
+    wrong = np.flatnonzero(~finite | odd | ~(least > 0))
+    if len(wrong):
+        first = matrix[wrong[0]].tolist()
+        why = "finite" if not finite[wrong[0]] else "symmetric" if odd[wrong[0]] else "positive definite"
+        shown = "; ".join(", ".join(f"{entry:.4g}" for entry in row) for row in first)
+        raise ParameterError(f"{name}.stiffness = [{shown}] Pa is not allowed, it must be {why}")
+    return matrix

@@ -1,0 +1,148 @@
+"""One small fault in a sound material for each property that the kit asks for: it must be found there."""
+
+import attrs
+import pytest
+from every_material import GRAIN
+from toy_materials import CUBIC, YIELDING, Cubic, Yielding
+
+import grainlaw as gl
+
+CALLS = []
+
+
+class Softer(Cubic):
+    """A first response below the declared stiffness."""
+
+    def stress(self, exx, eyy, exy):
+        return self.c11 * exx + self.c12 * eyy, self.c12 * exx + self.c11 * eyy, 1.96 * self.c44 * exy
+
+
+class Stiffens(Cubic):
+    """Twice as stiff in shear beyond a strain."""
+
+    def stress(self, exx, eyy, exy):
+        more = max(abs(exy) - 1e-3, 0.0) * (1 if exy > 0 else -1)
+        return self.c11 * exx + self.c12 * eyy, self.c12 * exx + self.c11 * eyy, 2 * self.c44 * (exy + more)
+
+    def energy(self, exx, eyy, exy):
+        more = max(abs(exy) - 1e-3, 0.0)
+        return 0.5 * self.c11 * (exx**2 + eyy**2) + self.c12 * exx * eyy + 2 * self.c44 * (exy**2 + more**2)
+
+
+class Lopsided(Cubic):
+    """One stress follows the other strain more than the reverse, beyond the first response."""
+
+    def stress(self, exx, eyy, exy):
+        sxx, syy, sxy = self.c11 * exx + self.c12 * eyy, self.c12 * exx + self.c11 * eyy, 2 * self.c44 * exy
+        return sxx - 0.1 * self.c12 * max(eyy - 5e-4, 0.0), syy, sxy
+
+
+class Flows(Yielding):
+    """Yields backwards: each plastic step gives energy."""
+
+    def stress(self, exx, eyy, exy, shifted):
+        trial = 2 * self.c44 * (exy - shifted)
+        shear = min(max(trial, -self.strength), self.strength)
+        shifted = shifted - 0.5 * (trial - shear) / (2 * self.c44)
+        return self.c11 * exx + self.c12 * eyy, self.c12 * exx + self.c11 * eyy, 2 * self.c44 * (exy - shifted), shifted
+
+    def energy(self, exx, eyy, exy, shifted):
+        return 0.5 * self.c11 * (exx**2 + eyy**2) + self.c12 * exx * eyy + 2 * self.c44 * (exy - shifted) ** 2
+
+
+class Declares(Cubic):
+    """Says that it stores more than the work."""
+
+    def energy(self, exx, eyy, exy):
+        return self.c11 * (exx**2 + eyy**2)
+
+
+class Heals(Yielding):
+    """Its plastic strain, a size, goes back: here it has the sign of the shear."""
+
+
+class Counts(Cubic):
+    """Depends on how often it was called."""
+
+    def stress(self, exx, eyy, exy):
+        CALLS.append(exx)
+        factor = 1 + 1e-9 * len(CALLS)
+        return self.c11 * exx + self.c12 * eyy, self.c12 * exx + self.c11 * eyy, 2 * self.c44 * exy * factor
+
+
+class Divides(Cubic):
+    """0/0 without strain."""
+
+    def stress(self, exx, eyy, exy):
+        return self.c11 * exx * exx / exx + self.c12 * eyy, self.c12 * exx + self.c11 * eyy, 2 * self.c44 * exy
+
+
+class Stops(Cubic):
+    """Raises: does not compile."""
+
+    def stress(self, exx, eyy, exy):
+        if exx > 1:
+            raise ValueError("too far")
+        return self.c11 * exx + self.c12 * eyy, self.c12 * exx + self.c11 * eyy, 2 * self.c44 * exy
+
+
+@attrs.frozen(kw_only=True)
+class Unitless(Cubic):
+    """A number that is not declared."""
+
+    factor: float = 1.0
+
+
+FAULTS = {
+    Softer: "stiffness", Stiffens: "stiffness", Lopsided: "symmetry", Flows: "energy", Declares: "symmetry",
+    Heals: "memory", Counts: "no hidden state", Divides: "finite", Stops: "compiled", Unitless: "units",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
+def test_the_kit_finds_the_fault(fault):
+    values = {field.name: getattr(YIELDING, field.name) for field in attrs.fields(Yielding)}
+    if not issubclass(fault, Yielding):
+        values.pop("strength")
+    report = gl.check_material(fault(**values))
+    assert not report[FAULTS[fault]].passed, report
+    assert report[FAULTS[fault]].found
+
+
+def test_the_sound_ones_conform():
+    assert gl.check_material(CUBIC).passed
+    report = gl.check_material(YIELDING)  # but for its signed plastic strain
+    assert [entry.name for entry in report if not entry.passed] == ["memory"]
+
+
+def test_the_kit_finds_a_frame_that_does_not_turn(monkeypatch):
+    """The engine is part of the check: without the turn of the stress a turned grain has a moment."""
+    from grainlaw.engine.parts import every_zone
+
+    original = every_zone.MaterialZones.states
+
+    def fixed(self, displacement):
+        stress, stored, lost = original(self, displacement)
+        return stress * [1.0, 1.0, 1.001], stored, lost
+
+    monkeypatch.setattr(every_zone.MaterialZones, "states", fixed)
+    report = gl.check_material(CUBIC)
+    assert "turned by" in report["objectivity"].found
+
+
+def test_what_a_material_returns_is_checked():
+    class Short(Cubic):
+        def stress(self, exx, eyy, exy):
+            return exx, eyy
+
+    class Other(Cubic):
+        def energy(self, exx, eyy, exy, damage):
+            return 0.0
+
+    values = {"c11": 9e10, "c12": 1e10, "c44": 5e9, "density": GRAIN["density"]}
+    with pytest.raises(TypeError, match=r"Short.stress must return 3 numbers, stress xx, yy and xy and no memory"):
+        gl.trace_material(Short(**values), 1e-3, 0, 0)
+    with pytest.raises(
+        gl.ParameterError, match=r"Other.energy takes the memory \(damage\), it must take that of stress"
+    ):
+        gl.trace_material(Other(**values), 1e-3, 0, 0)
