@@ -1,8 +1,8 @@
-"""Two published rocks and the contact parameters that were found for them: the tables of docs/calibration.md.
+"""Published rocks and the contact parameters that were found for them: tables of docs/calibration.md.
 
     python tests/validation/published_rocks_study.py [--write | --check]
 
-shows what is stored; docs/examples/published_rocks.py finds it anew, in an hour of one core.
+shows what is stored; docs/examples/published_rocks.py finds it anew, in half an hour of one core.
 """
 
 import json
