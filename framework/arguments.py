@@ -15,7 +15,9 @@ from typing import Any, TypeVar
 import attrs
 import numpy as np
 
+from grainlaw.declared import signature_of, text_of
 from grainlaw.messages import ParameterError, nearest, refusal, short  # noqa: F401
+from grainlaw.short_form import as_table, in_one_line, inherited
 
 Function = TypeVar("Function", bound=Callable)
 Hints = Mapping[str, Any]
@@ -27,7 +29,16 @@ class Checked(ABCMeta):
     ``class Elastic(metaclass=Checked)``. Raises :class:`ParameterError` for a name that is not known, for one that is
     missing, for a value of another kind than the annotation of a field says, and where an interface is not filled.
     Fields with a converter or a validator check their values themselves, and what takes a number checks its bounds.
+
+    An instance prints in one line, and in a notebook as a table, unless its class says otherwise; ``help`` shows unit,
+    bound and meaning of what is declared.
     """
+
+    def __new__(mcs, name: str, bases: tuple[type, ...], content: dict[str, Any], **options: Any) -> Any:
+        # attrs writes a __repr__ of its own, with every number of every array, where the body of a class has none.
+        for shows, otherwise in (("__repr__", in_one_line), ("_repr_html_", as_table)):
+            content.setdefault(shows, inherited(bases, shows, otherwise))
+        return super().__new__(mcs, name, bases, content, **options)
 
     def __call__(cls, *given: Any, **named: Any) -> Any:
         if cls.__abstractmethods__:
@@ -38,7 +49,18 @@ class Checked(ABCMeta):
 
     @property
     def __signature__(cls) -> inspect.Signature:  # Python would show that of __call__
-        return _of_class(cls).signature
+        return signature_of(cls, _of_class(cls).signature)
+
+    @property  # of the classes; this one, for which ``help`` is of no use, loses its own
+    def __doc__(cls) -> str | None:
+        return text_of(cls, _WRITTEN.__get__(cls, type(cls)))
+
+    @__doc__.setter
+    def __doc__(cls, text: str | None) -> None:  # a class that comes from another process is given its own
+        _WRITTEN.__set__(cls, text)
+
+
+_WRITTEN: Any = vars(type)["__doc__"]  #: of Python itself: the docstring as it is written
 
 
 def checked(function: Function) -> Function:

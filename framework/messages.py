@@ -6,14 +6,17 @@ import difflib
 from collections.abc import Iterable
 from typing import Any
 
+import attrs
 import numpy as np
+
+LONGEST = 100  #: letters of a value in a message
 
 
 class ParameterError(ValueError):
     """A value outside what its declaration allows; the message names component, parameter, value and bound."""
 
 
-def short(value: Any) -> str:
+def short(value: Any, most: int = LONGEST) -> str:
     """A value for a message: one line, and never a page of an array."""
     kind = type(value).__name__
     if isinstance(value, np.ndarray) and value.size > 6:
@@ -21,10 +24,15 @@ def short(value: Any) -> str:
     try:
         text = " ".join(repr(value).split())
     except Exception:
-        return f"a {kind}"
-    if len(text) <= 100:
+        return f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}"
+    if len(text) <= most:
         return text
-    return f"{text[:60]}..." if isinstance(value, (str, bytes, list, tuple, dict, int)) else f"a {kind}"
+    if attrs.has(type(value)):
+        whole = text[: most - 6].rpartition(", ")[0]
+        return f"{whole}, ...)" if "(" in whole else f"{kind}(...)"
+    if isinstance(value, (str, bytes, list, tuple, dict, int)):
+        return f"{text[: int(0.6 * most)]}..."
+    return f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}"
 
 
 def refusal(where: str, value: Any, wanted: str) -> ParameterError:

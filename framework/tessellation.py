@@ -14,6 +14,7 @@ from grainlaw.arguments import Checked, fits, refusal, wanted
 from grainlaw.edges import Edges
 from grainlaw.polygon import areas_and_centroids, cross, following
 from grainlaw.region import ROUNDING, Region, array_field
+from grainlaw.short_form import rounded
 
 LOOSE = "grains"  #: the boundary of all sides that loose grains have inside their region
 BETWEEN, INSIDE = "between", "inside"  #: kinds of edges: between two grains, and between cells of one
@@ -107,6 +108,14 @@ class Tessellation(metaclass=Checked):
             raise TilingError(f"body must give each of the {len(self.regions)} regions grains, by numbers from 0")
         if self.loose.any() and any(LOOSE in region.names for region in self.regions):
             raise TilingError(f"a region has a side named {LOOSE}, that is the boundary of loose grains")
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        size = " x ".join(rounded(length, "m") for length in np.ptp(self.vertices, axis=0))
+        facts = {"grains": str(len(np.unique(self.parent))), "size": size, "grain size": rounded(self.grain_size, "m")}
+        facts |= {"cells": str(self.count)} if self.is_breakable else {}
+        names = {"phases": ", ".join(self.phase_names), "joints": ", ".join(self.joints)}
+        return facts | {what: text for what, text in names.items() if text}
 
     @property
     def count(self) -> int:
