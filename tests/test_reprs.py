@@ -235,3 +235,11 @@ def test_a_class_keeps_its_docstring_in_another_process():
     again = pickle.loads(cloudpickle.dumps(Local))
     assert again.__doc__ == Local.__doc__
     assert vars(again)["__doc__"] == "Mine."
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_notebook_offers_public_names_only(package):
+    modules = {name for name in dir(package) if isinstance(getattr(package, name), types.ModuleType)}
+    assert set(package.__all__) <= set(dir(package))
+    assert modules <= {"geometry", "laws", "protocols", "units"}
+    assert set(dir(package)) - set(package.__all__) - modules <= {"__version__"}
