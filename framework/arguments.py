@@ -2,45 +2,25 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import inspect
 import sys
 import types
 import typing
 from abc import ABCMeta
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from numbers import Integral, Real
 from typing import Any, TypeVar
 
 import attrs
 import numpy as np
 
+from grainlaw.declared import signature_of, text_of
+from grainlaw.messages import ParameterError, nearest, refusal, short  # noqa: F401
+from grainlaw.short_form import as_table, in_one_line, inherited
+
 Function = TypeVar("Function", bound=Callable)
 Hints = Mapping[str, Any]
-
-
-class ParameterError(ValueError):
-    """A value outside what its declaration allows; the message names component, parameter, value and bound."""
-
-
-def short(value: Any) -> str:
-    """A value for a message: one line, and never a page of an array."""
-    kind = type(value).__name__
-    if isinstance(value, np.ndarray) and value.size > 6:
-        return f"an array of shape {value.shape}"
-    try:
-        text = " ".join(repr(value).split())
-    except Exception:
-        return f"a {kind}"
-    if len(text) <= 100:
-        return text
-    return f"{text[:60]}..." if isinstance(value, (str, bytes, list, tuple, dict, int)) else f"a {kind}"
-
-
-def refusal(where: str, value: Any, wanted: str) -> ParameterError:
-    """What to raise for a value: ``refusal("Stage: until", value, "a list of conditions")``."""
-    return ParameterError(f"{where} = {short(value)} is not allowed, it must be {wanted}")
 
 
 class Checked(ABCMeta):
@@ -49,7 +29,16 @@ class Checked(ABCMeta):
     ``class Elastic(metaclass=Checked)``. Raises :class:`ParameterError` for a name that is not known, for one that is
     missing, for a value of another kind than the annotation of a field says, and where an interface is not filled.
     Fields with a converter or a validator check their values themselves, and what takes a number checks its bounds.
+
+    An instance prints in one line, and in a notebook as a table, unless its class says otherwise; ``help`` shows unit,
+    bound and meaning of what is declared.
     """
+
+    def __new__(mcs, name: str, bases: tuple[type, ...], content: dict[str, Any], **options: Any) -> Any:
+        # attrs writes a __repr__ of its own, with every number of every array, where the body of a class has none.
+        for shows, otherwise in (("__repr__", in_one_line), ("_repr_html_", as_table)):
+            content.setdefault(shows, inherited(bases, shows, otherwise))
+        return super().__new__(mcs, name, bases, content, **options)
 
     def __call__(cls, *given: Any, **named: Any) -> Any:
         if cls.__abstractmethods__:
@@ -60,7 +49,18 @@ class Checked(ABCMeta):
 
     @property
     def __signature__(cls) -> inspect.Signature:  # Python would show that of __call__
-        return _of_class(cls).signature
+        return signature_of(cls, _of_class(cls).signature)
+
+    @property  # of the classes; this one, for which ``help`` is of no use, loses its own
+    def __doc__(cls) -> str | None:
+        return text_of(cls, _WRITTEN.__get__(cls, type(cls)))
+
+    @__doc__.setter
+    def __doc__(cls, text: str | None) -> None:  # a class that comes from another process is given its own
+        _WRITTEN.__set__(cls, text)
+
+
+_WRITTEN: Any = vars(type)["__doc__"]  #: of Python itself: the docstring as it is written
 
 
 def checked(function: Function) -> Function:
@@ -72,12 +72,6 @@ def checked(function: Function) -> Function:
         return function(*given, **named)
 
     return typing.cast(Function, call)
-
-
-def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str:
-    """A question that suggests the nearest known name, or nothing where none is as like (0 to 1)."""
-    near = difflib.get_close_matches(name, list(known), n=1, cutoff=likeness)
-    return f"; did you mean '{near[0]}'?" if near else ""
 
 
 @attrs.frozen

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import warnings
+from collections.abc import Mapping
 from typing import Any
 
 import attrs
@@ -189,7 +190,12 @@ def whole_number(*, default: int | None, at_least: int, at_most: int | None = No
         where = f"{type(component).__name__}: {attribute.name}"
         return checked_whole_number(where, value, at_least=at_least, at_most=at_most)
 
-    return attrs.field(default=default, converter=attrs.Converter(convert, takes_self=True, takes_field=True))
+    bounds = f"at least {at_least}" if at_most is None else f"{at_least} to {at_most}"
+    return attrs.field(
+        default=default,
+        converter=attrs.Converter(convert, takes_self=True, takes_field=True),
+        metadata={"bounds": bounds},
+    )
 
 
 def grain_numbers() -> Any:
@@ -240,6 +246,8 @@ def parameters(component: Any) -> dict[str, Any]:
             return value.tolist()
         if isinstance(value, (list, tuple)):
             return [plain(entry) for entry in value]
+        if isinstance(value, Mapping):
+            return {key: plain(entry) for key, entry in value.items()}
         if hasattr(value, "name") and hasattr(value, "value"):  # an enumeration's member
             return value.name.lower()
         return value

@@ -14,6 +14,7 @@ from grainlaw.arguments import Checked
 from grainlaw.material import Elastic, Material, Rigid, stiffness_of
 from grainlaw.mesh import Mesh, build_mesh
 from grainlaw.parameter import ParameterError, parameter, part, whole_number
+from grainlaw.short_form import in_one_line
 from grainlaw.tessellation import Tessellation
 
 
@@ -73,6 +74,15 @@ class Specimen(metaclass=Checked):
             if missing:
                 names = ", ".join(map(self.grains.phase_name, missing))
                 raise ParameterError(f"Specimen: material has no entry for the phases {names} of the grains")
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        material = (
+            in_one_line(self.material) if not isinstance(self.material, Mapping) else f"{len(self.material)} kinds"
+        )
+        refined = {"refinement": str(self.refinement)} if self.refinement else {}
+        points = {"contact points": in_one_line(self.contact_points)}
+        return {**self.grains._facts, "material": material, **points, **refined}
 
     @property
     def is_rigid(self) -> bool:

@@ -11,8 +11,10 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, fits, refusal, wanted
+from grainlaw.edges import Edges
 from grainlaw.polygon import areas_and_centroids, cross, following
 from grainlaw.region import ROUNDING, Region, array_field
+from grainlaw.short_form import rounded
 
 LOOSE = "grains"  #: the boundary of all sides that loose grains have inside their region
 BETWEEN, INSIDE = "between", "inside"  #: kinds of edges: between two grains, and between cells of one
@@ -42,25 +44,6 @@ def _regions(regions: Iterable[Region]) -> tuple[Region, ...]:
     if not fits(regions, Sequence[Region]):
         raise refusal("Tessellation: bodies", regions, wanted(Sequence[Region]))
     return tuple(regions)
-
-
-@attrs.frozen(eq=False)
-class Edges:
-    """All edges of a tessellation, each once; index letter ``e``."""
-
-    start: np.ndarray  #: (e,) vertex; start to end runs counter-clockwise round the left grain
-    end: np.ndarray  #: (e,) vertex
-    left: np.ndarray  #: (e,) grain
-    right: np.ndarray  #: (e,) grain, -1 on the boundary
-    side: np.ndarray  #: (e,) number into ``boundary_names``, -1 inside (and where no side of the region is)
-    kind: np.ndarray  #: (e,) number into the tessellation's ``kinds``: between two grains, inside of one, or a joint
-    left_corners: np.ndarray  #: (e, 2) positions in ``corners`` of start and end, in the left grain
-    right_corners: np.ndarray  #: (e, 2) positions in ``corners`` of start and end, in the right grain; -1 without
-    length: np.ndarray  #: (e,) m
-    boundary_names: tuple[str, ...]
-
-    def __len__(self) -> int:
-        return len(self.start)
 
 
 @attrs.frozen(eq=False)
@@ -125,6 +108,14 @@ class Tessellation(metaclass=Checked):
             raise TilingError(f"body must give each of the {len(self.regions)} regions grains, by numbers from 0")
         if self.loose.any() and any(LOOSE in region.names for region in self.regions):
             raise TilingError(f"a region has a side named {LOOSE}, that is the boundary of loose grains")
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        size = " x ".join(rounded(length, "m") for length in np.ptp(self.vertices, axis=0))
+        facts = {"grains": str(len(np.unique(self.parent))), "size": size, "grain size": rounded(self.grain_size, "m")}
+        facts |= {"cells": str(self.count)} if self.is_breakable else {}
+        names = {"phases": ", ".join(self.phase_names), "joints": ", ".join(self.joints)}
+        return facts | {what: text for what, text in names.items() if text}
 
     @property
     def count(self) -> int:

@@ -9,8 +9,7 @@ from fractions import Fraction
 from numbers import Real
 from typing import Any
 
-from grainlaw.arguments import short
-from grainlaw.parameter import ParameterError
+from grainlaw.messages import ParameterError, short
 
 Dimension = tuple[int, ...]  #: powers of kilogram, metre, second, degree
 Unit = tuple[Fraction, Dimension]  #: size in SI (degrees for angles), exact so that "5 um" is the float 5e-6
@@ -46,7 +45,7 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
     """The number, in the declared ``unit``, of a number in that unit or a string such as ``"13 MPa"``.
 
     Units are those of mechanics with SI prefixes, multiplied by * and divided by /, with powers as in m2 or m^2, and
-    %, deg and rad. Raises :class:`~grainlaw.parameter.ParameterError`, which names ``name`` and what is allowed.
+    %, deg and rad. Raises :class:`~grainlaw.messages.ParameterError`, which names ``name`` and what is allowed.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(value)

@@ -67,3 +67,7 @@ __all__ = [
     "write_geo",
     "write_tess",
 ]
+
+
+def __dir__() -> list[str]:  # a notebook offers what is public, not the modules that it came from
+    return [*__all__]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from html import escape
 from typing import Any
 
 import attrs
@@ -76,7 +77,14 @@ class Texture(metaclass=Checked):
         rows.append(["slivers", f"{len(self.slivers)}", ", ".join(map(str, self.slivers[:5]))])
         return aligned([["", "found", "asked"], *rows])
 
-    __repr__ = __str__
+    @property
+    def _facts(self) -> dict[str, str]:
+        facts = {"grains": self.grains, "cells": self.cells, "slivers": len(self.slivers)}
+        phases = {"phases": ", ".join(self.fractions)} if len(self.fractions) > 1 else {}
+        return {name: str(count) for name, count in facts.items()} | phases
+
+    def _html(self) -> str:
+        return f"<pre>{escape(str(self))}</pre>"
 
     def _asked(self, name: str) -> str:
         value = self.asked.get(name)

@@ -50,3 +50,7 @@ __all__ = [
     "WeibullField",
     "XuNeedleman",
 ]
+
+
+def __dir__() -> list[str]:  # a notebook offers what is public, not the modules that it came from
+    return [*__all__]

@@ -26,3 +26,7 @@ __all__ = [
     "UniaxialCompression",
     "UniaxialTension",
 ]
+
+
+def __dir__() -> list[str]:  # a notebook offers what is public, not the modules that it came from
+    return [*__all__]

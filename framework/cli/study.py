@@ -22,9 +22,10 @@ from grainlaw.naming import Shown, aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.stopping import Stopped
+from grainlaw.studies.export import PRINTED
 from grainlaw.studies.statistics import Mean, level
 from grainlaw.studies.study import Study
-from grainlaw.studies.table import PRINTED, Table
+from grainlaw.studies.table import Table
 from grainlaw.studies.workers import ExecutorError
 
 

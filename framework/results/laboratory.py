@@ -19,6 +19,7 @@ from grainlaw.results.measure import Measure, check_measures, found
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.results.thresholds import Path, path_to_peak
+from grainlaw.short_form import html_table
 from grainlaw.window import Window, window_mean
 
 if TYPE_CHECKING:
@@ -128,17 +129,29 @@ class Laboratory(metaclass=Checked):
             return ""
         return f"the test does not record {', '.join(columns)}: no {', '.join(measure.name for measure in absent)}"
 
+    @property
+    def _facts(self) -> dict[str, str]:
+        return {"measures": str(len(self.measures)), "of": repr(self.result)}
+
+    def _html(self) -> str:
+        note = [(self.note, "", "", "")] if self.note else []
+        return html_table([*self._rows(), *note], ("", "", "unit", "source"), "Laboratory")
+
     def __str__(self) -> str:
-        rows = []
-        for measure in self.measures:
-            value = self.properties[measure.name] * measure.factor
-            unit = "" if measure.unit == "1" else measure.unit
-            rows.append((measure.meaning, f"{value:.4g}" if np.isfinite(value) else "-", unit, measure.source))
+        rows = self._rows()
         widths = [max((len(row[k]) for row in rows), default=0) for k in range(3)]
         lines = [
             f"{a.ljust(widths[0])}  {b.rjust(widths[1])}  {c.ljust(widths[2])}  {d}".rstrip() for a, b, c, d in rows
         ]
         return "\n".join([*lines, *([self.note] if self.note else [])])
+
+    def _rows(self) -> list[tuple[str, str, str, str]]:
+        rows = []
+        for measure in self.measures:
+            value = self.properties[measure.name] * measure.factor
+            unit = "" if measure.unit == "1" else measure.unit
+            rows.append((measure.meaning, f"{value:.4g}" if np.isfinite(value) else "-", unit, measure.source))
+        return rows
 
     def plot(self) -> Figure:
         """Curves with thresholds, orientations, fragments, events, and length and energy of cracks."""

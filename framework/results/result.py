@@ -13,7 +13,9 @@ import numpy as np
 from grainlaw.arguments import Checked, nearest
 from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy
 from grainlaw.mesh import Mesh
+from grainlaw.naming import shown
 from grainlaw.parameter import ParameterError, checked_whole_number
+from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
 
 if TYPE_CHECKING:
@@ -25,6 +27,9 @@ if TYPE_CHECKING:
     from grainlaw.results.frames import Frame
     from grainlaw.results.laboratory import Laboratory
     from grainlaw.results.measure import Measure
+
+
+FIRST = ("peak_stress", "peak_strain", "strength", "toughness")  #: what is shown first of a summary
 
 
 class Named(dict[str, Any]):
@@ -52,6 +57,11 @@ class Cracks(metaclass=Checked):
     @inside.default
     def _between(self) -> np.ndarray:
         return np.zeros(len(self.time), dtype=bool)
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        tensile = int(np.count_nonzero(self.tensile))
+        return {"cracks": str(len(self)), "tensile": str(tensile), "shear": str(len(self) - tensile)}
 
     def __len__(self) -> int:
         return len(self.time)
@@ -115,6 +125,21 @@ class Result(metaclass=Checked):
                 f"{where} needs frames, and this result has none: it was saved without them, as by a study"
             )
         return self.frames[checked_whole_number(f"{where}: frame", number, at_least=-count, at_most=count - 1)]
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        from grainlaw.results.archive import called
+
+        laws = f"{len(self.law)} laws" if isinstance(self.law, Mapping) else called(self.law)
+        facts = {"law": laws, "test": called(self.protocol), "grains": str(self.specimen.grains.count)}
+        facts |= {shown(name).heading: shown(name).text(self.summary[name]) for name in FIRST if name in self.summary}
+        samples = max(map(len, self.curves.values()), default=0)
+        counts = {"cracks": len(self.cracks), "samples": samples, "frames": len(self.frames)}
+        return facts | {what: str(count) for what, count in counts.items()}
+
+    def _html(self) -> str:
+        rest = {shown(name).heading: shown(name).text(value) for name, value in self.summary.items()}
+        return html_table((self._facts | rest).items(), caption="Result")
 
     @property
     def mesh(self) -> Mesh:

@@ -20,6 +20,7 @@ from grainlaw.results.result import Result
 from grainlaw.results.tables import write_curves, write_json
 from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.runs.stopping import Stopped
+from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
 
 if TYPE_CHECKING:
@@ -31,6 +32,9 @@ TABLE = (
     "shear_cracks", "kinetic_ratio", "platen_imbalance", "energy_error", "energy_made",
     "steps", "seconds",
 )  # fmt: skip
+
+
+FIRST = "peak_stress"  #: what is shown of each law in one line
 
 
 @attrs.frozen(eq=False)
@@ -59,7 +63,25 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         """The summaries (SI) by the name of the law."""
         return {name: result.summary for name, result in self.results.items()}
 
+    @property
+    def _facts(self) -> dict[str, str]:
+        peak, name = shown(FIRST), FIRST
+        found = {law: result.summary.get(name) for law, result in self.results.items()}
+        texts = {law: f"{peak.text(value)} {peak.unit}" for law, value in found.items() if value is not None}
+        rest = [law for law in self.results if law not in texts]
+        failed = {"failed": ", ".join(self.failed)} if self.failed else {}
+        return {"laws": str(len(self) + len(self.failed)), **failed, **texts, **dict.fromkeys(rest, "finished")}
+
+    def _html(self) -> str:
+        heads, *rows = self._rows()
+        failed = [(name, "failed", str(error)) for name, error in self.failed.items()]
+        return html_table(rows, heads) + (html_table(failed) if failed else "")
+
     def __str__(self) -> str:
+        reasons = (f"\n{name} failed: {error}" for name, error in self.failed.items())
+        return aligned(self._rows(), rule=True) + "".join(reasons)
+
+    def _rows(self) -> list[list[str]]:
         rows = [["", *self.results, *self.failed]]
         rows += [
             [
@@ -69,8 +91,7 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
             ]
             for n in TABLE
         ]
-        reasons = (f"\n{name} failed: {error}" for name, error in self.failed.items())
-        return aligned(rows, rule=True) + "".join(reasons)
+        return rows
 
     def plot(self) -> Figure:
         """Stress-strain curves of all laws. Raises ParameterError for a test that does not record them."""

@@ -147,10 +147,21 @@ def of_run(specimen: Specimen, law: Laws, protocol: LoadingProtocol, options: Ma
         "options": {name: described(value) if attrs.has(type(value)) else value for name, value in options.items()},
         "sources": {kind.__qualname__: _code(kind) for kind in _own(*judged)},
     }
-    text = json.dumps(without_nan(content), sort_keys=True, default=repr)
+    text = json.dumps(without_nan(content), sort_keys=True, default=_exact)
     key = hashlib.sha256(text.encode()).hexdigest()
     sources = own_sources(law, *judged)
     return {"key": key, **content, "sources": sources}
+
+
+def _exact(value: Any) -> Any:
+    """What JSON has no word for, with all that it holds: what a component or an array prints leaves some of it away."""
+    if attrs.has(type(value)):
+        return described(value)
+    if isinstance(value, np.ndarray):
+        return _short(value.tolist())
+    if isinstance(value, (set, frozenset)):
+        return sorted(json.dumps(without_nan(entry), sort_keys=True, default=_exact) for entry in value)
+    return repr(value)
 
 
 def _code(kind: type) -> str:

@@ -1,4 +1,4 @@
-"""The table of a study in forms for other programs."""
+"""The table of a study as text, and in forms for other programs."""
 
 from __future__ import annotations
 
@@ -9,8 +9,12 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from grainlaw.naming import aligned
 from grainlaw.parameter import ParameterError
 from grainlaw.results.files import write_atomically
+from grainlaw.short_form import html_table
+from grainlaw.studies.rows import label
+from grainlaw.studies.statistics import level
 
 if TYPE_CHECKING:
     import pandas
@@ -19,7 +23,38 @@ if TYPE_CHECKING:
     from grainlaw.studies.table import Table
 
 
+#: columns that are printed if the table has them
+PRINTED = ("peak_stress", "peak_strain", "apparent_modulus", "crack_damage", "tensile_cracks", "shear_cracks")
+LINES = 40  #: rows that are printed
 MOST_EMPTY = 1_000_000  #: places of an array that may have no case
+
+
+def as_text(table: Table) -> str:
+    """Aligned rows, and the reasons of cases that failed."""
+    reasons = "".join(
+        f"\n{label(table.factors, row)}: {row['status']}, {row['reason']}" for row in table.failed[:LINES]
+    )
+    return aligned(_texts(table), rule=True) + (f"\n{_more(table)}" if _more(table) else "") + reasons
+
+
+def as_html(table: Table) -> str:
+    """The same rows for a notebook."""
+    heads, *rows = _texts(table)
+    return html_table([*rows, *([[_more(table)]] if _more(table) else [])], heads)
+
+
+def _more(table: Table) -> str:
+    return f"... and {len(table) - LINES} more" if len(table) > LINES else ""
+
+
+def _texts(table: Table) -> list[list[str]]:
+    names = [*table.factors, "status", *(name for name in PRINTED if name in table.columns)]
+    rows = [[_text(table, name, table.value(row, name)) for name in names] for row in table.rows[:LINES]]
+    return [[table.look(name).heading for name in names], *rows]
+
+
+def _text(table: Table, name: str, value: Any) -> str:
+    return level(name, value) if name in table.factors else table.look(name).text(value)
 
 
 def to_pandas(table: Table) -> pandas.DataFrame:

@@ -11,7 +11,7 @@ import numpy as np
 
 from grainlaw.arguments import checked, nearest, short
 from grainlaw.columns import STRAIN, STRESS
-from grainlaw.naming import Shown, aligned, shown
+from grainlaw.naming import Shown, shown
 from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.archive import from_bytes
 from grainlaw.results.measure import Measure
@@ -20,9 +20,9 @@ from grainlaw.results.standard_measures import MEASURES
 from grainlaw.studies import groups
 from grainlaw.studies.case import FINISHED
 from grainlaw.studies.design import RESERVED
-from grainlaw.studies.export import to_pandas, to_xarray, write_csv, write_parquet
+from grainlaw.studies.export import as_html, as_text, to_pandas, to_xarray, write_csv, write_parquet
 from grainlaw.studies.rows import Rows, is_number, label, number, several
-from grainlaw.studies.statistics import By, Listing, level
+from grainlaw.studies.statistics import By, Listing
 from grainlaw.studies.store import Store
 
 if TYPE_CHECKING:
@@ -30,10 +30,6 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-#: columns that the table prints if it has them
-PRINTED = ("peak_stress", "peak_strain", "apparent_modulus", "crack_damage", "tensile_cracks", "shear_cracks")
-LINES = 40  #: rows that it prints
 
 
 class Table(Rows):
@@ -283,17 +279,12 @@ class Table(Rows):
         self._check_factors("write_report", *over)
         write_report(self, file, title, over)
 
+    @property
+    def _facts(self) -> dict[str, str]:
+        return {"cases": str(len(self)), "factors": ", ".join(self.factors), "failed": str(len(self.failed))}
+
+    def _html(self) -> str:
+        return as_html(self)
+
     def __str__(self) -> str:
-        names = [*self.factors, "status", *(name for name in PRINTED if name in self.columns)]
-        rows = [[self.look(name).heading for name in names]]
-        rows += [[self._text(name, self.value(row, name)) for name in names] for row in self.rows[:LINES]]
-        more = f"\n... and {len(self) - LINES} more" if len(self) > LINES else ""
-        reasons = "".join(
-            f"\n{label(self.factors, row)}: {row['status']}, {row['reason']}" for row in self.failed[:LINES]
-        )
-        return aligned(rows, rule=True) + more + reasons
-
-    __repr__ = __str__
-
-    def _text(self, name: str, value: Any) -> str:
-        return level(name, value) if name in self.factors else self.look(name).text(value)
+        return as_text(self)

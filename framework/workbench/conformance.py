@@ -9,6 +9,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.contact import ContactLaw
+from grainlaw.short_form import html_table
 from grainlaw.workbench.bench import Bench
 from grainlaw.workbench.properties import PROPERTIES
 
@@ -52,6 +53,16 @@ class Report(metaclass=Checked):
             if entry.name == name:
                 return entry
         raise KeyError(f"no property {name!r}, only {', '.join(entry.name for entry in self.entries)}")
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        failed = [entry.name for entry in self.entries if not entry.passed]
+        verdict = f"fails {', '.join(failed)}" if failed else "conforms"
+        return {"law": self.law, "verdict": verdict, "properties": str(len(self.entries))}
+
+    def _html(self) -> str:
+        rows = [(e.name, "holds" if e.passed else "fails", e.exception or e.found) for e in self.entries]
+        return html_table(rows, caption=f"{self.law} {self._facts['verdict']}")
 
     def __str__(self) -> str:
         failed = sum(not entry.passed for entry in self.entries)

@@ -1,0 +1,127 @@
+"""What a component declares of its parameters, as the text and the signature that ``help`` shows.
+
+Read when it is asked for: the meanings are the comments beside the fields, and a file takes milliseconds to read.
+"""
+
+from __future__ import annotations
+
+import ast
+import enum
+import functools
+import inspect
+import linecache
+import re
+import sys
+import types
+import typing
+from typing import Any
+
+import attrs
+
+HEADS = ("parameter", "unit or kind", "allowed", "default", "meaning")
+COMMENT = re.compile(r"#:\s*(.+?)\s*$")
+
+
+def signature_of(kind: type, plain: inspect.Signature) -> inspect.Signature:
+    """The signature with the unit and the bound of each number: ``kn: Annotated[float, 'Pa/m, above 0']``."""
+    fields = _fields(kind)
+    return plain.replace(
+        parameters=[
+            each.replace(annotation=_annotation(fields[each.name])) if each.name in fields else each
+            for each in plain.parameters.values()
+        ]
+    )
+
+
+def text_of(kind: type, own: str | None) -> str | None:
+    """A docstring with a table of the parameters at its end."""
+    fields = _fields(kind)
+    if not fields:
+        return own
+    meanings = _meanings(kind)
+    rows = [
+        (name, _unit_or_kind(field), _allowed(field), _default(field), meanings.get(field.name, ""))
+        for name, field in fields.items()
+    ]
+    columns = [k for k in range(len(HEADS)) if k == 0 or any(row[k] for row in rows)]
+    return "\n\n".join([*([inspect.cleandoc(own)] if own else []), _table([HEADS, *rows], columns)]) + "\n"
+
+
+def _table(rows: list[tuple[str, ...]], columns: list[int]) -> str:
+    widths = {k: max(len(row[k]) for row in rows) for k in columns}
+    rule = "  ".join("=" * widths[k] for k in columns)
+    lines = ["  ".join(row[k].ljust(widths[k]) for k in columns).rstrip() for row in rows]
+    return "\n".join([rule, lines[0], rule, *lines[1:], rule])
+
+
+def _fields(kind: type) -> dict[str, Any]:
+    """Fields that are given when a component is made, by the name of the argument."""
+    return {field.alias: field for field in attrs.fields(kind) if field.init} if attrs.has(kind) else {}
+
+
+def _annotation(field: Any) -> Any:
+    words = ", ".join(word for word in (field.metadata.get("unit", ""), _allowed(field)) if word)
+    plain = inspect.Parameter.empty if field.type is None else field.type
+    if words and str(plain) in ("float", "int", str(float), str(int)):
+        return typing.Annotated[int if "int" in str(plain) else float, words]
+    return plain
+
+
+def _unit_or_kind(field: Any) -> str:
+    unit = field.metadata.get("unit")
+    if unit is not None:
+        return "number" if unit == "1" else str(unit)
+    return getattr(field.type, "__name__", str(field.type)) if field.type is not None else ""
+
+
+def _allowed(field: Any) -> str:
+    """The bounds in words, or the members of an enumeration."""
+    if isinstance(field.default, enum.Enum) and field.default is not attrs.NOTHING:  # which is a member itself
+        return ", ".join(type(field.default).__members__)
+    words = str(field.metadata.get("bounds", ""))
+    for common in ("a finite number and ", "a number and "):
+        words = words.removeprefix(common)
+    return words
+
+
+def _default(field: Any) -> str:
+    default = field.default
+    if default is attrs.NOTHING or isinstance(default, attrs.Factory):  # type: ignore[arg-type]
+        return ""
+    text = default.name if isinstance(default, enum.Enum) else " ".join(repr(default).split())
+    return text if len(text) <= 60 else f"{type(default).__name__}(...)"
+
+
+@functools.cache
+def _meanings(kind: type) -> dict[str, str]:
+    """The comments ``#: ...`` beside the fields, by name; those of a base where the field is the base's."""
+    found: dict[str, str] = {}
+    for owner in reversed(kind.__mro__):
+        if attrs.has(owner):
+            found |= _comments(owner)
+    return found
+
+
+def _comments(kind: type) -> dict[str, str]:
+    lines = linecache.getlines(_file(kind))
+    try:
+        tree = ast.parse("".join(lines))
+    except SyntaxError:
+        return {}
+    bodies = [node.body for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name == kind.__name__]
+    found = {}
+    for node in bodies[-1] if bodies else ():
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            for line in {node.lineno, node.end_lineno or node.lineno}:
+                if comment := COMMENT.search(lines[line - 1]):
+                    found[node.target.id] = comment[1]
+    return found
+
+
+def _file(kind: type) -> str:
+    """Where a class is written; of one in a notebook, the name of its cell."""
+    codes = (each.__code__ for each in vars(kind).values() if isinstance(each, types.FunctionType))
+    module = sys.modules.get(kind.__module__)
+    file = getattr(module, "__file__", None)
+    own = (code.co_filename for code in codes if not code.co_filename.startswith("<attrs"))
+    return str(file or next(own, ""))
