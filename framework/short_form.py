@@ -38,7 +38,7 @@ def in_one_line(component: Any) -> str:
             return object.__repr__(component)
     except Exception:  # one that is not complete, as in the message that refuses it
         return f"{kind.__name__}(...)"
-    most = MOST_OF_LAW if getattr(kind, "one_per_contact", False) else MOST
+    most = MOST_OF_LAW if getattr(kind, "takes_arrays", False) else MOST
     return _listed(f"{kind.__name__}(", parts, ")", most)
 
 

@@ -16,6 +16,7 @@ from grainlaw.calibration.identifiability import identifiability
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.simulator import Failure
 from grainlaw.laws import MohrCoulomb
+from grainlaw.short_form import MOST
 from grainlaw.units import MPa
 
 FOUR = ("ucs", "cohesion", "friction_angle", "tensile_strength")
@@ -121,3 +122,13 @@ def test_without_an_answer_there_is_no_law_and_the_conflict_is_told(conflicting,
     assert json.loads((tmp_path / "out" / "calibration.json").read_text())["conflicts"][0]["targets"] == [
         "tensile_strength"
     ]
+
+
+def test_it_prints_its_parameters_in_one_line(answered, conflicting):
+    met = sum(each.is_met for each in answered.checks if each.target)
+    assert repr(answered).startswith("Calibration(law: MohrCoulomb, points: ")
+    assert f"met on fresh seeds: {met} of 4 targets" in repr(answered)
+    assert "tensile_strength" in repr(conflicting)
+    assert len(repr(answered)) <= MOST
+    assert len(repr(conflicting)) <= MOST
+    assert "<table>" in answered._repr_html_()

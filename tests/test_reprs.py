@@ -50,7 +50,7 @@ def page(thing):
 
 
 #: what prints as a line or a table of its own, which is made of its content
-OWN = (gl.Calibration, gl.Study)
+OWN = (gl.Study,)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in EXPORTED if not inspect.isabstract(kind) and kind not in OWN])
@@ -59,7 +59,7 @@ def test_no_component_prints_a_page_whatever_it_holds(kind):
     if attrs.has(kind):
         contents = np.arange(1e5), ["grain"] * 10_000, {k: "grain" for k in range(10_000)}, "grain " * 10_000, None
         things += [filled(kind, content) for content in contents]
-    most = MOST_OF_LAW if getattr(kind, "one_per_contact", False) else MOST
+    most = MOST_OF_LAW if getattr(kind, "takes_arrays", False) else MOST
     for thing in things:
         assert len(repr(thing)) <= most
         assert kind.__name__ in repr(thing)

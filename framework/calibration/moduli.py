@@ -14,7 +14,7 @@ from grainlaw.calibration.waves import Search
 from grainlaw.parameter import ParameterError
 
 WITHIN = 0.01  #: of the targets: near enough
-ROUNDS = 6  #: of statics and tests
+ROUNDS = 10  #: of statics and tests
 SLOPES = (0.5, 4.0)  #: of Poisson's ratio in the test over that of statics
 
 Statics = Callable[[Mapping[str, float]], Stiffness]  #: from modulus and Poisson's ratio, those that are asked for

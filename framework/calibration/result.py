@@ -91,7 +91,15 @@ class Calibration(metaclass=Checked):
             parts.append(self.failure_words)
         return "\n\n".join(parts)
 
-    __repr__ = __str__
+    @property
+    def _facts(self) -> dict[str, str]:
+        """What is printed in one line, and in a notebook."""
+        facts = {"law": self.space.kind.__name__, "points": str(len(self.found.design.points))}
+        if not self.is_plausible:
+            return {**facts, "in conflict": self.conflict}
+        met = [each.is_met for each in self.checks if each.target is not None]
+        values = {free.name: _short(self.best[free.name], free.unit) for free in self.space.free}
+        return {**facts, **values, "met on fresh seeds": f"{sum(map(bool, met))} of {len(met)} targets"}
 
     @property
     def head(self) -> str:
