@@ -196,5 +196,5 @@ __version__ = "0.1.0"
 
 
 def __dir__() -> list[str]:  # a notebook offers what is public, not the modules that it came from
-    imported = (name for name in ("geometry", "laws", "protocols", "units") if name in globals())
+    imported = (name for name in ("geometry", "laws", "materials", "protocols", "units") if name in globals())
     return [*__all__, "__version__", *imported]

@@ -81,7 +81,7 @@ CASES = {
     "yielding": small_sample(material=YIELDING),
     "by grain": small_sample(material=each_its_own(YIELDING, "strength", 40)),
     "mixed": mixed(),
-    "several blocks": small_sample(400, material=YIELDING),
+    "several blocks": small_sample(400, material=YIELDING, refinement=1),
 }
 
 

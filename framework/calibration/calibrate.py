@@ -82,7 +82,8 @@ def calibrate(
         raise ParameterError("calibrate: cohesion or friction_angle needs confinements: Targets(confinements=[...])")
 
     first = _space(law, free, tied or {}, shapes, targets)
-    checked_whole_number("calibrate: budget", budget, at_least=2 * (len(first.groups) + 4))
+    parts = 3 if targets.elastic else 2  # a pilot, the first wave, and as much for the later ones
+    checked_whole_number("calibrate: budget", budget, at_least=parts * (len(first.groups) + 4))
     tell = _silent if quiet else _say
     case = TrialCase(first.law, first.base, first.ties, shapes, made, 1.0)
     simulator = StudySimulator(case, targets.pressures, store, workers=workers, on=on, quiet=quiet)

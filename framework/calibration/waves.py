@@ -115,7 +115,9 @@ class Search:
 
     def pilot(self) -> np.ndarray:
         """(d,) parameters near the best, from a few points: the first ones of the first wave."""
-        chosen = self.space.at_reference(self.space.prior(min(LATER * len(self.space.groups), self._first), self.seed))
+        groups = len(self.space.groups)
+        count = max(groups + 4, min(LATER * groups, self.budget // 3))
+        chosen = self.space.at_reference(self.space.prior(count, self.seed))
         self.tell(f"pilot: {len(chosen)} points on {len(self.seeds)} seeds")
         nothing = Design(np.empty((0, len(self.space.free))), np.empty(0), {})
         match = self._match(nothing.with_more(chosen, *self._tested(chosen, self.seeds)))

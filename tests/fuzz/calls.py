@@ -17,6 +17,7 @@ from support import BRITTLE, HILLERBORG, ROCK, STIFF, small_sample
 import grainlaw as gl
 import grainlaw.geometry
 import grainlaw.laws
+import grainlaw.materials
 import grainlaw.protocols
 from grainlaw.geometry import JointSet, Voronoi, rectangle
 from grainlaw.laws import EvansMarathe, Linear, LinearClosure, Roughness
