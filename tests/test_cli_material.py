@@ -72,3 +72,11 @@ def test_plastic_strain_is_in_frames_and_files(tmp_path):
     VtkSeries(tmp_path, state.specimen, state.bonds.ends).write(frame)
     found = meshio.read(tmp_path / "grains_0000.vtu").cell_data["plastic_strain"][0]
     assert np.array_equal(found, np.arange(len(state.mesh.zones)))
+
+
+def test_pictures_show_the_strength_in_compression():
+    """Of a material that bears far more than in tension: 2 c cos(phi) / (1 - sin(phi)) without confinement."""
+    curves = gl.plot_material(MOHR).axes[0].lines
+    angle = np.radians(MOHR.friction_angle)
+    strength = 2 * MOHR.cohesion * np.cos(angle) / (1 - np.sin(angle))
+    assert max(curves[0].get_ydata()) == pytest.approx(strength / 1e6, rel=0.02)

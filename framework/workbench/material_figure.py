@@ -13,17 +13,20 @@ from grainlaw.workbench.zone import compress, trace_material
 
 STEPS = 300
 FAR = 12  #: times the strain at which the first response ends
+BENT = 0.8  #: of the stress of the first response: a curve that ends below it shows what comes after
+FURTHER = (1, 2, 4, 8)  #: times as far, for a material that bears more in compression
 
 
 def draw_material(material: Material) -> Figure:
     """Three views of one zone; see :func:`grainlaw.plot_material`."""
     bench = MaterialBench(material)
     far, modulus = FAR * bench.scale, float(bench.zone.stiffness[1, 1])
+    furthest = next((k * far for k in FURTHER if _is_bent(material, k * far)), far)
     figure = Figure(figsize=(13.5, 4.4), layout="constrained")
     pressed, pulled, sheared = figure.subplots(1, 3)
     for share, colour in zip((0.0, 0.2, 0.5, 1.0), SHADES, strict=True):
         pressure = float(f"{share * bench.scale * modulus:.1g}")
-        trace = _as_far(material, far, pressure)
+        trace = _as_far(material, furthest, pressure)
         if trace is not None:
             label = f"confinement {pressure * MPA:.3g} MPa"
             pressed.plot(100 * (trace[0][0] - trace[0]), -MPA * trace[1], color=colour, label=label)
@@ -39,6 +42,15 @@ def draw_material(material: Material) -> Figure:
     sheared.set(xlabel="shear angle (%)", ylabel="shear stress (MPa)", title="sheared to and fro")
     figure.suptitle(type(material).__name__)
     return figure
+
+
+def _is_bent(material: Material, strain: float) -> bool:
+    """Whether a zone that is pressed so far, without confinement, shows more than its first response."""
+    trace = _as_far(material, strain, 0.0)
+    if trace is None:
+        return True
+    along, stress = trace
+    return bool(abs(stress[-1]) < BENT * abs(stress[1] / along[1] * along[-1]))
 
 
 def _as_far(material: Material, strain: float, pressure: float) -> tuple[np.ndarray, np.ndarray] | None:
