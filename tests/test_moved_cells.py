@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.sparse import coo_array, csc_array, diags_array, eye_array
 from test_laguerre import CONCAVE, CONVEX
@@ -35,6 +35,7 @@ def scattered(region: Region, count: int, random: np.random.Generator) -> np.nda
     spread=st.floats(0, 0.3),
     seed=st.integers(0, 999),
 )
+@example(region=rectangle(0.05, 0.125), count=106, step=0.0, spread=0.25, seed=242)  # the last cell is empty
 def test_cells_are_those_of_the_convex_hull(region, count, step, spread, seed) -> None:
     """Seeds that move by up to a third of their distance, with weights up to those of cells that are empty."""
     random, reach = np.random.default_rng(seed), float(np.ptp(region.bounds, axis=0).max())

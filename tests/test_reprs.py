@@ -241,5 +241,5 @@ def test_a_class_keeps_its_docstring_in_another_process():
 def test_a_notebook_offers_public_names_only(package):
     modules = {name for name in dir(package) if isinstance(getattr(package, name), types.ModuleType)}
     assert set(package.__all__) <= set(dir(package))
-    assert modules <= {"geometry", "laws", "protocols", "units"}
+    assert modules <= {"geometry", "laws", "materials", "protocols", "units"}
     assert set(dir(package)) - set(package.__all__) - modules <= {"__version__"}

@@ -52,8 +52,9 @@ class Diagram:
     def centroids(self) -> np.ndarray:
         """(g, 2) m, of the cells, from the triangles between seed and half-edge."""
         a, b, twice = self._arms
-        areas = np.bincount(self.seed, twice)
-        moments = [np.bincount(self.seed, twice * (a + b)[:, i]) for i in (0, 1)]
+        count = len(self.seeds)  # the last cells may be empty
+        areas = np.bincount(self.seed, twice, minlength=count)
+        moments = [np.bincount(self.seed, twice * (a + b)[:, i], minlength=count) for i in (0, 1)]
         return self.seeds + np.column_stack(moments) / (3 * areas[:, None])
 
     def lengths(self) -> np.ndarray:
