@@ -10,7 +10,7 @@ from pathlib import Path
 
 import grainlaw
 
-COMPONENTS = ("laws", "materials", "geometry", "protocols")
+COMPONENTS = ("laws", "geometry", "protocols")
 SHOWN_ONLY = ("workbench/", "results/figures/", "studies/")  #: rooms of the package that decide no result
 
 
