@@ -16,7 +16,7 @@ import attrs
 import numpy as np
 
 from grainlaw.declared import signature_of, text_of
-from grainlaw.messages import ParameterError, nearest, refusal, short  # noqa: F401
+from grainlaw.messages import ParameterError, nearest, refusal
 from grainlaw.short_form import as_table, in_one_line, inherited
 
 Function = TypeVar("Function", bound=Callable)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.arguments import short
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 
 

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.arguments import Checked, short
+from grainlaw.arguments import Checked
 from grainlaw.memory import as_floats, names_of_memory
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grainlaw.arguments import refusal
+from grainlaw.messages import refusal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,8 +9,9 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, short
+from grainlaw.arguments import Checked
 from grainlaw.memory import as_floats, names_of_memory
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, parameter, part
 
 ROUNDING = 1e-9  #: of the largest entry, by which a stiffness may differ from its transpose

@@ -11,7 +11,8 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, ParameterError, checked, is_number, refusal, short
+from grainlaw.arguments import Checked, checked, is_number
+from grainlaw.messages import ParameterError, refusal, short
 
 LARGEST = 1e30  #: no quantity of mechanics is larger in SI; beyond it products overflow
 

@@ -9,7 +9,8 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, fits, refusal
+from grainlaw.arguments import Checked, fits
+from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following
 

@@ -10,10 +10,11 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, fits, is_number, refusal, short
+from grainlaw.arguments import Checked, fits, is_number
 from grainlaw.columns import MOTION, SHEAR_CRACKS, TENSILE_CRACKS, TIME, UNBALANCED, require
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Loading
+from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
 
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample

@@ -10,8 +10,9 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, fits, refusal, wanted
+from grainlaw.arguments import Checked, fits, wanted
 from grainlaw.edges import Edges
+from grainlaw.messages import refusal
 from grainlaw.polygon import areas_and_centroids, cross, following
 from grainlaw.region import ROUNDING, Region, array_field
 from grainlaw.short_form import rounded

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, refusal
+from grainlaw.arguments import Checked
 from grainlaw.geometry.cells.any_voronoi import NEAR, SMALL
 from grainlaw.geometry.cells.convex import Polygon, area
 from grainlaw.geometry.cells.filling import strips, triangles, voronoi_cells
@@ -18,6 +18,7 @@ from grainlaw.geometry.cells.grain_size import check_room, length
 from grainlaw.geometry.cells.joining import tiling_of
 from grainlaw.geometry.cells.lines import held, marked, vertices_on
 from grainlaw.geometry.cells.merging import merge_short_edges
+from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, is_number, parameter, whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator

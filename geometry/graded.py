@@ -7,7 +7,8 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, refusal
+from grainlaw.arguments import Checked
+from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_points, parameter
 
 

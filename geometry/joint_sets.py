@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, refusal
+from grainlaw.arguments import Checked
 from grainlaw.geometry.cells.any_voronoi import NEAR, frame
 from grainlaw.geometry.cells.convex import Polygon, split
 from grainlaw.geometry.cells.cutting import Cutter
@@ -18,6 +18,7 @@ from grainlaw.geometry.cells.lines import held, released
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import Sides, region_sides
 from grainlaw.geometry.cells.tiling import Tiling
+from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, parameter
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator

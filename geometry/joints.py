@@ -9,7 +9,6 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import refusal
 from grainlaw.geometry.cells.any_voronoi import NEAR
 from grainlaw.geometry.cells.convex import Polygon
 from grainlaw.geometry.cells.joining import tiling_of
@@ -17,6 +16,7 @@ from grainlaw.geometry.cells.lines import held, marked, released, vertices_on
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import region_sides
 from grainlaw.geometry.cells.tracing import cut_by
+from grainlaw.messages import refusal
 from grainlaw.parameter import checked_points, parameter
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.arguments import checked, nearest, short
+from grainlaw.arguments import checked
 from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.outline import Names
 from grainlaw.geometry.cells.shared_edges import cleaned, merged
 from grainlaw.geometry.graded import Graded
+from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError, checked_number
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.tessellation import Tessellation

@@ -9,7 +9,6 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import refusal
 from grainlaw.geometry.cells.area_cells import AreaFit
 from grainlaw.geometry.cells.dealing import (
     carried,
@@ -24,6 +23,7 @@ from grainlaw.geometry.cells.grain_size import grain_count
 from grainlaw.geometry.graded import Graded
 from grainlaw.geometry.laguerre import Laguerre
 from grainlaw.geometry.sizes import ByPhase, NaturalGrowth
+from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, is_number, parameter, whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator

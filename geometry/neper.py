@@ -9,10 +9,11 @@ from pathlib import Path
 import attrs
 import numpy as np
 
-from grainlaw.arguments import checked, short
+from grainlaw.arguments import checked
 from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.outline import BOX, Names
 from grainlaw.geometry.cells.shared_edges import cleaned
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, checked_number
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.tessellation import Tessellation

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.arguments import checked, is_number, refusal, short
+from grainlaw.arguments import checked, is_number
 from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.shared_edges import joined
+from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, checked_number, checked_points
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.region import Region

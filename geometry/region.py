@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.arguments import checked, short
+from grainlaw.arguments import checked
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, checked_points
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.region import Region

@@ -10,7 +10,8 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, fits, refusal, short
+from grainlaw.arguments import Checked, fits
+from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, parameter
 
 

@@ -8,11 +8,12 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, short
+from grainlaw.arguments import Checked
 from grainlaw.checks import not_above
 from grainlaw.contact import ContactLaw
 from grainlaw.laws.closure import Closure
 from grainlaw.laws.friction import slid
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, parameter
 
 

@@ -7,11 +7,11 @@ import math
 import attrs
 import numpy as np
 
-from grainlaw.arguments import short
 from grainlaw.contact import ContactLaw
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, parameter, part
 
 

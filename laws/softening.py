@@ -9,7 +9,8 @@ from abc import abstractmethod
 import attrs
 from scipy.integrate import quad
 
-from grainlaw.arguments import Checked, refusal
+from grainlaw.arguments import Checked
+from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.vector_math import exp_bounded
 

@@ -9,9 +9,9 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import short
 from grainlaw.columns import STAGE, STRAIN, STRESS
 from grainlaw.engine.state import State
+from grainlaw.messages import short
 from grainlaw.moduli import work
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol

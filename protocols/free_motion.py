@@ -9,9 +9,9 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import short
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.specimen import Specimen

@@ -12,7 +12,8 @@ from support import BRITTLE, HILLERBORG, PULL, ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw import geometry, laws, protocols
-from grainlaw.arguments import Checked, refusal, short
+from grainlaw.arguments import Checked
+from grainlaw.messages import refusal, short
 from grainlaw.runs.reach import digest
 from grainlaw.runs.record import of_run
 from grainlaw.short_form import MOST, MOST_OF_LAW

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import checked, refusal
+from grainlaw.arguments import checked
 from grainlaw.calibration.check import check
 from grainlaw.calibration.elastic import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness
 from grainlaw.calibration.identifiability import identifiability
@@ -35,6 +35,7 @@ from grainlaw.calibration.trials import (
 from grainlaw.calibration.waves import Search
 from grainlaw.contact import ContactLaw
 from grainlaw.material import Elastic
+from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.specimen import Specimen
 

@@ -11,8 +11,9 @@ import attrs
 import numpy as np
 from scipy.stats import qmc
 
-from grainlaw.arguments import Checked, is_number, nearest, refusal, short
+from grainlaw.arguments import Checked, is_number
 from grainlaw.contact import ContactLaw
+from grainlaw.messages import nearest, refusal, short
 from grainlaw.parameter import ParameterError, checked_number
 
 #: Power of the strengths with which a parameter of a unit grows if the rock becomes stronger and stays as stiff:

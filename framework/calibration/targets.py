@@ -8,7 +8,8 @@ from typing import Any
 
 import attrs
 
-from grainlaw.arguments import Checked, is_number, nearest, short
+from grainlaw.arguments import Checked, is_number
+from grainlaw.messages import nearest, short
 from grainlaw.naming import Shown
 from grainlaw.parameter import ParameterError, checked_number
 

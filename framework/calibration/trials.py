@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, nearest, refusal, short
+from grainlaw.arguments import Checked
 from grainlaw.calibration.elastic import with_grains
 from grainlaw.calibration.simulator import Failure, Simulator, Values
 from grainlaw.calibration.space import Tie, law_with
@@ -23,6 +23,7 @@ from grainlaw.calibration.targets import (
     TESTS,
     needed_tests,
 )
+from grainlaw.messages import nearest, refusal, short
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols import BiaxialCompression, Brazilian, SemiCircularBend, UniaxialCompression, UniaxialTension

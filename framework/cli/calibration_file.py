@@ -9,13 +9,13 @@ from typing import Any
 
 import attrs
 
-from grainlaw.arguments import nearest, short
 from grainlaw.calibration.elastic import CONTACTS
 from grainlaw.calibration.targets import BENDING, BRAZILIAN, QUANTITIES, Targets, needed_tests
 from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
 from grainlaw.cli.components import evolved, name_of, refuse_unknown
 from grainlaw.cli.configuration import Configuration, configured
 from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables
+from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError, whole_number
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.specimen import Specimen

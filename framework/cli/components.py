@@ -18,7 +18,7 @@ import grainlaw.geometry
 import grainlaw.laws
 import grainlaw.materials
 import grainlaw.protocols
-from grainlaw.arguments import nearest, short
+from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError
 from grainlaw.unit_text import quantity, written
 

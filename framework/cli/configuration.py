@@ -8,7 +8,6 @@ from typing import Any
 
 import attrs
 
-from grainlaw.arguments import nearest, short
 from grainlaw.cli.components import choices, component, evolved, settings
 from grainlaw.cli.law_file import LawReferenceError, find_law_and_files
 from grainlaw.cli.minerals import laws_by_key, materials
@@ -19,6 +18,7 @@ from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import ContactLaw, Laws, check_names
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.material import Material, Rigid
+from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.specimen import Specimen

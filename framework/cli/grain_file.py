@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from grainlaw.arguments import short
 from grainlaw.cli.components import refuse_unknown
 from grainlaw.geometry import from_labels, from_mesh, read_tess
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 from grainlaw.tessellation import Tessellation
 from grainlaw.unit_text import quantity, written

@@ -15,9 +15,9 @@ from typing import Any
 
 import attrs
 
-from grainlaw.arguments import nearest
 from grainlaw.contact import ContactLaw
 from grainlaw.material import Material
+from grainlaw.messages import nearest
 from grainlaw.parameter import ParameterError
 
 

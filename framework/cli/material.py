@@ -7,11 +7,11 @@ from typing import Any
 
 import click
 
-from grainlaw.arguments import nearest
 from grainlaw.cli.law_file import LawReferenceError, find_material
 from grainlaw.cli.table1 import ROCK
 from grainlaw.material import Material
 from grainlaw.materials import DruckerPrager, MohrCoulombPlastic, TransverselyIsotropic
+from grainlaw.messages import nearest
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.tables import write_json
 from grainlaw.runs.material_check import check_material

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from grainlaw.arguments import short
 from grainlaw.cli.components import component, evolved, quantities, settings
 from grainlaw.contact import ContactLaw
 from grainlaw.geometry import Breakable, ByPhase, GrainCells, Jointed, Minerals, Sizes, VoronoiCells
 from grainlaw.material import Material, Rigid
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 from grainlaw.tessellation import Tessellator
 from grainlaw.unit_text import quantity

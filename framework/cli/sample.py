@@ -10,11 +10,11 @@ from typing import Any
 import attrs
 
 import grainlaw.geometry
-from grainlaw.arguments import nearest, short
 from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
 from grainlaw.cli.grain_file import grains_of_file
 from grainlaw.cli.minerals import KEYS, by_phase, textured
 from grainlaw.material import Material, Rigid
+from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.specimen import ContactPoints, GaussPoints, Specimen

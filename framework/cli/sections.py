@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from grainlaw.arguments import nearest, short
+from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError
 
 Sections = dict[str, dict[str, Any]]

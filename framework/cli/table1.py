@@ -6,7 +6,6 @@ from typing import Any
 
 import click
 
-from grainlaw.arguments import nearest
 from grainlaw.contact import ContactLaw
 from grainlaw.laws import (
     BandisClosure,
@@ -20,6 +19,7 @@ from grainlaw.laws import (
     XuNeedleman,
 )
 from grainlaw.material import Elastic
+from grainlaw.messages import nearest
 from grainlaw.units import GPa, MPa, mm
 
 ROCK = Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)

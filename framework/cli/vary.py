@@ -11,9 +11,9 @@ from typing import Any
 
 import attrs
 
-from grainlaw.arguments import short
 from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.sections import check_section, value_toml
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 from grainlaw.unit_text import in_si
 

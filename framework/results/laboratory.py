@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, checked, fits, refusal
+from grainlaw.arguments import Checked, checked, fits
 from grainlaw.columns import TIME, missing
+from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from numbers import Real
 from typing import TYPE_CHECKING
 
-from grainlaw.arguments import Checked, short
+from grainlaw.arguments import Checked
 from grainlaw.columns import missing
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 from grainlaw.unit_text import factor_into
 

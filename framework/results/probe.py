@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, fits, refusal
+from grainlaw.arguments import Checked, fits
 from grainlaw.contact import ContactLaw
 from grainlaw.engine.state import State
+from grainlaw.messages import refusal
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, checked_points, whole_number
 from grainlaw.stage import Stage

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, nearest
+from grainlaw.arguments import Checked
 from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy
 from grainlaw.mesh import Mesh
+from grainlaw.messages import nearest
 from grainlaw.naming import shown
 from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.short_form import html_table

@@ -10,13 +10,14 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from grainlaw.arguments import checked, refusal, short
+from grainlaw.arguments import checked
 from grainlaw.contact import ContactLaw, Laws
 from grainlaw.engine.elastic import ElasticModel
 from grainlaw.engine.parts.laws import by_interface, laws_of_bonds, stiffness_of_points
 from grainlaw.engine.state import State
 from grainlaw.engine.tangents import stiffness_of_bonds, stiffness_of_contacts
 from grainlaw.gauges import lateral_strain
+from grainlaw.messages import refusal, short
 from grainlaw.moduli import converted
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import attrs
 import numpy as np
 
-from grainlaw.arguments import short
 from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.contact import ContactLaw, Laws, check_laws, declared_stiffness
 from grainlaw.detection import Detection
 from grainlaw.engine.parts.contact_laws import uniform
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 from grainlaw.workbench.driver import Contact, run_together
 from grainlaw.workbench.endless import refuse_endless

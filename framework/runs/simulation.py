@@ -7,13 +7,14 @@ from contextlib import ExitStack
 
 import attrs
 
-from grainlaw.arguments import checked, is_number, refusal
+from grainlaw.arguments import checked, is_number
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
 from grainlaw.integration import Integrator
+from grainlaw.messages import refusal
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol

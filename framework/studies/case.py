@@ -15,12 +15,12 @@ import attrs
 import cloudpickle
 import numpy as np
 
-from grainlaw.arguments import short
 from grainlaw.columns import COURSE
 from grainlaw.compiler.batch import CompilationError, compile_integrator
 from grainlaw.compiler.cache import compile_portably
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, OverlapError, advance
+from grainlaw.messages import short
 from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError

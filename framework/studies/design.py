@@ -12,7 +12,8 @@ import attrs
 import numpy as np
 from scipy.stats import qmc
 
-from grainlaw.arguments import checked, nearest, short
+from grainlaw.arguments import checked
+from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
 
 Factors = dict[str, Any]  #: name and level, as it is recorded

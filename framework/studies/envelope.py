@@ -11,7 +11,8 @@ import attrs
 import numpy as np
 from scipy.stats import linregress, t
 
-from grainlaw.arguments import Checked, checked, short
+from grainlaw.arguments import Checked, checked
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 from grainlaw.results.files import writable_folder, write_atomically
 from grainlaw.results.tables import write_json

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from grainlaw.arguments import short
+from grainlaw.messages import short
 from grainlaw.naming import Shown, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.results.figures.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION

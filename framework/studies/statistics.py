@@ -11,7 +11,8 @@ import attrs
 import numpy as np
 from scipy.stats import binomtest, t
 
-from grainlaw.arguments import Checked, nearest
+from grainlaw.arguments import Checked
+from grainlaw.messages import nearest
 from grainlaw.naming import Shown, aligned, shown
 from grainlaw.parameter import ParameterError, checked_number
 

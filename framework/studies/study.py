@@ -15,9 +15,10 @@ from typing import Any
 import attrs
 import cloudpickle
 
-from grainlaw.arguments import Checked, short
+from grainlaw.arguments import Checked
 from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.thread_count import cores
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result

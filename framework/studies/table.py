@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grainlaw.arguments import checked, nearest, short
+from grainlaw.arguments import checked
 from grainlaw.columns import STRAIN, STRESS
+from grainlaw.messages import nearest, short
 from grainlaw.naming import Shown, shown
 from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.archive import from_bytes

@@ -22,7 +22,7 @@ from multiprocessing.context import ForkServerContext, ForkServerProcess
 from pathlib import Path
 from typing import Any
 
-from grainlaw.arguments import short
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, UnitWarning
 from grainlaw.runs.estimate import CostWarning
 from grainlaw.runs.stopping import Stop

@@ -9,9 +9,10 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, fits, refusal, short
+from grainlaw.arguments import Checked, fits
 from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.contact import ContactLaw, answered, declared_stiffness, memory_names
+from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.workbench.endless import refuse_endless
 

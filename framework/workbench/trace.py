@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.arguments import checked, refusal
+from grainlaw.arguments import checked
 from grainlaw.contact import ContactLaw
+from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError
 from grainlaw.workbench.driver import Contact, Trace
 

@@ -10,9 +10,10 @@ import attrs
 import numpy as np
 from scipy.optimize import root
 
-from grainlaw.arguments import Checked, checked, refusal, short
+from grainlaw.arguments import Checked, checked
 from grainlaw.compiler.batch import compile_material
 from grainlaw.material import Material, material_memory, stiffness_of, stress_answered
+from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, parameters
 
 Strain = Sequence[float]  #: exx, eyy, exy

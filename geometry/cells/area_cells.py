@@ -9,7 +9,6 @@ from itertools import count, islice
 import attrs
 import numpy as np
 
-from grainlaw.arguments import refusal
 from grainlaw.geometry.cells.any_voronoi import SMALL, frame
 from grainlaw.geometry.cells.any_voronoi import Cells as CutCells
 from grainlaw.geometry.cells.area_fit import Cells, fitted, round_cells, with_weights
@@ -20,6 +19,7 @@ from grainlaw.geometry.cells.scattering import scattered_points, uniform_points
 from grainlaw.geometry.cells.sides import is_convex
 from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.geometry.cells.vertex_fit import owned_areas, with_areas
+from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import short
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 

@@ -13,8 +13,8 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from grainlaw.arguments import refusal
 from grainlaw.geometry.region import rectangle
+from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import cross
 from grainlaw.region import Region
