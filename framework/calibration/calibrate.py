@@ -12,7 +12,7 @@ import numpy as np
 
 from grainlaw.arguments import checked
 from grainlaw.calibration.check import check
-from grainlaw.calibration.elastic import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness
+from grainlaw.calibration.elastic import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
 from grainlaw.calibration.identifiability import identifiability
 from grainlaw.calibration.moduli import Statics, meet_moduli
 from grainlaw.calibration.result import Calibration
@@ -134,15 +134,14 @@ def _space(law: Any, free: Mapping[str, Any], tied: Mapping[str, Any], shapes: M
 
 
 def _statics(space: Space, shapes: Mapping, seeds: int, elastic: str) -> Statics:
-    """What finds stiffnesses from modulus and Poisson's ratio, or one of them."""
+    """What finds stiffnesses from modulus and Poisson's ratio, or one of them. Raises :class:`ParameterError`."""
     law = space.made(space.mapping(space.prior(1, 0)[0]))
+    if both := [name for name in stiffness_names(law) if name in space.names]:
+        raise ParameterError(f"calibrate: '{both[0]}' is free, but it follows from the elastic targets")
     specimens: list[Specimen] = [shapes[PRISM](seed) for seed in range(1, seeds + 1)]
 
     def found(aims: Mapping[str, float]) -> Stiffness:
-        fit = fit_stiffness(specimens, law, aims.get("youngs_modulus"), aims.get("poissons_ratio"), elastic)
-        if both := [name for name in fit.parameters if name in space.names]:
-            raise ParameterError(f"calibrate: '{both[0]}' is free, but it follows from the elastic targets")
-        return fit
+        return fit_stiffness(specimens, law, aims.get("youngs_modulus"), aims.get("poissons_ratio"), elastic)
 
     return found
 

@@ -64,7 +64,10 @@ def with_grains(specimen: Specimen, times: float) -> Specimen:
 
 def _times(rock: Material | Rigid, times: float) -> Elastic:
     if not isinstance(rock, Elastic):
-        raise ParameterError("calibrate: rigid grains have no modulus to be found; let elastic be 'contacts'")
+        raise ParameterError(
+            f"calibrate: elastic = 'grains' looks for the modulus of Elastic grains, these are {type(rock).__name__}; "
+            "let elastic be 'contacts'"
+        )
     return attrs.evolve(rock, youngs_modulus=times * rock.youngs_modulus)
 
 

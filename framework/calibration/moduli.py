@@ -12,6 +12,7 @@ from grainlaw.calibration.elastic import Stiffness
 from grainlaw.calibration.trials import StudySimulator
 from grainlaw.calibration.waves import Search
 from grainlaw.parameter import ParameterError
+from grainlaw.studies.statistics import spread
 
 WITHIN = 0.01  #: of the targets: near enough
 ROUNDS = 10  #: of statics and tests
@@ -37,7 +38,7 @@ def meet_moduli(
     def measure(stiffness: Stiffness) -> dict[str, float]:
         _stiffened(search, simulator, stiffness)
         values = simulator.values([best], list(wanted), search.seeds, np.ones(1))
-        return {name: _mean(each) for name, each in values.items()}
+        return {name: float(spread(np.ravel(each))["mean"]) for name, each in values.items()}
 
     found = fit_moduli(wanted, statics, measure)
     told = ", ".join(f"{name} = {value:.4g}" for name, value in found.tested.items())
@@ -51,11 +52,6 @@ def _stiffened(search: Search, simulator: StudySimulator, stiffness: Stiffness) 
     simulator.stiffen(stiffness.parameters, stiffness.grains)
     base = {**search.space.base, **stiffness.parameters}
     return attrs.evolve(search, space=attrs.evolve(search.space, base=base))
-
-
-def _mean(values: np.ndarray) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else math.nan
 
 
 @attrs.frozen

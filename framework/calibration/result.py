@@ -25,8 +25,8 @@ from grainlaw.parameter import ParameterError
 from grainlaw.results.files import writable_folder
 from grainlaw.results.tables import write_json
 from grainlaw.runs.record import versions
+from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
-from grainlaw.unit_text import written
 
 REPORT, NUMBERS = "report.html", "calibration.json"
 
@@ -98,7 +98,7 @@ class Calibration(metaclass=Checked):
         if not self.is_plausible:
             return {**facts, "in conflict": self.conflict}
         met = [each.is_met for each in self.checks if each.target is not None]
-        values = {free.name: _short(self.best[free.name], free.unit) for free in self.space.free}
+        values = {free.name: rounded(self.best[free.name], free.unit) for free in self.space.free}
         return {**facts, **values, "met on fresh seeds": f"{sum(map(bool, met))} of {len(met)} targets"}
 
     @property
@@ -107,9 +107,7 @@ class Calibration(metaclass=Checked):
         lines = [f"{self.space.kind.__name__}, {len(self.found.design.points)} points on {self.seeds} seeds in "
                  f"{len(self.found.waves)} waves, {self.cpu / 3600:.2g} CPU hours"]  # fmt: skip
         if self.stiffness is not None:
-            found = ", ".join(
-                f"{name} = {written(float(f'{v:.4g}'), 'Pa/m')}" for name, v in self.stiffness.parameters.items()
-            )
+            found = ", ".join(f"{name} = {rounded(v, 'Pa/m')}" for name, v in self.stiffness.parameters.items())
             more = f", grains {self.grains:.4g} times as stiff" if self.grains != 1 else ""
             lines.append(
                 f"by statics E = {self.stiffness.modulus / 1e9:.2f} GPa and nu = {self.stiffness.poisson:.3f} "
@@ -130,8 +128,8 @@ class Calibration(metaclass=Checked):
         rows = [["parameter", "best", "95 %", "of its range", ""]]
         assert self.identifiability is not None
         for each, free in zip(self.identifiability.parameters, self.space.free, strict=True):
-            low, high = (_short(value, free.unit) for value in each.interval)
-            best = _short(self.best[each.name], free.unit)
+            low, high = (rounded(value, free.unit) for value in each.interval)
+            best = rounded(self.best[each.name], free.unit)
             rows.append([each.name, best, f"{low} to {high}", f"{100 * each.width:.0f} %", each.verdict])
         return rows
 
@@ -226,10 +224,6 @@ class Calibration(metaclass=Checked):
         path = Path(writable_folder(folder))
         write_json(path / NUMBERS, self.summary)
         write_report(self, path / REPORT)
-
-
-def _short(value: float, unit: str) -> str:
-    return written(float(f"{value:.4g}"), unit)
 
 
 def _between(text: Any, ends: tuple[float, float]) -> str:

@@ -244,8 +244,6 @@ def space_of(law: Any, free: Mapping[str, Any], tied: Mapping[str, Any], base: M
     ties = [_tie(name, given, units, free) for name, given in tied.items()]
     if both := [tie.name for tie in ties if tie.name in free]:
         raise ParameterError(f"calibrate: '{both[0]}' is free and tied, it must be one of both")
-    if both := [free.name for free in ranges if free.name in base]:
-        raise ParameterError(f"calibrate: '{both[0]}' is free, but it follows from the elastic targets")
     moved = {*free, *tied, *base}
     if isinstance(law, type):
         fields = [field for field in attrs.fields(kind) if field.init and field.default is attrs.NOTHING]

@@ -7,10 +7,9 @@ from pathlib import Path
 import click
 
 from grainlaw.cli.law_file import LawReferenceError, find_law
+from grainlaw.cli.shown import write_shown
 from grainlaw.cli.table1 import LAWS, law_named
-from grainlaw.results.files import file_name, writable_folder, write_atomically
-from grainlaw.results.tables import write_json
-from grainlaw.runs.record import described, fingerprints, origin, own_sources
+from grainlaw.runs.record import described, fingerprints, own_sources
 from grainlaw.workbench.characteristics import characteristics
 from grainlaw.workbench.plot import plot_law
 
@@ -30,12 +29,6 @@ def law(*, law: str, out: Path) -> None:
         table, figure = characteristics(chosen), plot_law(chosen)
     except (LawReferenceError, TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None
-    try:
-        file = writable_folder(out) / f"law_{file_name(law.rpartition(':')[2])}.png"
-        write_atomically(file, lambda path: figure.savefig(path, dpi=110))
-        record = {"law": described(chosen), "fingerprint": fingerprints(chosen), "sources": own_sources(chosen)}
-        write_json(file.with_suffix(".json"), {**record, **origin()})
-    except OSError as error:
-        raise click.ClickException(str(error)) from None
-    click.echo(table)
-    click.echo(f"\nwritten to {file} and {file.with_suffix('.json').name}")
+    record = {"law": described(chosen), "fingerprint": fingerprints(chosen), "sources": own_sources(chosen)}
+    where = write_shown(out, "law", law, figure, record)
+    click.echo(f"{table}\n\n{where}")

@@ -8,14 +8,13 @@ from typing import Any
 import click
 
 from grainlaw.cli.law_file import LawReferenceError, find_material
+from grainlaw.cli.shown import write_shown
 from grainlaw.cli.table1 import ROCK
 from grainlaw.material import Material
 from grainlaw.materials import DruckerPrager, MohrCoulombPlastic, TransverselyIsotropic
 from grainlaw.messages import nearest
-from grainlaw.results.files import file_name, writable_folder, write_atomically
-from grainlaw.results.tables import write_json
 from grainlaw.runs.material_check import check_material
-from grainlaw.runs.record import described, origin, own_sources
+from grainlaw.runs.record import described, own_sources
 from grainlaw.units import GPa, MPa
 from grainlaw.workbench.plot import plot_material
 
@@ -50,15 +49,9 @@ def material(*, material: str, out: Path) -> None:
         report, figure = check_material(chosen), plot_material(chosen)
     except (LawReferenceError, TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None
-    try:
-        file = writable_folder(out) / f"material_{file_name(material.rpartition(':')[2])}.png"
-        write_atomically(file, lambda path: figure.savefig(path, dpi=110))
-        record = {"material": described(chosen), "sources": own_sources(chosen)}
-        write_json(file.with_suffix(".json"), {**record, **origin()})
-    except OSError as error:
-        raise click.ClickException(str(error)) from None
-    click.echo(report)
-    click.echo(f"\nwritten to {file} and {file.with_suffix('.json').name}")
+    record = {"material": described(chosen), "sources": own_sources(chosen)}
+    where = write_shown(out, "material", material, figure, record)
+    click.echo(f"{report}\n\n{where}")
     if not report.passed:
         raise SystemExit(1)
 

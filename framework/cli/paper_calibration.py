@@ -78,18 +78,19 @@ def stored() -> dict[str, Any]:
 def targets_met(found: Mapping[str, Any]) -> list[list[str]]:
     """Each target, and what the calibrated laws give on fresh seeds; headings first."""
     rows = [["on ten fresh seeds", "paper", *found]]
-    checks = {law: {each["name"]: each for each in answer.get("checks", ())} for law, answer in found.items()}
-    for name in dict.fromkeys(name for rows_of in checks.values() for name in rows_of):
+    for name in dict.fromkeys(each["name"] for answer in found.values() for each in answer.get("checks", ())):
         look, target = QUANTITIES[name].shown, TARGETS.given.get(name)
-        cells = [look.heading, look.text(target.value) if target else "-"]
-        for of in checks.values():
-            each = of.get(name)
-            cells.append("-" if each is None else _cell(look, each))
-        rows.append(cells)
+        shown = look.text(target.value) if target else "-"
+        rows.append([look.heading, shown, *(checked_cell(answer, name) for answer in found.values())])
     return rows
 
 
-def _cell(look: Any, each: Mapping[str, Any]) -> str:
+def checked_cell(answer: Mapping[str, Any], name: str) -> str:
+    """A quantity on fresh seeds, its interval, and whether it is the target's."""
+    checks = {each["name"]: each for each in answer.get("checks", ())}
+    if name not in checks:
+        return "-"
+    look, each = QUANTITIES[name].shown, checks[name]
     low, high = each["interval"]
     between = "" if low is None else f" ({look.text(low)} to {look.text(high)})"
     said = {True: ", met", False: ", not met", None: ""}[each["is_met"]]
@@ -104,20 +105,22 @@ def parameters(found: Mapping[str, Any]) -> list[list[str]]:
     assert isinstance(table_1, CohesiveCrack)
     units = {field.name: field.metadata.get("unit", "") for field in attrs.fields(CohesiveCrack)}
     for name in names:
-        cells = [name.replace("_", " "), _value(getattr(table_1, name), units[name])]
-        for answer in found.values():
-            known = {each["name"]: each for each in answer.get("identifiability", {}).get("parameters", ())}
-            if name not in answer["parameters"]:
-                cells.append("-")
-                continue
-            text = _value(answer["parameters"][name], units[name])
-            if name in known:
-                low, high = (_value(end, units[name]) for end in known[name]["interval"])
-                text += f" ({low} to {high}), {known[name]['verdict']}"
-            cells.append(text)
-        rows.append(cells)
+        of_laws = (parameter_cell(answer, name, units[name]) for answer in found.values())
+        rows.append([name.replace("_", " "), _value(getattr(table_1, name), units[name]), *of_laws])
     rows.append(["modulus of the grains, over Table 1", "1", *(f"{answer['grains']:.4g}" for answer in found.values())])
     return rows
+
+
+def parameter_cell(answer: Mapping[str, Any], name: str, unit: str) -> str:
+    """A parameter as it was found, with its interval and whether the tests determine it."""
+    if name not in answer["parameters"]:
+        return "-"
+    text = _value(answer["parameters"][name], unit)
+    known = {each["name"]: each for each in answer.get("identifiability", {}).get("parameters", ())}
+    if name in known:
+        low, high = (_value(end, unit) for end in known[name]["interval"])
+        text += f" ({low} to {high}), {known[name]['verdict']}"
+    return text
 
 
 def _value(value: float, unit: str) -> str:

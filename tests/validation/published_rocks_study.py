@@ -2,7 +2,7 @@
 
     python tests/validation/published_rocks_study.py [--write | --check]
 
-shows what is stored; docs/examples/published_rocks.py finds it anew, in half an hour of one core.
+shows what is stored; docs/examples/published_rocks.py finds it anew, in an hour of one core.
 """
 
 import json
@@ -12,7 +12,7 @@ from functools import partial
 from study_tables import DOCS, Table, main
 
 from grainlaw.calibration.targets import QUANTITIES
-from grainlaw.unit_text import written
+from grainlaw.cli.paper_calibration import checked_cell, parameter_cell
 
 sys.path.insert(0, str(DOCS / "examples"))
 from published_rocks import LAWS, ROCKS, STORED
@@ -23,29 +23,17 @@ UNITS = {"tensile_strength": "Pa", "cohesion": "Pa", "friction_angle": "deg", "m
 
 def quantity(rock, name):
     """The target, and what each law gives on fresh seeds."""
-    look, target = QUANTITIES[name].shown, ROCKS[rock].given[name]
-    yield look.text(target.value)
+    target = ROCKS[rock].given.get(name)
+    yield QUANTITIES[name].shown.text(target.value) if target else "-"
     for law in LAWS:
-        checks = {each["name"]: each for each in FOUND[rock][law].get("checks", ())}
-        if name not in checks:
-            yield "-"
-            continue
-        low, high = checks[name]["interval"]
-        said = "met" if checks[name]["is_met"] else "**not met**"
-        yield f"{look.text(checks[name]['measured'])} ({look.text(low)} to {look.text(high)}), {said}"
+        yield checked_cell(FOUND[rock][law], name)
 
 
 def parameter(rock, name):
     """The best value and its interval, by law."""
     yield ""
     for law in LAWS:
-        known = {each["name"]: each for each in FOUND[rock][law].get("identifiability", {}).get("parameters", ())}
-        if name not in known:
-            yield "-"
-            continue
-        best = short(FOUND[rock][law]["parameters"][name], name)
-        low, high = (short(end, name) for end in known[name]["interval"])
-        yield f"{best} ({low} to {high}), {known[name]['verdict']}"
+        yield parameter_cell(FOUND[rock][law], name, UNITS[name])
 
 
 def stiffness(rock):
@@ -68,12 +56,14 @@ def cost(rock):
         yield f"{FOUND[rock][law]['cpu'] / 3600:.2f}"
 
 
-def short(value, name):
-    return written(float(f"{value:.3g}"), UNITS[name])
+def measured(rock):
+    """Targets, and what was measured though it was none."""
+    checks = (each["name"] for law in LAWS for each in FOUND[rock][law].get("checks", ()))
+    return dict.fromkeys((*ROCKS[rock].given, *checks))
 
 
 def table(rock):
-    rows = {QUANTITIES[name].shown.heading: partial(quantity, rock, name) for name in ROCKS[rock].given}
+    rows = {QUANTITIES[name].shown.heading: partial(quantity, rock, name) for name in measured(rock)}
     rows |= {f"contacts: {name.replace('_', ' ')}": partial(parameter, rock, name) for name in UNITS}
     rows |= {"contacts: ks / kn": partial(stiffness, rock), "targets in conflict": partial(conflict, rock)}
     rows |= {"CPU hours": partial(cost, rock)}
