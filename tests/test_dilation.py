@@ -55,7 +55,7 @@ def test_dilation_leaves_the_time_step_alone(law):
 def test_a_block_rides_up_an_incline_it_slides_down(law, material, damping):
     """Faces that nothing ever bonded. m a_n = N - m g cos, a_n = a tan(psi), m a = m g sin - N tan(phi)."""
     way, lifted, acceleration = ridden(law, material, damping)
-    assert way[-1] > 0.2
+    assert way[-1] > 0.1
     assert lifted[way > 0.02] == pytest.approx(SLOPE * way[way > 0.02], rel=0.02)
     angle = math.radians(40)
     expected = GRAVITY * (math.sin(angle) - TAN * math.cos(angle)) / (1 + TAN * SLOPE)
