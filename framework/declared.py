@@ -35,16 +35,20 @@ def signature_of(kind: type, plain: inspect.Signature) -> inspect.Signature:
 
 def text_of(kind: type, own: str | None) -> str | None:
     """A docstring with a table of the parameters at its end."""
-    fields = _fields(kind)
-    if not fields:
+    rows = parameters_of(kind)
+    if not rows:
         return own
-    meanings = _meanings(kind)
-    rows = [
-        (name, _unit_or_kind(field), _allowed(field), _default(field), meanings.get(field.name, ""))
-        for name, field in fields.items()
-    ]
     columns = [k for k in range(len(HEADS)) if k == 0 or any(row[k] for row in rows)]
     return "\n\n".join([*([inspect.cleandoc(own)] if own else []), _table([HEADS, *rows], columns)]) + "\n"
+
+
+def parameters_of(kind: type) -> list[tuple[str, ...]]:
+    """For each parameter its name, unit or kind, what is allowed, its default and its meaning, in words."""
+    meanings = _meanings(kind)
+    return [
+        (name, _unit_or_kind(field), _allowed(field), _default(field), meanings.get(field.name, ""))
+        for name, field in _fields(kind).items()
+    ]
 
 
 def _table(rows: list[tuple[str, ...]], columns: list[int]) -> str:

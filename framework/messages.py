@@ -42,5 +42,6 @@ def refusal(where: str, value: Any, wanted: str) -> ParameterError:
 
 def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str:
     """A question that suggests the nearest known name, or nothing where none is as like (0 to 1)."""
-    near = difflib.get_close_matches(name, list(known), n=1, cutoff=likeness)
+    names = {each.lower(): each for each in known}  # kN is nearer to kn than to ks
+    near = [names[each] for each in difflib.get_close_matches(name.lower(), names, n=1, cutoff=likeness)]
     return f"; did you mean '{near[0]}'?" if near else ""

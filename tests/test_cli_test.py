@@ -80,6 +80,7 @@ def test_the_written_configuration_runs_the_same_test_again(done, tmp_path):
         (["uniaxial-compression", "--set", "law.closure=bandis"], "law.closure.maximum_closure (m) is missing"),
         (["uniaxial-compression", "--set", "law.closure.kn=1"], "there is no 'law.closure.kn'"),
         (["uniaxial-compression", "--set", "law.closure=3"], "must be a name or a table"),
+        (["uniaxial-compression", "--set", "law.kN=1"], "there is no 'law.kN'; did you mean 'kn'?"),
         (["uniaxial-compression", "--set", "sample.grainz=9"], "did you mean 'grains'?"),
         (["uniaxial-compression", "--set", "sample.region=disk"], "did you mean 'disc'?"),
         (["uniaxial-compression", "--set", "sample.region=disc"], "sample.diameter is missing"),

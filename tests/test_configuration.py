@@ -5,13 +5,14 @@ import re
 import tomllib
 from pathlib import Path
 
+import attrs
 import pytest
 from command_line import SMALL, invoke
 
 import grainlaw as gl
 from grainlaw import laws, protocols
 from grainlaw.cli.components import choices, name_of
-from grainlaw.cli.configuration import configured
+from grainlaw.cli.configuration import configured, template
 from grainlaw.cli.sections import assign, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.table1 import LAWS
@@ -43,6 +44,17 @@ def test_what_is_configured_is_configured_again_by_its_own_sections(name, quick)
         assert getattr(again, part) == getattr(first, part)
     assert again.specimen.material == first.specimen.material
     assert (again.specimen.grains.vertices == first.specimen.grains.vertices).all()
+
+
+def test_a_template_is_the_configuration_with_units_bounds_and_names_to_choose_from():
+    chosen = configured("brazilian", {})
+    text = template("brazilian", chosen)
+    assert configured("brazilian", tomllib.loads(text)).sections == chosen.sections
+    words = dict(re.findall(r"^(\w+) = .*?  +# (.*)$", text, re.M))
+    assert words["tensile_strength"] == "Pa; above 0; f_t"
+    assert words["jaws"] == "one of smooth, rough"
+    assert set(choices(laws.Softening)) == set(words["softening"].removeprefix("one of ").split(", "))
+    assert {field.name for field in attrs.fields(laws.CohesiveCrack)} <= set(words)
 
 
 @pytest.mark.parametrize("name", LAWS)

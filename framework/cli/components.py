@@ -18,6 +18,7 @@ import grainlaw.geometry
 import grainlaw.laws
 import grainlaw.materials
 import grainlaw.protocols
+from grainlaw.declared import parameters_of
 from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError
 from grainlaw.unit_text import quantity, written
@@ -137,6 +138,19 @@ def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str
     if int in kinds and isinstance(raw, str) and re.fullmatch(r"[+-]?\d+", raw):
         return int(raw)
     return tuple(raw) if isinstance(raw, list) else raw
+
+
+def explained(cls: type) -> dict[str, str]:
+    """Each parameter's unit or names to choose from, what is allowed, and its meaning, in words."""
+    kinds, found = _kinds(cls), {}
+    for name, kind, allowed, _, meaning in parameters_of(cls):
+        first = next((each for each in kinds.get(name, ()) if inspect.isabstract(each)), None)
+        if first is not None:
+            kind = f"one of {', '.join(choices(first))}"
+        elif any(issubclass(each, enum.Enum) for each in kinds.get(name, ())):
+            kind, allowed = f"one of {allowed.lower().replace('_', '-')}", ""
+        found[name] = "; ".join(words for words in (kind, allowed, meaning) if words)
+    return found
 
 
 def quantities(raw: Any, unit: str, where: str) -> Any:

@@ -8,11 +8,11 @@ from typing import Any
 
 import attrs
 
-from grainlaw.cli.components import choices, component, evolved, settings
+from grainlaw.cli.components import choices, component, evolved, explained, settings
 from grainlaw.cli.law_file import LawReferenceError, find_law_and_files
 from grainlaw.cli.minerals import laws_by_key, materials
 from grainlaw.cli.sample import sample
-from grainlaw.cli.sections import SECTIONS, Sections
+from grainlaw.cli.sections import SECTIONS, Sections, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import ContactLaw, Laws, check_names
@@ -80,6 +80,13 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
     return Configuration(
         specimen=specimen, law=laws, protocol=test, numerics=numerics, sections=made, law_files=law_files
     )
+
+
+def template(name: str, chosen: Configuration) -> str:
+    """A configuration as TOML with every parameter, each with its unit, what is allowed, and its meaning."""
+    kinds = {"rock": chosen.specimen.material, "law": chosen.law, "test": chosen.protocol, "numerics": chosen.numerics}
+    notes = {section: explained(type(made)) for section, made in kinds.items() if attrs.has(type(made))}
+    return f"# grainlaw test {name} --config FILE\n\n{toml(chosen.sections, notes)}"
 
 
 def _law(given: dict[str, Any]) -> tuple[str, ContactLaw, list[Path]]:

@@ -14,6 +14,7 @@ from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError
 
 Sections = dict[str, dict[str, Any]]
+WIDEST = 40  #: columns before a comment that stands in line with others
 SECTIONS = ("sample", "rock", "rocks", "law", "laws", "test", "numerics")
 
 
@@ -99,12 +100,15 @@ def check_section(name: str, place: object) -> None:
         raise ParameterError(f"{place}: there is no section '{name}'{nearest(name, SECTIONS)} ({known})")
 
 
-def toml(sections: Mapping[str, Mapping[str, Any]]) -> str:
-    """Sections as TOML, what is inside of them as inline tables."""
-    blocks = (
-        "\n".join([f"[{name}]", *(f"{_key(key)} = {value_toml(value)}" for key, value in section.items())])
-        for name, section in sections.items()
-    )
+def toml(sections: Mapping[str, Mapping[str, Any]], notes: Mapping[str, Mapping[str, str]] | None = None) -> str:
+    """Sections as TOML, what is inside of them as inline tables; ``notes`` on keys, by section, as comments."""
+    blocks = []
+    for name, section in sections.items():
+        lines = {key: f"{_key(key)} = {value_toml(value)}" for key, value in section.items()}
+        words = (notes or {}).get(name, {})
+        width = min(max((len(line) for key, line in lines.items() if words.get(key)), default=0), WIDEST)
+        noted = (f"{line:<{width}}  # {words[key]}" if words.get(key) else line for key, line in lines.items())
+        blocks.append("\n".join([f"[{name}]", *noted]))
     return "\n\n".join(blocks) + "\n"
 
 

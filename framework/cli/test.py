@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import click
 
-from grainlaw.cli.configuration import Configuration, configured
+from grainlaw.cli.configuration import Configuration, configured, template
 from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.running import (
     Given,
@@ -63,13 +63,17 @@ recorded is written all the same."""
 @portable_option
 @click.option("--certify", is_flag=True, help="Test again at half the speed: what the strength tends to.")
 @click.option("--quick", is_flag=True, help="A small specimen.")
+@click.option("--template", "shows", is_flag=True, help="Print the configuration with all parameters; run nothing.")
 def test(
     *, name: str, given: Given, out: Path, restart: bool, overwrite: bool, threads: Threads | None, quick: bool,
-    certify: bool,
+    certify: bool, shows: bool,
 ) -> None:  # fmt: skip
     options = {**given.options, ("numerics", "threads"): threads}
     with refusing():
         chosen = configured(name, gathered(given.config, options, given.assignments), quick)
+        if shows:
+            click.echo(template(name, chosen), nl=False)
+            return
         ask_first_questions(chosen.law)
         if certify:
             slower(chosen.protocol)
