@@ -39,10 +39,13 @@ HELD = 51 * MPa  #: stress of the specimens without damping
 def paper(*, out: Path, workers: int | None, recalibrate: bool, full: bool, quick: bool) -> None:
     """Repeat the paper of the cohesive crack model, and write it as one page.
 
+    The paper is "Application of cohesive crack model to simulation of rocks mechanical behavior in grain-based distinct
+    element model" (2019), also that of grainlaw verify.
+
     Figures 5, 6, 8 and 9 and what belongs to them, with the numbers of Table 1: the paper, its equations by hand, the
     model as printed, the reading that grainlaw takes by default, and laws calibrated to the paper's rock; Mohr-Coulomb
-    and linear contacts beside. The paper is that of grainlaw verify and of docs/validation.md. Writes paper.html and
-    paper.json, and keeps the runs in a study: what is finished is kept, and the same call goes on.
+    and linear contacts beside. Writes paper.html and paper.json, and keeps the runs in a study: what is finished is
+    kept, and the same call goes on.
     """
     cases = study(quick, full)
     with ending(cases, out / RUNS):

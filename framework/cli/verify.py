@@ -51,9 +51,9 @@ def verify(*, out: Path) -> None:
     """Verify the cohesive crack model on one joint between two blocks.
 
     A joint is pulled, unloaded, reloaded until it breaks, closed and pulled again, and sheared under a constant normal
-    stress and back. Prints each quantity as the paper has it, by theory and by this program, writes the table and what
-    it was made with to verify.json, and draws verify_tension.png and verify_shear.png. The exit code is 1 if one is
-    more than 1 % from theory.
+    stress and back. Prints each quantity as the paper of the model (see grainlaw paper) has it, by theory and by this
+    program, writes the table and what it was made with to verify.json, and draws verify_tension.png and
+    verify_shear.png. The exit code is 1 if one is more than 1 % from theory.
     """
     try:
         folder = writable_folder(out)
