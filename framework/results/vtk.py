@@ -10,6 +10,7 @@ import meshio
 import numpy as np
 
 from grainlaw.engine.state import State
+from grainlaw.material import Elastic, Plane
 from grainlaw.observation import Observer
 from grainlaw.results.files import check_room, warn, writable_folder, write_atomically
 from grainlaw.results.frames import Frame, FrameClock, take_frame
@@ -26,11 +27,46 @@ def _in_space(plane: np.ndarray) -> np.ndarray:
     return np.column_stack([plane, np.zeros(len(plane))])
 
 
+def tensors(specimen: Specimen, stress: np.ndarray) -> np.ndarray:
+    """(g, 6) Pa: XX, YY, ZZ, XY, YZ, XZ from (g, 3) xx, yy, xy; ZZ is nan where no elastic grain tells it."""
+    across = np.full(len(stress), np.nan)
+    for material, grains in specimen.materials:
+        if isinstance(material, Elastic):
+            held = material.poissons_ratio if material.plane is Plane.STRAIN else 0.0
+            across[grains] = held * (stress[grains, 0] + stress[grains, 1])
+    none = np.zeros(len(stress))
+    return np.column_stack([stress[:, 0], stress[:, 1], across, stress[:, 2], none, none])
+
+
+def principal(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(g,) Pa, the larger and the smaller principal stress in the plane, from (g, 3) xx, yy, xy."""
+    middle = (stress[:, 0] + stress[:, 1]) / 2
+    radius = np.hypot((stress[:, 0] - stress[:, 1]) / 2, stress[:, 2])
+    return middle + radius, middle - radius
+
+
+def turned(specimen: Specimen, displacement: np.ndarray) -> np.ndarray:
+    """(g,) rad, counter-clockwise: the turn of each grain that fits the displacements (i, 2) m of its nodes best."""
+    mesh, mass = specimen.mesh, specimen.node_masses
+
+    def sums(values: np.ndarray) -> np.ndarray:
+        return np.bincount(mesh.node_grain, mass * values, minlength=specimen.grains.count)
+
+    def centred(points: np.ndarray) -> np.ndarray:
+        means = [sums(row) / sums(np.ones(len(row))) for row in points.T]
+        return (points - np.column_stack(means)[mesh.node_grain]).T
+
+    (x, y), (u, v) = centred(mesh.nodes), centred(mesh.nodes + displacement)
+    return np.arctan2(sums(x * v - y * u), sums(x * u + y * v))
+
+
 class VtkSeries:
     """A folder that grows by .vtu files with each frame; the .pvd files list complete files only.
 
-    Points lie on the deformed specimen. Grains: zones with grain number, that of the grain it is a cell of, phase, mean
-    stress of their grain (Pa), plastic strain where a material has it; displacement (m) and velocity (m/s) at nodes.
+    Points lie on the deformed specimen. Grains: zones with grain number, that of the grain it is a cell of, phase; of
+    their grain the mean stress (Pa, tensor XX, YY, ZZ, XY, YZ, XZ, and the principal ones in the plane, tension
+    positive) and the rotation (rad); plastic strain where a material has it; displacement (m) and velocity (m/s) at
+    nodes.
     Cracks: each contact point with damage as a line along its half of the interface, with damage, mode (share of
     shear), opening and slip (m), normal and shear
     traction (Pa), energy lost in opening and in slip (J/m2), time of breaking (s, nan where not broken), the two grains
@@ -55,7 +91,9 @@ class VtkSeries:
     def _grains(self, frame: Frame) -> meshio.Mesh:
         mesh, grains = self.specimen.mesh, self.specimen.grains
         of = mesh.zone_grain
-        stress = dict(zip(("stress_xx", "stress_yy", "stress_xy"), frame.stress.T, strict=True))
+        of_grains = dict(zip(("stress_1", "stress_2"), principal(frame.stress), strict=True))
+        of_grains["stress"] = tensors(self.specimen, frame.stress)
+        of_grains["rotation"] = turned(self.specimen, frame.displacement)
         return meshio.Mesh(
             _in_space(mesh.nodes + frame.displacement),
             [("triangle", mesh.zones)],
@@ -64,7 +102,7 @@ class VtkSeries:
                 "grain": [of],
                 "parent": [grains.parent[of]],
                 "phase": [grains.phase[of]],
-                **{name: [s[of]] for name, s in stress.items()},
+                **{name: [values[of]] for name, values in of_grains.items()},
                 **{name: [row] for name, row in frame.zones.items()},
             },
         )  # fmt: skip
