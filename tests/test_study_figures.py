@@ -17,7 +17,7 @@ from test_report import Page
 
 import grainlaw as gl
 from grainlaw.results.archive import to_bytes
-from grainlaw.results.figures.palette import COLORS
+from grainlaw.palette import COLORS
 from grainlaw.results.figures.stored_cracks import scale_bar
 from grainlaw.studies.figures import BAND, MOST_PATTERNS, on_common_grid
 from grainlaw.units import mm

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from grainlaw.calibration.check import NORMAL
 from grainlaw.calibration.emulator import restored
 from grainlaw.calibration.targets import QUANTITIES
-from grainlaw.results.figures.palette import BLACK, BLUE, VERMILLION
+from grainlaw.palette import BLACK, BLUE, VERMILLION
 from grainlaw.unit_text import USUAL, factor_into
 
 if TYPE_CHECKING:

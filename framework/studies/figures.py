@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from grainlaw.messages import short
 from grainlaw.naming import Shown, shown
 from grainlaw.parameter import ParameterError
-from grainlaw.results.figures.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION
+from grainlaw.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION
 from grainlaw.results.figures.stored_cracks import draw_stored_cracks, label_cracks, scale_bar
 from grainlaw.studies import groups
 from grainlaw.studies.statistics import Difference, Mean, level

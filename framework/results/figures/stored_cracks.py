@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
-from grainlaw.results.figures.palette import BLUE, VERMILLION
+from grainlaw.palette import BLUE, VERMILLION
 
 if TYPE_CHECKING:
     from grainlaw.region import Region
