@@ -34,6 +34,7 @@ from grainlaw.results.fragments import Fragments, fragments
 from grainlaw.results.frames import Frame, FrameRecorder
 from grainlaw.results.laboratory import Laboratory, mean_stress
 from grainlaw.results.measure import Measure
+from grainlaw.results.plot import plot_cracks, plot_curves, side_by_side
 from grainlaw.results.probe import ContactPath, Probe
 from grainlaw.results.result import Cracks, Result
 from grainlaw.results.standard_measures import MEASURES
@@ -181,8 +182,11 @@ __all__ = [
     "parameter",
     "parameters",
     "part",
+    "plot_cracks",
+    "plot_curves",
     "plot_law",
     "plot_material",
+    "side_by_side",
     "simulate",
     "sobol",
     "trace",

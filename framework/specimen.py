@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -16,6 +16,9 @@ from grainlaw.mesh import Mesh, build_mesh
 from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.short_form import in_one_line
 from grainlaw.tessellation import Tessellation
+
+if TYPE_CHECKING:
+    from grainlaw.drawing.figure import Figure
 
 
 class ContactPoints(metaclass=Checked):
@@ -88,6 +91,10 @@ class Specimen(metaclass=Checked):
     def is_rigid(self) -> bool:
         """Whether the grains do not deform."""
         return isinstance(self.material, Rigid)
+
+    def plot(self, by: str = "phase", *, ax: Any = None) -> Figure:
+        """Draw the grains before the test, see :meth:`Tessellation.plot`. Returns the figure."""
+        return self.grains.plot(by, ax=ax)
 
     def check_grain_numbers(self, where: str, numbers: Iterable[int]) -> None:
         """Raise :class:`ParameterError` for a number that no grain has."""

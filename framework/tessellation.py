@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -16,6 +16,9 @@ from grainlaw.messages import refusal
 from grainlaw.polygon import areas_and_centroids, cross, following
 from grainlaw.region import ROUNDING, Region, array_field
 from grainlaw.short_form import rounded
+
+if TYPE_CHECKING:
+    from grainlaw.drawing.figure import Figure
 
 LOOSE = "grains"  #: the boundary of all sides that loose grains have inside their region
 BETWEEN, INSIDE = "between", "inside"  #: kinds of edges: between two grains, and between cells of one
@@ -214,9 +217,12 @@ class Tessellation(metaclass=Checked):
             boundary[mine] = np.where(side < 0, boundary[mine], np.array([number[name] for name in region.names])[side])
         return boundary
 
-    def plot(self, by: str = "phase", ax: Any = None) -> Any:
-        """The axes, ``ax`` if given, with grains by "phase", "area" or "parent", the grain of each cell."""
-        from grainlaw.drawing import draw_grains
+    def plot(self, by: str = "phase", *, ax: Any = None) -> Figure:
+        """Draw the grains, coloured by "phase", "area" or "parent", the grain of each cell.
+
+        Draws into the axes ``ax`` of matplotlib, if they are given. Returns the figure.
+        """
+        from grainlaw.drawing.grains import draw_grains
 
         return draw_grains(self, by, ax)
 

@@ -16,8 +16,8 @@ from support import BRITTLE, PULL, small_sample
 from test_report import Page
 
 import grainlaw as gl
+from grainlaw.drawing.palette import COLORS
 from grainlaw.results.archive import to_bytes
-from grainlaw.palette import COLORS
 from grainlaw.results.figures.stored_cracks import scale_bar
 from grainlaw.studies.figures import BAND, MOST_PATTERNS, on_common_grid
 from grainlaw.units import mm

@@ -119,18 +119,18 @@ def test_pictures():
         Jointed(Minerals(Voronoi(grains=40), {"quartz": 0.6, "mica": 0.4}), {"bedding": [[(0, 0), (0.05, 0.1)]]}),
         VoronoiCells(count=4),
     ).tessellate(rectangle(0.05, 0.1))
-    axes = made.plot()
+    axes = made.plot().axes[0]
     legend = [text.get_text() for text in axes.get_legend().get_texts()]
     assert [words.split()[0] for words in legend] == ["quartz", "mica", "bedding"]
     filled, *lines = axes.collections
     assert isinstance(filled, PolyCollection)
     assert [type(each) for each in lines] == [LineCollection] * 3
     assert [len(each.get_segments()) for each in lines] == [np.sum(made.edges.kind == kind) for kind in (1, 0, 2)]
-    assert Bricks().tessellate(rectangle(1, 1)).plot().get_legend() is None
+    assert Bricks().tessellate(rectangle(1, 1)).plot().axes[0].get_legend() is None
     mine = Figure().subplots()
-    assert made.plot(by="area", ax=mine) is mine
+    assert made.plot(by="area", ax=mine) is mine.figure
     assert np.allclose(mine.collections[0].get_array().sum() * 1e-6, sum(area * n for area, n in areas_by_grain(made)))
-    colors = made.plot(by="parent").collections[0].get_facecolor()
+    colors = made.plot(by="parent").axes[0].collections[0].get_facecolor()
     edges = made.edges
     apart = (edges.right >= 0) & (made.parent[edges.left] != made.parent[edges.right])
     assert (colors[edges.left[apart]] != colors[edges.right[apart]]).any(axis=1).all()

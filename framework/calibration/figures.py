@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from grainlaw.calibration.check import NORMAL
 from grainlaw.calibration.emulator import restored
 from grainlaw.calibration.targets import QUANTITIES
-from grainlaw.palette import BLACK, BLUE, VERMILLION
+from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.palette import BLACK, BLUE, VERMILLION
 from grainlaw.unit_text import USUAL, factor_into
 
 if TYPE_CHECKING:

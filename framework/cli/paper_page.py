@@ -18,7 +18,7 @@ from grainlaw.results.figures.html import Cell
 from grainlaw.units import GPa, MPa
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from grainlaw.drawing.figure import Figure
 
 READ = (
     "Paper: Application of cohesive crack model to simulation of rocks mechanical behavior in grain-based distinct "
@@ -123,7 +123,7 @@ def _calibrated(paper: Paper) -> Iterator[str]:
 
 def _envelope(paper: Paper) -> Figure:
     """Peaks over confinement and their lines, as the paper's Fig. 9, with the paper's own line."""
-    from matplotlib.figure import Figure
+    from grainlaw.drawing.figure import Figure
 
     figure = Figure(figsize=(7, 4.8), layout="constrained")
     axes = figure.subplots()

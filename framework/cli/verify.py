@@ -32,7 +32,8 @@ from grainlaw.workbench.trace import trace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+
+    from grainlaw.drawing.figure import Figure
 
 Curves = Mapping[str, np.ndarray]
 Row = tuple[str, float, float, float]  #: quantity, paper (nan where it gives none), theory, this program
@@ -248,7 +249,7 @@ def _shear_figure(law: CohesiveCrack, curves: Curves) -> Figure:
 
 
 def _axes(along: str, up: str) -> tuple[Figure, Axes]:
-    from matplotlib.figure import Figure
+    from grainlaw.drawing.figure import Figure
 
     figure = Figure(figsize=(7, 4.5), layout="constrained")
     axes = figure.subplots()

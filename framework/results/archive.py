@@ -63,6 +63,11 @@ def called(component: Any) -> str:
     return component.type if isinstance(component, READ) else type(component).__name__
 
 
+def law_name(law: Any) -> str:
+    """The name of a law's class, or how many laws there are where they differ from joint to joint."""
+    return f"{len(law)} laws" if isinstance(law, Mapping) else called(law)
+
+
 def listed(component: Any) -> dict[str, Any]:
     """The parameters of a component by name, see :func:`~grainlaw.parameter.parameters`."""
     return dict(component.parameters) if isinstance(component, READ) else parameters(component)

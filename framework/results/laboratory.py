@@ -24,7 +24,7 @@ from grainlaw.short_form import html_table
 from grainlaw.window import Window, window_mean
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from grainlaw.drawing.figure import Figure
 
 
 @checked

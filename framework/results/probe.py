@@ -17,7 +17,7 @@ from grainlaw.parameter import ParameterError, checked_points, whole_number
 from grainlaw.stage import Stage
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from grainlaw.drawing.figure import Figure
 
 QUANTITIES = ("opening", "slip", "normal", "shear", "damage")
 

@@ -15,14 +15,13 @@ from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, ener
 from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest
 from grainlaw.naming import shown
-from grainlaw.parameter import ParameterError, checked_whole_number
+from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
 from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from grainlaw.contact import Laws
+    from grainlaw.drawing.figure import Figure
     from grainlaw.engine.state import State
     from grainlaw.protocol import LoadingProtocol
     from grainlaw.results.frames import Frame
@@ -79,7 +78,13 @@ class Cracks(metaclass=Checked):
 
 @attrs.frozen(eq=False)
 class Result(metaclass=Checked):
-    """The result of one test of one specimen under one law."""
+    """The result of one test of one specimen under one law.
+
+    Interface c joins the edge from node ``interfaces[c, 0]`` to ``interfaces[c, 1]`` of one grain to the edge from
+    ``interfaces[c, 2]`` to ``interfaces[c, 3]`` of its neighbour: 0 and 2 are at the start of both edges, 1 and 3 at
+    their end. It has two contact points. In the arrays ``bonds`` of a frame, that at its start is entry c, that at its
+    end entry ``len(interfaces) + c``. :meth:`crack_segments` gives the lines to draw.
+    """
 
     specimen: Specimen
     law: Laws
@@ -88,7 +93,7 @@ class Result(metaclass=Checked):
     summary: dict[str, Any]  #: properties by name, SI
     cracks: Cracks
     frames: list[Frame]  #: moments of the run
-    interfaces: np.ndarray  #: (c, 4) nodes of the interfaces, in the order of the frames' contact points
+    interfaces: np.ndarray  #: (c, 4) nodes: start and end on one grain, then start and end on the other; see below
 
     @classmethod
     def from_run(
@@ -127,12 +132,21 @@ class Result(metaclass=Checked):
             )
         return self.frames[checked_whole_number(f"{where}: frame", number, at_least=-count, at_most=count - 1)]
 
+    def crack_segments(self, frame: int = -1) -> np.ndarray:
+        """(k, 2, 2) m, start and end of each crack at a frame, on the deformed specimen and between its two grains.
+
+        They are in the order of ``cracks``: segment j is that of crack j. Raises ParameterError for a frame that is not
+        there.
+        """
+        from grainlaw.results.segments import crack_segments
+
+        return crack_segments(self, frame)
+
     @property
     def _facts(self) -> dict[str, str]:
-        from grainlaw.results.archive import called
+        from grainlaw.results.archive import called, law_name
 
-        laws = f"{len(self.law)} laws" if isinstance(self.law, Mapping) else called(self.law)
-        facts = {"law": laws, "test": called(self.protocol), "grains": str(self.specimen.grains.count)}
+        facts = {"law": law_name(self.law), "test": called(self.protocol), "grains": str(self.specimen.grains.count)}
         facts |= {shown(name).heading: shown(name).text(self.summary[name]) for name in FIRST if name in self.summary}
         samples = max(map(len, self.curves.values()), default=0)
         counts = {"cracks": len(self.cracks), "samples": samples, "frames": len(self.frames)}
@@ -188,6 +202,17 @@ class Result(metaclass=Checked):
 
         return plot_result(self)
 
+    def animate(self, file: str | os.PathLike[str], *, per_second: float = 8.0) -> None:
+        """Write the growth of the cracks, frame by frame, as an animation: a ``.gif`` or, with ffmpeg, an ``.mp4``.
+
+        It shows ``per_second`` frames a second. Raises ParameterError for another ending, without frames, and for .mp4
+        where the program ffmpeg is not installed; OSError.
+        """
+        from grainlaw.results.figures.cracks import animate
+
+        checked_number("animate: per_second", per_second, above=0)
+        animate(self, file, per_second)
+
     def write_report(
         self,
         file: str | os.PathLike[str],
@@ -198,11 +223,12 @@ class Result(metaclass=Checked):
         measures: Sequence[Measure] | None = None,
     ) -> None:
         """Write the laboratory report as a page of HTML; see :func:`grainlaw.results.figures.report.write_report`."""
-        from grainlaw.results.archive import called
+        from grainlaw.results.archive import law_name
         from grainlaw.results.figures.report import write_report
 
-        name = "laws" if isinstance(self.law, Mapping) else called(self.law)
-        write_report({name: self}, file, title=title, record=record, incomplete=incomplete, measures=measures)
+        write_report(
+            {law_name(self.law): self}, file, title=title, record=record, incomplete=incomplete, measures=measures
+        )
 
     def show(self) -> None:
         """Show the last frame in a window (pyvista)."""

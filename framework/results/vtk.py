@@ -14,6 +14,7 @@ from grainlaw.material import Elastic, Plane
 from grainlaw.observation import Observer
 from grainlaw.results.files import check_room, warn, writable_folder, write_atomically
 from grainlaw.results.frames import Frame, FrameClock, take_frame
+from grainlaw.results.segments import contact_segments
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
@@ -108,10 +109,8 @@ class VtkSeries:
         )  # fmt: skip
 
     def _cracks(self, frame: Frame) -> meshio.Mesh:
-        place = (self.specimen.mesh.nodes + frame.displacement)[self.interfaces]
-        first, second = (place[:, 0] + place[:, 2]) / 2, (place[:, 1] + place[:, 3]) / 2
-        middle = (first + second) / 2
-        begin, end = np.concatenate([first, middle]), np.concatenate([middle, second])
+        place = self.specimen.mesh.nodes + frame.displacement
+        begin, end = contact_segments(place, self.interfaces).swapaxes(0, 1)
         chosen = np.flatnonzero(frame.bonds["damage"] > 0)
         if not len(chosen):  # some readers need a cell: one undamaged point as a line of length zero
             chosen, end = np.array([0]), begin

@@ -24,7 +24,7 @@ from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from grainlaw.drawing.figure import Figure
 
 #: rows of the table that a comparison prints
 TABLE = (
@@ -105,9 +105,9 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         ``record``, the input of the run, is added to the summary. Raises OSError where it cannot write, and
         ParameterError for a test without the columns ``strain`` and ``stress``.
         """
-        from grainlaw.results.figures.curves import plot_cracks
+        from grainlaw.results.figures.cracks import plot_cracks
 
-        cracks = ((name, plot_cracks(result, name)) for name, result in self.results.items())
+        cracks = ((name, plot_cracks(result, -1, name, None)) for name, result in self.results.items())
         curves = {(name,): result.curves for name, result in self.results.items()}
         content = {"laws": self.summary, **reasons(self.failed), **(record or {})}
         write_comparison(folder, self.plot(), cracks, content, curves, ("law",))

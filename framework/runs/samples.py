@@ -22,7 +22,7 @@ from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from grainlaw.drawing.figure import Figure
 
 Test = tuple[str, int]  #: law, and seed of the sample
 

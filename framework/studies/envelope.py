@@ -20,7 +20,7 @@ from grainlaw.studies.design import RESERVED
 from grainlaw.studies.table import Table
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from grainlaw.drawing.figure import Figure
 
 PEAK = "peak_stress"
 CONFIDENCE = 0.95

@@ -6,10 +6,11 @@ import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from grainlaw.columns import STRAIN, STRESS
-from grainlaw.results.figures.curves import label_stress_and_strain, require_stress_and_strain
+from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.palette import BLUE, VERMILLION, color, marker
+from grainlaw.results.figures.curves import EVERY, label_stress_and_strain, require_stress_and_strain
 from grainlaw.studies.groups import rest
 
 if TYPE_CHECKING:
@@ -31,19 +32,20 @@ def plot_envelope(envelope: StrengthEnvelope) -> Figure:
         p, first = float(table.rows[k][envelope.confinement]), samples[k] == next(iter(styles))
         strain, stress = result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6
         label = f"{p / 1e6:g} MPa" if first else None
-        color = f"C{confinements.index(p)}"
-        left.plot(strain, stress, styles[samples[k]], color=color, linewidth=1.3, label=label)
+        number = confinements.index(p)
+        look = {"color": color(number), "marker": marker(number), "markevery": EVERY, "markersize": 4}
+        left.plot(strain, stress, styles[samples[k]], linewidth=1.3, label=label, **look)
     label_stress_and_strain(left)
     left.legend(title="confinement", frameon=False)
     x, y = envelope.peaks.T / 1e6
     line, parabola = envelope.mohr_coulomb, envelope.hoek_brown
     at = np.linspace(0, max(x), 100)
     right.plot(x, y, "o", color="0.2", markersize=5)
-    label = f"Mohr-Coulomb: c = {line.cohesion / 1e6:.2f} MPa, phi = {line.friction_angle:.2f} deg"
-    right.plot(at, line.ucs / 1e6 + line.slope * at, label=label)
+    label = f"Mohr-Coulomb: c = {line.cohesion / 1e6:.2f} MPa, φ = {line.friction_angle:.2f}°"
+    right.plot(at, line.ucs / 1e6 + line.slope * at, color=BLUE, label=label)
     ucs = parabola.ucs / 1e6
     label = f"Hoek-Brown: m = {parabola.m:.1f}, UCS = {ucs:.1f} MPa"
-    right.plot(at, at + np.sqrt(np.maximum(parabola.m * ucs * at + ucs**2, 0)), "--", label=label)
+    right.plot(at, at + np.sqrt(np.maximum(parabola.m * ucs * at + ucs**2, 0)), "--", color=VERMILLION, label=label)
     right.set_xlabel("confinement (MPa)")
     right.set_ylabel("peak stress (MPa)")
     right.set_ylim(bottom=0)

@@ -6,17 +6,17 @@ import itertools
 import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from grainlaw.messages import short
+from grainlaw.drawing.figure import Figure, given_or_new
+from grainlaw.drawing.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION
 from grainlaw.naming import Shown, shown
 from grainlaw.parameter import ParameterError
-from grainlaw.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION
+from grainlaw.results.figures.curves import course_heading
 from grainlaw.results.figures.stored_cracks import draw_stored_cracks, label_cracks, scale_bar
 from grainlaw.studies import groups
 from grainlaw.studies.statistics import Difference, Mean, level
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 BAND = (10, 90)  #: percentiles of the curves
 POINTS = 400  #: of a median curve
 MOST_PATTERNS = 24  #: crack patterns in a picture
+WIDEST = 14.0  #: inch
 MOST_PER_COLUMN = 6  #: entries of a legend
 
 
@@ -37,7 +38,7 @@ def plot_strip(table: Table, column: str, by: Sequence[str], over: Sequence[str]
     members = [rows for _, rows in groups.groups(table, by)]
     blocks = [tuple(entry.group[name] for name in by[:-1]) for entry in found]
     places = np.cumsum([0.0] + [1.0 if one == other else 1.4 for one, other in itertools.pairwise(blocks)])
-    figure, axes = _axes(ax, width=max(3.4, 1.2 + 0.85 * (places[-1] + 1)))
+    figure, axes = given_or_new("Table.plot", ax, (min(max(3.4, 1.2 + 0.85 * (places[-1] + 1)), WIDEST), 4.2))
     of_case = [tuple(row[name] for name in over) for row in table.rows]
     ranks = {key: k for k, key in enumerate(dict.fromkeys(of_case))}
     colors = {key: COLORS[k % len(COLORS)] for k, key in enumerate(dict.fromkeys(e.group[by[0]] for e in found if by))}
@@ -78,7 +79,7 @@ def plot_paired(table: Table, column: str, factor: str, over: Sequence[str], ax:
     ]
     said = list(_said(found, look))
     wide = max(0.95 * sum(len(values) + 0.5 for _, values in blocks), 0.068 * max(map(len, said), default=0))
-    figure, axes = _axes(ax, width=max(3.8, 1.2 + wide), height=4.2 + 0.16 * len(said))
+    figure, axes = given_or_new("Table.plot_paired", ax, (min(max(3.8, 1.2 + wide), WIDEST), 4.2 + 0.16 * len(said)))
     ticks: list[tuple[float, str]] = []
     left = 0.0
     for group, values in blocks:
@@ -104,7 +105,7 @@ def plot_paired(table: Table, column: str, factor: str, over: Sequence[str], ax:
 
 def plot_curves(table: Table, by: Sequence[str], y: str, x: str, ax: Axes | None) -> Figure:
     """Curves of the stored runs of each group, thin; their median and 10 to 90 % until half of them have ended."""
-    figure, axes = _axes(ax, width=6.2, height=4.4)
+    figure, axes = given_or_new("Table.plot_curves", ax, (6.2, 4.4))
     across, up = shown(x), shown(y)
     drawn = 0
     for k, (group, rows) in enumerate(groups.groups(table, by)):
@@ -123,9 +124,9 @@ def plot_curves(table: Table, by: Sequence[str], y: str, x: str, ax: Axes | None
         drawn += 1
     if not drawn:
         raise ParameterError(f"Table.plot_curves: no finished case has a run with the columns {x} and {y}")
-    axes.set_xlabel(_course(across.heading))
+    axes.set_xlabel(course_heading(x))
     axes.legend(frameon=False, fontsize=9, handlelength=3)
-    _finish(axes, _course(up.heading))
+    _finish(axes, course_heading(y))
     return figure
 
 
@@ -192,15 +193,6 @@ def plot_cracks(
 # --- parts -----------------------------------------------------------------------------------------------------------
 
 
-def _axes(ax: Axes | None, width: float, height: float = 4.2) -> tuple[Figure, Axes]:
-    if ax is not None:
-        if not isinstance(ax, Axes):
-            raise ParameterError(f"ax = {short(ax)} is not allowed, it must be axes of matplotlib")
-        return cast(Figure, ax.figure), ax
-    figure = Figure(figsize=(min(width, 14.0), height), layout="constrained")
-    return figure, figure.subplots()
-
-
 def _finish(axes: Axes, heading: str) -> None:
     axes.set_ylabel(heading)
     axes.yaxis.set_major_locator(MaxNLocator(7, steps=[1, 2, 2.5, 5, 10]))
@@ -259,11 +251,6 @@ def _curve(table: Table, row: int, x: str, y: str) -> tuple[np.ndarray, np.ndarr
             raise ParameterError(f"Table.plot_curves: a run has no column '{name}'; it has {', '.join(curves)}")
     whole = np.isfinite(curves[x]) & np.isfinite(curves[y])
     return (curves[x][whole], curves[y][whole]) if whole.sum() > 1 else None
-
-
-def _course(heading: str) -> str:
-    """The words of curves in pictures: stress and strain of a test are those along its axis."""
-    return f"axial {heading}" if heading.split(" (")[0] in ("stress", "strain") else heading
 
 
 def _box(result: Result) -> np.ndarray:

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     import pandas
     import xarray
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+
+    from grainlaw.drawing.figure import Figure
 
 
 class Table(Rows):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -15,6 +15,9 @@ from grainlaw.contact import ContactLaw, answered, declared_stiffness, memory_na
 from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.workbench.endless import refuse_endless
+
+if TYPE_CHECKING:
+    from grainlaw.drawing.figure import Figure
 
 
 @attrs.frozen(eq=False)
@@ -27,6 +30,15 @@ class Trace(metaclass=Checked):
     shear: np.ndarray  #: Pa
     work: np.ndarray  #: J/m2 done on the contact since the first point
     memory: dict[str, np.ndarray]
+
+    def plot(self, *, ax: Any = None) -> Figure:
+        """Draw normal traction over opening and shear traction over slip; a mode in which nothing moves is left out.
+
+        Draws into the axes ``ax`` of matplotlib, if they are given. Returns the figure.
+        """
+        from grainlaw.workbench.figure import draw_trace
+
+        return draw_trace(self, ax)
 
     def __getattr__(self, name: str) -> np.ndarray:
         if not name.startswith("_") and name in self.memory:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from typing import Any
 
 import attrs
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from grainlaw.contact import ContactLaw
+from grainlaw.drawing.figure import Figure, given_or_new
+from grainlaw.drawing.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, style
 from grainlaw.workbench.characteristics import Characteristics, Envelope, characteristics, envelope
 from grainlaw.workbench.driver import Contact, Trace, alone
 from grainlaw.workbench.scale import REACH, find_closure
@@ -18,8 +20,8 @@ from grainlaw.workbench.shear_box import pulled, sheared
 
 Curve = tuple[np.ndarray, np.ndarray, str, str]  #: displacement (m), traction (Pa), colour, name
 MPA, UM = 1e-6, 1e6
-SHADES = ("#1b3a5c", "#2f7f8c", "#8fa63b", "#d98a1f")  #: of growing pressure
-MIXED = ("#a3271f", "#d0682c", "#8a6db1", "#4873b8", "#1b3a5c")  #: from pull to shear
+SHADES = (BLUE, VERMILLION, GREEN, ORANGE)  #: of growing pressure
+MIXED = (VERMILLION, ORANGE, PURPLE, SKY, BLUE)  #: from pull to shear
 
 
 @attrs.frozen
@@ -89,10 +91,27 @@ def draw_law(law: ContactLaw) -> Figure:
     return figure
 
 
+def draw_trace(trace: Trace, ax: Any) -> Figure:
+    """Both modes of one path; see :meth:`Trace.plot`."""
+    figure, axes = given_or_new("Trace.plot", ax, (6.4, 4.4))
+    modes = (
+        (trace.opening, trace.normal, "normal traction over opening"),
+        (trace.slip, trace.shear, "shear over slip"),
+    )
+    for k, (moved, traction, name) in enumerate(modes):
+        if np.ptp(moved) > 0:
+            axes.plot(moved * UM, traction * MPA, color=SHADES[k], linestyle=style(k), linewidth=1.5, label=name)
+    axes.set(xlabel="opening (normal) and slip (shear) (µm)", ylabel="traction (MPa), tension positive")
+    axes.axhline(0, color="0.6", linewidth=0.8)
+    axes.grid(alpha=0.25)
+    axes.legend(frameon=False)
+    return figure
+
+
 def draw_pull(axes: Axes, run: Trace, found: Characteristics, to: Reach) -> None:
     """Normal traction over opening."""
     curves = [(run.opening, run.normal, SHADES[0], "")]
-    _draw(axes, curves, "opening (um)", "normal traction (MPa)", "pull, release, pull on", to)
+    _draw(axes, curves, "opening (µm)", "normal traction (MPa)", "pull, release, pull on", to)
 
 
 def draw_shear(axes: Axes, contact: Contact, found: Characteristics, to: Sequence[Reach]) -> None:
@@ -103,7 +122,7 @@ def draw_shear(axes: Axes, contact: Contact, found: Characteristics, to: Sequenc
         curves.append((run.slip, run.shear, color, f"{mode.pressure * MPA:.4g}"))
     furthest = max(to, key=lambda each: each.end)
     zoom = Reach(max(each.peak for each in to), furthest.end)
-    _draw(axes, curves, "slip (um)", "shear traction (MPa)", "shear under held pressure, reversed", zoom)
+    _draw(axes, curves, "slip (µm)", "shear traction (MPa)", "shear under held pressure, reversed", zoom)
     axes.legend(title="pressure (MPa)", ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.14), frameon=False)
 
 
@@ -114,8 +133,8 @@ def draw_mixed(normal: Axes, tangential: Axes, contact: Contact, opening: Reach,
     rows = list(zip(runs, MIXED, names, strict=True))
     pulls = [_upto(opening, run.opening, run.normal, color, name) for (r, run), color, name in rows if np.isfinite(r)]
     shears = [_upto(slip, run.slip, run.shear, color, name) for (r, run), color, name in rows if r]
-    _draw(normal, pulls, "opening (um)", "normal traction (MPa)", "opening and slip together: normal", opening)
-    _draw(tangential, shears, "slip (um)", "shear traction (MPa)", "opening and slip together: shear", slip)
+    _draw(normal, pulls, "opening (µm)", "normal traction (MPa)", "opening and slip together: normal", opening)
+    _draw(tangential, shears, "slip (µm)", "shear traction (MPa)", "opening and slip together: shear", slip)
     for axes in (normal, tangential):
         axes.legend(title="slip / opening", ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.14), frameon=False)
 
@@ -130,7 +149,7 @@ def draw_closure(axes: Axes, contact: Contact, found: Characteristics) -> None:
     """Pressure over closure."""
     closure = np.linspace(0, find_closure(contact, 2 * found.shear[-1].pressure), 300)
     pressed = contact.run([(-c, 0.0) for c in closure.tolist()])[:, 0]
-    _draw(axes, [(closure, -pressed, SHADES[0], "")], "closure (um)", "pressure (MPa)", "closure", None)
+    _draw(axes, [(closure, -pressed, SHADES[0], "")], "closure (µm)", "pressure (MPa)", "closure", None)
 
 
 def draw_envelope(axes: Axes, strength: Envelope) -> None:
@@ -164,8 +183,8 @@ def _draw(axes: Axes, curves: Sequence[Curve], x: str, y: str, title: str, zoom:
         inset.grid(alpha=0.25)
         places.append(inset)
     for place in places:
-        for u, traction, color, name in curves:
-            place.plot(u * UM, traction * MPA, color=color, linewidth=1.3, label=name)
+        for k, (u, traction, paint, name) in enumerate(curves):
+            place.plot(u * UM, traction * MPA, color=paint, linestyle=style(k), linewidth=1.3, label=name)
     if not any(np.nanmax(np.abs(traction), initial=0.0) > 0 for _, traction, *_ in curves):
         axes.set(ylim=(-1, 1), yticks=[0])
         axes.text(0.5, 0.55, "nothing is held", ha="center", transform=axes.transAxes)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.palette import style
 from grainlaw.material import Material
 from grainlaw.parameter import ParameterError
 from grainlaw.workbench.figure import MPA, SHADES
@@ -24,12 +25,14 @@ def draw_material(material: Material) -> Figure:
     furthest = next((k * far for k in FURTHER if _is_bent(material, k * far)), far)
     figure = Figure(figsize=(13.5, 4.4), layout="constrained")
     pressed, pulled, sheared = figure.subplots(1, 3)
-    for share, colour in zip((0.0, 0.2, 0.5, 1.0), SHADES, strict=True):
+    for k, share in enumerate((0.0, 0.2, 0.5, 1.0)):
         pressure = float(f"{share * bench.scale * modulus:.1g}")
         trace = _as_far(material, furthest, pressure)
         if trace is not None:
             label = f"confinement {pressure * MPA:.3g} MPa"
-            pressed.plot(100 * (trace[0][0] - trace[0]), -MPA * trace[1], color=colour, label=label)
+            pressed.plot(
+                100 * (trace[0][0] - trace[0]), -MPA * trace[1], color=SHADES[k], linestyle=style(k), label=label
+            )
     pressed.set(xlabel="shortening along y (%)", ylabel="stress along y (MPa)", title="compressed in plane strain")
     pressed.legend(frameon=False)
     trace = _as_far(material, -far, 0.0)

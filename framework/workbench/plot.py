@@ -9,7 +9,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.material import Material
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from grainlaw.drawing.figure import Figure
 
 
 @checked

@@ -1,64 +1,26 @@
-"""Pictures of curves and cracks (matplotlib), and a window with the specimen (pyvista)."""
+"""Pictures of curves (matplotlib), and a window with the specimen (pyvista)."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.figure import Figure
 
-from grainlaw.columns import SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS, require
-from grainlaw.results.archive import called
-from grainlaw.results.figures.stored_cracks import GRAIN, RIM, SHEAR, TENSILE, draw_stored_cracks
+from grainlaw.columns import LOAD, SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS, course, require
+from grainlaw.drawing.figure import Figure, given_or_new
+from grainlaw.drawing.palette import color, marker, style
+from grainlaw.naming import shown
+from grainlaw.parameter import ParameterError
+from grainlaw.results.archive import law_name
+from grainlaw.results.figures.cracks import count_below, draw_cracks
+from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE
 
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
-
-def _outlines(result: Result) -> np.ndarray:
-    """(k, 2) node pairs of the boundaries of all grains: edges that belong to one zone only."""
-    zones = result.mesh.zones
-    edges = zones[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    ordered = np.sort(edges, axis=1)
-    _, first, times = np.unique(ordered[:, 0] * len(result.mesh.nodes) + ordered[:, 1], True, False, True)
-    return edges[first[times == 1]]
-
-
-def draw_cracks(axes: Axes, result: Result) -> None:
-    """Broken contacts on the deformed specimen at the last frame: tensile red, shear blue.
-
-    Without frames they are drawn on the outline of the specimen before the test.
-    """
-    if not result.frames:
-        draw_stored_cracks(axes, result)
-        _label_cracks(axes)
-        return
-    frame = result.frames[-1]
-    place = (result.mesh.nodes + frame.displacement) * 1e3
-    axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=GRAIN, edgecolor=GRAIN, linewidth=0.2))
-    axes.add_collection(LineCollection(list(place[_outlines(result)]), colors=RIM, linewidths=0.35))
-    ends = place[result.interfaces]
-    first, second = (ends[:, 0] + ends[:, 2]) / 2, (ends[:, 1] + ends[:, 3]) / 2
-    middle = (first + second) / 2
-    lines = np.stack([np.concatenate([first, middle]), np.concatenate([middle, second])], axis=1)
-    broken = ~np.isnan(frame.bonds["broken_time"])
-    tensile = frame.bonds["mode"] < 0.5
-    for chosen, color, name in ((broken & ~tensile, SHEAR, "shear"), (broken & tensile, TENSILE, "tensile")):
-        label = f"{name}: {int(chosen.sum())}"
-        cracks = LineCollection(list(lines[chosen]), colors=color, linewidths=1.2, label=label, capstyle="round")
-        axes.add_collection(cracks)
-    axes.set_aspect("equal")
-    axes.autoscale_view()
-    axes.set_xlabel("x (mm)")
-    axes.set_ylabel("y (mm)")
-    _label_cracks(axes)
-
-
-def _label_cracks(axes: Axes) -> None:
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2, frameon=False, handlelength=1.2)
+EVERY = 0.12  #: of a picture's width between two markers
 
 
 def require_stress_and_strain(results: Mapping[Any, Result]) -> None:
@@ -70,12 +32,11 @@ def require_stress_and_strain(results: Mapping[Any, Result]) -> None:
 def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
     """Axial stress over axial strain, the peak marked."""
     require_stress_and_strain(results)
-    for name, result in results.items():
+    for k, (name, result) in enumerate(results.items()):
         strain, stress = result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6
-        (line,) = axes.plot(strain, stress, label=name, linewidth=1.6)
-        if len(result.cracks):
-            peak = int(np.argmax(stress))
-            axes.plot(strain[peak], stress[peak], "o", color=line.get_color(), markersize=5)
+        peak = [int(np.argmax(stress))] if len(result.cracks) else []
+        look: dict[str, Any] = {"color": color(k), "linestyle": style(k), "marker": marker(k), "markevery": peak}
+        axes.plot(strain, stress, label=name, linewidth=1.6, markersize=6, **look)
     label_stress_and_strain(axes)
     axes.legend(frameon=False)
 
@@ -98,6 +59,18 @@ def label_cracks_and_strain(axes: Axes) -> None:
         axes.legend(frameon=False, fontsize="small")
 
 
+def draw_crack_numbers(axes: Axes, k: int, name: str, results: Sequence[Result]) -> None:
+    """Broken contact points over strain of law number ``k`` (one result or several): tensile solid, shear dashed."""
+    for column, line, fill in ((TENSILE_CRACKS, "-", "full"), (SHEAR_CRACKS, "--", "none")):
+        if not any(each.curves[column][-1] for each in results):
+            continue
+        marks: dict[str, Any] = {"marker": marker(k), "fillstyle": fill, "markevery": EVERY, "markersize": 4}
+        for number, result in enumerate(results):
+            label = f"{name}, {column.split('_')[0]}" if number == 0 else None
+            strain, count = result.curves[STRAIN] * 100, result.curves[column]
+            axes.plot(strain, count, line, color=color(k), linewidth=1.0, label=label, **marks)
+
+
 def plot_curves(results: Mapping[str, Result]) -> Figure:
     """Stress-strain curves of several laws, and how their cracks accumulate."""
     figure = Figure(figsize=(8, 7), layout="constrained")
@@ -105,33 +78,44 @@ def plot_curves(results: Mapping[str, Result]) -> Figure:
     draw_curves(upper, results)
     upper.set_xlabel("")
     for k, (name, result) in enumerate(results.items()):
-        strain = result.curves[STRAIN] * 100
-        for column, style in ((TENSILE_CRACKS, "-"), (SHEAR_CRACKS, "--")):
-            label = f"{name}, {column.split('_')[0]}"
-            if result.curves[column][-1]:
-                lower.plot(strain, result.curves[column], style, color=f"C{k}", linewidth=1.2, label=label)
+        draw_crack_numbers(lower, k, name, [result])
     label_cracks_and_strain(lower)
     return figure
 
 
-def plot_cracks(result: Result, title: str = "") -> Figure:
-    """Crack pattern on the deformed specimen."""
-    corners = result.specimen.grains.vertices
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    width, height = high - low
-    figure = Figure(figsize=(min(10.0, 6.5 * width / height + 1.6), 8.0), layout="constrained")
-    axes = figure.subplots()
-    draw_cracks(axes, result)
-    axes.set_title(title or called(result.law))
+def plot_columns(results: Mapping[str, Result], y: str | None, x: str | None, ax: Any) -> Figure:
+    """See :func:`grainlaw.plot_curves`."""
+    first = next(iter(results.values())).curves
+    if not first:
+        raise ParameterError("plot_curves: the result has no curves")
+    across, up = x or course(first), y or next(name for name in LOAD if name in first)
+    for result in results.values():
+        require("plot_curves", result.curves, across, up)
+    figure, axes = given_or_new("plot_curves", ax, (6.4, 4.4))
+    for k, (name, result) in enumerate(results.items()):
+        along, values = result.curves[across] * shown(across).factor, result.curves[up] * shown(up).factor
+        look: dict[str, Any] = {"color": color(k), "linestyle": style(k)}
+        axes.plot(along, values, label=name, linewidth=1.5, **look)
+    axes.set_xlabel(course_heading(across))
+    axes.set_ylabel(course_heading(up))
+    axes.grid(alpha=0.25)
+    if len(results) > 1:
+        axes.legend(frameon=False)
     return figure
+
+
+def course_heading(name: str) -> str:
+    """The words and unit of a column in pictures: stress and strain of a test are those along its axis."""
+    return f"axial {shown(name).heading}" if name in (STRAIN, STRESS) else shown(name).heading
 
 
 def plot_result(result: Result) -> Figure:
     """Stress-strain curve next to the crack pattern."""
     figure = Figure(figsize=(11, 6.5), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=[1.5, 1])
-    draw_curves(left, {called(result.law): result})
+    draw_curves(left, {law_name(result.law): result})
     draw_cracks(right, result)
+    count_below(right)
     return figure
 
 
@@ -146,10 +130,10 @@ def show_result(result: Result, **options: Any) -> None:
     plotter = pyvista.Plotter(**options)
     plotter.add_mesh(grains, cmap="cividis")
     broken = ~np.isnan(frame.bonds["broken_time"])
-    for chosen, color in ((frame.bonds["mode"] < 0.5, TENSILE), (frame.bonds["mode"] >= 0.5, SHEAR)):
+    for chosen, paint in ((frame.bonds["mode"] < 0.5, TENSILE), (frame.bonds["mode"] >= 0.5, SHEAR)):
         interfaces = result.interfaces[np.flatnonzero(broken & chosen) % len(result.interfaces)]
         if len(interfaces):
             lines = pyvista.line_segments_from_points(place[interfaces[:, :2].ravel()])
-            plotter.add_mesh(lines, color=color, line_width=3)
+            plotter.add_mesh(lines, color=paint, line_width=3)
     plotter.view_xy()
     plotter.show()

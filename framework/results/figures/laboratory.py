@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.figure import Figure
 
 from grainlaw.columns import TIME, course
+from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.grains import FILLS
+from grainlaw.drawing.palette import BLACK, GREEN, ORANGE, PURPLE
 from grainlaw.naming import shown
-from grainlaw.results.figures.curves import GRAIN, RIM, SHEAR, TENSILE
+from grainlaw.results.figures.stored_cracks import GRAIN, RIM, SHEAR, TENSILE, WIDTHS
 from grainlaw.results.laboratory import Laboratory
 
 THRESHOLDS = {
-    "crack_initiation_count": ("CI, cracks", "#2a9d5c"),
-    "crack_initiation_lateral": ("CI, lateral", "#c77d0a"),
-    "crack_initiation_volumetric": ("CI, volumetric", "#7a4fb5"),
-    "crack_damage": ("CD", "black"),
+    "crack_initiation_count": ("CI, cracks", GREEN, "-"),
+    "crack_initiation_lateral": ("CI, lateral", ORANGE, "--"),
+    "crack_initiation_volumetric": ("CI, volumetric", PURPLE, "-."),
+    "crack_damage": ("CD", BLACK, ":"),
 }
-PALE = ["#d9b38c", "#9fc3dd", "#b7d3a4", "#dba9b8", "#c3b5de", "#e3d58b", "#9fd0c6"]
 
 
 def plot_laboratory(laboratory: Laboratory) -> Figure:
@@ -46,10 +49,12 @@ def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
         (path.axial, "axial", "-"), (path.lateral, "lateral", "--"), (path.volumetric, "volumetric", ":")
     ):  # fmt: skip
         axes.plot(values * 100, (path.load + path.confinement) / 1e6, style, color="#444444", label=label)
-    for name, (label, color) in THRESHOLDS.items():
+    for name, (label, color, style) in THRESHOLDS.items():
         stress = laboratory.value(name)
         if np.isfinite(stress):
-            axes.axhline(stress / 1e6, color=color, linewidth=1, label=f"{label}: {stress / 1e6:.1f} MPa")
+            axes.axhline(
+                stress / 1e6, color=color, linestyle=style, linewidth=1.2, label=f"{label}: {stress / 1e6:.1f} MPa"
+            )
     axes.set_xlabel("strain (%), extension positive")
     axes.set_ylabel("axial stress (MPa)")
     axes.grid(alpha=0.25)
@@ -66,8 +71,8 @@ def _along(laboratory: Laboratory) -> tuple[np.ndarray, str]:
 def draw_growth(axes: Axes, laboratory: Laboratory) -> None:
     """Length of cracks by mode."""
     along, label = _along(laboratory)
-    for name, color in (("tensile", TENSILE), ("shear", SHEAR)):
-        axes.plot(along, laboratory.growth[f"{name}_length"] * 1e3, color=color, label=name)
+    for name, color, style in (("tensile", TENSILE, "-"), ("shear", SHEAR, "--")):
+        axes.plot(along, laboratory.growth[f"{name}_length"] * 1e3, style, color=color, label=name)
     axes.set_xlabel(label)
     axes.set_ylabel("length of cracks (mm)")
     axes.grid(alpha=0.25)
@@ -81,7 +86,14 @@ def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
     for turn in (0, np.pi):
         label = ("tensile", "shear") if turn == 0 else (None, None)
         axes.bar(middle + turn, rose.tensile * 1e3, width, color=TENSILE, label=label[0])
-        axes.bar(middle + turn, rose.shear * 1e3, width, bottom=rose.tensile * 1e3, color=SHEAR, label=label[1])
+        shear: dict[str, Any] = {
+            "color": SHEAR,
+            "hatch": "////",
+            "edgecolor": "white",
+            "linewidth": 0,
+            "label": label[1],
+        }
+        axes.bar(middle + turn, rose.shear * 1e3, width, bottom=rose.tensile * 1e3, **shear)
     if np.isfinite(plane.angle):
         reach = float((rose.tensile + rose.shear).max()) * 1e3
         name = f"failure plane {np.degrees(plane.angle):.0f}°, alignment {plane.strength:.2f}"
@@ -106,7 +118,7 @@ def _draw_specimen(axes: Axes, laboratory: Laboratory, colors: str | np.ndarray)
 def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
     """Fragments of several grains in colours, the largest in the colour of grains, single grains white."""
     found = laboratory.fragments
-    palette = np.array([GRAIN, *(PALE[k % len(PALE)] for k in range(len(found) - 1))])
+    palette = np.array([GRAIN, *(FILLS[k % (len(FILLS) - 1)] for k in range(len(found) - 1))])
     palette[found.grains == 1] = "white"
     palette[0] = GRAIN
     _draw_specimen(axes, laboratory, palette[found.of_grain[laboratory.result.mesh.zone_grain]])
@@ -115,14 +127,16 @@ def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
 
 
 def draw_events(axes: Axes, laboratory: Laboratory) -> None:
-    """Acoustic events as circles whose area is their energy."""
+    """Acoustic events as circles whose area is their energy, thin where tensile and thick where shear."""
     events = laboratory.events
     _draw_specimen(axes, laboratory, GRAIN)
     if len(events):
         size = 400 * events.energy / max(float(events.energy.max()), 1e-300)
-        colors = np.where(events.tensile >= 0.5, TENSILE, SHEAR)
         x, y = (events.position * 1e3).T
-        axes.scatter(x, y, s=size, facecolors="none", edgecolors=colors, linewidths=0.9)
+        tensile = events.tensile >= 0.5
+        for chosen, color, width in ((tensile, TENSILE, WIDTHS["tensile"]), (~tensile, SHEAR, WIDTHS["shear"])):
+            look: dict[str, Any] = {"facecolors": "none", "edgecolors": color, "linewidths": width}
+            axes.scatter(x[chosen], y[chosen], s=size[chosen], **look)
         axes.set_title(
             f"{len(events)} events, magnitude {np.nanmin(events.magnitude):.1f} to {np.nanmax(events.magnitude):.1f}"
             if (events.energy > 0).any() else f"{len(events)} events without energy", fontsize="medium",
@@ -134,9 +148,9 @@ def draw_lost(axes: Axes, laboratory: Laboratory) -> None:
     result = laboratory.result
     time = np.array([frame.time for frame in result.frames])
     along, label = _along(laboratory)
-    for name, color in (("opening", TENSILE), ("slip", SHEAR)):
+    for name, color, style in (("opening", TENSILE, ".-"), ("slip", SHEAR, "x--")):
         values = [float(laboratory.half_lengths @ frame.bonds[f"lost_{name}"]) for frame in result.frames]
-        axes.plot(np.interp(time, result.curves[TIME], along), values, ".-", color=color, label=f"in {name}")
+        axes.plot(np.interp(time, result.curves[TIME], along), values, style, color=color, label=f"in {name}")
     axes.set_xlabel(label)
     axes.set_ylabel("energy lost by contacts (J/m)")
     axes.grid(alpha=0.25)

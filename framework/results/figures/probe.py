@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
+from grainlaw.drawing.figure import Figure
 from grainlaw.workbench.characteristics import QUICK, envelope, fitting_pressures, shear_mode, tensile_mode
 from grainlaw.workbench.driver import Contact, alone
 from grainlaw.workbench.figure import MPA, UM, Reach, along, draw_envelope, reach
@@ -53,7 +53,7 @@ def _pull(axes: Axes, contact: Contact, path: ContactPath) -> None:
     _followed(axes, path, path.opening * UM, path.normal * MPA)
     right = _right(opened, to)
     left = max(closed, -right) - 0.05 * right
-    axes.set(xlabel="opening (um)", ylabel="normal traction (MPa)", xlim=(left * UM, right * UM))
+    axes.set(xlabel="opening (µm)", ylabel="normal traction (MPa)", xlim=(left * UM, right * UM))
     _fit(axes)
 
 
@@ -72,7 +72,7 @@ def _shear(axes: Axes, contact: Contact, path: ContactPath) -> None:
         axes.plot(sign * run.slip * UM, sign * run.shear * MPA, style, color=LAW, linewidth=1, label=label)
     _followed(axes, path, path.slip * UM, path.shear * MPA)
     ends = sorted((-0.15 * sign * _right(0.0, to), sign * _right(float((sign * path.slip).max()), to)))
-    axes.set(xlabel="slip (um)", ylabel="shear traction (MPa)", xlim=np.array(ends) * UM)
+    axes.set(xlabel="slip (µm)", ylabel="shear traction (MPa)", xlim=np.array(ends) * UM)
     _fit(axes)
 
 

@@ -19,7 +19,8 @@ from grainlaw.contact import words_of
 from grainlaw.naming import Shown, shown
 from grainlaw.results.archive import READ, called
 from grainlaw.results.figures import html
-from grainlaw.results.figures.report_figures import plot_report_cracks, plot_report_curves
+from grainlaw.results.figures.cracks import side_by_side
+from grainlaw.results.figures.report_figures import plot_report_curves
 from grainlaw.results.figures.samples import plot_samples
 from grainlaw.results.files import write_atomically
 from grainlaw.results.laboratory import Laboratory
@@ -37,6 +38,7 @@ LIMITS = {
     "energy_error": (0.005, "the time steps were too long: lower the time_step_factor"),
     "energy_made": (1e-4, "intact contacts made energy: the law may flutter, and the strength depend on the damping"),
 }
+CRACKS = "Broken contacts on the deformed specimens at one scale: tensile thin and red, shear thick and blue"
 COST = ("steps", "time_step", "seconds", "mass_added")
 
 
@@ -98,7 +100,7 @@ def _parts(
         yield html.text("h2", "Curves")
         yield html.picture(plot_report_curves(results), "What was measured, broken contact points, and energies")
     yield html.text("h2", "Cracks")
-    yield html.picture(plot_report_cracks(results), "Broken contacts on the deformed specimen: tensile red, shear blue")
+    yield html.picture(side_by_side(results, -1, None), CRACKS)
     if first.curves:
         yield html.text("h2", "Laboratory measures")
         yield from _measures(laboratories)

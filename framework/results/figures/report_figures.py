@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from grainlaw.columns import (
     ENERGIES,
@@ -22,13 +21,15 @@ from grainlaw.columns import (
     VOLUMETRIC_STRAIN,
     course,
 )
+from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.palette import color, marker, style
 from grainlaw.naming import shown
-from grainlaw.results.figures.curves import SHEAR, TENSILE, draw_cracks
+from grainlaw.results.figures.curves import EVERY
+from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE
 
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
-STYLES = ("-", "--", ":", "-.", (0, (5, 1)), (0, (1, 3)))
 COLORS = {TENSILE_CRACKS: TENSILE, SHEAR_CRACKS: SHEAR}
 
 
@@ -84,28 +85,15 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
     for k, (name, result) in enumerate(results.items()):
         for j, column in enumerate(panel.columns):
             label = ", ".join([name] * several + [shown(column).words.removeprefix("energy ")] * many)
-            color, style = (f"C{k}", STYLES[j]) if several else (COLORS.get(column, f"C{j}"), "-")
+            look = (
+                {"color": color(k), "marker": marker(k), "markevery": EVERY, "markersize": 4}
+                if several
+                else {"color": COLORS.get(column, color(j))}
+            )
             x, y = (result.curves[c] * shown(c).factor for c in (panel.over, column))
-            axes.plot(x, y, color=color, linestyle=style, linewidth=1.3, label=label or None)
+            axes.plot(x, y, linestyle=style(j), linewidth=1.3, label=label or None, **look)
     axes.set_xlabel(shown(panel.over).heading)
     axes.set_ylabel(attrs.evolve(shown(panel.columns[0]), words=panel.words).heading if many else shown(column).heading)
     axes.grid(alpha=0.25)
     if several or many:
         axes.legend(frameon=False, fontsize="small")
-
-
-def plot_report_cracks(results: Mapping[str, Result]) -> Figure:
-    """Crack patterns side by side."""
-    corners = next(iter(results.values())).specimen.grains.vertices
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    width, height = high - low
-    each = float(np.clip(6.0 * width / height, 2.4, 9.0 / len(results)))
-    figure = Figure(figsize=(each * len(results) + 0.8, each * height / width + 1.3), layout="constrained")
-    places = figure.subplots(1, len(results), squeeze=False)[0]
-    for axes, (name, result) in zip(places, results.items(), strict=True):
-        draw_cracks(axes, result)
-        axes.set_title(name, pad=22)
-        axes.legend(
-            loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, frameon=False, handlelength=1, fontsize="small"
-        )
-    return figure

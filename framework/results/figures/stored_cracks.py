@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
-from grainlaw.palette import BLUE, VERMILLION
+from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.palette import BLUE, VERMILLION
 
 if TYPE_CHECKING:
     from grainlaw.region import Region

@@ -10,7 +10,7 @@ import numpy as np
 from grainlaw.messages import refusal
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from grainlaw.drawing.figure import Figure
 
 #: the light scheme of Paul Tol (SRON/EPS/TN/09-002, 2021): fills that people who see colours otherwise can tell apart
 FILLS = (
@@ -21,14 +21,15 @@ STYLES: tuple[Any, ...] = ("solid", (0, (4, 1.5)), (0, (1, 1)), (0, (6, 1, 1, 1)
 RIM = "#333333"
 
 
-def draw_grains(grains: Any, by: str, axes: Axes | None) -> Axes:
+def draw_grains(grains: Any, by: str, ax: Any) -> Figure:
     """A :class:`~grainlaw.tessellation.Tessellation` by "phase", "area" or "parent", into axes or a new figure."""
     if by not in ("phase", "area", "parent"):
         raise refusal("Tessellation.plot: by", by, "'phase', 'area' or 'parent'")
     from matplotlib.collections import LineCollection, PolyCollection
-    from matplotlib.figure import Figure
 
-    axes = axes or Figure(figsize=(7, 7), layout="constrained").subplots()
+    from grainlaw.drawing.figure import given_or_new
+
+    figure, axes = given_or_new("Tessellation.plot", ax, (7, 7))
     small = np.ptp(grains.vertices, axis=0).max() < 1
     scale, unit = (1e3, "mm") if small else (1.0, "m")
     polygons = np.split(grains.vertices[grains.corners] * scale, grains.first[1:-1])
@@ -60,7 +61,7 @@ def draw_grains(grains: Any, by: str, axes: Axes | None) -> Axes:
     axes.autoscale_view()
     axes.set_xlabel(f"x ({unit})")
     axes.set_ylabel(f"y ({unit})")
-    return axes
+    return figure
 
 
 def _phases(grains: Any) -> list[Any]:

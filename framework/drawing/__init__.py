@@ -1,0 +1,1 @@
+"""What pictures are drawn on, and pictures of grains."""

@@ -1,7 +1,0 @@
-"""Colours that people with any colour vision tell apart, and lines that differ where a page is printed grey."""
-
-#: Okabe and Ito 2008, Color universal design, https://jfly.uni-koeln.de/color/
-BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
-BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
-COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-STYLES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)))

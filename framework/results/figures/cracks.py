@@ -1,0 +1,180 @@
+"""Pictures of cracks: on the specimen at one moment, of several results at one scale, and moving."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+
+from grainlaw.columns import TIME, course
+from grainlaw.drawing.figure import Figure, given_or_new
+from grainlaw.messages import refusal
+from grainlaw.naming import shown
+from grainlaw.results.archive import law_name
+from grainlaw.results.figures.stored_cracks import (
+    GRAIN,
+    RIM,
+    SHEAR,
+    TENSILE,
+    WIDTHS,
+    draw_stored_cracks,
+    label_cracks,
+)
+from grainlaw.results.files import write_atomically
+from grainlaw.results.segments import contact_segments
+
+if TYPE_CHECKING:
+    from grainlaw.results.result import Result
+
+FAR = 0.3  #: widths of a specimen around it that are shown
+ROOM = 0.03  #: of the height, around it
+MOST_ACROSS = 6  #: panels in a row
+DPI = 110  #: of an animation
+
+
+def draw_cracks(axes: Axes, result: Result, frame: int = -1) -> None:
+    """Broken contact points on the deformed specimen: tensile thin and red, shear thick and blue.
+
+    Without frames they are drawn on the outline of the specimen before the test.
+    """
+    if not result.frames and frame == -1:
+        draw_stored_cracks(axes, result)
+        return
+    moment = result.frame("plot_cracks", frame)
+    place = (result.mesh.nodes + moment.displacement) * 1e3
+    axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=GRAIN, edgecolor=GRAIN, linewidth=0.2))
+    axes.add_collection(LineCollection(list(place[_outlines(result)]), colors=RIM, linewidths=0.35))
+    lines = contact_segments(place, result.interfaces)
+    broken = ~np.isnan(moment.bonds["broken_time"])
+    tensile = moment.bonds["mode"] < 0.5
+    for chosen, color, name in ((broken & ~tensile, SHEAR, "shear"), (broken & tensile, TENSILE, "tensile")):
+        label = f"{name}: {int(chosen.sum())}"
+        axes.add_collection(
+            LineCollection(list(lines[chosen]), colors=color, linewidths=WIDTHS[name], label=label, capstyle="round")
+        )
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_xlabel("x (mm)")
+    axes.set_ylabel("y (mm)")
+
+
+def _outlines(result: Result) -> np.ndarray:
+    """(k, 2) node pairs of the boundaries of all grains: edges that belong to one zone only."""
+    zones = result.mesh.zones
+    edges = zones[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    ordered = np.sort(edges, axis=1)
+    _, first, times = np.unique(ordered[:, 0] * len(result.mesh.nodes) + ordered[:, 1], True, False, True)
+    return edges[first[times == 1]]
+
+
+def count_below(axes: Axes) -> None:
+    """The number of cracks of each mode, below the picture."""
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2, frameon=False, handlelength=1.2)
+
+
+def plot_cracks(result: Result, frame: int, title: str | None, ax: Any) -> Figure:
+    """See :func:`grainlaw.plot_cracks`."""
+    width, height = np.ptp(result.specimen.grains.vertices, axis=0)
+    figure, axes = given_or_new("plot_cracks", ax, (min(10.0, 6.5 * width / height + 1.6), 8.0))
+    draw_cracks(axes, result, frame)
+    count_below(axes)
+    axes.set_title(law_name(result.law) if title is None else title)
+    return figure
+
+
+def side_by_side(results: Mapping[Any, Result], frame: int, columns: int | None) -> Figure:
+    """See :func:`grainlaw.side_by_side`."""
+    low, high = hull([box(result, [frame]) for result in results.values()])
+    wide, tall = high - low
+    across = min(columns or MOST_ACROSS, len(results))
+    down = math.ceil(len(results) / across)
+    each = float(np.clip(6.0 * wide / tall, 1.8, max(1.8, 13.0 / across)))
+    size = each * across + 0.8, (each * tall / wide + 0.6) * down + 0.7
+    figure = Figure(figsize=size, layout="constrained")
+    panels = list(figure.subplots(down, across, squeeze=False).ravel())
+    for axes, (name, result) in zip(panels, results.items(), strict=False):
+        draw_cracks(axes, result, frame)
+        fit(axes, low, high)
+        counts = ", ".join(text.replace(": ", " ") for text in axes.get_legend_handles_labels()[1])
+        axes.set_title(f"{name}\n{counts}", fontsize="medium")
+        axes.label_outer()
+    for axes in panels[len(results) :]:
+        axes.remove()
+    label_cracks(figure)
+    return figure
+
+
+def animate(result: Result, file: str | os.PathLike[str], per_second: float) -> None:
+    """See :meth:`Result.animate`."""
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+
+    path = Path(file)
+    writers: dict[str, Any] = {".gif": PillowWriter, ".mp4": FFMpegWriter}
+    if path.suffix.lower() not in writers:
+        raise refusal("animate: file", str(file), "a file whose name ends in .gif or .mp4")
+    writer = writers[path.suffix.lower()]
+    if not writer.isAvailable():
+        raise refusal(
+            "animate: file", str(file), "a .gif, because the program ffmpeg, which makes .mp4, is not installed"
+        )
+    result.frame("animate", -1)
+    every = range(len(result.frames))
+    low, high = box(result, every)
+    wide, tall = high - low
+    figure = Figure(figsize=(max(3.2, 6.5 * wide / tall + 1.2), 7.6), dpi=DPI)
+    axes = figure.subplots()
+
+    def write(part: Path) -> None:
+        film = writer(fps=per_second)
+        with film.saving(figure, str(part), DPI):
+            for k in every:
+                axes.clear()
+                draw_cracks(axes, result, k)
+                fit(axes, low, high)
+                count_below(axes)
+                axes.set_title(_moment(result, k))
+                film.grab_frame()
+
+    write_atomically(path, write)
+
+
+def _moment(result: Result, frame: int) -> str:
+    """How far the test is at a frame: its strain, displacement or time."""
+    if not result.curves:
+        return f"time {result.frames[frame].time * 1e3:.4g} ms"
+    name = course(result.curves)
+    value = np.interp(result.frames[frame].time, result.curves[TIME], result.curves[name])
+    return f"{shown(name).words} {shown(name).text(float(value))} {shown(name).unit}".rstrip()
+
+
+# --- one scale -------------------------------------------------------------------------------------------------------
+
+
+def box(result: Result, frames: Sequence[int]) -> np.ndarray:
+    """(2, 2) mm, the corners of what is shown at some frames; grains that flew far away are left out."""
+    corners = result.specimen.grains.vertices
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    room = FAR * (high - low)
+    ends = [np.stack([low, high])]
+    if result.frames:
+        places = (result.mesh.nodes + result.frame("plot_cracks", k).displacement for k in frames)
+        ends += [np.clip([place.min(axis=0), place.max(axis=0)], low - room, high + room) for place in places]
+    return hull(ends) * 1e3
+
+
+def hull(boxes: Sequence[np.ndarray]) -> np.ndarray:
+    """(2, 2) the corners of what holds all boxes."""
+    return np.stack([np.min([each[0] for each in boxes], axis=0), np.max([each[1] for each in boxes], axis=0)])
+
+
+def fit(axes: Axes, low: np.ndarray, high: np.ndarray) -> None:
+    """Show what lies between two corners (mm), with a little room around it."""
+    room = ROOM * float((high - low).max())
+    axes.set_xlim(low[0] - room, high[0] + room)
+    axes.set_ylim(low[1] - room, high[1] + room)

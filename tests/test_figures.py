@@ -1,0 +1,207 @@
+"""Pictures as parts: they show in a notebook, take axes, keep one scale, and move."""
+
+import io
+import subprocess
+import sys
+
+import matplotlib.figure
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.image import imread
+from PIL import Image
+from support import BRITTLE, PULL, small_sample
+
+import grainlaw as gl
+from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
+
+
+@pytest.fixture(scope="module")
+def broken():
+    """A sample that has been pulled in two."""
+    return gl.simulate(small_sample(), BRITTLE, PULL, frames=4)
+
+
+@pytest.fixture(scope="module")
+def path():
+    return gl.trace(BRITTLE, opening=np.linspace(0, 1e-6, 5), slip=np.linspace(0, 2e-6, 5))
+
+
+# --- in a notebook ---------------------------------------------------------------------------------------------------
+
+
+def test_a_figure_shows_itself_as_a_picture_of_its_size(broken):
+    figure = gl.plot_cracks(broken)
+    width, height = figure.get_size_inches() * figure.dpi
+    shown = imread(io.BytesIO(figure._repr_png_()))
+    assert shown.shape[:2] == pytest.approx((height, width), abs=1)
+    assert shown[..., :3].std() > 0.01
+
+
+def test_no_picture_needs_pyplot(tmp_path):
+    """It keeps every figure that it makes, and chooses a window system."""
+    code = (
+        "import sys, grainlaw as gl\nfrom grainlaw.geometry import Hexagonal, rectangle\n"
+        "figure = Hexagonal(grains=12).tessellate(rectangle(1, 1)).plot()\nassert figure._repr_png_()\n"
+        "import grainlaw.results.figures.cracks, matplotlib.animation, grainlaw.studies.figures\n"
+        "assert 'matplotlib.pyplot' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
+
+
+# --- axes ------------------------------------------------------------------------------------------------------------
+
+PICTURES = {
+    "cracks": lambda result, path, **ax: gl.plot_cracks(result, -1, **ax),
+    "curves": lambda result, path, **ax: gl.plot_curves(result, **ax),
+    "specimen": lambda result, path, **ax: result.specimen.plot(**ax),
+    "grains": lambda result, path, **ax: result.specimen.grains.plot("area", **ax),
+    "path": lambda result, path, **ax: path.plot(**ax),
+}
+
+
+@pytest.mark.parametrize("draw", PICTURES.values(), ids=PICTURES)
+def test_a_picture_is_drawn_on_the_axes_given_or_on_a_figure_of_its_own(broken, path, draw):
+    mine = matplotlib.figure.Figure()
+    left, right = mine.subplots(1, 2)
+    assert draw(broken, path, ax=right) is mine
+    assert right.has_data()
+    assert not left.has_data()
+    own = draw(broken, path)
+    assert isinstance(own, Figure)
+    assert own.axes[0].has_data()
+    with pytest.raises(gl.ParameterError, match="ax = 3 is not allowed, it must be axes of matplotlib"):
+        draw(broken, path, ax=3)
+
+
+def test_axes_of_a_part_of_a_figure_return_the_whole_figure(broken):
+    whole = matplotlib.figure.Figure()
+    part = whole.subfigures(1, 2)[0]
+    assert gl.plot_cracks(broken, ax=part.subplots()) is whole
+
+
+# --- curves ----------------------------------------------------------------------------------------------------------
+
+
+def test_curves_have_the_units_that_their_axes_name(broken):
+    axes = gl.plot_curves(broken).axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("axial strain (%)", "axial stress (MPa)")
+    x, y = axes.lines[0].get_data()
+    assert np.allclose(x, broken.curves["strain"] * 100)
+    assert np.allclose(y, broken.curves["stress"] / 1e6)
+    other = gl.plot_curves(broken, "energy_kinetic", "time").axes[0]
+    assert (other.get_xlabel(), other.get_ylabel()) == ("time (s)", "energy kinetic (J/m)")
+    assert np.array_equal(other.lines[0].get_ydata(), broken.curves["energy_kinetic"])
+
+
+def test_curves_of_several_laws_differ_in_colour_and_in_line(broken):
+    axes = gl.plot_curves({"a": broken, "b": broken, "c": broken}).axes[0]
+    looks = [(line.get_color(), line.get_linestyle()) for line in axes.lines]
+    assert [color for color, _ in looks] == list(COLORS[:3])
+    assert len({style for _, style in looks}) == 3
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["a", "b", "c"]
+
+
+def test_results_in_a_list_are_named_by_their_laws(broken):
+    axes = gl.plot_curves([broken, broken]).axes[0]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["MohrCoulomb", "MohrCoulomb (2)"]
+
+
+# --- cracks ----------------------------------------------------------------------------------------------------------
+
+
+def segments(axes, color):
+    """(k, 2, 2) mm, the lines of one colour."""
+    wanted = tuple(int(color[k : k + 2], 16) / 255 for k in (1, 3, 5))
+    lines = [each for each in axes.collections if isinstance(each, LineCollection)]
+    chosen = [each for each in lines if np.allclose(each.get_color()[0][:3], wanted)]
+    return np.array([line for each in chosen for line in each.get_segments()]).reshape(-1, 2, 2)
+
+
+def test_crack_segments_lie_where_the_cracks_are_between_their_grains(broken):
+    """Each in the order of the cracks, through the place of its contact point, as long as its half of the interface."""
+    found, cracks = broken.crack_segments(), broken.cracks
+    assert len(found) == len(cracks) > 5
+    along = found[:, 1] - found[:, 0]
+    length = np.hypot(*along.T)
+    to = cracks.position - found[:, 0]
+    share = np.sum(to * along, axis=1) / length**2
+    assert np.all((share > 0) & (share < 1))
+    assert np.abs(to[:, 0] * along[:, 1] - to[:, 1] * along[:, 0]).max() < 1e-9 * length.max()
+    assert np.allclose(length, cracks.length, rtol=0.05)
+    grain = broken.mesh.node_grain[broken.interfaces]
+    assert np.array_equal(grain[:, 0], grain[:, 1])
+    assert np.array_equal(grain[:, 2], grain[:, 3])
+    assert np.all(grain[:, 0] != grain[:, 2])
+
+
+def test_the_start_of_an_interface_is_one_place_of_both_grains(broken):
+    """Drawn from a node of one grain to the wrong one of the other, a crack would cross the grain."""
+    nodes = broken.mesh.nodes[broken.interfaces]
+    assert np.allclose(nodes[:, 0], nodes[:, 2])
+    assert np.allclose(nodes[:, 1], nodes[:, 3])
+
+
+def test_a_frame_shows_the_cracks_that_it_has(broken):
+    counts = [len(broken.crack_segments(k)) for k in range(len(broken.frames))]
+    assert counts[0] < counts[-1]
+    assert counts == [np.sum(broken.cracks.time <= frame.time) for frame in broken.frames]
+    for k in (0, -1):
+        axes = gl.plot_cracks(broken, k).axes[0]
+        assert len(segments(axes, VERMILLION)) + len(segments(axes, BLUE)) == counts[k]
+    with pytest.raises(gl.ParameterError, match=r"plot_cracks: frame = 99 is not allowed"):
+        gl.plot_cracks(broken, 99)
+
+
+def test_tensile_and_shear_cracks_differ_where_a_page_is_printed_grey(broken):
+    tensile, shear = gl.plot_cracks(broken).axes[0].get_legend_handles_labels()[0][::-1]
+    assert shear.get_linewidth() > 1.5 * tensile.get_linewidth()
+
+
+def test_side_by_side_is_at_one_scale(broken):
+    small = gl.simulate(small_sample(20), BRITTLE, PULL, frames=2)
+    figure = gl.side_by_side({"one": broken, "other": small, "third": broken}, columns=2)
+    limits = [(axes.get_xlim(), axes.get_ylim()) for axes in figure.axes]
+    assert len(limits) == 3
+    assert limits[0] == limits[1] == limits[2]
+    assert [axes.get_title().split("\n")[0] for axes in figure.axes] == ["one", "other", "third"]
+    figure.draw_without_rendering()
+    boxes = [axes.get_window_extent() for axes in figure.axes]
+    assert np.ptp([box.width for box in boxes]) < 1
+    for result, axes in zip((broken, small), figure.axes, strict=False):
+        place = (result.mesh.nodes + result.frames[-1].displacement) * 1e3
+        (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+        inside = (place > (left, low)) & (place < (right, high))
+        assert inside.all()
+
+
+@pytest.mark.parametrize("results", [{}, [], 3, {"a": 3}, [3]])
+def test_what_is_no_result_is_refused(results):
+    with pytest.raises(gl.ParameterError, match="side_by_side: results = "):
+        gl.side_by_side(results)
+
+
+# --- moving ----------------------------------------------------------------------------------------------------------
+
+
+def test_an_animation_has_a_picture_for_each_frame(broken, tmp_path):
+    broken.animate(tmp_path / "cracks.gif", per_second=5)
+    with Image.open(tmp_path / "cracks.gif") as film:
+        assert film.n_frames == len(broken.frames)
+        assert film.info["duration"] == 200
+        sizes = set()
+        for k in range(film.n_frames):
+            film.seek(k)
+            sizes.add(film.size)
+    assert len(sizes) == 1
+    assert list(tmp_path.iterdir()) == [tmp_path / "cracks.gif"]
+
+
+def test_an_animation_without_ffmpeg_says_so(broken, tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(gl.ParameterError, match=r"cracks\.mp4.* it must be a \.gif, because the program ffmpeg"):
+        broken.animate(tmp_path / "cracks.mp4")
+    with pytest.raises(gl.ParameterError, match=r"ends in \.gif or \.mp4"):
+        broken.animate(tmp_path / "cracks.avi")
+    assert not list(tmp_path.iterdir())
