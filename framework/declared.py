@@ -19,7 +19,8 @@ from typing import Any
 import attrs
 
 HEADS = ("parameter", "unit or kind", "allowed", "default", "meaning")
-COMMENT = re.compile(r"#:\s*(.+?)\s*$")
+COMMENT = re.compile(r"#:\s*(.+?)\s*$")  #: of a field, at the end of its line
+ABOVE = re.compile(r"^\s*#:\s*(.+?)\s*$")  #: or alone on the line above it
 
 
 def signature_of(kind: type, plain: inspect.Signature) -> inspect.Signature:
@@ -119,6 +120,8 @@ def _comments(kind: type) -> dict[str, str]:
             for line in {node.lineno, node.end_lineno or node.lineno}:
                 if comment := COMMENT.search(lines[line - 1]):
                     found[node.target.id] = comment[1]
+            if node.target.id not in found and (above := ABOVE.match(lines[node.lineno - 2])):
+                found[node.target.id] = above[1]
     return found
 
 

@@ -24,6 +24,7 @@ class Detection(metaclass=Checked):
     breaking. A bond becomes a contact once it is broken at both points and one of its ends has moved by ``hand_over``.
     """
 
+    #: of contacts without a bond; what the bonds' laws become, if not given
     law: Laws | None = attrs.field(default=None, validator=_laws_or_none)
     skin: float = parameter("1", default=0.1, above=0, at_most=1)  #: search distance over the grain size
     hand_over: float = parameter("1", default=0.05, above=0, at_most=1)  #: displacement of an end over its length

@@ -38,7 +38,7 @@ class Undamped(Damping):
 class LocalDamping(Damping):
     """A fraction of the unbalanced force, against the velocity (Cundall 1987); UDEC's local damping."""
 
-    fraction: float = parameter("1", default=0.8, at_least=0, below=1)
+    fraction: float = parameter("1", default=0.8, at_least=0, below=1)  #: of the unbalanced force
 
     def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
         resistance = self.fraction * abs(force)
@@ -55,7 +55,7 @@ class LocalDamping(Damping):
 class MassDamping(Damping):
     """Proportional to mass and to the mean velocity of the step: stable for any coefficient."""
 
-    coefficient: float = parameter("1/s", at_least=0)
+    coefficient: float = parameter("1/s", at_least=0)  #: force over mass and velocity
 
     def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
         middle = (velocity + 0.5 * time_step * force / mass) / (1 + 0.5 * time_step * self.coefficient)
@@ -128,9 +128,9 @@ class CentralDifference(Integrator):
     Where a stage has a loading, damping acts on the motion ``beside_loading``, or, if that is False, on all motion.
     """
 
-    damping: Damping = part(Damping, LocalDamping())
-    safety: float = parameter("1", default=0.9, above=0, at_most=1)
-    beside_loading: bool = part(bool, True)
+    damping: Damping = part(Damping, LocalDamping())  #: what takes energy out
+    safety: float = parameter("1", default=0.9, above=0, at_most=1)  #: share of the stable time step that is used
+    beside_loading: bool = part(bool, True)  #: whether damping leaves the steady motion of a loading alone
 
     def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
         resistance = self.damping.force(force, velocity, mass, time_step)
@@ -173,9 +173,9 @@ class KineticRelaxation(Relaxation):
 class DynamicRelaxation(Integrator):
     """Central differences that bring a specimen to rest; the damping is chosen again every ``burst`` steps."""
 
-    relaxation: Relaxation = part(Relaxation, AdaptiveRelaxation())
-    safety: float = parameter("1", default=0.9, above=0, at_most=1)
-    burst: int = whole_number(default=10, at_least=1)
+    relaxation: Relaxation = part(Relaxation, AdaptiveRelaxation())  #: how the damping is chosen
+    safety: float = parameter("1", default=0.9, above=0, at_most=1)  #: share of the stable time step that is used
+    burst: int = whole_number(default=10, at_least=1)  #: steps between two choices of the damping
     damping: MassDamping = part(MassDamping, MassDamping(coefficient=0.0))  #: of the present burst
 
     def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:

@@ -92,7 +92,7 @@ class Loading(metaclass=Checked):
 class Constant(Loading):
     """One speed: for waves, and to compare with other programs."""
 
-    speed: float = parameter("m/s")
+    speed: float = parameter("m/s")  #: of all drives together
     ramp: float = parameter("s", default=0.0, at_least=0)  #: in which the speed rises smoothly from zero
 
     def first(self, pace: Pace) -> float:

@@ -89,10 +89,10 @@ class Plane(enum.Enum):
 class Elastic(Material):
     """Linear elastic, isotropic grains that deform: small strain, finite rotation."""
 
-    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))
-    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)
-    density: float = parameter("kg/m3", usual=(500, 20_000))
-    plane: Plane = part(Plane, Plane.STRAIN)
+    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))  #: E
+    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)  #: nu
+    density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
+    plane: Plane = part(Plane, Plane.STRAIN)  #: what holds in the third direction: no strain or no stress
 
     @property
     def constants(self) -> tuple[Any, Any, Any]:
@@ -125,7 +125,7 @@ class Elastic(Material):
 class Rigid(metaclass=Checked):
     """Grains that move but do not deform."""
 
-    density: float = parameter("kg/m3", usual=(500, 20_000))
+    density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
 
 
 def material_memory(material: Material) -> tuple[str, ...]:

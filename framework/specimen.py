@@ -49,7 +49,7 @@ class EndPoints(ContactPoints):
 class InsetPoints(ContactPoints):
     """At a distance from the corners, as UDEC rounds them; in the middle of interfaces shorter than twice that."""
 
-    inset: float = parameter("m")
+    inset: float = parameter("m")  #: distance from the corners
 
     def weights(self, lengths: np.ndarray) -> np.ndarray:
         return np.minimum(self.inset / lengths, 0.5)
@@ -62,10 +62,10 @@ class Specimen(metaclass=Checked):
     ``refinement`` is how many times every zone is cut into four (and every interface into two).
     """
 
-    grains: Tessellation
+    grains: Tessellation  #: the polygons
     material: Material | Rigid | Mapping[Any, Material]  #: by number or name of the phase, ... for all others
-    contact_points: ContactPoints = part(ContactPoints, GaussPoints())
-    refinement: int = whole_number(default=0, at_least=0, at_most=6)
+    contact_points: ContactPoints = part(ContactPoints, GaussPoints())  #: where the two points of an interface lie
+    refinement: int = whole_number(default=0, at_least=0, at_most=6)  #: times every zone is cut into four
 
     def __attrs_post_init__(self) -> None:
         if isinstance(self.material, Mapping):

@@ -54,12 +54,12 @@ class Drive(metaclass=Checked):
     node of each.
     """
 
-    boundary: str
+    boundary: str  #: name of the boundary
     axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
     speed: float = parameter("m/s", above=-math.inf)  #: with its sign
     start: float = parameter("m/s", default=0.0, above=-math.inf)  #: at first; ``speed`` after the time ``ramp``
-    ramp: float = parameter("s", default=0.0, at_least=0)
-    roller: bool = part(bool, False)
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed changes
+    roller: bool = part(bool, False)  #: whether only the middle is driven, so that the boundary can turn
 
     def course(self, time: np.ndarray) -> np.ndarray:
         """m/s at times (s) since the stage began."""
@@ -74,11 +74,12 @@ class Hold(metaclass=Checked):
     ``stiffness`` (constant normal stiffness) pulls the platen back to its place at the start of the stage.
     """
 
-    boundary: str
+    boundary: str  #: name of the boundary
     axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
-    stress: float = parameter("Pa", above=-math.inf)
+    stress: float = parameter("Pa", above=-math.inf)  #: force over undeformed length, positive along the axis
     start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``stress`` after the time ``ramp``
-    ramp: float = parameter("s", default=0.0, at_least=0)
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the stress changes
+    #: of a spring that pulls the platen back to its place
     stiffness: float = parameter("Pa/m", default=0.0, at_least=0)
 
     def course(self, time: np.ndarray) -> np.ndarray:
@@ -90,10 +91,10 @@ class Hold(metaclass=Checked):
 class Pressure(metaclass=Checked):
     """A pressure on a boundary, normal to it also when it deforms, like that of a fluid behind a thin membrane."""
 
-    boundary: str
+    boundary: str  #: name of the boundary
     pressure: float = parameter("Pa", above=-math.inf)  #: pressing inwards
     start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``pressure`` after ``ramp``
-    ramp: float = parameter("s", default=0.0, at_least=0)
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the pressure changes
 
     def course(self, time: np.ndarray) -> np.ndarray:
         """Pa at times (s) since the stage began."""
@@ -121,8 +122,8 @@ class Condition(metaclass=Checked):
 class Reaches(Condition):
     """A recorded quantity has reached a positive limit."""
 
-    column: str
-    limit: float = parameter("its own", above=0)
+    column: str  #: of the curves
+    limit: float = parameter("its own", above=0)  #: value at which the stage ends
 
     def progress(self, curves: Curves) -> float:
         require("Reaches", curves, self.column)
@@ -133,8 +134,8 @@ class Reaches(Condition):
 class FallsTo(Condition):
     """A recorded quantity has fallen to a fraction of its highest value so far."""
 
-    column: str
-    fraction: float = parameter("1", above=-math.inf)
+    column: str  #: of the curves
+    fraction: float = parameter("1", above=-math.inf)  #: of the highest value so far
 
     def progress(self, curves: Curves) -> float:
         require("FallsTo", curves, self.column)
@@ -146,8 +147,8 @@ class FallsTo(Condition):
 class FailsTo(Condition):
     """As :class:`FallsTo`, but only after a contact has broken: vibration at the start of a test is no failure."""
 
-    column: str
-    fraction: float = parameter("1", above=-math.inf)
+    column: str  #: of the curves
+    fraction: float = parameter("1", above=-math.inf)  #: of the highest value so far
 
     def progress(self, curves: Curves) -> float:
         if curves[TENSILE_CRACKS][-1] + curves[SHEAR_CRACKS][-1] == 0:
@@ -164,7 +165,7 @@ class AtRest(Condition):
     moment of its reversal.
     """
 
-    ratio: float = parameter("1", default=1e-5)
+    ratio: float = parameter("1", default=1e-5)  #: of both measures
 
     def progress(self, curves: Curves) -> float:
         if len(curves[TIME]) < 3:
@@ -177,13 +178,13 @@ class AtRest(Condition):
 class Stage(metaclass=Checked):
     """What is imposed, and until when. Boundaries and axes on which nothing is imposed are free."""
 
-    name: str
-    drives: Sequence[Drive | Hold] = ()
+    name: str  #: shown while it runs
+    drives: Sequence[Drive | Hold] = ()  #: boundaries that are moved or held
     loading: Loading | None = None  #: multiplies the speeds of all drives; they are then written for 1 m/s
-    pressures: Sequence[Pressure] = ()
+    pressures: Sequence[Pressure] = ()  #: pressures on boundaries
     until: Sequence[Condition] = attrs.field(validator=_ends)  #: the stage ends when one of them is fulfilled
     interval: float = parameter("s")  #: time between samples; with a loading the time at 1 m/s, so a travel in m
-    integrator: Integrator = part(Integrator, CentralDifference())
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
     initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes
     gravity: tuple[float, float] = attrs.field(default=(0.0, 0.0), converter=_vector)  #: m/s2
     fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn

@@ -66,7 +66,7 @@ class Tessellation(metaclass=Checked):
     regions.
     """
 
-    region: Region
+    region: Region  #: what the grains fill
     vertices: np.ndarray = array_field(float)  #: (v, 2) m
     corners: np.ndarray = array_field(int)  #: vertex numbers of all grains in a row
     first: np.ndarray = array_field(int)  #: (g + 1,)

@@ -49,7 +49,7 @@ class VoronoiCells(GrainCells):
     A grain has as many as its area holds, at least one.
     """
 
-    count: int | None = whole_number(at_least=1, default=None)
+    count: int | None = whole_number(at_least=1, default=None)  #: cells in a grain of mean area; give this or size
     size: float | None = length()  #: m, root of the mean area of the cells
     relaxation: int = whole_number(at_least=0, at_most=1000, default=2)  #: Lloyd iterations
 
@@ -70,7 +70,7 @@ class Trigons(GrainCells):
     Cracks can go nearly any way between them: Mayer and Stead 2017, Computers and Geotechnics 82, 110-123.
     """
 
-    count: int | None = whole_number(at_least=1, default=None)
+    count: int | None = whole_number(at_least=1, default=None)  #: cells in a grain of mean area; give this or size
     size: float | None = length()  #: m, root of the mean area of the triangles
 
     def __attrs_post_init__(self) -> None:
@@ -98,7 +98,7 @@ def _angle(value: Any) -> float | tuple[float, ...] | None:
 class Cleavage(GrainCells):
     """Strips between parallel planes, as in mica and feldspar; of one width in a grain, near to the ``spacing``."""
 
-    spacing: float = parameter("m")
+    spacing: float = parameter("m")  #: width of the strips
     angle: Any = attrs.field(default=None, converter=_angle)  #: deg from the x axis, or by grain; None: at random
 
     def cell_size(self, grain_area: float) -> float:
@@ -131,7 +131,8 @@ class Breakable(Tessellator):
     end in one. ``parent`` of the tessellation has the grain of each cell. Raises ParameterError.
     """
 
-    tessellator: Tessellator
+    tessellator: Tessellator  #: makes the grains
+    #: what fills the grains; by name of the phase if it differs
     cells: GrainCells | Mapping[Any, GrainCells] = attrs.field(converter=_cells)
     seed: int = whole_number(at_least=0, default=1)  #: of the random numbers
     merge: float = parameter("cell sizes", default=0.25, at_least=0, below=1)  #: shorter edges vanish where they can

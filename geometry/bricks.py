@@ -14,8 +14,8 @@ from grainlaw.tessellation import Tessellation, Tessellator
 class Bricks(Tessellator):
     """Equal bricks in straight rows and columns, for an upright rectangle; two rows are two blocks with one joint."""
 
-    rows: int = whole_number(default=2, at_least=1, at_most=10_000)
-    columns: int = whole_number(default=1, at_least=1, at_most=10_000)
+    rows: int = whole_number(default=2, at_least=1, at_most=10_000)  #: bricks on top of each other
+    columns: int = whole_number(default=1, at_least=1, at_most=10_000)  #: bricks beside each other
 
     def tessellate(self, region: Region) -> Tessellation:
         """Fill an upright rectangle, row by row from below. Raises ParameterError for another region."""

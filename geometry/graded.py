@@ -31,7 +31,7 @@ class Graded(metaclass=Checked):
     place: tuple[tuple[float, float], ...] = attrs.field(converter=_place, metadata={"unit": "m"})  #: point or polyline
     size: float = parameter("m")  #: at the place
     growth: float = parameter("1", at_least=0, at_most=10)  #: m for each m of distance
-    largest: float = parameter("m")
+    largest: float = parameter("m")  #: not exceeded anywhere
 
     def __attrs_post_init__(self) -> None:
         if self.largest < self.size:

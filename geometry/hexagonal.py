@@ -30,7 +30,7 @@ class Hexagonal(Tessellator):
     Give either ``grain_size``, the square root of the area of a whole hexagon, or ``grains``, about how many fit.
     """
 
-    grains: int | None = whole_number(at_least=1, default=None)
+    grains: int | None = whole_number(at_least=1, default=None)  #: number of grains; give this or grain_size
     grain_size: float | None = length()  #: m
 
     def __attrs_post_init__(self) -> None:

@@ -33,10 +33,11 @@ class JointSet(metaclass=Checked):
     A law is given to them by their ``name``, which is "set 1", "set 2" and so on unless given.
     """
 
+    #: from the x axis, negative where the joints fall to the right
     dip: float = parameter("deg", above=-90, at_most=90)
     spacing: float = parameter("m")  #: between joints, at right angles to them
     through: tuple[float, float] = attrs.field(default=(0.0, 0.0), metadata={"unit": "m"})  #: a point on one of them
-    name: str = ""
+    name: str = ""  #: by which laws name the set; set 1, set 2 ... if not given
 
     @property
     def along(self) -> tuple[float, float]:
@@ -89,7 +90,7 @@ class JointSets(Tessellator):
         grains = JointSets(sets=[bedding, cross]).tessellate(slope)
     """
 
-    sets: Sequence[JointSet] = attrs.field(converter=_sets)
+    sets: Sequence[JointSet] = attrs.field(converter=_sets)  #: sets of parallel joints
     merge: float = parameter("spacings", default=0.1, at_least=0, below=0.5)  #: shorter edges vanish where they can
 
     def tessellate(self, region: Region) -> Tessellation:

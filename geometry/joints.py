@@ -60,8 +60,8 @@ class Jointed(Tessellator):
     a corner, vanish; traces stay straight where that suffices. Raises ParameterError.
     """
 
-    tessellator: Tessellator
-    traces: Mapping[str, Any] = attrs.field(converter=_traces)
+    tessellator: Tessellator  #: makes the grains
+    traces: Mapping[str, Any] = attrs.field(converter=_traces)  #: lists of polylines (x, y) m, by name of their set
     merge: float = parameter("grain sizes", default=0.25, at_least=0, below=1)  #: shorter edges vanish where they can
 
     def tessellate(self, region: Region) -> Tessellation:

@@ -60,12 +60,13 @@ class Laguerre(Tessellator):
     doi:10.1080/14786435.2020.1790053.
     """
 
-    grains: int | None = whole_number(at_least=1, default=None)
+    grains: int | None = whole_number(at_least=1, default=None)  #: number of grains; give this, grain_size or areas
     grain_size: float | Graded | None = attrs.field(default=None, converter=_grain_size, metadata={"unit": "m"})  #: m
-    areas: tuple[float, ...] | None = numbers("m2", default=None)
-    sizes: Sizes = part(Sizes, NaturalGrowth())
+    areas: tuple[float, ...] | None = numbers("m2", default=None)  #: of each grain; they must fill the region
+    sizes: Sizes = part(Sizes, NaturalGrowth())  #: distribution of the sizes
     seed: int = whole_number(at_least=0, default=1)  #: of the random numbers
     relaxation: int = whole_number(at_least=0, at_most=1000, default=5)  #: rounds
+    #: wanted mean of 4 pi area / perimeter^2
     circularity: float | None = attrs.field(default=None, converter=_circularity)
     merge: float = parameter("grain sizes", default=0.25, at_least=0, below=1)  #: shorter edges vanish where they can
 

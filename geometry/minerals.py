@@ -66,9 +66,9 @@ class Minerals(Tessellator):
     for a clustering beyond what any arrangement has, and for one that swaps do not reach.
     """
 
-    tessellator: Tessellator
-    fractions: Mapping[str, float] = attrs.field(converter=_fractions)
-    clustering: float = parameter("1", default=1.0)
+    tessellator: Tessellator  #: makes the grains
+    fractions: Mapping[str, float] = attrs.field(converter=_fractions)  #: shares of the area by mineral; their sum is 1
+    clustering: float = parameter("1", default=1.0)  #: above 1 minerals cluster, below 1 they mix; 1 is random
     seed: int = whole_number(at_least=0, default=1)  #: of the random numbers
     sizes: ByPhase | None = None  #: of the grains of each mineral; those of the tessellator without it
 

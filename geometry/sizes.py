@@ -52,7 +52,7 @@ class Lognormal(Sizes):
     sqrt(ln(1 + deviation^2)).
     """
 
-    deviation: float = parameter("1", at_least=0, at_most=1)
+    deviation: float = parameter("1", at_least=0, at_most=1)  #: standard deviation of the diameters over their mean
     diameter: float = parameter("1", default=1.0)  #: mean, beside those of other phases in the same unit
 
     def draw(self, count: int, random: np.random.Generator) -> np.ndarray:
@@ -104,7 +104,8 @@ class Empirical(Sizes):
     those of equal weight unless given.
     """
 
-    diameters: tuple[float, ...] = numbers("m")
+    diameters: tuple[float, ...] = numbers("m")  #: of circles of the same area as the grains
+    #: numbers of grains of each diameter; equal if not given
     weights: tuple[float, ...] | None = numbers("1", default=None)
 
     def __attrs_post_init__(self) -> None:
@@ -132,7 +133,7 @@ class ByPhase(metaclass=Checked):
     The diameters of the phases count beside each other.
     """
 
-    sizes: Mapping[str, Sizes] = attrs.field(converter=_sizes_by_name)
+    sizes: Mapping[str, Sizes] = attrs.field(converter=_sizes_by_name)  #: by name of the phase
 
     def draw(
         self, fractions: Mapping[str, float], count: int, random: np.random.Generator

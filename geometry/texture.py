@@ -35,7 +35,7 @@ class Distribution(metaclass=Checked):
 class Texture(metaclass=Checked):
     """What :func:`texture` finds; prints as a table."""
 
-    grains: int
+    grains: int  #: number of grains
     cells: int  #: polygons; more than grains where these can break
     diameters: Distribution  #: m, of circles with the areas of the grains
     phase_diameters: Mapping[str, Distribution]  #: m, the same by phase

@@ -45,7 +45,7 @@ class Voronoi(Tessellator):
     Lloyd 1982, doi:10.1109/TIT.1982.1056489.
     """
 
-    grains: int | None = whole_number(at_least=1, default=None)
+    grains: int | None = whole_number(at_least=1, default=None)  #: number of grains; give this, grain_size or points
     grain_size: float | None = length()  #: m
     points: tuple[tuple[float, float], ...] | None = attrs.field(default=None, converter=_points)  #: m
     seed: int = whole_number(at_least=0, default=1)  #: of the random numbers

@@ -28,7 +28,7 @@ class Roughness(metaclass=Checked):
 
     jrc: float = parameter("1", at_least=0, at_most=20)  #: joint roughness coefficient
     jcs: float = parameter("Pa")  #: joint wall compressive strength
-    residual_friction_angle: float = parameter("deg", at_least=0, below=90)
+    residual_friction_angle: float = parameter("deg", at_least=0, below=90)  #: of the smooth, weathered surface
 
     def friction_angle(self, normal_stress: Any) -> Any:
         """Degrees at a normal stress (Pa), (B4); above 70 it is refused, as the criterion is not meant for it."""
@@ -71,10 +71,11 @@ class BartonBandis(ContactLaw):
 
     kn: float = parameter("Pa/m")  #: normal stiffness, of the closure at its start
     ks: float = parameter("Pa/m")  #: shear stiffness
-    friction_angle: float = parameter("deg", at_least=0, below=90)
+    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi
+    #: psi: slip under pressure opens the joint by its tangent
     dilation_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
     dilation_end: float = parameter("m", default=math.inf, above=0, infinite=True)  #: slip up to which it dilates
-    closure: Closure = attrs.field(validator=_a_closure)
+    closure: Closure = attrs.field(validator=_a_closure)  #: how pressure grows with closure
 
     def __attrs_post_init__(self) -> None:
         not_above(self, "dilation_angle", "friction_angle", "slip would create energy")

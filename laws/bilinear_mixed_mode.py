@@ -29,11 +29,11 @@ class BilinearMixedMode(ContactLaw):
     ks: float = parameter("Pa/m")  #: shear stiffness
     tensile_strength: float = parameter("Pa")  #: f_t
     cohesion: float = parameter("Pa")  #: c, shear strength
-    residual_friction_angle: float = parameter("deg", at_least=0, below=90)
+    residual_friction_angle: float = parameter("deg", at_least=0, below=90)  #: friction of the broken contact
     mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak; published is G_I + f_t^2 / (2 kn)
     mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak; published is G_II + c^2 / (2 ks)
     eta: float = parameter("1", default=2.0, at_least=0.25, at_most=7.75)  #: Benzeggagh-Kenane; k/4
-    closure: Closure = part(Closure, LinearClosure())
+    closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
 
     def __attrs_post_init__(self) -> None:
         if np.any(np.mod(self.eta, 0.25)) or np.ptp(self.eta) > 0:

@@ -26,10 +26,10 @@ class CamachoOrtiz(ContactLaw):
     ks: float = parameter("Pa/m")  #: shear stiffness
     tensile_strength: float = parameter("Pa")  #: f_t
     cohesion: float = parameter("Pa")  #: c, shear strength: beta f_t
-    residual_friction_angle: float = parameter("deg", at_least=0, below=90)
+    residual_friction_angle: float = parameter("deg", at_least=0, below=90)  #: friction of the broken contact
     mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak
     mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak: kappa G_I
-    closure: Closure = part(Closure, LinearClosure())
+    closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
 
     @property
     def stiffness(self) -> tuple[float, float]:

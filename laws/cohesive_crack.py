@@ -36,16 +36,21 @@ class CohesiveCrack(ContactLaw):
     ks: float = parameter("Pa/m")  #: shear stiffness
     tensile_strength: float = parameter("Pa")  #: f_t
     cohesion: float = parameter("Pa", at_least=0)  #: c, shear strength under no pressure
-    friction_angle: float = parameter("deg", at_least=0, below=90)
-    residual_friction_angle: float = parameter("deg", at_least=0, below=90)
+    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi, of the intact contact
+    residual_friction_angle: float = parameter("deg", at_least=0, below=90)  #: friction of the broken contact
     mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak
     mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak
-    softening: Softening = part(Softening, EvansMarathe())
-    closure: Closure = part(Closure, LinearClosure())
+    softening: Softening = part(Softening, EvansMarathe())  #: shape of the softening branches
+    closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
+    #: how long the softening branches are
     softening_length: SofteningLength = attrs.field(default=SofteningLength.ENERGY, validator=kind_of_default)
+    #: the branch of one mode after damage by the other
     other_mode: OtherMode = attrs.field(default=OtherMode.SCALED, validator=kind_of_default)
+    #: how the shear branch ends in residual friction
     residual: Residual = attrs.field(default=Residual.FLOOR, validator=kind_of_default)
+    #: shear strength of a contact under tension
     tension_shear: TensionShear = attrs.field(default=TensionShear.EXTENDED, validator=kind_of_default)
+    #: how a traction rises to its peak
     pre_peak: PrePeak = attrs.field(default=PrePeak.EXPONENTIAL, validator=kind_of_default)
 
     def __attrs_post_init__(self) -> None:

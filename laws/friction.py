@@ -31,8 +31,8 @@ class Friction(ContactLaw):
 
     kn: float = parameter("Pa/m")  #: normal stiffness
     ks: float = parameter("Pa/m")  #: shear stiffness
-    friction_angle: float = parameter("deg", at_least=0, below=90)
-    closure: Closure = part(Closure, LinearClosure())
+    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi of the faces
+    closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
 
     @property
     def stiffness(self) -> tuple[float, float]:

@@ -27,12 +27,16 @@ class MohrCoulomb(ContactLaw):
 
     kn: float = parameter("Pa/m")  #: normal stiffness
     ks: float = parameter("Pa/m")  #: shear stiffness
-    tensile_strength: float = parameter("Pa", at_least=0)
-    cohesion: float = parameter("Pa", at_least=0)
-    friction_angle: float = parameter("deg", at_least=0, below=90)
+    tensile_strength: float = parameter("Pa", at_least=0)  #: f_t
+    cohesion: float = parameter("Pa", at_least=0)  #: c, shear strength under no pressure
+    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi, before it has broken
+    #: tension that the broken contact still bears
     residual_tensile_strength: float = parameter("Pa", default=0.0, at_least=0)
+    #: shear that the broken contact bears under no pressure
     residual_cohesion: float = parameter("Pa", default=0.0, at_least=0)
+    #: friction of the broken contact
     residual_friction_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
+    #: slip of the broken contact under pressure opens it by its tangent
     dilation_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
 
     def __attrs_post_init__(self) -> None:

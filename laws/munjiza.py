@@ -38,12 +38,13 @@ class MunjizaJoint(ContactLaw):
     ks: float = parameter("Pa/m")  #: shear stiffness at the origin
     tensile_strength: float = parameter("Pa")  #: f_t
     cohesion: float = parameter("Pa", at_least=0)  #: c, shear strength under no pressure
-    friction_angle: float = parameter("deg", at_least=0, below=90)
-    residual_friction_angle: float = parameter("deg", at_least=0, below=90)
+    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi, of the intact contact
+    residual_friction_angle: float = parameter("deg", at_least=0, below=90)  #: friction of the broken contact
     mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak
     mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak
-    softening: Softening = part(Softening, EvansMarathe())
-    closure: Closure = part(Closure, LinearClosure())
+    softening: Softening = part(Softening, EvansMarathe())  #: shape of the softening branches
+    closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
+    #: how a joint unloads after its peak
     unloading: Unloading = attrs.field(default=Unloading.SECANT, validator=kind_of_default)
 
     def __attrs_post_init__(self) -> None:

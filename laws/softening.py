@@ -58,7 +58,7 @@ class ExponentialSoftening(Softening):
     line.
     """
 
-    rate: float = parameter("1", default=5.0, above=0, at_most=8)
+    rate: float = parameter("1", default=5.0, above=0, at_most=8)  #: the larger, the faster the first fall
 
     @property
     def end(self) -> float:
@@ -80,8 +80,8 @@ class HordijkSoftening(Softening):
     Cornelissen, Hordijk and Reinhardt 1986, Heron 31(2), 45-56; Hordijk 1991, doctoral thesis, Delft.
     """
 
-    c1: float = parameter("1", default=3.0, at_least=0)
-    c2: float = parameter("1", default=6.93, above=0, at_most=8)
+    c1: float = parameter("1", default=3.0, at_least=0)  #: c1 of the formula
+    c2: float = parameter("1", default=6.93, above=0, at_most=8)  #: c2 of the formula
 
     @property
     def cubic(self) -> float:
@@ -115,7 +115,7 @@ class PeterssonSoftening(Softening):
     """
 
     kink_share: float = parameter("1", default=1 / 3, above=0, below=1)  #: of the strength
-    kink_damage: float = parameter("1", default=2 / 9, above=0, below=1)
+    kink_damage: float = parameter("1", default=2 / 9, above=0, below=1)  #: damage D at which the two lines meet
 
     @property
     def first_slope(self) -> float:
@@ -137,9 +137,9 @@ class EvansMarathe(Softening):
     Evans and Marathe 1968, Materials and Structures 1(1), 61-64; a, b, c as in the paper that prints Eq. (2).
     """
 
-    a: float = parameter("1", default=0.63)
-    b: float = parameter("1", default=1.8)
-    c: int = whole_number(default=6, at_least=1, at_most=31)  # the power is taken by multiplication
+    a: float = parameter("1", default=0.63)  #: a of Eq. (2)
+    b: float = parameter("1", default=1.8)  #: b of Eq. (2)
+    c: int = whole_number(default=6, at_least=1, at_most=31)  #: c of Eq. (2), a power that is taken by multiplication
 
     @property
     def share(self) -> float:

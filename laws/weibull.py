@@ -26,7 +26,7 @@ class WeibullField(metaclass=Checked):
     """
 
     modulus: float = parameter("1")  #: m; the smaller, the more scatter
-    seed: int = whole_number(default=1, at_least=0)
+    seed: int = whole_number(default=1, at_least=0)  #: of the random numbers
     names: tuple[str, ...] = ("tensile_strength", "cohesion")  #: what is multiplied
 
     def factors(self, specimen: Specimen) -> np.ndarray:

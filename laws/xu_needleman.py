@@ -41,8 +41,9 @@ class XuNeedleman(ContactLaw):
     ks: float = parameter("Pa/m")  #: shear stiffness at the start
     tensile_strength: float = parameter("Pa")  #: f_t
     cohesion: float = parameter("Pa")  #: c, shear strength without opening
-    residual_friction_angle: float = parameter("deg", at_least=0, below=90)
-    closure: Closure = part(Closure, LinearClosure())
+    residual_friction_angle: float = parameter("deg", at_least=0, below=90)  #: friction of the broken contact
+    closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
+    #: what slip does to the tension
     coupling: Coupling = attrs.field(default=Coupling.VAN_DEN_BOSCH, validator=kind_of_default)
 
     @property

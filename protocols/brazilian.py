@@ -34,12 +34,12 @@ class Brazilian(LoadingProtocol):
     """
 
     loading: Loading = part(Loading, Adaptive())  #: how fast the jaws approach each other
-    jaws: Platens = part(Platens, Platens.ROUGH)
-    shape_factor: float = parameter("1", default=1.0)
+    jaws: Platens = part(Platens, Platens.ROUGH)  #: whether the disc may slide along the jaws
+    shape_factor: float = parameter("1", default=1.0)  #: of the stress in the middle: 1 for a narrow load
     maximum_strain: float = parameter("1", default=0.005, above=0, below=0.5)  #: approach over the diameter
     stop_fraction: float = parameter("1", default=0.9, at_least=0, below=1)  #: of the load at which it splits
-    samples: int = whole_number(default=1000, at_least=10)
-    integrator: Integrator = part(Integrator, CentralDifference())
+    samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_platens(specimen, type(self).__name__)

@@ -36,11 +36,12 @@ class Cyclic(LoadingProtocol):
     ``load`` has fallen to ``unload_to`` times its value at the level.
     """
 
-    test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())
+    test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())  #: the test that is interrupted
+    #: values of the column displacement at which it is unloaded
     levels: tuple[float, ...] = attrs.field(validator=_is_growing)
-    displacement: str = STRAIN
-    load: str = STRESS
-    unload_to: float = parameter("1", default=0.1, at_least=0, below=1)
+    displacement: str = STRAIN  #: column that names the levels
+    load: str = STRESS  #: column that falls on unloading
+    unload_to: float = parameter("1", default=0.1, at_least=0, below=1)  #: unloading ends at this share of the load
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         *before, main = self.test.stages(specimen)

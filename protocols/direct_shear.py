@@ -31,13 +31,14 @@ class DirectShear(LoadingProtocol):
     """
 
     normal_stress: float = parameter("Pa", at_least=0)  #: compression
+    #: of a spring behind the upper platen; 0 keeps the normal stress constant
     normal_stiffness: float = parameter("Pa/m", default=0.0, at_least=0)
     loading: Loading = part(Loading, Adaptive())  #: how fast the upper half moves
     ramp: float = parameter("s", default=5e-5)  #: time in which the normal stress rises
     maximum_slip: float = parameter("m", default=50e-6)  #: of the platens against each other
     reverse_to: float = parameter("1", default=1.0, at_least=-1, at_most=1)  #: 1 does not reverse
     resolution: float = parameter("m", default=4e-8)  #: displacement of the upper block between samples
-    integrator: Integrator = part(Integrator, CentralDifference())
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_platens(specimen, type(self).__name__)

@@ -53,13 +53,13 @@ class FreeMotion(LoadingProtocol):
     ``velocity`` are held. Refuses grain numbers that the specimen does not have.
     """
 
-    duration: float = parameter("s")
-    settle: float = parameter("s", default=0.0, at_least=0)
+    duration: float = parameter("s")  #: of the motion
+    settle: float = parameter("s", default=0.0, at_least=0)  #: time before it, in which bodies come to rest
     gravity: tuple[float, float] = attrs.field(default=(0.0, -9.81), converter=_gravity)  #: m/s2
     fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
     velocity: Mapping[int, tuple[float, float]] = attrs.field(factory=dict, converter=_velocities)  #: m/s, by grain
     tracked: Sequence[int] = grain_numbers()  #: grains whose motion is recorded
-    samples: int = whole_number(default=200, at_least=2)
+    samples: int = whole_number(default=200, at_least=2)  #: in the time duration
     #: A third of the stable step: an impact takes some thirty steps, and bodies part as fast as they met, to 0.1 %.
     integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped(), safety=0.3))
 

@@ -31,9 +31,9 @@ class JointTension(LoadingProtocol):
     loading: Loading = part(Loading, Adaptive())  #: how fast the upper block moves
     unload_at: float = parameter("m", default=5e-6)  #: opening of the joint
     maximum_opening: float = parameter("m", default=50e-6)  #: where pulling ends if the joint has not broken
-    closing_pressure: float = parameter("Pa", default=10e6)
+    closing_pressure: float = parameter("Pa", default=10e6)  #: up to which the broken joint is pressed
     resolution: float = parameter("m", default=2e-8)  #: displacement of the upper block between samples
-    integrator: Integrator = part(Integrator, CentralDifference())
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     def __attrs_post_init__(self) -> None:
         if self.unload_at >= self.maximum_opening:

@@ -26,10 +26,10 @@ class ThreePointBending(LoadingProtocol):
     """
 
     loading: Loading = part(Loading, Adaptive())  #: how fast the load moves
-    maximum_deflection: float = parameter("m", default=2e-4)
+    maximum_deflection: float = parameter("m", default=2e-4)  #: the test ends there if the load has not fallen
     stop_fraction: float = parameter("1", default=0.05, at_least=0, below=1)  #: of the peak load
-    samples: int = whole_number(default=1000, at_least=10)
-    integrator: Integrator = part(Integrator, CentralDifference())
+    samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         return [bending_stage(self, specimen)]

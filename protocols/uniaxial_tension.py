@@ -25,12 +25,14 @@ class UniaxialTension(LoadingProtocol):
     """
 
     loading: Loading = part(Loading, Adaptive())  #: how fast the platens part
-    platens: Platens = part(Platens, Platens.SMOOTH)
-    moving: Moving = part(Moving, Moving.BOTH)
+    platens: Platens = part(Platens, Platens.SMOOTH)  #: whether the ends may slide along the platens
+    moving: Moving = part(Moving, Moving.BOTH)  #: which platen moves, or both
+    #: axial strain at which the test ends, if it has not failed
     maximum_strain: float = parameter("1", default=0.001, above=0, below=0.5)
+    #: share of the peak stress at which the test ends
     stop_fraction: float = parameter("1", default=0.1, at_least=0, below=1)
-    samples: int = whole_number(default=1000, at_least=10)
-    integrator: Integrator = part(Integrator, CentralDifference())
+    samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         return [uniaxial_stage(self, specimen, "tension", 1.0)]

@@ -187,7 +187,7 @@ def test_help_shows_unit_bound_default_and_meaning_of_each_parameter():
     assert lines[0] == "Tension and shear soften together by one damage over their fracture energies, friction remains."
     rows = {line.split()[0]: " ".join(line.split()[1:]) for line in lines if line}
     assert rows["kn"] == "Pa/m above 0 normal stiffness"
-    assert rows["friction_angle"] == "deg at least 0 and below 90"
+    assert rows["friction_angle"] == "deg at least 0 and below 90 phi, of the intact contact"
     assert rows["pre_peak"] == "PrePeak EXPONENTIAL, AS_PRINTED, LINEAR EXPONENTIAL"
     assert rows["softening"] == "Softening EvansMarathe()"
 

@@ -35,18 +35,18 @@ REPORT, NUMBERS = "report.html", "calibration.json"
 class Calibration(metaclass=Checked):
     """The answer of :func:`calibrate`; SI, angles in degrees."""
 
-    targets: Targets
-    space: Space
+    targets: Targets  #: what was wanted
+    space: Space  #: parameters and their ranges
     stiffness: Stiffness | None  #: None without elastic targets
-    found: Found
-    seeds: int
-    store: str
+    found: Found  #: what the search has found
+    seeds: int  #: samples of each trial
+    store: str  #: folder of the trials
     grains: float = 1.0  #: times the modulus of the grains of the specimens
-    failures: Sequence[Failure] = ()
+    failures: Sequence[Failure] = ()  #: trials that have failed
     cpu: float = 0.0  #: s, of all tests
-    identifiability: Identifiability | None = None
-    best: dict[str, float] = attrs.field(factory=dict)
-    checks: Sequence[Compared] = ()
+    identifiability: Identifiability | None = None  #: which parameters the targets determine
+    best: dict[str, float] = attrs.field(factory=dict)  #: the best parameters by name
+    checks: Sequence[Compared] = ()  #: targets beside what the best parameters give
 
     @property
     def is_plausible(self) -> bool:

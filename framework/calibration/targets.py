@@ -108,16 +108,16 @@ class Targets(metaclass=Checked):
     """
 
     youngs_modulus: Target | None = _wanted()  #: Pa, of the rock, not of its plane problem
-    poissons_ratio: Target | None = _wanted()
-    ucs: Target | None = _wanted()
-    cohesion: Target | None = _wanted()
+    poissons_ratio: Target | None = _wanted()  #: of the rock
+    ucs: Target | None = _wanted()  #: Pa, uniaxial compressive strength
+    cohesion: Target | None = _wanted()  #: Pa, of the line through strengths over confinement
     friction_angle: Target | None = _wanted()  #: deg
     tensile_strength: Target | None = _wanted()  #: Pa, of direct tension
-    brazilian_strength: Target | None = _wanted()
+    brazilian_strength: Target | None = _wanted()  #: Pa, of a disc
     fracture_toughness: Target | None = _wanted()  #: Pa sqrt(m), of the notched half disc
     crack_initiation: Target | None = _wanted()  #: Pa, by the lateral strain
     crack_damage: Target | None = _wanted()  #: Pa, by the volumetric strain
-    confinements: Sequence[float] = ()
+    confinements: Sequence[float] = ()  #: Pa, of the tests behind cohesion and friction angle
 
     def __attrs_post_init__(self) -> None:
         for number, value in enumerate(self.confinements):

@@ -33,13 +33,14 @@ class DruckerPrager(Material):
     the dilation angle.
     """
 
-    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))
-    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)
-    density: float = parameter("kg/m3", usual=(500, 20_000))
-    cohesion: float = parameter("Pa")
-    friction_angle: float = parameter("deg", at_least=0, below=90)
+    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))  #: E
+    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)  #: nu
+    density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
+    cohesion: float = parameter("Pa")  #: c
+    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi
+    #: psi; friction_angle makes the flow associated
     dilation_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
-    cone: Cone = part(Cone, Cone.PLANE_STRAIN)
+    cone: Cone = part(Cone, Cone.PLANE_STRAIN)  #: which cone stands for the hexagon of Mohr and Coulomb
 
     def __attrs_post_init__(self) -> None:
         not_above(self, "dilation_angle", "friction_angle", "plastic strain would create energy")

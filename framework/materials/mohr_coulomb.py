@@ -28,16 +28,17 @@ class MohrCoulombPlastic(Material):
     a step counts. The band in which a softening material fails is one zone wide: its energy depends on the mesh.
     """
 
-    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))
-    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)
-    density: float = parameter("kg/m3", usual=(500, 20_000))
-    tensile_strength: float = parameter("Pa", at_least=0)
-    cohesion: float = parameter("Pa", at_least=0)
-    friction_angle: float = parameter("deg", at_least=0, below=90)
+    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))  #: E
+    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)  #: nu
+    density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
+    tensile_strength: float = parameter("Pa", at_least=0)  #: f_t, the largest principal stress
+    cohesion: float = parameter("Pa", at_least=0)  #: c
+    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi
+    #: psi; friction_angle makes the flow associated
     dilation_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
-    residual_tensile_strength: float = parameter("Pa", default=0.0, at_least=0)
-    residual_cohesion: float = parameter("Pa", default=0.0, at_least=0)
-    residual_friction_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
+    residual_tensile_strength: float = parameter("Pa", default=0.0, at_least=0)  #: after softening
+    residual_cohesion: float = parameter("Pa", default=0.0, at_least=0)  #: after softening
+    residual_friction_angle: float = parameter("deg", default=0.0, at_least=0, below=90)  #: after softening
     softening_strain: float = parameter("1", default=math.inf, infinite=True)  #: none without one
 
     def __attrs_post_init__(self) -> None:

@@ -26,9 +26,10 @@ class TransverselyIsotropic(Material):
     poissons_ratio: float = parameter("1", above=-1.0, below=1.0)  #: nu, in the foliation
     poissons_ratio_across: float = parameter("1", above=-np.inf)  #: nu', strain in the foliation by stress across it
     shear_modulus_across: float = parameter("Pa")  #: G', of sliding along the foliation
-    density: float = parameter("kg/m3", usual=(500, 20_000))
+    density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
+    #: of the foliation, from the x axis, counter-clockwise
     foliation_angle: float = parameter("deg", default=0.0, above=-np.inf)
-    plane: Plane = part(Plane, Plane.STRAIN)
+    plane: Plane = part(Plane, Plane.STRAIN)  #: what holds in the third direction: no strain or no stress
 
     def __attrs_post_init__(self) -> None:
         ratio = self.youngs_modulus_across / self.youngs_modulus

@@ -18,7 +18,7 @@ from grainlaw.parameter import ParameterError, parameters
 from grainlaw.region import Region
 from grainlaw.results.files import Arrays, below, without_nan, write_atomically
 from grainlaw.results.frames import packed, unpacked
-from grainlaw.results.result import Cracks, Named, Result
+from grainlaw.results.result import Cracks, Curves, Named, Result
 from grainlaw.specimen import EndPoints, GaussPoints, InsetPoints, Specimen
 from grainlaw.tessellation import Tessellation
 
@@ -128,7 +128,7 @@ def _result(arrays: Arrays, about: Mapping[str, Any]) -> Result:
         specimen=_specimen(arrays, about),
         law=_read(about["law"]),
         protocol=_read(about["protocol"]),
-        curves=Named(below("curves", arrays)),
+        curves=Curves(below("curves", arrays)),
         summary=Named({name: np.nan if value is None else value for name, value in about["summary"].items()}),
         cracks=Cracks(**below("cracks", arrays)),
         frames=[unpacked(frames[k]) for k in sorted(frames)],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -11,9 +11,14 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.engine.dissipation import balance
 from grainlaw.engine.state import State
+from grainlaw.messages import refusal
 from grainlaw.observation import Observer
 from grainlaw.parameter import whole_number
+from grainlaw.results.data_frames import data_frame
 from grainlaw.stage import Stage
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @attrs.frozen(eq=False)
@@ -27,6 +32,23 @@ class Frame(metaclass=Checked):
     bonds: dict[str, np.ndarray]  #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made
     contacts: dict[str, np.ndarray]  #: (k,) those that are closed, see :meth:`Contacts.closed`; empty without detection
     zones: dict[str, np.ndarray] = attrs.field(factory=dict)  #: (z,) plastic_strain, where a material has it
+
+    def to_pandas(self, kind: str = "bonds") -> pandas.DataFrame:
+        """One of its tables, SI: "bonds" (a row for each contact point), "contacts", "zones", "grains" or "nodes".
+
+        The contact points are in the order that :class:`Result` describes. Raises ParameterError for another kind, and
+        without pandas.
+        """
+        tables: dict[str, Mapping[str, np.ndarray]] = {
+            "bonds": self.bonds,
+            "contacts": self.contacts,
+            "zones": self.zones,
+            "grains": {"stress": self.stress},
+            "nodes": {"displacement": self.displacement, "velocity": self.velocity},
+        }
+        if kind not in tables:
+            raise refusal("Frame.to_pandas: kind", kind, ", ".join(tables))
+        return data_frame("Frame.to_pandas", tables[kind])
 
 
 def take_frame(state: State) -> Frame:
@@ -101,8 +123,8 @@ class FrameClock:
 class FrameRecorder(Observer):
     """Keeps frames in memory."""
 
-    clock: FrameClock = attrs.field(factory=FrameClock)
-    frames: list[Frame] = attrs.field(factory=list)
+    clock: FrameClock = attrs.field(factory=FrameClock)  #: when a frame is taken
+    frames: list[Frame] = attrs.field(factory=list)  #: what has been taken
 
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
         if self.clock.due(state, stage, progress):

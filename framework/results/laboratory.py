@@ -46,10 +46,10 @@ class Laboratory(metaclass=Checked):
     nan where a measure does not exist (``docs/measures.md``). Raises ParameterError for two measures of one name.
     """
 
-    result: Result
+    result: Result  #: of the test
     measures: Sequence[Measure] = attrs.field(
         factory=lambda: tuple(MEASURES.values()), converter=_listed, validator=check_measures
-    )
+    )  #: what is found
     _values: dict[str, float] = attrs.field(factory=dict, init=False, repr=False)
 
     @cached_property

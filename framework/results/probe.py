@@ -27,7 +27,7 @@ class ContactPath(metaclass=Checked):
     """Opening, slip and tractions of one contact point at all samples; prints as one line that says how it broke."""
 
     point: int  #: its number ``p``
-    grains: tuple[int, int]
+    grains: tuple[int, int]  #: numbers of its two grains
     position: np.ndarray  #: (2,) m, at the first sample
     law: ContactLaw  #: law of its pair of phases, with the parameters of this point
     time: np.ndarray  #: (i,) s
@@ -75,9 +75,9 @@ class Probe(Observer):
     A probe that is used in another run begins a new record.
     """
 
-    points: tuple[int, ...] = attrs.field(default=(), converter=_points)
+    points: tuple[int, ...] = attrs.field(default=(), converter=_points)  #: numbers of contact points
     places: np.ndarray = attrs.field(default=(), converter=_places)  #: (k, 2) m
-    first: int = whole_number(default=0, at_least=0)
+    first: int = whole_number(default=0, at_least=0)  #: how many that break first
     _run: _Run | None = attrs.field(default=None, init=False)
 
     def __attrs_post_init__(self) -> None:

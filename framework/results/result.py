@@ -16,10 +16,13 @@ from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest
 from grainlaw.naming import shown
 from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
+from grainlaw.results.data_frames import data_frame
 from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
 
 if TYPE_CHECKING:
+    import pandas
+
     from grainlaw.contact import Laws
     from grainlaw.drawing.figure import Figure
     from grainlaw.engine.state import State
@@ -37,6 +40,14 @@ class Named(dict[str, Any]):
 
     def __missing__(self, name: str) -> Any:
         raise KeyError(f"there is no {name!r}{nearest(str(name), self)} (there are: {', '.join(self)})")
+
+
+class Curves(Named):
+    """What a test recorded: arrays of equal length (t,) by the names of their columns, SI."""
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row for each sample. Raises ParameterError without pandas."""
+        return data_frame("Curves.to_pandas", self)
 
 
 @attrs.frozen(eq=False)
@@ -70,6 +81,10 @@ class Cracks(metaclass=Checked):
         """A selection, by mask or numbers, such as ``cracks[cracks.tensile]``."""
         return Cracks(**{field.name: getattr(self, field.name)[chosen] for field in attrs.fields(Cracks)})
 
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row for each crack, its place as x, y (m), its grains as grain_a, grain_b. Raises ParameterError."""
+        return data_frame("Cracks.to_pandas", attrs.asdict(self, recurse=False))
+
     @property
     def tensile(self) -> np.ndarray:
         """(k,) whether a crack is tensile."""
@@ -86,12 +101,12 @@ class Result(metaclass=Checked):
     end entry ``len(interfaces) + c``. :meth:`crack_segments` gives the lines to draw.
     """
 
-    specimen: Specimen
-    law: Laws
-    protocol: LoadingProtocol
-    curves: dict[str, np.ndarray]  #: by column name, one entry per sample, SI
+    specimen: Specimen  #: what is tested
+    law: Laws  #: one for all contacts, or by pair of phases
+    protocol: LoadingProtocol  #: the test
+    curves: Curves = attrs.field(converter=Curves)  #: by column name, one entry per sample, SI
     summary: dict[str, Any]  #: properties by name, SI
-    cracks: Cracks
+    cracks: Cracks  #: broken contact points
     frames: list[Frame]  #: moments of the run
     interfaces: np.ndarray  #: (c, 4) nodes: start and end on one grain, then start and end on the other; see below
 
@@ -121,7 +136,7 @@ class Result(metaclass=Checked):
         if state.specimen.grains.is_breakable:
             summary["transgranular_cracks"] = int(cracks.inside.sum())
         interfaces = state.bonds.ends
-        return cls(state.specimen, law, protocol, Named(curves), summary, cracks, frames, interfaces)
+        return cls(state.specimen, law, protocol, Curves(curves), summary, cracks, frames, interfaces)
 
     def frame(self, where: str, number: int) -> Frame:
         """One of the frames, counted from the end if negative. Raises ParameterError, which begins with ``where``."""

@@ -44,8 +44,8 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
     The laws whose run failed are in ``failed``, with their errors; to ask for their result raises this error.
     """
 
-    results: dict[str, Result]
-    failed: dict[str, Exception] = attrs.field(factory=dict)
+    results: dict[str, Result]  #: by name of the law
+    failed: dict[str, Exception] = attrs.field(factory=dict)  #: errors by name of the law
 
     def __getitem__(self, name: str) -> Result:
         if name in self.failed:

@@ -38,7 +38,7 @@ class ElasticProperties:
     apparent_modulus: float  #: Pa, of the plane problem, between smooth platens
     apparent_poisson: float  #: of the plane problem, from gauges in the middle half of the height
     modulus: float  #: Pa, converted from plane strain; equal to the apparent one in plane stress
-    poisson: float
+    poisson: float  #: converted from plane strain; equal to the apparent one in plane stress
     stiffness: np.ndarray  #: (3, 3) Pa: stress xx, yy, xy over strain xx, yy and the shear angle
     boundary: str  #: what the rim follows in ``stiffness``: "kinematic" a uniform strain, "static" a uniform stress
 

@@ -36,13 +36,14 @@ Key = TypeVar("Key", bound=Hashable)
 class Run(metaclass=Checked):
     """What :func:`simulate` is given, as far as it decides the result."""
 
-    specimen: Specimen
-    law: Laws
-    protocol: LoadingProtocol
+    specimen: Specimen  #: what is tested
+    law: Laws  #: one for all contacts, or by pair of phases
+    protocol: LoadingProtocol  #: the test
+    #: contacts between any grains; None finds none
     detection: Detection | None = attrs.field(default=EVERYWHERE, kw_only=True)
-    integrator: Integrator | None = attrs.field(default=None, kw_only=True)
-    time_step_factor: float = attrs.field(default=1.0, kw_only=True)
-    mass_scaling: float = attrs.field(default=1.0, kw_only=True)
+    integrator: Integrator | None = attrs.field(default=None, kw_only=True)  #: in place of that of the test
+    time_step_factor: float = attrs.field(default=1.0, kw_only=True)  #: share of the integrator's time step
+    mass_scaling: float = attrs.field(default=1.0, kw_only=True)  #: factor by which added mass lengthens the time step
 
     @property
     def options(self) -> dict[str, Any]:

@@ -36,15 +36,15 @@ class MohrCoulombFit(metaclass=Checked):
     both, with their covariance. They are nan with fewer than three tests.
     """
 
-    slope: float
-    slope_interval: Interval
+    slope: float  #: of the line
+    slope_interval: Interval  #: 95 %
     ucs: float  #: Pa, the intercept
-    ucs_interval: Interval
+    ucs_interval: Interval  #: Pa, 95 %
     friction_angle: float  #: deg
-    friction_angle_interval: Interval
+    friction_angle_interval: Interval  #: deg, 95 %
     cohesion: float  #: Pa
-    cohesion_interval: Interval
-    r_squared: float
+    cohesion_interval: Interval  #: Pa, 95 %
+    r_squared: float  #: coefficient of determination
 
 
 @attrs.frozen(kw_only=True)
@@ -56,10 +56,10 @@ class HoekBrownFit(metaclass=Checked):
     """
 
     ucs: float  #: Pa, s_ci
-    ucs_interval: Interval
-    m: float
-    m_interval: Interval
-    r_squared: float
+    ucs_interval: Interval  #: Pa, 95 %
+    m: float  #: of the criterion
+    m_interval: Interval  #: 95 %
+    r_squared: float  #: coefficient of determination
 
 
 @checked
@@ -161,7 +161,7 @@ class StrengthEnvelope(metaclass=Checked):
     ParameterError for a table without these.
     """
 
-    table: Table
+    table: Table  #: of the study
     confinement: str = "confinement"  #: name of the factor
 
     def __attrs_post_init__(self) -> None:

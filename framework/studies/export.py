@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from grainlaw.naming import aligned
 from grainlaw.parameter import ParameterError
+from grainlaw.results.data_frames import data_frame
 from grainlaw.results.files import write_atomically
 from grainlaw.short_form import html_table
 from grainlaw.studies.rows import label
@@ -59,11 +60,7 @@ def _text(table: Table, name: str, value: Any) -> str:
 
 def to_pandas(table: Table) -> pandas.DataFrame:
     """The rows as a DataFrame. Raises ParameterError without pandas."""
-    try:
-        import pandas
-    except ImportError:
-        raise ParameterError("Table.to_pandas needs pandas: pip install 'grainlaw[study]'") from None
-    return pandas.DataFrame({name: table[name] for name in table.columns}, columns=list(table.columns))
+    return data_frame("Table.to_pandas", {name: table[name] for name in table.columns})
 
 
 def to_xarray(table: Table) -> xarray.Dataset:

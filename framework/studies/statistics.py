@@ -27,7 +27,7 @@ class Spread(metaclass=Checked):
     """Mean of samples of a quantity, and how well it is known."""
 
     count: int  #: samples, without those that are nan
-    mean: float
+    mean: float  #: in the unit of the quantity
     deviation: float  #: standard deviation of a sample, nan of one
     interval: Interval  #: 95 %, Student's; nan for fewer than two samples
 
@@ -62,7 +62,7 @@ class Difference(Spread):
     """Mean difference of a quantity between two levels of a factor, of cases that are equal in all else."""
 
     group: dict[str, Any]  #: levels of the other factors
-    factor: str
+    factor: str  #: whose levels differ
     levels: tuple[Any, Any]  #: the second less the first
     share: float  #: mean difference over the mean at the first level
     higher: int  #: pairs in which the second is higher
@@ -75,9 +75,9 @@ class Interaction(Spread):
     """How much the difference between two levels of one factor differs between two levels of another."""
 
     group: dict[str, Any]  #: levels of the other factors
-    factors: tuple[str, str]
-    first: tuple[Any, Any]
-    second: tuple[Any, Any]
+    factors: tuple[str, str]  #: names of both
+    first: tuple[Any, Any]  #: levels of the first factor
+    second: tuple[Any, Any]  #: levels of the second factor
 
 
 def quantile(count: int) -> float:

@@ -43,10 +43,10 @@ Folder = str | os.PathLike[str]
 class Status(metaclass=Checked):
     """How many cases a study has, and how many of them are finished, have failed, are missing; prints as a line."""
 
-    cases: int
-    finished: int
+    cases: int  #: of the study
+    finished: int  #: cases that have finished
     failed: dict[str, int]  #: by how they failed; those that were killed are tried again
-    missing: int
+    missing: int  #: cases that have not run
 
     def __str__(self) -> str:
         failed = ", ".join(f"{count} {kind}" for kind, count in sorted(self.failed.items()))

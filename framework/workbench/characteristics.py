@@ -40,9 +40,9 @@ class Mode(metaclass=Checked):
 class Characteristics(metaclass=Checked):
     """A law in numbers; prints as a table."""
 
-    name: str
+    name: str  #: of the law
     stiffness: tuple[float, float]  #: Pa/m, normal and shear
-    tension: Mode
+    tension: Mode  #: the virgin contact pulled
     shear: tuple[Mode, ...]  #: under growing pressures, the first is 0
     fracture_energies: dict[str, float]  #: J/m2, as declared
 

@@ -20,8 +20,8 @@ EXCUSABLE = ("stiffness", "energy", "fracture energies", "continuity")  #: prope
 class Entry(metaclass=Checked):
     """One property of a law: whether it holds, and the worst that was found."""
 
-    name: str
-    passed: bool
+    name: str  #: of the property
+    passed: bool  #: whether it holds
     found: str = ""  #: the offending path in words and numbers; empty if there is none
     size: float = 0.0  #: of what was found, in the unit that ``found`` names
     exception: str = ""  #: why the law declares that it breaks the property
@@ -36,8 +36,8 @@ class Entry(metaclass=Checked):
 class Report(metaclass=Checked):
     """What :func:`check_law` found: iterable over its entries, printed with one line for each."""
 
-    law: str
-    entries: tuple[Entry, ...]
+    law: str  #: name of the law
+    entries: tuple[Entry, ...]  #: one for each property
 
     @property
     def passed(self) -> bool:

@@ -29,7 +29,7 @@ class Trace(metaclass=Checked):
     normal: np.ndarray  #: Pa, tension positive
     shear: np.ndarray  #: Pa
     work: np.ndarray  #: J/m2 done on the contact since the first point
-    memory: dict[str, np.ndarray]
+    memory: dict[str, np.ndarray]  #: by the names of the law's memory, one value for each point
 
     def plot(self, *, ax: Any = None) -> Figure:
         """Draw normal traction over opening and shear traction over slip; a mode in which nothing moves is left out.

@@ -28,7 +28,7 @@ class MaterialTrace(metaclass=Checked):
     stress: np.ndarray  #: (i, 3) Pa, xx, yy, xy, tension positive
     work: np.ndarray  #: (i,) J/m3 done on the zone since the first point
     stored: np.ndarray  #: (i,) J/m3 of it that unloading gives back
-    memory: dict[str, np.ndarray]
+    memory: dict[str, np.ndarray]  #: by the names of the material's memory, one value for each point
 
     def __getattr__(self, name: str) -> np.ndarray:
         if not name.startswith("_") and name in self.memory:

@@ -1,0 +1,59 @@
+"""What ``help`` says of parameters: each has a meaning, read from the comment beside its declaration or above it."""
+
+import attrs
+import pytest
+
+import grainlaw as gl
+from grainlaw import geometry, laws, materials, protocols
+from grainlaw.arguments import Checked
+
+PACKAGES = (gl, laws, materials, geometry, protocols)
+DECLARED = sorted(
+    {
+        each
+        for package in PACKAGES
+        for name in package.__all__
+        if isinstance(each := getattr(package, name), Checked)
+        if attrs.has(each) and any(field.init for field in attrs.fields(each))
+    },
+    key=lambda each: each.__name__,
+)
+
+
+def meanings(kind):
+    """The last column of the table at the end of a docstring, by the name of the parameter."""
+    lines = kind.__doc__.rstrip().splitlines()
+    rules = [k for k, line in enumerate(lines) if line and set(line) <= {"=", " "}]
+    column = lines[rules[-3] + 1].index("meaning")
+    return {line.split()[0]: line[column:].strip() for line in lines[rules[-2] + 1 : rules[-1]]}
+
+
+@pytest.mark.parametrize("kind", DECLARED)
+def test_every_parameter_has_a_meaning(kind):
+    found = meanings(kind)
+    assert set(found) == {field.alias for field in attrs.fields(kind) if field.init}
+    assert [name for name, meaning in found.items() if not meaning] == []
+
+
+def test_components_of_all_kinds_are_looked_at():
+    names = {kind.__name__ for kind in DECLARED}
+    assert names > {"CohesiveCrack", "DruckerPrager", "Voronoi", "Brazilian", "CentralDifference", "Adaptive", "Stage"}
+
+
+@attrs.frozen(kw_only=True)
+class Mine(gl.ContactLaw):
+    """A law of a user."""
+
+    #: stands above
+    kn: float = gl.parameter("Pa/m")
+    ks: float = gl.parameter("Pa/m")  #: stands beside
+    # is none
+    free: float = gl.parameter("1")
+    stiffness = property(lambda self: (self.kn, self.ks))
+
+    def traction(self, opening, slip):
+        return self.kn * opening, self.ks * slip
+
+
+def test_a_meaning_stands_beside_a_field_or_above_it():
+    assert meanings(Mine) == {"kn": "stands above", "ks": "stands beside", "free": ""}
