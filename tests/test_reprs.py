@@ -188,8 +188,8 @@ def test_help_shows_unit_bound_default_and_meaning_of_each_parameter():
     rows = {line.split()[0]: " ".join(line.split()[1:]) for line in lines if line}
     assert rows["kn"] == "Pa/m above 0 normal stiffness"
     assert rows["friction_angle"] == "deg at least 0 and below 90 phi, of the intact contact"
-    assert rows["pre_peak"] == "PrePeak EXPONENTIAL, AS_PRINTED, LINEAR EXPONENTIAL"
-    assert rows["softening"] == "Softening EvansMarathe()"
+    assert rows["pre_peak"] == "PrePeak EXPONENTIAL, AS_PRINTED, LINEAR EXPONENTIAL how a traction rises to its peak"
+    assert rows["softening"] == "Softening EvansMarathe() shape of the softening branches"
 
 
 def test_the_signature_shows_unit_and_bound():
