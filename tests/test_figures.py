@@ -75,6 +75,24 @@ def test_a_picture_is_drawn_on_the_axes_given_or_on_a_figure_of_its_own(broken, 
         draw(broken, path, ax=3)
 
 
+@pytest.mark.parametrize("panel", ["thresholds", "growth", "rose", "fragments", "events", "lost"])
+def test_a_panel_of_the_laboratory_is_drawn_alone(broken, panel):
+    whole = matplotlib.figure.Figure()
+    axes = whole.add_subplot(projection="polar" if panel == "rose" else None)
+    assert broken.laboratory.plot(panel, ax=axes) is whole
+    assert axes.has_data() or axes.texts
+    assert len(broken.laboratory.plot(panel).axes) == 1
+
+
+def test_a_panel_that_does_not_exist_is_refused(broken):
+    with pytest.raises(gl.ParameterError, match=r"panel = 'cracks' is not allowed, it must be thresholds, growth, "):
+        broken.laboratory.plot("cracks")
+    with pytest.raises(gl.ParameterError, match=r"panel = None is not allowed"):
+        broken.laboratory.plot(ax=matplotlib.figure.Figure().subplots())
+    with pytest.raises(gl.ParameterError, match=r"it must be polar axes"):
+        broken.laboratory.plot("rose", ax=matplotlib.figure.Figure().subplots())
+
+
 def test_axes_of_a_part_of_a_figure_return_the_whole_figure(broken):
     whole = matplotlib.figure.Figure()
     part = whole.subfigures(1, 2)[0]

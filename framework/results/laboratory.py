@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -154,8 +154,12 @@ class Laboratory(metaclass=Checked):
             rows.append((measure.meaning, f"{value:.4g}" if np.isfinite(value) else "-", unit, measure.source))
         return rows
 
-    def plot(self) -> Figure:
-        """Curves with thresholds, orientations, fragments, events, and length and energy of cracks."""
-        from grainlaw.results.figures.laboratory import plot_laboratory
+    def plot(self, panel: str | None = None, *, ax: Any = None) -> Figure:
+        """Draw all panels, or one: "thresholds", "growth", "rose", "fragments", "events" or "lost" (energy).
 
-        return plot_laboratory(self)
+        One panel is drawn into the axes ``ax`` of matplotlib, if they are given; the rose needs polar ones. Returns the
+        figure. Raises ParameterError.
+        """
+        from grainlaw.results.figures.laboratory import plot_laboratory, plot_panel
+
+        return plot_laboratory(self) if panel is None and ax is None else plot_panel(self, panel, ax)

@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.projections.polar import PolarAxes
 
 from grainlaw.columns import TIME, course
-from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.grains import FILLS
 from grainlaw.drawing.palette import BLACK, GREEN, ORANGE, PURPLE
+from grainlaw.messages import refusal
 from grainlaw.naming import shown
 from grainlaw.results.figures.stored_cracks import GRAIN, RIM, SHEAR, TENSILE, WIDTHS
 from grainlaw.results.laboratory import Laboratory
@@ -33,6 +35,27 @@ def plot_laboratory(laboratory: Laboratory) -> Figure:
     draw_fragments(figure.add_subplot(2, 3, 4), laboratory)
     draw_events(figure.add_subplot(2, 3, 5), laboratory)
     draw_lost(figure.add_subplot(2, 3, 6), laboratory)
+    return figure
+
+
+def plot_panel(laboratory: Laboratory, panel: str | None, ax: Any) -> Figure:
+    """One panel; see :meth:`Laboratory.plot`."""
+    draws = {
+        "thresholds": draw_thresholds, "growth": draw_growth, "rose": draw_rose, "fragments": draw_fragments,
+        "events": draw_events, "lost": draw_lost,
+    }  # fmt: skip
+    if panel not in draws:
+        raise refusal("Laboratory.plot: panel", panel, ", ".join(draws))
+    if panel != "rose":
+        figure, axes = given_or_new("Laboratory.plot", ax, (5.4, 4.6))
+    elif ax is None:
+        figure = Figure(figsize=(5.4, 4.6), layout="constrained")
+        axes = figure.add_subplot(projection="polar")
+    elif isinstance(ax, PolarAxes):
+        figure, axes = given_or_new("Laboratory.plot", ax, (0, 0))
+    else:
+        raise refusal("Laboratory.plot: ax", ax, "polar axes of matplotlib: figure.add_subplot(projection='polar')")
+    draws[panel](axes, laboratory)
     return figure
 
 
