@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 from grainlaw.contact import ContactLaw
 from grainlaw.drawing.figure import Figure, given_or_new
-from grainlaw.drawing.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, style
+from grainlaw.drawing.palette import BLUE, COLORS, GREEN, ORANGE, PURPLE, SKY, VERMILLION, style
 from grainlaw.workbench.characteristics import Characteristics, Envelope, characteristics, envelope
 from grainlaw.workbench.driver import Contact, Trace, alone
 from grainlaw.workbench.scale import REACH, find_closure
@@ -183,8 +183,10 @@ def _draw(axes: Axes, curves: Sequence[Curve], x: str, y: str, title: str, zoom:
         inset.grid(alpha=0.25)
         places.append(inset)
     for place in places:
-        for k, (u, traction, paint, name) in enumerate(curves):
-            place.plot(u * UM, traction * MPA, color=paint, linestyle=style(k), linewidth=1.3, label=name)
+        for u, traction, paint, name in curves:
+            place.plot(
+                u * UM, traction * MPA, color=paint, linestyle=style(COLORS.index(paint)), linewidth=1.3, label=name
+            )
     if not any(np.nanmax(np.abs(traction), initial=0.0) > 0 for _, traction, *_ in curves):
         axes.set(ylim=(-1, 1), yticks=[0])
         axes.text(0.5, 0.55, "nothing is held", ha="center", transform=axes.transAxes)
