@@ -12,6 +12,7 @@ from grainlaw.cli.paper_numbers import PAPER, Paper, contact_rows, cycle_work, m
 from grainlaw.cli.paper_runs import AS_PRINTED, BREAKING, CONFINEMENTS, ELASTIC, LOCAL, RULES, SEEDS
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.cli.verify import HEAD, Row, cells
+from grainlaw.drawing.palette import color, marker
 from grainlaw.laws import CohesiveCrack
 from grainlaw.results.figures import html
 from grainlaw.results.figures.html import Cell
@@ -131,10 +132,10 @@ def _envelope(paper: Paper) -> Figure:
     for k, law in enumerate(BREAKING):
         for seed in SEEDS:
             points = paper.peaks(law, seed)
-            axes.plot(points[:, 0] / MPa, points[:, 1] / MPa, "os^"[k], color=f"C{k}", ms=4)
+            axes.plot(points[:, 0] / MPa, points[:, 1] / MPa, marker=marker(k), linestyle="none", color=color(k), ms=4)
         for n, line in enumerate(paper.lines(law)):
             label = None if n else law
-            axes.plot(along / MPa, (line.ucs + line.slope * along) / MPa, color=f"C{k}", lw=1, label=label)
+            axes.plot(along / MPa, (line.ucs + line.slope * along) / MPa, color=color(k), lw=1, label=label)
     label = f"paper: c = {PAPER['cohesion'] / MPa} MPa, phi = {PAPER['friction_angle']} deg"
     axes.plot(along / MPa, (PAPER["ucs"] + PAPER["slope"] * along) / MPa, "k--", label=label)
     axes.set_xlabel("confinement (MPa)")

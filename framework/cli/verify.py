@@ -15,6 +15,7 @@ from scipy.integrate import quad
 
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.columns import STAGE
+from grainlaw.drawing.palette import color
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, SofteningLength
@@ -229,8 +230,8 @@ def _tension_figure(law: CohesiveCrack, curves: Curves, tall: Curves) -> Figure:
     """Like the paper's Fig. 5."""
     figure, axes = _axes("opening of the joint (um)", "normal stress (MPa)")
     alone = trace(law, np.append(0, curves["opening"]), 0.0)
-    axes.plot(tall["opening"] / um, tall["normal"] / MPa, color="C1", lw=1, label="125 mm column: snaps back")
-    axes.plot(curves["opening"] / um, curves["normal"] / MPa, color="C0", lw=2.2, label="10 mm blocks")
+    axes.plot(tall["opening"] / um, tall["normal"] / MPa, color=color(1), lw=1, label="125 mm column: snaps back")
+    axes.plot(curves["opening"] / um, curves["normal"] / MPa, color=color(0), lw=2.2, label="10 mm blocks")
     axes.plot(alone.opening / um, alone.normal / MPa, "k--", lw=0.9, label="the law alone")
     axes.set_title("pull, unload, reload, break, close, pull again")
     axes.legend(frameon=False)
@@ -241,7 +242,7 @@ def _shear_figure(law: CohesiveCrack, curves: Curves) -> Figure:
     """Like the paper's Fig. 6."""
     figure, axes = _axes("slip of the joint (um)", "shear stress (MPa)")
     alone = trace(law, np.append(0, curves["opening"]), np.append(0, curves["slip"]))
-    axes.plot(curves["slip"] / um, curves["shear_stress"] / MPa, color="C0", lw=2.2, label="4 mm blocks")
+    axes.plot(curves["slip"] / um, curves["shear_stress"] / MPa, color=color(0), lw=2.2, label="4 mm blocks")
     axes.plot(alone.slip / um, alone.shear / MPa, "k--", lw=0.9, label="the law alone")
     axes.set_title(f"shear under {PRESSURE / MPa:g} MPa, and back")
     axes.legend(frameon=False)
