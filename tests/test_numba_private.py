@@ -168,6 +168,15 @@ def inner_options():
         assert ctypes.c_void_p.from_address(place).value == id(environment)
 
 
+def uncounted():
+    """A function whose arrays are not counted gives what others give; one that makes arrays does not compile."""
+    rows = collections.namedtuple("Rows", "a b")(np.array([1.0, 2.0]), np.array([[3.0, 4.0]]))
+    options = numba_inner.uncounted({"error_model": "numpy"})
+    assert njit(**options)(lambda rows: rows.a[1:][0] + rows.b[0, 1])(rows) == 6.0
+    with pytest.raises(private.NumbaError, match="Only accept returning of array passed"):
+        njit(**options)(lambda count: np.empty(count)[0])(3)
+
+
 def not_kept_error():
     """Code with addresses of this process, or objects of Python's, runs, and is not kept."""
     files, told = Files(), []
@@ -237,7 +246,7 @@ PIECES = {
     "VERSIONS": versions, "processor": processor,
     "FOLDERS": folders, "NumbaError": numba_error, "python_function": python_function,
     "definition": definition, "compile_for": compile_for, "return_type": return_type, "address_of": address_of,
-    "is_number": is_number, "inner_options": inner_options,
+    "is_number": is_number, "inner_options": inner_options, "uncounted": uncounted,
     "is_tuple_of_numbers": is_tuple_of_numbers, "named_tuple_method": named_tuple_method, "DiskCache": disk_cache,
     "NotKeptError": not_kept_error, "use_cache": use_cache, "call": call,
     "atomic_add": atomic_add, "atomic_load": atomic_load, "atomic_store": atomic_store,

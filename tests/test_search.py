@@ -13,7 +13,7 @@ import grainlaw as gl
 from grainlaw.compiler.entry import compiled
 from grainlaw.engine.parts import contact_neighbours, contact_passes, overlap
 from grainlaw.engine.parts import contact_search as search
-from grainlaw.engine.parts.contact_rows import rows_of
+from grainlaw.engine.parts.contact_rows import BLOCK, rows_of
 from grainlaw.engine.parts.contact_table import APART, CLOSED, HELD, WAITING
 from grainlaw.geometry import Voronoi, block, rectangle
 from grainlaw.laws import MohrCoulomb
@@ -195,6 +195,7 @@ def waiting():
         cotangent=np.zeros(4),
         skin=SKIN,
         rows=rows_of(1, len(table.memory)),
+        chunk=np.zeros((1, BLOCK), dtype=np.int32),
         share=np.array([0, 1]),
     )
 

@@ -17,7 +17,7 @@ from typing import Any
 import numba
 
 from grainlaw.compiler.cache_folder import Folder, NotPrivateError, cache_folder, limit
-from grainlaw.compiler.numba_inner import inner_options
+from grainlaw.compiler.numba_inner import inner_options, uncounted
 from grainlaw.compiler.numba_private import DiskCache, NotKeptError, use_cache
 from grainlaw.parameter import ParameterError
 
@@ -27,6 +27,7 @@ FUSED = set() if PORTABLE else {"contract"}
 _begun: list[str] = []  #: keys of what was compiled, or found on disk
 _ENTRY: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": FUSED}
 OPTIONS = inner_options(_ENTRY)  #: how every kernel is compiled; those that Python calls go through :func:`keyed_njit`
+PASS = uncounted(OPTIONS)  #: the same for passes over tables of many arrays; they make no arrays
 
 
 def compile_portably() -> None:

@@ -12,7 +12,7 @@ import numba
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
-__all__ = ["inner_options"]
+__all__ = ["inner_options", "uncounted"]
 
 
 def inner_options(options: dict[str, Any]) -> dict[str, Any]:
@@ -26,6 +26,15 @@ def inner_options(options: dict[str, Any]) -> dict[str, Any]:
         plain = options
 
     return {**options, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": Inner}
+
+
+def uncounted(options: dict[str, Any]) -> dict[str, Any]:
+    """Options like ``options`` for functions that make no arrays: they do not count who refers to theirs.
+
+    A function that is given a table of fifty arrays otherwise counts each of them up and down, one after the other so
+    that no other thread interferes, which takes a microsecond for a call. One that makes an array does not compile.
+    """
+    return {**options, "_nrt": False}
 
 
 _CALL = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p)  # as Python calls C

@@ -6,7 +6,7 @@ a thread (contact_rows.py), ``contact`` (k,) the numbers c of the chunk.
 
 from numba import njit  # noqa: I001 - the rows in few lines
 
-from grainlaw.compiler.cache import OPTIONS
+from grainlaw.compiler.cache import PASS
 from grainlaw.engine.parts.contact_geometry import gather_edges
 from grainlaw.engine.parts.contact_rows import (
     BEFORE, DAMPING_FORCE, DAMPING_WORK, DASHPOT, FX, FY, GX, GY, HX, HY, LARGEST, LENGTH, LIFT, LIFT_BEFORE, MEMORY,
@@ -14,32 +14,32 @@ from grainlaw.engine.parts.contact_rows import (
 )  # fmt: skip
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def fill(active, first, count, contact):
     """The contacts of a chunk, the last one again and again to the end."""
     for k in range(contact.shape[0]):
         contact[k] = active[first + min(k, count - 1)]
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def _take(row, contact, r, place):
     for k in range(contact.shape[0]):
         r[place + k] = row[contact[k]]
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def copy(r, source, place, count):
     for k in range(count):
         r[place + k] = r[source + k]
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def clear(r, place, count):
     for k in range(count):
         r[place + k] = 0.0
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def take_from_table(t, r, contact, row):
     """Fill the rows of a chunk with what its contacts keep; ``row`` of the memory is the lift, or -1 without one."""
     gather_edges(t, r, contact)
@@ -70,19 +70,19 @@ def take_from_table(t, r, contact, row):
             r[LIFT_BEFORE + k] += t.overlap[contact[k]]
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def _put(row, contact, count, r, place):
     for k in range(count):
         row[contact[k]] = r[place + k]
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def _add(row, contact, count, r, place):
     for k in range(count):
         row[contact[k]] += r[place + k]
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def put_into_table(t, r, contact, count):
     """Put what contacts keep into the table."""
     _add(t.opening_work, contact, count, r, OPENING_WORK)

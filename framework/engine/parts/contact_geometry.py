@@ -21,7 +21,7 @@ import math  # noqa: I001 - the rows in few lines
 import numpy as np
 from numba import njit
 
-from grainlaw.compiler.cache import OPTIONS
+from grainlaw.compiler.cache import PASS
 from grainlaw.engine.parts import overlap
 from grainlaw.engine.parts.contact_rows import (
     ANGLE_1A, ANGLE_1B, ANGLE_2A, ANGLE_2B, AX, AY, BLOCK, BX, BY, DAX, DAY, DBX, DBY, DWX, DWY, LARGEST, LENGTH,
@@ -38,7 +38,7 @@ CLEARLY = 1e-12  #: in front: more than rounding, which may differ where a loop 
 NOT, SOME, FAR = 0.0, 1.0, 2.0  #: how edges overlap; ``FAR`` is much too deep
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def find_followed(node_1, node_2, node_3, node_4, x, y, state, follow):
     """Which contacts are asked more than whether their edges are clearly apart: ``follow`` is 1 or 0."""
     for c in range(follow.shape[0]):
@@ -51,7 +51,7 @@ def find_followed(node_1, node_2, node_3, node_4, x, y, state, follow):
             follow[c] = overlap.may_overlap(ax, ay, bx, by, wx, wy, CLEARLY)
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def list_followed(t, first, last, place):
     """List followed contacts from ``place`` on; returns where the list ends."""
     find_followed(
@@ -64,7 +64,7 @@ def list_followed(t, first, last, place):
     return place
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def gather_edges(t, r, contact):
     """Both edges, the vector between them, their increments in the last step, and the angles at their ends."""
     x, y, vx, vy, cotangent, node = t.place[0], t.place[1], t.increment[0], t.increment[1], t.cotangent, t.node
@@ -79,13 +79,13 @@ def gather_edges(t, r, contact):
         r[ANGLE_1B + p], r[ANGLE_2B + p] = cotangent[k], cotangent[m]
 
 
-@njit(forceinline=True, **OPTIONS)
+@njit(forceinline=True, **PASS)
 def edges(r, k):
     """Edge a, edge b in the same direction, and the vector from the first corner of a to that of b."""
     return r[AX + k], r[AY + k], r[BX + k], r[BY + k], r[WX + k], r[WY + k]
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def arrangements(r, count, skin):
     """How edges that do not touch stand to each other."""
     for k in range(count):
@@ -93,7 +93,7 @@ def arrangements(r, count, skin):
         r[STANDS + k] = overlap.arrangement(ax, ay, bx, by, wx, wy, skin)
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def overlaps(r, count):
     """Overlap of two edges after b is moved by offset less lift, Eq. (13), its normal and length, Eq. (14)."""
     for k in range(count):
@@ -143,7 +143,7 @@ def overlaps(r, count):
         r[TWIST + k] = moment if some else 0.0
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def close(r, count):
     """Which of them are closed, and their opening, Eq. (16): of the others overlap, length and opening are 0."""
     for k in range(count):
@@ -155,7 +155,7 @@ def close(r, count):
         r[LENGTH + k] = r[LENGTH + k] if closed else 0.0
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def motions(r, count):
     """How contacts have opened and slid in the last step where their force acts."""
     for k in range(count):
@@ -170,14 +170,14 @@ def motions(r, count):
         r[SLID + k] = x * tx + y * ty if closed else 0.0
 
 
-@njit(forceinline=True, **OPTIONS)
+@njit(forceinline=True, **PASS)
 def _is_near(ax, ay, bx, by, wx, wy, room):
     """Whether edges overlap, seen along their mean tangent, once b is moved away from a by ``room`` (m)."""
     tx, ty = overlap.mean_tangent(ax, ay, bx, by, 1 / math.sqrt(ax * ax + ay * ay), 1 / math.sqrt(bx * bx + by * by))
     return overlap.strip(tx, ty, ax, ay, bx, by, wx + room * ty, wy - room * tx)[4] > 0
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def settle(r, k):
     """What becomes of a contact that is not closed: its state, offset and lift."""
     ax, ay, bx, by, wx, wy = edges(r, k)

@@ -12,7 +12,7 @@ import math  # noqa: I001 - the rows in few lines
 import numpy as np
 from numba import njit
 
-from grainlaw.compiler.cache import OPTIONS
+from grainlaw.compiler.cache import PASS
 from grainlaw.compiler.numba_private import call
 from grainlaw.engine.parts import contact_exchange as exchange
 from grainlaw.engine.parts import contact_geometry as geometry
@@ -31,7 +31,7 @@ ROUNDS = 8  #: in which a law is asked for the opening at which it does; one who
 MOVED, DEEP, ACTIVE, LEAVING = range(4)  #: columns of the tally of each thread
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def slips(r, count, compliance):
     """The new slip of contacts, and their shear force of the step before.
 
@@ -44,7 +44,7 @@ def slips(r, count, compliance):
         r[SLIP + k] = slip if length > 0 else 0.0
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def _answer(t, g, r, count, opening, memory):
     """Let law ``g`` answer, with the rows of its ``memory``; it has no parameters of single contacts."""
     start, row = r.ctypes.data, t.laws.dilation[g]
@@ -61,14 +61,14 @@ def _answer(t, g, r, count, opening, memory):
         exchange.clear(r, NEW_LIFT, count)
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def springs(r, count):
     """Normal forces of contacts without dashpots."""
     for k in range(count):
         r[SPRING + k], r[DAMPING + k] = min(r[NORMAL + k], 0.0) * r[LENGTH + k], 0.0
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def dashpots(r, count, time_step):
     """Normal forces of spring and dashpot, and the opening at which a linear closure carries both.
 
@@ -90,14 +90,14 @@ def dashpots(r, count, time_step):
         r[HIGH + k], r[HIGH_PRESSURE + k] = (math.inf, math.inf) if closing else (overlap, pressure)
 
 
-@njit(forceinline=True, **OPTIONS)
+@njit(forceinline=True, **PASS)
 def _misses(length, spring, damping, pressure):
     """Whether the law has answered with another pressure (Pa) than that of the whole normal force."""
     force = -(spring + damping)
     return (length > 0) & (abs(pressure * length - force) > EVEN * force)
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def missed(r, count):
     """How many laws have answered with another pressure and may be asked again."""
     number = 0
@@ -107,7 +107,7 @@ def missed(r, count):
     return number
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def narrow(r, count):
     """The next closure to ask of laws that have answered with another pressure.
 
@@ -132,7 +132,7 @@ def narrow(r, count):
             r[ASKED + k] = r[LIFT + k] - min(max(found, low), high)
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def _rub(t, g, r, count):
     """Let law ``g`` answer with the shear that the whole normal force allows; the normal traction is that force's.
 
@@ -154,7 +154,7 @@ def _rub(t, g, r, count):
         r[NORMAL + k] = whole / max(length, 1e-300) if length > 0 else r[NORMAL + k]
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def tractions(t, g, r, count, time_step):
     """What law ``g`` answers, and the dashpots: with them it is asked on trial first, for the force of the spring."""
     if t.damping > 0:
@@ -168,7 +168,7 @@ def tractions(t, g, r, count, time_step):
         springs(r, count)
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def forces(r, count):
     """Forces of contacts, Eq. (15), and their work by the trapezoidal rule, Eq. (12)."""
     for k in range(count):
@@ -193,7 +193,7 @@ def forces(r, count):
         r[FX + k], r[FY + k], r[GX + k], r[GY + k], r[HX + k], r[HY + k] = fx, fy, gx, gy, hx, hy
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def _settle(t, g, r, contact, count, row):
     """What becomes of contacts that are not closed: all but offset and lift is reset; returns how many are too deep."""
     deep = 0
@@ -213,7 +213,7 @@ def _settle(t, g, r, contact, count, row):
     return deep
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def _chunk(t, g, r, time_step, first, count, contact):
     """All passes for followed contacts ``first`` to ``first + count`` of the list; returns how many are too deep."""
     row, filled = t.laws.dilation[g], contact.shape[0]
@@ -231,23 +231,22 @@ def _chunk(t, g, r, time_step, first, count, contact):
     return deep
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def contact_step(t, time_step, thread):
     """Geometry, law and forces of a thread's contacts, law by law; tells its tally what it found."""
     first, last = t.share[thread], t.share[thread + 1]
     deep, listed = 0, first
-    contacts = np.empty(BLOCK if first < last else 0, dtype=np.int64)
     for g in range(t.laws.address.shape[0]):
         begin = listed
         listed = geometry.list_followed(t, max(first, t.laws.first[g]), min(last, t.laws.last[g]), listed)
         for k in range(begin, listed, BLOCK):
             count = min(listed - k, BLOCK)
             filled = (count + LANES - 1) // LANES * LANES
-            deep += _chunk(t, g, t.rows[thread], time_step, k, count, contacts[:filled])
+            deep += _chunk(t, g, t.rows[thread], time_step, k, count, t.chunk[thread, :filled])
     t.tally[thread, DEEP], t.tally[thread, ACTIVE] = deep, listed - first
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def gather_contact_forces(t, nodes, thread):
     """Add the forces of all threads' contacts to a thread's nodes, in a fixed order."""
     first, last, fx, fy = t.used_share[thread], t.used_share[thread + 1], nodes.force[0], nodes.force[1]
@@ -270,7 +269,7 @@ def gather_contact_forces(t, nodes, thread):
                 fy[t.used[m]] -= py + ky
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def follow_nodes(t, nodes, thread):
     """Take over where a thread's nodes in use have moved, and count those that have moved far since the last search."""
     ux, uy, count = nodes.displacement[0], nodes.displacement[1], 0

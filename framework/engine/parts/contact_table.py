@@ -59,6 +59,7 @@ class ContactArrays(NamedTuple):
     damping: float  #: of the dashpots over the critical one; 0 without
     tally: Scratch  #: (threads, 8) what each thread has counted, a cache line for each
     rows: Scratch  #: (threads, n) scratch, see contact_rows.py
+    chunk: Scratch  #: (threads, n) contacts of the chunk that a thread is at
     used_share: Scratch  #: (threads + 1,) bounds in ``used`` of each thread's nodes
     share: Scratch
 
@@ -81,5 +82,5 @@ def no_contacts(count: int = 0, laws: LawTable | None = None) -> ContactArrays:
         force_x=np.zeros((3, count)), force_y=np.zeros((3, count)), memory=np.zeros((1, count)),
         follow=np.zeros(count, dtype=np.int8), active=np.zeros(count, dtype=np.int32), used=none, cotangent=np.zeros(0),
         **places, skin=math.inf, damping=0.0, room=np.zeros(0), tally=np.zeros((1, 8), dtype=np.int64),
-        rows=np.zeros((1, 0)), used_share=none, share=none,
+        rows=np.zeros((1, 0)), chunk=np.zeros((1, 0), dtype=np.int32), used_share=none, share=none,
     )  # fmt: skip

@@ -17,7 +17,7 @@ from grainlaw.detection import Detection
 from grainlaw.engine.parts import contact_search
 from grainlaw.engine.parts.contact_laws import contact_groups
 from grainlaw.engine.parts.contact_neighbours import Neighbours
-from grainlaw.engine.parts.contact_rows import rows_of
+from grainlaw.engine.parts.contact_rows import BLOCK, rows_of
 from grainlaw.engine.parts.contact_table import HELD, KEPT, WAITING, ContactArrays, no_contacts
 from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.laws import table_of
@@ -84,6 +84,7 @@ class Contacts(Part):
             laws=self.arrays.laws._replace(first=bounds[:-1], last=bounds[1:]),
             tally=np.zeros((split.threads, 8), dtype=np.int64),
             rows=rows_of(split.threads, len(self.arrays.memory)),
+            chunk=np.zeros((split.threads, BLOCK), dtype=np.int32),
             used_share=np.searchsorted(self.arrays.used, split.node),
             share=self.share(split),
         )
