@@ -7,7 +7,7 @@ a thread (contact_rows.py), ``contact`` (k,) the numbers c of the chunk.
 from numba import njit  # noqa: I001 - the rows in few lines
 
 from grainlaw.compiler.cache import PASS
-from grainlaw.engine.parts.contact_geometry import gather_edges
+from grainlaw.engine.parts.contact_geometry import gather_angles, gather_edges, gather_increments
 from grainlaw.engine.parts.contact_rows import (
     BEFORE, DAMPING_FORCE, DAMPING_WORK, DASHPOT, FX, FY, GX, GY, HX, HY, LARGEST, LENGTH, LIFT, LIFT_BEFORE, MEMORY,
     NORMAL, OFFSET, OPENING, OPENING_WORK, OVERLAP, ROW, SHARE_A, SHEAR, SLIP, SLIP_WORK, STATE, TX, TY,
@@ -43,6 +43,8 @@ def clear(r, place, count):
 def take_from_table(t, r, contact, row):
     """Fill the rows of a chunk with what its contacts keep; ``row`` of the memory is the lift, or -1 without one."""
     gather_edges(t, r, contact)
+    gather_angles(t, r, contact)
+    gather_increments(t, r, contact)
     _take(t.state, contact, r, STATE)
     _take(t.offset, contact, r, OFFSET)
     _take(t.largest_overlap, contact, r, LARGEST)

@@ -29,54 +29,48 @@ from grainlaw.engine.parts.contact_rows import (
     TY, WX, WY,
 )  # fmt: skip
 from grainlaw.engine.parts.contact_table import APART, CLOSED, HELD, WAITING
+from grainlaw.engine.parts.laws import LANES
 from grainlaw.engine.parts.overlap import BEHIND, BESIDE
 
 u32 = np.uint32
 NARROW = 1e-9  #: square of the length over that of the depth: narrower overlaps belong to the contact of other faces
 LEAST = 1e-13  #: depth over length of an overlap: below it, it is only rounding
+STRIP = 64  #: contacts that are listed together
 CLEARLY = 1e-12  #: in front: more than rounding, which may differ where a loop does not fill a vector
 NOT, SOME, FAR = 0.0, 1.0, 2.0  #: how edges overlap; ``FAR`` is much too deep
 
 
 @njit(**PASS)
-def find_followed(node_1, node_2, node_3, node_4, x, y, state, follow):
-    """Which contacts are asked more than whether their edges are clearly apart: ``follow`` is 1 or 0."""
-    for c in range(follow.shape[0]):
-        i, j, k, m = u32(node_1[c]), u32(node_2[c]), u32(node_3[c]), u32(node_4[c])
-        xi, yi, xm, ym = x[i], y[i], x[m], y[m]
-        ax, ay, bx, by, wx, wy = x[j] - xi, y[j] - yi, x[k] - xm, y[k] - ym, xm - xi, ym - yi
-        room = CLEARLY * (ax * ax + ay * ay + bx * bx + by * by + wx * wx + wy * wy)
-        follow[c] = state[c] != APART
-        if state[c] == APART and not overlap.in_front(ax, ay, bx, by, wx, wy, -room):
-            follow[c] = overlap.may_overlap(ax, ay, bx, by, wx, wy, CLEARLY)
-
-
-@njit(**PASS)
-def list_followed(t, first, last, place):
-    """List followed contacts from ``place`` on; returns where the list ends."""
-    find_followed(
-        t.node[0, first:last], t.node[1, first:last], t.node[2, first:last], t.node[3, first:last],
-        t.place[0], t.place[1], t.state[first:last], t.follow[first:last],
-    )  # fmt: skip
-    for c in range(first, last):
-        t.active[place] = c
-        place += t.follow[c]
-    return place
-
-
-@njit(**PASS)
 def gather_edges(t, r, contact):
-    """Both edges, the vector between them, their increments in the last step, and the angles at their ends."""
-    x, y, vx, vy, cotangent, node = t.place[0], t.place[1], t.increment[0], t.increment[1], t.cotangent, t.node
+    """Both edges, and the vector between them."""
+    x, y, node = t.place[0], t.place[1], t.node
     for p in range(contact.shape[0]):
         c = contact[p]
         i, j, k, m = u32(node[0, c]), u32(node[1, c]), u32(node[2, c]), u32(node[3, c])
         r[AX + p], r[AY + p], r[BX + p], r[BY + p] = x[j] - x[i], y[j] - y[i], x[k] - x[m], y[k] - y[m]
         r[WX + p], r[WY + p] = x[m] - x[i], y[m] - y[i]
-        r[DAX + p], r[DAY + p], r[DBX + p], r[DBY + p] = vx[j] - vx[i], vy[j] - vy[i], vx[k] - vx[m], vy[k] - vy[m]
-        r[DWX + p], r[DWY + p] = vx[m] - vx[i], vy[m] - vy[i]
+
+
+@njit(**PASS)
+def gather_angles(t, r, contact):
+    """The angles of the grains at the ends of both edges."""
+    cotangent, node = t.cotangent, t.node
+    for p in range(contact.shape[0]):
+        c = contact[p]
+        i, j, k, m = u32(node[0, c]), u32(node[1, c]), u32(node[2, c]), u32(node[3, c])
         r[ANGLE_1A + p], r[ANGLE_2A + p] = cotangent[i], cotangent[j]
         r[ANGLE_1B + p], r[ANGLE_2B + p] = cotangent[k], cotangent[m]
+
+
+@njit(**PASS)
+def gather_increments(t, r, contact):
+    """The increments, in the last step, of both edges and of the vector between them."""
+    vx, vy, node = t.increment[0], t.increment[1], t.node
+    for p in range(contact.shape[0]):
+        c = contact[p]
+        i, j, k, m = u32(node[0, c]), u32(node[1, c]), u32(node[2, c]), u32(node[3, c])
+        r[DAX + p], r[DAY + p], r[DBX + p], r[DBY + p] = vx[j] - vx[i], vy[j] - vy[i], vx[k] - vx[m], vy[k] - vy[m]
+        r[DWX + p], r[DWY + p] = vx[m] - vx[i], vy[m] - vy[i]
 
 
 @njit(forceinline=True, **PASS)
@@ -144,6 +138,67 @@ def overlaps(r, count):
 
 
 @njit(**PASS)
+def find_followed(r, state, follow):
+    """Which contacts are asked more than whether their edges are clearly apart: ``follow`` is 1 or 0."""
+    for k in range(follow.shape[0]):
+        ax, ay, bx, by, wx, wy = edges(r, k)
+        room = CLEARLY * (ax * ax + ay * ay + bx * bx + by * by + wx * wx + wy * wy)
+        may = not overlap.in_front(ax, ay, bx, by, wx, wy, -room)
+        follow[k] = (state[k] != APART) | (may & overlap.may_overlap(ax, ay, bx, by, wx, wy, CLEARLY))
+
+
+@njit(**PASS)
+def drop_apart(t, r, contact, count):
+    """Follow no further which of these contacts are apart, do not touch, and do not lie beside each other."""
+    gather_edges(t, r, contact)
+    gather_angles(t, r, contact)
+    for k in range(contact.shape[0]):
+        r[OFFSET + k], r[LIFT + k] = 0.0, 0.0
+    arrangements(r, contact.shape[0], t.skin)
+    overlaps(r, contact.shape[0])
+    for k in range(count):
+        t.follow[contact[k]] = (r[TOUCH + k] != NOT) | (r[STANDS + k] == BESIDE)
+
+
+@njit(**PASS)
+def _list(follow, first, last, active, place):
+    """List contacts with a ``follow`` of 1 from ``place`` on; returns where the list ends."""
+    for begin in range(first, last, STRIP):
+        end, number = min(begin + STRIP, last), 0
+        for c in range(begin, end):
+            number += follow[c]
+        for c in range(begin, end if number > 0 else begin):  # of edges that are only near most strips have none
+            active[place] = c
+            place += follow[c]
+    return place
+
+
+@njit(**PASS)
+def list_followed(t, r, contact, first, last, place):
+    """List followed contacts from ``place`` on; returns where the list ends. ``r`` and ``contact`` are scratch."""
+    active, state, follow = t.active, t.state, t.follow
+    for begin in range(first, last, BLOCK):
+        end = min(begin + BLOCK, last)
+        for c in range(begin, end):
+            contact[c - begin] = c
+        gather_edges(t, r, contact[: end - begin])
+        find_followed(r, state[begin:end], follow[begin:end])
+        until, count = _list(follow, begin, end, active, place), 0
+        for k in range(place, until):
+            contact[count] = active[k]
+            count += state[active[k]] == APART
+        filled = (count + LANES - 1) // LANES * LANES
+        for k in range(count, filled):  # whole vectors, as in the chunks that follow
+            contact[k] = contact[count - 1]
+        drop_apart(t, r, contact[:filled], count)
+        for k in range(place, until):
+            c = active[k]
+            active[place] = c
+            place += follow[c]
+    return place
+
+
+@njit(**PASS)
 def close(r, count):
     """Which of them are closed, and their opening, Eq. (16): of the others overlap, length and opening are 0."""
     for k in range(count):
@@ -196,9 +251,10 @@ def settle(r, k):
 
 
 def edges_of(t, rows, contact):
-    """Fill all ``rows`` (n, ...) with the edges of contacts, chunk by chunk; called from Python."""
+    """Fill all ``rows`` (n, ...) with the edges and angles of contacts, chunk by chunk; called from Python."""
     for n in range(rows.shape[0]):
         gather_edges(t, rows[n], contact[n * BLOCK : (n + 1) * BLOCK])
+        gather_angles(t, rows[n], contact[n * BLOCK : (n + 1) * BLOCK])
 
 
 def overlaps_of(rows):

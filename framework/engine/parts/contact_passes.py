@@ -238,7 +238,9 @@ def contact_step(t, time_step, thread):
     deep, listed = 0, first
     for g in range(t.laws.address.shape[0]):
         begin = listed
-        listed = geometry.list_followed(t, max(first, t.laws.first[g]), min(last, t.laws.last[g]), listed)
+        listed = geometry.list_followed(
+            t, t.rows[thread], t.chunk[thread], max(first, t.laws.first[g]), min(last, t.laws.last[g]), listed
+        )
         for k in range(begin, listed, BLOCK):
             count = min(listed - k, BLOCK)
             filled = (count + LANES - 1) // LANES * LANES
