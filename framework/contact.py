@@ -50,6 +50,11 @@ class ContactLaw(metaclass=Checked):
         """Normal and shear stiffness (Pa/m) of the first response; the stable step starts from them."""
 
     @property
+    def retardation_time(self) -> float:
+        """Viscosity over stiffness (s) of dashpots beside the bond, the largest: it shortens the stable step."""
+        return 0.0
+
+    @property
     def exceptions(self) -> dict[str, str]:
         """Properties of :func:`grainlaw.check_law` that the law is known to break: why and by how much.
 

@@ -9,6 +9,7 @@ from grainlaw.laws.friction import Friction
 from grainlaw.laws.linear import Linear
 from grainlaw.laws.mohr_coulomb import MohrCoulomb
 from grainlaw.laws.munjiza import MunjizaJoint, Unloading
+from grainlaw.laws.rate_dependent import CowperSymonds, JohnsonCook, RateDependent, RateEffect
 from grainlaw.laws.readings import OtherMode, PrePeak, Residual, SofteningLength, TensionShear
 from grainlaw.laws.softening import (
     EvansMarathe,
@@ -18,6 +19,8 @@ from grainlaw.laws.softening import (
     PeterssonSoftening,
     Softening,
 )
+from grainlaw.laws.static_fatigue import CharlesGrowth, ExponentialGrowth, Growth, StaticFatigue
+from grainlaw.laws.viscous import Viscous
 from grainlaw.laws.weibull import WeibullField
 from grainlaw.laws.xu_needleman import Coupling, XuNeedleman
 
@@ -26,13 +29,18 @@ __all__ = [
     "BartonBandis",
     "BilinearMixedMode",
     "CamachoOrtiz",
+    "CharlesGrowth",
     "Closure",
     "CohesiveCrack",
     "Coupling",
+    "CowperSymonds",
     "EvansMarathe",
+    "ExponentialGrowth",
     "ExponentialSoftening",
     "Friction",
+    "Growth",
     "HordijkSoftening",
+    "JohnsonCook",
     "Linear",
     "LinearClosure",
     "LinearSoftening",
@@ -41,12 +49,16 @@ __all__ = [
     "OtherMode",
     "PeterssonSoftening",
     "PrePeak",
+    "RateDependent",
+    "RateEffect",
     "Residual",
     "Roughness",
     "Softening",
     "SofteningLength",
+    "StaticFatigue",
     "TensionShear",
     "Unloading",
+    "Viscous",
     "WeibullField",
     "XuNeedleman",
 ]

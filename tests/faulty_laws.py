@@ -208,6 +208,37 @@ class Overflows(Hillerborg):
         return normal, shear * (1 + 0.01 * (int(abs(slip) * 1e32) % 3)), damage, widest
 
 
+@attrs.frozen(kw_only=True)
+class Pushes(Hillerborg):
+    """A dashpot of the wrong sign."""
+
+    def traction(self, opening, slip, time_step, before, damage, widest):
+        normal, shear, damage, widest = self.softened(opening, slip, damage, max(widest, opening), self.energy)
+        rate = (opening - before) / time_step if time_step > 0 else 0.0
+        return normal - 1e7 * rate, shear, opening, damage, widest
+
+
+@attrs.frozen(kw_only=True)
+class Stays(Hillerborg):
+    """Stiffer by a tenth wherever time passes, however slow."""
+
+    def traction(self, opening, slip, time_step, damage, widest):
+        normal, shear, damage, widest = self.softened(opening, slip, damage, max(widest, opening), self.energy)
+        return (1.1 if time_step > 0 else 1.0) * normal, shear, damage, widest
+
+
+@attrs.frozen(kw_only=True)
+class Around(gl.ContactLaw):
+    """Around another law, and not that law at rest."""
+
+    law: gl.ContactLaw = Hillerborg()
+    stiffness = property(lambda self: self.law.stiffness)
+
+    def traction(self, opening, slip, time_step, *law):
+        answer = self.law.traction(opening, 0.99 * slip, *law)
+        return (answer[0], 0.99 * answer[1], *answer[2:])
+
+
 FAULTS = {
     Heals: "damage",
     Overshoots: "damage",
@@ -227,4 +258,7 @@ FAULTS = {
     Unitless: "units",
     Stops: "compiled",
     Overflows: "compiled",
+    Pushes: "rate",
+    Stays: "rate",
+    Around: "rate",
 }

@@ -58,7 +58,7 @@ def test_the_path_is_told_in_numbers():
     assert "mode_i: 51.6" in str(report)
     assert "(+5.0" in str(report)
     assert gl.check_law(Loose(), compiled=False)["stiffness"].size == pytest.approx(0.02)
-    assert "TooTough fails 1 of 10 properties" in str(report)
+    assert "TooTough fails 1 of 11 properties" in str(report)
 
 
 @pytest.mark.parametrize(

@@ -21,9 +21,11 @@ from grainlaw.laws import (
     CohesiveCrack,
     Coupling,
     EvansMarathe,
+    ExponentialGrowth,
     ExponentialSoftening,
     Friction,
     HordijkSoftening,
+    JohnsonCook,
     Linear,
     LinearClosure,
     LinearSoftening,
@@ -32,10 +34,13 @@ from grainlaw.laws import (
     OtherMode,
     PeterssonSoftening,
     PrePeak,
+    RateDependent,
     Residual,
     SofteningLength,
+    StaticFatigue,
     TensionShear,
     Unloading,
+    Viscous,
     XuNeedleman,
 )
 from grainlaw.laws.closure import Closure
@@ -46,6 +51,7 @@ from grainlaw.workbench.trace import trace
 STIFF = {"kn": 1.05e14, "ks": 9.45e13}
 STRONG = {**STIFF, "tensile_strength": 13e6, "cohesion": 29e6, "friction_angle": 54, "residual_friction_angle": 20}
 ENERGIES = {"mode_i_energy": 15, "mode_ii_energy": 30}  # a break at 3 um: short paths
+BRITTLE = MohrCoulomb(**STRONG)
 CCM = CohesiveCrack(**STRONG, **ENERGIES)
 JOINT = MunjizaJoint(**STRONG, **ENERGIES)
 EVEN = {name: value for name, value in STRONG.items() if name != "friction_angle"}  # whatever the pressure
@@ -77,7 +83,7 @@ LAWS = {
     "Linear": Linear(**STIFF),
     "Friction": Friction(**STIFF, friction_angle=30),
     "Friction-Bandis": Friction(**STIFF, friction_angle=30, closure=BandisClosure(maximum_closure=5e-6)),
-    "MohrCoulomb": MohrCoulomb(**STRONG),
+    "MohrCoulomb": BRITTLE,
     "MohrCoulomb-residual": MohrCoulomb(
         **STRONG, residual_tensile_strength=1e6, residual_cohesion=5e6, dilation_angle=15
     ),
@@ -106,6 +112,13 @@ LAWS = {
     "BartonBandis-end": attrs.evolve(ROUGH, dilation_end=2e-6),
     "BartonBandis-steep": attrs.evolve(ROUGH, dilation_angle=40),
     "BartonBandis-linear": attrs.evolve(ROUGH, dilation_angle=0, closure=LinearClosure()),
+    "RateDependent": RateDependent(law=CCM),
+    "RateDependent-logarithm": RateDependent(law=BRITTLE, effect=JohnsonCook()),
+    "Viscous": Viscous(law=JOINT, retardation=1e-7),
+    "StaticFatigue": StaticFatigue(law=CCM, rate=1.0),
+    "StaticFatigue-exponential": StaticFatigue(law=ELLIPSES, rate=1.0, growth=ExponentialGrowth()),
+    "StaticFatigue-brittle": StaticFatigue(law=BRITTLE, rate=1.0),
+    "three": StaticFatigue(law=Viscous(law=RateDependent(law=BRITTLE), retardation=1e-7), rate=1.0),
 }
 COHESIVE = {name: law for name, law in (LAWS | COMBINED).items() if isinstance(law, CohesiveCrack)}
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)

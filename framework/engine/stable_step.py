@@ -61,13 +61,14 @@ class StableStep:
     def step(self, integrator: Integrator) -> float:
         """Stable time step (s) of an integrator: infinite for a free grain that cannot meet another.
 
-        A contact's dashpot shortens it by sqrt(1 + b^2) - b, where b is its share of the critical damping: its force
-        is taken from the velocity half a step before.
+        A dashpot of a contact or a law shortens it by sqrt(1 + b^2) - b, where b is its share of the critical damping:
+        its force is taken from the velocity half a step before.
         """
         if self.frequency == 0:
             return math.inf
-        detection = self.state.contacts.detection
+        detection, groups = self.state.contacts.detection, (*self.state.bonds.groups, *self.state.contacts.groups)
         damping = 0.0 if detection is None else detection.damping
+        damping += max((group.law.retardation_time for group in groups), default=0.0) * self.frequency / 2
         return integrator.stable_step(self.frequency) * (math.sqrt(1 + damping**2) - damping)
 
     @property

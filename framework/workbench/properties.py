@@ -18,6 +18,7 @@ from grainlaw.workbench.driver import run_together
 from grainlaw.workbench.finding import Finding, place, words
 from grainlaw.workbench.first_response import first_response
 from grainlaw.workbench.friction_property import friction
+from grainlaw.workbench.rate_property import rate
 from grainlaw.workbench.refined import Response
 
 ROUNDING = 1e-12
@@ -205,5 +206,6 @@ PROPERTIES: dict[str, Callable[[Bench], Finding | None]] = {
     "continuity": no_jump,
     "finite": finite,
     "friction": friction,
+    "rate": rate,
     "no hidden state": no_hidden_state,
 }

@@ -1,0 +1,67 @@
+"""What the modifiers of laws share: the law that they modify, and its strength made larger or smaller.
+
+``factor * traction(opening / factor, slip / factor)`` keeps the stiffness and the friction of a law; its strengths, and
+the displacements at which it softens and breaks, are those of before times the factor, its fracture energies times the
+square.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.contact import ContactLaw, memory_names
+from grainlaw.laws.closure import LinearClosure
+from grainlaw.messages import refusal
+from grainlaw.parameter import ParameterError
+
+
+def _is_law(component: Any, attribute: Any, value: Any) -> None:
+    if not isinstance(value, ContactLaw):
+        raise refusal(f"{type(component).__name__}: law", value, "a ContactLaw")
+    kind = type(component)
+    if any(type(law) is kind for law in _within(value)):
+        raise ParameterError(f"{kind.__name__}: law is not allowed to be a {kind.__name__}: give the parameters of one")
+
+
+def modified_law() -> Any:
+    """Declare the law that a modifier is around; none modifies its own kind."""
+    return attrs.field(validator=_is_law)
+
+
+def _within(law: Any) -> Iterator[Any]:
+    """A law, and the laws that it modifies."""
+    while isinstance(law, ContactLaw):
+        yield law
+        law = getattr(law, "law", None)
+
+
+def innermost(law: Any) -> Any:
+    """The law that modifiers are around."""
+    return list(_within(law))[-1]
+
+
+def refuse_without_damage(component: Any) -> None:
+    """Refuse a law to modify that does not count its damage."""
+    if "damage" not in memory_names(component.law):
+        name = type(component.law).__name__
+        raise ParameterError(
+            f"{type(component).__name__}: law = {name} is not allowed, it must have a damage in its memory"
+        )
+
+
+def refuse_what_does_not_scale(component: Any) -> None:
+    """Refuse a law to modify whose strength cannot be scaled.
+
+    It must count its damage; closure and lift are lengths of the faces, which do not follow the strength of the bond.
+    """
+    refuse_without_damage(component)
+    own, law = type(component).__name__, innermost(component.law)
+    name = type(law).__name__
+    if not isinstance(getattr(law, "closure", LinearClosure()), LinearClosure):
+        raise ParameterError(f"{own}: law = {name} is not allowed with a closure that stiffens, give a LinearClosure")
+    if "dilation" in memory_names(law) and np.any(getattr(law, "dilation_angle", 1.0)):
+        raise ParameterError(f"{own}: law = {name} is not allowed with dilation, give dilation_angle = 0")
