@@ -175,6 +175,21 @@ class AtRest(Condition):
 
 
 @attrs.frozen(kw_only=True)
+class Ageing(metaclass=Checked):
+    """Time that passes in jumps while a specimen is at rest under the loads of a stage.
+
+    Whenever two successive samples are at rest, to the ``ratio`` of :class:`AtRest`, bonds whose law has a ``fatigue``
+    in its memory age under the displacements that they have: by as much time as lets the fatigue of no bond grow by
+    more than ``largest_growth``, and no farther than ``duration`` in all. Then the specimen goes to the next
+    equilibrium by its motion.
+    """
+
+    duration: float = parameter("s")
+    largest_growth: float = parameter("1", default=0.02, above=0, at_most=0.5)
+    ratio: float = parameter("1", default=1e-4)
+
+
+@attrs.frozen(kw_only=True)
 class Stage(metaclass=Checked):
     """What is imposed, and until when. Boundaries and axes on which nothing is imposed are free."""
 
@@ -190,6 +205,7 @@ class Stage(metaclass=Checked):
     fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
     sample_limit: int = whole_number(default=100_000, at_least=1)  #: the run stops with an error after so many samples
     static: bool = False  #: bring the specimen under its loads by static solutions, in motion where they do not exist
+    ageing: Ageing | None = None  #: time that passes in jumps, beside that of the steps
     expected: int | None = whole_number(default=None, at_least=1)  #: samples to its end, if known; a loading needs it
 
     def __attrs_post_init__(self) -> None:

@@ -2,6 +2,7 @@
 
 from grainlaw.protocols.biaxial_compression import BiaxialCompression
 from grainlaw.protocols.brazilian import Brazilian
+from grainlaw.protocols.creep import Creep
 from grainlaw.protocols.cyclic import Cyclic
 from grainlaw.protocols.direct_shear import DirectShear
 from grainlaw.protocols.free_motion import FreeMotion
@@ -15,6 +16,7 @@ from grainlaw.protocols.uniaxial_tension import UniaxialTension
 __all__ = [
     "BiaxialCompression",
     "Brazilian",
+    "Creep",
     "Cyclic",
     "DirectShear",
     "FreeMotion",

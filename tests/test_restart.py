@@ -11,8 +11,16 @@ from test_determinism import PAIRS, SOFT, several_minerals, varied
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle, together
-from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, MunjizaJoint
-from grainlaw.protocols import BiaxialCompression, Cyclic, DirectShear, FreeMotion, UniaxialCompression, UniaxialTension
+from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, MunjizaJoint, StaticFatigue
+from grainlaw.protocols import (
+    BiaxialCompression,
+    Creep,
+    Cyclic,
+    DirectShear,
+    FreeMotion,
+    UniaxialCompression,
+    UniaxialTension,
+)
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs import execution
 from grainlaw.runs.stopping import Stop, Stopped
@@ -37,6 +45,8 @@ SHEAR = DirectShear(
     reverse_to=0,
 )
 JOINT = MunjizaJoint(**STRONG, mode_i_energy=20, mode_ii_energy=40, closure=BandisClosure(maximum_closure=5e-6))
+SOUND = attrs.evolve(WEAK, tensile_strength=10 * MPa, friction_angle=25)
+AGING = StaticFatigue(law=SOUND, rate=1.0)
 
 #: specimen, law, test, options; what each is for
 CASES = {
@@ -61,6 +71,7 @@ CASES = {
     "several stages": (small_sample(), WEAK, Cyclic(test=PULL, levels=(1e-4, 2e-4)), {}),
     "minerals": (several_minerals({0: small_sample().material, 1: SOFT}), PAIRS, PULL, {}),
     "random strength": (small_sample(), varied(small_sample()), PULL, {}),
+    "jumps of time": (small_sample(12), AGING, Creep(load=75 * MPa, duration=1.0, largest_growth=0.2), {}),
 }  # fmt: skip
 LONG = ("contacts after failure", "servo", "gravity, contacts, halts", "a closure that stiffens")
 

@@ -13,6 +13,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols import (
     BiaxialCompression,
     Brazilian,
+    Creep,
     Cyclic,
     DirectShear,
     JointTension,
@@ -65,6 +66,7 @@ SETUPS = {
         Setup(UniaxialTension, PRISM, SMALL_PRISM),
         Setup(BiaxialCompression, PRISM, SMALL_PRISM),
         Setup(Brazilian, DISC | _grains(400), DISC | _grains(80)),
+        Setup(Creep, PRISM, SMALL_PRISM),
         Setup(Cyclic, PRISM, SMALL_PRISM),
         Setup(ThreePointBending, BEAM | NOTCHED | _grains(400), BEAM | NOTCHED | _grains(80)),
         Setup(SemiCircularBend, HALF_DISC | NOTCHED | _grains(400), HALF_DISC | NOTCHED | _grains(80)),

@@ -13,6 +13,7 @@ import numpy as np
 from grainlaw.columns import ENERGY, SPENT, SUPPLIED
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.contact import Laws
+from grainlaw.engine.ageing import age_at_rest
 from grainlaw.engine.diagnosis import fastest, first_fault
 from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbalanced
 from grainlaw.engine.stable_step import StableStep
@@ -114,6 +115,8 @@ class Execution:
                 self.at.finished = self.at.stage == len(self.stages) - 1
                 self.at.stage += not self.at.finished
                 return
+            if stage.ageing is not None:
+                age_at_rest(self.state, stage.ageing, self.columns.since(self.at.first_sample))
             if self.folder is not None and self.folder.checkpoint_is_due():
                 self._save(self.moment())
         raise StageError(

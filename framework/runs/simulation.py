@@ -10,6 +10,7 @@ import attrs
 from grainlaw.arguments import checked, is_number
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
+from grainlaw.engine.ageing import check_ageing
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
@@ -77,6 +78,7 @@ def simulate(
         raise ParameterError("simulate: restart and overwrite need a checkpoint, the folder of the run")
     ask_first_questions(law, detection)
     stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
+    check_ageing(law, stages)
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
     warn_of_scales(specimen, law, stages)

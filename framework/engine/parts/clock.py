@@ -17,15 +17,18 @@ class ClockBooks(NamedTuple):
     time_step: Changing  #: (1,) s, of the last steps
     since_time: Changing  #: (1,) s, when this time step began
     since_steps: Changing  #: (1,) steps done by then
+    aged: Changing  #: (1,) s that passed in jumps, beside the time of the steps
+    jumps: Changing  #: (1,)
+    waited: Changing  #: (1,) samples since the last jump
+    aged_loss: Changing  #: (1,) J that contact points have lost in jumps
 
 
 class Clock(Part):
     """Time and steps. The time of a step is the same to the last digit, however many steps are done in one call."""
 
     def __init__(self) -> None:
-        self.books = ClockBooks(
-            np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(1), np.zeros(1), np.zeros(1, dtype=np.int64)
-        )
+        whole = ("steps", "since_steps", "jumps", "waited")
+        self.books = ClockBooks(*(np.zeros(1, dtype=int if name in whole else float) for name in ClockBooks._fields))
 
     @property
     def time(self) -> float:
@@ -36,6 +39,11 @@ class Clock(Part):
     def steps(self) -> int:
         """Steps done."""
         return int(self.books.steps[0])
+
+    @property
+    def aged(self) -> float:
+        """s that passed in jumps."""
+        return float(self.books.aged[0])
 
     def next_times(self, count: int, time_step: float) -> np.ndarray:
         """(count,) s of the next steps."""

@@ -1,0 +1,177 @@
+"""Creep: a specimen under a load that is held, until it fails."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.columns import LATERAL_STRAIN, SHEAR_CRACKS, STAGE, STRAIN, TENSILE_CRACKS, TIME
+from grainlaw.engine.state import State
+from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.parameter import ParameterError, parameter, part, whole_number
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols.measures import end_share
+from grainlaw.protocols.platens import Platens, held_across, measure_between_platens, require_ends
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Ageing, AtRest, Condition, Curves, Drive, Hold, Pressure, Reaches, Stage, StageError
+
+SAMPLES = 10  #: in the ramp
+LOST = 1e-3  #: share of the strength that bonds may lose while the load is applied, in the mean
+AGED, JUMPS, AGED_LOSS, FATIGUE = "aged", "jumps", "aged_loss", "fatigue"
+
+
+@attrs.frozen
+class Bears(Condition):
+    """At rest under the load; the test ends with an error if the specimen fails before."""
+
+    rest: AtRest
+    load: float  #: Pa
+    largest: float  #: strain
+
+    def progress(self, curves: Curves) -> float:
+        if curves[STRAIN][-1] > self.largest:
+            raise StageError(
+                f"Creep: the specimen failed under the load of {self.load * 1e-6:g} MPa as it was applied, before any "
+                "time has passed; it must be lower than the strength"
+            )
+        if (lost := float(curves[FATIGUE][-1])) > LOST:
+            raise StageError(
+                f"Creep: bonds have lost {lost:.2g} of their strength in the {float(curves[TIME][-1]):.2g} s of the "
+                "run in which the load is applied: the rate of fatigue is too high for it"
+            )
+        return self.rest.progress(curves)
+
+
+@attrs.frozen
+class Collapses(Condition):
+    """The strain has grown by a ``growth`` since the stage began."""
+
+    growth: float
+
+    def progress(self, curves: Curves) -> float:
+        return float((curves[STRAIN][-1] - curves[STRAIN][0]) / self.growth)
+
+
+@attrs.frozen(kw_only=True)
+class Creep(LoadingProtocol):
+    """Hold an axial stress, with or without confinement, and let time pass until the specimen fails.
+
+    The load rises in the time ``ramp`` of the run and is held by the upper platen, which moves as one body. Then time
+    passes in jumps from equilibrium to equilibrium (:class:`~grainlaw.Ageing`). The test ends after ``duration``, or
+    where the strain has grown by ``failure_strain`` while the load was held. Compression counts positive. Bonds need a
+    law that ages, such as ``StaticFatigue``.
+    """
+
+    load: float = parameter("Pa")  #: axial stress, with the confinement
+    duration: float = parameter("s", usual=(1e-3, 1e12))
+    confinement: float = parameter("Pa", default=0.0, at_least=0)
+    largest_growth: float = parameter("1", default=0.02, above=0, at_most=0.5)  #: of fatigue in a jump
+    failure_strain: float = parameter("1", default=5e-3, above=0, below=0.5)
+    ramp: float = parameter("s", default=2e-4)  #: time of the run in which the load rises
+    platens: Platens = part(Platens, Platens.SMOOTH)
+    ratio: float = parameter("1", default=1e-4)  #: at which the specimen counts as at rest
+    most_samples: int = whole_number(default=100_000, at_least=100)
+    integrator: Integrator = part(Integrator, CentralDifference())
+
+    def __attrs_post_init__(self) -> None:
+        if self.load <= self.confinement:
+            raise ParameterError(
+                f"Creep: load = {self.load:g} Pa is not allowed, it must be above confinement = {self.confinement:g} Pa"
+            )
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        require_ends(specimen, type(self).__name__)
+        largest = 2 * self.failure_strain
+        bears = Bears(AtRest(self.ratio), self.load, largest)
+        stages = [self._stage(specimen, "load", self.confinement, self.load, until=[bears])]
+        if self.confinement:
+            rest = Bears(AtRest(self.ratio), self.confinement, largest)
+            stages.insert(0, self._stage(specimen, "confine", 0.0, self.confinement, until=[rest]))
+        ageing = Ageing(duration=self.duration, largest_growth=self.largest_growth, ratio=self.ratio)
+        ends = [Reaches(AGED, self.duration), Collapses(self.failure_strain)]
+        return [*stages, self._stage(specimen, "creep", self.load, self.load, until=ends, ageing=ageing)]
+
+    def _stage(self, specimen: Specimen, name: str, start: float, end: float, **more: Any) -> Stage:
+        share, confining = end_share(specimen), name == "confine"
+        lateral = held_across(specimen, self.platens) is Platens.ROUGH
+        sides = ("left", "right") if self.confinement else ()
+        ramp = 0.0 if name == "creep" else self.ramp
+        return Stage(
+            name=name,
+            drives=[
+                Hold(boundary="top", axis=1, stress=-end * share, start=-start * share, ramp=ramp),
+                Drive(boundary="bottom", axis=1, speed=0.0),
+                *(Drive(boundary=end_, axis=0, speed=0.0) for end_ in ("top", "bottom") if lateral),
+            ],
+            pressures=[
+                Pressure(boundary=side, pressure=self.confinement, ramp=self.ramp if confining else 0.0)
+                for side in sides
+            ],
+            interval=self.ramp / SAMPLES,
+            static=confining,
+            integrator=self.integrator,
+            sample_limit=self.most_samples,
+            **more,
+        )
+
+    def measure(self, state: State) -> dict[str, float]:
+        """As uniaxial compression; ``aged`` (s), ``jumps``, mean ``fatigue`` and ``aged_loss`` (J per metre) so far."""
+        books = state.clock.books
+        return {
+            **measure_between_platens(state, -1.0),
+            AGED: state.clock.aged,
+            JUMPS: float(books.jumps[0]),
+            AGED_LOSS: float(books.aged_loss[0]),
+            FATIGUE: float(state.memory(FATIGUE).mean()) if len(state.bonds) else 0.0,
+        }
+
+    @staticmethod
+    def curve(curves: Curves) -> Mapping[str, np.ndarray]:
+        """Time (s), strain, lateral strain and number of cracks at each equilibrium while the load is held.
+
+        The last sample before each jump; of a specimen that fails not the samples of its failure.
+        """
+        held = np.flatnonzero(curves[STAGE] == curves[STAGE].max())
+        jumps = curves[JUMPS][held]
+        last = held[np.flatnonzero(np.diff(jumps) > 0)]
+        rows = last if len(last) else held[:1]
+        return {
+            "time": curves[AGED][rows],
+            "strain": curves[STRAIN][rows],
+            "lateral_strain": curves[LATERAL_STRAIN][rows],
+            "cracks": curves[TENSILE_CRACKS][rows] + curves[SHEAR_CRACKS][rows],
+        }
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Time to failure (s, nan if it has not failed), strains, the lowest rate of strain (1/s) and when, cracks."""
+        held = np.flatnonzero(curves[STAGE] == curves[STAGE].max())
+        rested = self.curve(curves)
+        failed = bool(curves[STRAIN][-1] - curves[STRAIN][held[0]] >= self.failure_strain)
+        rate, when = lowest_rate(rested["time"], rested["strain"])
+        return {
+            "load": self.load,
+            "confinement": self.confinement,
+            "failed": failed,
+            "time_to_failure": float(rested["time"][-1]) if failed else float("nan"),
+            "initial_strain": float(rested["strain"][0]),
+            "creep_strain": float(rested["strain"][-1] - rested["strain"][0]),
+            "lowest_rate": rate,
+            "time_of_lowest_rate": when,
+            "cracks_at_first": int(rested["cracks"][0]),
+            "cracks": int(rested["cracks"][-1]),
+            "jumps": int(curves[JUMPS][-1]),
+        }
+
+
+def lowest_rate(time: np.ndarray, strain: np.ndarray, parts: int = 10) -> tuple[float, float]:
+    """The lowest mean rate of strain (1/s) over a tenth of the growth of the strain, and the middle of its time (s)."""
+    if len(time) < 3 or strain[-1] <= strain[0]:
+        return float("nan"), float("nan")
+    ends = np.linspace(strain[0], strain[-1], parts + 1)
+    reached = time[np.minimum(np.searchsorted(np.maximum.accumulate(strain), ends), len(time) - 1)]
+    lasts = np.diff(reached)
+    k = int(np.argmax(lasts))
+    return float((ends[1] - ends[0]) / lasts[k]) if lasts[k] > 0 else float("nan"), float(reached[k : k + 2].mean())

@@ -1,0 +1,175 @@
+"""Time jumped over: bars under a held load against the growth law, and small specimens that creep."""
+
+import attrs
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from support import STIFF, small_sample
+
+import grainlaw as gl
+from grainlaw.columns import ENERGY, SPENT, STAGE, SUPPLIED
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.laws import BandisClosure, CharlesGrowth, CohesiveCrack, ExponentialGrowth, MohrCoulomb, StaticFatigue
+from grainlaw.protocols import Creep
+from grainlaw.units import MPa, mm
+
+STRENGTH, RATE = 10 * MPa, 1e-6
+BOND = MohrCoulomb(**STIFF, tensile_strength=STRENGTH, cohesion=30 * MPa, friction_angle=30)
+ROCK = gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.0, density=3000)
+SOFT = CohesiveCrack(
+    **STIFF, tensile_strength=10 * MPa, cohesion=25 * MPa, friction_angle=25, residual_friction_angle=15,
+    mode_i_energy=30, mode_ii_energy=100,
+)  # fmt: skip
+AGING = StaticFatigue(law=SOFT, rate=1.0, growth=CharlesGrowth(exponent=20))
+CREEP = Creep(load=75 * MPa, duration=1e3, largest_growth=0.1)
+
+
+@attrs.frozen(kw_only=True)
+class HeldTension(gl.LoadingProtocol):
+    """Pull a specimen by a force that is held until a bond breaks."""
+
+    stress: float = gl.parameter("Pa")
+    duration: float = gl.parameter("s")
+    largest_growth: float = gl.parameter("1", default=0.02)
+
+    def stages(self, specimen):
+        held = [gl.Drive(boundary="bottom", axis=1, speed=0.0)]
+        common = {"interval": 2e-6, "integrator": gl.CentralDifference()}
+        rise = gl.Hold(boundary="top", axis=1, stress=self.stress, ramp=2e-5)
+        hold = gl.Hold(boundary="top", axis=1, stress=self.stress, start=self.stress)
+        ageing = gl.Ageing(duration=self.duration, largest_growth=self.largest_growth, ratio=1e-6)
+        ends = [gl.Reaches("broken", 1), gl.Reaches("aged", self.duration)]
+        return [
+            gl.Stage(name="pull", drives=[rise, *held], until=[gl.AtRest(1e-6)], static=True, **common),
+            gl.Stage(name="hold", drives=[hold, *held], until=ends, ageing=ageing, **common),
+        ]
+
+    def measure(self, state):
+        broken, fatigue = (state.memory(name) for name in ("damage", "fatigue"))
+        return {"aged": state.clock.aged, "broken": float((broken >= 1).sum()), "fatigue": float(fatigue.max())}
+
+    def summary(self, curves, specimen):
+        return {"time": float(curves["aged"][-1]), "broken": float(curves["broken"][-1])}
+
+
+def bar(blocks):
+    return gl.Specimen(Bricks(rows=blocks, columns=1).tessellate(rectangle(4 * mm, 4 * mm * blocks)), ROCK)
+
+
+def lasts(load, exponent):
+    """s, by hand: the integral of ds / (rate load^n s^(3 - n)) from the load to 1."""
+    return (1 - load ** (exponent - 2)) / ((exponent - 2) * RATE * load**exponent)
+
+
+def failed_after(specimen, load, growth, largest_growth=0.02):
+    law = StaticFatigue(law=BOND, rate=RATE, growth=growth)
+    test = HeldTension(stress=load * STRENGTH, duration=1e16, largest_growth=largest_growth)
+    run = gl.simulate(specimen, law, test, threads=1, frames=1)
+    assert run.summary["broken"] >= 1
+    return run.summary["time"]
+
+
+@pytest.mark.parametrize("load", [0.5, 0.8])
+def test_a_bond_under_a_held_tension(load):
+    """Longer than by hand by no more than the last jump, in which the strength falls from above the load by 0.02."""
+    exact, found = lasts(load, 20.0), failed_after(bar(2), load, CharlesGrowth(exponent=20))
+    last = ((load + 0.02) ** 18 - load**18) / (1 - load**18)
+    assert exact * (1 - 1e-4) <= found <= exact * (1 + last + 1e-4)
+
+
+def test_smaller_jumps_come_nearer():
+    exact = lasts(0.8, 20.0)
+    coarse, fine = (failed_after(bar(2), 0.8, CharlesGrowth(exponent=20), growth) for growth in (0.1, 0.005))
+    assert abs(fine - exact) < 0.003 * exact
+    assert abs(fine - exact) < abs(coarse - exact) / 4
+
+
+def test_bonds_in_series_fail_with_the_first():
+    """Each bears the same tension, so a bar of four blocks lasts as long as one of two."""
+    growth = CharlesGrowth(exponent=20)
+    assert failed_after(bar(4), 0.8, growth) == pytest.approx(failed_after(bar(2), 0.8, growth), rel=1e-3)
+
+
+def test_exponential_growth_in_a_bar():
+    exact = quad(lambda s: np.exp(25 * (1 - 0.7 / s)) / RATE, 0.7, 1)[0]
+    found = failed_after(bar(2), 0.7, ExponentialGrowth(activation=25), 0.005)
+    assert found == pytest.approx(exact, rel=0.01)
+
+
+def test_the_slope_of_time_over_load():
+    """In logarithms minus the exponent, at loads of which the power n - 2 is nothing."""
+    loads = np.array([0.35, 0.5])
+    times = [failed_after(bar(2), load, CharlesGrowth(exponent=20)) for load in loads]
+    assert np.diff(np.log(times))[0] / np.diff(np.log(loads))[0] == pytest.approx(-20, abs=0.01)
+
+
+@pytest.fixture(scope="module")
+def crept():
+    return gl.simulate(small_sample(30), AGING, CREEP, threads=1, frames=1)
+
+
+def test_energy_closes_through_jumps(crept):
+    c = crept.curves
+    assert crept.summary["jumps"] > 10
+    assert crept.summary["cracks"] > crept.summary["cracks_at_first"]
+    supplied = c[ENERGY + SUPPLIED]
+    assert np.abs(supplied - sum(c[ENERGY + kind] for kind in SPENT)).max() < 1e-6 * supplied.max()
+    assert np.diff(c["aged_loss"]).min() >= -1e-9 * supplied.max()  # jumps take energy and give none
+
+
+def test_strain_grows_and_time_passes(crept):
+    curve = Creep.curve(crept.curves)
+    held = crept.curves[STAGE] == crept.curves[STAGE].max()
+    assert np.all(np.diff(curve["time"]) > 0)
+    assert curve["strain"][-1] > curve["strain"][0]
+    assert np.all(np.diff(crept.curves["fatigue"][held]) >= 0)
+
+
+def test_threads_give_the_same_bits(crept):
+    again = gl.simulate(small_sample(30), AGING, CREEP, threads=2, frames=1)
+    for name, values in crept.curves.items():
+        assert np.array_equal(values, again.curves[name]), name
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Creep(load=5 * MPa, duration=1.0, confinement=5 * MPa), "above confinement"),
+        (lambda: Creep(load=5 * MPa, duration=0.0), "duration"),
+        (lambda: gl.Ageing(duration=1.0, largest_growth=0.7), "largest_growth"),
+        (lambda: StaticFatigue(law=attrs.evolve(SOFT, closure=BandisClosure(maximum_closure=1e-5)), rate=1), "closure"),
+    ],
+)
+def test_what_is_refused(make, message):
+    with pytest.raises(gl.ParameterError, match=message):
+        make()
+
+
+def test_a_law_that_does_not_age_is_refused():
+    with pytest.raises(gl.ParameterError, match=r"no bond ages.*StaticFatigue"):
+        gl.simulate(small_sample(12), SOFT, CREEP, threads=1)
+
+
+def test_a_rate_at_which_nothing_lasts_stops_the_run():
+    """In the time of the run, and in the first jump."""
+    law = attrs.evolve(AGING, rate=1e20)
+    with pytest.raises(gl.StageError, match=r"of the run in which the load is applied: the rate of fatigue is too"):
+        gl.simulate(small_sample(12), law, CREEP, threads=1, frames=1)
+    law = StaticFatigue(law=BOND, rate=1e3)
+    with pytest.raises(gl.StageError, match=r"1e\+20 s: the rate of fatigue is too high"):
+        gl.simulate(bar(2), law, HeldTension(stress=0.8 * STRENGTH, duration=1e20), threads=1, frames=1)
+
+
+def test_a_load_above_the_strength_stops_the_run():
+    with pytest.raises(gl.StageError, match="failed under the load of 900 MPa as it was applied"):
+        gl.simulate(small_sample(12), AGING, attrs.evolve(CREEP, load=900 * MPa), threads=1, frames=1)
+
+
+def test_confinement_is_held_too():
+    test = attrs.evolve(CREEP, confinement=5 * MPa, duration=1e-3)
+    run = gl.simulate(small_sample(12), AGING, test, threads=1, frames=1)
+    assert run.summary["jumps"] == 1
+    assert not run.summary["failed"]
+    last = {name: values[-1] for name, values in run.curves.items()}
+    assert last["stress"] == pytest.approx(75 * MPa, rel=1e-3)
+    assert last["strain"] > 70 * MPa / 60e9  # grains alone; bonds add to it
