@@ -156,6 +156,16 @@ def check_materials(page):
     assert -page["pressed"].stress[-1, 1] == pytest.approx(60e6, rel=1e-6)  # twice the strength, as the text says
 
 
+def check_time(page):
+    assert page["report"].passed, page["report"]
+    assert page["pulled"].normal[-1] == pytest.approx(1.05e14 * 5e-8 + 1e7 * 1.0)
+    assert page["quick"].normal.max() == pytest.approx(15.6e6, rel=1e-3)  # as the text says
+    assert page["lasted"] == pytest.approx(4.73e6, abs=2 * 1.2e4)
+    assert page["lasted"] == pytest.approx(4.74e6)
+    assert np.all(np.diff(page["curve"]["time"]) > 0)
+    assert page["result"].summary["failed"]
+
+
 def check_calibration(page):
     found = page["found"]
     named = set(re.findall(r"`(\w+)`", PAGES["docs/calibration.md"]))
@@ -171,6 +181,7 @@ def check_calibration(page):
 
 CHECKS = {
     "docs/materials.md": check_materials,
+    "docs/time.md": check_time,
     "docs/calibration.md": check_calibration,
     "docs/textures.md": check_textures, "docs/studies.md": check_studies,
     "docs/reliability.md": check_reliability,
