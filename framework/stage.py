@@ -178,7 +178,8 @@ class AtRest(Condition):
 class Ageing(metaclass=Checked):
     """Time that passes in jumps while a specimen is at rest under the loads of a stage.
 
-    Whenever two successive samples are at rest, to the ``ratio`` of :class:`AtRest`, bonds whose law has a ``fatigue``
+    Whenever two successive samples are at rest, to the ``ratio`` of :class:`AtRest` and but for pieces that fly free
+    (then the loads do no work), bonds whose law has a ``fatigue``
     in its memory age under the displacements that they have: by as much time as lets the fatigue of no bond grow by
     more than ``largest_growth``, and no farther than ``duration`` in all. Then the specimen goes to the next
     equilibrium by its motion.

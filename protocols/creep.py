@@ -152,7 +152,7 @@ class Creep(LoadingProtocol):
         failed = bool(curves[STRAIN][-1] - curves[STRAIN][held[0]] >= self.failure_strain)
         rate, when = lowest_rate(rested["time"], rested["strain"])
         return {
-            "load": self.load,
+            "held_stress": self.load,
             "confinement": self.confinement,
             "failed": failed,
             "time_to_failure": float(rested["time"][-1]) if failed else float("nan"),

@@ -8,6 +8,7 @@ from support import STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.columns import ENERGY, SPENT, STAGE, SUPPLIED
+from grainlaw.engine.ageing import rests
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CharlesGrowth, CohesiveCrack, ExponentialGrowth, MohrCoulomb, StaticFatigue
 from grainlaw.protocols import Creep
@@ -129,6 +130,20 @@ def test_threads_give_the_same_bits(crept):
     again = gl.simulate(small_sample(30), AGING, CREEP, threads=2, frames=1)
     for name, values in crept.curves.items():
         assert np.array_equal(values, again.curves[name]), name
+
+
+@pytest.mark.parametrize(
+    ("unbalanced", "motion", "work", "at_rest"),
+    [
+        ([1e-3, 5e-5, 4e-5], [1e-2, 9e-5, 8e-5], [1.0, 1.1, 1.2], True),
+        ([1e-3, 5e-5, 4e-4], [1e-2, 9e-5, 8e-5], [1.0, 1.0, 1.0], False),  # forces do not balance
+        ([1e-5, 1e-5, 1e-5], [0.1, 0.1, 0.1], [1.0, 1.0, 1.0], True),  # a piece flies
+        ([1e-5, 1e-5, 1e-5], [0.1, 0.1, 0.1], [1.0, 1.001, 1.002], False),  # the load goes down steadily
+    ],
+)
+def test_when_a_specimen_rests(unbalanced, motion, work, at_rest):
+    curves = {"unbalanced": unbalanced, "motion": motion, ENERGY + SUPPLIED: work}
+    assert rests({name: np.array(values) for name, values in curves.items()}, 1e-4) is at_rest
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from grainlaw.columns import MOTION, UNBALANCED
+from grainlaw.columns import ENERGY, MOTION, SUPPLIED, UNBALANCED
 from grainlaw.contact import Laws, law_arguments
 from grainlaw.engine.dissipation import stored
 from grainlaw.engine.parts.laws import LawGroup
@@ -18,6 +18,7 @@ from grainlaw.stage import Ageing, Curves, Stage, StageError
 
 FATIGUE = "fatigue"  #: name of the memory that jumps are bounded by
 RESTS = 2  #: successive samples at rest before a jump
+STILL = 0.01  #: of the ratio: work of the loads in a sample, over that so far, of a specimen whose pieces fly
 HALVINGS = 60  #: of the interval in which the length of a jump is sought, in logarithms
 SHORTEST = 1e-15  #: of the duration: the first jump is longer, or the bonds do not last
 NEARLY = 0.9  #: of the largest growth: near enough
@@ -38,7 +39,7 @@ def age_at_rest(state: State, ageing: Ageing, curves: Curves) -> None:
     """Let time pass if a specimen is at rest, by its ``curves`` in this stage. Raises :class:`StageError`."""
     books = state.clock.books
     books.waited[0] += 1
-    if books.waited[0] < RESTS or max(curves[name][-RESTS:].max() for name in (UNBALANCED, MOTION)) > ageing.ratio:
+    if books.waited[0] < RESTS or not rests(curves, ageing.ratio):
         return
     left = ageing.duration - state.clock.aged
     if left <= 0:
@@ -57,6 +58,17 @@ def age_at_rest(state: State, ageing: Ageing, curves: Curves) -> None:
     books.aged[0] = ageing.duration if seconds == left else books.aged[0] + seconds
     books.jumps[0] += 1
     books.waited[0] = 0
+
+
+def rests(curves: Curves, ratio: float) -> bool:
+    """Whether a specimen was at rest in the last samples, but for pieces that fly free.
+
+    Where forces balance and the loads do no work any more, what motion there is, is that of pieces that nothing slows.
+    """
+    unbalanced, motion = (curves[name][-RESTS:] for name in (UNBALANCED, MOTION))
+    supplied = curves[ENERGY + SUPPLIED][-RESTS - 1 :]
+    still = np.abs(np.diff(supplied)).max() <= STILL * ratio * np.abs(supplied).max() if len(supplied) > 1 else False
+    return bool(unbalanced.max() <= ratio and (motion.max() <= ratio or still))
 
 
 def _aging(state: State) -> Iterator[LawGroup]:
