@@ -22,7 +22,7 @@ from grainlaw.parameter import ParameterError
 DOCS = Path(__file__).parents[1] / "docs"
 NEEDED = {
     "biaxial-compression": {"confinement": "4 MPa"}, "direct-shear": {"normal_stress": "1 MPa"},
-    "cyclic": {"levels": [0.001, 0.002]},
+    "creep": {"load": "80 MPa", "duration": 1e6}, "cyclic": {"levels": [0.001, 0.002]},
 }  # fmt: skip
 
 
