@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.memory import as_floats, names_of_memory
+from grainlaw.memory import as_floats, names_of_arguments, only_memory
 from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
@@ -74,7 +74,10 @@ class ContactLaw(metaclass=Checked):
         ``opening`` and ``slip`` (m) are the relative displacement of grain B against A along the normal and the
         tangent. The arguments after ``slip`` are the memory, by name, zero at the start. The framework knows
         ``damage`` (0 intact to 1 broken, never decreasing), ``mode`` (share of shear in the damage, 0 to 1) and
-        ``dilation`` (m, how far slip has lifted the faces: they press where the opening is less).
+        ``dilation`` (m, how far slip has lifted the faces: they press where the opening is less). An argument
+        ``time_step`` is no memory: it is the time (s) since the law was asked last, and 0 where no time passes, as on
+        trial or along a curve. ``*law`` at the end hands on what a part ``law`` takes there, as in
+        ``self.law.traction(opening, slip, *law)``.
         """
 
 
@@ -193,12 +196,17 @@ def check_names(specimen: Specimen, laws: Laws) -> None:
         raise ParameterError(f"law: {strange[0]!r} names what the grains do not have ({known})")
 
 
-def memory_names(law: ContactLaw) -> tuple[str, ...]:
-    """Names of a law's memory: the arguments of its ``traction`` after ``opening`` and ``slip``.
+def law_arguments(law: ContactLaw) -> tuple[str, ...]:
+    """Names of what a law's ``traction`` takes after ``opening`` and ``slip``: scalars of the step, and its memory.
 
     Raises :class:`ParameterError` where there are no such two, and for memory without a name or a start at zero.
     """
-    return names_of_memory(law, "traction", "opening and slip", 2)
+    return names_of_arguments(law, "traction", "opening and slip", 2)
+
+
+def memory_names(law: ContactLaw) -> tuple[str, ...]:
+    """Names of a law's memory. Raises :class:`ParameterError` as :func:`law_arguments` does."""
+    return only_memory(law_arguments(law))
 
 
 def answered(law: ContactLaw, names: tuple[str, ...], answer: Any) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.memory import as_floats, names_of_memory
+from grainlaw.memory import as_floats, names_of_arguments, only_memory
 from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, parameter, part
 
@@ -128,14 +128,20 @@ class Rigid(metaclass=Checked):
     density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
 
 
-def material_memory(material: Material) -> tuple[str, ...]:
-    """Names of a material's memory: the arguments of its ``stress`` after the strain.
+def material_arguments(material: Material, method: str = "stress") -> tuple[str, ...]:
+    """Names of what ``stress`` or ``energy`` takes after the strain: scalars of the step, and the memory.
 
-    Raises :class:`ParameterError` where there is no such strain, and for memory without a name or a start at zero; also
-    where ``energy`` does not take the same.
+    Raises :class:`ParameterError` where there is no such strain, and for memory without a name or a start at zero.
     """
-    names = names_of_memory(material, "stress", "exx, eyy and exy", 3)
-    own = names_of_memory(material, "energy", "exx, eyy and exy", 3)
+    return names_of_arguments(material, method, "exx, eyy and exy", 3)
+
+
+def material_memory(material: Material) -> tuple[str, ...]:
+    """Names of a material's memory. Raises :class:`ParameterError` as :func:`material_arguments` does.
+
+    Also where ``energy`` does not take the same.
+    """
+    names, own = (only_memory(material_arguments(material, method)) for method in ("stress", "energy"))
     if own != names:
         raise ParameterError(
             f"{type(material).__name__}.energy takes the memory ({', '.join(own)}), it must take that of stress "

@@ -81,6 +81,7 @@ def compile_for():
     assert private.compile_for(jitted, (nb.float64,)) is code
     assert private.compile_for(jitted, (nb.int64,)) is not code
     assert private.compile_for(jitted, (nb.float64,)) is code
+    assert private.compile_for(njit(lambda *x: x[1]), (nb.int64, nb.float64)).signature.return_type == nb.float64
 
 
 def return_type():

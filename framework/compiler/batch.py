@@ -28,8 +28,9 @@ from grainlaw.compiler.fingerprint import NotCompilable, fingerprint
 from grainlaw.compiler.loops import has_loop, interruptible
 from grainlaw.compiler.numba_private import address_of, compile_for
 from grainlaw.compiler.structure import Structure, other_numbers, spread
-from grainlaw.contact import ContactLaw, memory_names
-from grainlaw.material import Material, material_memory
+from grainlaw.contact import ContactLaw, law_arguments
+from grainlaw.material import Material, material_arguments, material_memory
+from grainlaw.memory import SCALARS, only_memory, only_scalars
 
 __all__ = ["CompilationError", "Compiled", "compile_integrator", "compile_law", "compile_material"]
 
@@ -64,13 +65,17 @@ class _Writer:
 class _Point:
     """A scalar method that answers for one point: names of what it is given and of what it finds.
 
-    The memory of the point follows what it is given, and what it finds unless it only reads the memory.
+    Scalars of the step and the memory of the point follow what it is given; the memory follows what it finds unless it
+    only reads it.
     """
 
     name: str
     given: tuple[str, ...]
     found: tuple[str, ...]
     keeps: bool = True
+    arguments: tuple[str, ...] = ()  #: names of all that follows what it is given: scalars of the step, and memory
+    memory: tuple[str, ...] = ()  #: in the order in which it is returned
+    scalars: tuple[str, ...] = ()
 
 
 _TRACTION = _Point("traction", ("opening", "slip"), ("normal", "shear"))
@@ -78,16 +83,15 @@ _STRESS = _Point("stress", ("exx", "eyy", "exy"), ("sxx", "syy", "sxy"))
 _ENERGY = _Point("energy", ("exx", "eyy", "exy"), ("stored",), keeps=False)
 
 
-_PointMemory = tuple[_Point, tuple[str, ...]] | None  #: a method of one point, and its memory
-
-
-def _point_source(writer: _Writer, method: _Point, memory: tuple[str, ...]) -> str:
-    p = [f"p{i}" for i in range(writer.numbers)]
+def _point_source(writer: _Writer, method: _Point) -> str:
+    memory = method.memory
+    p = [*(f"p{i}" for i in range(writer.numbers)), *method.scalars]  # scalars are the last of the numbers
     r = [f"r{i}" for i in range(writer.rows)]
     m = [f"m{i}" for i in range(len(memory))]
     ends = (*method.given, *method.found)
     rows = ", ".join([*p, *r, *m, *ends])
-    values = ", ".join(f"{name}[c]" for name in (*method.given, *m))
+    others = (name if name in method.scalars else f"m{memory.index(name)}[c]" for name in method.arguments)
+    values = ", ".join([*(f"{name}[c]" for name in method.given), *others])
     results = ", ".join(f"{name}[c]" for name in (*method.found, *(m if method.keeps else ())))
     given = [f"P[{k}]" for k in range(len(p))]
     given += [f"R[{k}, :n]" for k in range(len(r))] + [f"M[{k}, :n]" for k in range(len(m))]
@@ -143,6 +147,13 @@ class Compiled:
     keep: Any = attrs.field(repr=False)  #: owns the machine code
     structure: Structure = attrs.field(repr=False)
     found: int = 2  #: numbers that a point answers with, beside its memory
+    scalars: tuple[str, ...] = ()  #: scalars of the step that it names: the last of its numbers
+
+    def tell(self, **scalars: float) -> None:
+        """Give scalars of the step new values; those that the component does not name do not concern it."""
+        for name, value in scalars.items():
+            if name in self.scalars:
+                self.numbers[self.scalars.index(name) - len(self.scalars)] = value
 
     def batch(self, *rows: np.ndarray) -> tuple[np.ndarray, ...]:
         """What n points of one component answer, each (n,): tractions, or a stress.
@@ -190,22 +201,28 @@ class _Scalar:
 
 def compile_law(law: ContactLaw, count: int = 1) -> Compiled:
     """Compile ``law.traction`` for groups of ``count`` contacts. Raises :class:`CompilationError`."""
-    return _compile_point(law, _TRACTION, memory_names(law), count)
+    return _compile_point(law, _TRACTION, law_arguments(law), count)
 
 
 def compile_material(material: Material, count: int = 1) -> tuple[Compiled, Compiled]:
     """Compile ``material.stress`` and ``material.energy`` for ``count`` grains. Raises :class:`CompilationError`."""
-    memory = material_memory(material)
-    return _compile_point(material, _STRESS, memory, count), _compile_point(material, _ENERGY, memory, count)
+    material_memory(material)
+    stress, energy = (
+        _compile_point(material, method, material_arguments(material, method.name), count)
+        for method in (_STRESS, _ENERGY)
+    )
+    return stress, energy
 
 
-def _compile_point(component: Any, method: _Point, memory: tuple[str, ...], count: int) -> Compiled:
-    size, found = len(method.given) + len(memory), len(method.found)
+def _compile_point(component: Any, method: _Point, arguments: tuple[str, ...], count: int) -> Compiled:
+    memory, scalars, found = only_memory(arguments), only_scalars(arguments), len(method.found)
+    method = attrs.evolve(method, arguments=arguments, memory=memory, scalars=scalars)
     ends = (_POINTER,) * (len(method.given) + found)
     signature = (_POINTER, _POINTER, nb.int64, _POINTER, nb.int64, *ends, nb.int64)
-    scalar = _Scalar(method.name, size, found + method.keeps * len(memory))
-    made = _compile(component, (scalar,), (method, memory), signature, count)
-    return attrs.evolve(made, memory=memory, found=found)
+    scalar = _Scalar(method.name, len(method.given) + len(arguments), found + method.keeps * len(memory))
+    made = _compile(component, (scalar,), method, signature, count)
+    numbers = np.append(made.numbers, [SCALARS[name] for name in scalars])
+    return attrs.evolve(made, numbers=numbers, memory=memory, scalars=scalars, found=found)
 
 
 def compile_integrator(integrator: Any, before: Compiled | None = None) -> Compiled:
@@ -230,13 +247,16 @@ _done: dict[str, Any] = {}  #: by key
 _one_at_a_time = threading.RLock()
 
 
-def _compile(component: Any, methods: tuple[_Scalar, ...], point: _PointMemory, signature: Any, count: int) -> Compiled:
+def _compile(
+    component: Any, methods: tuple[_Scalar, ...], point: _Point | None, signature: Any, count: int
+) -> Compiled:
     if not attrs.has(type(component)):
         raise CompilationError(f"{type(component).__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
     try:
         struct, numbers, rows = spread(component, [method.name for method in methods], count)
         functions = [function for part in struct for function in part.methods.values()]
-        key = fingerprint(*functions, extra=(_entry_key(), methods[0].name, point and point[1], struct.describe()))
+        names = point and (point.arguments, point.memory)
+        key = fingerprint(*functions, extra=(_entry_key(), methods[0].name, names, struct.describe()))
         with _one_at_a_time:
             if key not in _done:
                 _done[key] = stored(key, signature) or _build(struct, methods, point, signature, key)
@@ -246,7 +266,7 @@ def _compile(component: Any, methods: tuple[_Scalar, ...], point: _PointMemory, 
     return Compiled(address_of(code), numbers, rows, (), key, has_loop(functions), code, struct)
 
 
-def _build(struct: Structure, methods: tuple[_Scalar, ...], point: _PointMemory, signature: Any, key: str) -> Any:
+def _build(struct: Structure, methods: tuple[_Scalar, ...], point: _Point | None, signature: Any, key: str) -> Any:
     tell_compiling(type(struct.component).__name__)
     compilation = Compilation(struct, key)
     for method in methods:
@@ -254,7 +274,7 @@ def _build(struct: Structure, methods: tuple[_Scalar, ...], point: _PointMemory,
         if problem:
             raise refusal(struct.component, method.name, problem)
     writer = _Writer(compilation)
-    source = _integrator_source(writer) if point is None else _point_source(writer, *point)
+    source = _integrator_source(writer) if point is None else _point_source(writer, point)
     scalars = {method.name: compilation.copy(struct.methods[method.name]) for method in methods}
     scope = {"__name__": __name__, "carray": carray, **scalars, **writer.scope}
     exec(compile(source, f"<batch of {type(struct.component).__name__}>", "exec"), scope)

@@ -6,6 +6,7 @@ version of numba does not fit. That is why pyproject.toml bounds the version of 
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Callable
 from typing import Any
@@ -73,6 +74,8 @@ def definition(thing: Any) -> Any:
 
 def compile_for(jitted: Any, signature: tuple[Any, ...]) -> Any:
     """Compile a jitted function for the types of its arguments; the result owns the machine code."""
+    if jitted.py_func.__code__.co_flags & inspect.CO_VARARGS:  # numba compiles for one tuple in place of ``*law``
+        _, signature = jitted._compiler.fold_argument_types(signature, {})
     jitted.compile(signature)
     return jitted.overloads[signature]
 

@@ -14,6 +14,7 @@ from grainlaw.engine.hand_over import hand_over
 from grainlaw.engine.parts.contact_passes import DEEP, LEAVING, MOVED
 from grainlaw.engine.state import State
 from grainlaw.engine.thread_count import ThreadCount
+from grainlaw.memory import SCALARS
 
 
 class InstabilityError(ArithmeticError):
@@ -53,9 +54,22 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int | Th
             return
 
 
+def tell(state: State, **scalars: float) -> None:
+    """Give laws and materials that name them new values of scalars of the step (:data:`grainlaw.memory.SCALARS`)."""
+    for group in (*state.bonds.groups, *state.contacts.groups):
+        group.compiled.tell(**scalars)
+    for zones in state.materials.groups:
+        zones.stress.tell(**scalars)
+        zones.energy.tell(**scalars)
+
+
 def _run(state: State, threads: int, chunk: step.Chunk, loops: bool) -> tuple[int, list[int]]:
     """Do a chunk; how many of its steps were done, and the sum of the threads' tallies."""
     parts = state.shared(threads)
-    done = interruptible(lambda: step.run(threads, parts, chunk)) if loops else step.run(threads, parts, chunk)
+    tell(state, time_step=chunk.time_step)
+    try:
+        done = interruptible(lambda: step.run(threads, parts, chunk)) if loops else step.run(threads, parts, chunk)
+    finally:
+        tell(state, time_step=SCALARS["time_step"])  # who asks a law between steps does so outside of time
     state.boundaries.platens.take_back(parts.platens)
     return done, parts.contacts.tally.sum(axis=0).tolist()

@@ -11,7 +11,8 @@ import numpy as np
 
 from grainlaw.arguments import Checked, fits
 from grainlaw.compiler.batch import Compiled, compile_law
-from grainlaw.contact import ContactLaw, answered, declared_stiffness, memory_names
+from grainlaw.contact import ContactLaw, answered, declared_stiffness, law_arguments
+from grainlaw.memory import SCALARS, only_memory, with_scalars
 from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.workbench.endless import refuse_endless
@@ -50,15 +51,21 @@ class Contact:
     """A law's answers for one contact, as floats: interpreted, or by the ``compiled`` code that a simulation runs.
 
     An ArithmeticError or ValueError inside the law becomes nan and its words are kept in ``error``, so that a fault can
-    be reported with its place; with ``raises`` it goes through.
+    be reported with its place; with ``raises`` it goes through. ``time_step`` (s) passes at each answer.
     """
 
-    def __init__(self, law: ContactLaw, *, compiled: bool = False, raises: bool = False) -> None:
-        self.law = law
-        self.names = memory_names(law)
+    def __init__(
+        self, law: ContactLaw, *, compiled: bool = False, raises: bool = False, time_step: float = 0.0
+    ) -> None:
+        self.law, arguments = law, law_arguments(law)
+        self.names = only_memory(arguments)
         self.start = (0.0,) * len(self.names)
         self.error = ""
-        self._respond = compile_law(law).respond if compiled else law.traction
+        self._respond = with_scalars(law.traction, arguments, SCALARS | {"time_step": time_step})
+        if compiled:
+            code = compile_law(law)
+            code.tell(time_step=time_step)
+            self._respond = code.respond
         self._caught = () if raises else (ArithmeticError, ValueError)
 
     def step(self, opening: float, slip: float, state: Iterable[float]) -> tuple[float, ...]:

@@ -14,9 +14,10 @@ from grainlaw.workbench.driver import Contact, Trace
 
 
 @checked
-def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False) -> Trace:
+def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False, time_step: float = 0.0) -> Trace:
     """Drive one contact alone along arrays of ``opening`` and ``slip`` (m; either may be a single number).
 
+    For a law that knows time, ``time_step`` (s) passes from point to point; at 0 no time passes.
     Interpreted, or through the ``compiled`` code a simulation runs; both agree to 1e-12. Raises TypeError for a law
     that returns anything but its two tractions and its memory, ParameterError for arrays that are no path.
     """
@@ -26,8 +27,10 @@ def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False) -
             f"trace: opening of shape {ends[0].shape} and slip of shape {ends[1].shape} are not allowed, they must be "
             "numbers or (i,) arrays of equal length"
         )
+    if not (np.isfinite(time_step) and time_step >= 0):
+        raise refusal("trace: time_step", time_step, "a finite number of at least 0 (s)")
     points = np.stack(np.broadcast_arrays(*map(np.atleast_1d, ends)), axis=1)
-    return Contact(law, compiled=compiled, raises=True).trace(points.tolist())
+    return Contact(law, compiled=compiled, raises=True, time_step=time_step).trace(points.tolist())
 
 
 def _path(name: str, value: Any) -> np.ndarray:

@@ -12,7 +12,8 @@ from scipy.optimize import root
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.compiler.batch import compile_material
-from grainlaw.material import Material, material_memory, stiffness_of, stress_answered
+from grainlaw.material import Material, material_arguments, material_memory, stiffness_of, stress_answered
+from grainlaw.memory import SCALARS, with_scalars
 from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, parameters
 
@@ -47,8 +48,10 @@ class Zone:
         self.material, self.names, self.error = material, material_memory(material), ""
         self.start = (0.0,) * len(self.names)
         self.stiffness = stiffness_of(material)[0]  #: (3, 3) Pa over exx, eyy and the shear angle
-        self._stress: Callable[..., Any] = material.stress
-        self._energy: Callable[..., Any] = material.energy
+        self._stress: Callable[..., Any] = with_scalars(material.stress, material_arguments(material), SCALARS)
+        self._energy: Callable[..., Any] = with_scalars(
+            material.energy, material_arguments(material, "energy"), SCALARS
+        )
         if compiled:
             self._stress, self._energy = (code.respond for code in compile_material(material))
         self._compiled = compiled
