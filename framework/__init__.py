@@ -48,7 +48,19 @@ from grainlaw.runs.parallel import Run
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import ContactPoints, EndPoints, GaussPoints, InsetPoints, Specimen
-from grainlaw.stage import AtRest, Condition, Drive, FailsTo, FallsTo, Hold, Pressure, Reaches, Stage, StageError
+from grainlaw.stage import (
+    AtRest,
+    ComesTo,
+    Condition,
+    Drive,
+    FailsTo,
+    FallsTo,
+    Hold,
+    Pressure,
+    Reaches,
+    Stage,
+    StageError,
+)
 from grainlaw.studies.design import latin_hypercube, sobol
 from grainlaw.studies.envelope import (
     HoekBrownFit,
@@ -80,6 +92,7 @@ __all__ = [
     "Calibration",
     "CentralDifference",
     "Characteristics",
+    "ComesTo",
     "Comparison",
     "CompilationError",
     "Condition",

@@ -5,6 +5,7 @@ from grainlaw.protocols.brazilian import Brazilian
 from grainlaw.protocols.cyclic import Cyclic
 from grainlaw.protocols.direct_shear import DirectShear
 from grainlaw.protocols.free_motion import FreeMotion
+from grainlaw.protocols.heating import Heating, Held
 from grainlaw.protocols.joint_tension import JointTension
 from grainlaw.protocols.platens import Moving, Platens
 from grainlaw.protocols.semi_circular_bend import SemiCircularBend
@@ -18,6 +19,8 @@ __all__ = [
     "Cyclic",
     "DirectShear",
     "FreeMotion",
+    "Heating",
+    "Held",
     "JointTension",
     "Moving",
     "Platens",

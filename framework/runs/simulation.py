@@ -79,6 +79,9 @@ def simulate(
     stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
+    for stage in stages:
+        if stage.temperature is not None:
+            specimen.check_temperature(f"Stage '{stage.name}': temperature", stage.temperature)
     warn_of_scales(specimen, law, stages)
     check_memory(specimen, frames)
     stop = stop or Stop()

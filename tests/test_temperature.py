@@ -1,0 +1,184 @@
+"""Thermal expansion against closed forms: one grain, held samples, a bimaterial strip, an inclusion; heat as energy."""
+
+import itertools
+
+import attrs
+import numpy as np
+import pytest
+from support import small_sample
+
+import grainlaw as gl
+from grainlaw.engine.stable_step import StableStep
+from grainlaw.engine.state import State
+from grainlaw.engine.steady import steady_motion
+from grainlaw.geometry import Bricks, from_polygons, rectangle
+from grainlaw.laws import Linear, MohrCoulomb
+from grainlaw.materials import MohrCoulombPlastic, Thermal, TransverselyIsotropic
+from grainlaw.protocols import Heating
+from grainlaw.protocols.heating import Held
+from grainlaw.results.result import energy_error
+
+E, NU, ALPHA, WARMER = 60e9, 0.25, 8e-6, 100.0
+ELASTIC = gl.Elastic(youngs_modulus=E, poissons_ratio=NU, density=2650)
+WARM = Thermal(material=ELASTIC, expansion=ALPHA)
+STRONG = MohrCoulomb(kn=1e15, ks=1e15, tensile_strength=1e9, cohesion=1e9, friction_angle=30)
+HARD = Linear(kn=1e17, ks=1e17)  # between grains of mm: of no account
+SLOW = gl.Constant(speed=1e5)  # K/s: some thousand steps
+
+
+def one_grain(material):
+    return gl.Specimen(Bricks(rows=1, columns=1).tessellate(rectangle(10e-3, 10e-3)), material)
+
+
+def heated(specimen, held, law=STRONG, to=20 + WARMER, test=None, **options):
+    protocol = Heating(to=to, held=held, samples=10, loading=SLOW, test=test)
+    return gl.simulate(specimen, law, protocol, threads=1, frames=2, **options)
+
+
+def per_kelvin(specimen, law, drives=()):
+    """(i, 2) m/K of the nodes, of the static solution that a stage begins with."""
+    state = State(specimen, law)
+    state.begin(gl.Stage(name="heat", temperature=21, drives=drives, loading=SLOW, interval=0.1, expected=10))
+    stable = StableStep(state)
+    return state.grains.nodes_at(steady_motion(state, stable.stiffness(), stable.frequency)).T
+
+
+PLANE_STRESS = attrs.evolve(ELASTIC, plane=gl.Plane.STRESS)
+SHARE = (1 + NU) / (1 - NU)  # of a free strain that one direction in the plane takes where the two others are held
+
+
+@pytest.mark.parametrize(
+    ("material", "held", "strain", "stress"),
+    [
+        (ELASTIC, Held.BOTTOM, (1 + NU, 1 + NU), (0, 0)),
+        (ELASTIC, Held.ENDS, (SHARE, 0), (0, -1 / (1 - NU))),
+        (ELASTIC, Held.ALL, (0, 0), (-1 / (1 - 2 * NU), -1 / (1 - 2 * NU))),
+        (PLANE_STRESS, Held.BOTTOM, (1, 1), (0, 0)),
+        (PLANE_STRESS, Held.ALL, (0, 0), (-1 / (1 - NU), -1 / (1 - NU))),
+    ],
+)
+def test_one_grain_expands_where_it_may(material, held, strain, stress):
+    curves = heated(one_grain(Thermal(material=material, expansion=ALPHA)), held).curves
+    assert curves["temperature"][-1] == 20 + WARMER
+    free = ALPHA * WARMER
+    for axis, wanted, held_back in zip("xy", strain, stress, strict=True):
+        assert curves[f"expansion_{axis}"][-1] == pytest.approx(wanted * free, abs=2e-3 * free)  # strains of 0.1 %
+        assert curves[f"stress_{axis}"][-1] == pytest.approx(held_back * E * free, abs=3e-3 * E * free)
+
+
+def test_a_bonded_sample_expands_as_one_grain_and_returns():
+    result = heated(small_sample(grains=12, material=WARM), Held.BOTTOM, to=(120, 20))
+    curves, hot = result.curves, np.flatnonzero(result.curves["temperature"] == 120)[0]
+    free = (1 + NU) * ALPHA * WARMER
+    for axis in "xy":
+        assert curves[f"expansion_{axis}"][hot] == pytest.approx(free, rel=1e-3)
+        assert curves[f"expansion_{axis}"][-1] == pytest.approx(0, abs=1e-3 * free)
+        assert abs(curves[f"stress_{axis}"][hot]) < 1e-3 * E * free
+    assert energy_error(curves) < 1e-6
+    assert result.summary["thermal_cracks"] == 0
+
+
+def test_two_grains_between_walls_press_their_contact():
+    height, kn = 5e-3, 1e15
+    grains = Bricks(rows=2, columns=1).tessellate(rectangle(10e-3, 2 * height))
+    curves = heated(gl.Specimen(grains, WARM), Held.ALL).curves
+    oedometer = E * (1 - NU) / ((1 + NU) * (1 - 2 * NU))
+    expected = -E * ALPHA * WARMER / (1 - 2 * NU) / (1 + oedometer / (2 * height * kn))
+    assert curves["stress_y"][-1] == pytest.approx(expected, rel=1e-3)
+
+
+def test_heat_is_in_the_ledger():
+    """Held, all that the zones store comes from heat; across the plane the free strain is held always."""
+    curves = heated(one_grain(WARM), Held.ALL, to=(120, 20)).curves
+    hot = np.flatnonzero(curves["temperature"] == 120)[0]
+    stored = (
+        1.5 * E * (ALPHA * WARMER) ** 2 / (1 - 2 * NU) * 1e-4
+    )  # sigma : elastic strain / 2, alike in all directions
+    assert curves["energy_zones"][hot] == pytest.approx(stored, rel=1e-3)
+    assert curves["energy_zones_thermal"][hot] == pytest.approx(-stored, rel=1e-3)
+    assert abs(curves["energy_zones_thermal"][-1]) < 1e-3 * stored
+    assert curves["energy_zones_dissipated"][-1] == 0
+    assert energy_error(curves) < 1e-6
+
+
+def test_plastic_grains_dissipate_what_heat_presses_out_of_them():
+    weak = MohrCoulombPlastic(
+        youngs_modulus=E, poissons_ratio=NU, density=2650, tensile_strength=5e6, cohesion=10e6, friction_angle=30
+    )
+    curves = heated(one_grain(Thermal(material=weak, expansion=ALPHA)), Held.ENDS).curves
+    strength = 2 * 10e6 * np.cos(np.radians(30)) / (1 - np.sin(np.radians(30)))  # Coulomb's, pressed along y and z
+    assert curves["stress_y"][-1] == pytest.approx(-strength, rel=1e-2)
+    assert curves["energy_zones_dissipated"][-1] > 0.1 * curves["energy_zones"][-1]
+    assert energy_error(curves) < 1e-6
+
+
+def test_a_foliated_grain_is_held_across_the_plane():
+    """An isotropic one, written with five constants, has the stresses of the elastic one."""
+    schist = TransverselyIsotropic(
+        youngs_modulus=E, youngs_modulus_across=E, poissons_ratio=NU, poissons_ratio_across=NU,
+        shear_modulus_across=E / (2 * (1 + NU)), density=2650, foliation_angle=25,
+    )  # fmt: skip
+    found, expected = (Thermal(material=m, expansion=ALPHA).stress(0, 0, 0, 120, 0.0) for m in (schist, ELASTIC))
+    assert found == pytest.approx(expected, abs=1e-9 * abs(expected[0]))
+    assert Thermal(material=schist, expansion=ALPHA).energy(0, 0, 0, 120, 0.0) == pytest.approx(
+        WARM.energy(0, 0, 0, 120, 0.0)
+    )
+
+
+def test_a_crystal_expands_along_its_axis():
+    crystal = Thermal(material=PLANE_STRESS, expansion=14e-6, expansion_along=8e-6, axis_angle=30)
+    turn = np.array([[np.cos(np.pi / 6), -np.sin(np.pi / 6)], [np.sin(np.pi / 6), np.cos(np.pi / 6)]])
+    free = turn @ np.diag([8e-6, 14e-6]) @ turn.T * WARMER
+    assert crystal.stress(free[0, 0], free[1, 1], free[0, 1], 120, 0.0) == pytest.approx((0, 0, 0), abs=1e-3)
+
+
+# --- static solutions ------------------------------------------------------------------------------------------------
+
+STIFFER = Thermal(material=attrs.evolve(ELASTIC, youngs_modulus=2 * E), expansion=2 * ALPHA)
+
+
+def strip_error(columns, refinement):
+    """Curvature of a strip of two layers, over Timoshenko's (1925, J. Opt. Soc. Am. 11, 233-255), less one.
+
+    In plane strain the moduli are E / (1 - nu^2) and the expansions (1 + nu) times those of a beam.
+    """
+    length, height = 40e-3, 4e-3
+    grains = Bricks(rows=2, columns=columns).tessellate(rectangle(length, height))
+    grains = attrs.evolve(grains, phase=(grains.centroids[:, 1] > height / 2).astype(int))
+    specimen = gl.Specimen(grains, {0: WARM, 1: STIFFER}, refinement=refinement)
+    u, x = per_kelvin(specimen, HARD), specimen.mesh.nodes
+    m, n = 1.0, 0.5  # layers of equal thickness; the upper one is twice as stiff
+    shape = 3 * (1 + m) ** 2 + (1 + m * n) * (m**2 + 1 / (m * n))
+    expected = 6 * (STIFFER.expansion.coefficient - ALPHA) * (1 + NU) * (1 + m) ** 2 / (height * shape)
+    middle = (np.abs(x[:, 0] - length / 2) < length / 4) & (x[:, 1] < 1e-9)
+    bent = np.polyfit(x[middle, 0], u[middle, 1], 2)[0] * 2
+    return abs(bent) / expected - 1
+
+
+def test_a_bimaterial_strip_curves_as_timoshenko_says():
+    assert abs(strip_error(20, 2)) < 0.02
+    assert abs(strip_error(20, 2)) < abs(strip_error(20, 1))
+
+
+def test_a_round_inclusion_is_pressed_by_its_expansion():
+    """Lame's cylinders in plane strain: a disc of radius a that expands more than the ring around it, up to b."""
+    a, rings, sectors = 1e-3, np.array([0.4, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0]), 48
+    angles = np.linspace(0, 2 * np.pi, sectors + 1)
+    ray = np.stack([np.cos(angles), np.sin(angles)], axis=1) * a
+    cells = [[(0, 0), rings[0] * ray[k], rings[0] * ray[k + 1]] for k in range(sectors)]
+    phases = [0] * sectors
+    for inner, outer in itertools.pairwise(rings):
+        cells += [[inner * ray[k], outer * ray[k], outer * ray[k + 1], inner * ray[k + 1]] for k in range(sectors)]
+        phases += [int(inner >= 1)] * sectors
+    hot = Thermal(material=ELASTIC, expansion=2 * ALPHA)
+    specimen = gl.Specimen(from_polygons(cells, phases), {0: hot, 1: WARM}, refinement=1)
+    u = per_kelvin(specimen, HARD)
+    distance = np.hypot(*specimen.mesh.nodes.T)
+    rim = np.abs(distance - a) < 1e-3 * a
+    moved = np.mean(np.sum(u[rim] * specimen.mesh.nodes[rim], axis=1) / distance[rim]) / a
+    misfit, wide = (1 + NU) * ALPHA, rings[-1] ** 2
+    ring = (1 + NU) * ((1 - 2 * NU) + wide) / (wide - 1) / E  # strain of the hole by a pressure of 1 in it
+    disc = (1 + NU) * (1 - 2 * NU) / E
+    pressure = misfit / (ring + disc)
+    expected = misfit + ring * pressure  # the ring's own free strain, and what the pressure widens it by
+    assert moved == pytest.approx(expected, rel=0.01)
