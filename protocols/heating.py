@@ -69,7 +69,7 @@ class Heating(LoadingProtocol):
     heats, cools and crushes. Strains of the test count from where the heating has left the specimen.
     """
 
-    to: tuple[float, ...] = attrs.field(converter=_temperatures)  #: °C
+    to: tuple[float, ...] = attrs.field(converter=_temperatures, metadata={"unit": "degC", "bounds": ""})
     test: LoadingProtocol | None = attrs.field(default=None, validator=_is_test)
     held: Held = part(Held, Held.BOTTOM)
     loading: Loading = part(Loading, Adaptive())  #: how fast the temperature changes

@@ -156,6 +156,13 @@ def check_materials(page):
     assert -page["pressed"].stress[-1, 1] == pytest.approx(60e6, rel=1e-6)  # twice the strength, as the text says
 
 
+def check_temperature(page):
+    assert page["pressed"] == pytest.approx(-96e9 * 0.013921 / (1 - 2 * 0.08))  # held: -E alpha / (1 - 2 nu)
+    assert page["report"].passed, page["report"]
+    assert page["heated"].curves["temperature"][-1] == 120
+    assert page["heated"].curves["expansion_x"][-1] == pytest.approx(1.08 * 8e-4, rel=5e-3)  # (1 + nu) times as much
+
+
 def check_calibration(page):
     found = page["found"]
     named = set(re.findall(r"`(\w+)`", PAGES["docs/calibration.md"]))
@@ -170,7 +177,7 @@ def check_calibration(page):
 
 
 CHECKS = {
-    "docs/materials.md": check_materials,
+    "docs/materials.md": check_materials, "docs/temperature.md": check_temperature,
     "docs/calibration.md": check_calibration,
     "docs/textures.md": check_textures, "docs/studies.md": check_studies,
     "docs/reliability.md": check_reliability,

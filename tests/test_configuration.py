@@ -22,7 +22,13 @@ from grainlaw.parameter import ParameterError
 DOCS = Path(__file__).parents[1] / "docs"
 NEEDED = {
     "biaxial-compression": {"confinement": "4 MPa"}, "direct-shear": {"normal_stress": "1 MPa"},
-    "cyclic": {"levels": [0.001, 0.002]},
+    "cyclic": {"levels": [0.001, 0.002]}, "heating": {"to": ["100 °C", 20]},
+}  # fmt: skip
+
+
+EXPANDS = {
+    "type": "thermal", "expansion": 8e-6,
+    "material": {"type": "elastic", "youngs_modulus": "60 GPa", "poissons_ratio": 0.25, "density": 2700},
 }  # fmt: skip
 
 
@@ -37,7 +43,8 @@ QUICK_AND_FULL += [(name, False) for name, setup in SETUPS.items() if setup.samp
 
 @pytest.mark.parametrize(("name", "quick"), QUICK_AND_FULL)
 def test_what_is_configured_is_configured_again_by_its_own_sections(name, quick):
-    first = configured(name, {"test": NEEDED.get(name, {}), "sample": {} if quick else {"grain_size": 0.012}}, quick)
+    sections = {"test": NEEDED.get(name, {}), "sample": {} if quick else {"grain_size": 0.012}}
+    first = configured(name, sections | ({"rock": EXPANDS} if name == "heating" else {}), quick)
     again = configured(name, tomllib.loads(toml(first.sections)))
     assert again.sections == first.sections
     for part in ("law", "protocol", "numerics"):
