@@ -29,7 +29,8 @@ ROCK = {
     "microcline": mineral(40, 0.32, 2560, MICROCLINE),
     "biotite": mineral(34, 0.25, 3050, BIOTITE),
 }
-BOND = {"kn": 1e14, "ks": 0.5e14, "tensile_strength": 13 * MPa, "cohesion": 40 * MPa, "friction_angle": 50}
+BOND = {"kn": 1e14, "ks": 0.5e14, "tensile_strength": 13 * MPa, "cohesion": 40 * MPa, "friction_angle": 50,
+        "residual_friction_angle": 35}  # fmt: skip
 LAWS = {"brittle": MohrCoulomb(**BOND), "cohesive": CohesiveCrack(**BOND, mode_i_energy=15, mode_ii_energy=30)}
 #: to the end: the load of a specimen in pieces falls by half at any time
 CRUSH = UniaxialCompression(loading=gl.Adaptive(rate=0.003), samples=200, stop_fraction=0, maximum_strain=0.008)
