@@ -150,8 +150,8 @@ class Reaches(Condition):
 class ComesTo(Condition):
     """A recorded quantity has come to a value, from either side."""
 
-    column: str
-    value: float = parameter("its own", above=-math.inf)
+    column: str  #: of the curves
+    value: float = parameter("its own", above=-math.inf)  #: value at which the stage ends
 
     def progress(self, curves: Curves) -> float:
         require("ComesTo", curves, self.column)

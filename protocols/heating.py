@@ -69,12 +69,13 @@ class Heating(LoadingProtocol):
     heats, cools and crushes. Strains of the test count from where the heating has left the specimen.
     """
 
+    #: one temperature, or several one after the other
     to: tuple[float, ...] = attrs.field(converter=_temperatures, metadata={"unit": "degC", "bounds": ""})
-    test: LoadingProtocol | None = attrs.field(default=None, validator=_is_test)
-    held: Held = part(Held, Held.BOTTOM)
+    test: LoadingProtocol | None = attrs.field(default=None, validator=_is_test)  #: what comes after it
+    held: Held = part(Held, Held.BOTTOM)  #: what is held meanwhile
     loading: Loading = part(Loading, Adaptive())  #: how fast the temperature changes
     samples: int = whole_number(default=100, at_least=10)  #: from one temperature to the next
-    integrator: Integrator = part(Integrator, CentralDifference())
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         sides = () if self.test is not None and self.held is not Held.ALL else ("left", "right")

@@ -35,7 +35,7 @@ class Expansion(metaclass=Checked):
 class ConstantExpansion(Expansion):
     """A strain in proportion to the temperature."""
 
-    coefficient: float = parameter("1/K", above=-math.inf, usual=(-2e-5, 1e-4))
+    coefficient: float = parameter("1/K", above=-math.inf, usual=(-2e-5, 1e-4))  #: free strain of one kelvin
 
     def strain(self, temperature: Any) -> Any:
         return self.coefficient * temperature
@@ -79,6 +79,7 @@ class ExpansionTable(Expansion):
     behind in every cycle, and energy with it.
     """
 
+    #: temperatures
     at: tuple[float, ...] = attrs.field(converter=_numbers, metadata={"unit": "degC", "bounds": "rising"})
     #: from any fixed temperature
     strains: tuple[float, ...] = attrs.field(converter=_numbers, metadata={"unit": "1", "bounds": ""})

@@ -52,10 +52,10 @@ class Thermal(Material):
     axis lies in the plane at ``axis_angle``, counter-clockwise from x, which may be an array, one angle for each grain.
     """
 
-    material: Material = attrs.field(validator=_is_material)
+    material: Material = attrs.field(validator=_is_material)  #: what bears the rest of the strain
     expansion: Expansion = _expansion(attrs.NOTHING)  #: 1/K, or a table
     expansion_along: Expansion | None = _expansion(None)  #: along an axis; the same without it
-    axis_angle: float = parameter("deg", default=0.0, above=-math.inf)
+    axis_angle: float = parameter("deg", default=0.0, above=-math.inf)  #: of that axis, counter-clockwise from x
     reference: float = parameter("degC", default=ROOM, at_least=ABSOLUTE_ZERO)  #: where there is no free strain
 
     def __attrs_post_init__(self) -> None:
