@@ -1,10 +1,12 @@
 """Thermal expansion against closed forms: one grain, held samples, a bimaterial strip, an inclusion; heat as energy."""
 
 import itertools
+import re
 
 import attrs
 import numpy as np
 import pytest
+from every_material import MOHR
 from support import small_sample
 
 import grainlaw as gl
@@ -13,7 +15,7 @@ from grainlaw.engine.state import State
 from grainlaw.engine.steady import steady_motion
 from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import Linear, MohrCoulomb
-from grainlaw.materials import MohrCoulombPlastic, Thermal, TransverselyIsotropic
+from grainlaw.materials import QUARTZ, ExpansionTable, MohrCoulombPlastic, Thermal, TransverselyIsotropic
 from grainlaw.protocols import Heating
 from grainlaw.protocols.heating import Held
 from grainlaw.results.result import energy_error
@@ -182,3 +184,69 @@ def test_a_round_inclusion_is_pressed_by_its_expansion():
     pressure = misfit / (ring + disc)
     expected = misfit + ring * pressure  # the ring's own free strain, and what the pressure widens it by
     assert moved == pytest.approx(expected, rel=0.01)
+
+
+# --- the same bits, and what is refused ------------------------------------------------------------------------------
+
+
+def test_threads_and_a_restart_give_the_same_bits(tmp_path):
+    angles = np.linspace(0, 165, 12)  # of the grains: they press each other, and break
+    crystal = Thermal(material=MOHR, expansion=14e-6, expansion_along=8e-6, axis_angle=angles)
+    weak = MohrCoulomb(kn=1e15, ks=1e15, tensile_strength=5e6, cohesion=10e6, friction_angle=30)
+    specimen = small_sample(grains=12, material=crystal)
+    protocol = Heating(to=(100, 20), samples=10, loading=SLOW)
+    runs = [gl.simulate(specimen, weak, protocol, threads=threads, frames=2).curves for threads in (1, 3)]
+    stop, options = gl.Stop(), {"threads": 1, "frames": 2, "checkpoint": tmp_path / "run"}
+
+    class Stops(gl.Observer):
+        def observe(self, state, curves, stage, progress):
+            if not options.get("restart") and state.heat.temperature > 40:
+                stop.ask("in the middle")
+
+    with pytest.raises(gl.Stopped):
+        gl.simulate(specimen, weak, protocol, observers=[Stops()], stop=stop, **options)
+    options["restart"] = True
+    found = gl.simulate(specimen, weak, protocol, observers=[Stops()], **options)
+    for name, row in runs[0].items():
+        assert np.array_equal(row, runs[1][name]), name
+        assert np.array_equal(row, found.curves[name]), name
+    assert runs[0]["tensile_cracks"][-1] > 0
+
+
+@attrs.frozen(kw_only=True)
+class Flat(gl.Material):
+    """Says nothing of the third direction."""
+
+    modulus: float = gl.parameter("Pa")
+    density: float = gl.parameter("kg/m3")
+    stiffness = property(lambda self: tuple(self.modulus * row for row in np.eye(3)))
+
+    def stress(self, exx, eyy, exy):
+        return self.modulus * exx, self.modulus * eyy, 2 * self.modulus * exy
+
+    def energy(self, exx, eyy, exy):
+        return self.modulus * (0.5 * (exx**2 + eyy**2) + 2 * exy**2)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: ExpansionTable([20, 500, 400], [0, 1e-3, 2e-3]), "400 °C follows 500 °C; temperatures must rise"),
+        (lambda: ExpansionTable([20, 500], [0]), "at has 2 temperatures and strains 1"),
+        (lambda: ExpansionTable([20, np.nan], [0, 1e-3]), "finite"),
+        (lambda: Thermal(material=ELASTIC, expansion="much"), "Thermal: expansion = 'much' is not allowed"),
+        (lambda: Thermal(material=gl.Rigid(density=2650), expansion=1e-5), "a material of grains that deform"),
+        (lambda: Thermal(material=Flat(modulus=1e9, density=2650), expansion=1e-5), "Flat.stress must take ezz"),
+        (lambda: Thermal(material=ELASTIC, expansion=QUARTZ, reference=0), "known from 20 to 1000 °C"),
+        (lambda: Heating(to=()), "a temperature"),
+        (lambda: Heating(to=(60, 60)), "each must differ from the last"),
+        (lambda: Heating(to=60, test=Heating(to=80)), "Heating: test"),
+        (lambda: gl.Stage(name="heat", temperature=60, interval=1.0), "needs a loading without a ramp"),
+        (lambda: gl.Stage(name="heat", temperature=-300, interval=1.0), "Stage: temperature = -300 °C"),
+        (lambda: heated(small_sample(grains=2), Held.BOTTOM), "no material of the specimen depends on the temperature"),
+        (lambda: heated(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ)), Held.BOTTOM, to=1200), "to 1000 °C"),
+    ],
+)
+def test_what_makes_no_heating_is_refused(make, words):
+    with pytest.raises(gl.ParameterError, match=re.escape(words)):
+        make()
