@@ -51,6 +51,7 @@ from grainlaw.specimen import ContactPoints, EndPoints, GaussPoints, InsetPoints
 from grainlaw.stage import (
     Ageing,
     AtRest,
+    ComesTo,
     Condition,
     Drive,
     FailsTo,
@@ -93,6 +94,7 @@ __all__ = [
     "Calibration",
     "CentralDifference",
     "Characteristics",
+    "ComesTo",
     "Comparison",
     "CompilationError",
     "Condition",

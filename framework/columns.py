@@ -17,7 +17,7 @@ from grainlaw.parameter import ParameterError
 TIME, STEP, STAGE = "time", "step", "stage"
 TENSILE_CRACKS, SHEAR_CRACKS, DAMAGED = "tensile_cracks", "shear_cracks", "damaged"
 UNBALANCED, MOTION = "unbalanced", "motion"
-LOADING_SPEED, VIBRATION = "loading_speed", "vibration"
+LOADING_SPEED, VIBRATION, TEMPERATURE = "loading_speed", "vibration", "temperature"
 
 #: what they mean; the energies below are recorded in every test, too
 EVERY_TEST = {
@@ -28,7 +28,8 @@ EVERY_TEST = {
     SHEAR_CRACKS: "contact points that have broken in shear",
     DAMAGED: "contact points with any damage",
     UNBALANCED: "mean unbalanced force over mean contact force, 0 at rest",
-    LOADING_SPEED: "m/s, by which the speeds of all drives were multiplied; 1 where a stage has no loading",
+    LOADING_SPEED: "m/s, by which the speeds of all drives were multiplied, or K/s; 1 where a stage has no loading",
+    TEMPERATURE: "°C, of the whole specimen",
     VIBRATION: "J per metre of thickness, kinetic energy of the motion beside the steady motion of the loading",
     MOTION: "root of kinetic over stored energy, at most 1, 0 at rest; 1 while a load still changes",
 }
@@ -39,10 +40,13 @@ SUPPLIED = "external"  #: the work of boundaries, pressures and gravity, and the
 KINETIC = "kinetic"
 #: strain energy of the zones, and the work on contacts: what they store, and what fracture and friction take
 STORED = ("zones", "contacts_normal", "contacts_shear")
+#: what the stored energy of the zones has lost by changes of temperature, the work of stresses on the free thermal
+#: strain; below 0 where heating has stored energy
+THERMAL = "zones_thermal"
 DISSIPATED = "zones_dissipated"  #: what the material of the grains has taken for good, as by plastic strain
 LOST = "damping"
-SPENT = (KINETIC, *STORED, DISSIPATED, LOST)  #: their sum is what was supplied
-ENERGIES = (SUPPLIED, *STORED, DISSIPATED, KINETIC, LOST)  #: in the order in which they are drawn
+SPENT = (KINETIC, *STORED, THERMAL, DISSIPATED, LOST)  #: their sum is what was supplied
+ENERGIES = (SUPPLIED, *STORED, THERMAL, DISSIPATED, KINETIC, LOST)  #: in the order in which they are drawn
 ENERGY = "energy_"  #: begins the names of their columns, J per metre of thickness
 
 
@@ -50,6 +54,11 @@ def energy(curves: Mapping[str, np.ndarray], *kinds: str) -> np.ndarray:
     """(t,) J/m, the sum of the energies of one kind or several."""
     first, *others = (curves[ENERGY + kind] for kind in kinds)
     return sum(others, start=first)
+
+
+def work_done(curves: Mapping[str, np.ndarray]) -> float:
+    """J/m, the largest work of the loads or of heat: by which the energies of a run are judged."""
+    return float(max(np.abs(energy(curves, kind)).max() for kind in (SUPPLIED, THERMAL)))
 
 
 # --- those of a test that loads a specimen between two ends ----------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from abc import abstractmethod
 from typing import Any
 
@@ -14,6 +15,7 @@ from grainlaw.memory import as_floats, names_of_arguments, only_memory
 from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, parameter, part
 
+ABSOLUTE_ZERO = -273.15  #: °C
 ROUNDING = 1e-9  #: of the largest entry, by which a stiffness may differ from its transpose
 Rows = tuple[tuple[Any, Any, Any], tuple[Any, Any, Any], tuple[Any, Any, Any]]
 
@@ -47,6 +49,7 @@ class Material(metaclass=Checked):
 
     takes_arrays = True  #: parameters may be arrays
     density: Any  #: kg/m3
+    temperatures: tuple[float, float] = (ABSOLUTE_ZERO, math.inf)  #: °C, lowest and highest that the material knows
 
     @property
     @abstractmethod
@@ -67,14 +70,17 @@ class Material(metaclass=Checked):
         """Stress xx, yy and xy (Pa, tension positive), then the new memory.
 
         ``exx``, ``eyy`` and ``exy`` are the components of the strain tensor. The arguments after them are the memory,
-        by name, zero at the start. The framework knows ``plastic_strain``, which pictures show.
+        by name, zero at the start. The framework knows ``plastic_strain``, which pictures show. Two names are no
+        memory: ``temperature`` is that of the specimen (°C), and ``ezz`` the strain across the plane, 0 unless a
+        :class:`~grainlaw.materials.Thermal` around the material takes its free strain from it.
         """
 
     @abstractmethod
     def energy(self, exx: Any, eyy: Any, exy: Any, *memory: Any) -> Any:
         """Stored energy (J/m3) at a strain, with the memory that ``stress`` returned there: what unloading gives back.
 
-        Work beyond it is what the material has dissipated.
+        Work beyond it is what the material has dissipated. What it changes by at a strain that is held, while the
+        ``temperature`` changes, is the work of heat.
         """
 
 
@@ -107,18 +113,25 @@ class Elastic(Material):
     along = property(lambda self: self.constants[0])
     across = property(lambda self: self.constants[1])
     shear = property(lambda self: self.constants[2])
+    third = property(lambda self: self.constants[1] if self.plane is Plane.STRAIN else 0.0)
+    own = property(lambda self: self.constants[0] if self.plane is Plane.STRAIN else 0.0)
 
     @property
     def stiffness(self) -> Rows:
         along, across, shear = self.constants
         return (along, across, 0.0), (across, along, 0.0), (0.0, 0.0, shear)
 
-    def stress(self, exx: Any, eyy: Any, exy: Any) -> tuple[Any, ...]:  # the engine has a pass of its own for it
-        return self.along * exx + self.across * eyy, self.across * exx + self.along * eyy, 2 * self.shear * exy
+    def stress(self, exx: Any, eyy: Any, exy: Any, ezz: Any) -> tuple[Any, ...]:  # by itself a pass of the engine
+        third = self.third * ezz
+        return (
+            self.along * exx + self.across * eyy + third, self.across * exx + self.along * eyy + third,
+            2 * self.shear * exy,
+        )  # fmt: skip
 
-    def energy(self, exx: Any, eyy: Any, exy: Any) -> Any:
-        sxx, syy, sxy = self.stress(exx, eyy, exy)
-        return 0.5 * (sxx * exx + syy * eyy) + sxy * exy
+    def energy(self, exx: Any, eyy: Any, exy: Any, ezz: Any) -> Any:
+        sxx, syy, sxy = self.stress(exx, eyy, exy, ezz)
+        szz = self.third * (exx + eyy) + self.own * ezz
+        return 0.5 * (sxx * exx + syy * eyy + szz * ezz) + sxy * exy
 
 
 @attrs.frozen(kw_only=True)
@@ -134,6 +147,11 @@ def material_arguments(material: Material, method: str = "stress") -> tuple[str,
     Raises :class:`ParameterError` where there is no such strain, and for memory without a name or a start at zero.
     """
     return names_of_arguments(material, method, "exx, eyy and exy", 3)
+
+
+def is_warm(material: Material) -> bool:
+    """Whether a material depends on the temperature."""
+    return any("temperature" in material_arguments(material, method) for method in ("stress", "energy"))
 
 
 def material_memory(material: Material) -> tuple[str, ...]:

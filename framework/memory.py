@@ -13,8 +13,10 @@ BY_POSITION = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_O
 
 
 #: Scalars of the step that a method may name among its arguments, and what they are where no step is done: a law that
-#: is asked at a time step of 0 answers as if no time passed, and divides by none.
-SCALARS = {"time_step": 0.0}
+#: is asked at a time step of 0 answers as if no time passed, and divides by none. A specimen is at ROOM until a stage
+#: heats it (°C). There is no strain ``ezz`` across the plane but for what a wrapper takes from it.
+ROOM = 20.0
+SCALARS = {"time_step": 0.0, "temperature": ROOM, "ezz": 0.0}
 
 
 def names_of_arguments(component: Any, method: str, given: str, count: int) -> tuple[str, ...]:

@@ -11,8 +11,10 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.material import Elastic, Material, Rigid, stiffness_of
+from grainlaw.material import Elastic, Material, Rigid, is_warm, stiffness_of
+from grainlaw.memory import ROOM
 from grainlaw.mesh import Mesh, build_mesh
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.short_form import in_one_line
 from grainlaw.tessellation import Tessellation
@@ -103,6 +105,24 @@ class Specimen(metaclass=Checked):
                 raise ParameterError(
                     f"{where} = {number} is not allowed, grains are numbered from 0 to {self.grains.count - 1}"
                 )
+
+    def check_temperature(self, where: str, temperature: float) -> None:
+        """Raise :class:`ParameterError` for a temperature (°C) that no material feels, or that one does not know."""
+        warm = [material for material, _ in self.materials if isinstance(material, Material) and is_warm(material)]
+        if not warm:
+            raise ParameterError(
+                f"{where} = {temperature:g} °C is not allowed: no material of the specimen depends on the temperature; "
+                "grainlaw.materials.Thermal makes one that expands"
+            )
+        for material in warm:
+            low, high = material.temperatures
+            for one in (ROOM, temperature):
+                if not low <= one <= high:
+                    begins = " at which every run begins" if one == ROOM else ""
+                    raise ParameterError(
+                        f"{where} = {temperature:g} °C is not allowed: {short(material)} is known from {low:g} to "
+                        f"{high:g} °C, not at {one:g} °C{begins}"
+                    )
 
     @functools.cached_property
     def mesh(self) -> Mesh:

@@ -11,11 +11,20 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, fits, is_number
-from grainlaw.columns import MOTION, SHEAR_CRACKS, TENSILE_CRACKS, TIME, UNBALANCED, require
+from grainlaw.columns import MOTION, SHEAR_CRACKS, TEMPERATURE, TENSILE_CRACKS, TIME, UNBALANCED, require
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Loading
+from grainlaw.material import ABSOLUTE_ZERO
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
+from grainlaw.parameter import (
+    ParameterError,
+    checked_number,
+    checked_vector,
+    grain_numbers,
+    parameter,
+    part,
+    whole_number,
+)
 
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
 
@@ -28,7 +37,7 @@ def _is_axis(drive: Drive | Hold, attribute: attrs.Attribute, value: int) -> Non
 
 
 def _ends(stage: Stage, attribute: attrs.Attribute, value: Sequence[Condition]) -> None:
-    if not fits(value, Sequence[Condition]) or not len(value):
+    if not fits(value, Sequence[Condition]) or not (len(value) or stage.temperature is not None):
         raise refusal("Stage: until", value, "a list of at least one Condition")
 
 
@@ -44,6 +53,13 @@ def _rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray
 def _vector(value: Any) -> tuple[float, float]:
     x, y = checked_vector("Stage: gravity", value, "m/s2").tolist()
     return x, y
+
+
+def _temperature() -> Any:
+    def convert(value: Any) -> float | None:
+        return None if value is None else checked_number("Stage: temperature", value, "°C", at_least=ABSOLUTE_ZERO)
+
+    return attrs.field(default=None, converter=convert)
 
 
 @attrs.frozen(kw_only=True)
@@ -131,6 +147,20 @@ class Reaches(Condition):
 
 
 @attrs.frozen
+class ComesTo(Condition):
+    """A recorded quantity has come to a value, from either side."""
+
+    column: str  #: of the curves
+    value: float = parameter("its own", above=-math.inf)  #: value at which the stage ends
+
+    def progress(self, curves: Curves) -> float:
+        require("ComesTo", curves, self.column)
+        first, now = (float(curves[self.column][k]) for k in (0, -1))
+        way = self.value - first
+        return 1.0 if way == 0 or now == self.value else (now - first) / way
+
+
+@attrs.frozen
 class FallsTo(Condition):
     """A recorded quantity has fallen to a fraction of its highest value so far."""
 
@@ -197,9 +227,11 @@ class Stage(metaclass=Checked):
     name: str  #: shown while it runs
     drives: Sequence[Drive | Hold] = ()  #: boundaries that are moved or held
     loading: Loading | None = None  #: multiplies the speeds of all drives; they are then written for 1 m/s
+    temperature: float | None = _temperature()  #: °C, to which the loading heats or cools, for 1 K/s; None: it stays
     pressures: Sequence[Pressure] = ()  #: pressures on boundaries
-    until: Sequence[Condition] = attrs.field(validator=_ends)  #: the stage ends when one of them is fulfilled
-    interval: float = parameter("s")  #: time between samples; with a loading the time at 1 m/s, so a travel in m
+    #: the stage ends when one of them is fulfilled, or when it has come to its temperature
+    until: Sequence[Condition] = attrs.field(default=(), validator=_ends)
+    interval: float = parameter("s")  #: time between samples; with a loading that at 1 m/s or 1 K/s, so m or K
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
     initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes
     gravity: tuple[float, float] = attrs.field(default=(0.0, 0.0), converter=_vector)  #: m/s2
@@ -213,12 +245,30 @@ class Stage(metaclass=Checked):
         moves = any(isinstance(drive, Drive) and drive.speed for drive in self.drives)
         if self.static and (moves or self.initial_velocity is not None):
             raise ParameterError(f"Stage '{self.name}': static is for gravity, platens under a force and pressures")
+        if self.temperature is not None:
+            self._check_heating(moves)
+            moves = True
         if self.loading is None:
             return
         if self.expected is None:
             raise ParameterError(f"Stage '{self.name}': a loading needs expected, the number of samples to its end")
         if not moves:
             raise ParameterError(f"Stage '{self.name}': a loading needs a drive whose speed is not 0")
+
+    def _check_heating(self, moves: bool) -> None:
+        if self.loading is None or self.loading.ramp:
+            wanted = "a loading without a ramp, such as Adaptive() or Constant(speed=...) in K/s"
+            raise ParameterError(f"Stage '{self.name}': temperature = {self.temperature:g} °C needs {wanted}")
+        if moves or self.static:
+            raise ParameterError(
+                f"Stage '{self.name}': a stage with a temperature holds its boundaries, or loads them by stresses; "
+                "move them in a stage of its own"
+            )
+
+    @property
+    def ends(self) -> list[Condition]:
+        """All conditions that end it."""
+        return [*self.until, *([] if self.temperature is None else [ComesTo(TEMPERATURE, self.temperature)])]
 
     @property
     def imposed(self) -> list[Drive | Hold]:

@@ -11,28 +11,34 @@ from typing import Any
 
 from grainlaw.messages import ParameterError, short
 
-Dimension = tuple[int, ...]  #: powers of kilogram, metre, second, degree
+Dimension = tuple[
+    int, ...
+]  #: powers of kilogram, metre, second, kelvin, degree Celsius (no difference), degree of an angle
 Unit = tuple[Fraction, Dimension]  #: size in SI (degrees for angles), exact so that "5 um" is the float 5e-6
 
 PREFIXES = {"T": 12, "G": 9, "M": 6, "k": 3, "c": -2, "m": -3, "u": -6, "µ": -6, "μ": -6, "n": -9}
 SYMBOLS: dict[str, Unit] = {
-    "g": (Fraction(1, 1000), (1, 0, 0, 0)),
-    "m": (Fraction(1), (0, 1, 0, 0)),
-    "s": (Fraction(1), (0, 0, 1, 0)),
-    "N": (Fraction(1), (1, 1, -2, 0)),
-    "Pa": (Fraction(1), (1, -1, -2, 0)),
-    "J": (Fraction(1), (1, 2, -2, 0)),
+    "g": (Fraction(1, 1000), (1, 0, 0, 0, 0, 0)),
+    "m": (Fraction(1), (0, 1, 0, 0, 0, 0)),
+    "s": (Fraction(1), (0, 0, 1, 0, 0, 0)),
+    "N": (Fraction(1), (1, 1, -2, 0, 0, 0)),
+    "Pa": (Fraction(1), (1, -1, -2, 0, 0, 0)),
+    "J": (Fraction(1), (1, 2, -2, 0, 0, 0)),
 }
 PLAIN: dict[str, Unit] = {  #: they take no prefix
-    "1": (Fraction(1), (0, 0, 0, 0)),
-    "%": (Fraction(1, 100), (0, 0, 0, 0)),
-    "deg": (Fraction(1), (0, 0, 0, 1)),
-    "°": (Fraction(1), (0, 0, 0, 1)),
-    "rad": (Fraction(180 / math.pi), (0, 0, 0, 1)),
+    "1": (Fraction(1), (0, 0, 0, 0, 0, 0)),
+    "%": (Fraction(1, 100), (0, 0, 0, 0, 0, 0)),
+    "K": (Fraction(1), (0, 0, 0, 1, 0, 0)),
+    "degC": (Fraction(1), (0, 0, 0, 0, 1, 0)),
+    "°C": (Fraction(1), (0, 0, 0, 0, 1, 0)),
+    "deg": (Fraction(1), (0, 0, 0, 0, 0, 1)),
+    "°": (Fraction(1), (0, 0, 0, 0, 0, 1)),
+    "rad": (Fraction(180 / math.pi), (0, 0, 0, 0, 0, 1)),
 }
 USUAL = {  #: what to suggest for a declared unit
     "Pa": "13 MPa", "Pa/m": "105 TPa/m", "J/m2": "150 J/m2", "m": "50 mm", "m/s": "50 mm/s", "s": "0.2 ms",
     "kg/m3": "3100 kg/m3", "deg": "54 deg", "1": "25 %", "1/s": "300 1/s",
+    "degC": "600 °C", "1/K": "8e-6 1/K",
 }  # fmt: skip
 SHOWN = {  #: prefixes to write, by power of ten, for units that begin with a symbol
     "Pa": {0: "", 3: "k", 6: "M", 9: "G", 12: "T"}, "m": {0: "", -3: "m", -6: "u"}, "s": {0: "", -3: "m", -6: "u"},
@@ -45,7 +51,7 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
     """The number, in the declared ``unit``, of a number in that unit or a string such as ``"13 MPa"``.
 
     Units are those of mechanics with SI prefixes, multiplied by * and divided by /, with powers as in m2 or m^2, and
-    %, deg and rad. Raises :class:`~grainlaw.messages.ParameterError`, which names ``name`` and what is allowed.
+    %, deg, rad, K and °C. Raises :class:`~grainlaw.messages.ParameterError`, which names ``name`` and what is allowed.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(value)
@@ -99,7 +105,7 @@ def written(value: float, unit: str) -> str:
 
 def _unit(text: str) -> Unit | None:
     """None if it is no unit."""
-    size, powers = Fraction(1), [0, 0, 0, 0]
+    size, powers = Fraction(1), [0, 0, 0, 0, 0, 0]
     parts = re.split(r"\s*([*/·])\s*", text)
     for sign, part in zip(["*", *parts[1::2]], parts[::2], strict=True):
         match = FACTOR.fullmatch(part)

@@ -6,6 +6,7 @@ from grainlaw.protocols.creep import Creep
 from grainlaw.protocols.cyclic import Cyclic
 from grainlaw.protocols.direct_shear import DirectShear
 from grainlaw.protocols.free_motion import FreeMotion
+from grainlaw.protocols.heating import Heating, Held
 from grainlaw.protocols.joint_tension import JointTension
 from grainlaw.protocols.platens import Moving, Platens
 from grainlaw.protocols.semi_circular_bend import SemiCircularBend
@@ -20,6 +21,8 @@ __all__ = [
     "Cyclic",
     "DirectShear",
     "FreeMotion",
+    "Heating",
+    "Held",
     "JointTension",
     "Moving",
     "Platens",

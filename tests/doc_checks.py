@@ -166,6 +166,13 @@ def check_time(page):
     assert page["result"].summary["failed"]
 
 
+def check_temperature(page):
+    assert page["pressed"] == pytest.approx(-96e9 * 0.013921 / (1 - 2 * 0.08))  # held: -E alpha / (1 - 2 nu)
+    assert page["report"].passed, page["report"]
+    assert page["heated"].curves["temperature"][-1] == 120
+    assert page["heated"].curves["expansion_x"][-1] == pytest.approx(1.08 * 8e-4, rel=5e-3)  # (1 + nu) times as much
+
+
 def check_calibration(page):
     found = page["found"]
     named = set(re.findall(r"`(\w+)`", PAGES["docs/calibration.md"]))
@@ -180,7 +187,7 @@ def check_calibration(page):
 
 
 CHECKS = {
-    "docs/materials.md": check_materials,
+    "docs/materials.md": check_materials, "docs/temperature.md": check_temperature,
     "docs/time.md": check_time,
     "docs/calibration.md": check_calibration,
     "docs/textures.md": check_textures, "docs/studies.md": check_studies,

@@ -4,7 +4,7 @@ import numpy as np
 from support import ROCK
 from toy_materials import CUBIC
 
-from grainlaw.materials import Cone, DruckerPrager, MohrCoulombPlastic, TransverselyIsotropic
+from grainlaw.materials import Cone, DruckerPrager, MohrCoulombPlastic, Thermal, TransverselyIsotropic
 
 GRAIN = {"youngs_modulus": 60e9, "poissons_ratio": 0.25, "density": 2700}
 SCHIST = TransverselyIsotropic(
@@ -19,9 +19,11 @@ CRUSHED = MohrCoulombPlastic(
     **GRAIN, tensile_strength=10e6, cohesion=30e6, friction_angle=40, residual_friction_angle=30, residual_cohesion=5e6,
     softening_strain=1e-2,
 )  # fmt: skip
+WARM = Thermal(material=ROCK, expansion=8e-6)
+CRYSTAL = Thermal(material=MOHR, expansion=14e-6, expansion_along=8e-6, axis_angle=30)
 MATERIALS = {
     "elastic": ROCK, "cubic": CUBIC, "schist": SCHIST, "cone": CONE, "mises": MISES, "outer": OUTER, "mohr": MOHR,
-    "crushed": CRUSHED,
+    "crushed": CRUSHED, "warm": WARM, "crystal": CRYSTAL,
 }  # fmt: skip
 
 

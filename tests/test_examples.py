@@ -2,6 +2,7 @@
 
 import sys
 
+import attrs
 import numpy as np
 import pytest
 from support import ROCK, static_solution
@@ -73,3 +74,15 @@ def test_texture_study(example, tmp_path, monkeypatch):
     monkeypatch.setattr(study, "PAGE", page)
     study.write("x", "new\n")
     assert page.read_text() == "a\n<!-- texture study x -->\nnew\n<!-- end x -->\nb\n"
+
+
+def test_heated_granite(example):
+    """A granite that is heated a little: its minerals press each other, and the sample still bears what it bore."""
+    granite = example("heated_granite")
+    run = granite.case("brittle", 40, 1, 12)
+    heating = attrs.evolve(run.protocol, test=None, loading=gl.Constant(speed=1e5), samples=10)
+    result = gl.simulate(run.specimen, run.law, heating, threads=1, frames=2)
+    hot = result.curves["temperature"] == 40
+    free = [one.expansion.strain(40) * (1 + one.material.poissons_ratio) for one in granite.ROCK.values()]
+    assert min(free) < result.curves["expansion_x"][hot][0] < max(free)
+    assert result.summary["energy_error"] < 1e-6

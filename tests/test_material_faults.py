@@ -146,3 +146,62 @@ def test_what_a_material_returns_is_checked():
         gl.ParameterError, match=r"Other.energy takes the memory \(damage\), it must take that of stress"
     ):
         gl.trace_material(Other(**values), 1e-3, 0, 0)
+
+
+@attrs.frozen(kw_only=True)
+class Warm(Cubic):
+    """A crystal that expands, and is softer when it is hot."""
+
+    expansion: float = gl.parameter("1/K")
+    softening: float = gl.parameter("1/K")
+
+    def stress(self, exx, eyy, exy, temperature):
+        left, free = 1 - self.softening * (temperature - 20), self.expansion * (temperature - 20)
+        xx, yy = exx - free, eyy - free
+        return left * (self.c11 * xx + self.c12 * yy), left * (self.c12 * xx + self.c11 * yy), left * 2 * self.c44 * exy
+
+    def energy(self, exx, eyy, exy, temperature):
+        sxx, syy, sxy = self.stress(exx, eyy, exy, temperature)
+        free = self.expansion * (temperature - 20)
+        return 0.5 * (sxx * (exx - free) + syy * (eyy - free)) + sxy * exy
+
+
+class Ratchets(Warm):
+    """Remembers the highest temperature and keeps half of the expansion there: heating and cooling close no loop."""
+
+    def stress(self, exx, eyy, exy, temperature, hottest):
+        hottest = max(hottest, temperature - 20)
+        free = self.expansion * 0.5 * (temperature - 20 + hottest)
+        xx, yy = exx - free, eyy - free
+        return self.c11 * xx + self.c12 * yy, self.c12 * xx + self.c11 * yy, 2 * self.c44 * exy, hottest
+
+    def energy(self, exx, eyy, exy, temperature, hottest):
+        free = self.expansion * 0.5 * (temperature - 20 + hottest)
+        xx, yy = exx - free, eyy - free
+        return 0.5 * self.c11 * (xx**2 + yy**2) + self.c12 * xx * yy + 2 * self.c44 * exy**2
+
+
+class StiffensHot(Warm):
+    """Twice as stiff at 770 degrees."""
+
+    def stress(self, exx, eyy, exy, temperature):
+        more = 1 + (temperature - 20) / 750
+        return (
+            more * (self.c11 * exx + self.c12 * eyy),
+            more * (self.c12 * exx + self.c11 * eyy),
+            more * 2 * self.c44 * exy,
+        )
+
+    def energy(self, exx, eyy, exy, temperature):
+        sxx, syy, sxy = self.stress(exx, eyy, exy, temperature)
+        return 0.5 * (sxx * exx + syy * eyy) + sxy * exy
+
+
+@pytest.mark.parametrize(
+    ("kind", "found"), [(Warm, ""), (Ratchets, "closes no loop"), (StiffensHot, "times as stiff as declared")]
+)
+def test_the_kit_asks_at_other_temperatures(kind, found):
+    values = {field.name: getattr(CUBIC, field.name) for field in attrs.fields(Cubic)}
+    report = gl.check_material(kind(**values, expansion=1e-5, softening=5e-4))
+    assert report["temperature"].passed == (not found), report
+    assert found in report["temperature"].found

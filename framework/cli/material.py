@@ -11,7 +11,7 @@ from grainlaw.cli.law_file import LawReferenceError, find_material
 from grainlaw.cli.shown import write_shown
 from grainlaw.cli.table1 import ROCK
 from grainlaw.material import Material
-from grainlaw.materials import DruckerPrager, MohrCoulombPlastic, TransverselyIsotropic
+from grainlaw.materials import ConstantExpansion, DruckerPrager, MohrCoulombPlastic, Thermal, TransverselyIsotropic
 from grainlaw.messages import nearest
 from grainlaw.runs.material_check import check_material
 from grainlaw.runs.record import described, own_sources
@@ -27,6 +27,7 @@ EXAMPLES: dict[str, Material] = {
         shear_modulus_across=14 * GPa, density=2750, foliation_angle=30,
     ),
     "drucker-prager": DruckerPrager(**_GRAIN, cohesion=40 * MPa, friction_angle=45, dilation_angle=10),
+    "thermal": Thermal(material=ROCK, expansion=ConstantExpansion(8e-6)),
     "mohr-coulomb-plastic": MohrCoulombPlastic(
         **_GRAIN, tensile_strength=15 * MPa, cohesion=40 * MPa, friction_angle=45, dilation_angle=5,
         residual_cohesion=4 * MPa, residual_friction_angle=35, softening_strain=0.02,

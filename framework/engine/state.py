@@ -19,6 +19,7 @@ from grainlaw.engine.parts.deformable_grains import DeformableGrains
 from grainlaw.engine.parts.every_zone import EveryZone
 from grainlaw.engine.parts.freedoms import Nodes
 from grainlaw.engine.parts.gravity import Gravity
+from grainlaw.engine.parts.heat import Heat
 from grainlaw.engine.parts.material_zones import MaterialZones
 from grainlaw.engine.parts.part import Part, Split
 from grainlaw.engine.parts.rigid_grains import RigidGrains
@@ -34,8 +35,7 @@ Saved = dict[str, dict[str, np.ndarray]]  #: by part and name
 class State(metaclass=Checked):
     """Everything that changes while a specimen is loaded. Observers and protocols read it; only the engine writes.
 
-    Index letters as in :class:`~grainlaw.mesh.Mesh`, and ``p`` for contact points: the first points of all bonds, then
-    the second.
+    Letters as in :class:`~grainlaw.mesh.Mesh`; ``p`` contact points: the first points of all bonds, then the second.
     """
 
     def __init__(self, specimen: Specimen, laws: Laws, detection: Detection | None = None) -> None:
@@ -50,7 +50,8 @@ class State(metaclass=Checked):
         self.boundaries = Boundaries(self.grains, self.nodes, self.freedoms)
         self.gravity = Gravity(self.freedoms, self.grains.true_mass())
         self.contacts = Contacts(self.grains, laws, detection, self.bonds.ends)
-        self.clock, self.breaks, self.steady = Clock(), Breaks(2 * len(self.bonds)), Steady(self.freedoms)
+        self.clock, self.breaks, self.heat = Clock(), Breaks(2 * len(self.bonds)), Heat(self.materials)
+        self.steady = Steady(self.freedoms, self.heat)
         self._shared: tuple[int, list[Any], Parts] | None = None
         self.search(self.displacement_at_forces())
 
@@ -63,6 +64,7 @@ class State(metaclass=Checked):
             "boundaries": boundaries, "gravity": self.gravity, "nodes": self.nodes, "freedoms": self.freedoms,
             "grains": self.grains, "zones": self.zones, "materials": self.materials, "bonds": self.bonds,
             "contacts": self.contacts, "clock": self.clock, "breaks": self.breaks, "steady": self.steady,
+            "heat": self.heat,
         }  # fmt: skip
 
     def shared(self, threads: int) -> Parts:
@@ -99,6 +101,7 @@ class State(metaclass=Checked):
         self.stage, self.began = stage.name, self.time
         self.new_weight = self.gravity.begin(stage.gravity, self.time_step)
         self.boundaries.impose(stage.imposed, stage.pressures, stage.fixed)
+        self.heat.begin(stage.temperature)
         self.give_velocity(stage.initial_velocity)
 
     def take_back_half_a_step_of_gravity(self) -> None:
@@ -239,10 +242,7 @@ class State(metaclass=Checked):
         return self.breaks.books.work
 
     def zone_state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Stress (z, 3) Pa as xx, yy, xy in the fixed axes, energy stored and dissipated (z,) J/m3; none if rigid.
-
-        At the moment of the last forces, like the tractions: nodes have moved by one step since.
-        """
+        """At the last forces: stress (z, 3) Pa, xx, yy, xy in fixed axes, energy stored and dissipated (z,) J/m3."""
         return self.every_zone.states(self.steps, self.displacement_at_forces)
 
     def displacement_at_forces(self) -> np.ndarray:

@@ -8,11 +8,14 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from grainlaw.engine.state import State
 
+FIRST = 0.01  #: of the change of temperature of a stage, by which the free strain at its beginning is found
 LOOSE = 1e-12  #: of the highest squared frequency: inertia by which parts that nothing holds stay at rest
 
 
 def steady_motion(state: State, stiffness: csr_matrix, highest_frequency: float) -> np.ndarray:
     """(r, n) m/s of the freedoms, in equilibrium at every moment while the drives of the stage move at their speeds.
+
+    Or while its temperature changes by 1 K/s.
 
     ``stiffness`` (N/m) is that of the freedoms, in the order of :meth:`Grains.flat`. A boundary under a force keeps it
     and moves as one body. What nothing holds moves with the least kinetic energy: the inertia that is added for it
@@ -22,7 +25,18 @@ def steady_motion(state: State, stiffness: csr_matrix, highest_frequency: float)
     imposed[driven.row, driven.place] = np.append(state.boundaries.speeds, 0.0)[driven.column]
     given = state.grains.flat(imposed)
     carry, matrix = unknowns(state, stiffness, highest_frequency)
-    return state.grains.unflat(given + carry @ solve(matrix, -(carry.T @ (stiffness @ given))))
+    return state.grains.unflat(given + carry @ solve(matrix, carry.T @ (_heated(state) - stiffness @ given)))
+
+
+def _heated(state: State) -> np.ndarray | float:
+    """N/s on the freedoms at 1 K/s towards the temperature of the stage, in the order of :meth:`Grains.flat`."""
+    heat = state.heat
+    if not heat.sign or heat.target is None:
+        return 0.0
+    by = (heat.target - heat.temperature) * FIRST
+    force = state.materials.force_per_kelvin(state.nodes.arrays.displacement, heat.temperature, by) * heat.sign
+    heat.reach(heat.temperature)
+    return state.grains.flat(force)
 
 
 def unknowns(state: State, stiffness: csr_matrix, highest_frequency: float) -> tuple[csr_matrix, csc_matrix]:

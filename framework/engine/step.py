@@ -19,7 +19,7 @@ from grainlaw.engine.parts.drives import DriveArrays, impose
 from grainlaw.engine.parts.freedoms import FreedomArrays, NodeArrays, clear_forces, integrate
 from grainlaw.engine.parts.grains import GrainArrays, collect_forces, place_corners
 from grainlaw.engine.parts.gravity import GravityArrays, add_weight
-from grainlaw.engine.parts.material_zones import MaterialArrays, add_material_forces
+from grainlaw.engine.parts.material_passes import MaterialArrays, add_material_forces, take_temperature
 from grainlaw.engine.parts.platens import PlatenArrays, move_platens
 from grainlaw.engine.parts.pressures import PressureArrays, gather_pressures, press
 from grainlaw.engine.parts.zones import ZoneArrays, add_zone_forces
@@ -55,7 +55,7 @@ class Chunk(NamedTuple):
     steps: int
     first: int  #: number of the first, counted from the start of the run
     time_step: float  #: s
-    schedule: np.ndarray  #: (steps, columns) velocities, forces and pressures that are imposed
+    schedule: np.ndarray  #: (steps, columns) velocities, forces and pressures; temperatures before and at the step
     integrator: int  #: address of its code
     parameters: int  #: address of its numbers
 
@@ -86,12 +86,13 @@ def _steps(thread, team, parts, chunk):
     nodes, bonds, contacts, freedoms = parts.nodes, parts.bonds, parts.contacts, parts.freedoms
     searching, tally = contacts.before.shape[1] > 0, contacts.tally
     velocities = np.empty(chunk.schedule.shape[1])
+    warmest = chunk.schedule.shape[1] - 1
     for step in range(chunk.steps):
         schedule = chunk.schedule[step]
         clear_forces(nodes, thread)
         add_zone_forces(parts.zones, nodes, thread)
         if parts.materials.share.shape[0] > 0:
-            add_material_forces(parts.materials, nodes, thread)
+            add_material_forces(parts.materials, nodes, schedule[warmest] != schedule[warmest - 1], thread)
         leaving = bond_forces(bonds, nodes, chunk.first + step, thread)
         contact_step(contacts, chunk.time_step, thread)
         press(parts.pressures, nodes, schedule, thread)
@@ -100,6 +101,9 @@ def _steps(thread, team, parts, chunk):
         barrier.wait(team.meeting, team.threads, team.pause)  # forces of all bonds, contacts and pressures
         # Read now: another thread may write them again before the next barrier.
         leaving, deep = _sum(tally, LEAVING), _sum(tally, DEEP)
+        if thread == 0 and step < chunk.steps - 1:  # no thread asks a material before the next barrier
+            following = chunk.schedule[step + 1]
+            take_temperature(parts.materials, following[warmest - 1], following[warmest])
         gather_bond_forces(bonds, nodes, thread)
         gather_contact_forces(contacts, nodes, thread)
         gather_pressures(parts.pressures, nodes, thread)

@@ -69,8 +69,10 @@ class DruckerPrager(Material):
     def stiffness(self) -> Rows:
         return in_plane_strain(self.bulk, self.shear)
 
-    def stress(self, exx: Any, eyy: Any, exy: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any) -> Any:
-        xx, yy, zz, xy = exx - pxx, eyy - pyy, -pzz, exy - pxy
+    def stress(
+        self, exx: Any, eyy: Any, exy: Any, ezz: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any
+    ) -> Any:
+        xx, yy, zz, xy = exx - pxx, eyy - pyy, ezz - pzz, exy - pxy
         mean = (xx + yy + zz) / 3
         xx, yy, zz = xx - mean, yy - mean, zz - mean
         pressed = 3 * self.bulk * mean
@@ -90,5 +92,7 @@ class DruckerPrager(Material):
             twice * xx + held, twice * yy + held, twice * xy, pxx + dxx, pyy + dyy, pzz + dzz, pxy + dxy, plastic_strain
         )  # fmt: skip
 
-    def energy(self, exx: Any, eyy: Any, exy: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any) -> Any:
-        return stored(self.bulk, self.shear, exx - pxx, eyy - pyy, -pzz, exy - pxy)
+    def energy(
+        self, exx: Any, eyy: Any, exy: Any, ezz: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any
+    ) -> Any:
+        return stored(self.bulk, self.shear, exx - pxx, eyy - pyy, ezz - pzz, exy - pxy)

@@ -67,9 +67,11 @@ class MohrCoulombPlastic(Material):
     def stiffness(self) -> Rows:
         return in_plane_strain(self.bulk, self.shear)
 
-    def stress(self, exx: Any, eyy: Any, exy: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any) -> Any:
+    def stress(
+        self, exx: Any, eyy: Any, exy: Any, ezz: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any
+    ) -> Any:
         across, twice = self.bulk - 2 * self.shear / 3, 2 * self.shear
-        xx, yy, zz, xy = exx - pxx, eyy - pyy, -pzz, exy - pxy
+        xx, yy, zz, xy = exx - pxx, eyy - pyy, ezz - pzz, exy - pxy
         volume = across * (xx + yy + zz)
         sxx, syy, szz, sxy = volume + twice * xx, volume + twice * yy, volume + twice * zz, twice * xy
         middle, half = 0.5 * (sxx + syy), 0.5 * (sxx - syy)
@@ -139,5 +141,7 @@ class MohrCoulombPlastic(Material):
         m3 = (s3 - a * g3 - b * (g3 if upper else g2)) if edge else m3
         return m1, m2, m3
 
-    def energy(self, exx: Any, eyy: Any, exy: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any) -> Any:
-        return stored(self.bulk, self.shear, exx - pxx, eyy - pyy, -pzz, exy - pxy)
+    def energy(
+        self, exx: Any, eyy: Any, exy: Any, ezz: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any
+    ) -> Any:
+        return stored(self.bulk, self.shear, exx - pxx, eyy - pyy, ezz - pzz, exy - pxy)

@@ -69,6 +69,22 @@ class TransverselyIsotropic(Material):
             far * s * c**3 + near * s**3 * c, far * s**3 * c + near * s * c**3,
         )  # fmt: skip
 
+    @property
+    def _third(self) -> tuple[Any, ...]:
+        """Pa: stress xx, yy, xy and zz by a strain across the plane, in the axes of the specimen."""
+        if self.plane is Plane.STRESS:
+            return 0.0, 0.0, 0.0, 0.0
+        e, across, nu = self.youngs_modulus, self.youngs_modulus_across, self.poissons_ratio
+        between = -self.poissons_ratio_across / across
+        full = np.array([[1 / e, between, -nu / e], [between, 1 / across, between], [-nu / e, between, 1 / e]])
+        near, far, own = np.linalg.inv(full)[2]
+        c, s = np.cos(np.radians(self.foliation_angle)), np.sin(np.radians(self.foliation_angle))
+        return near * c**2 + far * s**2, near * s**2 + far * c**2, (near - far) * s * c, own
+
+    z0 = property(lambda self: float(self._third[3]))
+    z1 = property(lambda self: float(self._third[0]))
+    z2 = property(lambda self: float(self._third[1]))
+    z3 = property(lambda self: float(self._third[2]))
     d11 = property(lambda self: float(self._turned[0]))
     d22 = property(lambda self: float(self._turned[1]))
     d12 = property(lambda self: float(self._turned[2]))
@@ -81,12 +97,13 @@ class TransverselyIsotropic(Material):
         d11, d22, d12, d33, d13, d23 = self._turned
         return (d11, d12, d13), (d12, d22, d23), (d13, d23, d33)
 
-    def stress(self, exx: Any, eyy: Any, exy: Any) -> tuple[Any, ...]:
+    def stress(self, exx: Any, eyy: Any, exy: Any, ezz: Any) -> tuple[Any, ...]:
         angle = 2 * exy
-        sxx = self.d11 * exx + self.d12 * eyy + self.d13 * angle
-        syy = self.d12 * exx + self.d22 * eyy + self.d23 * angle
-        return sxx, syy, self.d13 * exx + self.d23 * eyy + self.d33 * angle
+        sxx = self.d11 * exx + self.d12 * eyy + self.d13 * angle + self.z1 * ezz
+        syy = self.d12 * exx + self.d22 * eyy + self.d23 * angle + self.z2 * ezz
+        return sxx, syy, self.d13 * exx + self.d23 * eyy + self.d33 * angle + self.z3 * ezz
 
-    def energy(self, exx: Any, eyy: Any, exy: Any) -> Any:
-        sxx, syy, sxy = self.stress(exx, eyy, exy)
-        return 0.5 * (sxx * exx + syy * eyy) + sxy * exy
+    def energy(self, exx: Any, eyy: Any, exy: Any, ezz: Any) -> Any:
+        sxx, syy, sxy = self.stress(exx, eyy, exy, ezz)
+        szz = self.z1 * exx + self.z2 * eyy + 2 * self.z3 * exy + self.z0 * ezz
+        return 0.5 * (sxx * exx + syy * eyy + szz * ezz) + sxy * exy

@@ -31,7 +31,9 @@ class Frame(metaclass=Checked):
     stress: np.ndarray  #: (g, 3) Pa, xx, yy, xy
     bonds: dict[str, np.ndarray]  #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made
     contacts: dict[str, np.ndarray]  #: (k,) those that are closed, see :meth:`Contacts.closed`; empty without detection
-    zones: dict[str, np.ndarray] = attrs.field(factory=dict)  #: (z,) plastic_strain, where a material has it
+    zones: dict[str, np.ndarray] = attrs.field(
+        factory=dict
+    )  #: (z,) plastic_strain, temperature (°C), where a material has it
 
     def to_pandas(self, kind: str = "bonds") -> pandas.DataFrame:
         """One of its tables, SI: "bonds" (a row for each contact point), "contacts", "zones", "grains" or "nodes".
@@ -61,6 +63,8 @@ def take_frame(state: State) -> Frame:
     closed = {} if state.contacts.detection is None else state.contacts.closed()
     plastic = any("plastic_strain" in group.memory for group in state.materials.groups)
     zones = {"plastic_strain": state.materials.memory("plastic_strain")} if plastic else {}
+    if any(group.warm for group in state.materials.groups):
+        zones["temperature"] = np.full(len(state.mesh.zones), state.heat.temperature)
     moved, stress = (state.displacement.copy(), state.velocity.copy()), state.grain_stress()
     return Frame(state.time, *moved, stress, bonds, closed, zones)
 

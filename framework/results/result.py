@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy
+from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy, work_done
 from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest
 from grainlaw.naming import shown
@@ -253,15 +253,15 @@ class Result(metaclass=Checked):
 
 
 def energy_error(curves: Mapping[str, np.ndarray]) -> float:
-    """Largest gap in the energy ledger, Eq. (12), over the largest external work."""
-    supplied = energy(curves, SUPPLIED)
-    return float(np.max(np.abs(supplied - energy(curves, *SPENT))) / max(np.max(np.abs(supplied)), 1e-300))
+    """Largest gap in the energy ledger, Eq. (12), over the largest external work, or that of heat."""
+    gap = np.abs(energy(curves, SUPPLIED) - energy(curves, *SPENT))
+    return float(np.max(gap) / max(work_done(curves), 1e-300))
 
 
 def energy_made(curves: Mapping[str, np.ndarray], frames: Sequence[Frame], lengths: np.ndarray) -> float:
-    """Largest energy that intact contacts, ``lengths`` (p,) m, had made in a frame, over the largest external work."""
+    """Largest energy that intact contacts, ``lengths`` (p,) m, had made in a frame, over the largest work."""
     made = max(float(frame.bonds["made"] @ lengths) for frame in frames)
-    return made / max(float(np.max(np.abs(energy(curves, SUPPLIED)))), made, 1e-300)
+    return made / max(work_done(curves), made, 1e-300)
 
 
 def _cracks(state: State) -> Cracks:

@@ -66,8 +66,8 @@ class VtkSeries:
 
     Points lie on the deformed specimen. Grains: zones with grain number, that of the grain it is a cell of, phase; of
     their grain the mean stress (Pa, tensor XX, YY, ZZ, XY, YZ, XZ, and the principal ones in the plane, tension
-    positive) and the rotation (rad); plastic strain where a material has it; displacement (m) and velocity (m/s) at
-    nodes.
+    positive) and the rotation (rad); plastic strain and temperature (°C) where a material has them;
+    displacement (m) and velocity (m/s) at nodes.
     Cracks: each contact point with damage as a line along its half of the interface, with damage, mode (share of
     shear), opening and slip (m), normal and shear
     traction (Pa), energy lost in opening and in slip (J/m2), time of breaking (s, nan where not broken), the two grains

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import ENERGY, SPENT, SUPPLIED
+from grainlaw.columns import ENERGY, SPENT, SUPPLIED, THERMAL
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.contact import Laws
 from grainlaw.engine.ageing import age_at_rest
@@ -120,7 +120,7 @@ class Execution:
             if self.folder is not None and self.folder.checkpoint_is_due():
                 self._save(self.moment())
         raise StageError(
-            f"stage '{stage.name}' did not end within {stage.sample_limit} samples; it waits for {list(stage.until)}"
+            f"stage '{stage.name}' did not end within {stage.sample_limit} samples; it waits for {stage.ends}"
         )
 
     def _begin(self, stage: Stage) -> None:
@@ -136,7 +136,7 @@ class Execution:
     def _observe(self, stage: Stage) -> float:
         """Show the sample to all observers; returns the share of the stage that is done."""
         curves = self.columns.since(self.at.first_sample)
-        progress = max(condition.progress(curves) for condition in stage.until)
+        progress = max(condition.progress(curves) for condition in stage.ends)
         if self.folder is not None:  # curves before pictures, which take more room
             self.folder.sample(self.columns.since(0), self.state)
         for observer in (self.recorder, *self.observers):
@@ -195,6 +195,7 @@ class Execution:
         row = {"time": state.time, "step": state.steps, "stage": self.at.stage, **self.protocol.measure(state)}
         row |= {
             "loading_speed": state.steady.pace,
+            "temperature": state.heat.temperature,
             "vibration": state.steady.vibration(),
             "tensile_cracks": int(np.sum(state.broken_mode < 0.5)),
             "shear_cracks": int(np.sum(state.broken_mode >= 0.5)),
@@ -256,7 +257,7 @@ class Execution:
 
     def _check(self, energy: dict[str, float], moment: Moment, stage: Stage, steps: int) -> None:
         moving = self.state.kinetic_energy + abs(float(self.state.freedoms.books.given[0]))
-        self.at.supplied = max(self.at.supplied, abs(energy[SUPPLIED]), ROUNDING * moving)
+        self.at.supplied = max(self.at.supplied, abs(energy[SUPPLIED]), abs(energy[THERMAL]), ROUNDING * moving)
         gap = abs(energy[SUPPLIED] - sum(energy[kind] for kind in SPENT))
         if gap <= TOLERATED_GAP * self.at.supplied and np.isfinite(list(energy.values())).all():
             return

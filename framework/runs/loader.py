@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import attrs
 import numpy as np
 
-from grainlaw.columns import LOST, STORED, SUPPLIED
+from grainlaw.columns import LOST, STORED, SUPPLIED, THERMAL
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.static_load import bring_under_load
@@ -19,6 +19,8 @@ from grainlaw.stage import Stage, StageError
 FADING = 5  #: periods of the steady motion, in which energy that was released fades by 1/e
 SLOWEST = 1e-4  #: of the highest frequency: that of a motion which nothing resists
 NOISE = 1e-6  #: of the kinetic energy of the steady motion: less vibration counts as none
+HEATED = 0.01  #: of the energy that free strains would store if they were held, over the change of temperature
+TINY = 1e-300
 STEPS = 10  #: of a sample, at least: the load grows by little in a step
 FALLEN = 0.95  #: of the largest load: below, a specimen has failed, and its imbalance counts no more
 EXACT = 1e-7  #: to which the static solution is rounded, so that it does not depend on how it was solved
@@ -73,20 +75,26 @@ class Loader:
         """The static solution; notes what a loading goes by."""
         state, stiffness = self._state, self._stability.stiffness()
         field = steady_motion(state, stiffness, self._stability.frequency)
-        field = np.round(field / (scale := EXACT * np.abs(field).max())) * scale
-        inertia = float(np.sum(state.freedoms.arrays.mass * field**2))
-        lowest = SLOWEST * self._stability.frequency
-        frequency = max(math.sqrt(max(stiffness_along(state, stiffness, field), 0.0) / inertia), lowest)
+        field = np.round(field / (scale := max(EXACT * float(np.abs(field).max()), TINY))) * scale
+        inertia = max(float(np.sum(state.freedoms.arrays.mass * field**2)), TINY)
+        lowest, along = SLOWEST * self._stability.frequency, max(stiffness_along(state, stiffness, field), 0.0)
+        frequency = max(math.sqrt(along / inertia), lowest) if field.any() else self._stability.frequency
         assert stage.expected is not None
+        span = stage.interval * stage.expected
         self._seen = _Seen(
-            span=stage.interval * stage.expected, inertia=inertia, frequency=frequency,
+            span=span, inertia=inertia, frequency=frequency, force=HEATED * along * span * bool(state.heat.sign),
             fastest=stage.interval / (STEPS * state.time_step), supplied=math.nan, momentum=self._momentum(),
         )  # fmt: skip
         return field
 
     def steps(self, stage: Stage) -> int:
         """Steps of the next sample."""
-        return max(1, round(stage.interval / self._state.steady.pace / self._state.time_step))
+        pace, heat = self._state.steady.pace, self._state.heat
+        steps = max(1, round(stage.interval / pace / self._state.time_step))
+        if not heat.sign or heat.target is None:
+            return steps
+        left = math.ceil(abs(heat.target - heat.temperature) / pace / self._state.time_step)
+        return left if left < 1.5 * steps else steps  # the last sample ends at the temperature of the stage
 
     def accepts(self, stage: Stage, energies: Mapping[str, float], began: float) -> bool:
         """Whether a sample that ``began`` at a time (s) counts; otherwise the run returns to it and calls ``repeat``.
@@ -159,7 +167,7 @@ class Loader:
         """What has changed in a sample of a time (s)."""
         state, seen = self._state, self._seen
         travel, momentum = state.steady.pace * time, self._momentum()
-        vibration, supplied = state.steady.vibration(), energies[SUPPLIED]
+        vibration, supplied = state.steady.vibration(), energies[SUPPLIED] - energies[THERMAL]
         lost = energies[LOST] + vibration
         if math.isnan(seen.supplied):  # the first sample of a stage
             seen = attrs.evolve(seen, lost=lost, supplied=supplied)

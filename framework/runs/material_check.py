@@ -20,7 +20,7 @@ from grainlaw.workbench.finding import Finding
 from grainlaw.workbench.material_bench import MaterialBench
 from grainlaw.workbench.material_properties import PROPERTIES
 
-EXCUSABLE = ("symmetry", "energy", "stiffness")  #: properties a material may declare that it breaks
+EXCUSABLE = ("symmetry", "energy", "stiffness", "temperature")  #: properties a material may declare that it breaks
 ANGLES = (0.0, 35.0, 200.0)  #: degrees by which the strained grain is turned
 SAME = 1e-9  #: of the largest stress
 

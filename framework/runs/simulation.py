@@ -81,6 +81,9 @@ def simulate(
     check_ageing(law, stages)
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
+    for stage in stages:
+        if stage.temperature is not None:
+            specimen.check_temperature(f"Stage '{stage.name}': temperature", stage.temperature)
     warn_of_scales(specimen, law, stages)
     check_memory(specimen, frames)
     stop = stop or Stop()

@@ -21,9 +21,9 @@ SMALL = 1e-3  #: of the scale: strains of the first response
 class MaterialBench:
     """A material with its scale and its answers along all paths."""
 
-    def __init__(self, material: Material) -> None:
+    def __init__(self, material: Material, zone: Zone | None = None) -> None:
         self.material = material
-        self.zone: Zone = alone_material(material)
+        self.zone: Zone = zone or alone_material(material)
         self.declared = self.zone.stiffness * [1.0, 1.0, 2.0]  #: Pa, over the components of the strain tensor
 
     @functools.cached_property

@@ -7,12 +7,16 @@ from collections.abc import Callable
 import numpy as np
 
 from grainlaw.compiler.batch import CompilationError
+from grainlaw.material import Material, is_warm
+from grainlaw.memory import ROOM
+from grainlaw.parameter import ParameterError
 from grainlaw.workbench.finding import Finding
 from grainlaw.workbench.material_bench import SMALL, MaterialBench, at
 from grainlaw.workbench.properties import without_unit
-from grainlaw.workbench.zone import Zone
+from grainlaw.workbench.zone import Zone, kept
 
 ROUNDING = 1e-12
+COLD, HOT, WARMTHS = -100.0, 800.0, 9  # °C, between which a material is asked, as far as it knows them
 #: times the declared stiffness along a step, at most: the safety of the stable step, 0.9, allows for 1 / 0.9^2. Flow
 #: that is not normal to the yield surface is up to (1 / cos a - 1) / 2 stiffer, a being the angle between the two.
 STIFFER = 1.2
@@ -37,6 +41,11 @@ def stiffness(bench: MaterialBench) -> Finding | None:
             if not error <= max(EXACT, 10 * small):  # a nonlinear first response differs by its curvature
                 text = f"{_shown(found)} at {at(strain)}, {_shown(expected)} by the declared stiffness"
                 return Finding(text, float(error))
+    return _too_stiff(bench)
+
+
+def _too_stiff(bench: MaterialBench) -> Finding | None:
+    """A step of a path that is stiffer than declared."""
     worst = Finding("")
     for name, trace in bench.traces.items():
         moved, change = np.diff(trace.strain, axis=0), np.diff(trace.stress, axis=0)
@@ -146,6 +155,62 @@ def no_hidden_state(bench: MaterialBench) -> Finding | None:
     return None
 
 
+def temperature(bench: MaterialBench) -> Finding | None:
+    """At other temperatures, too, closed paths give no energy; and a zone that is free of stress returns with them.
+
+    So the free strain is a function of the temperature alone: heating and cooling close a loop.
+    """
+    material = bench.material
+    if not is_warm(material):
+        return None
+    low, high = (max(material.temperatures[0], COLD), min(material.temperatures[1], HOT))
+    if not low <= ROOM <= high - 1:
+        return Finding(f"is known from {low:g} to {high:g} °C; runs begin at {ROOM:g} °C")
+    path = _free_strains(material, bench.zone, float(high))
+    left = float(np.abs(path[-1][1] - path[0][1]).max())
+    hottest, free = max(path, key=lambda point: point[0])
+    if not left <= 1e-6 * max(bench.scale, float(np.abs(free - path[0][1]).max())):
+        return Finding(
+            f"heated to {hottest:.4g} °C and cooled it keeps a free strain of {left:.4g}: closes no loop", left
+        )
+    hot = Zone(material, temperature=hottest)
+    hot.origin = (float(free[0]), float(free[1]), float(free[2]))
+    there = MaterialBench(material, hot)
+    there.scale = bench.scale  # its own first response is another one than declared
+    for name, ask in (("stiffness", _too_stiff), ("symmetry", symmetry), ("energy", energy)):
+        if name not in material.exceptions and (found := ask(there)):
+            return Finding(f"at {hottest:.4g} °C, {name}: {found.text}", found.size)
+    return None
+
+
+def _free_strains(material: Material, zone: Zone, high: float) -> list[tuple[float, np.ndarray]]:
+    """Temperatures, up and down again, with the strain that is free of stress (nan where there is none).
+
+    As far as the memory of the zone stays, since a plastic material may yield across the plane; but by one kelvin.
+    """
+    path, state = [(ROOM, _free(zone, zone.start, np.zeros(3)))], zone.start
+    for warmth in (ROOM + 1, *np.linspace(ROOM, high, WARMTHS)[1:].tolist()):
+        there = Zone(material, temperature=warmth)
+        strain = _free(there, state, path[-1][1])
+        after = there.step(strain.tolist(), state)[3:]
+        if (after != zone.start or np.isnan(strain).any()) and len(path) > 1:
+            break
+        path.append((warmth, strain))
+        state = after
+    for warmth, _ in path[-2::-1]:
+        there = Zone(material, temperature=warmth)
+        path.append((warmth, _free(there, state, path[-1][1])))
+        state = there.step(path[-1][1].tolist(), state)[3:]
+    return path
+
+
+def _free(zone: Zone, state: tuple[float, ...], near: np.ndarray) -> np.ndarray:
+    try:
+        return kept(zone, state, near, np.zeros(3), None)
+    except ParameterError:
+        return np.full(3, np.nan)
+
+
 def _shown(stress: np.ndarray) -> str:
     return f"stress ({', '.join(f'{value * 1e-6:.6g}' for value in stress)}) MPa"
 
@@ -157,6 +222,7 @@ PROPERTIES: dict[str, Callable[[MaterialBench], Finding | None]] = {
     "symmetry": symmetry,
     "energy": energy,
     "memory": memory,
+    "temperature": temperature,
     "compiled": compiled_equals_interpreted,
     "no hidden state": no_hidden_state,
 }

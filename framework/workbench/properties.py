@@ -38,9 +38,9 @@ def without_unit(component: Any) -> list[str]:
             value = getattr(component, field.name)
             if attrs.has(type(value)):
                 yield from missing(value, f"{prefix}{field.name}.")
-            elif isinstance(value, float) and not field.metadata.get("unit"):
-                yield prefix + field.name
-            elif not isinstance(value, (float, int, np.ndarray, enum.Enum)):
+            elif isinstance(value, (int, np.ndarray, enum.Enum)) or field.metadata.get("unit"):
+                continue
+            else:
                 yield prefix + field.name
 
     return list(missing(component, ""))

@@ -13,7 +13,7 @@ from scipy.optimize import root
 from grainlaw.arguments import Checked, checked
 from grainlaw.compiler.batch import compile_material
 from grainlaw.material import Material, material_arguments, material_memory, stiffness_of, stress_answered
-from grainlaw.memory import SCALARS, with_scalars
+from grainlaw.memory import ROOM, SCALARS, with_scalars
 from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, parameters
 
@@ -41,26 +41,31 @@ class Zone:
     """A material's answers for one zone, as floats: interpreted, or by the ``compiled`` code that a simulation runs.
 
     An ArithmeticError or ValueError inside the material becomes nan and its words are kept in ``error``; with
-    ``raises`` it goes through.
+    ``raises`` it goes through. Strains are counted from ``origin``, zero at first.
     """
 
-    def __init__(self, material: Material, *, compiled: bool = False, raises: bool = False) -> None:
+    def __init__(
+        self, material: Material, *, compiled: bool = False, raises: bool = False, temperature: float = ROOM
+    ) -> None:
         self.material, self.names, self.error = material, material_memory(material), ""
         self.start = (0.0,) * len(self.names)
         self.stiffness = stiffness_of(material)[0]  #: (3, 3) Pa over exx, eyy and the shear angle
-        self._stress: Callable[..., Any] = with_scalars(material.stress, material_arguments(material), SCALARS)
-        self._energy: Callable[..., Any] = with_scalars(
-            material.energy, material_arguments(material, "energy"), SCALARS
-        )
+        self.origin = (0.0, 0.0, 0.0)  #: strain xx, yy, xy
+        at = SCALARS | {"temperature": temperature}
+        self._stress: Callable[..., Any] = with_scalars(material.stress, material_arguments(material), at)
+        self._energy: Callable[..., Any] = with_scalars(material.energy, material_arguments(material, "energy"), at)
         if compiled:
-            self._stress, self._energy = (code.respond for code in compile_material(material))
+            codes = compile_material(material)
+            for code in codes:
+                code.tell(temperature=temperature)
+            self._stress, self._energy = (code.respond for code in codes)
         self._compiled = compiled
         self._caught = () if raises else (ArithmeticError, ValueError)
 
     def step(self, strain: Strain, state: Iterable[float]) -> tuple[float, ...]:
         """Stress xx, yy, xy (Pa), then the memory. Raises TypeError for another number of results."""
         try:
-            answer = self._stress(*strain, *state)
+            answer = self._stress(*self._from_origin(strain), *state)
         except self._caught as error:
             self.error = f"{type(error).__name__}: {error}"
             return (math.nan,) * (3 + len(self.names))
@@ -69,7 +74,7 @@ class Zone:
     def energy(self, strain: Strain, state: Iterable[float]) -> float:
         """J/m3 stored at a strain, with the memory that ``step`` returned there. Raises TypeError for no number."""
         try:
-            answer: Any = self._energy(*strain, *state)
+            answer: Any = self._energy(*self._from_origin(strain), *state)
         except self._caught as error:
             self.error = f"{type(error).__name__}: {error}"
             return math.nan
@@ -78,6 +83,9 @@ class Zone:
         except TypeError:
             name = type(self.material).__name__
             raise TypeError(f"{name}.energy must return a number (J/m3), not {short(answer)}") from None
+
+    def _from_origin(self, strain: Strain) -> Strain:
+        return [own + more for own, more in zip(self.origin, strain, strict=True)] if any(self.origin) else strain
 
     def run(self, points: Iterable[Strain]) -> np.ndarray:
         """Answers (i, 4 + m), stress, stored energy and memory, of a virgin zone to a sequence of strains."""
@@ -143,11 +151,11 @@ def compress(material: Material, strain: Any, *, confinement: float = 0.0) -> Ma
         raise refusal("compress: strain", strain, "a finite number or a (i,) array of them")
     state, now = zone.start, np.zeros(3)
     for share in np.arange(1, CONFINING + 1) / CONFINING:
-        now = _kept(zone, state, now, np.array([-confinement, -confinement, 0.0]) * share, None)
+        now = kept(zone, state, now, np.array([-confinement, -confinement, 0.0]) * share, None)
         state = zone.step(now.tolist(), state)[3:]
     start, rows, answers = now[1], [], []
     for shortening in path.tolist():
-        now = _kept(zone, state, now, np.array([-confinement, 0.0, 0.0]), start - shortening)
+        now = kept(zone, state, now, np.array([-confinement, 0.0, 0.0]), start - shortening)
         answer = zone.step(now.tolist(), state)
         state = answer[3:]
         rows.append(now)
@@ -158,7 +166,7 @@ def compress(material: Material, strain: Any, *, confinement: float = 0.0) -> Ma
     return MaterialTrace(strains, found[:, :3].copy(), work, found[:, 3].copy(), memory)
 
 
-def _kept(zone: Zone, state: tuple[float, ...], near: np.ndarray, stress: np.ndarray, eyy: float | None) -> np.ndarray:
+def kept(zone: Zone, state: tuple[float, ...], near: np.ndarray, stress: np.ndarray, eyy: float | None) -> np.ndarray:
     """The strain near another at which a zone has a stress (3,) Pa; with ``eyy`` given, the stress yy is free."""
     free = [0, 1, 2] if eyy is None else [0, 2]
     size = float(zone.stiffness[0, 0])

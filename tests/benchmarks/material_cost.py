@@ -18,7 +18,7 @@ from support import ROCK, STIFF, nodal_forces
 
 import grainlaw as gl
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine.parts.material_zones import add_material_forces
+from grainlaw.engine.parts.material_passes import add_material_forces
 from grainlaw.engine.parts.zones import add_zone_forces
 from grainlaw.engine.state import State
 from grainlaw.geometry import Voronoi, rectangle

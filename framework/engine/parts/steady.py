@@ -8,6 +8,7 @@ import numpy as np
 
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Freedoms
+from grainlaw.engine.parts.heat import Heat
 from grainlaw.engine.parts.part import Changing, Part
 
 
@@ -19,15 +20,16 @@ class SteadyBooks(NamedTuple):
     share: Changing  #: (1,) of it that counts: 0 while a speed rises, then 1
     mark: Changing  #: (r, n) m, displacement from which the mean motion counts
     since: Changing  #: (1,) s, when that was
+    warmth: Changing  #: (1,) °C, at that time
 
 
 class Steady(Part):
     """The steady motion: at first that of the static solution, then the mean of the motion over some time."""
 
-    def __init__(self, freedoms: Freedoms) -> None:
-        self._freedoms = freedoms
+    def __init__(self, freedoms: Freedoms, heat: Heat) -> None:
+        self._freedoms, self._heat = freedoms, heat
         zeros = np.zeros_like(freedoms.arrays.mass)
-        self.books = SteadyBooks(zeros, np.ones(1), np.ones(1), zeros.copy(), np.zeros(1))
+        self.books = SteadyBooks(zeros, np.ones(1), np.ones(1), zeros.copy(), np.zeros(1), np.zeros(1))
 
     @property
     def pace(self) -> float:
@@ -56,17 +58,22 @@ class Steady(Part):
 
     def _mark(self, time: float) -> None:
         self.books.mark[:], self.books.since[0] = self._freedoms.arrays.displacement, time
+        self.books.warmth[0] = self._heat.temperature
 
     def follow(self, driven: Drives, speeds: np.ndarray, time: float, least: float) -> bool:
         """If ``least`` (s) have passed, take the mean motion of this time for the steady motion; whether they have.
 
-        ``speeds`` (d,) m/s are those of the drives; the mean is divided by how far they have moved.
+        ``speeds`` (d,) m/s are those of the drives; the mean is divided by how far they have moved, or by the change of
+        the temperature.
         """
         if time - self.books.since[0] < least:
             return False
         moved, at = self._freedoms.arrays.displacement - self.books.mark, driven.arrays
         wanted = np.append(speeds, 0.0)[at.column]
-        travel = float(np.sum(moved[at.row, at.place] * wanted) / np.sum(wanted**2))
+        if self._heat.target is None:
+            travel = float(np.sum(moved[at.row, at.place] * wanted) / np.sum(wanted**2))
+        else:
+            travel = abs(self._heat.temperature - float(self.books.warmth[0]))
         if travel > 0:
             self.books.field[:] = moved / travel
         self._mark(time)

@@ -1,0 +1,151 @@
+"""Heating and cooling, by themselves or before any other test."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw import gauges
+from grainlaw.columns import (
+    LATERAL_STRAIN,
+    SHEAR_CRACKS,
+    STAGE,
+    STORED,
+    STRAIN,
+    TEMPERATURE,
+    TENSILE_CRACKS,
+    VIBRATION,
+    energy,
+)
+from grainlaw.engine.state import State
+from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loading import Adaptive, Loading
+from grainlaw.memory import ROOM
+from grainlaw.messages import refusal
+from grainlaw.parameter import ParameterError, checked_number, part, whole_number
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols.measures import axial_strain_of_points
+from grainlaw.protocols.platens import require_boundaries
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Curves, Drive, Stage
+
+OFFSET = (STRAIN, LATERAL_STRAIN, "strain_points", "volumetric_strain")  #: counted from the end of the heating on
+
+
+class Held(enum.Enum):
+    """What is held while a specimen is heated."""
+
+    BOTTOM = enum.auto()  #: it stands on its lower end, free to slide there
+    ENDS = enum.auto()  #: top and bottom along y
+    ALL = enum.auto()  #: these, and the sides along x
+
+
+def _temperatures(value: Any) -> tuple[float, ...]:
+    listed = value if isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, str) else (value,)
+    found = tuple(checked_number("Heating: to", entry, "°C") for entry in listed)
+    if not found:
+        raise refusal("Heating: to", value, "a temperature (°C), or several one after the other")
+    if not all(np.diff([ROOM, *found])):
+        raise ParameterError(
+            f"Heating: to = {found} is not allowed: from {ROOM:g} °C on each must differ from the last"
+        )
+    return found
+
+
+def _is_test(heating: Heating, attribute: Any, value: Any) -> None:
+    if value is not None and (not isinstance(value, LoadingProtocol) or isinstance(value, Heating)):
+        raise refusal("Heating: test", value, "another test such as UniaxialCompression(), or None")
+
+
+@attrs.frozen(kw_only=True)
+class Heating(LoadingProtocol):
+    """Bring a specimen from 20 °C to one temperature after another, then put it through a test, if one is given.
+
+    It is the same temperature everywhere, as after slow heating. ``Heating(to=(600, 20), test=UniaxialCompression())``
+    heats, cools and crushes. Strains of the test count from where the heating has left the specimen.
+    """
+
+    #: one temperature, or several one after the other
+    to: tuple[float, ...] = attrs.field(converter=_temperatures, metadata={"unit": "degC", "bounds": ""})
+    test: LoadingProtocol | None = attrs.field(default=None, validator=_is_test)  #: what comes after it
+    held: Held = part(Held, Held.BOTTOM)  #: what is held meanwhile
+    loading: Loading = part(Loading, Adaptive())  #: how fast the temperature changes
+    samples: int = whole_number(default=100, at_least=10)  #: from one temperature to the next
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        sides = () if self.test is not None and self.held is not Held.ALL else ("left", "right")
+        require_boundaries(specimen, "Heating", "top", "bottom", *sides)
+        drives = self._drives()
+        heating, before = [], ROOM
+        for temperature in self.to:
+            specimen.check_temperature("Heating: to", temperature)
+            name = f"{'heat' if temperature > before else 'cool'} to {temperature:g} °C"
+            interval = abs(temperature - before) / self.samples
+            heating.append(
+                Stage(
+                    name=name, temperature=temperature, drives=drives, loading=self.loading, interval=interval,
+                    expected=self.samples, sample_limit=100 * self.samples, integrator=self.integrator,
+                )
+            )  # fmt: skip
+            before = temperature
+        return heating if self.test is None else [*heating, *self.test.stages(specimen)]
+
+    def _drives(self) -> list[Drive]:
+        ends = ("bottom", "top") if self.held is not Held.BOTTOM else ("bottom",)
+        drives = [Drive(boundary=end, axis=1, speed=0.0) for end in ends]
+        if self.held is Held.ALL:
+            return [*drives, *(Drive(boundary=side, axis=0, speed=0.0) for side in ("left", "right"))]
+        return [
+            *drives,
+            Drive(boundary="bottom", axis=0, speed=0.0, roller=True),
+        ]  # its middle, so that it cannot drift
+
+    def measure(self, state: State) -> dict[str, float]:
+        """What the test measures.
+
+        Without one: ``expansion_x`` and ``expansion_y``, change of width and height over them, and the mean stress of
+        the specimen ``stress_x`` and ``stress_y`` (Pa, tension positive).
+        """
+        if self.test is not None:
+            return self.test.measure(state)
+        stress = np.average(state.grain_stress(), axis=0, weights=state.specimen.grains.areas)
+        return {
+            "expansion_x": gauges.lateral_strain(state.specimen, state.displacement, 12),
+            "expansion_y": axial_strain_of_points(state),
+            "stress_x": float(stress[0]),
+            "stress_y": float(stress[1]),
+        }
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Highest temperature, contact points broken by it, and ``heating_kinetic_ratio``; properties by the test.
+
+        The ratio is the largest of vibration over stored energy, where more than a hundredth of the most is stored.
+        """
+        hot = curves[STAGE] < len(self.to)
+        stored, vibration = energy(curves, *STORED)[hot], curves[VIBRATION][hot]
+        counts = stored >= 0.01 * stored.max()
+        found = {
+            "highest_temperature": float(curves[TEMPERATURE].max()),
+            "thermal_cracks": int((curves[TENSILE_CRACKS] + curves[SHEAR_CRACKS])[hot][-1]),
+            "heating_kinetic_ratio": float(np.max(vibration[counts] / np.maximum(stored[counts], 1e-300))),
+        }
+        if self.test is None:
+            return {
+                **found,
+                "expansion_x": float(curves["expansion_x"][-1]),
+                "expansion_y": float(curves["expansion_y"][-1]),
+            }
+        after = {name: values[~hot] for name, values in curves.items()}
+        if not len(after[STAGE]):
+            return found
+        last = int(np.flatnonzero(hot)[-1])
+        after |= {name: after[name] - curves[name][last] for name in OFFSET if name in after}
+        after[STAGE] = after[STAGE] - len(self.to)
+        for name in (TENSILE_CRACKS, SHEAR_CRACKS):
+            after[name] = after[name] - curves[name][last]
+        return {**found, **self.test.summary(after, specimen)}

@@ -1,0 +1,253 @@
+"""Thermal expansion against closed forms: one grain, held samples, a bimaterial strip, an inclusion; heat as energy."""
+
+import itertools
+import re
+
+import attrs
+import numpy as np
+import pytest
+from every_material import MOHR, SCHIST
+from support import small_sample
+
+import grainlaw as gl
+from grainlaw.engine.stable_step import StableStep
+from grainlaw.engine.state import State
+from grainlaw.engine.steady import steady_motion
+from grainlaw.geometry import Bricks, from_polygons, rectangle
+from grainlaw.laws import Linear, MohrCoulomb
+from grainlaw.materials import QUARTZ, ExpansionTable, MohrCoulombPlastic, Thermal
+from grainlaw.protocols import Heating
+from grainlaw.protocols.heating import Held
+from grainlaw.results.result import energy_error
+
+E, NU, ALPHA, WARMER = 60e9, 0.25, 8e-6, 100.0
+ELASTIC = gl.Elastic(youngs_modulus=E, poissons_ratio=NU, density=2650)
+WARM = Thermal(material=ELASTIC, expansion=ALPHA)
+STRONG = MohrCoulomb(kn=1e15, ks=1e15, tensile_strength=1e9, cohesion=1e9, friction_angle=30)
+HARD = Linear(kn=1e17, ks=1e17)  # between grains of mm: of no account
+SLOW = gl.Constant(speed=1e5)  # K/s: some thousand steps
+
+
+def one_grain(material):
+    return gl.Specimen(Bricks(rows=1, columns=1).tessellate(rectangle(10e-3, 10e-3)), material)
+
+
+def heated(specimen, held, law=STRONG, to=20 + WARMER, test=None, **options):
+    protocol = Heating(to=to, held=held, samples=10, loading=SLOW, test=test)
+    return gl.simulate(specimen, law, protocol, threads=1, frames=2, **options)
+
+
+def per_kelvin(specimen, law, drives=()):
+    """(i, 2) m/K of the nodes, of the static solution that a stage begins with."""
+    state = State(specimen, law)
+    state.begin(gl.Stage(name="heat", temperature=21, drives=drives, loading=SLOW, interval=0.1, expected=10))
+    stable = StableStep(state)
+    return state.grains.nodes_at(steady_motion(state, stable.stiffness(), stable.frequency)).T
+
+
+PLANE_STRESS = attrs.evolve(ELASTIC, plane=gl.Plane.STRESS)
+SHARE = (1 + NU) / (1 - NU)  # of a free strain that one direction in the plane takes where the two others are held
+
+
+@pytest.mark.parametrize(
+    ("material", "held", "strain", "stress"),
+    [
+        (ELASTIC, Held.BOTTOM, (1 + NU, 1 + NU), (0, 0)),
+        (ELASTIC, Held.ENDS, (SHARE, 0), (0, -1 / (1 - NU))),
+        (ELASTIC, Held.ALL, (0, 0), (-1 / (1 - 2 * NU), -1 / (1 - 2 * NU))),
+        (PLANE_STRESS, Held.BOTTOM, (1, 1), (0, 0)),
+        (PLANE_STRESS, Held.ALL, (0, 0), (-1 / (1 - NU), -1 / (1 - NU))),
+    ],
+)
+def test_one_grain_expands_where_it_may(material, held, strain, stress):
+    curves = heated(one_grain(Thermal(material=material, expansion=ALPHA)), held).curves
+    assert curves["temperature"][-1] == 20 + WARMER
+    free = ALPHA * WARMER
+    for axis, wanted, held_back in zip("xy", strain, stress, strict=True):
+        assert curves[f"expansion_{axis}"][-1] == pytest.approx(wanted * free, abs=2e-3 * free)  # strains of 0.1 %
+        assert curves[f"stress_{axis}"][-1] == pytest.approx(held_back * E * free, abs=3e-3 * E * free)
+
+
+def test_a_bonded_sample_expands_as_one_grain_and_returns():
+    result = heated(small_sample(grains=12, material=WARM), Held.BOTTOM, to=(120, 20))
+    curves, hot = result.curves, np.flatnonzero(result.curves["temperature"] == 120)[0]
+    free = (1 + NU) * ALPHA * WARMER
+    for axis in "xy":
+        assert curves[f"expansion_{axis}"][hot] == pytest.approx(free, rel=1e-3)
+        assert curves[f"expansion_{axis}"][-1] == pytest.approx(0, abs=1e-3 * free)
+        assert abs(curves[f"stress_{axis}"][hot]) < 1e-3 * E * free
+    assert energy_error(curves) < 1e-6
+    assert result.summary["thermal_cracks"] == 0
+
+
+def test_two_grains_between_walls_press_their_contact():
+    height, kn = 5e-3, 1e15
+    grains = Bricks(rows=2, columns=1).tessellate(rectangle(10e-3, 2 * height))
+    curves = heated(gl.Specimen(grains, WARM), Held.ALL).curves
+    oedometer = E * (1 - NU) / ((1 + NU) * (1 - 2 * NU))
+    expected = -E * ALPHA * WARMER / (1 - 2 * NU) / (1 + oedometer / (2 * height * kn))
+    assert curves["stress_y"][-1] == pytest.approx(expected, rel=1e-3)
+
+
+def test_heat_is_in_the_ledger():
+    """Held, all that the zones store comes from heat; across the plane the free strain is held always."""
+    curves = heated(one_grain(WARM), Held.ALL, to=(120, 20)).curves
+    hot = np.flatnonzero(curves["temperature"] == 120)[0]
+    stored = (
+        1.5 * E * (ALPHA * WARMER) ** 2 / (1 - 2 * NU) * 1e-4
+    )  # sigma : elastic strain / 2, alike in all directions
+    assert curves["energy_zones"][hot] == pytest.approx(stored, rel=1e-3)
+    assert curves["energy_zones_thermal"][hot] == pytest.approx(-stored, rel=1e-3)
+    assert abs(curves["energy_zones_thermal"][-1]) < 1e-3 * stored
+    assert curves["energy_zones_dissipated"][-1] == 0
+    assert energy_error(curves) < 1e-6
+
+
+def test_plastic_grains_dissipate_what_heat_presses_out_of_them():
+    weak = MohrCoulombPlastic(
+        youngs_modulus=E, poissons_ratio=NU, density=2650, tensile_strength=5e6, cohesion=10e6, friction_angle=30
+    )
+    curves = heated(one_grain(Thermal(material=weak, expansion=ALPHA)), Held.ENDS).curves
+    strength = 2 * 10e6 * np.cos(np.radians(30)) / (1 - np.sin(np.radians(30)))  # Coulomb's, pressed along y and z
+    assert curves["stress_y"][-1] == pytest.approx(-strength, rel=1e-2)
+    assert curves["energy_zones_dissipated"][-1] > 0.1 * curves["energy_zones"][-1]
+    assert energy_error(curves) < 1e-6
+
+
+def test_a_foliated_grain_is_held_across_the_plane():
+    """Held on all sides: the stiffness in three dimensions, inverted as a whole, times minus the free strain."""
+    m, angle = SCHIST, np.radians(SCHIST.foliation_angle)
+    e, between = m.youngs_modulus, -m.poissons_ratio_across / m.youngs_modulus_across
+    near = -m.poissons_ratio / e
+    soft = np.array([[1 / e, between, near], [between, 1 / m.youngs_modulus_across, between], [near, between, 1 / e]])
+    along, across, third = np.linalg.solve(soft, np.full(3, -ALPHA * WARMER))
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    expected = turn @ np.diag([along, across]) @ turn.T
+    warm = Thermal(material=m, expansion=ALPHA)
+    assert warm.stress(0, 0, 0, 120, 0.0) == pytest.approx((expected[0, 0], expected[1, 1], expected[0, 1]), rel=1e-9)
+    assert warm.energy(0, 0, 0, 120, 0.0) == pytest.approx(-0.5 * (along + across + third) * ALPHA * WARMER)
+
+
+def test_a_crystal_expands_along_its_axis():
+    crystal = Thermal(material=PLANE_STRESS, expansion=14e-6, expansion_along=8e-6, axis_angle=30)
+    turn = np.array([[np.cos(np.pi / 6), -np.sin(np.pi / 6)], [np.sin(np.pi / 6), np.cos(np.pi / 6)]])
+    free = turn @ np.diag([8e-6, 14e-6]) @ turn.T * WARMER
+    assert crystal.stress(free[0, 0], free[1, 1], free[0, 1], 120, 0.0) == pytest.approx((0, 0, 0), abs=1e-3)
+
+
+# --- static solutions ------------------------------------------------------------------------------------------------
+
+STIFFER = Thermal(material=attrs.evolve(ELASTIC, youngs_modulus=2 * E), expansion=2 * ALPHA)
+
+
+def strip_error(columns, refinement):
+    """Curvature of a strip of two layers, over Timoshenko's (1925, J. Opt. Soc. Am. 11, 233-255), less one.
+
+    In plane strain the moduli are E / (1 - nu^2) and the expansions (1 + nu) times those of a beam.
+    """
+    length, height = 40e-3, 4e-3
+    grains = Bricks(rows=2, columns=columns).tessellate(rectangle(length, height))
+    grains = attrs.evolve(grains, phase=(grains.centroids[:, 1] > height / 2).astype(int))
+    specimen = gl.Specimen(grains, {0: WARM, 1: STIFFER}, refinement=refinement)
+    u, x = per_kelvin(specimen, HARD), specimen.mesh.nodes
+    m, n = 1.0, 0.5  # layers of equal thickness; the upper one is twice as stiff
+    shape = 3 * (1 + m) ** 2 + (1 + m * n) * (m**2 + 1 / (m * n))
+    expected = 6 * (STIFFER.expansion.coefficient - ALPHA) * (1 + NU) * (1 + m) ** 2 / (height * shape)
+    middle = (np.abs(x[:, 0] - length / 2) < length / 4) & (x[:, 1] < 1e-9)
+    bent = np.polyfit(x[middle, 0], u[middle, 1], 2)[0] * 2
+    return abs(bent) / expected - 1
+
+
+def test_a_bimaterial_strip_curves_as_timoshenko_says():
+    assert abs(strip_error(20, 2)) < 0.02
+    assert abs(strip_error(20, 2)) < abs(strip_error(20, 1))
+
+
+def test_a_round_inclusion_is_pressed_by_its_expansion():
+    """Lame's cylinders in plane strain: a disc of radius a that expands more than the ring around it, up to b."""
+    a, rings, sectors = 1e-3, np.array([0.4, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0]), 48
+    angles = np.linspace(0, 2 * np.pi, sectors + 1)
+    ray = np.stack([np.cos(angles), np.sin(angles)], axis=1) * a
+    cells = [[(0, 0), rings[0] * ray[k], rings[0] * ray[k + 1]] for k in range(sectors)]
+    phases = [0] * sectors
+    for inner, outer in itertools.pairwise(rings):
+        cells += [[inner * ray[k], outer * ray[k], outer * ray[k + 1], inner * ray[k + 1]] for k in range(sectors)]
+        phases += [int(inner >= 1)] * sectors
+    hot = Thermal(material=ELASTIC, expansion=2 * ALPHA)
+    specimen = gl.Specimen(from_polygons(cells, phases), {0: hot, 1: WARM}, refinement=1)
+    u = per_kelvin(specimen, HARD)
+    distance = np.hypot(*specimen.mesh.nodes.T)
+    rim = np.abs(distance - a) < 1e-3 * a
+    moved = np.mean(np.sum(u[rim] * specimen.mesh.nodes[rim], axis=1) / distance[rim]) / a
+    misfit, wide = (1 + NU) * ALPHA, rings[-1] ** 2
+    ring = (1 + NU) * ((1 - 2 * NU) + wide) / (wide - 1) / E  # strain of the hole by a pressure of 1 in it
+    disc = (1 + NU) * (1 - 2 * NU) / E
+    pressure = misfit / (ring + disc)
+    expected = misfit + ring * pressure  # the ring's own free strain, and what the pressure widens it by
+    assert moved == pytest.approx(expected, rel=0.01)
+
+
+# --- the same bits, and what is refused ------------------------------------------------------------------------------
+
+
+def test_threads_and_a_restart_give_the_same_bits(tmp_path):
+    angles = np.linspace(0, 165, 12)  # of the grains: they press each other, and break
+    crystal = Thermal(material=MOHR, expansion=14e-6, expansion_along=8e-6, axis_angle=angles)
+    weak = MohrCoulomb(kn=1e15, ks=1e15, tensile_strength=5e6, cohesion=10e6, friction_angle=30)
+    specimen = small_sample(grains=12, material=crystal)
+    protocol = Heating(to=(100, 20), samples=10, loading=SLOW)
+    runs = [gl.simulate(specimen, weak, protocol, threads=threads, frames=2).curves for threads in (1, 3)]
+    stop, options = gl.Stop(), {"threads": 1, "frames": 2, "checkpoint": tmp_path / "run"}
+
+    class Stops(gl.Observer):
+        def observe(self, state, curves, stage, progress):
+            if not options.get("restart") and state.heat.temperature > 40:
+                stop.ask("in the middle")
+
+    with pytest.raises(gl.Stopped):
+        gl.simulate(specimen, weak, protocol, observers=[Stops()], stop=stop, **options)
+    options["restart"] = True
+    found = gl.simulate(specimen, weak, protocol, observers=[Stops()], **options)
+    for name, row in runs[0].items():
+        assert np.array_equal(row, runs[1][name]), name
+        assert np.array_equal(row, found.curves[name]), name
+    assert runs[0]["tensile_cracks"][-1] > 0
+
+
+@attrs.frozen(kw_only=True)
+class Flat(gl.Material):
+    """Says nothing of the third direction."""
+
+    modulus: float = gl.parameter("Pa")
+    density: float = gl.parameter("kg/m3")
+    stiffness = property(lambda self: tuple(self.modulus * row for row in np.eye(3)))
+
+    def stress(self, exx, eyy, exy):
+        return self.modulus * exx, self.modulus * eyy, 2 * self.modulus * exy
+
+    def energy(self, exx, eyy, exy):
+        return self.modulus * (0.5 * (exx**2 + eyy**2) + 2 * exy**2)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: ExpansionTable([20, 500, 400], [0, 1e-3, 2e-3]), "400 °C follows 500 °C; temperatures must rise"),
+        (lambda: ExpansionTable([20, 500], [0]), "at has 2 temperatures and strains 1"),
+        (lambda: ExpansionTable([20, np.nan], [0, 1e-3]), "finite"),
+        (lambda: Thermal(material=ELASTIC, expansion="much"), "Thermal: expansion = 'much' is not allowed"),
+        (lambda: Thermal(material=gl.Rigid(density=2650), expansion=1e-5), "a material of grains that deform"),
+        (lambda: Thermal(material=Flat(modulus=1e9, density=2650), expansion=1e-5), "Flat.stress must take ezz"),
+        (lambda: Thermal(material=ELASTIC, expansion=QUARTZ, reference=0), "known from 20 to 1000 °C"),
+        (lambda: Heating(to=()), "a temperature"),
+        (lambda: Heating(to=(60, 60)), "each must differ from the last"),
+        (lambda: Heating(to=60, test=Heating(to=80)), "Heating: test"),
+        (lambda: gl.Stage(name="heat", temperature=60, interval=1.0), "needs a loading without a ramp"),
+        (lambda: gl.Stage(name="heat", temperature=-300, interval=1.0), "Stage: temperature = -300 °C"),
+        (lambda: heated(small_sample(grains=2), Held.BOTTOM), "no material of the specimen depends on the temperature"),
+        (lambda: heated(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ)), Held.BOTTOM, to=1200), "to 1000 °C"),
+    ],
+)
+def test_what_makes_no_heating_is_refused(make, words):
+    with pytest.raises(gl.ParameterError, match=re.escape(words)):
+        make()

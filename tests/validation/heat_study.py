@@ -1,0 +1,53 @@
+"""A granite heated, cooled and crushed: the table of docs/temperature.md, by the example there.
+
+python tests/validation/heat_study.py [--write | --check]
+"""
+
+import sys
+from functools import partial
+
+from study_tables import DOCS, Table, main
+
+import grainlaw as gl
+from grainlaw.units import GPa, MPa
+
+sys.path.insert(0, str(DOCS / "examples"))
+from heated_granite import LAWS, case
+
+TEMPERATURES = (20, 100, 300, 600)
+GRAINS, SEED = 60, 1
+
+
+def row(law, temperature):
+    run = case(law, temperature, SEED, GRAINS)
+    result = gl.simulate(run.specimen, run.law, run.protocol, threads=1, frames=2)
+    found = result.summary
+    return (
+        str(found.get("thermal_cracks", 0)),
+        f"{found['peak_stress'] / MPa:.0f}",
+        f"{found['apparent_modulus'] / GPa:.0f}",
+        f"{found.get('heating_kinetic_ratio', 0):.0e}",
+        f"{found['energy_error']:.0e}",
+    )
+
+
+TABLES = [
+    Table(
+        page=DOCS / "temperature.md",
+        name="heat",
+        columns=(
+            "bonds, heated to",
+            "cracks by heat",
+            "UCS (MPa)",
+            "slope (GPa)",
+            "kinetic ratio",
+            "error of the energies",
+        ),
+        rows={f"{law}, {t} °C": partial(row, law, t) for law in LAWS for t in TEMPERATURES},
+        firm=("UCS (MPa)",),
+        checked=("brittle, 20 °C",),
+    )
+]
+
+if __name__ == "__main__":
+    main(TABLES)
