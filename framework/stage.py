@@ -215,9 +215,9 @@ class Ageing(metaclass=Checked):
     equilibrium by its motion.
     """
 
-    duration: float = parameter("s")
-    largest_growth: float = parameter("1", default=0.02, above=0, at_most=0.5)
-    ratio: float = parameter("1", default=1e-4)
+    duration: float = parameter("s")  #: that passes in all
+    largest_growth: float = parameter("1", default=0.02, above=0, at_most=0.5)  #: of fatigue in a jump
+    ratio: float = parameter("1", default=1e-4)  #: at which the specimen counts as at rest
 
 
 @attrs.frozen(kw_only=True)

@@ -28,7 +28,7 @@ class CowperSymonds(RateEffect):
     """(rate / reference_rate)^(1 / exponent) (Cowper and Symonds 1957, technical report 28, Brown University)."""
 
     reference_rate: float = parameter("m/s", default=1.0)  #: at which the strength is twice that at rest
-    exponent: float = parameter("1", default=4.0, at_least=1)
+    exponent: float = parameter("1", default=4.0, at_least=1)  #: the larger, the weaker the effect of the rate
 
     @property
     def inverse_exponent(self) -> float:
@@ -46,8 +46,8 @@ class JohnsonCook(RateEffect):
     logarithm of the rate alone, which falls below 0 under the reference rate.
     """
 
-    reference_rate: float = parameter("m/s", default=1e-3)
-    coefficient: float = parameter("1", default=0.1, at_least=0)
+    reference_rate: float = parameter("m/s", default=1e-3)  #: from which on the strength grows clearly
+    coefficient: float = parameter("1", default=0.1, at_least=0)  #: gain for each factor e of the rate
 
     def gain(self, rate: float) -> float:
         return self.coefficient * math.log1p(rate / self.reference_rate)
@@ -63,8 +63,8 @@ class RateDependent(ContactLaw):
     sqrt(max(d opening, 0)^2 + d slip^2) over the time step. No time passes, no gain: the slow limit is the law.
     """
 
-    law: ContactLaw = modified_law()
-    effect: RateEffect = part(RateEffect, CowperSymonds())
+    law: ContactLaw = modified_law()  #: without rate
+    effect: RateEffect = part(RateEffect, CowperSymonds())  #: gain of strength over rate
 
     def __attrs_post_init__(self) -> None:
         refuse_what_does_not_scale(self)

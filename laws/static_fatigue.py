@@ -57,7 +57,7 @@ class ExponentialGrowth(Growth):
     middle of the time is taken (second order).
     """
 
-    activation: float = parameter("1", default=30.0)
+    activation: float = parameter("1", default=30.0)  #: stress coefficient times strength over RT
 
     def left(self, share: float, load: float, time: float) -> float:
         first = time * math.exp(-self.activation * (1 - min(load / share, 1.0)))
@@ -78,9 +78,9 @@ class StaticFatigue(ContactLaw):
     (:class:`~grainlaw.Ageing`, as in the test ``Creep``).
     """
 
-    law: ContactLaw = modified_law()
+    law: ContactLaw = modified_law()  #: that does not age
     rate: float = parameter("1/s")  #: share of the strength lost per second under a load as high as the strength
-    growth: Growth = part(Growth, CharlesGrowth())
+    growth: Growth = part(Growth, CharlesGrowth())  #: how the speed depends on the load
     threshold: float = parameter("1", default=0.0, at_least=0, below=1)  #: load over strength below which nothing grows
 
     def __attrs_post_init__(self) -> None:

@@ -20,8 +20,8 @@ class Viscous(ContactLaw):
     the highest frequency: retardation much above the stable step makes a run slow.
     """
 
-    law: ContactLaw = modified_law()
-    retardation: float = parameter("s", at_least=0)
+    law: ContactLaw = modified_law()  #: beside the dashpot
+    retardation: float = parameter("s", at_least=0)  #: viscosity over stiffness
 
     def __attrs_post_init__(self) -> None:
         refuse_without_damage(self)

@@ -66,15 +66,15 @@ class Creep(LoadingProtocol):
     """
 
     load: float = parameter("Pa")  #: axial stress, with the confinement
-    duration: float = parameter("s", usual=(1e-3, 1e12))
-    confinement: float = parameter("Pa", default=0.0, at_least=0)
+    duration: float = parameter("s", usual=(1e-3, 1e12))  #: for which the load is held
+    confinement: float = parameter("Pa", default=0.0, at_least=0)  #: pressure on the sides
     largest_growth: float = parameter("1", default=0.02, above=0, at_most=0.5)  #: of fatigue in a jump
-    failure_strain: float = parameter("1", default=5e-3, above=0, below=0.5)
+    failure_strain: float = parameter("1", default=5e-3, above=0, below=0.5)  #: growth under the load that is failure
     ramp: float = parameter("s", default=2e-4)  #: time of the run in which the load rises
-    platens: Platens = part(Platens, Platens.SMOOTH)
+    platens: Platens = part(Platens, Platens.SMOOTH)  #: whether the ends can move sideways
     ratio: float = parameter("1", default=1e-4)  #: at which the specimen counts as at rest
-    most_samples: int = whole_number(default=100_000, at_least=100)
-    integrator: Integrator = part(Integrator, CentralDifference())
+    most_samples: int = whole_number(default=100_000, at_least=100)  #: then the run stops
+    integrator: Integrator = part(Integrator, CentralDifference())  #: time stepping, with its damping
 
     def __attrs_post_init__(self) -> None:
         if self.load <= self.confinement:
