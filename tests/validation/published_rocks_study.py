@@ -12,7 +12,7 @@ from functools import partial
 from study_tables import DOCS, Table, main
 
 from grainlaw.calibration.targets import QUANTITIES
-from grainlaw.cli.paper_calibration import checked_cell, parameter_cell
+from grainlaw.cli.paper_calibration import checked_cell, parameter_cell, words_of
 
 sys.path.insert(0, str(DOCS / "examples"))
 from published_rocks import LAWS, ROCKS, STORED
@@ -64,7 +64,7 @@ def measured(rock):
 
 def table(rock):
     rows = {QUANTITIES[name].shown.heading: partial(quantity, rock, name) for name in measured(rock)}
-    rows |= {f"contacts: {name.replace('_', ' ')}": partial(parameter, rock, name) for name in UNITS}
+    rows |= {f"contacts: {words_of(name)}": partial(parameter, rock, name) for name in UNITS}
     rows |= {"contacts: ks / kn": partial(stiffness, rock), "targets in conflict": partial(conflict, rock)}
     rows |= {"CPU hours": partial(cost, rock)}
     return Table(page=DOCS / "calibration.md", name=f"calibrated: {rock}", columns=("", "target", *LAWS), rows=rows)
