@@ -11,9 +11,8 @@ from typing import Any
 
 from grainlaw.messages import ParameterError, short
 
-Dimension = tuple[
-    int, ...
-]  #: powers of kilogram, metre, second, kelvin, degree Celsius (no difference), degree of an angle
+#: powers of kilogram, metre, second, kelvin, degree Celsius (no difference), degree of an angle
+Dimension = tuple[int, ...]
 Unit = tuple[Fraction, Dimension]  #: size in SI (degrees for angles), exact so that "5 um" is the float 5e-6
 
 PREFIXES = {"T": 12, "G": 9, "M": 6, "k": 3, "c": -2, "m": -3, "u": -6, "µ": -6, "μ": -6, "n": -9}

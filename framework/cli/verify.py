@@ -228,7 +228,7 @@ def cells(rows: list[Row]) -> list[tuple[str, ...]]:
 
 def _tension_figure(law: CohesiveCrack, curves: Curves, tall: Curves) -> Figure:
     """Like the paper's Fig. 5."""
-    figure, axes = _axes("opening of the joint (um)", "normal stress (MPa)")
+    figure, axes = _axes("opening of the joint (µm)", "normal stress (MPa)")
     alone = trace(law, np.append(0, curves["opening"]), 0.0)
     axes.plot(tall["opening"] / um, tall["normal"] / MPa, color=color(1), lw=1, label="125 mm column: snaps back")
     axes.plot(curves["opening"] / um, curves["normal"] / MPa, color=color(0), lw=2.2, label="10 mm blocks")
@@ -240,7 +240,7 @@ def _tension_figure(law: CohesiveCrack, curves: Curves, tall: Curves) -> Figure:
 
 def _shear_figure(law: CohesiveCrack, curves: Curves) -> Figure:
     """Like the paper's Fig. 6."""
-    figure, axes = _axes("slip of the joint (um)", "shear stress (MPa)")
+    figure, axes = _axes("slip of the joint (µm)", "shear stress (MPa)")
     alone = trace(law, np.append(0, curves["opening"]), np.append(0, curves["slip"]))
     axes.plot(curves["slip"] / um, curves["shear_stress"] / MPa, color=color(0), lw=2.2, label="4 mm blocks")
     axes.plot(alone.slip / um, alone.shear / MPa, "k--", lw=0.9, label="the law alone")

@@ -17,7 +17,7 @@ FILLS = (
     "#77AADD", "#EE8866", "#EEDD88", "#FFAABB", "#99DDFF", "#44BB99", "#BBCC33", "#AAAA00", "#DDDDDD",
 )  # fmt: skip
 LINES = ("#000000", "#AA3377", "#004488", "#994455", "#117733")
-STYLES: tuple[Any, ...] = ("solid", (0, (4, 1.5)), (0, (1, 1)), (0, (6, 1, 1, 1)), (0, (2, 2)))
+JOINT_STYLES: tuple[Any, ...] = ("solid", (0, (4, 1.5)), (0, (1, 1)), (0, (6, 1, 1, 1)), (0, (2, 2)))
 RIM = "#333333"
 
 
@@ -51,7 +51,11 @@ def draw_grains(grains: Any, by: str, ax: Any) -> Figure:
     axes.add_collection(LineCollection(list(ends[edges.kind == 0]), colors=rim, linewidths=0.7))
     for k, name in enumerate(grains.joints):
         lines = LineCollection(
-            list(ends[edges.kind == k + 2]), colors=LINES[k % 5], linestyles=[STYLES[k % 5]], linewidths=2.2, label=name
+            list(ends[edges.kind == k + 2]),
+            colors=LINES[k % 5],
+            linestyles=[JOINT_STYLES[k % 5]],
+            linewidths=2.2,
+            label=name,
         )
         axes.add_collection(lines)
         legends.append(lines)

@@ -31,9 +31,8 @@ class Frame(metaclass=Checked):
     stress: np.ndarray  #: (g, 3) Pa, xx, yy, xy
     bonds: dict[str, np.ndarray]  #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made
     contacts: dict[str, np.ndarray]  #: (k,) those that are closed, see :meth:`Contacts.closed`; empty without detection
-    zones: dict[str, np.ndarray] = attrs.field(
-        factory=dict
-    )  #: (z,) plastic_strain, temperature (°C), where a material has it
+    #: (z,) plastic_strain, temperature (°C), where a material has it
+    zones: dict[str, np.ndarray] = attrs.field(factory=dict)
 
     def to_pandas(self, kind: str = "bonds") -> pandas.DataFrame:
         """One of its tables, SI: "bonds" (a row for each contact point), "contacts", "zones", "grains" or "nodes".

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
 FAR = 0.3  #: widths of a specimen around it that are shown
-ROOM = 0.03  #: of the height, around it
+MARGIN = 0.03  #: of the height, around it
 MOST_ACROSS = 6  #: panels in a row
 DPI = 110  #: of an animation
 
@@ -175,6 +175,6 @@ def hull(boxes: Sequence[np.ndarray]) -> np.ndarray:
 
 def fit(axes: Axes, low: np.ndarray, high: np.ndarray) -> None:
     """Show what lies between two corners (mm), with a little room around it."""
-    room = ROOM * float((high - low).max())
+    room = MARGIN * float((high - low).max())
     axes.set_xlim(low[0] - room, high[0] + room)
     axes.set_ylim(low[1] - room, high[1] + room)
