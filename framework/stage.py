@@ -11,7 +11,17 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, fits, is_number
-from grainlaw.columns import MOTION, SHEAR_CRACKS, TEMPERATURE, TENSILE_CRACKS, TIME, UNBALANCED, require
+from grainlaw.columns import (
+    ENERGY,
+    MOTION,
+    SHEAR_CRACKS,
+    SUPPLIED,
+    TEMPERATURE,
+    TENSILE_CRACKS,
+    TIME,
+    UNBALANCED,
+    require,
+)
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Loading
 from grainlaw.material import ABSOLUTE_ZERO
@@ -27,6 +37,8 @@ from grainlaw.parameter import (
 )
 
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
+RESTS = 2  #: successive samples at rest before time passes in a jump
+STILL = 0.01  #: of the ratio: work of the loads in a sample, over that so far, of a specimen whose pieces fly
 
 
 def _is_axis(drive: Drive | Hold, attribute: attrs.Attribute, value: int) -> None:
@@ -211,13 +223,24 @@ class Ageing(metaclass=Checked):
     Whenever two successive samples are at rest, to the ``ratio`` of :class:`AtRest` and but for pieces that fly free
     (then the loads do no work), bonds whose law has a ``fatigue``
     in its memory age under the displacements that they have: by as much time as lets the fatigue of no bond grow by
-    more than ``largest_growth``, and no farther than ``duration`` in all. Then the specimen goes to the next
+    more than ``largest_growth``, and no farther than ``duration`` in the stage. Then the specimen goes to the next
     equilibrium by its motion.
     """
 
-    duration: float = parameter("s")  #: that passes in all
+    duration: float = parameter("s")  #: that passes in the stage
     largest_growth: float = parameter("1", default=0.02, above=0, at_most=0.5)  #: of fatigue in a jump
     ratio: float = parameter("1", default=1e-4)  #: at which the specimen counts as at rest
+
+    def rests(self, curves: Curves) -> bool:
+        """Whether a specimen was at rest in the last samples, but for pieces that fly free.
+
+        Where forces balance and the loads do no work any more, what motion there is, is that of pieces that nothing
+        slows.
+        """
+        unbalanced, motion = (curves[name][-RESTS:] for name in (UNBALANCED, MOTION))
+        work = curves[ENERGY + SUPPLIED][-RESTS - 1 :]
+        still = len(work) > 1 and np.abs(np.diff(work)).max() <= STILL * self.ratio * np.abs(work).max()
+        return bool(unbalanced.max() <= self.ratio and (motion.max() <= self.ratio or still))
 
 
 @attrs.frozen(kw_only=True)

@@ -16,10 +16,11 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import end_share
 from grainlaw.protocols.platens import Platens, held_across, measure_between_platens, require_ends
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Ageing, AtRest, Condition, Curves, Drive, Hold, Pressure, Reaches, Stage, StageError
+from grainlaw.stage import RESTS, Ageing, AtRest, Condition, Curves, Drive, Hold, Pressure, Stage, StageError
 
 SAMPLES = 10  #: in the ramp
 LOST = 1e-3  #: share of the strength that bonds may lose while the load is applied, in the mean
+NEARLY = 0.99  #: progress of a test of which the time has passed, until the specimen rests
 AGED, JUMPS, AGED_LOSS, FATIGUE = "aged", "jumps", "aged_loss", "fatigue"
 
 
@@ -46,6 +47,22 @@ class Bears(Condition):
 
 
 @attrs.frozen
+class Outlasts(Condition):
+    """A time has passed in jumps since the stage began, and the specimen rests after the last of them."""
+
+    ageing: Ageing
+
+    def progress(self, curves: Curves) -> float:
+        share = float((curves[AGED][-1] - curves[AGED][0]) / self.ageing.duration)
+        return share if share < 1 or rests_after_jump(self.ageing, curves) else NEARLY
+
+
+def rests_after_jump(ageing: Ageing, curves: Curves) -> bool:
+    """Whether the specimen was at rest in the last samples, with no jump between them."""
+    return bool(curves[JUMPS][-RESTS:].min() == curves[JUMPS][-1] and ageing.rests(curves))
+
+
+@attrs.frozen
 class Collapses(Condition):
     """The strain has grown by a ``growth`` since the stage began."""
 
@@ -60,9 +77,9 @@ class Creep(LoadingProtocol):
     """Hold an axial stress, with or without confinement, and let time pass until the specimen fails.
 
     The load rises in the time ``ramp`` of the run and is held by the upper platen, which moves as one body. Then time
-    passes in jumps from equilibrium to equilibrium (:class:`~grainlaw.Ageing`). The test ends after ``duration``, or
-    where the strain has grown by ``failure_strain`` while the load was held. Compression counts positive. Bonds need a
-    law that ages, such as ``StaticFatigue``.
+    passes in jumps from equilibrium to equilibrium (:class:`~grainlaw.Ageing`). The test ends at the equilibrium after
+    ``duration``, or where the strain has grown by ``failure_strain`` while the load was held. Compression counts
+    positive. Bonds need a law that ages, such as ``StaticFatigue``.
     """
 
     load: float = parameter("Pa")  #: axial stress, with the confinement
@@ -82,6 +99,10 @@ class Creep(LoadingProtocol):
                 f"Creep: load = {self.load:g} Pa is not allowed, it must be above confinement = {self.confinement:g} Pa"
             )
 
+    @property
+    def _ageing(self) -> Ageing:
+        return Ageing(duration=self.duration, largest_growth=self.largest_growth, ratio=self.ratio)
+
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_ends(specimen, type(self).__name__)
         largest = 2 * self.failure_strain
@@ -90,8 +111,8 @@ class Creep(LoadingProtocol):
         if self.confinement:
             rest = Bears(AtRest(self.ratio), self.confinement, largest)
             stages.insert(0, self._stage(specimen, "confine", 0.0, self.confinement, until=[rest]))
-        ageing = Ageing(duration=self.duration, largest_growth=self.largest_growth, ratio=self.ratio)
-        ends = [Reaches(AGED, self.duration), Collapses(self.failure_strain)]
+        ageing = self._ageing
+        ends = [Outlasts(ageing), Collapses(self.failure_strain)]
         return [*stages, self._stage(specimen, "creep", self.load, self.load, until=ends, ageing=ageing)]
 
     def _stage(self, specimen: Specimen, name: str, start: float, end: float, **more: Any) -> Stage:
@@ -128,16 +149,16 @@ class Creep(LoadingProtocol):
             FATIGUE: float(state.memory(FATIGUE).mean()) if len(state.bonds) else 0.0,
         }
 
-    @staticmethod
-    def curve(curves: Curves) -> Mapping[str, np.ndarray]:
+    def curve(self, curves: Curves) -> Mapping[str, np.ndarray]:
         """Time (s), strain, lateral strain and number of cracks at each equilibrium while the load is held.
 
-        The last sample before each jump; of a specimen that fails not the samples of its failure.
+        The last sample before each jump, and the last of all if the specimen rests there; of a specimen that fails not
+        the samples of its failure.
         """
         held = np.flatnonzero(curves[STAGE] == curves[STAGE].max())
-        jumps = curves[JUMPS][held]
-        last = held[np.flatnonzero(np.diff(jumps) > 0)]
-        rows = last if len(last) else held[:1]
+        before = np.diff(curves[JUMPS][held], append=curves[JUMPS][held[-1]]) > 0
+        before[-1] = rests_after_jump(self._ageing, {name: values[held] for name, values in curves.items()})
+        rows = held[before] if before.any() else held[:1]
         return {
             "time": curves[AGED][rows],
             "strain": curves[STRAIN][rows],
@@ -146,22 +167,25 @@ class Creep(LoadingProtocol):
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Time to failure (s, nan if it has not failed), strains, the lowest rate of strain (1/s) and when, cracks."""
+        """Time to failure, strains, the lowest rate of strain (1/s) and when, cracks.
+
+        The time (s) is that after the jump that broke it, so too long by no more than that jump; nan if it lasts.
+        """
         held = np.flatnonzero(curves[STAGE] == curves[STAGE].max())
-        rested = self.curve(curves)
+        rests = self.curve(curves)
         failed = bool(curves[STRAIN][-1] - curves[STRAIN][held[0]] >= self.failure_strain)
-        rate, when = lowest_rate(rested["time"], rested["strain"])
+        rate, when = lowest_rate(rests["time"], rests["strain"])
         return {
             "held_stress": self.load,
             "confinement": self.confinement,
             "failed": failed,
-            "time_to_failure": float(rested["time"][-1]) if failed else float("nan"),
-            "initial_strain": float(rested["strain"][0]),
-            "creep_strain": float(rested["strain"][-1] - rested["strain"][0]),
+            "time_to_failure": float(curves[AGED][-1]) if failed else float("nan"),
+            "initial_strain": float(rests["strain"][0]),
+            "creep_strain": float(rests["strain"][-1] - rests["strain"][0]),
             "lowest_rate": rate,
             "time_of_lowest_rate": when,
-            "cracks_at_first": int(rested["cracks"][0]),
-            "cracks": int(rested["cracks"][-1]),
+            "cracks_at_first": int(rests["cracks"][0]),
+            "cracks": int(rests["cracks"][-1]),
             "jumps": int(curves[JUMPS][-1]),
         }
 

@@ -8,8 +8,7 @@ from support import STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.columns import ENERGY, SPENT, STAGE, SUPPLIED
-from grainlaw.engine.ageing import rests
-from grainlaw.geometry import Bricks, rectangle
+from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import BandisClosure, CharlesGrowth, CohesiveCrack, ExponentialGrowth, MohrCoulomb, StaticFatigue
 from grainlaw.protocols import Creep
 from grainlaw.units import MPa, mm
@@ -104,6 +103,70 @@ def test_the_slope_of_time_over_load():
     assert np.diff(np.log(times))[0] / np.diff(np.log(loads))[0] == pytest.approx(-20, abs=0.01)
 
 
+def crept_bar(**test):
+    """A bar with a bond at 45 degrees, without friction, under 0.8 of its strength; its test, run and time by hand.
+
+    The stress is uniform, and the shear on the bond half of it. Loads are small, so that the bond hardly turns.
+    """
+    lower, upper = [(0, 0), (4, 0), (4, 6), (0, 2)], [(0, 2), (4, 6), (4, 8), (0, 8)]
+    bond = MohrCoulomb(**STIFF, tensile_strength=1 * MPa, cohesion=3 * MPa, friction_angle=0)
+    law = StaticFatigue(law=bond, rate=RATE, growth=CharlesGrowth(exponent=20))
+    test = Creep(load=2 * 0.8 * 3 * MPa, ratio=1e-6, **test)
+    specimen = gl.Specimen(from_polygons([np.array(corners) * mm for corners in (lower, upper)]), ROCK)
+    return test, gl.simulate(specimen, law, test, threads=1, frames=1)
+
+
+@pytest.mark.parametrize("growth", [0.1, 0.5])
+def test_time_to_failure_counts_the_jump_that_breaks(growth):
+    """Longer than by hand by no more than that jump; at 0.5 the first breaks the bond."""
+    exact = lasts(0.8, 20.0)
+    _, run = crept_bar(duration=1e9, largest_growth=growth)
+    last = (min(0.8 + growth, 1) ** 18 - 0.8**18) / (1 - 0.8**18)
+    if growth == 0.5:
+        assert run.summary["jumps"] == 1
+        last = (0.8**18 - 0.5**18) / (1 - 0.8**18)  # from the whole strength to no less than half of it
+    assert run.summary["failed"]
+    assert exact * (1 - 2e-3) <= run.summary["time_to_failure"] <= exact * (1 + last + 2e-3)
+
+
+def test_the_last_jump_may_break():
+    """It is seen by the motion after it."""
+    duration = 1.005 * lasts(0.8, 20.0)
+    _, run = crept_bar(duration=duration, largest_growth=0.5)
+    assert run.summary["failed"]
+    assert run.summary["time_to_failure"] == duration
+
+
+def test_a_test_ends_at_the_equilibrium_after_the_last_jump():
+    duration = 0.9 * lasts(0.8, 20.0)
+    test, run = crept_bar(duration=duration, largest_growth=0.5)
+    assert not run.summary["failed"]
+    assert test.curve(run.curves)["time"].tolist() == [0.0, duration]
+    after = run.curves["jumps"] == 1
+    assert after.sum() >= 2
+    assert run.curves["unbalanced"][after][-2:].max() <= 1e-6
+
+
+@attrs.frozen(kw_only=True)
+class HeldTwice(HeldTension):
+    """Two stages of ageing, each of the same duration."""
+
+    def stages(self, specimen):
+        pull, hold = super().stages(specimen)
+        again = attrs.evolve(hold, name="again", until=[gl.Reaches("aged", 2 * self.duration)])
+        return [pull, hold, again]
+
+
+def test_time_passes_in_every_stage_that_ages():
+    """By hand: the fatigue under a held load after both durations."""
+    duration, x = 0.4 * lasts(0.5, 20.0), 0.5
+    law = StaticFatigue(law=BOND, rate=RATE, growth=CharlesGrowth(exponent=20))
+    run = gl.simulate(bar(2), law, HeldTwice(stress=x * STRENGTH, duration=duration), threads=1, frames=1)
+    curves = run.curves
+    assert [curves["aged"][curves[STAGE] == k].max() for k in (1, 2)] == [duration, 2 * duration]
+    assert 1 - run.curves["fatigue"][-1] == pytest.approx((1 - 18 * RATE * x**20 * 2 * duration) ** (1 / 18), rel=1e-4)
+
+
 @pytest.fixture(scope="module")
 def crept():
     return gl.simulate(small_sample(30), AGING, CREEP, threads=1, frames=1)
@@ -119,7 +182,7 @@ def test_energy_closes_through_jumps(crept):
 
 
 def test_strain_grows_and_time_passes(crept):
-    curve = Creep.curve(crept.curves)
+    curve = CREEP.curve(crept.curves)
     held = crept.curves[STAGE] == crept.curves[STAGE].max()
     assert np.all(np.diff(curve["time"]) > 0)
     assert curve["strain"][-1] > curve["strain"][0]
@@ -143,7 +206,8 @@ def test_threads_give_the_same_bits(crept):
 )
 def test_when_a_specimen_rests(unbalanced, motion, work, at_rest):
     curves = {"unbalanced": unbalanced, "motion": motion, ENERGY + SUPPLIED: work}
-    assert rests({name: np.array(values) for name, values in curves.items()}, 1e-4) is at_rest
+    found = gl.Ageing(duration=1.0, ratio=1e-4).rests({name: np.array(values) for name, values in curves.items()})
+    assert found is at_rest
 
 
 @pytest.mark.parametrize(

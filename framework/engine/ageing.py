@@ -7,18 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from grainlaw.columns import ENERGY, MOTION, SUPPLIED, UNBALANCED
 from grainlaw.contact import Laws, law_arguments
 from grainlaw.engine.dissipation import stored
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 from grainlaw.memory import SCALARS
 from grainlaw.parameter import ParameterError
-from grainlaw.stage import Ageing, Curves, Stage, StageError
+from grainlaw.stage import RESTS, Ageing, Curves, Stage, StageError
 
 FATIGUE = "fatigue"  #: name of the memory that jumps are bounded by
-RESTS = 2  #: successive samples at rest before a jump
-STILL = 0.01  #: of the ratio: work of the loads in a sample, over that so far, of a specimen whose pieces fly
 HALVINGS = 60  #: of the interval in which the length of a jump is sought, in logarithms
 SHORTEST = 1e-15  #: of the duration: the first jump is longer, or the bonds do not last
 NEARLY = 0.9  #: of the largest growth: near enough
@@ -39,39 +36,29 @@ def age_at_rest(state: State, ageing: Ageing, curves: Curves) -> None:
     """Let time pass if a specimen is at rest, by its ``curves`` in this stage. Raises :class:`StageError`."""
     books = state.clock.books
     books.waited[0] += 1
-    if books.waited[0] < RESTS or not rests(curves, ageing.ratio):
+    if books.waited[0] < RESTS or not ageing.rests(curves):
         return
-    left = ageing.duration - state.clock.aged
+    ends = float(books.aged_before[0]) + ageing.duration
+    left = ends - state.clock.aged
     if left <= 0:
         return
     seconds = _longest(state, ageing, left)
-    if books.jumps[0] == 0 and seconds < SHORTEST * ageing.duration:
+    if books.jumps[0] == books.jumps_before[0] and seconds < SHORTEST * ageing.duration:
         raise StageError(
             f"stage '{state.stage}': the bonds would lose {ageing.largest_growth:g} of their strength in {seconds:.3g} "
             f"s, {seconds / ageing.duration:.3g} of the duration of {ageing.duration:.3g} s: the rate of fatigue is "
             "too high for this load and duration, or the load too near the strength"
         )
     lengths, before = state.bonds.lengths, stored(state)
-    for group in _aging(state):
+    for group in _ageing(state):
         _age(state, group, seconds)
     books.aged_loss[0] += float((lengths * (before - stored(state))).sum())
-    books.aged[0] = ageing.duration if seconds == left else books.aged[0] + seconds
+    books.aged[0] = ends if seconds == left else books.aged[0] + seconds
     books.jumps[0] += 1
     books.waited[0] = 0
 
 
-def rests(curves: Curves, ratio: float) -> bool:
-    """Whether a specimen was at rest in the last samples, but for pieces that fly free.
-
-    Where forces balance and the loads do no work any more, what motion there is, is that of pieces that nothing slows.
-    """
-    unbalanced, motion = (curves[name][-RESTS:] for name in (UNBALANCED, MOTION))
-    supplied = curves[ENERGY + SUPPLIED][-RESTS - 1 :]
-    still = np.abs(np.diff(supplied)).max() <= STILL * ratio * np.abs(supplied).max() if len(supplied) > 1 else False
-    return bool(unbalanced.max() <= ratio and (motion.max() <= ratio or still))
-
-
-def _aging(state: State) -> Iterator[LawGroup]:
+def _ageing(state: State) -> Iterator[LawGroup]:
     """Laws whose bonds age."""
     for group in state.bonds.groups:
         if group.size and group.row(FATIGUE) >= 0 and "time_step" in group.compiled.scalars:
@@ -93,7 +80,7 @@ def _respond(state: State, group: LawGroup, memory: np.ndarray, seconds: float) 
 def _growth(state: State, seconds: float) -> float:
     """The largest growth of fatigue in a time, of points that are not broken."""
     largest = 0.0
-    for group in _aging(state):
+    for group in _ageing(state):
         before, after = (state.bonds.memory_of(group) for _ in range(2))
         _respond(state, group, after, seconds)
         row = group.row(FATIGUE)

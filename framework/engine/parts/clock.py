@@ -19,6 +19,8 @@ class ClockBooks(NamedTuple):
     since_steps: Changing  #: (1,) steps done by then
     aged: Changing  #: (1,) s that passed in jumps, beside the time of the steps
     jumps: Changing  #: (1,)
+    aged_before: Changing  #: (1,) s that had passed in jumps when the stage began
+    jumps_before: Changing  #: (1,) jumps by then
     waited: Changing  #: (1,) samples since the last jump
     aged_loss: Changing  #: (1,) J that contact points have lost in jumps
 
@@ -27,7 +29,7 @@ class Clock(Part):
     """Time and steps. The time of a step is the same to the last digit, however many steps are done in one call."""
 
     def __init__(self) -> None:
-        whole = ("steps", "since_steps", "jumps", "waited")
+        whole = ("steps", "since_steps", "jumps", "jumps_before", "waited")
         self.books = ClockBooks(*(np.zeros(1, dtype=int if name in whole else float) for name in ClockBooks._fields))
 
     @property
@@ -44,6 +46,11 @@ class Clock(Part):
     def aged(self) -> float:
         """s that passed in jumps."""
         return float(self.books.aged[0])
+
+    def begin_stage(self) -> None:
+        """A stage begins: its time in jumps is counted from here."""
+        books = self.books
+        books.aged_before[0], books.jumps_before[0], books.waited[0] = books.aged[0], books.jumps[0], 0
 
     def next_times(self, count: int, time_step: float) -> np.ndarray:
         """(count,) s of the next steps."""
