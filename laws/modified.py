@@ -13,10 +13,13 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.contact import ContactLaw, memory_names
+from grainlaw.contact import ContactLaw, law_arguments, memory_names
 from grainlaw.laws.closure import LinearClosure
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError
+
+#: begin the names of memory that a law takes a rate from: the opening and slip at the step before
+BEFORE = ("last_", "previous_")
 
 
 def _is_law(component: Any, attribute: Any, value: Any) -> None:
@@ -57,9 +60,18 @@ def refuse_what_does_not_scale(component: Any) -> None:
     """Refuse a law to modify whose strength cannot be scaled.
 
     It must count its damage; closure and lift are lengths of the faces, which do not follow the strength of the bond.
+    A law that takes the rate of what it is given would take that of opening / factor, while the factor changes.
     """
     refuse_without_damage(component)
     own, law = type(component).__name__, innermost(component.law)
+    for within in _within(component.law):
+        arguments = law_arguments(within)
+        if "time_step" in arguments and any(name.startswith(BEFORE) for name in arguments):
+            kind = type(within).__name__
+            raise ParameterError(
+                f"{own}: law = {kind} is not allowed, it takes a rate, and {own} scales displacements: put it outside, "
+                f"{kind}(law={own}(...))"
+            )
     name = type(law).__name__
     if not isinstance(getattr(law, "closure", LinearClosure()), LinearClosure):
         raise ParameterError(f"{own}: law = {name} is not allowed with a closure that stiffens, give a LinearClosure")

@@ -118,7 +118,7 @@ LAWS = {
     "StaticFatigue": StaticFatigue(law=CCM, rate=1.0),
     "StaticFatigue-exponential": StaticFatigue(law=ELLIPSES, rate=1.0, growth=ExponentialGrowth()),
     "StaticFatigue-brittle": StaticFatigue(law=BRITTLE, rate=1.0),
-    "three": StaticFatigue(law=Viscous(law=RateDependent(law=BRITTLE), retardation=1e-7), rate=1.0),
+    "three": Viscous(law=RateDependent(law=StaticFatigue(law=BRITTLE, rate=1.0)), retardation=1e-7),
 }
 COHESIVE = {name: law for name, law in (LAWS | COMBINED).items() if isinstance(law, CohesiveCrack)}
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
