@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.memory import as_floats, names_of_arguments, only_memory
+from grainlaw.memory import as_floats, names_of_arguments, only_memory, refuse_untold
 from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
@@ -82,7 +82,7 @@ class ContactLaw(metaclass=Checked):
         ``dilation`` (m, how far slip has lifted the faces: they press where the opening is less). An argument
         ``time_step`` is no memory: it is the time (s) since the law was asked last, and 0 where no time passes, as on
         trial or along a curve. ``*law`` at the end hands on what a part ``law`` takes there, as in
-        ``self.law.traction(opening, slip, *law)``.
+        ``self.law.traction(opening, slip, *law)``. ``temperature`` and ``ezz`` are for materials and not allowed.
         """
 
 
@@ -204,9 +204,12 @@ def check_names(specimen: Specimen, laws: Laws) -> None:
 def law_arguments(law: ContactLaw) -> tuple[str, ...]:
     """Names of what a law's ``traction`` takes after ``opening`` and ``slip``: scalars of the step, and its memory.
 
-    Raises :class:`ParameterError` where there are no such two, and for memory without a name or a start at zero.
+    Raises :class:`ParameterError` where there are no such two, for memory without a name or a start at zero, and for a
+    scalar that laws do not get.
     """
-    return names_of_arguments(law, "traction", "opening and slip", 2)
+    names = names_of_arguments(law, "traction", "opening and slip", 2)
+    refuse_untold(law, "traction", names, ("time_step",))
+    return names
 
 
 def memory_names(law: ContactLaw) -> tuple[str, ...]:

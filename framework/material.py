@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.memory import as_floats, names_of_arguments, only_memory
+from grainlaw.memory import SCALARS, as_floats, names_of_arguments, only_memory, refuse_untold
 from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, parameter, part
 
@@ -144,9 +144,12 @@ class Rigid(metaclass=Checked):
 def material_arguments(material: Material, method: str = "stress") -> tuple[str, ...]:
     """Names of what ``stress`` or ``energy`` takes after the strain: scalars of the step, and the memory.
 
-    Raises :class:`ParameterError` where there is no such strain, and for memory without a name or a start at zero.
+    Raises :class:`ParameterError` where there is no such strain, for memory without a name or a start at zero, and for
+    an ``energy`` that takes the time step: what is stored does not depend on it.
     """
-    return names_of_arguments(material, method, "exx, eyy and exy", 3)
+    names = names_of_arguments(material, method, "exx, eyy and exy", 3)
+    refuse_untold(material, method, names, SCALARS if method == "stress" else ("temperature", "ezz"))
+    return names
 
 
 def is_warm(material: Material) -> bool:

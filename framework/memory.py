@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from grainlaw.messages import short
@@ -61,6 +61,16 @@ def only_memory(arguments: tuple[str, ...]) -> tuple[str, ...]:
 def only_scalars(arguments: tuple[str, ...]) -> tuple[str, ...]:
     """The scalars of the step among arguments."""
     return tuple(name for name in SCALARS if name in arguments)
+
+
+def refuse_untold(component: Any, method: str, arguments: tuple[str, ...], told: Iterable[str]) -> None:
+    """Raise :class:`ParameterError` for a scalar of the step among ``arguments`` that a method is not ``told``."""
+    for name in only_scalars(arguments):
+        if name not in told:
+            raise ParameterError(
+                f"{type(component).__name__}.{method}: the argument {name} is not allowed, of the scalars of the step "
+                f"{method} gets {' and '.join(told)}; memory needs another name"
+            )
 
 
 def with_scalars(function: Callable, arguments: tuple[str, ...], scalars: dict[str, float]) -> Callable:

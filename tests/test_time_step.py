@@ -107,3 +107,39 @@ def test_a_material_that_names_the_time_step():
     state = gl.State(small_sample(12, material=Aging(density=2600.0, modulus=1e10)), SOFT)
     advance(state, 5, time_step=1e-9)
     assert state.materials.memory("age") == pytest.approx(np.full(len(state.mesh.zones), 5e-9), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["temperature", "ezz"])
+def test_a_law_that_names_what_only_materials_get_is_refused(name):
+    @attrs.frozen(kw_only=True)
+    class Warm(gl.ContactLaw):
+        stiffness = (1.0, 1.0)
+
+    @attrs.frozen(kw_only=True)
+    class Hot(Warm):
+        def traction(self, opening, slip, temperature):
+            return opening * temperature, slip
+
+    @attrs.frozen(kw_only=True)
+    class Thick(Warm):
+        def traction(self, opening, slip, ezz):
+            return opening + ezz, slip
+
+    law = Hot() if name == "temperature" else Thick()
+    within = Dashpot(law=law, viscosity=1.0)
+    for wrong in (law, within):
+        with pytest.raises(gl.ParameterError, match=rf"traction: the argument {name} is not allowed.*gets time_step"):
+            gl.State(small_sample(12), wrong)
+
+
+def test_an_energy_that_names_the_time_step_is_refused():
+    @attrs.frozen(kw_only=True)
+    class Slow(gl.Elastic):
+        def energy(self, exx, eyy, exy, ezz, time_step):
+            return 0.0 * time_step
+
+    slow = Slow(youngs_modulus=1e10, poissons_ratio=0.2, density=2600.0)
+    with pytest.raises(
+        gl.ParameterError, match=r"Slow\.energy: the argument time_step is not allowed.*temperature and"
+    ):
+        gl.State(small_sample(12, material=slow), SOFT)
