@@ -98,8 +98,7 @@ class State(metaclass=Checked):
 
     def begin(self, stage: Stage) -> None:
         """Impose what a stage prescribes from now on; the work done so far stays in the ledger."""
-        self.stage, self.began = stage.name, self.time
-        self.clock.begin_stage()
+        self.stage, self.began = stage.name, self.clock.begin_stage()
         self.new_weight = self.gravity.begin(stage.gravity, self.time_step)
         self.boundaries.impose(stage.imposed, stage.pressures, stage.fixed)
         self.heat.begin(stage.temperature)

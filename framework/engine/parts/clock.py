@@ -47,10 +47,11 @@ class Clock(Part):
         """s that passed in jumps."""
         return float(self.books.aged[0])
 
-    def begin_stage(self) -> None:
-        """A stage begins: its time in jumps is counted from here."""
+    def begin_stage(self) -> float:
+        """Count time in jumps from here, where a stage begins; returns the time (s)."""
         books = self.books
         books.aged_before[0], books.jumps_before[0], books.waited[0] = books.aged[0], books.jumps[0], 0
+        return self.time
 
     def next_times(self, count: int, time_step: float) -> np.ndarray:
         """(count,) s of the next steps."""
