@@ -30,11 +30,6 @@ def _is_law(component: Any, attribute: Any, value: Any) -> None:
         raise ParameterError(f"{kind.__name__}: law is not allowed to be a {kind.__name__}: give the parameters of one")
 
 
-def modified_law() -> Any:
-    """Declare the law that a modifier is around; none modifies its own kind."""
-    return attrs.field(validator=_is_law)
-
-
 def _within(law: Any) -> Iterator[Any]:
     """A law, and the laws that it modifies."""
     while isinstance(law, ContactLaw):
@@ -77,3 +72,26 @@ def refuse_what_does_not_scale(component: Any) -> None:
         raise ParameterError(f"{own}: law = {name} is not allowed with a closure that stiffens, give a LinearClosure")
     if "dilation" in memory_names(law) and np.any(getattr(law, "dilation_angle", 1.0)):
         raise ParameterError(f"{own}: law = {name} is not allowed with dilation, give dilation_angle = 0")
+
+
+@attrs.frozen(kw_only=True)
+class Modifier(ContactLaw):
+    """A law around another, with its stiffness and what it promises; none modifies its own kind."""
+
+    law: ContactLaw = attrs.field(validator=_is_law)  #: that is modified
+
+    @property
+    def stiffness(self) -> tuple[float, float]:
+        return self.law.stiffness
+
+    @property
+    def retardation_time(self) -> float:
+        return self.law.retardation_time
+
+    @property
+    def exceptions(self) -> dict[str, str]:
+        return self.law.exceptions
+
+    @property
+    def fracture_energies(self) -> dict[str, float]:
+        return self.law.fracture_energies

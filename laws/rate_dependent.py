@@ -8,8 +8,7 @@ from abc import abstractmethod
 import attrs
 
 from grainlaw.arguments import Checked
-from grainlaw.contact import ContactLaw
-from grainlaw.laws.modified import modified_law, refuse_what_does_not_scale
+from grainlaw.laws.modified import Modifier, refuse_what_does_not_scale
 from grainlaw.parameter import parameter, part
 
 
@@ -54,7 +53,7 @@ class JohnsonCook(RateEffect):
 
 
 @attrs.frozen(kw_only=True)
-class RateDependent(ContactLaw):
+class RateDependent(Modifier):
     """Any law with strengths that grow with the rate of opening and slip, up to where damage begins.
 
     Strengths, and the displacements at which the bond softens and breaks, are those of the law times 1 + gain; its
@@ -63,23 +62,10 @@ class RateDependent(ContactLaw):
     sqrt(max(d opening, 0)^2 + d slip^2) over the time step. No time passes, no gain: the slow limit is the law.
     """
 
-    law: ContactLaw = modified_law()  #: without rate
     effect: RateEffect = part(RateEffect, CowperSymonds())  #: gain of strength over rate
 
     def __attrs_post_init__(self) -> None:
         refuse_what_does_not_scale(self)
-
-    @property
-    def stiffness(self) -> tuple[float, float]:
-        return self.law.stiffness
-
-    @property
-    def retardation_time(self) -> float:
-        return self.law.retardation_time
-
-    @property
-    def exceptions(self) -> dict[str, str]:
-        return self.law.exceptions
 
     @property
     def fracture_energies(self) -> dict[str, float]:

@@ -10,8 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.contact import ContactLaw
-from grainlaw.laws.modified import innermost, modified_law, refuse_what_does_not_scale
+from grainlaw.laws.modified import Modifier, innermost, refuse_what_does_not_scale
 from grainlaw.parameter import ParameterError, parameter, part
 
 LEAST = 1e-3  #: share of the strength at which ageing ends: by then any bond that is loaded has failed
@@ -66,7 +65,7 @@ class ExponentialGrowth(Growth):
 
 
 @attrs.frozen(kw_only=True)
-class StaticFatigue(ContactLaw):
+class StaticFatigue(Modifier):
     """Any law whose bonds lose strength with time while they bear a load, by the growth of cracks in them.
 
     ``fatigue`` is the share of the strength that is gone. All strengths of the law, and the displacements at which it
@@ -78,7 +77,6 @@ class StaticFatigue(ContactLaw):
     (:class:`~grainlaw.Ageing`, as in the test ``Creep``).
     """
 
-    law: ContactLaw = modified_law()  #: that does not age
     rate: float = parameter("1/s")  #: share of the strength lost per second under a load as high as the strength
     growth: Growth = part(Growth, CharlesGrowth())  #: how the speed depends on the load
     threshold: float = parameter("1", default=0.0, at_least=0, below=1)  #: load over strength below which nothing grows
@@ -88,22 +86,6 @@ class StaticFatigue(ContactLaw):
         if not np.all(getattr(innermost(self.law), "tensile_strength", 0.0)):
             name = type(innermost(self.law)).__name__
             raise ParameterError(f"StaticFatigue: law = {name} is not allowed, it must have a tensile_strength above 0")
-
-    @property
-    def stiffness(self) -> tuple[float, float]:
-        return self.law.stiffness
-
-    @property
-    def retardation_time(self) -> float:
-        return self.law.retardation_time
-
-    @property
-    def exceptions(self) -> dict[str, str]:
-        return self.law.exceptions
-
-    @property
-    def fracture_energies(self) -> dict[str, float]:
-        return self.law.fracture_energies
 
     @property
     def over_tension(self) -> Any:

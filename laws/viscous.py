@@ -5,13 +5,12 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from grainlaw.contact import ContactLaw
-from grainlaw.laws.modified import modified_law, refuse_without_damage
+from grainlaw.laws.modified import Modifier, refuse_without_damage
 from grainlaw.parameter import parameter
 
 
 @attrs.frozen(kw_only=True)
-class Viscous(ContactLaw):
+class Viscous(Modifier):
     """Any law with a dashpot beside its springs, a Kelvin-Voigt body, while the point is not broken.
 
     The dashpots have the viscosities kn and ks times ``retardation``, the time in which a bond under a constant load
@@ -20,27 +19,14 @@ class Viscous(ContactLaw):
     the highest frequency: retardation much above the stable step makes a run slow.
     """
 
-    law: ContactLaw = modified_law()  #: beside the dashpot
     retardation: float = parameter("s", at_least=0)  #: viscosity over stiffness
 
     def __attrs_post_init__(self) -> None:
         refuse_without_damage(self)
 
     @property
-    def stiffness(self) -> tuple[float, float]:
-        return self.law.stiffness
-
-    @property
     def retardation_time(self) -> float:
         return float(np.max(self.retardation)) + self.law.retardation_time
-
-    @property
-    def exceptions(self) -> dict[str, str]:
-        return self.law.exceptions
-
-    @property
-    def fracture_energies(self) -> dict[str, float]:
-        return self.law.fracture_energies
 
     @property
     def normal_viscosity(self) -> float:
