@@ -77,6 +77,13 @@ BETWEEN_ENDS = {
     DEVIATOR: "Pa, stress less the confinement; the stress counts as the load where a test has no deviator",
 }
 
+# --- those of a test in which time passes in jumps --------------------------------------------------------------------
+
+AGED = "aged"  #: s that have passed in jumps, beside the time of the run
+JUMPS = "jumps"  #: number of them so far
+AGED_LOSS = "aged_loss"  #: J per metre of thickness that bonds have lost in jumps
+FATIGUE = "fatigue"  #: mean share of the strength that is gone; and the name of that memory of a law that ages
+
 # --- what curves are drawn over --------------------------------------------------------------------------------------
 
 COURSE = (STRAIN, "displacement", "opening", "deflection", TIME)  #: how far a test is: the first that it records

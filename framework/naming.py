@@ -10,7 +10,7 @@ from typing import Any
 
 import attrs
 
-from grainlaw.columns import ENERGY
+from grainlaw.columns import AGED, AGED_LOSS, ENERGY, JUMPS
 
 
 @attrs.frozen
@@ -52,6 +52,9 @@ NAMED = {
     "seconds": Shown("seconds", "", 1, ".1f"),
     "time_step": Shown("time step", "s", 1, ".3e"),
     "mass_added": Shown("mass added", "%", 1e2, ".3g"),
+    AGED: Shown("time passed in jumps", "s"),
+    JUMPS: Shown("jumps", "", 1, ".0f"),
+    AGED_LOSS: Shown("energy lost in jumps", "J/m"),
     "work_of_fracture": Shown("work of fracture", "J/m2"),
     "normal": Shown("normal traction", "MPa", 1e-6),
     "shear": Shown("shear traction", "MPa", 1e-6),

@@ -8,7 +8,18 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import LATERAL_STRAIN, SHEAR_CRACKS, STAGE, STRAIN, TENSILE_CRACKS, TIME
+from grainlaw.columns import (
+    AGED,
+    AGED_LOSS,
+    FATIGUE,
+    JUMPS,
+    LATERAL_STRAIN,
+    SHEAR_CRACKS,
+    STAGE,
+    STRAIN,
+    TENSILE_CRACKS,
+    TIME,
+)
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import ParameterError, parameter, part, whole_number
@@ -21,7 +32,6 @@ from grainlaw.stage import RESTS, Ageing, AtRest, Condition, Curves, Drive, Hold
 SAMPLES = 10  #: in the ramp
 LOST = 1e-3  #: share of the strength that bonds may lose while the load is applied, in the mean
 NEARLY = 0.99  #: progress of a test of which the time has passed, until the specimen rests
-AGED, JUMPS, AGED_LOSS, FATIGUE = "aged", "jumps", "aged_loss", "fatigue"
 
 
 @attrs.frozen

@@ -20,7 +20,7 @@ SOFT = CohesiveCrack(
     **STIFF, tensile_strength=10 * MPa, cohesion=25 * MPa, friction_angle=25, residual_friction_angle=15,
     mode_i_energy=30, mode_ii_energy=100,
 )  # fmt: skip
-AGING = StaticFatigue(law=SOFT, rate=1.0, growth=CharlesGrowth(exponent=20))
+AGEING = StaticFatigue(law=SOFT, rate=1.0, growth=CharlesGrowth(exponent=20))
 CREEP = Creep(load=75 * MPa, duration=1e3, largest_growth=0.1)
 
 
@@ -169,7 +169,7 @@ def test_time_passes_in_every_stage_that_ages():
 
 @pytest.fixture(scope="module")
 def crept():
-    return gl.simulate(small_sample(30), AGING, CREEP, threads=1, frames=1)
+    return gl.simulate(small_sample(30), AGEING, CREEP, threads=1, frames=1)
 
 
 def test_energy_closes_through_jumps(crept):
@@ -190,7 +190,7 @@ def test_strain_grows_and_time_passes(crept):
 
 
 def test_threads_give_the_same_bits(crept):
-    again = gl.simulate(small_sample(30), AGING, CREEP, threads=2, frames=1)
+    again = gl.simulate(small_sample(30), AGEING, CREEP, threads=2, frames=1)
     for name, values in crept.curves.items():
         assert np.array_equal(values, again.curves[name]), name
 
@@ -231,7 +231,7 @@ def test_a_law_that_does_not_age_is_refused():
 
 def test_a_rate_at_which_nothing_lasts_stops_the_run():
     """In the time of the run, and in the first jump."""
-    law = attrs.evolve(AGING, rate=1e20)
+    law = attrs.evolve(AGEING, rate=1e20)
     with pytest.raises(gl.StageError, match=r"of the run in which the load is applied: the rate of fatigue is too"):
         gl.simulate(small_sample(12), law, CREEP, threads=1, frames=1)
     law = StaticFatigue(law=BOND, rate=1e3)
@@ -241,12 +241,12 @@ def test_a_rate_at_which_nothing_lasts_stops_the_run():
 
 def test_a_load_above_the_strength_stops_the_run():
     with pytest.raises(gl.StageError, match="failed under the load of 900 MPa as it was applied"):
-        gl.simulate(small_sample(12), AGING, attrs.evolve(CREEP, load=900 * MPa), threads=1, frames=1)
+        gl.simulate(small_sample(12), AGEING, attrs.evolve(CREEP, load=900 * MPa), threads=1, frames=1)
 
 
 def test_confinement_is_held_too():
     test = attrs.evolve(CREEP, confinement=5 * MPa, duration=1e-3)
-    run = gl.simulate(small_sample(12), AGING, test, threads=1, frames=1)
+    run = gl.simulate(small_sample(12), AGEING, test, threads=1, frames=1)
     assert run.summary["jumps"] == 1
     assert not run.summary["failed"]
     last = {name: values[-1] for name, values in run.curves.items()}

@@ -46,7 +46,7 @@ SHEAR = DirectShear(
 )
 JOINT = MunjizaJoint(**STRONG, mode_i_energy=20, mode_ii_energy=40, closure=BandisClosure(maximum_closure=5e-6))
 SOUND = attrs.evolve(WEAK, tensile_strength=10 * MPa, friction_angle=25)
-AGING = StaticFatigue(law=SOUND, rate=1.0)
+AGEING = StaticFatigue(law=SOUND, rate=1.0)
 
 #: specimen, law, test, options; what each is for
 CASES = {
@@ -71,7 +71,7 @@ CASES = {
     "several stages": (small_sample(), WEAK, Cyclic(test=PULL, levels=(1e-4, 2e-4)), {}),
     "minerals": (several_minerals({0: small_sample().material, 1: SOFT}), PAIRS, PULL, {}),
     "random strength": (small_sample(), varied(small_sample()), PULL, {}),
-    "jumps of time": (small_sample(12), AGING, Creep(load=75 * MPa, duration=1.0, largest_growth=0.2), {}),
+    "jumps of time": (small_sample(12), AGEING, Creep(load=75 * MPa, duration=1.0, largest_growth=0.2), {}),
 }  # fmt: skip
 LONG = ("contacts after failure", "servo", "gravity, contacts, halts", "a closure that stiffens")
 

@@ -93,7 +93,7 @@ def test_a_run_tells_its_time_step():
 
 def test_a_material_that_names_the_time_step():
     @attrs.frozen(kw_only=True)
-    class Aging(gl.Material):
+    class Ageing(gl.Material):
         density: float = gl.parameter("kg/m3")
         modulus: float = gl.parameter("Pa")
         stiffness = property(lambda self: ((self.modulus, 0, 0), (0, self.modulus, 0), (0, 0, self.modulus)))
@@ -104,7 +104,7 @@ def test_a_material_that_names_the_time_step():
         def energy(self, exx, eyy, exy, age):
             return 0.5 * self.modulus * (exx * exx + eyy * eyy + 4 * exy * exy)
 
-    state = gl.State(small_sample(12, material=Aging(density=2600.0, modulus=1e10)), SOFT)
+    state = gl.State(small_sample(12, material=Ageing(density=2600.0, modulus=1e10)), SOFT)
     advance(state, 5, time_step=1e-9)
     assert state.materials.memory("age") == pytest.approx(np.full(len(state.mesh.zones), 5e-9), rel=1e-9)
 

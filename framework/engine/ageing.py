@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from grainlaw.columns import FATIGUE
 from grainlaw.contact import Laws, law_arguments
 from grainlaw.engine.dissipation import stored
 from grainlaw.engine.parts.laws import LawGroup
@@ -15,7 +16,6 @@ from grainlaw.memory import SCALARS
 from grainlaw.parameter import ParameterError
 from grainlaw.stage import RESTS, Ageing, Curves, Stage, StageError
 
-FATIGUE = "fatigue"  #: name of the memory that jumps are bounded by
 HALVINGS = 60  #: of the interval in which the length of a jump is sought, in logarithms
 SHORTEST = 1e-15  #: of the duration: the first jump is longer, or the bonds do not last
 NEARLY = 0.9  #: of the largest growth: near enough
