@@ -11,6 +11,7 @@ import numpy as np
 
 from grainlaw import gauges
 from grainlaw.columns import (
+    KINETIC,
     LATERAL_STRAIN,
     SHEAR_CRACKS,
     STAGE,
@@ -126,15 +127,16 @@ class Heating(LoadingProtocol):
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Highest temperature, contact points broken by it, and ``heating_kinetic_ratio``; properties by the test.
 
-        The ratio is the largest of vibration over stored energy, where more than a hundredth of the most is stored.
+        The ratio is the largest of vibration over stored and kinetic energy, where their sum is more than a hundredth
+        of its largest: the kinetic energy counts where grains are free to expand and nothing else is stored.
         """
         hot = slice(self._end(curves))
-        stored, vibration = energy(curves, *STORED)[hot], curves[VIBRATION][hot]
-        counts = stored >= 0.01 * stored.max()
+        whole, vibration = energy(curves, KINETIC, *STORED)[hot], curves[VIBRATION][hot]
+        counts = whole >= 0.01 * whole.max()
         found = {
             "highest_temperature": float(curves[TEMPERATURE].max()),
             "thermal_cracks": int((curves[TENSILE_CRACKS] + curves[SHEAR_CRACKS])[hot][-1]),
-            "heating_kinetic_ratio": float(np.max(vibration[counts] / np.maximum(stored[counts], 1e-300))),
+            "heating_kinetic_ratio": float(np.max(vibration[counts] / np.maximum(whole[counts], 1e-300))),
         }
         if self.test is None:
             return {

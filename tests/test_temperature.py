@@ -148,6 +148,14 @@ def test_a_heated_sample_is_pressed_by_the_strain_that_it_is_asked_for():
     assert result.summary["peak_strain"] == pytest.approx(largest, rel=0.06)
 
 
+def test_what_expands_freely_does_not_vibrate():
+    """In plane stress nothing is stored then, and vibration over stored energy would be noise over noise."""
+    specimen = small_sample(grains=12, material=Thermal(material=PLANE_STRESS, expansion=ALPHA))
+    result = heated(specimen, Held.BOTTOM)
+    assert result.curves["energy_zones"].max() < 1e-5 * result.curves["energy_kinetic"].max()
+    assert result.summary["heating_kinetic_ratio"] < 1e-6
+
+
 def test_only_what_breaks_in_a_stage_ends_it():
     """The load vibrates while it begins, in a sample that heat has cracked; then it falls because a contact breaks."""
     curves = {"load": np.array([1.0, 0.2, 2.0, 0.5]), "shear_cracks": np.zeros(4), "stage": np.ones(4)}
