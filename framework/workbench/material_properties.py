@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from grainlaw.compiler.batch import CompilationError
-from grainlaw.material import Material, is_warm
+from grainlaw.material import Material, knows_temperature
 from grainlaw.memory import ROOM
 from grainlaw.parameter import ParameterError
 from grainlaw.workbench.finding import Finding
@@ -161,7 +161,7 @@ def temperature(bench: MaterialBench) -> Finding | None:
     So the free strain is a function of the temperature alone: heating and cooling close a loop.
     """
     material = bench.material
-    if not is_warm(material):
+    if not knows_temperature(material):
         return None
     low, high = (max(material.temperatures[0], COLD), min(material.temperatures[1], HOT))
     if not low <= ROOM <= high - 1:
