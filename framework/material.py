@@ -152,7 +152,7 @@ def material_arguments(material: Material, method: str = "stress") -> tuple[str,
     return names
 
 
-def is_warm(material: Material) -> bool:
+def knows_temperature(material: Material) -> bool:
     """Whether a material depends on the temperature."""
     return any("temperature" in material_arguments(material, method) for method in ("stress", "energy"))
 

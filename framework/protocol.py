@@ -43,6 +43,10 @@ class LoadingProtocol(metaclass=Checked):
     def measure(self, state: State) -> dict[str, float]:
         """What is recorded at every sample, by column name (SI); ``grainlaw.columns`` lists the names in use."""
 
+    def counted(self, curves: Curves, first: int) -> Curves:
+        """What the conditions of a stage see of the curves of a run: its samples, of which ``first`` is the first."""
+        return {name: values[first:] for name, values in curves.items()}
+
     @abstractmethod
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Properties of the specimen from the recorded curves, by name (SI)."""

@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.material import Elastic, Material, Rigid, is_warm, stiffness_of
+from grainlaw.material import Elastic, Material, Rigid, knows_temperature, stiffness_of
 from grainlaw.memory import ROOM
 from grainlaw.mesh import Mesh, build_mesh
 from grainlaw.messages import short
@@ -108,13 +108,15 @@ class Specimen(metaclass=Checked):
 
     def check_temperature(self, where: str, temperature: float) -> None:
         """Raise :class:`ParameterError` for a temperature (°C) that no material feels, or that one does not know."""
-        warm = [material for material, _ in self.materials if isinstance(material, Material) and is_warm(material)]
-        if not warm:
+        knowing = [
+            material for material, _ in self.materials if isinstance(material, Material) and knows_temperature(material)
+        ]
+        if not knowing:
             raise ParameterError(
                 f"{where} = {temperature:g} °C is not allowed: no material of the specimen depends on the temperature; "
                 "grainlaw.materials.Thermal makes one that expands"
             )
-        for material in warm:
+        for material in knowing:
             low, high = material.temperatures
             for one in (ROOM, temperature):
                 if not low <= one <= high:

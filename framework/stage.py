@@ -15,6 +15,7 @@ from grainlaw.columns import (
     ENERGY,
     MOTION,
     SHEAR_CRACKS,
+    STAGE,
     SUPPLIED,
     TEMPERATURE,
     TENSILE_CRACKS,
@@ -187,13 +188,18 @@ class FallsTo(Condition):
 
 @attrs.frozen
 class FailsTo(Condition):
-    """As :class:`FallsTo`, but only after a contact has broken: vibration at the start of a test is no failure."""
+    """As :class:`FallsTo`, but only after a contact has broken: vibration at the start of a test is no failure.
+
+    What broke in stages before does not count.
+    """
 
     column: str  #: of the curves
     fraction: float = parameter("1", above=-math.inf)  #: of the highest value so far
 
     def progress(self, curves: Curves) -> float:
-        if curves[TENSILE_CRACKS][-1] + curves[SHEAR_CRACKS][-1] == 0:
+        cracks = curves[TENSILE_CRACKS] + curves[SHEAR_CRACKS]
+        before = cracks[0] if curves[STAGE][0] > 0 else 0
+        if cracks[-1] == before:
             return 0.0
         return FallsTo(self.column, self.fraction).progress(curves)
 

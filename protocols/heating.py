@@ -11,6 +11,7 @@ import numpy as np
 
 from grainlaw import gauges
 from grainlaw.columns import (
+    KINETIC,
     LATERAL_STRAIN,
     SHEAR_CRACKS,
     STAGE,
@@ -19,6 +20,7 @@ from grainlaw.columns import (
     TEMPERATURE,
     TENSILE_CRACKS,
     VIBRATION,
+    VOLUMETRIC_STRAIN,
     energy,
 )
 from grainlaw.engine.state import State
@@ -33,7 +35,8 @@ from grainlaw.protocols.platens import require_boundaries
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Curves, Drive, Stage
 
-OFFSET = (STRAIN, LATERAL_STRAIN, "strain_points", "volumetric_strain")  #: counted from the end of the heating on
+#: counted from the end of the heating on
+OFFSET = (STRAIN, LATERAL_STRAIN, "strain_points", VOLUMETRIC_STRAIN, TENSILE_CRACKS, SHEAR_CRACKS)
 
 
 class Held(enum.Enum):
@@ -124,15 +127,16 @@ class Heating(LoadingProtocol):
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Highest temperature, contact points broken by it, and ``heating_kinetic_ratio``; properties by the test.
 
-        The ratio is the largest of vibration over stored energy, where more than a hundredth of the most is stored.
+        The ratio is the largest of vibration over stored and kinetic energy, where their sum is more than a hundredth
+        of its largest: the kinetic energy counts where grains are free to expand and nothing else is stored.
         """
-        hot = curves[STAGE] < len(self.to)
-        stored, vibration = energy(curves, *STORED)[hot], curves[VIBRATION][hot]
-        counts = stored >= 0.01 * stored.max()
+        hot = slice(self._end(curves))
+        whole, vibration = energy(curves, KINETIC, *STORED)[hot], curves[VIBRATION][hot]
+        counts = whole >= 0.01 * whole.max()
         found = {
             "highest_temperature": float(curves[TEMPERATURE].max()),
             "thermal_cracks": int((curves[TENSILE_CRACKS] + curves[SHEAR_CRACKS])[hot][-1]),
-            "heating_kinetic_ratio": float(np.max(vibration[counts] / np.maximum(stored[counts], 1e-300))),
+            "heating_kinetic_ratio": float(np.max(vibration[counts] / np.maximum(whole[counts], 1e-300))),
         }
         if self.test is None:
             return {
@@ -140,12 +144,24 @@ class Heating(LoadingProtocol):
                 "expansion_x": float(curves["expansion_x"][-1]),
                 "expansion_y": float(curves["expansion_y"][-1]),
             }
-        after = {name: values[~hot] for name, values in curves.items()}
-        if not len(after[STAGE]):
-            return found
-        last = int(np.flatnonzero(hot)[-1])
-        after |= {name: after[name] - curves[name][last] for name in OFFSET if name in after}
+        after = self._of_test(curves)
+        return {**found, **self.test.summary(after, specimen)} if len(after[STAGE]) else found
+
+    def counted(self, curves: Curves, first: int) -> Curves:
+        """As of any test; strains and cracks count from the beginning of the test, as in its summary."""
+        end = self._end(curves)
+        if first < end:
+            return super().counted(curves, first)
+        return super().counted(self._of_test(curves), first - end)
+
+    def _end(self, curves: Curves) -> int:
+        """The number of samples of the heating."""
+        return int(np.searchsorted(curves[STAGE], len(self.to)))
+
+    def _of_test(self, curves: Curves) -> dict[str, np.ndarray]:
+        """Samples of the test; strains, cracks and stages count from its beginning."""
+        end = self._end(curves)
+        after = {name: values[end:] for name, values in curves.items()}
+        after |= {name: after[name] - curves[name][end - 1] for name in OFFSET if name in after}
         after[STAGE] = after[STAGE] - len(self.to)
-        for name in (TENSILE_CRACKS, SHEAR_CRACKS):
-            after[name] = after[name] - curves[name][last]
-        return {**found, **self.test.summary(after, specimen)}
+        return after

@@ -16,7 +16,7 @@ from grainlaw.engine.steady import steady_motion
 from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import Linear, MohrCoulomb
 from grainlaw.materials import QUARTZ, ExpansionTable, MohrCoulombPlastic, Thermal
-from grainlaw.protocols import Heating
+from grainlaw.protocols import Heating, UniaxialCompression
 from grainlaw.protocols.heating import Held
 from grainlaw.results.result import energy_error
 
@@ -133,6 +133,41 @@ def test_a_crystal_expands_along_its_axis():
     turn = np.array([[np.cos(np.pi / 6), -np.sin(np.pi / 6)], [np.sin(np.pi / 6), np.cos(np.pi / 6)]])
     free = turn @ np.diag([8e-6, 14e-6]) @ turn.T * WARMER
     assert crystal.stress(free[0, 0], free[1, 1], free[0, 1], 120, 0.0) == pytest.approx((0, 0, 0), abs=1e-3)
+
+
+def test_a_heated_sample_is_pressed_by_the_strain_that_it_is_asked_for():
+    """Heat has made it longer by 0.1 %, which does not count."""
+    largest = (1 + NU) * ALPHA * WARMER
+    press = UniaxialCompression(loading=gl.Constant(speed=0.5), maximum_strain=largest, samples=20)
+    protocol = Heating(to=20 + WARMER, samples=50, loading=SLOW, test=press)
+    result = gl.simulate(small_sample(grains=12, material=WARM), STRONG, protocol, threads=1)
+    height = result.curves["strain_points"]  # at the end of each sample
+    hot = np.flatnonzero(result.curves["stage"] == 0)[-1]
+    assert height[hot] == pytest.approx(-largest, rel=1e-2)
+    assert height[-1] == pytest.approx(0, abs=0.1 * largest)  # a sample of the press is a twentieth
+    assert result.summary["peak_strain"] == pytest.approx(largest, rel=0.06)
+
+
+def test_what_expands_freely_does_not_vibrate():
+    """In plane stress nothing is stored then, and vibration over stored energy would be noise over noise."""
+    specimen = small_sample(grains=12, material=Thermal(material=PLANE_STRESS, expansion=ALPHA))
+    result = heated(specimen, Held.BOTTOM)
+    assert result.curves["energy_zones"].max() < 1e-5 * result.curves["energy_kinetic"].max()
+    assert result.summary["heating_kinetic_ratio"] < 1e-6
+
+
+def test_only_what_breaks_in_a_stage_ends_it():
+    """The load vibrates while it begins, in a sample that heat has cracked; then it falls because a contact breaks."""
+    curves = {"load": np.array([1.0, 0.2, 2.0, 0.5]), "shear_cracks": np.zeros(4), "stage": np.ones(4)}
+    fails = gl.FailsTo("load", 0.5)
+
+    def after(samples, cracks):
+        return fails.progress({name: column[:samples] for name, column in {**curves, "tensile_cracks": cracks}.items()})
+
+    assert after(2, np.full(4, 7.0)) == 0
+    assert after(4, np.array([7.0, 7, 7, 8])) == 1
+    curves["stage"] = np.zeros(4)  # of a stage that begins the run every break counts, also before its first sample
+    assert after(2, np.full(4, 7.0)) == 1
 
 
 # --- static solutions ------------------------------------------------------------------------------------------------

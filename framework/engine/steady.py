@@ -13,13 +13,12 @@ LOOSE = 1e-12  #: of the highest squared frequency: inertia by which parts that 
 
 
 def steady_motion(state: State, stiffness: csr_matrix, highest_frequency: float) -> np.ndarray:
-    """(r, n) m/s of the freedoms, in equilibrium at every moment while the drives of the stage move at their speeds.
+    """(r, n) m/s of the freedoms, in equilibrium at every moment while the drives move, or it heats by 1 K/s.
 
-    Or while its temperature changes by 1 K/s.
-
-    ``stiffness`` (N/m) is that of the freedoms, in the order of :meth:`Grains.flat`. A boundary under a force keeps it
-    and moves as one body. What nothing holds moves with the least kinetic energy: the inertia that is added for it
-    counts nowhere else. One sparse factorisation: 0.04 s for 755 grains of 9,264 freedoms, 1.3 s for 7,550.
+    The drives move at the speeds of the stage. ``stiffness`` (N/m) is that of the freedoms, in the order of
+    :meth:`Grains.flat`. A boundary under a force keeps it and moves as one body. What nothing holds moves with the
+    least kinetic energy: the inertia that is added for it counts nowhere else. One sparse factorisation: 0.04 s for 755
+    grains of 9,264 freedoms, 1.3 s for 7,550.
     """
     driven, imposed = state.boundaries.driven.arrays, np.zeros_like(state.freedoms.arrays.mass)
     imposed[driven.row, driven.place] = np.append(state.boundaries.speeds, 0.0)[driven.column]

@@ -86,13 +86,15 @@ def _steps(thread, team, parts, chunk):
     nodes, bonds, contacts, freedoms = parts.nodes, parts.bonds, parts.contacts, parts.freedoms
     searching, tally = contacts.before.shape[1] > 0, contacts.tally
     velocities = np.empty(chunk.schedule.shape[1])
-    warmest = chunk.schedule.shape[1] - 1
+    temperature_column = chunk.schedule.shape[1] - 1
     for step in range(chunk.steps):
         schedule = chunk.schedule[step]
         clear_forces(nodes, thread)
         add_zone_forces(parts.zones, nodes, thread)
         if parts.materials.share.shape[0] > 0:
-            add_material_forces(parts.materials, nodes, schedule[warmest] != schedule[warmest - 1], thread)
+            add_material_forces(
+                parts.materials, nodes, schedule[temperature_column] != schedule[temperature_column - 1], thread
+            )
         leaving = bond_forces(bonds, nodes, chunk.first + step, thread)
         contact_step(contacts, chunk.time_step, thread)
         press(parts.pressures, nodes, schedule, thread)
@@ -103,7 +105,7 @@ def _steps(thread, team, parts, chunk):
         leaving, deep = _sum(tally, LEAVING), _sum(tally, DEEP)
         if thread == 0 and step < chunk.steps - 1:  # no thread asks a material before the next barrier
             following = chunk.schedule[step + 1]
-            take_temperature(parts.materials, following[warmest - 1], following[warmest])
+            take_temperature(parts.materials, following[temperature_column - 1], following[temperature_column])
         gather_bond_forces(bonds, nodes, thread)
         gather_contact_forces(contacts, nodes, thread)
         gather_pressures(parts.pressures, nodes, thread)

@@ -32,22 +32,22 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int | Th
     numbers = np.append(integrator.numbers, state.time_step)
     times, done = state.next_times(steps), 0
     pace = state.steady.pace
-    warmth = state.heat.course(times, state.time, pace)
-    schedule = np.column_stack([state.boundaries.schedule(times - state.began, pace), warmth])
+    temperatures = state.heat.course(times, state.time, pace)
+    schedule = np.column_stack([state.boundaries.schedule(times - state.began, pace), temperatures])
     loops = integrator.loops or any(group.compiled.loops for group in (*state.bonds.groups, *state.contacts.groups))
     while True:
         count, some = threads.turn(steps - done) if isinstance(threads, ThreadCount) else (threads, steps - done)
         imposed = schedule[done : done + some]
         start = time.perf_counter()
         if some:
-            step.take_temperature(state.materials.arrays, *warmth[done])
+            step.take_temperature(state.materials.arrays, *temperatures[done])
         chunk = step.Chunk(some, state.steps, state.time_step, imposed, integrator.address, numbers.ctypes.data)
         now, tally = _run(state, count, chunk, loops)
         if isinstance(threads, ThreadCount):
             threads.note(now, time.perf_counter() - start)
         done += now
         state.count_steps(now, float(times[done - 1]) if done else state.time)
-        state.heat.reach(float(warmth[done - 1, 1]) if done else state.heat.temperature)
+        state.heat.reach(float(temperatures[done - 1, 1]) if done else state.heat.temperature)
         if tally[DEEP]:
             where = f"the run stopped at step {state.steps} (t = {state.time:.4g} s, stage '{state.stage}')"
             raise OverlapError(f"{where}: {state.contacts.deepest()}")

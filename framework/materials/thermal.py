@@ -88,13 +88,16 @@ class Thermal(Material):
         return self.material.exceptions
 
     def stress(self, exx: Any, eyy: Any, exy: Any, temperature: Any, *material: Any) -> tuple[Any, ...]:
-        across = self.expansion.strain(temperature) - self.start
-        more = self.axial.strain(temperature) - self.start_along - across
-        xx, yy, xy = across + self.along_x * more, across + self.along_y * more, self.along_xy * more
-        return self.material.stress(exx - xx, eyy - yy, exy - xy, -across, *material[1:])
+        xx, yy, xy, zz = self.borne(exx, eyy, exy, temperature)
+        return self.material.stress(xx, yy, xy, zz, *material[1:])
 
     def energy(self, exx: Any, eyy: Any, exy: Any, temperature: Any, *material: Any) -> Any:
+        xx, yy, xy, zz = self.borne(exx, eyy, exy, temperature)
+        return self.material.energy(xx, yy, xy, zz, *material[1:])
+
+    def borne(self, exx: Any, eyy: Any, exy: Any, temperature: Any) -> tuple[Any, ...]:
+        """The strain that the material bears: xx, yy, xy and zz, less the free thermal strain."""
         across = self.expansion.strain(temperature) - self.start
         more = self.axial.strain(temperature) - self.start_along - across
         xx, yy, xy = across + self.along_x * more, across + self.along_y * more, self.along_xy * more
-        return self.material.energy(exx - xx, eyy - yy, exy - xy, -across, *material[1:])
+        return exx - xx, eyy - yy, exy - xy, -across

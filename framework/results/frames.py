@@ -62,7 +62,7 @@ def take_frame(state: State) -> Frame:
     closed = {} if state.contacts.detection is None else state.contacts.closed()
     plastic = any("plastic_strain" in group.memory for group in state.materials.groups)
     zones = {"plastic_strain": state.materials.memory("plastic_strain")} if plastic else {}
-    if any(group.warm for group in state.materials.groups):
+    if any(group.knows_temperature for group in state.materials.groups):
         zones["temperature"] = np.full(len(state.mesh.zones), state.heat.temperature)
     moved, stress = (state.displacement.copy(), state.velocity.copy()), state.grain_stress()
     return Frame(state.time, *moved, stress, bonds, closed, zones)

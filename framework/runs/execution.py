@@ -136,7 +136,8 @@ class Execution:
     def _observe(self, stage: Stage) -> float:
         """Show the sample to all observers; returns the share of the stage that is done."""
         curves = self.columns.since(self.at.first_sample)
-        progress = max(condition.progress(curves) for condition in stage.ends)
+        seen = self.protocol.counted(self.columns.since(0), self.at.first_sample)
+        progress = max(condition.progress(seen) for condition in stage.ends)
         if self.folder is not None:  # curves before pictures, which take more room
             self.folder.sample(self.columns.since(0), self.state)
         for observer in (self.recorder, *self.observers):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from grainlaw.compiler.batch import CompilationError
-from grainlaw.material import Material, is_warm
+from grainlaw.material import Material, knows_temperature
 from grainlaw.memory import ROOM
 from grainlaw.parameter import ParameterError
 from grainlaw.workbench.finding import Finding
@@ -16,7 +16,7 @@ from grainlaw.workbench.properties import without_unit
 from grainlaw.workbench.zone import Zone, kept
 
 ROUNDING = 1e-12
-COLD, HOT, WARMTHS = -100.0, 800.0, 9  # °C, between which a material is asked, as far as it knows them
+COLD, HOT, TEMPERATURES = -100.0, 800.0, 9  # °C, between which a material is asked, as far as it knows them
 #: times the declared stiffness along a step, at most: the safety of the stable step, 0.9, allows for 1 / 0.9^2. Flow
 #: that is not normal to the yield surface is up to (1 / cos a - 1) / 2 stiffer, a being the angle between the two.
 STIFFER = 1.2
@@ -161,45 +161,53 @@ def temperature(bench: MaterialBench) -> Finding | None:
     So the free strain is a function of the temperature alone: heating and cooling close a loop.
     """
     material = bench.material
-    if not is_warm(material):
+    if not knows_temperature(material):
         return None
     low, high = (max(material.temperatures[0], COLD), min(material.temperatures[1], HOT))
     if not low <= ROOM <= high - 1:
         return Finding(f"is known from {low:g} to {high:g} °C; runs begin at {ROOM:g} °C")
-    path = _free_strains(material, bench.zone, float(high))
-    left = float(np.abs(path[-1][1] - path[0][1]).max())
-    hottest, free = max(path, key=lambda point: point[0])
-    if not left <= 1e-6 * max(bench.scale, float(np.abs(free - path[0][1]).max())):
-        return Finding(
-            f"heated to {hottest:.4g} °C and cooled it keeps a free strain of {left:.4g}: closes no loop", left
-        )
-    hot = Zone(material, temperature=hottest)
-    hot.origin = (float(free[0]), float(free[1]), float(free[2]))
-    there = MaterialBench(material, hot)
-    there.scale = bench.scale  # its own first response is another one than declared
-    for name, ask in (("stiffness", _too_stiff), ("symmetry", symmetry), ("energy", energy)):
-        if name not in material.exceptions and (found := ask(there)):
-            return Finding(f"at {hottest:.4g} °C, {name}: {found.text}", found.size)
+    for end in (high, low):
+        if abs(end - ROOM) >= 1 and (found := _at_temperature(bench, float(end))):
+            return found
     return None
 
 
-def _free_strains(material: Material, zone: Zone, high: float) -> list[tuple[float, np.ndarray]]:
-    """Temperatures, up and down again, with the strain that is free of stress (nan where there is none).
+def _at_temperature(bench: MaterialBench, end: float) -> Finding | None:
+    """What is wrong on the way to a temperature and back, or there."""
+    material, path = bench.material, _free_strains(bench.material, bench.zone, end)
+    left = float(np.abs(path[-1][1] - path[0][1]).max())
+    there, free = max(path, key=lambda point: abs(point[0] - ROOM))
+    if not left <= 1e-6 * max(bench.scale, float(np.abs(free - path[0][1]).max())):
+        way = ("heated", "cooled") if there > ROOM else ("cooled", "heated")
+        words = f"{way[0]} to {there:.4g} °C and {way[1]} it keeps a free strain of {left:.4g}: closes no loop"
+        return Finding(words, left)
+    zone = Zone(material, temperature=there)
+    zone.origin = (float(free[0]), float(free[1]), float(free[2]))
+    asked = MaterialBench(material, zone)
+    asked.scale = bench.scale  # its own first response is another one than declared
+    for name, ask in (("stiffness", _too_stiff), ("symmetry", symmetry), ("energy", energy)):
+        if name not in material.exceptions and (found := ask(asked)):
+            return Finding(f"at {there:.4g} °C, {name}: {found.text}", found.size)
+    return None
+
+
+def _free_strains(material: Material, zone: Zone, end: float) -> list[tuple[float, np.ndarray]]:
+    """Temperatures from 20 °C to ``end`` and back, with the strain that is free of stress (nan where there is none).
 
     As far as the memory of the zone stays, since a plastic material may yield across the plane; but by one kelvin.
     """
     path, state = [(ROOM, _free(zone, zone.start, np.zeros(3)))], zone.start
-    for warmth in (ROOM + 1, *np.linspace(ROOM, high, WARMTHS)[1:].tolist()):
-        there = Zone(material, temperature=warmth)
+    for temperature in (ROOM + np.sign(end - ROOM), *np.linspace(ROOM, end, TEMPERATURES)[1:].tolist()):
+        there = Zone(material, temperature=temperature)
         strain = _free(there, state, path[-1][1])
         after = there.step(strain.tolist(), state)[3:]
         if (after != zone.start or np.isnan(strain).any()) and len(path) > 1:
             break
-        path.append((warmth, strain))
+        path.append((temperature, strain))
         state = after
-    for warmth, _ in path[-2::-1]:
-        there = Zone(material, temperature=warmth)
-        path.append((warmth, _free(there, state, path[-1][1])))
+    for temperature, _ in path[-2::-1]:
+        there = Zone(material, temperature=temperature)
+        path.append((temperature, _free(there, state, path[-1][1])))
         state = there.step(path[-1][1].tolist(), state)[3:]
     return path
 

@@ -30,9 +30,9 @@ class MaterialArrays(NamedTuple):
     address: Constant  #: (g, 2) of the machine code of ``stress`` and of ``energy``
     numbers: Constant  #: (g, 3) addresses of their parameters: of the stress, of the energy now and one step before
     values: Constant  #: (n,) these parameters
-    warmth: Constant  #: (g, 3) place of the temperature among them, or -1
+    temperature_place: Constant  #: (g, 3) place of the temperature among them, or -1
     keeps: Constant  #: (g,) whether the material has a memory, or knows the temperature
-    warm: Constant  #: (g,) whether it knows the temperature
+    knows_temperature: Constant  #: (g,) whether it knows the temperature
     fields: Constant  #: (r, z) parameters of the stress that differ from grain to grain
     others: Constant  #: (r, z) those of the energy
     memory: Changing  #: (m, z)
@@ -177,10 +177,10 @@ def _add_thermal(zones, g, z, strain, first, k, s, count):
 @njit(**OPTIONS)
 def take_temperature(zones, before, temperature):
     """Tell the materials the temperatures (°C) of the next step and of the one before it."""
-    for g in range(zones.warmth.shape[0]):
+    for g in range(zones.temperature_place.shape[0]):
         for which in range(3):
-            if zones.warmth[g, which] >= 0:
-                zones.values[zones.warmth[g, which]] = temperature if which < 2 else before
+            if zones.temperature_place[g, which] >= 0:
+                zones.values[zones.temperature_place[g, which]] = temperature if which < 2 else before
 
 
 @njit(**OPTIONS)
@@ -202,7 +202,7 @@ def add_material_forces(zones, nodes, changes, thread):
             f2x, f2y = w[FORCE + 2, first:s], w[FORCE + 3, first:s]
             gather_motion(ux, uy, n0, n1, n2, x1, y1, x2, y2)
             find_strain(x1, y1, x2, y2, b1[z:e], b2[z:e], c1[z:e], c2[z:e], cs, sn, exx, eyy, exy)
-            warms = changes and zones.warm[g]
+            warms = changes and zones.knows_temperature[g]
             if warms:
                 _add_thermal(zones, g, z, zones.strain, 0, z, first, e - z)
             whole = (e - z) // LANES * LANES

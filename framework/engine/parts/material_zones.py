@@ -41,14 +41,14 @@ class ZoneGroup:
         return self.stress.memory
 
     @property
-    def warm(self) -> bool:
+    def knows_temperature(self) -> bool:
         """Whether the material knows the temperature."""
         return "temperature" in (*self.stress.scalars, *self.energy.scalars)
 
     @property
     def keeps(self) -> bool:
         """Whether the work on its zones is kept."""
-        return bool(self.memory) or self.warm
+        return bool(self.memory) or self.knows_temperature
 
 
 class MaterialZones(Part):
@@ -56,7 +56,7 @@ class MaterialZones(Part):
 
     def __init__(self, specimen: Specimen) -> None:
         mesh, groups = specimen.mesh, _groups(specimen)
-        self.groups, values, numbers, warmth = _with_common_numbers(groups)
+        self.groups, values, numbers, places = _with_common_numbers(groups)
         chosen = [group.zones for group in self.groups]
         self.chosen = np.concatenate([np.zeros(0, dtype=np.int64), *chosen])  #: zones of the mesh, in this order
         count = len(self.chosen)
@@ -66,18 +66,20 @@ class MaterialZones(Part):
         gradients = shape_functions(mesh.nodes, mesh.zones)[[0, 1, 3, 4, 6]][:, self.chosen]
         self._count = len(mesh.zones)
         kept = count if any(group.keeps for group in self.groups) else 0
-        whole = np.array([(*(one.address for one in (g.stress, g.energy)), g.keeps, g.warm) for g in self.groups])
+        whole = np.array(
+            [(*(one.address for one in (g.stress, g.energy)), g.keeps, g.knows_temperature) for g in self.groups]
+        )
         whole = whole.astype(np.int64).reshape(-1, 4)
         corner = np.ascontiguousarray(mesh.zones[self.chosen].T, dtype=np.int32)
         rows = [np.ascontiguousarray(row) for row in gradients]
-        rows += [whole[:, :2].copy(), numbers, values, warmth, whole[:, 2].copy(), whole[:, 3].copy()]
+        rows += [whole[:, :2].copy(), numbers, values, places, whole[:, 2].copy(), whole[:, 3].copy()]
         rows += [_in_one([(g, one(g).rows) for g in self.groups], count) for one in (_stress, _energy)]
         rows.append(np.zeros((max((len(group.memory) for group in self.groups), default=0), count)))
         rows += [np.zeros((3, kept)), np.zeros((3, kept)), np.zeros(kept), np.zeros(kept)]
         rows += [np.zeros((STORED + 2, count)), np.zeros((len(self.groups), 2), dtype=np.int64)]
         self.arrays = MaterialArrays(corner, *rows)
         for group in self.groups:  # where a grain is not free of stress at first, heat has stored its energy
-            if group.warm:
+            if group.knows_temperature:
                 nothing = np.zeros((max(len(group.memory), 1), group.last - group.first))
                 (stored,) = group.energy.batch(*np.zeros((3, group.last - group.first)), nothing)
                 self.arrays.thermal[group.first : group.last] = -stored
@@ -92,7 +94,7 @@ class MaterialZones(Part):
 
     def take_temperature(self, temperature: float) -> None:
         """Tell the materials the temperature (°C) at which they are asked between steps."""
-        places = self.arrays.warmth[self.arrays.warmth >= 0]
+        places = self.arrays.temperature_place[self.arrays.temperature_place >= 0]
         self.arrays.values[places] = temperature
 
     def force_per_kelvin(self, displacement: np.ndarray, temperature: float, by: float) -> np.ndarray:
@@ -104,9 +106,8 @@ class MaterialZones(Part):
             own = slice(group.first, group.last)
             found = []
             for at in (temperature + by, temperature):
-                memory = a.memory[:, own].copy() if group.memory else np.zeros((1, group.last - group.first))
                 self.take_temperature(at)
-                found.append(np.stack(group.stress.batch(*a.scratch[STRAIN:STRESS, own], memory)))
+                found.append(np.stack(group.stress.batch(*a.scratch[STRAIN:STRESS, own], self._memory(group))))
             a.scratch[STRESS:FORCE, own] = (found[0] - found[1]) / by
         compiled(forces_of_zones)(a, force)
         return force
@@ -119,6 +120,11 @@ class MaterialZones(Part):
                 values[group.zones] = self.arrays.memory[group.memory.index(name), group.first : group.last]
         return values
 
+    def _memory(self, group: ZoneGroup) -> np.ndarray:
+        """(m, z) memory of a group, a copy; one row without use where it has none."""
+        rows = self.arrays.memory[: len(group.memory), group.first : group.last]
+        return rows.copy() if group.memory else np.zeros((1, group.last - group.first))
+
     def states(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Stress (z, 3) Pa, stored energy and energy dissipated so far (z,) J/m3 at (2, i) m, that of the last forces.
 
@@ -129,9 +135,7 @@ class MaterialZones(Part):
         stress, stored, lost = np.empty((3, len(self.chosen))), np.empty(len(self.chosen)), np.zeros(len(self.chosen))
         for group in self.groups:
             own = slice(group.first, group.last)
-            memory = (
-                a.memory[: len(group.memory), own].copy() if group.memory else np.zeros((1, group.last - group.first))
-            )
+            memory = self._memory(group)
             strain = (a.strain if group.keeps else a.scratch[STRAIN:STRESS])[:, own]
             stress[:, own] = a.stress[:, own] if group.keeps else group.stress.batch(*strain, memory)
             (stored[own],) = group.energy.batch(*strain, memory)

@@ -20,7 +20,7 @@ class SteadyBooks(NamedTuple):
     share: Changing  #: (1,) of it that counts: 0 while a speed rises, then 1
     mark: Changing  #: (r, n) m, displacement from which the mean motion counts
     since: Changing  #: (1,) s, when that was
-    warmth: Changing  #: (1,) °C, at that time
+    temperature: Changing  #: (1,) °C, at that time
 
 
 class Steady(Part):
@@ -58,7 +58,7 @@ class Steady(Part):
 
     def _mark(self, time: float) -> None:
         self.books.mark[:], self.books.since[0] = self._freedoms.arrays.displacement, time
-        self.books.warmth[0] = self._heat.temperature
+        self.books.temperature[0] = self._heat.temperature
 
     def follow(self, driven: Drives, speeds: np.ndarray, time: float, least: float) -> bool:
         """If ``least`` (s) have passed, take the mean motion of this time for the steady motion; whether they have.
@@ -73,7 +73,7 @@ class Steady(Part):
         if self._heat.target is None:
             travel = float(np.sum(moved[at.row, at.place] * wanted) / np.sum(wanted**2))
         else:
-            travel = abs(self._heat.temperature - float(self.books.warmth[0]))
+            travel = abs(self._heat.temperature - float(self.books.temperature[0]))
         if travel > 0:
             self.books.field[:] = moved / travel
         self._mark(time)
