@@ -4,6 +4,7 @@ from grainlaw.calibration.calibrate import calibrate
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.targets import Targets
 from grainlaw.compiler.batch import CompilationError
+from grainlaw.condition import AtRest, ComesTo, Condition, FailsTo, FallsTo, Reaches, StageError
 from grainlaw.contact import ContactLaw
 from grainlaw.detection import Detection
 from grainlaw.engine.state import State
@@ -48,20 +49,7 @@ from grainlaw.runs.parallel import Run
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import ContactPoints, EndPoints, GaussPoints, InsetPoints, Specimen
-from grainlaw.stage import (
-    Ageing,
-    AtRest,
-    ComesTo,
-    Condition,
-    Drive,
-    FailsTo,
-    FallsTo,
-    Hold,
-    Pressure,
-    Reaches,
-    Stage,
-    StageError,
-)
+from grainlaw.stage import Ageing, Drive, Hold, Pressure, Stage
 from grainlaw.studies.design import latin_hypercube, sobol
 from grainlaw.studies.envelope import (
     HoekBrownFit,

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from grainlaw.arguments import Checked
+from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Curves, Stage
+from grainlaw.stage import Stage
 
 
 class LoadingProtocol(metaclass=Checked):

@@ -9,6 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS
+from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, Loading
@@ -24,7 +25,7 @@ from grainlaw.protocols.platens import (
     uniaxial_summary,
 )
 from grainlaw.specimen import Specimen
-from grainlaw.stage import AtRest, Condition, Curves, Drive, Hold, Pressure, Stage, StageError
+from grainlaw.stage import Drive, Hold, Pressure, Stage
 
 SAMPLES = 20  #: in each ramp
 MOST_CONFINING = 10_000  #: samples: a specimen that is not at rest by then has failed

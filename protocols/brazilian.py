@@ -10,6 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
+from grainlaw.condition import Curves, FailsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, Loading
@@ -18,7 +19,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import certificate, ends, size
 from grainlaw.protocols.platens import Platens, held_across, require_platens, sampling
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Curves, Drive, FailsTo, Reaches, Stage
+from grainlaw.stage import Drive, Stage
 from grainlaw.window import window_mean, within_circle
 
 

@@ -20,6 +20,7 @@ from grainlaw.columns import (
     TENSILE_CRACKS,
     TIME,
 )
+from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.parameter import ParameterError, parameter, part, whole_number
@@ -27,7 +28,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import end_share
 from grainlaw.protocols.platens import Platens, held_across, measure_between_platens, require_ends
 from grainlaw.specimen import Specimen
-from grainlaw.stage import RESTS, Ageing, AtRest, Condition, Curves, Drive, Hold, Pressure, Stage, StageError
+from grainlaw.stage import RESTS, Ageing, Drive, Hold, Pressure, Stage
 
 SAMPLES = 10  #: in the ramp
 LOST = 1e-3  #: share of the strength that bonds may lose while the load is applied, in the mean

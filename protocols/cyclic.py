@@ -10,6 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import STAGE, STRAIN, STRESS
+from grainlaw.condition import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.messages import short
 from grainlaw.moduli import work
@@ -17,7 +18,7 @@ from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Curves, Drive, FallsTo, Reaches, Stage
+from grainlaw.stage import Drive, Stage
 
 
 def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:

@@ -9,13 +9,14 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.condition import Condition, Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
 from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Condition, Curves, Stage
+from grainlaw.stage import Stage
 
 
 @attrs.frozen

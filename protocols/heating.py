@@ -23,6 +23,7 @@ from grainlaw.columns import (
     VOLUMETRIC_STRAIN,
     energy,
 )
+from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, Loading
@@ -33,7 +34,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import axial_strain_of_points
 from grainlaw.protocols.platens import require_boundaries
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Curves, Drive, Stage
+from grainlaw.stage import Drive, Stage
 
 #: counted from the end of the heating on
 OFFSET = (STRAIN, LATERAL_STRAIN, "strain_points", VOLUMETRIC_STRAIN, TENSILE_CRACKS, SHEAR_CRACKS)

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from grainlaw.columns import LATERAL_STRAIN, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN
+from grainlaw.condition import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
 from grainlaw.loading import Loading
@@ -24,7 +25,7 @@ from grainlaw.protocols.measures import (
     window_stress,
 )
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Curves, Drive, FallsTo, Reaches, Stage
+from grainlaw.stage import Drive, Stage
 
 NO_TENSION = "tension does not pass the contact between two bodies; pull the specimen at its own ends, without platens"
 

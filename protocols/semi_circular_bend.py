@@ -8,6 +8,7 @@ from typing import Any
 
 import attrs
 
+from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, Loading
@@ -16,7 +17,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.bending import bending_stage, bending_summary, measure_bending, notch_depth, span
 from grainlaw.protocols.measures import size
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Curves, Stage
+from grainlaw.stage import Stage
 
 
 @attrs.frozen(kw_only=True)

@@ -7,6 +7,7 @@ from typing import Any
 
 import attrs
 
+from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, Loading
@@ -14,7 +15,7 @@ from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.bending import bending_stage, bending_summary, ligament, measure_bending, span
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Curves, Stage
+from grainlaw.stage import Stage
 
 
 @attrs.frozen(kw_only=True)

@@ -7,13 +7,13 @@ import numpy as np
 
 from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.table1 import law_named
+from grainlaw.condition import StageError
 from grainlaw.contact import ContactLaw
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.material import Elastic
 from grainlaw.runs.flutter import hold
 from grainlaw.specimen import Specimen
-from grainlaw.stage import StageError
 from grainlaw.workbench.conformance import check_law
 from grainlaw.workbench.driver import alone
 from grainlaw.workbench.scale import is_bonded, measure

@@ -22,6 +22,7 @@ from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.columns import COURSE, LOAD
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.compiler.cache import compile_portably
+from grainlaw.condition import StageError
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
@@ -32,7 +33,7 @@ from grainlaw.results.result import Result
 from grainlaw.runs.claim import Claim, claimed, tidy
 from grainlaw.runs.estimate import in_words
 from grainlaw.runs.stopping import Stopped
-from grainlaw.stage import Stage, StageError
+from grainlaw.stage import Stage
 
 #: What the user gave is at fault; and all that ends a command with its own words.
 REFUSALS = (ParameterError, LawReferenceError, CompilationError)

@@ -27,6 +27,7 @@ from grainlaw.cli.running import (
 from grainlaw.cli.sections import gathered, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
+from grainlaw.condition import StageError
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
 from grainlaw.naming import aligned, shown
@@ -39,7 +40,6 @@ from grainlaw.runs.claim import Claim
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import simulate
-from grainlaw.stage import StageError
 
 CONFIG = "config.toml"
 

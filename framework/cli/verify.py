@@ -15,6 +15,7 @@ from scipy.integrate import quad
 
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.columns import STAGE
+from grainlaw.condition import StageError
 from grainlaw.drawing.palette import color
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.geometry import Bricks, rectangle
@@ -27,7 +28,6 @@ from grainlaw.results.tables import write_json
 from grainlaw.runs.record import described, origin
 from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
-from grainlaw.stage import StageError
 from grainlaw.units import MPa, mm, um
 from grainlaw.workbench.trace import trace
 

@@ -8,13 +8,14 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from grainlaw.columns import FATIGUE
+from grainlaw.condition import Curves, StageError
 from grainlaw.contact import Laws, law_arguments
 from grainlaw.engine.dissipation import stored
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 from grainlaw.memory import SCALARS
 from grainlaw.parameter import ParameterError
-from grainlaw.stage import RESTS, Ageing, Curves, Stage, StageError
+from grainlaw.stage import RESTS, Ageing, Stage
 
 HALVINGS = 60  #: of the interval in which the length of a jump is sought, in logarithms
 SHORTEST = 1e-15  #: of the duration: the first jump is longer, or the bonds do not last

@@ -12,6 +12,7 @@ import numpy as np
 
 from grainlaw.columns import ENERGY, SPENT, SUPPLIED, THERMAL
 from grainlaw.compiler.batch import Compiled, compile_integrator
+from grainlaw.condition import StageError
 from grainlaw.contact import Laws
 from grainlaw.engine.ageing import age_at_rest
 from grainlaw.engine.diagnosis import fastest, first_fault
@@ -32,7 +33,7 @@ from grainlaw.runs.estimate import warn_of_cost
 from grainlaw.runs.loader import Loader
 from grainlaw.runs.run_folder import RunFolder
 from grainlaw.runs.stopping import Stop, Stopped
-from grainlaw.stage import Stage, StageError
+from grainlaw.stage import Stage
 
 CALL = 4_000_000  #: zones times steps of one call of the engine: some tenths of a second, the delay of Ctrl-C
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable

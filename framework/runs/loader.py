@@ -9,12 +9,13 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import LOST, STORED, SUPPLIED, THERMAL
+from grainlaw.condition import StageError
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.static_load import bring_under_load
 from grainlaw.engine.steady import steady_motion, stiffness_along
 from grainlaw.loading import RECENT, AccuracyError, Pace
-from grainlaw.stage import Stage, StageError
+from grainlaw.stage import Stage
 
 FADING = 5  #: periods of the steady motion, in which energy that was released fades by 1/e
 SLOWEST = 1e-4  #: of the highest frequency: that of a motion which nothing resists

@@ -27,6 +27,7 @@ import grainlaw
 from grainlaw.compiler.batch import compile_law
 from grainlaw.compiler.cache import is_portable
 from grainlaw.compiler.numba_private import processor
+from grainlaw.condition import StageError
 from grainlaw.contact import Laws
 from grainlaw.engine.parts.contact_laws import uniform
 from grainlaw.engine.stepping import InstabilityError
@@ -39,7 +40,6 @@ from grainlaw.runs.reach import Unknown, digest
 from grainlaw.runs.sources import sources_hash
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
-from grainlaw.stage import StageError
 from grainlaw.tessellation import Tessellation
 
 FORMAT = 1  #: raise when the same run would get another key

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 import attrs
 
 from grainlaw.arguments import checked, is_number
+from grainlaw.condition import StageError
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.ageing import check_ageing
@@ -29,7 +30,6 @@ from grainlaw.runs.plausibility import warn_of_scales
 from grainlaw.runs.run_folder import RunFolder, checkpoint_of
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import Specimen
-from grainlaw.stage import StageError
 
 
 @checked

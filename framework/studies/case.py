@@ -18,6 +18,7 @@ import numpy as np
 from grainlaw.columns import COURSE
 from grainlaw.compiler.batch import CompilationError, compile_integrator
 from grainlaw.compiler.cache import compile_portably
+from grainlaw.condition import StageError
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, OverlapError, advance
 from grainlaw.messages import short
@@ -31,7 +32,7 @@ from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.parallel import Run
-from grainlaw.stage import Stage, StageError
+from grainlaw.stage import Stage
 from grainlaw.studies.store import KILLED
 from grainlaw.tessellation import TilingError
 

@@ -1,0 +1,117 @@
+"""Conditions under which a stage ends, asked of what has been recorded in it."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.arguments import Checked
+from grainlaw.columns import (
+    MOTION,
+    SHEAR_CRACKS,
+    STAGE,
+    TENSILE_CRACKS,
+    TIME,
+    UNBALANCED,
+    require,
+)
+from grainlaw.parameter import parameter
+
+Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
+
+
+class StageError(RuntimeError):
+    """A stage that did not end as it should; ``result`` holds what was recorded."""
+
+    result: Any
+
+
+class Condition(metaclass=Checked):
+    """When a stage ends."""
+
+    @abstractmethod
+    def progress(self, curves: Curves) -> float:
+        """Share of the stage that is done, from the curves of this stage; 1 ends the stage.
+
+        Raises :class:`StageError` where the test cannot go on.
+        """
+
+
+@attrs.frozen
+class Reaches(Condition):
+    """A recorded quantity has reached a positive limit."""
+
+    column: str  #: of the curves
+    limit: float = parameter("its own", above=0)  #: value at which the stage ends
+
+    def progress(self, curves: Curves) -> float:
+        require("Reaches", curves, self.column)
+        return float(curves[self.column][-1] / self.limit)
+
+
+@attrs.frozen
+class ComesTo(Condition):
+    """A recorded quantity has come to a value, from either side."""
+
+    column: str  #: of the curves
+    value: float = parameter("its own", above=-math.inf)  #: value at which the stage ends
+
+    def progress(self, curves: Curves) -> float:
+        require("ComesTo", curves, self.column)
+        first, now = (float(curves[self.column][k]) for k in (0, -1))
+        way = self.value - first
+        return 1.0 if way == 0 or now == self.value else (now - first) / way
+
+
+@attrs.frozen
+class FallsTo(Condition):
+    """A recorded quantity has fallen to a fraction of its highest value so far."""
+
+    column: str  #: of the curves
+    fraction: float = parameter("1", above=-math.inf)  #: of the highest value so far
+
+    def progress(self, curves: Curves) -> float:
+        require("FallsTo", curves, self.column)
+        values = curves[self.column]
+        return float(values[-1] <= self.fraction * values.max() and values.max() > 0)
+
+
+@attrs.frozen
+class FailsTo(Condition):
+    """As :class:`FallsTo`, but only after a contact has broken: vibration at the start of a test is no failure.
+
+    What broke in stages before does not count.
+    """
+
+    column: str  #: of the curves
+    fraction: float = parameter("1", above=-math.inf)  #: of the highest value so far
+
+    def progress(self, curves: Curves) -> float:
+        cracks = curves[TENSILE_CRACKS] + curves[SHEAR_CRACKS]
+        before = cracks[0] if curves[STAGE][0] > 0 else 0
+        if cracks[-1] == before:
+            return 0.0
+        return FallsTo(self.column, self.fraction).progress(curves)
+
+
+@attrs.frozen
+class AtRest(Condition):
+    """Loads no longer change, and ``unbalanced`` and ``motion`` are below a ratio in three successive samples.
+
+    ``unbalanced`` is the mean unbalanced force over the mean contact force, ``motion`` the root of kinetic over stored
+    energy. Both are needed: a slow motion of many nodes needs only small forces, and a vibration has no velocity at the
+    moment of its reversal.
+    """
+
+    ratio: float = parameter("1", default=1e-5)  #: of both measures
+
+    def progress(self, curves: Curves) -> float:
+        if len(curves[TIME]) < 3:
+            return 0.0
+        largest = max(float(curves[name][-3:].max()) for name in (UNBALANCED, MOTION))
+        return min(1.0, self.ratio / max(largest, 1e-300))
