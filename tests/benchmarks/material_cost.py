@@ -43,7 +43,7 @@ def elastic(zones, nodes, calls):
 @njit(**OPTIONS)
 def material(zones, nodes, calls):
     for _ in range(calls):
-        add_material_forces(zones, nodes, 0)
+        add_material_forces(zones, nodes, False, 0)
 
 
 def main():
