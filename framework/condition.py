@@ -11,15 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.columns import (
-    MOTION,
-    SHEAR_CRACKS,
-    STAGE,
-    TENSILE_CRACKS,
-    TIME,
-    UNBALANCED,
-    require,
-)
+from grainlaw.columns import MOTION, SHEAR_CRACKS, STAGE, TENSILE_CRACKS, TIME, UNBALANCED, require
 from grainlaw.parameter import parameter
 
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample

@@ -10,13 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, fits, is_number
-from grainlaw.columns import (
-    ENERGY,
-    MOTION,
-    SUPPLIED,
-    TEMPERATURE,
-    UNBALANCED,
-)
+from grainlaw.columns import ENERGY, MOTION, SUPPLIED, TEMPERATURE, UNBALANCED
 from grainlaw.condition import ComesTo, Condition, Curves
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Loading

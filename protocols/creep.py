@@ -102,7 +102,7 @@ class Creep(LoadingProtocol):
     platens: Platens = part(Platens, Platens.SMOOTH)  #: whether the ends can move sideways
     ratio: float = parameter("1", default=1e-4)  #: at which the specimen counts as at rest
     most_samples: int = whole_number(default=100_000, at_least=100)  #: then the run stops
-    integrator: Integrator = part(Integrator, CentralDifference())  #: time stepping, with its damping
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     def __attrs_post_init__(self) -> None:
         if self.load <= self.confinement:

@@ -104,10 +104,8 @@ class Heating(LoadingProtocol):
         drives = [Drive(boundary=end, axis=1, speed=0.0) for end in ends]
         if self.held is Held.ALL:
             return [*drives, *(Drive(boundary=side, axis=0, speed=0.0) for side in ("left", "right"))]
-        return [
-            *drives,
-            Drive(boundary="bottom", axis=0, speed=0.0, roller=True),
-        ]  # its middle, so that it cannot drift
+        middle = Drive(boundary="bottom", axis=0, speed=0.0, roller=True)  # so that the specimen cannot drift
+        return [*drives, middle]
 
     def measure(self, state: State) -> dict[str, float]:
         """What the test measures.

@@ -53,8 +53,10 @@ def turned(specimen: Specimen, displacement: np.ndarray) -> np.ndarray:
     def sums(values: np.ndarray) -> np.ndarray:
         return np.bincount(mesh.node_grain, mass * values, minlength=specimen.grains.count)
 
+    whole = sums(np.ones(len(mass)))
+
     def centred(points: np.ndarray) -> np.ndarray:
-        means = [sums(row) / sums(np.ones(len(row))) for row in points.T]
+        means = [sums(row) / whole for row in points.T]
         return (points - np.column_stack(means)[mesh.node_grain]).T
 
     (x, y), (u, v) = centred(mesh.nodes), centred(mesh.nodes + displacement)

@@ -20,9 +20,7 @@ from grainlaw.results.archive import law_name
 from grainlaw.results.figures.stored_cracks import (
     GRAIN,
     RIM,
-    SHEAR,
-    TENSILE,
-    WIDTHS,
+    draw_modes,
     draw_stored_cracks,
     label_cracks,
 )
@@ -50,18 +48,9 @@ def draw_cracks(axes: Axes, result: Result, frame: int = -1) -> None:
     place = (result.mesh.nodes + moment.displacement) * 1e3
     axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=GRAIN, edgecolor=GRAIN, linewidth=0.2))
     axes.add_collection(LineCollection(list(place[_outlines(result)]), colors=RIM, linewidths=0.35))
-    lines = contact_segments(place, result.interfaces)
     broken = ~np.isnan(moment.bonds["broken_time"])
-    tensile = moment.bonds["mode"] < 0.5
-    for chosen, color, name in ((broken & ~tensile, SHEAR, "shear"), (broken & tensile, TENSILE, "tensile")):
-        label = f"{name}: {int(chosen.sum())}"
-        axes.add_collection(
-            LineCollection(list(lines[chosen]), colors=color, linewidths=WIDTHS[name], label=label, capstyle="round")
-        )
-    axes.set_aspect("equal")
-    axes.autoscale_view()
-    axes.set_xlabel("x (mm)")
-    axes.set_ylabel("y (mm)")
+    lines = contact_segments(place, result.interfaces)[broken]
+    draw_modes(axes, lines, moment.bonds["mode"][broken] < 0.5)
 
 
 def _outlines(result: Result) -> np.ndarray:

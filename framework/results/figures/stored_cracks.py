@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,8 +34,14 @@ def draw_stored_cracks(axes: Axes, result: Result, title: str = "") -> None:
     """Cracks where they lie on the deformed specimen, on the outline of the specimen before the test."""
     for region in result.specimen.grains.regions:
         axes.add_patch(PathPatch(_path(region), facecolor=GRAIN, edgecolor=RIM, linewidth=0.8))
-    lines = crack_lines(result.cracks) * 1e3
-    for name, chosen, color in _modes(result.cracks):
+    draw_modes(axes, crack_lines(result.cracks) * 1e3, result.cracks.tensile)
+    if title:
+        axes.set_title(title, fontsize=9)
+
+
+def draw_modes(axes: Axes, lines: np.ndarray, tensile: np.ndarray) -> None:
+    """Cracks as lines (k, 2, 2) mm by their mode, tensile thin and shear thick, each with its number, to scale."""
+    for name, chosen, color in (("shear", ~tensile, SHEAR), ("tensile", tensile, TENSILE)):
         label = f"{name}: {int(chosen.sum())}"
         axes.add_collection(
             LineCollection(list(lines[chosen]), colors=color, linewidths=WIDTHS[name], label=label, capstyle="round")
@@ -45,8 +50,6 @@ def draw_stored_cracks(axes: Axes, result: Result, title: str = "") -> None:
     axes.autoscale_view()
     axes.set_xlabel("x (mm)")
     axes.set_ylabel("y (mm)")
-    if title:
-        axes.set_title(title, fontsize=9)
 
 
 def label_cracks(figure: Figure) -> None:
@@ -70,11 +73,6 @@ def scale_bar(axes: Axes, width: float) -> None:
         f"{length * 1e3:g} mm", (np.mean(ends), bottom), (0, -4), textcoords="offset points", ha="center", va="top",
         fontsize=8, annotation_clip=False,
     )  # fmt: skip
-
-
-def _modes(cracks: Cracks) -> Iterator[tuple[str, np.ndarray, str]]:
-    yield "shear", ~cracks.tensile, SHEAR
-    yield "tensile", cracks.tensile, TENSILE
 
 
 def _path(region: Region) -> Path:
