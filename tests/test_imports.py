@@ -156,8 +156,9 @@ for name in sys.argv[2:]:
 """
 
 
+@pytest.mark.slow
 def test_every_module_can_be_the_first():
-    """No import works only after another one.
+    """No import works only after another one; without circles, as the test above says, none should.
 
     In an interpreter of its own, where all of grainlaw is forgotten before each module. The package itself is an empty
     one with the right path: its own ``__init__`` imports nearly everything, so that no module would ever be the first.

@@ -117,9 +117,8 @@ def test_every_change_of_speed_and_step_is_in_the_ledger(law, test):
 
 
 def test_the_speed_does_not_depend_on_threads():
-    first, *others = (gl.simulate(small_sample(), BRITTLE, CRUSH, threads=threads).curves for threads in (1, 2, 3))
-    for other in others:
-        assert all(np.array_equal(first[name], other[name], equal_nan=True) for name in first)
+    first, other = (gl.simulate(small_sample(), BRITTLE, CRUSH, threads=threads).curves for threads in (1, 3))
+    assert all(np.array_equal(first[name], other[name], equal_nan=True) for name in first)
 
 
 def test_an_accuracy_that_cannot_be_had_ends_with_words_and_what_was_found():

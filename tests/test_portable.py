@@ -66,8 +66,7 @@ def test_portable_code_rounds_twice_and_is_kept_apart(tmp_path):
     usual, chosen = LAW.format(choose=""), LAW.format(choose="compile_portably()")
     plain, portable = {}, {"GRAINLAW_PORTABLE": "1"}
     for code, environment, expected in (
-        (usual, plain, "1.0"), (usual, portable, "0.0"), (chosen, plain, "0.0"), (chosen, portable, "0.0"),
-        (usual, plain, "1.0"),
+        (usual, plain, "1.0"), (usual, portable, "0.0"), (chosen, plain, "0.0"), (usual, plain, "1.0"),
     ):  # fmt: skip
         assert run(["-"], FUSED | environment, tmp_path, code) == [expected, expected]
     assert len(list((tmp_path / "cache").iterdir())) == 4  # two functions, of either kind
