@@ -49,7 +49,7 @@ from grainlaw.runs.parallel import Run
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import ContactPoints, EndPoints, GaussPoints, InsetPoints, Specimen
-from grainlaw.stage import Ageing, Drive, Hold, Pressure, Stage
+from grainlaw.stage import Ageing, Drive, Hold, Pressure, Quiet, Stage, Traction
 from grainlaw.studies.design import latin_hypercube, sobol
 from grainlaw.studies.envelope import (
     HoekBrownFit,
@@ -63,6 +63,7 @@ from grainlaw.studies.study import Status, Study
 from grainlaw.studies.table import Table
 from grainlaw.studies.workers import ExecutorError
 from grainlaw.tessellation import Tessellation, Tessellator, TilingError
+from grainlaw.time_series import TimeSeries
 from grainlaw.window import Window, within_circle, within_polygon, within_rectangle
 from grainlaw.workbench.characteristics import Characteristics, Mode, characteristics
 from grainlaw.workbench.conformance import Entry, Report, check_law
@@ -138,6 +139,7 @@ __all__ = [
     "Pressure",
     "Probe",
     "QuasiStaticLimit",
+    "Quiet",
     "Reaches",
     "Region",
     "Relaxation",
@@ -160,7 +162,9 @@ __all__ = [
     "Tessellation",
     "Tessellator",
     "TilingError",
+    "TimeSeries",
     "Trace",
+    "Traction",
     "Undamped",
     "UnitWarning",
     "Window",

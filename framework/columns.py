@@ -44,9 +44,10 @@ STORED = ("zones", "contacts_normal", "contacts_shear")
 #: strain; below 0 where heating has stored energy
 THERMAL = "zones_thermal"
 DISSIPATED = "zones_dissipated"  #: what the material of the grains has taken for good, as by plastic strain
+ABSORBED = "absorbed"  #: what quiet boundaries have taken of the waves that leave through them
 LOST = "damping"
-SPENT = (KINETIC, *STORED, THERMAL, DISSIPATED, LOST)  #: their sum is what was supplied
-ENERGIES = (SUPPLIED, *STORED, THERMAL, DISSIPATED, KINETIC, LOST)  #: in the order in which they are drawn
+SPENT = (KINETIC, *STORED, THERMAL, DISSIPATED, ABSORBED, LOST)  #: their sum is what was supplied
+ENERGIES = (SUPPLIED, *STORED, THERMAL, DISSIPATED, KINETIC, ABSORBED, LOST)  #: in the order in which they are drawn
 ENERGY = "energy_"  #: begins the names of their columns, J per metre of thickness
 
 

@@ -6,6 +6,7 @@ import math
 import operator
 import warnings
 from collections.abc import Mapping
+from types import FunctionType
 from typing import Any
 
 import attrs
@@ -251,6 +252,8 @@ def parameters(component: Any) -> dict[str, Any]:
             return {key: plain(entry) for key, entry in value.items()}
         if hasattr(value, "name") and hasattr(value, "value"):  # an enumeration's member
             return value.name.lower()
+        if isinstance(value, FunctionType):
+            return f"function {value.__qualname__}"
         return value
 
     return {field.name: plain(getattr(component, field.name)) for field in attrs.fields(type(component)) if field.init}

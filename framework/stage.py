@@ -11,7 +11,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, fits, is_number
 from grainlaw.columns import ENERGY, MOTION, SUPPLIED, TEMPERATURE, UNBALANCED
-from grainlaw.condition import ComesTo, Condition, Curves
+from grainlaw.condition import AtRest, ComesTo, Condition, Curves
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Loading
 from grainlaw.material import ABSOLUTE_ZERO
@@ -25,6 +25,7 @@ from grainlaw.parameter import (
     part,
     whole_number,
 )
+from grainlaw.time_series import Imposed, Varying, varying
 
 RESTS = 2  #: successive samples at rest before time passes in a jump
 STILL = 0.01  #: of the ratio: work of the loads in a sample, over that so far, of a specimen whose pieces fly
@@ -42,18 +43,20 @@ def _ends(stage: Stage, attribute: attrs.Attribute, value: Sequence[Condition]) 
         raise refusal("Stage: until", value, "a list of at least one Condition")
 
 
-def _rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray:
-    """Rise from ``start`` to ``end`` in the time ``ramp``, smooth in value, rate and acceleration."""
-    if ramp == 0:
-        return np.full(len(time), end)
-    with np.errstate(over="ignore"):  # a ramp of next to nothing
-        x = np.clip(time / ramp, 0, 1)
-    return start + (end - start) * x**3 * (10 - 15 * x + 6 * x**2)
-
-
 def _vector(value: Any) -> tuple[float, float]:
     x, y = checked_vector("Stage: gravity", value, "m/s2").tolist()
     return x, y
+
+
+def _stress(value: Any) -> tuple[float, float, float]:
+    try:
+        made = tuple(float(entry) for entry in value)
+    except (TypeError, ValueError):
+        made = ()
+    if len(made) != 3 or not np.isfinite(made).all():
+        raise refusal("Traction: stress", value, "three finite numbers (xx, yy, xy) in Pa")
+    xx, yy, xy = made
+    return xx, yy, xy
 
 
 def _temperature() -> Any:
@@ -63,8 +66,16 @@ def _temperature() -> Any:
     return attrs.field(default=None, converter=convert)
 
 
+def _speed() -> Any:
+    def convert(value: Any, component: Any, attribute: Any) -> float | None:
+        return None if value is None else checked_number(f"Quiet: {attribute.name}", value, "m/s", above=0)
+
+    converter = attrs.Converter(convert, takes_self=True, takes_field=True)
+    return attrs.field(default=None, converter=converter, metadata={"unit": "m/s"})
+
+
 @attrs.frozen(kw_only=True)
-class Drive(metaclass=Checked):
+class Drive(Imposed):
     """A boundary that is moved: the velocity of all its nodes along one axis, or of its middle alone (a ``roller``).
 
     A roller lets the boundary turn: it drives only the node nearest to the middle; if several grains meet there, the
@@ -73,18 +84,24 @@ class Drive(metaclass=Checked):
 
     boundary: str  #: name of the boundary
     axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
-    speed: float = parameter("m/s", above=-math.inf)  #: with its sign
+    speed: Varying = varying("m/s")  #: with its sign; a number, or one that changes with time
     start: float = parameter("m/s", default=0.0, above=-math.inf)  #: at first; ``speed`` after the time ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed changes
     roller: bool = part(bool, False)  #: whether only the middle is driven, so that the boundary can turn
 
-    def course(self, time: np.ndarray) -> np.ndarray:
-        """m/s at times (s) since the stage began."""
-        return _rise(time, self.ramp, self.start, self.speed)
+    @property
+    def level(self) -> Varying:
+        return self.speed
+
+    def reversed(self) -> Drive:
+        """The same at the opposite speed. Raises :class:`ParameterError` for a speed that changes with time."""
+        if not isinstance(self.speed, float):
+            raise ParameterError(f"Drive: speed = {short(self.speed)} is not allowed here, it must be a number (m/s)")
+        return attrs.evolve(self, speed=-self.speed)
 
 
 @attrs.frozen(kw_only=True)
-class Hold(metaclass=Checked):
+class Hold(Imposed):
     """A boundary under a force: a platen whose nodes all move by the same amount along one axis.
 
     ``stress`` is the force over the undeformed length of the boundary, positive along the axis. A spring of
@@ -93,29 +110,67 @@ class Hold(metaclass=Checked):
 
     boundary: str  #: name of the boundary
     axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
-    stress: float = parameter("Pa", above=-math.inf)  #: force over undeformed length, positive along the axis
+    stress: Varying = varying("Pa")  #: force over undeformed length, positive along the axis
     start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``stress`` after the time ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the stress changes
     #: of a spring that pulls the platen back to its place
     stiffness: float = parameter("Pa/m", default=0.0, at_least=0)
 
-    def course(self, time: np.ndarray) -> np.ndarray:
-        """Pa at times (s) since the stage began."""
-        return _rise(time, self.ramp, self.start, self.stress)
+    @property
+    def level(self) -> Varying:
+        return self.stress
 
 
 @attrs.frozen(kw_only=True)
-class Pressure(metaclass=Checked):
+class Pressure(Imposed):
     """A pressure on a boundary, normal to it also when it deforms, like that of a fluid behind a thin membrane."""
 
     boundary: str  #: name of the boundary
-    pressure: float = parameter("Pa", above=-math.inf)  #: pressing inwards
+    pressure: Varying = varying("Pa")  #: pressing inwards
     start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``pressure`` after ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the pressure changes
 
-    def course(self, time: np.ndarray) -> np.ndarray:
-        """Pa at times (s) since the stage began."""
-        return _rise(time, self.ramp, self.start, self.pressure)
+    @property
+    def level(self) -> Varying:
+        return self.pressure
+
+
+@attrs.frozen(kw_only=True)
+class Traction(Imposed):
+    """The forces on a boundary of a uniform stress beyond it: times its normal, per undeformed length.
+
+    They keep their direction, also where the boundary turns. ``stress=(0, 0, sxy)`` shears a boundary along x or y;
+    on the rim of an opening it is what the rock held that was there. ``factor`` multiplies it, as a pulse does.
+    """
+
+    boundary: str  #: name of the boundary
+    #: xx, yy, xy, tension positive
+    stress: tuple[float, float, float] = attrs.field(converter=_stress, metadata={"unit": "Pa"})
+    factor: Varying = varying("1", 1.0)  #: by which it is multiplied
+    start: float = parameter("1", default=0.0, above=-math.inf)  #: at first; ``factor`` after the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the factor changes
+
+    @property
+    def level(self) -> Varying:
+        return self.factor
+
+
+@attrs.frozen(kw_only=True)
+class Quiet(metaclass=Checked):
+    """A boundary that waves leave as if the rock went on: dashpots (Lysmer and Kuhlemeyer 1969).
+
+    They resist with density times speed of P waves along the normal and of S waves across it, so that what meets the
+    boundary head on does not come back. The speeds are those of the boundary's grains unless they are given: of many
+    grains with soft contacts waves are slower, see ``gl.elastic_properties``.
+    """
+
+    boundary: str  #: name of the boundary
+    p_speed: float | None = _speed()  #: of P waves in the rock as a whole
+    s_speed: float | None = _speed()  #: of S waves
+
+    def __attrs_post_init__(self) -> None:
+        if (self.p_speed is None) != (self.s_speed is None):
+            raise ParameterError("Quiet: p_speed and s_speed must be given together, or neither of them")
 
 
 @attrs.frozen(kw_only=True)
@@ -154,6 +209,8 @@ class Stage(metaclass=Checked):
     loading: Loading | None = None  #: multiplies the speeds of all drives; they are then written for 1 m/s
     temperature: float | None = _temperature()  #: °C, to which the loading heats or cools, for 1 K/s; None: it stays
     pressures: Sequence[Pressure] = ()  #: pressures on boundaries
+    tractions: Sequence[Traction] = ()  #: of stresses beyond boundaries
+    quiet: Sequence[Quiet] = ()  #: boundaries that absorb waves
     #: the stage ends when one of them is fulfilled, or when it has come to its temperature
     until: Sequence[Condition] = attrs.field(default=(), validator=_ends)
     interval: float = parameter("s")  #: time between samples; with a loading that at 1 m/s or 1 K/s, so m or K
@@ -167,9 +224,13 @@ class Stage(metaclass=Checked):
     expected: int | None = whole_number(default=None, at_least=1)  #: samples to its end, if known; a loading needs it
 
     def __attrs_post_init__(self) -> None:
-        moves = any(isinstance(drive, Drive) and drive.speed for drive in self.drives)
+        moves = any(isinstance(drive, Drive) and drive.speed != 0 for drive in self.drives)
+        self._check_functions()
         if self.static and (moves or self.initial_velocity is not None):
-            raise ParameterError(f"Stage '{self.name}': static is for gravity, platens under a force and pressures")
+            loads = "gravity, platens under a force, pressures and tractions"
+            raise ParameterError(f"Stage '{self.name}': static is for {loads}")
+        if self.static and self.quiet:
+            raise ParameterError(f"Stage '{self.name}': a static stage has no waves; let a stage after it be quiet")
         if self.temperature is not None:
             self._check_heating(moves)
             moves = True
@@ -179,6 +240,22 @@ class Stage(metaclass=Checked):
             raise ParameterError(f"Stage '{self.name}': a loading needs expected, the number of samples to its end")
         if not moves:
             raise ParameterError(f"Stage '{self.name}': a loading needs a drive whose speed is not 0")
+        for drive in self.drives:
+            if isinstance(drive, Drive) and not isinstance(drive.speed, float):
+                raise ParameterError(
+                    f"Stage '{self.name}': a loading multiplies speeds that are numbers; that of the boundary "
+                    f"{drive.boundary} changes with time by itself"
+                )
+
+    def _check_functions(self) -> None:
+        """Refuse to wait for the end of a load that is a function of time, of which it is not known."""
+        endless = next((one for one in self.loads if math.isinf(one.lasts)), None)
+        if endless is not None and (self.static or any(isinstance(end, AtRest) for end in self.until)):
+            what = "static" if self.static else "AtRest"
+            raise ParameterError(
+                f"Stage '{self.name}': {what} needs loads of which it is known when they no longer change, that of the "
+                f"boundary {endless.boundary} is a function of time: give it as a TimeSeries"
+            )
 
     def _check_heating(self, moves: bool) -> None:
         if self.loading is None or self.loading.ramp:
@@ -189,6 +266,11 @@ class Stage(metaclass=Checked):
                 f"Stage '{self.name}': a stage with a temperature holds its boundaries, or loads them by stresses; "
                 "move them in a stage of its own"
             )
+
+    @property
+    def loads(self) -> list[Imposed]:
+        """All that is imposed on boundaries at a level."""
+        return [*self.drives, *self.pressures, *self.tractions]
 
     @property
     def ends(self) -> list[Condition]:

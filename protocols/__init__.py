@@ -8,6 +8,7 @@ from grainlaw.protocols.direct_shear import DirectShear
 from grainlaw.protocols.free_motion import FreeMotion
 from grainlaw.protocols.heating import Heating, Held
 from grainlaw.protocols.joint_tension import JointTension
+from grainlaw.protocols.plane_wave import PlaneWave, Wave
 from grainlaw.protocols.platens import Moving, Platens
 from grainlaw.protocols.semi_circular_bend import SemiCircularBend
 from grainlaw.protocols.three_point_bending import ThreePointBending
@@ -25,11 +26,13 @@ __all__ = [
     "Held",
     "JointTension",
     "Moving",
+    "PlaneWave",
     "Platens",
     "SemiCircularBend",
     "ThreePointBending",
     "UniaxialCompression",
     "UniaxialTension",
+    "Wave",
 ]
 
 

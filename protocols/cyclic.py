@@ -46,7 +46,7 @@ class Cyclic(LoadingProtocol):
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         *before, main = self.test.stages(specimen)
-        back = [attrs.evolve(drive, speed=-drive.speed) if isinstance(drive, Drive) else drive for drive in main.drives]
+        back = [drive.reversed() if isinstance(drive, Drive) else drive for drive in main.drives]
         stages = list(before)
         for number, level in enumerate(self.levels, 1):
             load = attrs.evolve(main, name=f"load {number}", until=[Reaches(self.displacement, level), *main.until])

@@ -42,6 +42,13 @@ CASES = {
         small_sample(), WEAK,
         stage(drives=ENDS, pressures=[gl.Pressure(boundary=side, pressure=5e6) for side in ("left", "right")]), 4e-8,
     ),
+    "waves": (
+        small_sample(), WEAK,
+        stage(
+            drives=ENDS[:1], quiet=[gl.Quiet(boundary=side) for side in ("left", "right", "top")],
+            tractions=[gl.Traction(boundary="top", stress=(0, -5e6, 1e6), factor=[(0, 0), (1e-6, 1)])],
+        ), 4e-8,
+    ),
     "held": (
         small_sample(), WEAK,
         stage(drives=[ENDS[0], gl.Hold(boundary="top", axis=1, stress=-5e6, stiffness=1e12)]), 4e-8,
@@ -141,7 +148,8 @@ def test_shares_cover_everything_once(case, threads):
     sizes = {
         "nodes": len(state.mesh.nodes), "zones": parts.zones.corner.shape[1], "bonds": len(state.bonds),
         "contacts": len(state.contacts), "pressures": len(parts.pressures.column), "drives": len(parts.drives.column),
-        "freedoms": parts.freedoms.force.shape[1],
+        "freedoms": parts.freedoms.force.shape[1], "tractions": len(parts.tractions.node),
+        "quiet": len(parts.quiet.node),
     }  # fmt: skip
     for name, size in sizes.items():
         share = getattr(parts, name).share

@@ -15,10 +15,12 @@ from grainlaw.protocols import (
     Creep,
     Cyclic,
     DirectShear,
+   
     FreeMotion,
     Heating,
     JointTension,
     Moving,
+    PlaneWave,
     Platens,
     SemiCircularBend,
     ThreePointBending,
@@ -31,9 +33,12 @@ TENSION = UniaxialTension(maximum_strain=2e-4, samples=50, loading=gl.Constant(s
 BIAXIAL = BiaxialCompression(confinement=5e6, maximum_strain=2e-4, samples=50, loading=gl.Constant(speed=0.02))
 PROTOCOLS = [COMPRESSION, TENSION, BIAXIAL]
 #: These have no modulus: test_joint.py compares the first two with the law itself, test_examples_contacts.py FreeMotion
-#: with bodies that fall and slide, test_creep.py Creep, test_temperature.py Heating, test_laboratory_tests.py has the
-#: others.
-OTHERS = {DirectShear, JointTension, FreeMotion, Brazilian, Creep, Cyclic, Heating, SemiCircularBend, ThreePointBending}
+#: with bodies that fall and slide, test_creep.py Creep, test_temperature.py Heating, test_waves.py PlaneWave,
+#: test_excavation.py test_laboratory_tests.py has the others.
+OTHERS = {
+    DirectShear, JointTension, FreeMotion, Brazilian, Creep, Cyclic, Heating, PlaneWave, SemiCircularBend,
+    ThreePointBending,
+}  # fmt: skip
 
 
 def test_list_holds_every_exported_protocol():

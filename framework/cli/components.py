@@ -122,6 +122,8 @@ def _kinds(cls: type) -> dict[str, tuple[type, ...]]:
 
 
 def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str, present: Any) -> Any:
+    if field.metadata.get("varies") and isinstance(raw, list):
+        return [tuple(map(quantity, point, ("s", field.metadata["unit"]), (where, where))) for point in raw]
     if "unit" in field.metadata and not isinstance(raw, Mapping):
         return quantities(raw, field.metadata["unit"], where)
     of_present = present is not attrs.NOTHING and present is not None

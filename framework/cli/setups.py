@@ -18,6 +18,7 @@ from grainlaw.protocols import (
     DirectShear,
     Heating,
     JointTension,
+    PlaneWave,
     SemiCircularBend,
     ThreePointBending,
     UniaxialCompression,
@@ -36,6 +37,11 @@ PRISM, SMALL_PRISM = _prism(*SAMPLE), _prism(*QUICK)
 
 def _blocks(height: float) -> dict[str, Any]:
     return {"region": "rectangle", "width": WIDTH, "height": height, "tessellator": "bricks", "rows": 2}
+
+
+def _bar(columns: int) -> dict[str, Any]:
+    size = {"width": columns * 2 * mm, "height": 4 * mm}
+    return {"region": "rectangle", **size, "tessellator": "bricks", "rows": 2, "columns": columns}
 
 
 PULLED_BLOCKS, SHEARED_BLOCKS = _blocks(PULLED), _blocks(SHEARED)
@@ -74,5 +80,6 @@ SETUPS = {
         Setup(SemiCircularBend, HALF_DISC | NOTCHED | _grains(400), HALF_DISC | NOTCHED | _grains(80)),
         Setup(DirectShear, SHEARED_BLOCKS, SHEARED_BLOCKS),
         Setup(JointTension, PULLED_BLOCKS, PULLED_BLOCKS),
+        Setup(PlaneWave, _bar(100), _bar(50)),
     )
 }

@@ -58,10 +58,8 @@ class State(PointReadings):
     @property
     def parts(self) -> dict[str, Part]:
         """All parts by name, in the order in which the ledger adds them up."""
-        boundaries = self.boundaries
         return {
-            "drives": boundaries.driven, "pressures": boundaries.pressed, "platens": boundaries.platens,
-            "boundaries": boundaries, "gravity": self.gravity, "nodes": self.nodes, "freedoms": self.freedoms,
+            **self.boundaries.parts, "gravity": self.gravity, "nodes": self.nodes, "freedoms": self.freedoms,
             "grains": self.grains, "zones": self.zones, "materials": self.materials, "bonds": self.bonds,
             "contacts": self.contacts, "clock": self.clock, "breaks": self.breaks, "steady": self.steady,
             "heat": self.heat,
@@ -100,7 +98,8 @@ class State(PointReadings):
         """Impose what a stage prescribes from now on; the work done so far stays in the ledger."""
         self.stage, self.began = stage.name, self.clock.begin_stage()
         self.new_weight = self.gravity.begin(stage.gravity, self.time_step)
-        self.boundaries.impose(stage.imposed, stage.pressures, stage.fixed)
+        before = self.displacement_at_forces()
+        self.boundaries.impose(stage.imposed, stage.pressures, stage.fixed, stage.tractions, stage.quiet, before)
         self.heat.begin(stage.temperature)
         self.give_velocity(stage.initial_velocity)
 

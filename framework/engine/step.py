@@ -22,6 +22,8 @@ from grainlaw.engine.parts.gravity import GravityArrays, add_weight
 from grainlaw.engine.parts.material_passes import MaterialArrays, add_material_forces, take_temperature
 from grainlaw.engine.parts.platens import PlatenArrays, move_platens
 from grainlaw.engine.parts.pressures import PressureArrays, gather_pressures, press
+from grainlaw.engine.parts.quiet import QuietArrays, absorb
+from grainlaw.engine.parts.tractions import TractionArrays, load
 from grainlaw.engine.parts.zones import ZoneArrays, add_zone_forces
 
 
@@ -34,6 +36,8 @@ class Parts(NamedTuple):
     bonds: BondArrays
     contacts: ContactArrays
     pressures: PressureArrays
+    tractions: TractionArrays
+    quiet: QuietArrays
     grains: GrainArrays
     gravity: GravityArrays
     platens: PlatenArrays
@@ -109,8 +113,10 @@ def _steps(thread, team, parts, chunk):
         gather_bond_forces(bonds, nodes, thread)
         gather_contact_forces(contacts, nodes, thread)
         gather_pressures(parts.pressures, nodes, thread)
+        load(parts.tractions, nodes, schedule, thread)
         collect_forces(parts.grains, nodes, freedoms, thread)
         add_weight(parts.gravity, freedoms, thread)
+        absorb(parts.quiet, freedoms, chunk.time_step, thread)
         for column in range(velocities.shape[0]):
             velocities[column] = schedule[column]
         if parts.platens.column.shape[0] > 0:

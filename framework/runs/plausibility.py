@@ -67,7 +67,7 @@ def _contacts(specimen: Specimen, law: Laws) -> Iterator[str]:
 
 def _speeds(specimen: Specimen, law: Laws, stages: Sequence[Stage]) -> Iterator[str]:
     speeds = {
-        drive.boundary: abs(drive.speed) * (1.0 if stage.loading is None else stage.loading.speed)
+        drive.boundary: drive.largest * (1.0 if stage.loading is None else stage.loading.speed)
         for stage in stages for drive in stage.drives
         if isinstance(drive, Drive) and isinstance(stage.loading, Constant | None)
     }  # fmt: skip

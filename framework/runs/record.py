@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
+import inspect
 import json
 import linecache
 import os
@@ -145,7 +146,8 @@ def of_run(specimen: Specimen, law: Laws, protocol: LoadingProtocol, options: Ma
         "law": described(law) | {"fingerprint": fingerprints(law)},
         "protocol": described(protocol),
         "options": {name: described(value) if attrs.has(type(value)) else value for name, value in options.items()},
-        "sources": {kind.__qualname__: _code(kind) for kind in _own(*judged)},
+        "sources": {kind.__qualname__: _code(kind) for kind in _own(*judged) if isinstance(kind, type)},
+        "functions": [_code(kind) for each in judged for kind in _kinds(each) if isinstance(kind, FunctionType)],
     }
     text = json.dumps(without_nan(content), sort_keys=True, default=_exact)
     key = hashlib.sha256(text.encode()).hexdigest()
@@ -164,8 +166,8 @@ def _exact(value: Any) -> Any:
     return repr(value)
 
 
-def _code(kind: type) -> str:
-    """Hash of the code of a class; of its source where the code holds what cannot be hashed."""
+def _code(kind: type | FunctionType) -> str:
+    """Hash of the code of a class or function; of its source where the code holds what cannot be hashed."""
     try:
         return digest(kind)
     except Unknown:
@@ -184,21 +186,27 @@ def own_sources(*components: Any) -> dict[str, dict[str, str]]:
     found: dict[str, dict[str, str]] = {}
     for kind in _own(*components):
         file, text = _source(kind)
-        found[kind.__qualname__] = {"file": file, "sha256": hashlib.sha256(text.encode()).hexdigest(), "source": text}
+        name, number = kind.__qualname__, 1
+        while name in found:  # functions without a name
+            name, number = f"{kind.__qualname__} {number + 1}", number + 1
+        found[name] = {"file": file, "sha256": hashlib.sha256(text.encode()).hexdigest(), "source": text}
     return found
 
 
-def _own(*components: Any) -> list[type]:
-    """The classes of the user's own among components and their parts."""
+def _own(*components: Any) -> list[type | FunctionType]:
+    """The classes and functions of the user's own among components and their parts."""
     every = dict.fromkeys(kind for component in components for kind in _kinds(component))
     return [kind for kind in every if kind.__module__.split(".")[0] != "grainlaw"]
 
 
-def _source(kind: type) -> tuple[str, str]:
+def _source(kind: type | FunctionType) -> tuple[str, str]:
     """File and text of a class, by the code of its methods: the file of a law need not be a loaded module.
 
     Empty where there is none that can be read.
     """
+    if isinstance(kind, FunctionType):
+        rows = linecache.getlines(kind.__code__.co_filename)[kind.__code__.co_firstlineno - 1 :]
+        return kind.__code__.co_filename, "".join(inspect.getblock(rows)) if rows else ""
     codes = [entry.__code__ for entry in vars(kind).values() if isinstance(entry, FunctionType)]
     for file in dict.fromkeys(code.co_filename for code in codes if not code.co_filename.startswith("<attrs")):
         text = "".join(linecache.getlines(file))
@@ -213,7 +221,7 @@ def _source(kind: type) -> tuple[str, str]:
     return "", ""
 
 
-def _kinds(component: Any) -> Iterator[type]:
+def _kinds(component: Any) -> Iterator[type | FunctionType]:
     if isinstance(component, Mapping):
         for entry in component.values():
             yield from _kinds(entry)
@@ -221,6 +229,8 @@ def _kinds(component: Any) -> Iterator[type]:
         yield type(component)
         for field in attrs.fields(type(component)):
             yield from _kinds(getattr(component, field.name))
+    elif isinstance(component, FunctionType):
+        yield component
 
 
 def origin() -> dict[str, Any]:

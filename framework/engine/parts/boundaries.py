@@ -1,4 +1,4 @@
-"""What a stage imposes on boundaries: drives, load-controlled platens and pressures, as functions of time."""
+"""What a stage imposes on boundaries: drives, load-controlled platens, pressures, tractions; and which are quiet."""
 
 from __future__ import annotations
 
@@ -7,26 +7,31 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grainlaw.columns import ABSORBED
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
 from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.part import Changing, Part
 from grainlaw.engine.parts.platens import Platens
 from grainlaw.engine.parts.pressures import Pressures
+from grainlaw.engine.parts.quiet import QuietBoundaries
+from grainlaw.engine.parts.tractions import Tractions
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Hold, Pressure
+from grainlaw.stage import Drive, Hold, Pressure, Quiet, Traction
+from grainlaw.time_series import Imposed
 
 
 class BoundaryBooks(NamedTuple):
     """What is recorded between stages and samples."""
 
     done: Changing  #: (1,) J, work in earlier stages
+    absorbed: Changing  #: (1,) J, that quiet boundaries took in earlier stages
     samples: Changing  #: (1,) steps since the last sample
     start: Changing  #: (b, 2) m, mean displacement of each named boundary at the last sample
 
 
-def check_boundaries(specimen: Specimen, imposed: Sequence[Drive | Hold | Pressure]) -> None:
+def check_boundaries(specimen: Specimen, imposed: Sequence[Imposed | Quiet]) -> None:
     """Raise :class:`ParameterError` for something imposed on a boundary that the specimen does not have."""
     for one in imposed:
         if one.boundary not in specimen.mesh.boundaries:
@@ -37,29 +42,52 @@ def check_boundaries(specimen: Specimen, imposed: Sequence[Drive | Hold | Pressu
 
 
 class Boundaries(Part):
-    """The drives, platens and pressures of the present stage, and the work done in earlier stages."""
+    """All that the present stage imposes on boundaries, and the work done in earlier stages."""
 
     def __init__(self, grains: Grains, nodes: Nodes, freedoms: Freedoms) -> None:
         self._grains, self._nodes, self._freedoms = grains, nodes, freedoms
         self._mesh = grains.specimen.mesh
         self._number = {name: k for k, name in enumerate(self._mesh.boundaries)}
-        self.books = BoundaryBooks(np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros((len(self._number), 2)))
-        self._impose([], [], [])
+        self.books = BoundaryBooks(
+            np.zeros(1), np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros((len(self._number), 2))
+        )
+        self._impose([], [], [], [], [], nodes.arrays.displacement)
 
     def impose(
-        self, drives: Sequence[Drive | Hold], pressures: Sequence[Pressure] = (), fixed: Sequence[int] = ()
-    ) -> None:
-        """Impose drives and pressures on boundaries, and fix the grains ``fixed``. Raises :class:`ParameterError`."""
-        check_boundaries(self._grains.specimen, [*drives, *pressures])
-        self.books.done[0] += float(self.driven.arrays.work.sum()) + self.pressed.work
-        self._impose(drives, pressures, fixed)
+        self, drives: Sequence[Drive | Hold], pressures: Sequence[Pressure] = (), fixed: Sequence[int] = (),
+        tractions: Sequence[Traction] = (), quiet: Sequence[Quiet] = (), before: np.ndarray | None = None,
+    ) -> None:  # fmt: skip
+        """Impose all that a stage does, and fix the grains ``fixed``. Raises :class:`ParameterError`.
 
-    def _impose(self, drives: Sequence[Drive | Hold], pressures: Sequence[Pressure], fixed: Sequence[int]) -> None:
-        self.drives, self.pressures = list(drives), list(pressures)
+        ``before`` (2, i) m is the displacement at the last forces; None where nothing moves.
+        """
+        check_boundaries(self._grains.specimen, [*drives, *pressures, *tractions, *quiet])
+        now = self._nodes.arrays.displacement
+        self.books.done[0] += float(self.driven.arrays.work.sum()) + self.pressed.work
+        self.books.done[0] += float(self.loaded.arrays.work.sum()) + self.loaded.last_work(now)
+        self.books.absorbed[0] -= float(self.quiet.arrays.work.sum()) + self.quiet.last_work(now)
+        self._impose(drives, pressures, fixed, tractions, quiet, now if before is None else before)
+
+    def _impose(
+        self, drives: Sequence[Drive | Hold], pressures: Sequence[Pressure], fixed: Sequence[int],
+        tractions: Sequence[Traction], quiet: Sequence[Quiet], before: np.ndarray,
+    ) -> None:  # fmt: skip
+        self.drives, self.loads = list(drives), [*pressures, *tractions]
+        specimen = self._grains.specimen
         self.driven = Drives(self._grains, self._freedoms, self.drives, fixed)
         self.hold()
-        self.pressed = Pressures(self._grains.specimen, self.drives, self.pressures, self._nodes.arrays.displacement)
+        self.pressed = Pressures(specimen, self.drives, pressures, self._nodes.arrays.displacement)
+        self.loaded = Tractions(self._mesh, tractions, len(self.drives) + 1 + len(pressures), before)
+        self.quiet = QuietBoundaries(specimen, quiet, self._freedoms, before)
         self.new_sample()
+
+    @property
+    def parts(self) -> dict[str, Part]:
+        """All by name, in the order in which the ledger adds them up."""
+        return {
+            "drives": self.driven, "pressures": self.pressed, "tractions": self.loaded, "quiet": self.quiet,
+            "platens": self.platens, "boundaries": self,
+        }  # fmt: skip
 
     def follow_rim(self, before: np.ndarray) -> None:
         """Lay membranes anew where the rim has parted; ``before`` (2, i) m is the displacement at the last forces."""
@@ -70,25 +98,35 @@ class Boundaries(Part):
         self.platens = Platens(self._grains.specimen, self.drives, self.driven, self._freedoms)
 
     def energy(self, time_step: float) -> dict[str, float]:
-        return {"external": float(self.books.done[0])}
+        return {"external": float(self.books.done[0]), ABSORBED: float(self.books.absorbed[0])}
 
-    def schedule(self, times: np.ndarray, pace: float) -> np.ndarray:
-        """(t, columns) at times (s) of the stage: drives, a column of zeros (rotations and fixed grains), pressures.
+    def schedule(self, times: np.ndarray, time_step: float, pace: float) -> np.ndarray:
+        """(t, columns) of steps that end at times (s) of the stage: drives, a column of zeros, pressures, tractions.
 
-        The speeds of the drives are multiplied by ``pace``.
+        The speeds of the drives are multiplied by ``pace``. The zeros are for rotations and fixed grains.
         """
-        table = np.zeros((len(times), len(self.drives) + 1 + len(self.pressures)))
+        table = np.zeros((len(times), len(self.drives) + 1 + len(self.loads)))
+        begin = times - time_step
         for column, drive in enumerate(self.drives):
             factor = self._mesh.boundary_lengths[drive.boundary] if isinstance(drive, Hold) else pace
-            table[:, column] = drive.course(times) * factor
-        for column, pressure in enumerate(self.pressures, len(self.drives) + 1):
-            table[:, column] = pressure.course(times)
+            table[:, column] = drive.course(begin, times) * factor
+        for column, load in enumerate(self.loads, len(self.drives) + 1):
+            table[:, column] = load.course(begin, times)
         return table
 
     @property
     def speeds(self) -> np.ndarray:
-        """(d,) m/s of the drives at a pace of 1; 0 of boundaries under a force."""
-        return np.array([drive.speed if isinstance(drive, Drive) else 0.0 for drive in self.drives])
+        """(d,) m/s of the drives at a pace of 1, the largest of those that change; 0 of boundaries under a force."""
+        found = [0.0] * len(self.drives)
+        for column, drive in enumerate(self.drives):
+            if isinstance(drive, Drive):
+                found[column] = drive.speed if isinstance(drive.speed, float) else drive.largest
+        return np.array(found)
+
+    @property
+    def lasts(self) -> float:
+        """s since the stage began, until when its loads change."""
+        return max((one.lasts for one in (*self.drives, *self.loads)), default=0.0)
 
     def largest_load(self) -> float:
         """N per metre: the largest force of one drive, mean over the steps since the last sample."""

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from importlib.metadata import version
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -236,10 +237,12 @@ def _rows(component: Any, before: str = "") -> list[list[str]]:
             continue
         if attrs.has(type(value)):
             rows += [[name, type(value).__name__], *_rows(value, f"{name}.")]
-        elif "unit" in field.metadata:
+        elif "unit" in field.metadata and isinstance(value, (Real, np.ndarray)):
             rows.append([name, _range(value, field.metadata["unit"])])
         else:
-            rows.append([name, value.name.lower() if hasattr(value, "name") else str(value)])
+            rows.append(
+                [name, value.name.lower() if hasattr(value, "name") else getattr(value, "__qualname__", str(value))]
+            )
     return rows
 
 

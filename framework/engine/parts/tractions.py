@@ -1,0 +1,84 @@
+"""Tractions on boundaries: forces on their nodes, in directions that do not change, times a factor of time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from grainlaw.compiler.cache import OPTIONS
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.mesh import Mesh
+from grainlaw.stage import Traction
+
+
+class TractionArrays(NamedTuple):
+    """Loaded nodes (n), ascending; one that two tractions load is there twice."""
+
+    column: Constant  #: (n,) column of the schedule with the factor
+    node: Constant  #: (n,)
+    full_x: Constant  #: (n,) N at a factor of 1
+    full_y: Constant
+    force_x: Changing  #: (n,) N, of the last step
+    force_y: Changing
+    moved_x: Changing  #: (n,) m, displacement at the last step
+    moved_y: Changing
+    work: Changing  #: (n,) J
+    share: Scratch
+
+
+@njit(**OPTIONS)
+def load(tractions, nodes, schedule, thread):
+    """Add the forces of tractions to a thread's nodes; their work, Eq. (11)."""
+    ux, uy, fx, fy = nodes.displacement[0], nodes.displacement[1], nodes.force[0], nodes.force[1]
+    px, py, moved_x, moved_y = tractions.force_x, tractions.force_y, tractions.moved_x, tractions.moved_y
+    for n in range(tractions.share[thread], tractions.share[thread + 1]):
+        i, factor = tractions.node[n], schedule[tractions.column[n]]
+        x, y = factor * tractions.full_x[n], factor * tractions.full_y[n]
+        tractions.work[n] += 0.5 * ((px[n] + x) * (ux[i] - moved_x[n]) + (py[n] + y) * (uy[i] - moved_y[n]))
+        px[n], py[n], moved_x[n], moved_y[n] = x, y, ux[i], uy[i]
+        fx[i] += x
+        fy[i] += y
+
+
+class Tractions(Part):
+    """The tractions of a stage, from the column ``first`` of the schedule on.
+
+    ``before`` (2, i) m is the displacement at the last forces.
+    """
+
+    def __init__(self, mesh: Mesh, tractions: Sequence[Traction], first: int, before: np.ndarray) -> None:
+        rows: list[np.ndarray] = [np.zeros((0, 4))]
+        for column, traction in enumerate(tractions, first):
+            edges = mesh.boundary_edges[traction.boundary]
+            along = mesh.nodes[edges[:, 1]] - mesh.nodes[edges[:, 0]]
+            xx, yy, xy = traction.stress
+            outward = np.column_stack([along[:, 1], -along[:, 0]])  # normal times length: the grain is on the left
+            half = outward @ np.array([[xx, xy], [xy, yy]]) / 2
+            node, place = np.unique(edges, return_inverse=True)
+            force = np.stack([np.bincount(place.ravel(), np.repeat(row, 2), len(node)) for row in half.T], axis=1)
+            rows.append(np.column_stack([np.full(len(node), column), node, force]))
+        table = np.concatenate(rows)
+        table = table[np.argsort(table[:, 1], kind="stable")]
+        node, count = table[:, 1].astype(np.int64), len(table)
+        self.arrays = TractionArrays(
+            table[:, 0].astype(np.int64), node, table[:, 2].copy(), table[:, 3].copy(), np.zeros(count),
+            np.zeros(count), before[0, node], before[1, node], np.zeros(count), np.zeros(2, dtype=np.int64),
+        )  # fmt: skip
+
+    def share(self, split: Split) -> np.ndarray:
+        return np.searchsorted(self.arrays.node, split.node)
+
+    def energy(self, time_step: float) -> dict[str, float]:
+        return {"external": float(self.arrays.work.sum())}
+
+    def last_work(self, displacement: np.ndarray) -> float:
+        """J, when the stage ends: that of the last forces on half of the motion since, to (2, i) m, Eq. (11).
+
+        Those of the next stage work on the other half.
+        """
+        a = self.arrays
+        way_x, way_y = displacement[0, a.node] - a.moved_x, displacement[1, a.node] - a.moved_y
+        return 0.5 * float(np.sum(a.force_x * way_x + a.force_y * way_y))

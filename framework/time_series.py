@@ -1,0 +1,176 @@
+"""Quantities that change with time: a number that rises over a ramp, points in time, or a function of time."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.arguments import Checked, is_number
+from grainlaw.messages import refusal, short
+from grainlaw.parameter import Bounds, ParameterError, parameter
+
+GAUSS = 0.5 - 0.5 / math.sqrt(3), 0.5 + 0.5 / math.sqrt(3)  #: of a step: a function's mean is that at these times
+
+
+@attrs.frozen
+class TimeSeries(metaclass=Checked):
+    """A quantity over time: straight between its points, and constant before the first and after the last.
+
+    Two points of one time are a jump. A pulse of 20 us that rises and falls evenly to 1 and back::
+
+        TimeSeries([0, 10e-6, 20e-6], [0, 1, 0])
+    """
+
+    takes_arrays = True
+
+    times: np.ndarray = parameter("s", above=-math.inf)  #: (n,) s since the stage began, none before the last
+    values: np.ndarray = parameter("its own", above=-math.inf)  #: (n,) in the unit of the quantity
+
+    def __attrs_post_init__(self) -> None:
+        times, values = self.times, self.values
+        if np.ndim(times) != 1 or np.ndim(values) != 1 or len(times) != len(values) or len(times) < 2:
+            raise ParameterError(
+                f"TimeSeries: times has {np.size(times)} entries and values has {np.size(values)}, "
+                "they must have equal numbers of at least 2"
+            )
+        if (np.diff(times) < 0).any() or times[0] == times[-1]:
+            raise ParameterError(f"TimeSeries: times = {short(times.tolist())} is not allowed, times must not fall")
+
+    def __call__(self, time: float) -> float:
+        """The value at a time (s); at a jump that after it."""
+        k = int(np.searchsorted(self.times, time, side="right")) - 1
+        if k < 0 or k == len(self.times) - 1:
+            return float(self.values[k if k >= 0 else 0])
+        share = (time - self.times[k]) / (self.times[k + 1] - self.times[k])
+        return float(self.values[k] + share * (self.values[k + 1] - self.values[k]))
+
+    def integral(self, time: np.ndarray) -> np.ndarray:
+        """Its integral from the first point to times (n,) s, exactly."""
+        t, v = self.times, self.values
+        k = np.clip(np.searchsorted(t, time, side="right") - 1, 0, len(t) - 1)
+        width = np.diff(t)
+        slope = np.append(np.divide(np.diff(v), width, out=np.zeros(len(width)), where=width > 0), 0.0)
+        until = np.concatenate([[0.0], np.cumsum(width * (v[1:] + v[:-1]) / 2)])
+        since = time - t[k]
+        found: np.ndarray = until[k] + since * (v[k] + np.maximum(since, 0.0) * slope[k] / 2)
+        return found
+
+
+Varying = float | TimeSeries | Callable[[float], float]
+
+
+def varying(unit: str, default: Any = attrs.NOTHING) -> Any:
+    """Declare a quantity of a component that may change with time: ``speed: Varying = varying("m/s")``.
+
+    It is given as a number, as a :class:`TimeSeries` or a list of its points (time, value), or as a function that
+    returns the value at a time (s). Raises :class:`ParameterError`.
+    """
+
+    def convert(value: Any, component: Any, attribute: Any) -> Varying | None:
+        where = f"{type(component).__name__}: {attribute.name}"
+        if isinstance(value, TimeSeries) or (value is None and default is None):
+            return value
+        if isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, (str, bytes)):
+            return _series(where, value)
+        if callable(value):
+            value_of(where, value, 0.0)
+            return value
+        if is_number(value) and Bounds().allow(float(value)):
+            return float(value)
+        wanted = f"a finite number ({unit}), a TimeSeries or its points (time, value), or a function of time"
+        raise refusal(where, value, wanted)
+
+    return attrs.field(
+        default=default,
+        converter=attrs.Converter(convert, takes_self=True, takes_field=True),
+        metadata={"unit": unit, "bounds": "a number, a TimeSeries or a function of time", "varies": True},
+    )
+
+
+def _series(where: str, points: Any) -> TimeSeries:
+    try:
+        times, values = np.array(points, dtype=float).reshape(len(points), 2).T
+    except (TypeError, ValueError):
+        raise refusal(where, points, "a list of points (time, value)") from None
+    try:
+        return TimeSeries(times, values)
+    except ParameterError as error:
+        raise ParameterError(f"{where}: {error}") from None
+
+
+def value_of(where: str, function: Callable[[float], float], time: float) -> float:
+    """What a function gives at a time (s). Raises :class:`ParameterError` where it is no finite number."""
+    value = function(time)
+    if not is_number(value) or not Bounds().allow(float(value)):
+        raise ParameterError(
+            f"{where}: the function gives {short(value)} at {time:g} s, which is not allowed, it must give a finite "
+            "number"
+        )
+    return float(value)
+
+
+def rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray:
+    """Rise from ``start`` to ``end`` in the time ``ramp``, smooth in value, rate and acceleration."""
+    if ramp == 0:
+        return np.full(len(time), end)
+    with np.errstate(over="ignore"):  # a ramp of next to nothing
+        x = np.clip(time / ramp, 0, 1)
+    return start + (end - start) * x**3 * (10 - 15 * x + 6 * x**2)
+
+
+class Imposed(metaclass=Checked):
+    """What a stage imposes on a boundary: a ``level`` that may change with time.
+
+    A level that is a number rises from ``start`` in the time ``ramp``, smoothly.
+    """
+
+    boundary: str
+    start: float
+    ramp: float
+
+    @property
+    @abstractmethod
+    def level(self) -> Varying:
+        """The number, the points in time or the function."""
+
+    def __attrs_post_init__(self) -> None:
+        if not isinstance(self.level, float) and (self.start or self.ramp):
+            raise ParameterError(
+                f"{type(self).__name__}: start = {self.start:g} and ramp = {self.ramp:g} s are not allowed beside "
+                f"{short(self.level)}, which says itself how it changes with time"
+            )
+
+    def course(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """(n,) levels of steps from ``begin`` to ``end`` (n,) s since the stage began.
+
+        What changes with time counts by its mean over the step: so a boundary moves by the integral of its speed, and a
+        force gives the integral of itself as momentum, of a ``TimeSeries`` exactly.
+        """
+        level = self.level
+        if isinstance(level, TimeSeries):
+            found: np.ndarray = (level.integral(end) - level.integral(begin)) / (end - begin)
+            return found
+        if not callable(level):
+            return rise(end, self.ramp, self.start, level)
+        where = f"{type(self).__name__} of {self.boundary}"
+        at = [(begin + share * (end - begin)).tolist() for share in GAUSS]
+        return np.array([[value_of(where, level, time) for time in times] for times in at]).mean(axis=0)
+
+    @property
+    def lasts(self) -> float:
+        """s, until when the level changes; infinite for a function."""
+        if isinstance(self.level, TimeSeries):
+            return max(float(self.level.times[-1]), 0.0)
+        return math.inf if callable(self.level) else self.ramp
+
+    @property
+    def largest(self) -> float:
+        """The largest size of the level; 0 for a function, of which that is not known."""
+        if isinstance(self.level, TimeSeries):
+            return float(np.abs(self.level.values).max())
+        return 0.0 if callable(self.level) else abs(self.level)

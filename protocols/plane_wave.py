@@ -1,0 +1,123 @@
+"""A plane wave that runs along a specimen, past gauges."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.condition import Curves, Reaches
+from grainlaw.engine.state import State
+from grainlaw.integration import CentralDifference, Integrator, Undamped
+from grainlaw.messages import refusal
+from grainlaw.parameter import ParameterError, checked_number, parameter, part, whole_number
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols.platens import require_boundaries
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Drive, Quiet, Stage, Traction
+from grainlaw.time_series import TimeSeries, Varying, varying
+
+PULSE = TimeSeries(np.array([0.0, 5e-6, 10e-6]), np.array([0.0, -1e6, 0.0]))
+
+
+class Wave(enum.Enum):
+    """How the specimen moves as the wave passes, and how its upper and lower sides are held."""
+
+    P = enum.auto()  #: along the wave; the sides are held across it
+    S = enum.auto()  #: across the wave; the sides are held along it
+    BAR = enum.auto()  #: along the wave; the sides are free
+
+
+def _places(value: Any) -> tuple[float, ...] | None:
+    if value is None:
+        return None
+    try:
+        return tuple(checked_number("PlaneWave: gauges", place, "m") for place in value)
+    except TypeError:
+        raise refusal("PlaneWave: gauges", value, "a list of places along x (m)") from None
+
+
+@attrs.frozen(kw_only=True)
+class PlaneWave(LoadingProtocol):
+    """A pulse enters at the left end, as the stress there or as its velocity, and runs to the right, past gauges.
+
+    Ends that are ``quiet`` absorb it; another is free, or moved. Through a quiet end on the left half of the stress
+    goes in. A gauge reads the means over a grain size to both sides of it.
+    """
+
+    duration: float = parameter("s", default=60e-6)  #: of the test
+    #: normal stress at the left end, shear stress of an S wave; tension is positive
+    stress: Varying = varying("Pa", PULSE)
+    #: of the left end along x, of an S wave along y; the stress is then what the specimen answers
+    velocity: Varying | None = varying("m/s", None)
+    #: places along x; without them at a quarter and three quarters of the specimen
+    gauges: tuple[float, ...] | None = attrs.field(default=None, converter=_places, metadata={"unit": "m"})
+    wave: Wave = part(Wave, Wave.P)  #: how the specimen moves
+    quiet: Sequence[str] = ("right",)  #: boundaries that absorb waves
+    samples: int = whole_number(default=400, at_least=2)  #: in the duration
+    integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped()))  #: the time integration
+
+    def __attrs_post_init__(self) -> None:
+        if self.velocity is not None and self.stress != PULSE:
+            raise ParameterError(
+                "PlaneWave: stress and velocity are both given, the left end can have only one of them"
+            )
+
+    @property
+    def _axis(self) -> int:
+        return int(self.wave is Wave.S)
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        require_boundaries(specimen, "PlaneWave", "left", "right", "top", "bottom")
+        low, high = specimen.grains.region.bounds[:, 0].tolist()
+        for place in self._gauges(specimen):
+            if not low <= place <= high:
+                raise ParameterError(f"PlaneWave: gauges = {place:g} m is not in the specimen, {low:g} to {high:g} m")
+        drives, tractions = [], []
+        if self.wave is not Wave.BAR:
+            drives = [Drive(boundary=side, axis=1 - self._axis, speed=0.0) for side in ("top", "bottom")]
+        if self.velocity is not None:
+            drives.append(Drive(boundary="left", axis=self._axis, speed=self.velocity))
+        else:
+            unit = (0.0, 0.0, 1.0) if self._axis else (1.0, 0.0, 0.0)
+            tractions = [Traction(boundary="left", stress=unit, factor=self.stress)]
+        quiet = [Quiet(boundary=name) for name in self.quiet]
+        return [
+            Stage(
+                name="wave", drives=drives, tractions=tractions, quiet=quiet, until=[Reaches("time", self.duration)],
+                interval=self.duration / self.samples, expected=self.samples, integrator=self.integrator,
+            )
+        ]  # fmt: skip
+
+    def _gauges(self, specimen: Specimen) -> tuple[float, ...]:
+        if self.gauges is not None:
+            return self.gauges
+        low, high = specimen.grains.region.bounds[:, 0].tolist()
+        return 0.75 * low + 0.25 * high, 0.25 * low + 0.75 * high
+
+    def measure(self, state: State) -> dict[str, float]:
+        """``stress_k`` (Pa) and ``velocity_k`` (m/s) of each gauge k, from 0."""
+        mesh, row = state.mesh, {}
+        x = mesh.nodes[mesh.zones, 0].mean(axis=1)
+        stress = state.zone_state()[0][:, 2 * self._axis]
+        velocity = state.velocity[mesh.zones, self._axis].mean(axis=1)
+        for k, place in enumerate(self._gauges(state.specimen)):
+            near = np.abs(x - place) <= state.specimen.grains.grain_size
+            weights = mesh.zone_areas[near]
+            row[f"stress_{k}"] = float(np.average(stress[near], weights=weights))
+            row[f"velocity_{k}"] = float(np.average(velocity[near], weights=weights))
+        return row
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Stress (Pa) and velocity (m/s) of largest size at each gauge, with signs, and when (s) the stress was."""
+        count = len(self._gauges(specimen))
+        peaks = [int(np.argmax(np.abs(curves[f"stress_{k}"]))) for k in range(count)]
+        speeds = (curves[f"velocity_{k}"] for k in range(count))
+        return {
+            "peak_stresses": [float(curves[f"stress_{k}"][at]) for k, at in enumerate(peaks)],
+            "peak_times": [float(curves["time"][at]) for at in peaks],
+            "peak_velocities": [float(speed[np.argmax(np.abs(speed))]) for speed in speeds],
+        }
