@@ -17,7 +17,7 @@ from grainlaw.geometry.neper import read_tess, write_tess
 from grainlaw.geometry.platens import between_platens
 from grainlaw.geometry.polygons import from_polygons
 from grainlaw.geometry.region import polygon, rectangle, shear_box
-from grainlaw.geometry.shapes import disc, notched_beam, semi_disc
+from grainlaw.geometry.shapes import disc, notched_beam, plate_with_hole, semi_disc
 from grainlaw.geometry.sizes import ByPhase, Empirical, Even, Lognormal, NaturalGrowth, Sizes
 from grainlaw.geometry.texture import Texture, texture
 from grainlaw.geometry.voronoi import Voronoi
@@ -56,6 +56,7 @@ __all__ = [
     "label_agreement",
     "moved",
     "notched_beam",
+    "plate_with_hole",
     "polygon",
     "read_tess",
     "rectangle",

@@ -48,6 +48,22 @@ def disc(diameter: float, *, loaded: float = 20.0, flat: bool = True, sides: int
 
 
 @checked
+def plate_with_hole(width: float, height: float, diameter: float, *, sides: int = 32) -> Region:
+    """Upright rectangle (m) about the origin with a circular hole in its middle, a polygon of so many ``sides``.
+
+    Boundaries bottom, right, top, left and hole. The area of the polygon is that of the circle. Raises
+    :class:`~grainlaw.parameter.ParameterError`.
+    """
+    check_sizes("plate_with_hole", width=width, height=height)
+    check_sizes("plate_with_hole", below=min(width, height), diameter=diameter)
+    sides = checked_whole_number("plate_with_hole: sides", sides, at_least=8)
+    x, y = width / 2, height / 2
+    radius = diameter / 2 * math.sqrt(2 * math.pi / sides / math.sin(2 * math.pi / sides))
+    corners = np.array([(-x, -y), (x, -y), (x, y), (-x, y)])
+    return Region(corners, ("bottom", "right", "top", "left"), (_arc(radius, 0, 360, 360 / sides)[::-1],))
+
+
+@checked
 def semi_disc(
     diameter: float,
     *,

@@ -5,6 +5,7 @@ from grainlaw.protocols.brazilian import Brazilian
 from grainlaw.protocols.creep import Creep
 from grainlaw.protocols.cyclic import Cyclic
 from grainlaw.protocols.direct_shear import DirectShear
+from grainlaw.protocols.excavation import Excavation
 from grainlaw.protocols.free_motion import FreeMotion
 from grainlaw.protocols.heating import Heating, Held
 from grainlaw.protocols.joint_tension import JointTension
@@ -21,6 +22,7 @@ __all__ = [
     "Creep",
     "Cyclic",
     "DirectShear",
+    "Excavation",
     "FreeMotion",
     "Heating",
     "Held",

@@ -15,7 +15,7 @@ from grainlaw.protocols import (
     Creep,
     Cyclic,
     DirectShear,
-   
+    Excavation,
     FreeMotion,
     Heating,
     JointTension,
@@ -34,9 +34,9 @@ BIAXIAL = BiaxialCompression(confinement=5e6, maximum_strain=2e-4, samples=50, l
 PROTOCOLS = [COMPRESSION, TENSION, BIAXIAL]
 #: These have no modulus: test_joint.py compares the first two with the law itself, test_examples_contacts.py FreeMotion
 #: with bodies that fall and slide, test_creep.py Creep, test_temperature.py Heating, test_waves.py PlaneWave,
-#: test_excavation.py test_laboratory_tests.py has the others.
+#: test_excavation.py Excavation, test_laboratory_tests.py has the others.
 OTHERS = {
-    DirectShear, JointTension, FreeMotion, Brazilian, Creep, Cyclic, Heating, PlaneWave, SemiCircularBend,
+    DirectShear, JointTension, FreeMotion, Brazilian, Creep, Cyclic, Excavation, Heating, PlaneWave, SemiCircularBend,
     ThreePointBending,
 }  # fmt: skip
 

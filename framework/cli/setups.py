@@ -16,6 +16,7 @@ from grainlaw.protocols import (
     Creep,
     Cyclic,
     DirectShear,
+    Excavation,
     Heating,
     JointTension,
     PlaneWave,
@@ -54,6 +55,7 @@ def _grains(count: int) -> dict[str, Any]:
 DISC = {"region": "disc", "diameter": 50 * mm}
 NOTCHED = {"notch_width": 0.5 * mm, "bearing": 3 * mm}
 BEAM = {"region": "notched_beam", "length": 100 * mm, "height": 25 * mm, "span": 80 * mm, "notch_depth": 8 * mm}
+PLATE = {"region": "plate_with_hole", "width": 100 * mm, "height": 100 * mm, "diameter": 20 * mm}
 HALF_DISC = {"region": "semi_disc", "diameter": 75 * mm, "span": 45 * mm, "notch_depth": 18 * mm}
 
 
@@ -80,6 +82,7 @@ SETUPS = {
         Setup(SemiCircularBend, HALF_DISC | NOTCHED | _grains(400), HALF_DISC | NOTCHED | _grains(80)),
         Setup(DirectShear, SHEARED_BLOCKS, SHEARED_BLOCKS),
         Setup(JointTension, PULLED_BLOCKS, PULLED_BLOCKS),
+        Setup(Excavation, PLATE | _grains(1500), PLATE | _grains(200)),
         Setup(PlaneWave, _bar(100), _bar(50)),
     )
 }

@@ -71,8 +71,8 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
     state.change_time_step((max(ramps, default=0.0) or stage.interval) / INCREMENTS)
     carry, matrix = unknowns(state, stability.stiffness(), stability.frequency)
     factors, coasting = factorised(matrix), compile_integrator(_Coasting())
-    f, driven = state.freedoms.arrays, state.boundaries.driven.arrays
-    drifts = [axis for axis in (0, 1) if not (driven.row == axis).any()]  # nothing holds the specimen along these
+    f = state.freedoms.arrays
+    drifts = _drifts(state)
     velocity, before = np.zeros_like(f.velocity), state.gravity.arrays.weight - state.new_weight
     weights = [before + share * state.new_weight for share in np.arange(INCREMENTS + 1) / INCREMENTS]
     state.gravity.raise_to(weights[0], state.time_step)
@@ -92,14 +92,25 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
             state.gravity.arrays = carried
             state.restore(start)
             change = state.grains.unflat(carry @ factors.solve(force))
-            for axis in drifts:
-                change[axis] -= np.average(change[axis], weights=f.mass[axis])
+            for drift in drifts:
+                change -= drift * (np.sum(f.mass * drift * change) / np.sum(f.mass * drift**2))
             if not np.abs(change[:2]).max() <= FAR * state.specimen.grains.grain_size:
                 return False
             velocity = velocity + change / state.time_step
         else:
             return False
     return True
+
+
+def _drifts(state: State) -> list[np.ndarray]:
+    """Motions (r, n) of the specimen as a whole that nothing holds: along an axis, and, if along both, its rotation."""
+    driven, count = state.boundaries.driven.arrays, len(state.mesh.nodes)
+    free = [axis for axis in (0, 1) if not (driven.row == axis).any()]
+    fields = [np.eye(2)[:, axis, None] * np.ones(count) for axis in free]
+    if len(free) == 2:
+        x, y = (state.mesh.nodes - np.average(state.mesh.nodes, axis=0, weights=state.specimen.node_masses)).T
+        fields.append(np.stack([-y, x]))
+    return [state.grains.field(field, state.freedoms, state.mesh.nodes) for field in fields]
 
 
 def _step(state: State, coasting: Compiled, velocity: np.ndarray) -> None:

@@ -1,0 +1,78 @@
+"""An opening excavated in a rock that is under stress."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.condition import AtRest, Curves
+from grainlaw.engine.state import State
+from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.parameter import parameter, part, whole_number
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols.platens import require_boundaries
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Stage, Traction
+from grainlaw.units import MPa
+
+BESIDE = 10.0  #: degrees: how far from an axis the rim is taken for its end
+
+
+@attrs.frozen(kw_only=True)
+class Excavation(LoadingProtocol):
+    """A rock comes under a stress, with an opening as if it were still full; then what held its rim is let go slowly.
+
+    The specimen's region has the opening as a hole, such as :func:`~grainlaw.geometry.plate_with_hole` makes. At first
+    tractions of the ``stress`` are on all boundaries, so that the rock is in equilibrium; then those on the rim of the
+    opening fall to zero in the time ``release``. Displacements count from there.
+    """
+
+    xx: float = parameter("Pa", default=-20 * MPa, above=-np.inf)  #: stress of the rock along x, tension positive
+    yy: float = parameter("Pa", default=-60 * MPa, above=-np.inf)  #: along y
+    xy: float = parameter("Pa", default=0.0, above=-np.inf)  #: shear stress
+    opening: str = "hole"  #: name of the boundary that is excavated
+    release: float = parameter("s", default=2e-4)  #: time in which the forces on its rim are let go
+    rest: float = parameter("1", default=1e-4)  #: ratio at which the rock counts as at rest
+    samples: int = whole_number(default=100, at_least=10)  #: in the time release
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        require_boundaries(specimen, "Excavation", self.opening)
+        sides = [name for name in specimen.mesh.boundaries if name != self.opening]
+        stress, interval = (self.xx, self.yy, self.xy), self.release / self.samples
+        rising = [Traction(boundary=name, stress=stress, ramp=self.release) for name in (*sides, self.opening)]
+        far = [Traction(boundary=name, stress=stress) for name in sides]
+        rim = Traction(boundary=self.opening, stress=stress, factor=0.0, start=1.0, ramp=self.release)
+        end = [AtRest(self.rest)]
+        return [
+            Stage(
+                name="stress", tractions=rising, until=end, interval=interval, integrator=self.integrator, static=True
+            ),
+            Stage(
+                name="excavate", tractions=[*far, rim], until=end, interval=interval, integrator=self.integrator,
+                expected=2 * self.samples,
+            ),
+        ]  # fmt: skip
+
+    def measure(self, state: State) -> dict[str, float]:
+        """``width`` and ``height`` (m): how much wider and higher the opening is than undeformed.
+
+        From the means over the rim within 10 degrees of its horizontal and its vertical axis.
+        """
+        mesh = state.mesh
+        nodes = mesh.boundaries[self.opening]
+        place, moved = mesh.nodes[nodes], state.displacement[nodes]
+        x, y = (place - (place.min(axis=0) + place.max(axis=0)) / 2).T
+        angle = np.degrees(np.arctan2(y, x))
+        ends = [np.abs((angle - towards + 180) % 360 - 180) <= BESIDE for towards in (0, 180, 90, -90)]
+        right, left, top, bottom = (moved[end].mean(axis=0) if end.any() else np.full(2, np.nan) for end in ends)
+        return {"width": float(right[0] - left[0]), "height": float(top[1] - bottom[1])}
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """By how much the opening has closed (m) along x and y since it was full."""
+        full = int(np.flatnonzero(curves["stage"] == 0)[-1])
+        closed = {axis: float(curves[of][full] - curves[of][-1]) for axis, of in (("x", "width"), ("y", "height"))}
+        return {f"closure_{axis}": value for axis, value in closed.items()}

@@ -1,0 +1,74 @@
+"""An opening in a rock under stress: equilibrium before it, Kirsch after it; the static start of a free specimen."""
+
+import math
+
+import numpy as np
+import pytest
+from bars import ROCK
+
+import grainlaw as gl
+from grainlaw.geometry import Voronoi, plate_with_hole, rectangle
+from grainlaw.laws import Linear
+from grainlaw.protocols import Excavation
+
+STIFF = Linear(kn=1e15, ks=1e15)
+PLATE = gl.Specimen(Voronoi(grains=60, seed=1).tessellate(plate_with_hole(0.1, 0.1, 0.02)), ROCK)
+
+
+@pytest.fixture(scope="module")
+def excavated():
+    return gl.simulate(PLATE, STIFF, Excavation(xx=-20e6, yy=-40e6, xy=5e6, release=5e-5, samples=20), frames=2)
+
+
+def test_before_it_the_rock_is_in_equilibrium_at_its_stress(excavated):
+    """Every grain has the stress of the rock, with the hole as if it were full, but for bonds 0.6 % as soft as grains."""
+    stress = excavated.frames[0].stress
+    assert stress == pytest.approx(np.tile([-20e6, -40e6, 5e6], (len(stress), 1)), abs=0.02 * 40e6)
+
+
+def test_the_static_start_of_a_specimen_that_nothing_holds(excavated):
+    """In motion the ramp alone would take 1,800 steps; and it has not turned."""
+    first = int(np.argmax(excavated.curves["time"] > 0))
+    assert excavated.curves["time"][first] > 5e-5  # the ramp has passed
+    assert excavated.curves["step"][first] < 200
+    assert excavated.curves["energy_damping"][first] < 1e-6 * excavated.curves["energy_external"][first]
+    place, moved = PLATE.mesh.nodes, excavated.frames[0].displacement
+    x, y = (place - place.mean(axis=0)).T
+    shear = 5e6 / (ROCK.youngs_modulus / 2.5)  # of bonds that give nothing: u = shear y / 2, v = shear x / 2
+    turned = (np.sum(x * moved[:, 1]) / np.sum(x * x) - np.sum(y * moved[:, 0]) / np.sum(y * y)) / 2
+    assert abs(turned) < 0.01 * shear
+
+
+def test_it_closes_as_in_an_elastic_rock(excavated):
+    """Kirsch, of a plate of five diameters in ninety grains: to a fifth. The ledger closes."""
+    scale = 2 * (1 + 0.25) / 60e9 * 10e-3
+    assert excavated.summary["closure_y"] == pytest.approx(scale * (30e6 + 2 * 10e6), rel=0.2)
+    assert abs(excavated.summary["closure_x"] - scale * (30e6 - 2 * 10e6)) < 0.2 * scale * 50e6
+    assert excavated.summary["energy_error"] < 1e-6
+
+
+def test_the_rim_is_let_go_to_zero(excavated):
+    hole = PLATE.mesh.boundaries["hole"]
+    assert excavated.curves["energy_external"][-1] != 0
+    last = excavated.frames[-1].displacement[hole] - excavated.frames[0].displacement[hole]
+    inward = np.sum(last * PLATE.mesh.nodes[hole], axis=1) < 0
+    assert inward.mean() > 0.8
+
+
+def test_a_plate_has_the_area_of_its_circle():
+    region = plate_with_hole(0.1, 0.2, 0.02, sides=16)
+    assert region.area == pytest.approx(0.02 - math.pi * 1e-4, rel=1e-12)
+    assert region.boundary_names == ("bottom", "right", "top", "left", "hole")
+    assert region.bounds.tolist() == [[-0.05, -0.1], [0.05, 0.1]]
+
+
+@pytest.mark.parametrize("sizes", [(0.1, 0.1, 0.1), (0.1, 0.1, 0.0), (0.1, -1.0, 0.01), (0.1, 0.1, math.nan)])
+def test_sizes_of_a_plate_are_checked(sizes):
+    with pytest.raises(gl.ParameterError, match="plate_with_hole: "):
+        plate_with_hole(*sizes)
+
+
+def test_a_specimen_without_an_opening_is_refused():
+    full = gl.Specimen(Voronoi(grains=10, seed=1).tessellate(rectangle(0.1, 0.1)), ROCK)
+    with pytest.raises(gl.ParameterError, match="Excavation: the specimen has no boundary named hole"):
+        gl.simulate(full, STIFF, Excavation())
