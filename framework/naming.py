@@ -64,7 +64,7 @@ USUAL = {
     r"stress|strength|pressure|confinement|deviator": ("MPa", 1e-6, ".2f"),
     r"modulus|moduli": ("GPa", 1e-9, ".2f"),
     r"strain": ("%", 1e2, ".4f"),
-    r"slip|opening|displacement|dilation|deflection": ("µm", 1e6, ".4g"),
+    r"slip|opening|displacement|dilation|deflection|closure": ("µm", 1e6, ".4g"),
     r"toughness": ("MPa √m", 1e-6, ".3f"),
     r"angle": ("deg", 1.0, ".1f"),
     r"load|force": ("kN/m", 1e-3, ".4g"),

@@ -1,6 +1,6 @@
 """Regions, tessellators, minerals, grains from elsewhere, and specimens of several bodies."""
 
-from grainlaw.geometry.bodies import block, moved, together
+from grainlaw.geometry.bodies import block, lying, moved, together
 from grainlaw.geometry.breakable import Breakable, Cleavage, GrainCells, Trigons, VoronoiCells
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.cells.slivers import SliverWarning
@@ -54,6 +54,7 @@ __all__ = [
     "from_mesh",
     "from_polygons",
     "label_agreement",
+    "lying",
     "moved",
     "notched_beam",
     "plate_with_hole",

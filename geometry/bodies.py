@@ -132,6 +132,34 @@ def moved(grains: Tessellation, by: Any = (0.0, 0.0), turn: float = 0.0) -> Tess
     return attrs.evolve(grains, region=regions[0], bodies=regions[1:], vertices=placed(grains.vertices))
 
 
+@checked
+def lying(grains: Tessellation) -> Tessellation:
+    """Grains laid on their side, so that any test loads them along what was x: turned by a quarter, counter-clockwise.
+
+    The lower left corner of the box round them stays. Boundaries of the names bottom, right, top and left, also with
+    more after them, as in left_upper, take those of their new places. What the material says of directions, such as a
+    foliation angle, turns with the grains only if 90 degrees are added to it.
+    """
+    low, high = grains.region.bounds
+
+    def placed(points: np.ndarray) -> np.ndarray:
+        x, y = (points - low).T
+        return np.column_stack([high[1] - low[1] - y, x]) + low
+
+    places = {"bottom": "right", "right": "top", "top": "left", "left": "bottom"}
+    names = {
+        name: places[side] + rest
+        for region in grains.regions for name in region.names
+        for side, mark, more in [name.partition("_")] for rest in [mark + more] if side in places
+    }  # fmt: skip
+    regions = [
+        attrs.evolve(each, outline=placed(each.outline), holes=[placed(hole) for hole in each.holes])
+        for each in grains.regions
+    ]
+    turned = attrs.evolve(grains, region=regions[0], bodies=regions[1:], vertices=placed(grains.vertices))
+    return renamed(turned, names)
+
+
 def renamed(grains: Tessellation, names: Mapping[str, str]) -> Tessellation:
     """Grains whose regions have other names for some boundaries, old to new."""
 

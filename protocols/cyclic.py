@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import STAGE, STRAIN, STRESS
+from grainlaw.columns import SHEAR_CRACKS, STAGE, STRAIN, STRESS, TENSILE_CRACKS
 from grainlaw.condition import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.messages import short
@@ -60,14 +60,17 @@ class Cyclic(LoadingProtocol):
         return self.test.measure(state)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """That of the other test, and for each loop the modulus of unloading (Pa) and the lost work (J/m3).
+        """That of the other test, and of each loop modulus of unloading (Pa), lost work (J/m3) and Felicity ratio.
 
-        The lost work is the area between the unloading and the reloading curve, up to the level.
+        The lost work is the area between the unloading and the reloading curve, up to the level. The Felicity ratio is
+        the load at which contact points break again on reloading, over the largest load before: 1 where the rock
+        remembers it (Kaiser effect), nan where none breaks before the next level.
         """
         x, y, stage = (curves[name] for name in (self.displacement, self.load, STAGE))
         found = dict(self.test.summary(curves, specimen))
         first = int(stage.max()) - 2 * len(self.levels) if stage.max() >= 2 * len(self.levels) else 0
-        moduli, lost = [], []
+        moduli, lost, felicity = [], [], []
+        cracks = curves[TENSILE_CRACKS] + curves[SHEAR_CRACKS]
         for number in range(len(self.levels)):
             unload = np.flatnonzero(stage == first + 2 * number + 1)
             reload = np.flatnonzero(stage == first + 2 * number + 2)
@@ -77,4 +80,6 @@ class Cyclic(LoadingProtocol):
             at = np.linspace(x[unload].min(), self.levels[number], 400)
             down = np.interp(at, x[unload][::-1], y[unload][::-1])
             lost.append(work(np.interp(at, x[reload], y[reload]) - down, at))
-        return {**found, "unloading_moduli": moduli, "lost_work": lost}
+            again = reload[cracks[reload] > cracks[unload[-1]]]
+            felicity.append(float(y[again[0]] / y[: reload[0]].max()) if len(again) else float("nan"))
+        return {**found, "unloading_moduli": moduli, "lost_work": lost, "felicity_ratios": felicity}

@@ -112,12 +112,13 @@ class PlaneWave(LoadingProtocol):
         return row
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Stress (Pa) and velocity (m/s) of largest size at each gauge, with signs, and when (s) the stress was."""
-        count = len(self._gauges(specimen))
-        peaks = [int(np.argmax(np.abs(curves[f"stress_{k}"]))) for k in range(count)]
-        speeds = (curves[f"velocity_{k}"] for k in range(count))
-        return {
-            "peak_stresses": [float(curves[f"stress_{k}"][at]) for k, at in enumerate(peaks)],
-            "peak_times": [float(curves["time"][at]) for at in peaks],
-            "peak_velocities": [float(speed[np.argmax(np.abs(speed))]) for speed in speeds],
-        }
+        """Stress (Pa) and velocity (m/s) of largest size at each gauge k, with signs, and when (s) the stress was."""
+        found: dict[str, float] = {}
+        for k in range(len(self._gauges(specimen))):
+            stress, velocity = curves[f"stress_{k}"], curves[f"velocity_{k}"]
+            at = int(np.argmax(np.abs(stress)))
+            found |= {
+                f"peak_stress_{k}": float(stress[at]), f"peak_time_{k}": float(curves["time"][at]),
+                f"peak_velocity_{k}": float(velocity[np.argmax(np.abs(velocity))]),
+            }  # fmt: skip
+        return found

@@ -75,6 +75,18 @@ def check_measures(page):
     assert f'<td class="number">{100 * ratio:.4g}</td>' in Path("report.html").read_text("utf-8")
 
 
+def check_waves(page):
+    """The boundary moved by the area of its triangle; Kirsch closes the hole of a coarse plate, to a fifth."""
+    moved = gl.simulate(page["block"], page["glued"], page["Shake"]()).summary["moved"]
+    assert moved == pytest.approx(0.5e-6, rel=1e-12)
+    late = page["late"]
+    there = 1e6 / 2700 / np.sqrt(60e9 * 0.75 / (1.25 * 0.5) / 2700)
+    assert abs(page["through"].curves["velocity_0"][late]).max() < 0.02 * there
+    assert abs(page["back"].curves["velocity_0"][late]).max() == pytest.approx(there, rel=0.03)
+    expected = 2 * 1.25 / 60e9 * 10e-3 * (40e6 + 2 * 20e6)
+    assert page["closed"]["closure_y"] == pytest.approx(expected, rel=0.2)
+
+
 def check_compose_a_test(page):
     """Pulled under pressure along the joints: the specimen fails by the contacts' tension, within their strength."""
     assert 0 < page["result"].summary["axial_at_failure"] < 13e6
@@ -194,7 +206,7 @@ CHECKS = {
     "docs/reliability.md": check_reliability,
     "docs/flutter.md": check_flutter,
     "docs/contacts.md": check_contacts,
-    "docs/compose-a-test.md": check_compose_a_test,
+    "docs/compose-a-test.md": check_compose_a_test, "docs/waves.md": check_waves,
     "README.md": check_readme, "docs/getting-started.md": check_getting_started, "docs/add-a-law.md": check_add_a_law,
     "docs/workbench.md": check_workbench, "docs/measures.md": check_measures,
 }  # fmt: skip

@@ -23,12 +23,15 @@ from grainlaw.geometry import (
     between_platens,
     block,
     disc,
+    lying,
     moved,
     polygon,
     rectangle,
+    shear_box,
     together,
     wall,
 )
+from grainlaw.laws import Linear
 from grainlaw.mesh import build_mesh
 from grainlaw.tessellation import Tessellation, TilingError
 
@@ -195,3 +198,31 @@ def test_edges_of_many_grains_find_the_sides_of_a_disc_in_little_memory() -> Non
     sides = np.arange(len(outside))
     assert np.array_equal(found, [*sides, *np.full(100_000, -1), *sides])
     assert peak < 300e6  # at once it would be 200e6 for each of several arrays
+
+
+def test_a_specimen_that_lies_is_loaded_along_what_was_x():
+    """Two stripes side by side: in parallel along y, in series along x."""
+    grains = Bricks(rows=1, columns=2).tessellate(rectangle(4e-3, 4e-3))
+    grains = attrs.evolve(grains, phase=np.array([0, 1]))
+    stiff = gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.0, density=2600)
+    rocks, moduli = {0: stiff, 1: attrs.evolve(stiff, youngs_modulus=20e9)}, []
+    for each in (grains, lying(grains)):
+        moduli.append(gl.elastic_properties(gl.Specimen(each, rocks), Linear(kn=1e18, ks=1e18)).apparent_modulus)
+    assert moduli == pytest.approx([40e9, 30e9], rel=1e-4)
+
+
+def test_four_quarter_turns_change_nothing():
+    grains = Bricks(rows=3, columns=2).tessellate(shear_box(4e-3, 8e-3))
+    turned = grains
+    for _ in range(4):
+        turned = lying(turned)
+    assert turned.vertices == pytest.approx(grains.vertices, abs=1e-18)
+    assert turned.region.sides == grains.region.sides
+    assert set(lying(grains).region.sides) == {
+        "right",
+        "top_lower",
+        "top_upper",
+        "left",
+        "bottom_upper",
+        "bottom_lower",
+    }

@@ -21,7 +21,7 @@ def excavated():
 
 
 def test_before_it_the_rock_is_in_equilibrium_at_its_stress(excavated):
-    """Every grain has the stress of the rock, with the hole as if it were full, but for bonds 0.6 % as soft as grains."""
+    """Every grain has the stress of the rock, as if the hole were full, but for bonds 0.6 % as soft as grains."""
     stress = excavated.frames[0].stress
     assert stress == pytest.approx(np.tile([-20e6, -40e6, 5e6], (len(stress), 1)), abs=0.02 * 40e6)
 

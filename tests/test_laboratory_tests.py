@@ -250,8 +250,13 @@ def test_the_loops_of_given_curves_lose_what_they_enclose():
     y = np.array([0, 2, 2, 1.0, 0, 0, 2.0, 2, 2])
     stage = np.array([0, 0, 1, 1, 1, 2, 2, 2, 2])
     test = Cyclic(test=Given(), levels=(2,), displacement="x", load="y")
-    found = test.summary({"x": x, "y": y, "stage": stage}, None)
+    given = {"x": x, "y": y, "stage": stage, "shear_cracks": 0 * x}
+    found = test.summary(given | {"tensile_cracks": np.array([0, 3, 3, 3, 4, 4, 4, 4, 4])}, None)
+    assert np.isnan(found.pop("felicity_ratios")).tolist() == [True]
     assert found == {"kept": 1, "unloading_moduli": [2.0], "lost_work": [pytest.approx(0.5, rel=1e-4)]}
+    y[6] = 1.5  # a contact point breaks there, one in unloading does not count: at 1.5 of the 2 before
+    found = test.summary(given | {"tensile_cracks": np.array([0, 3, 3, 3, 4, 4, 5, 6, 7])}, None)
+    assert found["felicity_ratios"] == [0.75]
 
 
 @pytest.mark.parametrize("levels", [(), (0.2, 0.1), (-0.1,), [0.1]])

@@ -99,7 +99,7 @@ def joint_row(ratio):
 
 # --- an opening ------------------------------------------------------------------------------------------------------
 
-RADIUS, FAR_X, FAR_Y = 10e-3, -30e6, -60e6
+RADIUS, FAR_X, FAR_Y = 10e-3, -0.3e6, -0.6e6
 YOUNG, POISSON = ROCK.youngs_modulus, ROCK.poissons_ratio
 
 
@@ -177,7 +177,7 @@ def kirsch_row(share, refinement, released=False):
 
 
 KIRSCH = {
-    "0.8": (0.8, 0), "0.4": (0.4, 0), "0.2": (0.2, 0), "0.1": (0.1, 0), "0.4, zones cut into 4": (0.4, 1),
+    "0.8": (0.8, 0), "0.4": (0.4, 0), "0.2": (0.2, 0), "0.4, zones cut into 4": (0.4, 1),
     "0.4, zones cut into 16": (0.4, 2), "0.4, let go slowly": (0.4, 0, True),
 }  # fmt: skip
 
