@@ -49,7 +49,7 @@ from grainlaw.runs.parallel import Run
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import ContactPoints, EndPoints, GaussPoints, InsetPoints, Specimen
-from grainlaw.stage import Ageing, Drive, Hold, Pressure, Stage
+from grainlaw.stage import Ageing, Drive, FluidPressure, Hold, Pressure, Stage
 from grainlaw.studies.design import latin_hypercube, sobol
 from grainlaw.studies.envelope import (
     HoekBrownFit,
@@ -105,6 +105,7 @@ __all__ = [
     "FailsTo",
     "FailurePlane",
     "FallsTo",
+    "FluidPressure",
     "Flutter",
     "Fragments",
     "Frame",

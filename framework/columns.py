@@ -84,6 +84,11 @@ JUMPS = "jumps"  #: number of them so far
 AGED_LOSS = "aged_loss"  #: J per metre of thickness that bonds have lost in jumps
 FATIGUE = "fatigue"  #: mean share of the strength that is gone; and the name of that memory of a law that ages
 
+# --- those of a test with a fluid ------------------------------------------------------------------------------------
+
+WET = "wet"  #: contact points whose faces a fluid presses
+SATURATES = "saturates"  #: 1 in the stage before the test in which the pressure of the fluid rises
+
 # --- what curves are drawn over --------------------------------------------------------------------------------------
 
 COURSE = (STRAIN, "displacement", "opening", "deflection", TIME)  #: how far a test is: the first that it records

@@ -83,6 +83,11 @@ class Drive(metaclass=Checked):
         return _rise(time, self.ramp, self.start, self.speed)
 
 
+def is_roller(one: Drive | Hold) -> bool:
+    """Whether it drives only the middle of its boundary."""
+    return isinstance(one, Drive) and one.roller
+
+
 @attrs.frozen(kw_only=True)
 class Hold(metaclass=Checked):
     """A boundary under a force: a platen whose nodes all move by the same amount along one axis.
@@ -112,6 +117,26 @@ class Pressure(metaclass=Checked):
     pressure: float = parameter("Pa", above=-math.inf)  #: pressing inwards
     start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``pressure`` after ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the pressure changes
+
+    def course(self, time: np.ndarray) -> np.ndarray:
+        """Pa at times (s) since the stage began."""
+        return _rise(time, self.ramp, self.start, self.pressure)
+
+
+@attrs.frozen(kw_only=True)
+class FluidPressure(metaclass=Checked):
+    """The pressure of a fluid at a boundary, which also fills the cracks that are connected with it.
+
+    It presses on the boundary and on both faces of every broken contact point, open or closed, that others connect with
+    it: the same pressure everywhere, at once, as in slow loading of drained rock. Points without tensile strength count
+    as broken. Where a crack joins two fluids, the higher pressure fills it.
+    """
+
+    boundary: str  #: name of the boundary at which the fluid is
+    pressure: float = parameter("Pa", at_least=0)  #: in the fluid
+    start: float = parameter("Pa", default=0.0, at_least=0)  #: at first; ``pressure`` after ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the pressure changes
+    cracks_only: bool = False  #: whether the boundary itself bears none of it, as under a membrane or a platen
 
     def course(self, time: np.ndarray) -> np.ndarray:
         """Pa at times (s) since the stage began."""
@@ -154,6 +179,7 @@ class Stage(metaclass=Checked):
     loading: Loading | None = None  #: multiplies the speeds of all drives; they are then written for 1 m/s
     temperature: float | None = _temperature()  #: °C, to which the loading heats or cools, for 1 K/s; None: it stays
     pressures: Sequence[Pressure] = ()  #: pressures on boundaries
+    fluids: Sequence[FluidPressure] = ()  #: fluids at boundaries and in the cracks that are connected with them
     #: the stage ends when one of them is fulfilled, or when it has come to its temperature
     until: Sequence[Condition] = attrs.field(default=(), validator=_ends)
     interval: float = parameter("s")  #: time between samples; with a loading that at 1 m/s or 1 K/s, so m or K
@@ -170,6 +196,7 @@ class Stage(metaclass=Checked):
         moves = any(isinstance(drive, Drive) and drive.speed for drive in self.drives)
         if self.static and (moves or self.initial_velocity is not None):
             raise ParameterError(f"Stage '{self.name}': static is for gravity, platens under a force and pressures")
+        self._check_fluids()
         if self.temperature is not None:
             self._check_heating(moves)
             moves = True
@@ -179,6 +206,21 @@ class Stage(metaclass=Checked):
             raise ParameterError(f"Stage '{self.name}': a loading needs expected, the number of samples to its end")
         if not moves:
             raise ParameterError(f"Stage '{self.name}': a loading needs a drive whose speed is not 0")
+
+    def _check_fluids(self) -> None:
+        held = {one.boundary: "a drive" for one in self.drives if not is_roller(one)}
+        held |= {one.boundary: "a pressure behind a membrane" for one in self.pressures}
+        known: set[str] = set()
+        for one in self.fluids:
+            where = f"Stage '{self.name}': boundary = {one.boundary!r}"
+            if one.boundary in known:
+                raise ParameterError(f"{where} has two fluids, it can have one")
+            if one.boundary in held and not one.cracks_only:
+                raise ParameterError(
+                    f"{where} has {held[one.boundary]}, so that a fluid can only be in the cracks behind it: give it "
+                    "cracks_only=True"
+                )
+            known.add(one.boundary)
 
     def _check_heating(self, moves: bool) -> None:
         if self.loading is None or self.loading.ramp:

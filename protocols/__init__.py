@@ -9,6 +9,7 @@ from grainlaw.protocols.free_motion import FreeMotion
 from grainlaw.protocols.heating import Heating, Held
 from grainlaw.protocols.joint_tension import JointTension
 from grainlaw.protocols.platens import Moving, Platens
+from grainlaw.protocols.saturated import Saturated
 from grainlaw.protocols.semi_circular_bend import SemiCircularBend
 from grainlaw.protocols.three_point_bending import ThreePointBending
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
@@ -26,6 +27,7 @@ __all__ = [
     "JointTension",
     "Moving",
     "Platens",
+    "Saturated",
     "SemiCircularBend",
     "ThreePointBending",
     "UniaxialCompression",

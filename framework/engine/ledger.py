@@ -64,7 +64,7 @@ def motion(state: State, energy: Mapping[str, float]) -> float:
     1 while a load of the stage still changes: a specimen that follows a slow load is always near equilibrium. The
     specimen may drift as a whole along an axis on which nothing is driven; this does not count.
     """
-    ramps = [one.ramp for one in (*state.boundaries.drives, *state.boundaries.pressures)]
+    ramps = [one.ramp for one in (*state.boundaries.drives, *state.boundaries.pressures, *state.fluids.imposed)]
     if state.time - state.began < max(ramps, default=0.0):
         return 1.0
     stored = sum(energy[name] for name in STORED)

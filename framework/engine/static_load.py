@@ -67,7 +67,7 @@ def _broken(state: State) -> int:
 
 def _load(state: State, stage: Stage, stability: StableStep) -> bool:
     """Go through the increments; whether all of them have a static solution."""
-    ramps = [one.ramp for one in (*stage.drives, *stage.pressures) if not isinstance(one, Drive)]
+    ramps = [one.ramp for one in (*stage.drives, *stage.pressures, *stage.fluids) if not isinstance(one, Drive)]
     state.change_time_step((max(ramps, default=0.0) or stage.interval) / INCREMENTS)
     carry, matrix = unknowns(state, stability.stiffness(), stability.frequency)
     factors, coasting = factorised(matrix), compile_integrator(_Coasting())

@@ -33,7 +33,8 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int | Th
     times, done = state.next_times(steps), 0
     pace = state.steady.pace
     temperatures = state.heat.course(times, state.time, pace)
-    schedule = np.column_stack([state.boundaries.schedule(times - state.began, pace), temperatures])
+    since = times - state.began
+    schedule = np.column_stack([state.boundaries.schedule(since, pace), *state.fluids.schedule(since), temperatures])
     loops = integrator.loops or any(group.compiled.loops for group in (*state.bonds.groups, *state.contacts.groups))
     while True:
         count, some = threads.turn(steps - done) if isinstance(threads, ThreadCount) else (threads, steps - done)

@@ -163,6 +163,7 @@ class Execution:
             if since % look == 0:
                 self.loader.look(stage)
                 state.boundaries.follow_rim(state.displacement_at_forces())
+                state.let_fluids_follow()
                 if since and self.stability.has_changed():
                     state.change_time_step(self._time_step(stage))
             burst = self.integrator.burst

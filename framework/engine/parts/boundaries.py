@@ -15,7 +15,7 @@ from grainlaw.engine.parts.platens import Platens
 from grainlaw.engine.parts.pressures import Pressures
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Hold, Pressure
+from grainlaw.stage import Drive, FluidPressure, Hold, Pressure
 
 
 class BoundaryBooks(NamedTuple):
@@ -26,7 +26,7 @@ class BoundaryBooks(NamedTuple):
     start: Changing  #: (b, 2) m, mean displacement of each named boundary at the last sample
 
 
-def check_boundaries(specimen: Specimen, imposed: Sequence[Drive | Hold | Pressure]) -> None:
+def check_boundaries(specimen: Specimen, imposed: Sequence[Drive | Hold | Pressure | FluidPressure]) -> None:
     """Raise :class:`ParameterError` for something imposed on a boundary that the specimen does not have."""
     for one in imposed:
         if one.boundary not in specimen.mesh.boundaries:
