@@ -27,7 +27,7 @@ EVERY_TEST = {
     TENSILE_CRACKS: "contact points that have broken in tension",
     SHEAR_CRACKS: "contact points that have broken in shear",
     DAMAGED: "contact points with any damage",
-    UNBALANCED: "mean unbalanced force over mean contact force, 0 at rest",
+    UNBALANCED: "mean unbalanced force over mean force of contacts and fluids, 0 at rest",
     LOADING_SPEED: "m/s, by which the speeds of all drives were multiplied, or K/s; 1 where a stage has no loading",
     TEMPERATURE: "°C, of the whole specimen",
     VIBRATION: "J per metre of thickness, kinetic energy of the motion beside the steady motion of the loading",

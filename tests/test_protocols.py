@@ -20,6 +20,7 @@ from grainlaw.protocols import (
     JointTension,
     Moving,
     Platens,
+    Saturated,
     SemiCircularBend,
     ThreePointBending,
     UniaxialCompression,
@@ -31,9 +32,12 @@ TENSION = UniaxialTension(maximum_strain=2e-4, samples=50, loading=gl.Constant(s
 BIAXIAL = BiaxialCompression(confinement=5e6, maximum_strain=2e-4, samples=50, loading=gl.Constant(speed=0.02))
 PROTOCOLS = [COMPRESSION, TENSION, BIAXIAL]
 #: These have no modulus: test_joint.py compares the first two with the law itself, test_examples_contacts.py FreeMotion
-#: with bodies that fall and slide, test_creep.py Creep, test_temperature.py Heating, test_laboratory_tests.py has the
-#: others.
-OTHERS = {DirectShear, JointTension, FreeMotion, Brazilian, Creep, Cyclic, Heating, SemiCircularBend, ThreePointBending}
+#: with bodies that fall and slide, test_creep.py Creep, test_temperature.py Heating, test_fluids.py Saturated,
+#: test_laboratory_tests.py has the others.
+OTHERS = {
+    DirectShear, JointTension, FreeMotion, Brazilian, Creep, Cyclic, Heating, Saturated, SemiCircularBend,
+    ThreePointBending,
+}  # fmt: skip
 
 
 def test_list_holds_every_exported_protocol():

@@ -22,6 +22,7 @@ from grainlaw.stage import FluidPressure
 
 AFTER = 2  #: columns of the schedule that come after those of fluids: temperatures
 DRY = 0
+FLOW = 50  #: steps after which a fluid enters what has broken: a wave crosses a few grains meanwhile
 
 
 class FluidArrays(NamedTuple):
@@ -107,6 +108,12 @@ class Fluids(Part):
 
     def energy(self, time_step: float) -> dict[str, float]:
         return {"external": float(self.arrays.work.sum())}
+
+    @property
+    def forces(self) -> np.ndarray:
+        """(f,) N on wet faces."""
+        wet = self.arrays.column != DRY
+        return np.hypot(self.arrays.force_x[wet], self.arrays.force_y[wet])
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
         self._pieces = None
