@@ -59,14 +59,20 @@ class Cyclic(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         return self.test.measure(state)
 
+    def counted(self, curves: Curves, first: int) -> Curves:
+        """As the other test."""
+        return self.test.counted(curves, first)
+
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """That of the other test, and for each loop the modulus of unloading (Pa) and the lost work (J/m3).
 
         The lost work is the area between the unloading and the reloading curve, up to the level.
         """
-        x, y, stage = (curves[name] for name in (self.displacement, self.load, STAGE))
         found = dict(self.test.summary(curves, specimen))
-        first = int(stage.max()) - 2 * len(self.levels) if stage.max() >= 2 * len(self.levels) else 0
+        begin = int(np.searchsorted(curves[STAGE], len(self.test.stages(specimen)) - 1))
+        seen = self.test.counted(curves, begin)  # as the levels count
+        x, y, stage = (seen[name] for name in (self.displacement, self.load, STAGE))
+        first = int(stage[0]) if len(stage) else 0
         moduli, lost = [], []
         for number in range(len(self.levels)):
             unload = np.flatnonzero(stage == first + 2 * number + 1)
