@@ -1,5 +1,6 @@
 """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
+from grainlaw.boundary_conditions import Drive, FluidPressure, Hold, Pressure, Quiet, Traction
 from grainlaw.calibration.calibrate import calibrate
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.targets import Targets
@@ -49,7 +50,7 @@ from grainlaw.runs.parallel import Run
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import ContactPoints, EndPoints, GaussPoints, InsetPoints, Specimen
-from grainlaw.stage import Ageing, Drive, Hold, Pressure, Quiet, Stage, Traction
+from grainlaw.stage import Ageing, Stage
 from grainlaw.studies.design import latin_hypercube, sobol
 from grainlaw.studies.envelope import (
     HoekBrownFit,
@@ -106,6 +107,7 @@ __all__ = [
     "FailsTo",
     "FailurePlane",
     "FallsTo",
+    "FluidPressure",
     "Flutter",
     "Fragments",
     "Frame",

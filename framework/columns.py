@@ -27,7 +27,7 @@ EVERY_TEST = {
     TENSILE_CRACKS: "contact points that have broken in tension",
     SHEAR_CRACKS: "contact points that have broken in shear",
     DAMAGED: "contact points with any damage",
-    UNBALANCED: "mean unbalanced force over mean contact force, 0 at rest",
+    UNBALANCED: "mean unbalanced force over mean force of contacts and fluids, 0 at rest",
     LOADING_SPEED: "m/s, by which the speeds of all drives were multiplied, or K/s; 1 where a stage has no loading",
     TEMPERATURE: "°C, of the whole specimen",
     VIBRATION: "J per metre of thickness, kinetic energy of the motion beside the steady motion of the loading",
@@ -84,6 +84,11 @@ AGED = "aged"  #: s that have passed in jumps, beside the time of the run
 JUMPS = "jumps"  #: number of them so far
 AGED_LOSS = "aged_loss"  #: J per metre of thickness that bonds have lost in jumps
 FATIGUE = "fatigue"  #: mean share of the strength that is gone; and the name of that memory of a law that ages
+
+# --- those of a test with a fluid ------------------------------------------------------------------------------------
+
+WET = "wet"  #: contact points whose faces a fluid presses
+SATURATES = "saturates"  #: 1 in the stage before the test in which the pressure of the fluid rises
 
 # --- what curves are drawn over --------------------------------------------------------------------------------------
 

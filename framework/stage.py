@@ -9,13 +9,14 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, fits, is_number
+from grainlaw.arguments import Checked, fits
+from grainlaw.boundary_conditions import Drive, FluidPressure, Hold, Pressure, Quiet, Traction, is_roller
 from grainlaw.columns import ENERGY, MOTION, SUPPLIED, TEMPERATURE, UNBALANCED
 from grainlaw.condition import AtRest, ComesTo, Condition, Curves
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Loading
 from grainlaw.material import ABSOLUTE_ZERO
-from grainlaw.messages import refusal, short
+from grainlaw.messages import refusal
 from grainlaw.parameter import (
     ParameterError,
     checked_number,
@@ -25,17 +26,10 @@ from grainlaw.parameter import (
     part,
     whole_number,
 )
-from grainlaw.time_series import Imposed, Varying, varying
+from grainlaw.time_series import Imposed
 
 RESTS = 2  #: successive samples at rest before time passes in a jump
 STILL = 0.01  #: of the ratio: work of the loads in a sample, over that so far, of a specimen whose pieces fly
-
-
-def _is_axis(drive: Drive | Hold, attribute: attrs.Attribute, value: int) -> None:
-    if not is_number(value, int) or value not in (0, 1):
-        raise ParameterError(
-            f"{type(drive).__name__}: axis = {short(value)} is not allowed, it must be 0 (along x) or 1 (along y)"
-        )
 
 
 def _ends(stage: Stage, attribute: attrs.Attribute, value: Sequence[Condition]) -> None:
@@ -48,129 +42,11 @@ def _vector(value: Any) -> tuple[float, float]:
     return x, y
 
 
-def _stress(value: Any) -> tuple[float, float, float]:
-    try:
-        made = tuple(float(entry) for entry in value)
-    except (TypeError, ValueError):
-        made = ()
-    if len(made) != 3 or not np.isfinite(made).all():
-        raise refusal("Traction: stress", value, "three finite numbers (xx, yy, xy) in Pa")
-    xx, yy, xy = made
-    return xx, yy, xy
-
-
 def _temperature() -> Any:
     def convert(value: Any) -> float | None:
         return None if value is None else checked_number("Stage: temperature", value, "°C", at_least=ABSOLUTE_ZERO)
 
     return attrs.field(default=None, converter=convert)
-
-
-def _speed() -> Any:
-    def convert(value: Any, component: Any, attribute: Any) -> float | None:
-        return None if value is None else checked_number(f"Quiet: {attribute.name}", value, "m/s", above=0)
-
-    converter = attrs.Converter(convert, takes_self=True, takes_field=True)
-    return attrs.field(default=None, converter=converter, metadata={"unit": "m/s"})
-
-
-@attrs.frozen(kw_only=True)
-class Drive(Imposed):
-    """A boundary that is moved: the velocity of all its nodes along one axis, or of its middle alone (a ``roller``).
-
-    A roller lets the boundary turn: it drives only the node nearest to the middle; if several grains meet there, the
-    node of each.
-    """
-
-    boundary: str  #: name of the boundary
-    axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
-    speed: Varying = varying("m/s")  #: with its sign; a number, or one that changes with time
-    start: float = parameter("m/s", default=0.0, above=-math.inf)  #: at first; ``speed`` after the time ``ramp``
-    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed changes
-    roller: bool = part(bool, False)  #: whether only the middle is driven, so that the boundary can turn
-
-    @property
-    def level(self) -> Varying:
-        return self.speed
-
-    def reversed(self) -> Drive:
-        """The same at the opposite speed. Raises :class:`ParameterError` for a speed that changes with time."""
-        if not isinstance(self.speed, float):
-            raise ParameterError(f"Drive: speed = {short(self.speed)} is not allowed here, it must be a number (m/s)")
-        return attrs.evolve(self, speed=-self.speed)
-
-
-@attrs.frozen(kw_only=True)
-class Hold(Imposed):
-    """A boundary under a force: a platen whose nodes all move by the same amount along one axis.
-
-    ``stress`` is the force over the undeformed length of the boundary, positive along the axis. A spring of
-    ``stiffness`` (constant normal stiffness) pulls the platen back to its place at the start of the stage.
-    """
-
-    boundary: str  #: name of the boundary
-    axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
-    stress: Varying = varying("Pa")  #: force over undeformed length, positive along the axis
-    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``stress`` after the time ``ramp``
-    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the stress changes
-    #: of a spring that pulls the platen back to its place
-    stiffness: float = parameter("Pa/m", default=0.0, at_least=0)
-
-    @property
-    def level(self) -> Varying:
-        return self.stress
-
-
-@attrs.frozen(kw_only=True)
-class Pressure(Imposed):
-    """A pressure on a boundary, normal to it also when it deforms, like that of a fluid behind a thin membrane."""
-
-    boundary: str  #: name of the boundary
-    pressure: Varying = varying("Pa")  #: pressing inwards
-    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``pressure`` after ``ramp``
-    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the pressure changes
-
-    @property
-    def level(self) -> Varying:
-        return self.pressure
-
-
-@attrs.frozen(kw_only=True)
-class Traction(Imposed):
-    """The forces on a boundary of a uniform stress beyond it: times its normal, per undeformed length.
-
-    They keep their direction, also where the boundary turns. ``stress=(0, 0, sxy)`` shears a boundary along x or y;
-    on the rim of an opening it is what the rock held that was there. ``factor`` multiplies it, as a pulse does.
-    """
-
-    boundary: str  #: name of the boundary
-    #: xx, yy, xy, tension positive
-    stress: tuple[float, float, float] = attrs.field(converter=_stress, metadata={"unit": "Pa"})
-    factor: Varying = varying("1", 1.0)  #: by which it is multiplied
-    start: float = parameter("1", default=0.0, above=-math.inf)  #: at first; ``factor`` after the time ``ramp``
-    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the factor changes
-
-    @property
-    def level(self) -> Varying:
-        return self.factor
-
-
-@attrs.frozen(kw_only=True)
-class Quiet(metaclass=Checked):
-    """A boundary that waves leave as if the rock went on: dashpots (Lysmer and Kuhlemeyer 1969).
-
-    They resist with density times speed of P waves along the normal and of S waves across it, so that what meets the
-    boundary head on does not come back. The speeds are those of the boundary's grains unless they are given: of many
-    grains with soft contacts waves are slower, see ``gl.elastic_properties``.
-    """
-
-    boundary: str  #: name of the boundary
-    p_speed: float | None = _speed()  #: of P waves in the rock as a whole
-    s_speed: float | None = _speed()  #: of S waves
-
-    def __attrs_post_init__(self) -> None:
-        if (self.p_speed is None) != (self.s_speed is None):
-            raise ParameterError("Quiet: p_speed and s_speed must be given together, or neither of them")
 
 
 @attrs.frozen(kw_only=True)
@@ -211,6 +87,7 @@ class Stage(metaclass=Checked):
     pressures: Sequence[Pressure] = ()  #: pressures on boundaries
     tractions: Sequence[Traction] = ()  #: of stresses beyond boundaries
     quiet: Sequence[Quiet] = ()  #: boundaries that absorb waves
+    fluids: Sequence[FluidPressure] = ()  #: fluids at boundaries and in the cracks that are connected with them
     #: the stage ends when one of them is fulfilled, or when it has come to its temperature
     until: Sequence[Condition] = attrs.field(default=(), validator=_ends)
     interval: float = parameter("s")  #: time between samples; with a loading that at 1 m/s or 1 K/s, so m or K
@@ -231,6 +108,7 @@ class Stage(metaclass=Checked):
             raise ParameterError(f"Stage '{self.name}': static is for {loads}")
         if self.static and self.quiet:
             raise ParameterError(f"Stage '{self.name}': a static stage has no waves; let a stage after it be quiet")
+        self._check_fluids()
         if self.temperature is not None:
             self._check_heating(moves)
             moves = True
@@ -257,6 +135,21 @@ class Stage(metaclass=Checked):
                 f"boundary {endless.boundary} is a function of time: give it as a TimeSeries"
             )
 
+    def _check_fluids(self) -> None:
+        held = {one.boundary: "a drive" for one in self.drives if not is_roller(one)}
+        held |= {one.boundary: "a pressure behind a membrane" for one in self.pressures}
+        known: set[str] = set()
+        for one in self.fluids:
+            where = f"Stage '{self.name}': boundary = {one.boundary!r}"
+            if one.boundary in known:
+                raise ParameterError(f"{where} has two fluids, it can have one")
+            if one.boundary in held and not one.cracks_only:
+                raise ParameterError(
+                    f"{where} has {held[one.boundary]}, so that a fluid can only be in the cracks behind it: give it "
+                    "cracks_only=True"
+                )
+            known.add(one.boundary)
+
     def _check_heating(self, moves: bool) -> None:
         if self.loading is None or self.loading.ramp:
             wanted = "a loading without a ramp, such as Adaptive() or Constant(speed=...) in K/s"
@@ -270,7 +163,7 @@ class Stage(metaclass=Checked):
     @property
     def loads(self) -> list[Imposed]:
         """All that is imposed on boundaries at a level."""
-        return [*self.drives, *self.pressures, *self.tractions]
+        return [*self.drives, *self.pressures, *self.tractions, *self.fluids]
 
     @property
     def ends(self) -> list[Condition]:

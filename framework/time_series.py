@@ -117,7 +117,7 @@ def value_of(where: str, function: Callable[[float], float], time: float) -> flo
 def rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray:
     """Rise from ``start`` to ``end`` in the time ``ramp``, smooth in value, rate and acceleration."""
     if ramp == 0:
-        return np.full(len(time), end)
+        return np.full(time.shape, end)
     with np.errstate(over="ignore"):  # a ramp of next to nothing
         x = np.clip(time / ramp, 0, 1)
     return start + (end - start) * x**3 * (10 - 15 * x + 6 * x**2)
@@ -160,6 +160,11 @@ class Imposed(metaclass=Checked):
         where = f"{type(self).__name__} of {self.boundary}"
         at = [(begin + share * (end - begin)).tolist() for share in GAUSS]
         return np.array([[value_of(where, level, time) for time in times] for times in at]).mean(axis=0)
+
+    def at(self, time: float) -> float:
+        """The level at a time (s) since the stage began."""
+        level = self.level
+        return float(level(time) if callable(level) else rise(np.array(time), self.ramp, self.start, level))
 
     @property
     def lasts(self) -> float:

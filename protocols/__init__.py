@@ -11,6 +11,7 @@ from grainlaw.protocols.heating import Heating, Held
 from grainlaw.protocols.joint_tension import JointTension
 from grainlaw.protocols.plane_wave import PlaneWave, Wave
 from grainlaw.protocols.platens import Moving, Platens
+from grainlaw.protocols.saturated import Saturated
 from grainlaw.protocols.semi_circular_bend import SemiCircularBend
 from grainlaw.protocols.three_point_bending import ThreePointBending
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
@@ -30,6 +31,7 @@ __all__ = [
     "Moving",
     "PlaneWave",
     "Platens",
+    "Saturated",
     "SemiCircularBend",
     "ThreePointBending",
     "UniaxialCompression",

@@ -7,13 +7,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from grainlaw.boundary_conditions import Drive
 from grainlaw.condition import Curves, FailsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.moduli import work
 from grainlaw.protocols.measures import certificate, size
 from grainlaw.protocols.platens import UntilFailure, refuse_platens, require_boundaries, sampling
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Stage
+from grainlaw.stage import Stage
 
 SUPPORTS = ("support_left", "support_right")
 

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.boundary_conditions import Drive, Hold, Pressure
 from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
@@ -25,7 +26,7 @@ from grainlaw.protocols.platens import (
     uniaxial_summary,
 )
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Hold, Pressure, Stage
+from grainlaw.stage import Stage
 
 SAMPLES = 20  #: in each ramp
 MOST_CONFINING = 10_000  #: samples: a specimen that is not at rest by then has failed

@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.condition import Curves, FailsTo, Reaches
 from grainlaw.engine.state import State
@@ -19,7 +20,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import certificate, ends, size
 from grainlaw.protocols.platens import Platens, held_across, require_platens, sampling
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Stage
+from grainlaw.stage import Stage
 from grainlaw.window import window_mean, within_circle
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.boundary_conditions import Drive, Hold, Pressure
 from grainlaw.columns import (
     AGED,
     AGED_LOSS,
@@ -28,7 +29,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import end_share
 from grainlaw.protocols.platens import Platens, held_across, measure_between_platens, require_ends
 from grainlaw.specimen import Specimen
-from grainlaw.stage import RESTS, Ageing, Drive, Hold, Pressure, Stage
+from grainlaw.stage import RESTS, Ageing, Stage
 
 SAMPLES = 10  #: in the ramp
 LOST = 1e-3  #: share of the strength that bonds may lose while the load is applied, in the mean

@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import SHEAR_CRACKS, STAGE, STRAIN, STRESS, TENSILE_CRACKS
 from grainlaw.condition import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
@@ -18,7 +19,7 @@ from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Stage
+from grainlaw.stage import Stage
 
 
 def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:
@@ -59,6 +60,10 @@ class Cyclic(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         return self.test.measure(state)
 
+    def counted(self, curves: Curves, first: int) -> Curves:
+        """As the other test."""
+        return self.test.counted(curves, first)
+
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """That of the other test, and of each loop modulus of unloading (Pa), lost work (J/m3) and Felicity ratio.
 
@@ -66,11 +71,13 @@ class Cyclic(LoadingProtocol):
         the load at which contact points break again on reloading, over the largest load before: 1 where the rock
         remembers it (Kaiser effect), nan where none breaks before the next level.
         """
-        x, y, stage = (curves[name] for name in (self.displacement, self.load, STAGE))
         found = dict(self.test.summary(curves, specimen))
-        first = int(stage.max()) - 2 * len(self.levels) if stage.max() >= 2 * len(self.levels) else 0
+        begin = int(np.searchsorted(curves[STAGE], len(self.test.stages(specimen)) - 1))
+        seen = self.test.counted(curves, begin)  # as the levels count
+        x, y, stage = (seen[name] for name in (self.displacement, self.load, STAGE))
+        first = int(stage[0]) if len(stage) else 0
         moduli, lost, felicity = [], [], []
-        cracks = curves[TENSILE_CRACKS] + curves[SHEAR_CRACKS]
+        cracks = seen[TENSILE_CRACKS] + seen[SHEAR_CRACKS]
         for number in range(len(self.levels)):
             unload = np.flatnonzero(stage == first + 2 * number + 1)
             reload = np.flatnonzero(stage == first + 2 * number + 2)

@@ -7,6 +7,7 @@ from typing import Any
 
 import attrs
 
+from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.condition import AtRest, Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
@@ -17,7 +18,7 @@ from grainlaw.protocols.joint import joint_means, require_joint
 from grainlaw.protocols.measures import certificate, end_share, ends, size
 from grainlaw.protocols.platens import require_platens
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Hold, Stage
+from grainlaw.stage import Stage
 
 
 @attrs.frozen(kw_only=True)

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.boundary_conditions import Traction
 from grainlaw.condition import AtRest, Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
@@ -15,7 +16,7 @@ from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.platens import require_boundaries
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Stage, Traction
+from grainlaw.stage import Stage
 from grainlaw.units import MPa
 
 BESIDE = 10.0  #: degrees: how far from an axis the rim is taken for its end

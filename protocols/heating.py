@@ -10,17 +10,15 @@ import attrs
 import numpy as np
 
 from grainlaw import gauges
+from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import (
     KINETIC,
-    LATERAL_STRAIN,
     SHEAR_CRACKS,
     STAGE,
     STORED,
-    STRAIN,
     TEMPERATURE,
     TENSILE_CRACKS,
     VIBRATION,
-    VOLUMETRIC_STRAIN,
     energy,
 )
 from grainlaw.condition import Curves
@@ -33,11 +31,9 @@ from grainlaw.parameter import ParameterError, checked_number, part, whole_numbe
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import axial_strain_of_points
 from grainlaw.protocols.platens import require_boundaries
+from grainlaw.protocols.preliminary import after_stages, counted_after, samples_before
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Stage
-
-#: counted from the end of the heating on
-OFFSET = (STRAIN, LATERAL_STRAIN, "strain_points", VOLUMETRIC_STRAIN, TENSILE_CRACKS, SHEAR_CRACKS)
+from grainlaw.stage import Stage
 
 
 class Held(enum.Enum):
@@ -129,7 +125,7 @@ class Heating(LoadingProtocol):
         The ratio is the largest of vibration over stored and kinetic energy, where their sum is more than a hundredth
         of its largest: the kinetic energy counts where grains are free to expand and nothing else is stored.
         """
-        hot = slice(self._end(curves))
+        hot = slice(samples_before(curves, len(self.to)))
         whole, vibration = energy(curves, KINETIC, *STORED)[hot], curves[VIBRATION][hot]
         counts = whole >= 0.01 * whole.max()
         found = {
@@ -143,24 +139,9 @@ class Heating(LoadingProtocol):
                 "expansion_x": float(curves["expansion_x"][-1]),
                 "expansion_y": float(curves["expansion_y"][-1]),
             }
-        after = self._of_test(curves)
+        after = after_stages(curves, len(self.to))
         return {**found, **self.test.summary(after, specimen)} if len(after[STAGE]) else found
 
     def counted(self, curves: Curves, first: int) -> Curves:
         """As of any test; strains and cracks count from the beginning of the test, as in its summary."""
-        end = self._end(curves)
-        if first < end:
-            return super().counted(curves, first)
-        return super().counted(self._of_test(curves), first - end)
-
-    def _end(self, curves: Curves) -> int:
-        """The number of samples of the heating."""
-        return int(np.searchsorted(curves[STAGE], len(self.to)))
-
-    def _of_test(self, curves: Curves) -> dict[str, np.ndarray]:
-        """Samples of the test; strains, cracks and stages count from its beginning."""
-        end = self._end(curves)
-        after = {name: values[end:] for name, values in curves.items()}
-        after |= {name: after[name] - curves[name][end - 1] for name in OFFSET if name in after}
-        after[STAGE] = after[STAGE] - len(self.to)
-        return after
+        return counted_after(self.test, curves, first, len(self.to)) if self.test else super().counted(curves, first)

@@ -7,6 +7,7 @@ from typing import Any
 
 import attrs
 
+from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.condition import Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
@@ -18,7 +19,7 @@ from grainlaw.protocols.joint import joint_means, require_joint
 from grainlaw.protocols.measures import certificate, size
 from grainlaw.protocols.platens import NO_TENSION, refuse_platens
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Stage
+from grainlaw.stage import Stage
 
 
 @attrs.frozen(kw_only=True)

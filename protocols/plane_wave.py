@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.boundary_conditions import Drive, Quiet, Traction
 from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator, Undamped
@@ -17,7 +18,7 @@ from grainlaw.parameter import ParameterError, checked_number, parameter, part, 
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.platens import require_boundaries
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Quiet, Stage, Traction
+from grainlaw.stage import Stage
 from grainlaw.time_series import TimeSeries, Varying, varying
 
 PULSE = TimeSeries(np.array([0.0, 5e-6, 10e-6]), np.array([0.0, -1e6, 0.0]))

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import LATERAL_STRAIN, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN
 from grainlaw.condition import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
@@ -25,7 +26,7 @@ from grainlaw.protocols.measures import (
     window_stress,
 )
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Stage
+from grainlaw.stage import Stage
 
 NO_TENSION = "tension does not pass the contact between two bodies; pull the specimen at its own ends, without platens"
 

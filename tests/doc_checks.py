@@ -178,6 +178,11 @@ def check_time(page):
     assert page["result"].summary["failed"]
 
 
+def check_water(page):
+    assert page["wet"].summary["residual_stress"] == pytest.approx(6e6 * np.tan(np.radians(30)), rel=0.01)
+    assert page["shut"].summary["opening"] < 0 < page["split"].summary["opening"]
+
+
 def check_temperature(page):
     assert page["pressed"] == pytest.approx(-96e9 * 0.013921 / (1 - 2 * 0.08))  # held: -E alpha / (1 - 2 nu)
     assert page["report"].passed, page["report"]
@@ -200,7 +205,7 @@ def check_calibration(page):
 
 CHECKS = {
     "docs/materials.md": check_materials, "docs/temperature.md": check_temperature,
-    "docs/time.md": check_time,
+    "docs/time.md": check_time, "docs/water.md": check_water,
     "docs/calibration.md": check_calibration,
     "docs/textures.md": check_textures, "docs/studies.md": check_studies,
     "docs/reliability.md": check_reliability,

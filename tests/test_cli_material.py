@@ -1,18 +1,20 @@
 """Materials on the command line, in configurations, and in what a run leaves."""
 
+import json
 import tomllib
 
 import meshio
 import numpy as np
 import pytest
-from command_line import invoke
+from command_line import SMALL, invoke
 from every_material import MOHR
 from support import STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
+from grainlaw.cli.sections import read_file
 from grainlaw.laws import Linear
-from grainlaw.materials import MohrCoulombPlastic, TransverselyIsotropic
+from grainlaw.materials import ALBITE, QUARTZ, ConstantExpansion, MohrCoulombPlastic, TransverselyIsotropic
 from grainlaw.results.frames import packed, take_frame, unpacked
 from grainlaw.results.vtk import VtkSeries
 
@@ -80,3 +82,73 @@ def test_pictures_show_the_strength_in_compression():
     angle = np.radians(MOHR.friction_angle)
     strength = 2 * MOHR.cohesion * np.cos(angle) / (1 - np.sin(angle))
     assert max(curves[0].get_ydata()) == pytest.approx(strength / 1e6, rel=0.02)
+
+
+# --- materials and tables by name ------------------------------------------------------------------------------------
+
+MINE = """
+import attrs
+import grainlaw as gl
+from parts import LAME
+
+@attrs.frozen(kw_only=True)
+class Mine(gl.Material):
+    shear: float = gl.parameter("Pa")
+    density: float = 2700.0
+    stiffness = property(lambda self: ((LAME + 2 * self.shear, LAME, 0), (LAME, LAME + 2 * self.shear, 0),
+                                       (0, 0, self.shear)))
+
+    def stress(self, exx, eyy, exy):
+        volume = LAME * (exx + eyy)
+        return volume + 2 * self.shear * exx, volume + 2 * self.shear * eyy, 2 * self.shear * exy
+
+    def energy(self, exx, eyy, exy):
+        return LAME / 2 * (exx + eyy) ** 2 + self.shear * (exx**2 + eyy**2 + 2 * exy**2)
+
+rock = Mine(shear=24e9)
+"""
+
+
+def test_a_material_of_a_file_runs_from_a_configuration_and_is_copied_beside_it(tmp_path):
+    (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "parts.py").write_text("LAME = 24e9\n")
+    (tmp_path / "run.toml").write_text('[rock]\ntype = "mine.py:rock"\nshear = "20 GPa"\n')
+    out = tmp_path / "out"
+    done = invoke("test", "uniaxial-tension", *SMALL, "--config", tmp_path / "run.toml", "--out", out)
+    assert done.exit_code == 0, done.output
+    made = tomllib.loads((out / "config.toml").read_text())["rock"]
+    assert (made["type"], made["shear"]) == ("material_files/mine.py:rock", "20 GPa")
+    assert (out / "material_files" / "mine.py").read_text() == MINE
+    record = json.loads((out / "run.json").read_text())
+    assert [one["copy"] for one in record["material_files"]] == ["material_files/mine.py", "material_files/parts.py"]
+    (tmp_path / "parts.py").unlink()
+    again = configured("uniaxial-tension", read_file(out / "config.toml"))
+    assert again.specimen.material.stiffness[2][2] == 20e9
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ({"rock": {"type": "none.py:rock"}}, r"rock.type: there is no file none.py"),
+        ({"rocks": {"mica": {"type": "mine.py:rock"}}}, r"rocks.mica.type = 'mine.py:rock' is not allowed"),
+        ({"rock": {"type": "thermal", "expansion": "quarz", "material": "elastic"}}, r"rock.expansion: .*quartz"),
+    ],
+)
+def test_wrong_names_of_materials_and_tables_are_refused(section, message):
+    with pytest.raises(gl.ParameterError, match=message):
+        configured("uniaxial-compression", section, quick=True)
+
+
+def test_minerals_expand_by_tables_of_their_names():
+    elastic = {"type": "elastic", "youngs_modulus": "60 GPa", "poissons_ratio": 0.25, "density": 2650}
+    given = {
+        "sample": {"minerals": {"quartz": 0.4, "feldspar": 0.6}},
+        "rock": {"type": "thermal", "expansion": "albite", "material": elastic},
+        "rocks": {"quartz": {"expansion": "quartz"}, "feldspar": {"expansion": "9e-6 1/K"}},
+    }
+    made = configured("heating", given | {"test": {"to": "100 degC"}}, quick=True)
+    rock = made.specimen.material
+    assert (rock["quartz"].expansion, rock[...].expansion) == (QUARTZ, ALBITE)
+    assert rock["feldspar"].expansion == ConstantExpansion(9e-6)
+    assert (made.sections["rock"]["expansion"], made.sections["rocks"]["quartz"]["expansion"]) == ("albite", "quartz")
+    assert configured("heating", made.sections, quick=True).specimen.material == rock

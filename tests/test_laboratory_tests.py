@@ -10,11 +10,13 @@ import grainlaw as gl
 from grainlaw.engine.stability import stiffness_matrix
 from grainlaw.geometry import Bricks, Voronoi, disc, polygon, rectangle, semi_disc, shear_box
 from grainlaw.laws import CohesiveCrack, Friction, Linear, MohrCoulomb
+from grainlaw.materials import Thermal
 from grainlaw.protocols import (
     BiaxialCompression,
     Brazilian,
     Cyclic,
     DirectShear,
+    Heating,
     Platens,
     SemiCircularBend,
     ThreePointBending,
@@ -202,6 +204,18 @@ def test_cycles_of_an_elastic_specimen_lose_nothing():
     turned = [stress[result.curves["stage"] == stage] for stage in range(5)]
     assert turned[1][-1] < 0.12 * turned[1][0]
     assert turned[4][-1] == pytest.approx(gl.simulate(small_sample(20), LINEAR, press).curves["stress"][-1], rel=0.01)
+
+
+def test_levels_count_from_the_end_of_a_heating():
+    """Elastic, heated by 100 K, which strains it by four times the level: it unloads at the level all the same."""
+    warm = small_sample(12, material=Thermal(material=ROCK, expansion=8e-6))
+    press = UniaxialCompression(maximum_strain=4e-4, samples=40, loading=gl.Constant(speed=0.1))
+    heating = Heating(to=120, samples=10, loading=gl.Constant(speed=1e5), test=press)
+    found, cold = (gl.simulate(warm, LINEAR, Cyclic(test=test, levels=(2e-4,))) for test in (heating, press))
+    strain, stage = found.curves["strain"], found.curves["stage"]
+    assert stage.max() == 3
+    assert strain[stage == 1][-1] - strain[stage == 0][-1] == pytest.approx(2e-4, abs=2e-5)
+    assert found.summary["unloading_moduli"] == pytest.approx(cold.summary["unloading_moduli"], rel=0.01)
 
 
 def test_cycles_of_grains_that_slide_lose_work():

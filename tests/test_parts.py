@@ -53,6 +53,10 @@ CASES = {
         small_sample(), WEAK,
         stage(drives=[ENDS[0], gl.Hold(boundary="top", axis=1, stress=-5e6, stiffness=1e12)]), 4e-8,
     ),
+    "wet": (
+        small_sample(), WEAK,
+        stage(drives=ENDS, fluids=[gl.FluidPressure(boundary=side, pressure=5e6) for side in ("left", "right")]), 4e-8,
+    ),
     "falling": (
         PILE, Friction(kn=1e9, ks=1e9, friction_angle=30),
         stage(gravity=(0, -GRAVITY), fixed=[0], initial_velocity=np.tile((0.0, -0.5), (len(PILE.mesh.nodes), 1))), 1e-4,
@@ -147,7 +151,8 @@ def test_shares_cover_everything_once(case, threads):
     parts = state.shared(threads)
     sizes = {
         "nodes": len(state.mesh.nodes), "zones": parts.zones.corner.shape[1], "bonds": len(state.bonds),
-        "contacts": len(state.contacts), "pressures": len(parts.pressures.column), "drives": len(parts.drives.column),
+        "contacts": len(state.contacts), "pressures": len(parts.pressures.column),
+        "fluids": len(parts.fluids.column), "drives": len(parts.drives.column),
         "freedoms": parts.freedoms.force.shape[1], "tractions": len(parts.tractions.node),
         "quiet": len(parts.quiet.node),
     }  # fmt: skip

@@ -18,6 +18,7 @@ from grainlaw.protocols import (
     Cyclic,
     DirectShear,
     FreeMotion,
+    Saturated,
     UniaxialCompression,
     UniaxialTension,
 )
@@ -71,6 +72,7 @@ CASES = {
     "several stages": (small_sample(), WEAK, Cyclic(test=PULL, levels=(1e-4, 2e-4)), {}),
     "minerals": (several_minerals({0: small_sample().material, 1: SOFT}), PAIRS, PULL, {}),
     "random strength": (small_sample(), varied(small_sample()), PULL, {}),
+    "a fluid": (small_sample(12), WEAK, Saturated(test=CRUSH, pressure=5 * MPa, boundaries=("left", "top")), {}),
     "jumps of time": (small_sample(12), AGEING, Creep(load=75 * MPa, duration=1.0, largest_growth=0.2), {}),
 }  # fmt: skip
 LONG = ("contacts after failure", "servo", "gravity, contacts, halts", "a closure that stiffens")

@@ -49,6 +49,12 @@ def choices(kind: Kind) -> dict[str, type]:
     return {name_of(c, kind): c for c in dict.fromkeys(found) if not inspect.isabstract(c)}
 
 
+def instances(kind: Kind) -> dict[str, Any]:
+    """The ready components of a kind that the packages offer, such as the expansion ``quartz``, by name."""
+    public = {name: getattr(package, name) for package in PACKAGES for name in package.__all__ if name.isupper()}
+    return {name.lower().replace("_", "-"): each for name, each in public.items() if isinstance(each, kind)}
+
+
 def refuse_unknown(where: str, given: Iterable[str], known: Iterable[str]) -> None:
     """Raise :class:`ParameterError` for the first key that is not known."""
     known = list(known)
@@ -66,6 +72,8 @@ def component(kind: Kind, raw: Any, where: str, base: Any = None) -> Any:
     """
     if not isinstance(raw, (str, Mapping)):
         raise ParameterError(f"{where} = {short(raw)} is not allowed, it must be a name or a table")
+    if isinstance(raw, str) and (ready := instances(kind).get(raw.lower().replace("_", "-"))) is not None:
+        return ready
     given = {"type": raw} if isinstance(raw, str) else dict(raw)
     cls = _class(kind, given.pop("type", None), where, base)
     return evolved(base if type(base) is cls else cls, given, where)
@@ -76,7 +84,7 @@ def _class(kind: Kind, name: Any, where: str, base: Any) -> type:
         return type(base)
     if name is None and isinstance(kind, type) and attrs.has(kind) and not inspect.isabstract(kind):
         return kind  # there is only one
-    known = choices(kind)
+    known: dict[str, Any] = choices(kind)
     if base is not None:
         known.setdefault(name_of(type(base), kind), type(base))
     if name is None:
@@ -84,6 +92,7 @@ def _class(kind: Kind, name: Any, where: str, base: Any) -> type:
     for own, cls in known.items():
         if str(name).lower().replace("_", "-") in (own, name_of(cls), cls.__name__.lower()):
             return cls
+    known |= instances(kind)
     raise ParameterError(
         f"{where}: there is no {short(str(name))}{nearest(str(name), known)} (there are: {', '.join(known)})"
     )
@@ -124,7 +133,7 @@ def _kinds(cls: type) -> dict[str, tuple[type, ...]]:
 def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str, present: Any) -> Any:
     if field.metadata.get("varies") and isinstance(raw, list):
         return [tuple(map(quantity, point, ("s", field.metadata["unit"]), (where, where))) for point in raw]
-    if "unit" in field.metadata and not isinstance(raw, Mapping):
+    if "unit" in field.metadata and not isinstance(raw, Mapping) and not _names_one(_interface(kinds), raw):
         return quantities(raw, field.metadata["unit"], where)
     of_present = present is not attrs.NOTHING and present is not None
     if of_present and not kinds:
@@ -132,7 +141,7 @@ def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str
     for kind in kinds:
         if issubclass(kind, enum.Enum):
             return _member(kind, raw, where)
-    interface = next((kind for kind in reversed(kinds) if inspect.isabstract(kind) or attrs.has(kind)), None)
+    interface = _interface(kinds)
     if interface and isinstance(raw, list):
         return tuple(component(interface, each, f"{where}[{k}]") for k, each in enumerate(raw))
     if interface:
@@ -140,6 +149,16 @@ def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str
     if int in kinds and isinstance(raw, str) and re.fullmatch(r"[+-]?\d+", raw):
         return int(raw)
     return tuple(raw) if isinstance(raw, list) else raw
+
+
+def _interface(kinds: tuple[type, ...]) -> type | None:
+    return next((kind for kind in reversed(kinds) if inspect.isabstract(kind) or attrs.has(kind)), None)
+
+
+def _names_one(interface: type | None, raw: Any) -> bool:
+    """Whether a text is meant as the name of a ready component, not as a number with its unit."""
+    words = isinstance(raw, str) and not any(map(str.isdigit, raw))
+    return words and interface is not None and bool(instances(interface))
 
 
 def explained(cls: type) -> dict[str, str]:
@@ -180,7 +199,10 @@ def settings(made: Any, kind: Kind = ()) -> dict[str, Any]:
         value = getattr(made, field.name)
         if not field.init or value is None:
             continue
-        if attrs.has(type(value)):
+        ready = [name for name, each in instances(type(value)).items() if each == value]
+        if ready:
+            found[field.name] = ready[0]
+        elif attrs.has(type(value)):
             kind = next((k for k in kinds.get(field.name, ()) if inspect.isabstract(k)), ())
             found[field.name] = settings(value, kind)
         elif isinstance(value, tuple) and value and all(attrs.has(type(each)) for each in value):

@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 
 from grainlaw.cli.components import choices, component, evolved, explained, settings
-from grainlaw.cli.law_file import LawReferenceError, find_law_and_files
+from grainlaw.cli.law_file import LawReferenceError, find_law_and_files, find_material_and_files
 from grainlaw.cli.minerals import laws_by_key, materials
 from grainlaw.cli.sample import sample
 from grainlaw.cli.sections import SECTIONS, Sections, toml
@@ -45,6 +45,7 @@ class Configuration:
     numerics: Numerics
     sections: Sections
     law_files: Sequence[Path] = ()  #: the user's file with the law, and those of its folder that it imports
+    material_files: Sequence[Path] = ()  #: the same of the rock
 
 
 def configured(name: str, sections: Sections, quick: bool = False) -> Configuration:
@@ -61,7 +62,7 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
     test = evolved(setup.protocol, given["test"], "test")
     reference, law, law_files = _law(given["law"])
     laws, law_section = laws_by_key(law, given["laws"], _law)
-    rock = component((Material, Rigid), given["rock"], "rock", ROCK)
+    rock_type, rock, material_files = _rock(given["rock"])
     minerals, rock_section = materials(rock, given["rocks"])
     numerics = evolved(Numerics, given["numerics"], "numerics")
     section, specimen = sample(setup.quick if quick else setup.sample, given["sample"], minerals, numerics.refinement)
@@ -69,7 +70,7 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
     test.stages(specimen)  # refuses a specimen that it cannot hold
     made = {
         "sample": section,
-        "rock": settings(rock),
+        "rock": settings(rock) | rock_type,
         "rocks": rock_section,
         "law": settings(law, ContactLaw) | {"type": reference},
         "laws": law_section,
@@ -78,8 +79,9 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
     }
     made = {name: section for name, section in made.items() if section}
     return Configuration(
-        specimen=specimen, law=laws, protocol=test, numerics=numerics, sections=made, law_files=law_files
-    )
+        specimen=specimen, law=laws, protocol=test, numerics=numerics, sections=made, law_files=law_files,
+        material_files=material_files,
+    )  # fmt: skip
 
 
 def template(name: str, chosen: Configuration) -> str:
@@ -87,6 +89,24 @@ def template(name: str, chosen: Configuration) -> str:
     kinds = {"rock": chosen.specimen.material, "law": chosen.law, "test": chosen.protocol, "numerics": chosen.numerics}
     notes = {section: explained(type(made)) for section, made in kinds.items() if attrs.has(type(made))}
     return f"# grainlaw test {name} --config FILE\n\n{toml(chosen.sections, notes)}"
+
+
+def _rock(given: dict[str, Any]) -> tuple[dict[str, Any], Material | Rigid, list[Path]]:
+    """What a section says of the type of the rock if that is FILE.py:MATERIAL, the rock, and its files.
+
+    A material that a file has been asked for already stands in the place of its name.
+    """
+    kind = given.get("type")
+    own = {name: value for name, value in given.items() if name != "type"}
+    if isinstance(kind, Material):
+        return {"type": type(kind).__name__}, evolved(kind, own, "rock"), []
+    if ".py" not in str(kind):
+        return {}, component((Material, Rigid), given, "rock", ROCK), []
+    try:
+        material, files = find_material_and_files(str(kind))
+        return {"type": kind}, evolved(material, own, "rock"), files
+    except LawReferenceError as error:
+        raise ParameterError(f"rock.type: {error}") from None
 
 
 def _law(given: dict[str, Any]) -> tuple[str, ContactLaw, list[Path]]:

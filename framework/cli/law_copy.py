@@ -1,4 +1,4 @@
-"""Copies of a user's files of laws and grains in the folder of a run, to repeat the run from there alone."""
+"""Copies of a user's files of laws, materials and grains in the folder of a run, to repeat the run from there alone."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from typing import Any
 from grainlaw.runs.claim import GRAIN_FILES, LAW_FILES
 
 
-def copied(reference: str, files: Sequence[Path], folder: Path) -> tuple[str, list[dict[str, Any]]]:
-    """Copy the files of ``FILE.py:LAW`` to a folder; the reference there, and what the record says of each file.
+def copied(
+    reference: str, files: Sequence[Path], folder: Path, inside: str = LAW_FILES
+) -> tuple[str, list[dict[str, Any]]]:
+    """Copy the files of ``FILE.py:LAW`` to a folder, ``inside`` one; the reference there, and the record of each file.
 
     What a law reads beside Python files, such as a table of numbers, is not copied. Raises OSError.
     """
@@ -20,13 +22,13 @@ def copied(reference: str, files: Sequence[Path], folder: Path) -> tuple[str, li
         return reference, []
     home, record = files[0].resolve().parent, []
     for file in files:
-        place = Path(LAW_FILES) / file.resolve().relative_to(home)
+        place = Path(inside) / file.resolve().relative_to(home)
         (folder / place).parent.mkdir(parents=True, exist_ok=True)
         if file.resolve() != (folder / place).resolve():
             shutil.copyfile(file, folder / place)
         record.append(_entry(file, place))
     name = reference.rpartition(":")[2]
-    return f"{LAW_FILES}/{files[0].name}:{name}", record
+    return f"{inside}/{files[0].name}:{name}", record
 
 
 def copied_grains(sample: Mapping[str, Any], folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:

@@ -40,8 +40,12 @@ def find_law_and_files(reference: str) -> tuple[ContactLaw, list[Path]]:
 
 def find_material(reference: str) -> Material:
     """The material of ``FILE.py:MATERIAL``, as :func:`find_law`. Raises :class:`LawReferenceError`."""
-    found: Material = _find(reference, Material, "material")[0]
-    return found
+    return find_material_and_files(reference)[0]
+
+
+def find_material_and_files(reference: str) -> tuple[Material, list[Path]]:
+    """The material of :func:`find_material`; its file, and those of its folder that it imports."""
+    return _find(reference, Material, "material")
 
 
 def _find(reference: str, kind: type, word: str) -> tuple[Any, list[Path]]:

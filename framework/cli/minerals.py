@@ -79,10 +79,14 @@ def materials(rock: Material | Rigid, given: Mapping[str, Any]) -> tuple[Any, di
         return rock, {}
     if isinstance(rock, Rigid):
         raise ParameterError("rocks is not allowed: rock is rigid, and minerals differ in how they deform")
-    made = {
-        name: component(Material, _table(entry, f"rocks.{name}"), f"rocks.{name}", rock)
-        for name, entry in given.items()
-    }
+    made = {}
+    for name, entry in given.items():
+        where, table = f"rocks.{name}", _table(entry, f"rocks.{name}")
+        if ".py" in str(table.get("type")):
+            raise ParameterError(
+                f"{where}.type = {table['type']!r} is not allowed, a material of a file must be that of rock.type"
+            )
+        made[name] = component(Material, table, where, rock)
     section = {
         name: {key: value for key, value in settings(each).items() if key != "type" or type(each) is not type(rock)}
         for name, each in made.items()

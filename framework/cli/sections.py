@@ -19,7 +19,7 @@ SECTIONS = ("sample", "rock", "rocks", "law", "laws", "test", "numerics")
 
 
 def read_file(file: Path) -> Sections:
-    """The sections of a TOML file, in which files of a law and of grains are relative to the TOML file.
+    """The sections of a TOML file, in which files of laws, materials and grains are relative to the TOML file.
 
     Raises :class:`ParameterError` for what is no section, and for a file that cannot be read.
     """
@@ -42,9 +42,10 @@ def checked_sections(sections: Sections, file: Path) -> Sections:
         check_section(name, file)
         if not isinstance(section, dict):
             raise ParameterError(f"{file}: {name} = {short(section)} is not allowed, it must be a section [{name}]")
-    law = sections.get("law", {}).get("type")
-    if isinstance(law, str) and ".py" in law:
-        sections["law"]["type"] = os.fspath(file.parent / law)
+    for name in ("law", "rock"):
+        kind = sections.get(name, {}).get("type")
+        if isinstance(kind, str) and ".py" in kind:
+            sections[name]["type"] = os.fspath(file.parent / kind)
     grains = sections.get("sample", {}).get("file")
     if isinstance(grains, str):
         sections["sample"]["file"] = os.fspath(file.parent / grains)

@@ -11,7 +11,7 @@ import attrs
 
 from grainlaw.cli.components import evolved
 from grainlaw.cli.configuration import Numerics, configured
-from grainlaw.cli.law_file import find_law
+from grainlaw.cli.law_file import find_law, find_material
 from grainlaw.cli.sections import Sections, assign, checked_sections, put, read_tables
 from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.vary import ALONE, Factor, Place, factors
@@ -96,6 +96,9 @@ def study_of(file: Path, assignments: Sequence[str] = (), quick: bool = False) -
     law = sections.get("law", {}).get("type")
     if isinstance(law, str) and ".py" in law and ("law", "type") not in places.values():
         sections["law"]["type"] = find_law(os.fspath(law))
+    rock = sections.get("rock", {}).get("type")
+    if isinstance(rock, str) and ".py" in rock and ("rock", "type") not in places.values():
+        sections["rock"]["type"] = find_material(os.fspath(rock))
     levels: dict[str, Any] = {factor.name: factor.levels for factor in chosen}
     study = Study(FileCase(sections, places, quick), **levels)
     options = [word for assignment in assignments for word in ("--set", assignment)] + ["--quick"] * quick

@@ -36,7 +36,7 @@ from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.certify import certify_result, slower
-from grainlaw.runs.claim import Claim
+from grainlaw.runs.claim import MATERIAL_FILES, Claim
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import simulate
@@ -80,9 +80,14 @@ def test(
     about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG, "portable": is_portable()}}}
     with writing_to(out, restart, overwrite, about) as claim:
         law_there, files = copied(chosen.sections["law"]["type"], chosen.law_files, claim.path)
+        rock_there, material_files = copied(
+            chosen.sections["rock"]["type"], chosen.material_files, claim.path, MATERIAL_FILES
+        )
         sample_there, grain_files = copied_grains(chosen.sections["sample"], claim.path)
-        sections = {**chosen.sections, "law": {**chosen.sections["law"], "type": law_there}, "sample": sample_there}
-        claim.about.update(configuration=chosen.sections, law_files=files, grain_files=grain_files)
+        there = {name: {**chosen.sections[name], "type": at} for name, at in (("law", law_there), ("rock", rock_there))}
+        sections = {**chosen.sections, **there, "sample": sample_there}
+        copies = {"law_files": files, "material_files": material_files, "grain_files": grain_files}
+        claim.about.update(configuration=chosen.sections, **copies)
         heading = "".join(f"# {package} {number}\n" for package, number in versions().items())
         text = f"# grainlaw test {name} --config {CONFIG}\n{heading}\n{toml(sections)}"
         write_atomically(claim.path / CONFIG, lambda file: file.write_text(text, encoding="utf-8"))

@@ -11,7 +11,7 @@ from typing import Any
 
 import attrs
 
-from grainlaw.cli.law_file import LawReferenceError, find_law
+from grainlaw.cli.law_file import LawReferenceError, find_law, find_material
 from grainlaw.cli.sections import check_section, value_toml
 from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
@@ -19,6 +19,10 @@ from grainlaw.unit_text import in_si
 
 Place = tuple[str, ...]  #: section and keys
 TYPES = ("law", "test", "rock")  #: sections that stand for their key ``type``
+FILES: dict[Place, Any] = {
+    ("law", "type"): find_law,
+    ("rock", "type"): find_material,
+}  #: what finds a level FILE.py:NAME
 ALONE = (("numerics", "threads"), ("numerics", "frames"))  #: what does not decide a result
 MOST = 1_000_000  #: levels of a range
 RANGE = re.compile(r"\s*([+-]?\d+)\s*\.\.\s*([+-]?\d+)\s*")
@@ -87,9 +91,9 @@ def _levels(place: Place, given: Any, file: Path) -> dict[Any, Any]:
     for level in listed:
         if (recorded := _recorded(level)) in levels:
             raise ParameterError(f"{where} = {short(given)} is not allowed, it has the same level twice")
-        is_file = place == ("law", "type") and isinstance(level, str) and ".py" in level
+        find = FILES.get(place) if isinstance(level, str) and ".py" in level else None
         try:
-            levels[recorded] = find_law(os.fspath(file.parent / str(level))) if is_file else level
+            levels[recorded] = find(os.fspath(file.parent / str(level))) if find else level
         except LawReferenceError as error:
             raise ParameterError(f"{where} = {short(level)} is refused: {error}") from None
     return levels

@@ -44,7 +44,7 @@ def least_work(state: State) -> float:
 
 
 def unbalanced(state: State) -> float:
-    """Mean unbalanced force over mean contact force (mean reaction, if there are no contacts): 0 at rest."""
+    """Mean unbalanced force over mean force of contacts and fluids (mean reaction, if there are none): 0 at rest."""
     free = state.freedoms.arrays.free[:2] > 0
     if not free.any():
         return 0.0
@@ -53,6 +53,7 @@ def unbalanced(state: State) -> float:
     closed = contacts.length > 0
     normal = np.minimum(contacts.normal[closed], 0.0)
     forces = np.append(forces, np.hypot(normal, contacts.shear[closed]) * contacts.length[closed])
+    forces = np.append(forces, state.fluids.forces)
     forces = forces if len(forces) else state.boundaries.driven.arrays.reaction
     scale = float(np.mean(np.abs(forces))) if len(forces) else 0.0
     return float(np.mean(np.abs(state.freedoms.arrays.force[:2][free]))) / scale if scale > 0 else 1.0
@@ -64,7 +65,7 @@ def motion(state: State, energy: Mapping[str, float]) -> float:
     1 while a load of the stage still changes: a specimen that follows a slow load is always near equilibrium. The
     specimen may drift as a whole along an axis on which nothing is driven; this does not count.
     """
-    if state.time - state.began < state.boundaries.lasts:
+    if state.time - state.began < max(state.boundaries.lasts, state.fluids.lasts):
         return 1.0
     stored = sum(energy[name] for name in STORED)
     kinetic = max(state.kinetic_energy - _drift(state), 0.0)

@@ -16,6 +16,7 @@ from grainlaw.engine.parts.clock import Clock
 from grainlaw.engine.parts.contacts import Contacts
 from grainlaw.engine.parts.deformable_grains import DeformableGrains
 from grainlaw.engine.parts.every_zone import EveryZone
+from grainlaw.engine.parts.fluids import Fluids
 from grainlaw.engine.parts.freedoms import Nodes
 from grainlaw.engine.parts.gravity import Gravity
 from grainlaw.engine.parts.heat import Heat
@@ -48,6 +49,7 @@ class State(PointReadings):
         self.zones, self.materials = Zones(specimen), MaterialZones(specimen)
         self.every_zone, self.bonds = EveryZone(specimen, self.zones, self.materials), Bonds(specimen, laws, detection)
         self.boundaries = Boundaries(self.grains, self.nodes, self.freedoms)
+        self.fluids = Fluids(specimen, self.bonds)
         self.gravity = Gravity(self.freedoms, self.grains.true_mass())
         self.contacts = Contacts(self.grains, laws, detection, self.bonds.ends)
         self.clock, self.breaks, self.heat = Clock(), Breaks(2 * len(self.bonds)), Heat(self.materials)
@@ -59,10 +61,10 @@ class State(PointReadings):
     def parts(self) -> dict[str, Part]:
         """All parts by name, in the order in which the ledger adds them up."""
         return {
-            **self.boundaries.parts, "gravity": self.gravity, "nodes": self.nodes, "freedoms": self.freedoms,
-            "grains": self.grains, "zones": self.zones, "materials": self.materials, "bonds": self.bonds,
-            "contacts": self.contacts, "clock": self.clock, "breaks": self.breaks, "steady": self.steady,
-            "heat": self.heat,
+            **self.boundaries.parts, "fluids": self.fluids, "gravity": self.gravity, "nodes": self.nodes,
+            "freedoms": self.freedoms, "grains": self.grains, "zones": self.zones, "materials": self.materials,
+            "bonds": self.bonds, "contacts": self.contacts, "clock": self.clock, "breaks": self.breaks,
+            "steady": self.steady, "heat": self.heat,
         }  # fmt: skip
 
     def shared(self, threads: int) -> Parts:
@@ -100,6 +102,7 @@ class State(PointReadings):
         self.new_weight = self.gravity.begin(stage.gravity, self.time_step)
         before = self.displacement_at_forces()
         self.boundaries.impose(stage.imposed, stage.pressures, stage.fixed, stage.tractions, stage.quiet, before)
+        self.fluids.begin(stage.fluids, before)
         self.heat.begin(stage.temperature)
         self.give_velocity(stage.initial_velocity)
 
@@ -121,6 +124,10 @@ class State(PointReadings):
         """Add velocities (r, n) to the freedoms, and to platens with them; the energy is recorded."""
         self.freedoms.change_velocity(rows, self.time_step)
         self.boundaries.platens.follow(self.boundaries.driven, rows)
+
+    def let_fluids_follow(self) -> None:
+        """Let fluids enter what has broken."""
+        self.fluids.follow(self.time - self.began, self.displacement_at_forces())
 
     # --- time --------------------------------------------------------------------------------------------------------
 
@@ -164,6 +171,11 @@ class State(PointReadings):
     def velocity(self) -> np.ndarray:
         """(i, 2) m/s."""
         return self.grains.node_velocity(self.freedoms, self.positions)
+
+    @property
+    def fluid_pressure(self) -> np.ndarray:
+        """(p,) Pa of the fluid on the faces of contact points; 0 where dry. Tractions are those beside it."""
+        return self.fluids.at_points(self.time - self.began)
 
     def zone_state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """At the last forces: stress (z, 3) Pa, xx, yy, xy in fixed axes, energy stored and dissipated (z,) J/m3."""

@@ -7,13 +7,14 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.boundary_conditions import Drive
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.steady import factorised, unknowns
 from grainlaw.engine.stepping import OverlapError, advance
 from grainlaw.integration import Integrator
-from grainlaw.stage import Drive, Stage
+from grainlaw.stage import Stage
 
 INCREMENTS, ITERATIONS = 10, 10  #: of the loads; at most in each of them
 BALANCED = 1e-6  #: largest unbalanced force over largest contact force

@@ -16,6 +16,7 @@ from grainlaw.engine.parts.bonds import BondArrays, bond_forces, gather_bond_for
 from grainlaw.engine.parts.contact_passes import DEEP, LEAVING, MOVED, contact_step, follow_nodes, gather_contact_forces
 from grainlaw.engine.parts.contact_table import ContactArrays
 from grainlaw.engine.parts.drives import DriveArrays, impose
+from grainlaw.engine.parts.fluids import FluidArrays, press_fluids
 from grainlaw.engine.parts.freedoms import FreedomArrays, NodeArrays, clear_forces, integrate
 from grainlaw.engine.parts.grains import GrainArrays, collect_forces, place_corners
 from grainlaw.engine.parts.gravity import GravityArrays, add_weight
@@ -38,6 +39,7 @@ class Parts(NamedTuple):
     pressures: PressureArrays
     tractions: TractionArrays
     quiet: QuietArrays
+    fluids: FluidArrays
     grains: GrainArrays
     gravity: GravityArrays
     platens: PlatenArrays
@@ -59,7 +61,7 @@ class Chunk(NamedTuple):
     steps: int
     first: int  #: number of the first, counted from the start of the run
     time_step: float  #: s
-    schedule: np.ndarray  #: (steps, columns) velocities, forces and pressures; temperatures before and at the step
+    schedule: np.ndarray  #: (steps, columns) velocities, forces, pressures; temperatures before and at the step
     integrator: int  #: address of its code
     parameters: int  #: address of its numbers
 
@@ -102,6 +104,7 @@ def _steps(thread, team, parts, chunk):
         leaving = bond_forces(bonds, nodes, chunk.first + step, thread)
         contact_step(contacts, chunk.time_step, thread)
         press(parts.pressures, nodes, schedule, thread)
+        press_fluids(parts.fluids, nodes, schedule, thread)
         if searching:
             tally[thread, LEAVING] = leaving
         barrier.wait(team.meeting, team.threads, team.pause)  # forces of all bonds, contacts and pressures

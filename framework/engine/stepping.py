@@ -33,7 +33,9 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int | Th
     times, done = state.next_times(steps), 0
     pace = state.steady.pace
     temperatures = state.heat.course(times, state.time, pace)
-    schedule = np.column_stack([state.boundaries.schedule(times - state.began, state.time_step, pace), temperatures])
+    begin, end = times - state.began - state.time_step, times - state.began
+    columns = [state.boundaries.schedule(begin, end, pace), *state.fluids.schedule(begin, end), temperatures]
+    schedule = np.column_stack(columns)
     loops = integrator.loops or any(group.compiled.loops for group in (*state.bonds.groups, *state.contacts.groups))
     while True:
         count, some = threads.turn(steps - done) if isinstance(threads, ThreadCount) else (threads, steps - done)

@@ -29,7 +29,8 @@ class Frame(metaclass=Checked):
     displacement: np.ndarray  #: (i, 2) m
     velocity: np.ndarray  #: (i, 2) m/s
     stress: np.ndarray  #: (g, 3) Pa, xx, yy, xy
-    bonds: dict[str, np.ndarray]  #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made
+    #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made, fluid_pressure where there is a fluid
+    bonds: dict[str, np.ndarray]
     contacts: dict[str, np.ndarray]  #: (k,) those that are closed, see :meth:`Contacts.closed`; empty without detection
     #: (z,) plastic_strain, temperature (°C), where a material has it
     zones: dict[str, np.ndarray] = attrs.field(factory=dict)
@@ -58,6 +59,8 @@ def take_frame(state: State) -> Frame:
     bonds = {name: np.array(getattr(state, name)) for name in names}
     bonds["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)
     bonds["damage"] = state.memory("damage")
+    if state.fluids.imposed:
+        bonds["fluid_pressure"] = state.fluid_pressure
     (bonds["lost_opening"], bonds["lost_slip"]), bonds["made"] = balance(state)
     closed = {} if state.contacts.detection is None else state.contacts.closed()
     plastic = any("plastic_strain" in group.memory for group in state.materials.groups)

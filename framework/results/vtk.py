@@ -70,10 +70,10 @@ class VtkSeries:
     their grain the mean stress (Pa, tensor XX, YY, ZZ, XY, YZ, XZ, and the principal ones in the plane, tension
     positive) and the rotation (rad); plastic strain and temperature (°C) where a material has them;
     displacement (m) and velocity (m/s) at nodes.
-    Cracks: each contact point with damage as a line along its half of the interface, with damage, mode (share of
-    shear), opening and slip (m), normal and shear
-    traction (Pa), energy lost in opening and in slip (J/m2), time of breaking (s, nan where not broken), the two grains
-    and whether it is inside of one. Contacts, where they are detected: contacts without a bond as lines along their
+    Cracks: each contact point with damage, or wet, as a line along its half of the interface, with damage, mode (share
+    of shear), opening and slip (m), normal and shear traction (Pa), the pressure of a fluid on its faces (Pa), energy
+    lost in opening and in slip (J/m2), time of breaking (s, nan where not broken), the two grains and whether it is
+    inside of one. Contacts, where they are detected: contacts without a bond as lines along their
     length, with mean opening (negative) and slip (m), normal and shear traction (Pa) and the two grains. Raises OSError
     where it cannot write.
     """
@@ -113,7 +113,7 @@ class VtkSeries:
     def _cracks(self, frame: Frame) -> meshio.Mesh:
         place = self.specimen.mesh.nodes + frame.displacement
         begin, end = contact_segments(place, self.interfaces).swapaxes(0, 1)
-        chosen = np.flatnonzero(frame.bonds["damage"] > 0)
+        chosen = np.flatnonzero((frame.bonds["damage"] > 0) | (frame.bonds.get("fluid_pressure", 0.0) > 0))
         if not len(chosen):  # some readers need a cell: one undamaged point as a line of length zero
             chosen, end = np.array([0]), begin
         count = len(chosen)

@@ -17,6 +17,7 @@ from grainlaw.results.files import file_name, writable_folder
 
 RUN, CHECKPOINT, FRAMES, LOCK = "run.json", "checkpoint.npz", "frames", ".grainlaw.lock"
 LAW_FILES = "law_files"  #: folder of the copies of a user's law files, with folders of their own
+MATERIAL_FILES = "material_files"  #: the same of materials
 GRAIN_FILES = "grain_files"  #: folder of the copy of the file that grains were read from
 
 #: what only a restart needs
@@ -24,7 +25,8 @@ FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
 #: what runs write to their folders, and --overwrite removes; the record last, for it says that this is a run
 WRITTEN = (
     *FOR_RESTART, "config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html",
-    "comparison.png", "cracks_*.png", f"{LAW_FILES}/**/*", LAW_FILES, f"{GRAIN_FILES}/*", GRAIN_FILES,
+    "comparison.png", "cracks_*.png", f"{LAW_FILES}/**/*", LAW_FILES, f"{MATERIAL_FILES}/**/*", MATERIAL_FILES,
+    f"{GRAIN_FILES}/*", GRAIN_FILES,
     *(f"{name}{end}" for name in ("grains", "cracks", "contacts") for end in (".pvd", "_*.vtu")), RUN,
 )  # fmt: skip
 

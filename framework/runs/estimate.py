@@ -11,13 +11,14 @@ import attrs
 import numpy as np
 import psutil
 
+from grainlaw.boundary_conditions import Drive
 from grainlaw.contact import Laws, memory_names
 from grainlaw.engine.stability import stiffness_matrix
 from grainlaw.engine.state import State
 from grainlaw.loading import Adaptive
 from grainlaw.runs.plausibility import lowest_frequency
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Stage
+from grainlaw.stage import Stage
 
 LONG = 3600.0  #: s from which a run is said to be long
 MOST = 0.8  #: of the free memory

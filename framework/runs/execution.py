@@ -10,13 +10,14 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import ENERGY, SPENT, SUPPLIED, THERMAL
+from grainlaw.columns import SPENT, SUPPLIED, THERMAL
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.condition import StageError
 from grainlaw.contact import Laws
 from grainlaw.engine.ageing import age_at_rest
 from grainlaw.engine.diagnosis import fastest, first_fault
-from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbalanced
+from grainlaw.engine.ledger import ROUNDING, energies, least_work
+from grainlaw.engine.parts.fluids import FLOW
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, advance
@@ -31,6 +32,7 @@ from grainlaw.runs.checkpoint import Checkpoint, Counters, Moment
 from grainlaw.runs.curve_table import CurveTable
 from grainlaw.runs.estimate import warn_of_cost
 from grainlaw.runs.loader import Loader
+from grainlaw.runs.row import row_of
 from grainlaw.runs.run_folder import RunFolder
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.stage import Stage
@@ -157,6 +159,7 @@ class Execution:
         """Do ``steps``; integrator and time step change at steps counted from the stage's start, not at samples."""
         state, at = self.state, self.at
         end, look = state.steps + steps, self.stability.look
+        flow = FLOW if stage.fluids else look
         while state.steps < end:
             self.stop.check()
             since = state.steps - at.first_step
@@ -165,6 +168,8 @@ class Execution:
                 state.boundaries.follow_rim(state.displacement_at_forces())
                 if since and self.stability.has_changed():
                     state.change_time_step(self._time_step(stage))
+            if since % flow == 0:
+                state.let_fluids_follow()
             burst = self.integrator.burst
             if burst and since >= at.next_adapt:
                 now = state.freedoms.motion()
@@ -179,7 +184,7 @@ class Execution:
                     state.start_from_rest(now.velocity)
                     continue
             pause = at.next_adapt - since if burst else look
-            self._steps(min(pause, look - since % look, self.most_steps, end - state.steps))
+            self._steps(min(pause, look - since % look, flow - since % flow, self.most_steps, end - state.steps))
 
     def _steps(self, steps: int) -> None:
         if self.compiled is None or self.compiled[0] is not self.integrator:
@@ -194,19 +199,8 @@ class Execution:
     def _record(self, energies: dict[str, float]) -> None:
         state = self.state
         state.note_breaks()
-        row = {"time": state.time, "step": state.steps, "stage": self.at.stage, **self.protocol.measure(state)}
-        row |= {
-            "loading_speed": state.steady.pace,
-            "temperature": state.heat.temperature,
-            "vibration": state.steady.vibration(),
-            "tensile_cracks": int(np.sum(state.broken_mode < 0.5)),
-            "shear_cracks": int(np.sum(state.broken_mode >= 0.5)),
-            "damaged": int(np.count_nonzero(state.memory("damage") > 0)),
-            "unbalanced": unbalanced(state),
-            "motion": motion(state, energies),
-        }
-        row |= {ENERGY + kind: value for kind, value in energies.items()}
-        self.columns.append(row)
+        own = {"stage": self.at.stage, **self.protocol.measure(state)}
+        self.columns.append({"time": state.time, "step": state.steps, **own, **row_of(state, energies)})
         state.new_sample()
 
     # --- checkpoints -------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, checked
+from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import DAMAGED, KINETIC, STAGE, STRESS, TIME, energy
 from grainlaw.condition import Condition, Curves, FailsTo, Reaches, StageError
 from grainlaw.contact import Laws
@@ -20,7 +21,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.runs.plausibility import scales
 from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Stage
+from grainlaw.stage import Stage
 
 PRESS, REST, CALM = 8, 15, 5  #: duration of these stages, over the time in which a wave passes the specimen
 HOLD = 1300  #: duration of holding, over the time in which a wave passes a grain

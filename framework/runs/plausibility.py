@@ -8,11 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from grainlaw.boundary_conditions import Drive
 from grainlaw.contact import ContactLaw, Laws
 from grainlaw.loading import Constant
 from grainlaw.parameter import UnitWarning
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Stage
+from grainlaw.stage import Stage
 
 CONTACTS = (1e-3, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
 OPENING = 0.1  #: of the grain size: the most that a contact usually opens before it breaks

@@ -12,6 +12,7 @@ from grainlaw.condition import StageError
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.ageing import check_ageing
+from grainlaw.engine.parts.boundaries import check_boundaries
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
@@ -82,6 +83,7 @@ def simulate(
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
     for stage in stages:
+        check_boundaries(specimen, stage.fluids)
         if stage.temperature is not None:
             specimen.check_temperature(f"Stage '{stage.name}': temperature", stage.temperature)
     warn_of_scales(specimen, law, stages)

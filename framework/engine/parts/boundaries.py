@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grainlaw.boundary_conditions import Drive, Hold, Pressure, Quiet, Traction
 from grainlaw.columns import ABSORBED
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
@@ -18,7 +19,6 @@ from grainlaw.engine.parts.quiet import QuietBoundaries
 from grainlaw.engine.parts.tractions import Tractions
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Hold, Pressure, Quiet, Traction
 from grainlaw.time_series import Imposed
 
 
@@ -100,18 +100,17 @@ class Boundaries(Part):
     def energy(self, time_step: float) -> dict[str, float]:
         return {"external": float(self.books.done[0]), ABSORBED: float(self.books.absorbed[0])}
 
-    def schedule(self, times: np.ndarray, time_step: float, pace: float) -> np.ndarray:
-        """(t, columns) of steps that end at times (s) of the stage: drives, a column of zeros, pressures, tractions.
+    def schedule(self, begin: np.ndarray, end: np.ndarray, pace: float) -> np.ndarray:
+        """(t, columns) of steps between times (s) of the stage: drives, a column of zeros, pressures, tractions.
 
         The speeds of the drives are multiplied by ``pace``. The zeros are for rotations and fixed grains.
         """
-        table = np.zeros((len(times), len(self.drives) + 1 + len(self.loads)))
-        begin = times - time_step
+        table = np.zeros((len(end), len(self.drives) + 1 + len(self.loads)))
         for column, drive in enumerate(self.drives):
             factor = self._mesh.boundary_lengths[drive.boundary] if isinstance(drive, Hold) else pace
-            table[:, column] = drive.course(begin, times) * factor
+            table[:, column] = drive.course(begin, end) * factor
         for column, load in enumerate(self.loads, len(self.drives) + 1):
-            table[:, column] = load.course(begin, times)
+            table[:, column] = load.course(begin, end)
         return table
 
     @property

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
 from grainlaw.engine.parts.grains import GrainArrays, Grains
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Hold
 
 
 class DeformableGrains(Grains):

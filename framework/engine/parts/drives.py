@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
-from grainlaw.stage import Drive, Hold
 
 
 class DriveArrays(NamedTuple):

@@ -11,11 +11,11 @@ import numpy as np
 from numba import njit
 from scipy.sparse import csr_matrix
 
+from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
 from grainlaw.engine.parts.part import Constant, Part, Scratch
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Hold
 
 
 class GrainArrays(NamedTuple):

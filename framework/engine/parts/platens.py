@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Hold
 
 
 class PlatenArrays(NamedTuple):

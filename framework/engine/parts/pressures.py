@@ -9,11 +9,11 @@ import numpy as np
 from numba import njit
 from scipy.spatial import cKDTree
 
+from grainlaw.boundary_conditions import Drive, Hold, Pressure
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.membrane import membrane
 from grainlaw.engine.parts.part import Changing, Part, Scratch, Split
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Hold, Pressure
 
 PARTED = 0.05  #: of the grain size: how far the rim may part, and nodes may move, until membranes are laid anew
 WIDE = 0.5  #: of the grain size: a membrane enters a gap that is wider

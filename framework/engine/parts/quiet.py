@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from grainlaw.boundary_conditions import Quiet
 from grainlaw.columns import ABSORBED
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Quiet
 
 
 class QuietArrays(NamedTuple):

@@ -8,13 +8,13 @@ import attrs
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
 from grainlaw.engine.parts.grains import GrainArrays, Grains
 from grainlaw.engine.parts.part import Split
 from grainlaw.engine.stability import rigid_map
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Drive, Hold
 
 
 class RigidGrains(Grains):

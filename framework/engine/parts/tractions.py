@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from grainlaw.boundary_conditions import Traction
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
 from grainlaw.mesh import Mesh
-from grainlaw.stage import Traction
 
 
 class TractionArrays(NamedTuple):

@@ -1,0 +1,194 @@
+"""Fluids: a pressure on the faces of broken contact points that a boundary feeds, and on that boundary itself.
+
+Index letters: ``c`` bond, ``p`` contact point, ``i`` node, ``f`` face: the half of a bond that belongs to a contact
+point, on either grain, or an edge of the rim.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from grainlaw.boundary_conditions import FluidPressure
+from grainlaw.compiler.cache import OPTIONS
+from grainlaw.engine.parts.bonds import Bonds
+from grainlaw.engine.parts.boundaries import check_boundaries
+from grainlaw.engine.parts.connection import Connection
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.specimen import Specimen
+
+AFTER = 2  #: columns of the schedule that come after those of fluids: temperatures
+DRY = 0
+FLOW = 50  #: steps after which a fluid enters what has broken: a wave crosses a few grains meanwhile
+
+
+class FluidArrays(NamedTuple):
+    """Faces (f) that a fluid may wet, in the order of their first nodes; none before the first fluid is imposed."""
+
+    column: Changing  #: (f,) of the pressure in the schedule, counted from its end; ``DRY`` without one
+    node: Constant  #: (2, f) ends of the edge, the grain on the left
+    edge_x: Constant  #: (f,) m, undeformed, from the first end to the second
+    edge_y: Constant
+    fraction: Constant  #: (f,) of the length of the edge that the face takes
+    weight: Constant  #: (f,) share of the second end in the motion where the force acts
+    force_x: Changing  #: (f,) N, of the last step
+    force_y: Changing
+    moved_x: Changing  #: (f,) m, displacement of where it acts at the last step
+    moved_y: Changing
+    work: Changing  #: (f,) J
+    share: Scratch
+
+
+class FluidBooks(NamedTuple):
+    """What only Python needs."""
+
+    fluid: Changing  #: (p,) number of the fluid of the present stage on the faces of each point, from 1; ``DRY``
+
+
+@njit(**OPTIONS)
+def press_fluids(fluids, nodes, schedule, thread):
+    """Add the forces of fluids on a thread's faces to its nodes, and their work by the trapezoidal rule, Eq. (11)."""
+    ux, uy, nodal_x, nodal_y = nodes.displacement[0], nodes.displacement[1], nodes.force[0], nodes.force[1]
+    first, second, edge_x, edge_y = fluids.node[0], fluids.node[1], fluids.edge_x, fluids.edge_y
+    px, py, moved_x, moved_y = fluids.force_x, fluids.force_y, fluids.moved_x, fluids.moved_y
+    for f in range(fluids.share[thread], fluids.share[thread + 1]):
+        column = fluids.column[f]
+        if column != DRY or px[f] != 0 or py[f] != 0:  # a face that has just dried has half a step of work to come
+            i, j, w = first[f], second[f], fluids.weight[f]
+            p = fluids.fraction[f] * schedule[schedule.shape[0] + column] if column != DRY else 0.0
+            force_x = -p * (edge_y[f] + uy[j] - uy[i])
+            force_y = p * (edge_x[f] + ux[j] - ux[i])
+            x, y = (1 - w) * ux[i] + w * ux[j], (1 - w) * uy[i] + w * uy[j]
+            fluids.work[f] += 0.5 * ((px[f] + force_x) * (x - moved_x[f]) + (py[f] + force_y) * (y - moved_y[f]))
+            px[f], py[f], moved_x[f], moved_y[f] = force_x, force_y, x, y
+            nodal_x[i] += (1 - w) * force_x
+            nodal_y[i] += (1 - w) * force_y
+            nodal_x[j] += w * force_x
+            nodal_y[j] += w * force_y
+
+
+class Fluids(Part):
+    """The fluids of the present stage, the faces that they wet, and the work of all since the run began."""
+
+    def __init__(self, specimen: Specimen, bonds: Bonds) -> None:
+        self._specimen, self._mesh, self._bonds = specimen, specimen.mesh, bonds
+        self.imposed: list[FluidPressure] = []
+        self._connection: Connection | None = None
+        self._pieces: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+        self._lay(none=True)
+        self.books = FluidBooks(np.zeros(2 * len(bonds), dtype=np.int64))
+
+    def _lay(self, none: bool) -> None:
+        """Make the faces that a fluid may wet, all dry, or none; the order of ``self._face`` is that of the arrays."""
+        mesh, (a1, a2, b1, b2) = self._mesh, self._bonds.ends.T
+        far, count = self._bonds.arrays.weight, len(self._bonds)
+        rim = np.concatenate([np.zeros((0, 2), dtype=np.int64), *mesh.boundary_edges.values()])
+        half, whole = np.full(2 * count, 0.5), np.ones(len(rim))
+        # On grain B the edge runs the other way: its second end is the first of the bond.
+        pieces = [
+            (np.tile([a1, a2], 2), half, np.concatenate([far, 1 - far])),
+            (np.tile([b2, b1], 2), half, np.concatenate([1 - far, far])),
+            (rim.T, whole, 0.5 * whole),
+        ]
+        node, fraction, weight = (np.concatenate(rows, axis=-1) for rows in zip(*pieces, strict=True))
+        self._face = np.zeros(0, dtype=np.int64) if none else np.argsort(node[0], kind="stable")
+        node = np.ascontiguousarray(node[:, self._face])
+        edge = (mesh.nodes[node[1]] - mesh.nodes[node[0]]).T
+        changing = {name: np.zeros(len(self._face)) for name in ("force_x", "force_y", "moved_x", "moved_y", "work")}
+        self.arrays = FluidArrays(
+            column=np.full(len(self._face), DRY), node=node, edge_x=edge[0].copy(), edge_y=edge[1].copy(),
+            fraction=fraction[self._face], weight=weight[self._face], **changing, share=np.zeros(2, dtype=np.int64),
+        )  # fmt: skip
+
+    def share(self, split: Split) -> np.ndarray:
+        return np.searchsorted(self.arrays.node[0], split.node)
+
+    def energy(self, time_step: float) -> dict[str, float]:
+        return {"external": float(self.arrays.work.sum())}
+
+    @property
+    def forces(self) -> np.ndarray:
+        """(f,) N on wet faces."""
+        wet = self.arrays.column != DRY
+        return np.hypot(self.arrays.force_x[wet], self.arrays.force_y[wet])
+
+    def restore(self, saved: dict[str, np.ndarray]) -> None:
+        self._pieces = None
+        if len(saved["column"]) != len(self.arrays.column):
+            self._lay(none=not len(saved["column"]))
+        super().restore(saved)
+
+    def begin(self, imposed: Sequence[FluidPressure], before: np.ndarray) -> None:
+        """Impose the fluids of another stage; ``before`` (2, i) m is the displacement at the last forces.
+
+        Raises :class:`ParameterError` for a boundary that the specimen does not have.
+        """
+        check_boundaries(self._specimen, imposed)
+        if imposed and not len(self.arrays.column):
+            self._lay(none=False)
+        self.imposed = list(imposed)
+        self._flow(0.0, before)
+
+    def follow(self, time: float, before: np.ndarray) -> None:
+        """Let fluids enter what has broken, at a time (s) since the stage began; ``before`` as in ``begin``."""
+        if self.imposed:
+            self._flow(time, before)
+
+    def schedule(self, begin: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
+        """Columns (t,) Pa of steps between times (s) since the stage began; ``AFTER`` columns come after them."""
+        return [one.course(begin, end) for one in self.imposed]
+
+    @property
+    def lasts(self) -> float:
+        """s since the stage began, until when pressures change."""
+        return max((one.lasts for one in self.imposed), default=0.0)
+
+    def at_points(self, time: float) -> np.ndarray:
+        """(p,) Pa on the faces of contact points, at a time (s) since the stage began; 0 where dry."""
+        return np.append(0.0, self._pressures(time))[self.books.fluid]
+
+    def _pressures(self, time: float) -> np.ndarray:
+        """(fluids,) Pa at a time (s) since the stage began."""
+        return np.array([one.at(time) for one in self.imposed])
+
+    def _flow(self, time: float, before: np.ndarray) -> None:
+        """Find which fluid wets which faces, and let the newly wet ones begin from where they are."""
+        fluid = self._reached(time)
+        self.books.fluid[:] = fluid
+        number = np.concatenate([fluid, fluid, self._on_rim()])[self._face]
+        column = np.where(number == DRY, DRY, number - 1 - len(self.imposed) - AFTER)
+        a = self.arrays
+        new = np.flatnonzero((a.column == DRY) & (column != DRY) & (a.force_x == 0) & (a.force_y == 0))
+        (i, j), w = a.node[:, new], a.weight[new]
+        a.moved_x[new], a.moved_y[new] = (1 - w) * before[:, i] + w * before[:, j]
+        a.column[:] = column
+
+    def _on_rim(self) -> np.ndarray:
+        """(e,) number of the fluid on each edge of the rim."""
+        on = {one.boundary: k for k, one in enumerate(self.imposed, 1) if not one.cracks_only}
+        edges = self._mesh.boundary_edges
+        return np.repeat([on.get(name, DRY) for name in edges], [len(each) for each in edges.values()]).astype(int)
+
+    def _reached(self, time: float) -> np.ndarray:
+        """(p,) number of the fluid on each broken contact point; the highest pressure fills a crack that joins two."""
+        fluid = np.zeros(2 * len(self._bonds), dtype=np.int64)
+        if not self.imposed:
+            return fluid
+        broken, points, corners = self._connected()
+        for k in np.argsort(self._pressures(time), kind="stable").tolist():
+            fed = np.isin(points, corners[self._mesh.boundaries[self.imposed[k].boundary]])
+            fluid[broken & fed] = k + 1
+        return fluid
+
+    def _connected(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Whether points (p,) are broken, and the connected pieces of points (p,) and of the corners at nodes (i,)."""
+        broken = self._bonds.memory("damage", np.zeros(2 * len(self._bonds))) >= 1
+        for group in self._bonds.groups:
+            broken[group.points(len(self._bonds))] |= ~group.resists_opening
+        if self._pieces is None or not np.array_equal(broken, self._pieces[0]):
+            self._connection = self._connection or Connection(self._mesh, self._bonds.ends)
+            self._pieces = broken, *self._connection.pieces(broken)
+        return self._pieces

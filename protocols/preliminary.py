@@ -1,0 +1,35 @@
+"""Stages that come before a test and do not count as a part of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grainlaw.columns import LATERAL_STRAIN, SHEAR_CRACKS, STAGE, STRAIN, TENSILE_CRACKS, VOLUMETRIC_STRAIN
+from grainlaw.condition import Curves
+from grainlaw.protocol import LoadingProtocol
+
+#: what a test counts from its own beginning
+OFFSET = (STRAIN, LATERAL_STRAIN, "strain_points", VOLUMETRIC_STRAIN, TENSILE_CRACKS, SHEAR_CRACKS)
+
+
+def samples_before(curves: Curves, stages: int) -> int:
+    """The number of samples in the first ``stages``."""
+    return int(np.searchsorted(curves[STAGE], stages))
+
+
+def after_stages(curves: Curves, stages: int) -> dict[str, np.ndarray]:
+    """Samples after the first ``stages``; strains, cracks and numbers of stages count from there."""
+    end = samples_before(curves, stages)
+    after = {name: values[end:] for name, values in curves.items()}
+    if end:
+        after |= {name: after[name] - curves[name][end - 1] for name in OFFSET if name in after}
+        after[STAGE] = after[STAGE] - stages
+    return after
+
+
+def counted_after(test: LoadingProtocol, curves: Curves, first: int, stages: int) -> Curves:
+    """What the conditions of a stage see whose first sample is ``first``, of a test that comes after ``stages``."""
+    end = samples_before(curves, stages)
+    if first < end:
+        return {name: values[first:] for name, values in curves.items()}
+    return test.counted(after_stages(curves, stages), first - end)

@@ -1,0 +1,118 @@
+"""Any test on a specimen in a fluid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+
+from grainlaw.boundary_conditions import Drive, FluidPressure, Hold, is_roller
+from grainlaw.columns import SATURATES, STAGE, WET
+from grainlaw.condition import AtRest, Curves
+from grainlaw.engine.state import State
+from grainlaw.messages import refusal
+from grainlaw.parameter import ParameterError, parameter, part
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols.platens import require_boundaries
+from grainlaw.protocols.preliminary import after_stages, counted_after
+from grainlaw.protocols.uniaxial_compression import UniaxialCompression
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Stage
+
+SATURATE = "saturate"  #: name of the stage before a test
+SAMPLES = 20  #: in its ramp
+MOST = 10_000  #: samples until the specimen rests in the fluid
+
+
+def _names(value: Any) -> Any:
+    return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, Sequence) else value
+
+
+def _are_names(test: Saturated, attribute: Any, value: Any) -> None:
+    if not isinstance(value, tuple) or not value or not all(isinstance(name, str) for name in value):
+        raise refusal("Saturated: boundaries", value, "a list of names of boundaries")
+    if len(set(value)) < len(value):
+        raise ParameterError(f"Saturated: boundaries = {value} is not allowed, each can be named once")
+
+
+@attrs.frozen(kw_only=True)
+class Saturated(LoadingProtocol):
+    """Another test on a specimen in a fluid, which fills the cracks that it reaches: :class:`~grainlaw.FluidPressure`.
+
+    The pressure rises together with the confinement, or the normal stress, of a test that begins with one, else before
+    the test, which goes on when the specimen rests, and counts strains and cracks from its own beginning. On boundaries
+    that the test moves, or presses by a membrane, the fluid is in the cracks behind them alone; others it presses.
+    """
+
+    test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())  #: what the specimen is put through
+    pressure: float = parameter("Pa")  #: of the fluid
+    #: names of those at which the fluid is
+    boundaries: tuple[str, ...] = attrs.field(default=("left", "right"), converter=_names, validator=_are_names)
+    ramp: float = parameter("s", default=2e-4)  #: time in which the pressure rises, if the test has none of its own
+
+    def __attrs_post_init__(self) -> None:
+        if isinstance(self.test, Saturated):
+            raise refusal("Saturated: test", self.test, "another test such as UniaxialCompression()")
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        require_boundaries(specimen, "Saturated", *self.boundaries)
+        stages = list(self.test.stages(specimen))
+        covered = {one.boundary for stage in stages for one in stage.pressures}
+        covered |= {one.boundary for stage in stages for one in stage.drives if not is_roller(one)}
+        first = stages.pop(0) if _loads(stages[0]) and any(map(_moves, stages)) else self._saturate(stages[0])
+        ramp = max((one.ramp for one in first.loads), default=0.0) or self.ramp
+        rising, steady = (
+            [
+                FluidPressure(boundary=name, pressure=self.pressure, ramp=time, cracks_only=name in covered)
+                for name in self.boundaries
+            ]
+            for time in (ramp, 0.0)
+        )
+        return [attrs.evolve(first, fluids=rising), *(attrs.evolve(stage, fluids=steady) for stage in stages)]
+
+    def _saturate(self, stage: Stage) -> Stage:
+        """A stage before ``stage`` in which its drives rest, or hold no force, until the specimen rests."""
+        return Stage(
+            name=SATURATE, drives=[_at_start(one) for one in stage.drives],
+            pressures=[attrs.evolve(one, pressure=one.at(0.0), ramp=0.0) for one in stage.pressures],
+            gravity=stage.gravity, fixed=stage.fixed, integrator=stage.integrator, static=True,
+            until=[AtRest(1e-4)], interval=self.ramp / SAMPLES, sample_limit=MOST,
+        )  # fmt: skip
+
+    def measure(self, state: State) -> dict[str, float]:
+        """As the test; ``wet``, the number of contact points that the fluid has reached; ``saturates`` before it."""
+        wet = int((state.fluid_pressure > 0).sum())
+        return {**self.test.measure(state), WET: wet, SATURATES: int(state.stage == SATURATE)}
+
+    def counted(self, curves: Curves, first: int) -> Curves:
+        """As the test; strains and cracks count from its beginning, as in its summary."""
+        return counted_after(self.test, curves, first, _stages_before(curves))
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Of the test, with the pressure of the fluid and the contact points that it has reached."""
+        found = {"fluid_pressure": self.pressure, "wet": int(curves[WET][-1])}
+        after = after_stages(curves, _stages_before(curves))
+        return {**found, **self.test.summary(after, specimen)} if len(after[STAGE]) else found
+
+
+def _stages_before(curves: Curves) -> int:
+    return int(curves[SATURATES][0])
+
+
+def _moves(stage: Stage) -> bool:
+    return any(isinstance(one, Drive) and one.speed for one in stage.drives)
+
+
+def _loads(stage: Stage) -> bool:
+    """Whether a stage brings stresses on a specimen and nothing else."""
+    ramps = [one.ramp for one in stage.loads]
+    return any(ramps) and not _moves(stage) and stage.temperature is None
+
+
+def _at_start(one: Drive | Hold) -> Drive | Hold:
+    if isinstance(one, Hold):
+        return attrs.evolve(one, stress=one.at(0.0), ramp=0.0)
+    if one.speed and not one.roller:
+        return Hold(boundary=one.boundary, axis=one.axis, stress=0.0)
+    return attrs.evolve(one, speed=0.0, start=0.0)
