@@ -31,7 +31,8 @@ def test_the_static_start_of_a_specimen_that_nothing_holds(excavated):
     first = int(np.argmax(excavated.curves["time"] > 0))
     assert excavated.curves["time"][first] > 5e-5  # the ramp has passed
     assert excavated.curves["step"][first] < 200
-    assert excavated.curves["energy_damping"][first] < 1e-6 * excavated.curves["energy_external"][first]
+    lost, supplied = (excavated.curves[f"energy_{kind}"][first] for kind in ("damping", "external"))
+    assert lost < 0.01 * supplied  # of a load that comes at once half is lost
     place, moved = PLATE.mesh.nodes, excavated.frames[0].displacement
     x, y = (place - place.mean(axis=0)).T
     shear = 5e6 / (ROCK.youngs_modulus / 2.5)  # of bonds that give nothing: u = shear y / 2, v = shear x / 2

@@ -193,10 +193,10 @@ TABLES = [
         page=PAGE,
         name="joint",
         columns=(
-            "$\\omega Z / 2 k_n$", "wave (bricks)", "$|T|$", "P wave", "S wave", "$|R|$", "P wave back", "S wave back",
+            "$\\omega Z / 2 k_n$", "wave (bricks)", "T", "P wave", "S wave", "R", "P wave back", "S wave back",
         ),
         rows={f"{ratio:g}": partial(joint_row, ratio) for ratio in (0.25, 0.5, 1.0, 2.0, 3.0)},
-        firm=("$|T|$", "P wave", "S wave", "$|R|$"),
+        firm=("T", "P wave", "S wave", "R"),
         checked=("1",),
     ),
     Table(
