@@ -138,7 +138,9 @@ def lying(grains: Tessellation) -> Tessellation:
 
     The lower left corner of the box round them stays. Boundaries of the names bottom, right, top and left, also with
     more after them, as in left_upper, take those of their new places. What the material says of directions, such as a
-    foliation angle, turns with the grains only if 90 degrees are added to it.
+    foliation angle, turns with the grains only if 90 degrees are added to it. A core pulled across its length::
+
+        grains = lying(Bricks(rows=4).tessellate(rectangle(0.02, 0.04)))
     """
     low, high = grains.region.bounds
 

@@ -35,7 +35,7 @@ from grainlaw.laws import Linear
 from grainlaw.mesh import build_mesh
 from grainlaw.tessellation import Tessellation, TilingError
 
-MAKERS = [together, block, moved, apart, wall, between_platens]
+MAKERS = [together, block, moved, lying, apart, wall, between_platens]
 
 
 def test_all_specimens_of_bodies_are_tried() -> None:
