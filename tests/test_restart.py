@@ -18,6 +18,7 @@ from grainlaw.protocols import (
     Cyclic,
     DirectShear,
     FreeMotion,
+    PlaneWave,
     Saturated,
     UniaxialCompression,
     UniaxialTension,
@@ -73,6 +74,10 @@ CASES = {
     "minerals": (several_minerals({0: small_sample().material, 1: SOFT}), PAIRS, PULL, {}),
     "random strength": (small_sample(), varied(small_sample()), PULL, {}),
     "a fluid": (small_sample(12), WEAK, Saturated(test=CRUSH, pressure=5 * MPa, boundaries=("left", "top")), {}),
+    "waves that leave": (
+        small_sample(12), WEAK,
+        PlaneWave(stress=[(0, 0), (5e-6, -60e6), (8e-6, 40e6)], quiet=("left", "right"), duration=2e-5, samples=20), {},
+    ),
     "jumps of time": (small_sample(12), AGEING, Creep(load=75 * MPa, duration=1.0, largest_growth=0.2), {}),
 }  # fmt: skip
 LONG = ("contacts after failure", "servo", "gravity, contacts, halts", "a closure that stiffens")

@@ -120,6 +120,25 @@ def test_speeds_of_the_rock_as_a_whole():
     assert back[300] == pytest.approx((1 - np.sqrt(0.5)) / (1 + np.sqrt(0.5)), rel=0.1)  # of the impedances
 
 
+@pytest.mark.parametrize("speed", [1.0, 1e5, 1e9])
+def test_dashpots_of_any_size_leave_the_stable_step_as_it_is(speed):
+    """With the whole stable step; a dashpot far too stiff holds the end, one far too soft frees it."""
+
+    @attrs.frozen(kw_only=True)
+    class Dashpots(PlaneWave):
+        def stages(self, specimen):
+            (stage,) = super().stages(specimen)
+            quiet = [gl.Quiet(boundary=side, p_speed=speed, s_speed=speed) for side in ("right", "top")]
+            whole = gl.CentralDifference(damping=gl.Undamped(), safety=1.0)
+            return [attrs.evolve(stage, quiet=quiet, integrator=whole)]
+
+    result = gl.simulate(small_sample(12), Linear(**STIFF), Dashpots(stress=bell(5e-6, -1e6), duration=4e-5), frames=1)
+    assert ledger_gap(result) < 1e-6
+    right = result.mesh.boundaries["right"]
+    moved = np.abs(result.frames[-1].displacement[right]).max() / np.abs(result.frames[-1].displacement).max()
+    assert moved < 1e-3 if speed == 1e9 else moved > 0
+
+
 @settings(deadline=None, max_examples=50)
 @given(
     angle=st.floats(0, 360), young=st.floats(1e9, 1e11), ratio=st.floats(0.2, 5.0), foliation=st.floats(0, 180),
