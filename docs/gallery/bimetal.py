@@ -18,12 +18,22 @@ from grainlaw.units import GPa, mm
 
 LENGTH, WIDTH, ROWS, HOT = 40 * mm, 4 * mm, 20, 120
 NU, ALPHA = 0.25, 8e-6
-left = Thermal(material=gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=NU, density=2700), expansion=ALPHA)
-right = Thermal(material=gl.Elastic(youngs_modulus=120 * GPa, poissons_ratio=NU, density=2700), expansion=2 * ALPHA)
+left = Thermal(
+    material=gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=NU, density=2700),
+    expansion=ALPHA,
+)
+right = Thermal(
+    material=gl.Elastic(youngs_modulus=120 * GPa, poissons_ratio=NU, density=2700),
+    expansion=2 * ALPHA,
+)
 
 y = np.linspace(0, LENGTH, ROWS + 1)
 sides = ((0.0, WIDTH / 2, "left"), (WIDTH / 2, WIDTH, "right"))
-cells = [[(a, y[k]), (b, y[k]), (b, y[k + 1]), (a, y[k + 1])] for a, b, _ in sides for k in range(ROWS)]
+cells = [
+    [(a, y[k]), (b, y[k]), (b, y[k + 1]), (a, y[k + 1])]
+    for a, b, _ in sides
+    for k in range(ROWS)
+]
 strip = from_polygons(cells, [name for _, _, name in sides for _ in range(ROWS)])
 specimen = gl.Specimen(strip, {"left": left, "right": right}, refinement=2)
 heating = Heating(to=HOT, samples=10, loading=gl.Constant(speed=2e7))
@@ -37,7 +47,11 @@ middle = result.mesh.nodes[result.mesh.zones].mean(axis=1)[:, 0] > WIDTH / 2
 
 figure = Figure(figsize=(3, 6), layout="constrained")
 axes = figure.subplots()
-axes.add_collection(PolyCollection(triangles, facecolor=np.where(middle, "#ee7733", "#0077bb"), edgecolor="w", lw=0.2))
+axes.add_collection(
+    PolyCollection(
+        triangles, facecolor=np.where(middle, "#ee7733", "#0077bb"), edgecolor="w", lw=0.2
+    )
+)
 axes.autoscale_view()
 axes.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
 figure
@@ -50,5 +64,7 @@ curvature = abs(2 * np.polyfit(nodes[line, 1], moved[line, 0], 2)[0])
 m, n = 1.0, 0.5  # equal thickness; half the modulus
 shape = 3 * (1 + m) ** 2 + (1 + m * n) * (m**2 + 1 / (m * n))
 theory = 6 * ALPHA * (1 + NU) * (HOT - 20) * (1 + m) ** 2 / (WIDTH * shape)
-print(f"curvature {curvature:.4f} 1/m, Timoshenko {theory:.4f} 1/m, {100 * (curvature / theory - 1):+.1f} %")
+print(
+    f"curvature {curvature:.4f} 1/m, Timoshenko {theory:.4f} 1/m, {100 * (curvature / theory - 1):+.1f} %"
+)
 assert abs(curvature / theory - 1) < 0.03

@@ -14,9 +14,16 @@ from grainlaw.protocols import Brazilian
 from grainlaw.units import GPa, MPa, mm
 
 grains = Voronoi(grains=120, seed=1).tessellate(disc(50 * mm, loaded=20))
-rock = gl.Specimen(grains, gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100))
+rock = gl.Specimen(
+    grains, gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
+)
 law = MohrCoulomb(
-    kn=1e15, ks=5e14, tensile_strength=10 * MPa, cohesion=40 * MPa, friction_angle=40, residual_friction_angle=20
+    kn=1e15,
+    ks=5e14,
+    tensile_strength=10 * MPa,
+    cohesion=40 * MPa,
+    friction_angle=40,
+    residual_friction_angle=20,
 )
 result = gl.simulate(rock, law, Brazilian(shape_factor=0.9644), frames=20)
 result
@@ -36,7 +43,13 @@ force, middle = curves["force"], curves["middle_across"]
 picture = Figure(figsize=(5.5, 4), layout="constrained")
 axes = picture.subplots()
 axes.plot(force / 1e3, middle / MPa, label="mean of the grains in the middle")
-axes.plot(force / 1e3, 0.9644 * 2 * force / (np.pi * 50 * mm) / MPa, "k--", lw=1, label="even disc")
+axes.plot(
+    force / 1e3,
+    0.9644 * 2 * force / (np.pi * 50 * mm) / MPa,
+    "k--",
+    lw=1,
+    label="even disc",
+)
 axes.set(xlabel="load (kN/m)", ylabel="tension across the loaded diameter (MPa)")
 axes.legend(frameon=False)
 picture
@@ -45,9 +58,15 @@ picture
 # **Check.** What holds for any grains: the mean stress of the whole disc along the load is load times height over area.
 bounds = grains.region.bounds
 everywhere = gl.within_rectangle(*bounds)
-frame = next(frame for frame in result.frames if np.interp(frame.time, curves["time"], force) > force.max() / 2)
+frame = next(
+    frame
+    for frame in result.frames
+    if np.interp(frame.time, curves["time"], force) > force.max() / 2
+)
 load = np.interp(frame.time, curves["time"], force)
 along = gl.mean_stress(result, everywhere, result.frames.index(frame))[1]
 expected = -load * np.ptp(bounds[:, 1]) / grains.areas.sum()
-print(f"mean stress along the load {along / MPa:.3f} MPa, from the load {expected / MPa:.3f} MPa")
+print(
+    f"mean stress along the load {along / MPa:.3f} MPa, from the load {expected / MPa:.3f} MPa"
+)
 assert abs(along / expected - 1) < 0.01

@@ -12,7 +12,9 @@ from grainlaw.protocols import UniaxialCompression
 from grainlaw.units import GPa, MPa, mm
 
 grains = Voronoi(grains=60, seed=1).tessellate(rectangle(20 * mm, 50 * mm))
-rock = gl.Specimen(grains, gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100))
+rock = gl.Specimen(
+    grains, gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
+)
 stiff = {"kn": 1.05e14, "ks": 9.45e13}
 strong = stiff | {
     "tensile_strength": 13 * MPa,
@@ -25,7 +27,9 @@ laws = {
     "Mohr-Coulomb": MohrCoulomb(**strong),
     "cohesive crack": CohesiveCrack(**strong, mode_i_energy=15, mode_ii_energy=30),
 }
-comparison = gl.compare(rock, laws, UniaxialCompression(maximum_strain=0.004, samples=300), frames=10)
+comparison = gl.compare(
+    rock, laws, UniaxialCompression(maximum_strain=0.004, samples=300), frames=10
+)
 comparison
 
 # %%
@@ -45,7 +49,9 @@ cracks
 static = gl.elastic_properties(rock, laws["linear"]).apparent_modulus
 for name in ("linear", "Mohr-Coulomb"):
     early = comparison[name].curves["strain"] < 3e-4
-    strain, stress = (comparison[name].curves[column][early] for column in ("strain", "stress"))
+    strain, stress = (
+        comparison[name].curves[column][early] for column in ("strain", "stress")
+    )
     modulus = (stress[-1] - stress[0]) / (strain[-1] - strain[0])
     print(f"{name:12} {modulus / GPa:.3f} GPa, static solution {static / GPa:.3f} GPa")
     assert abs(modulus / static - 1) < 0.005

@@ -26,7 +26,9 @@ print(gl.elastic_properties(voronoi, Linear(kn=1e14, ks=5e13)))
 # the grain, with :math:`E/(1-\nu^2)` in plane strain, and seven joints on the height.
 kn = np.logspace(13, 16, 13)
 found = {
-    name: np.array([gl.elastic_properties(each, Linear(kn=k, ks=k / 2)).apparent_modulus for k in kn])
+    name: np.array(
+        [gl.elastic_properties(each, Linear(kn=k, ks=k / 2)).apparent_modulus for k in kn]
+    )
     for name, each in (("bricks", bricks), ("Voronoi grains", voronoi))
 }
 closed = 1 / ((1 - 0.25**2) / (60 * GPa) + 7 / (kn * 40 * mm))

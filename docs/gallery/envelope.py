@@ -18,7 +18,12 @@ from grainlaw.units import GPa, MPa, mm
 
 rock = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
 law = MohrCoulomb(
-    kn=1.05e14, ks=9.45e13, tensile_strength=10 * MPa, cohesion=25 * MPa, friction_angle=35, residual_friction_angle=20
+    kn=1.05e14,
+    ks=9.45e13,
+    tensile_strength=10 * MPa,
+    cohesion=25 * MPa,
+    friction_angle=35,
+    residual_friction_angle=20,
 )
 
 
@@ -42,8 +47,13 @@ figure
 # **Check.** A joint of the same law, sheared alone, has the law's own line: cohesion and friction angle come back.
 joint = gl.Specimen(Bricks(rows=2).tessellate(rectangle(20 * mm, 8 * mm)), rock)
 pressure = np.array([2, 6, 10]) * MPa
-strength = [gl.simulate(joint, law, DirectShear(normal_stress=p), frames=1).summary["peak_stress"] for p in pressure]
+strength = [
+    gl.simulate(joint, law, DirectShear(normal_stress=p), frames=1).summary["peak_stress"]
+    for p in pressure
+]
 slope, cohesion = np.polyfit(pressure, strength, 1)
-print(f"friction angle {np.degrees(np.arctan(slope)):.2f} degrees, cohesion {cohesion / MPa:.2f} MPa")
+print(
+    f"friction angle {np.degrees(np.arctan(slope)):.2f} degrees, cohesion {cohesion / MPa:.2f} MPa"
+)
 assert abs(np.degrees(np.arctan(slope)) - 35) < 0.5
 assert abs(cohesion / (25 * MPa) - 1) < 0.01

@@ -16,7 +16,12 @@ from grainlaw.protocols import Creep
 from grainlaw.units import GPa, MPa, mm
 
 bond = MohrCoulomb(
-    kn=1.05e14, ks=9.45e13, tensile_strength=13 * MPa, cohesion=29 * MPa, friction_angle=40, residual_friction_angle=20
+    kn=1.05e14,
+    ks=9.45e13,
+    tensile_strength=13 * MPa,
+    cohesion=29 * MPa,
+    friction_angle=40,
+    residual_friction_angle=20,
 )
 RATE, EXPONENT = 1e-6, 20
 ageing = StaticFatigue(law=bond, rate=RATE, growth=CharlesGrowth(exponent=EXPONENT))
@@ -54,11 +59,19 @@ figure
 # A specimen under a constant stress. It strains in steps, each the failure of a group of bonds, which follow each other
 # ever faster.
 soft = CohesiveCrack(
-    kn=1.05e14, ks=9.45e13, tensile_strength=10 * MPa, cohesion=25 * MPa, friction_angle=25, residual_friction_angle=15,
-    mode_i_energy=30, mode_ii_energy=100,
-)  # fmt: skip
+    kn=1.05e14,
+    ks=9.45e13,
+    tensile_strength=10 * MPa,
+    cohesion=25 * MPa,
+    friction_angle=25,
+    residual_friction_angle=15,
+    mode_i_energy=30,
+    mode_ii_energy=100,
+)
 grains = Voronoi(grains=30, seed=1).tessellate(rectangle(20 * mm, 40 * mm))
-rock = gl.Specimen(grains, gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=2700))
+rock = gl.Specimen(
+    grains, gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=2700)
+)
 test = Creep(load=75 * MPa, duration=1e6, largest_growth=0.1)
 result = gl.simulate(rock, StaticFatigue(law=soft, rate=1.0), test, frames=5)
 creep = test.curve(result.curves)

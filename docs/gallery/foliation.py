@@ -14,7 +14,7 @@ from grainlaw.laws import Linear
 from grainlaw.materials import TransverselyIsotropic
 from grainlaw.units import GPa, mm
 
-E, ACROSS, NU, NU_ACROSS, SHEAR = 60 * GPa, 25 * GPa, 0.2, 0.15, 12 * GPa
+E, ACROSS, NU, NU_ACROSS, SHEAR = 60 * GPa, 25 * GPa, 0.2, 0.15, 7 * GPa
 grains = Voronoi(grains=60, seed=1).tessellate(rectangle(20 * mm, 40 * mm))
 stiff = Linear(kn=1e18, ks=1e18)  # bonds so stiff that the rock is its grains
 
@@ -22,9 +22,14 @@ stiff = Linear(kn=1e18, ks=1e18)  # bonds so stiff that the rock is its grains
 def modulus(angle):
     """Of a column loaded along y that may shear freely; ``angle`` is that of the foliation, in degrees from x."""
     schist = TransverselyIsotropic(
-        youngs_modulus=E, youngs_modulus_across=ACROSS, poissons_ratio=NU, poissons_ratio_across=NU_ACROSS,
-        shear_modulus_across=SHEAR, density=2700, foliation_angle=angle,
-    )  # fmt: skip
+        youngs_modulus=E,
+        youngs_modulus_across=ACROSS,
+        poissons_ratio=NU,
+        poissons_ratio_across=NU_ACROSS,
+        shear_modulus_across=SHEAR,
+        density=2700,
+        foliation_angle=angle,
+    )
     found = gl.elastic_properties(gl.Specimen(grains, schist), stiff)
     return 1 / np.linalg.inv(found.stiffness)[1, 1]
 
@@ -50,7 +55,10 @@ line = np.linspace(0, 90, 181)
 axes.plot(line, closed_form(line) / GPa, "k-", lw=1, label="closed form")
 axes.plot(angles, found / GPa, "o", label="all grains foliated at this angle")
 axes.axhline(random / GPa, ls="--", color="0.5", label="each grain at an angle of its own")
-axes.set(xlabel="angle of the foliation to the end faces (degrees)", ylabel="modulus along the axis (GPa)")
+axes.set(
+    xlabel="angle of the foliation to the end faces (degrees)",
+    ylabel="modulus along the axis (GPa)",
+)
 axes.legend(frameon=False)
 figure
 

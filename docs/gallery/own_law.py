@@ -30,14 +30,24 @@ class Hillerborg(gl.ContactLaw):
         widest = max(widest, opening, peak)
         damage = min((widest - peak) / (last - peak), 1.0)
         secant = self.strength * (1 - damage) / widest
-        return (secant if opening > 0 else self.kn) * opening, self.ks * slip, damage, widest
+        return (
+            (secant if opening > 0 else self.kn) * opening,
+            self.ks * slip,
+            damage,
+            widest,
+        )
 
 
 law = Hillerborg(kn=1.05e14, ks=9.45e13, strength=13 * MPa, energy=50)
 
 # %%
 # Pull it, let go in between, and pull until it has broken: the secant leads back to the origin.
-opening = np.concatenate([np.linspace(0, 3, 301), np.linspace(3, 0, 301), np.linspace(0, 10, 1001)]) * um
+opening = (
+    np.concatenate(
+        [np.linspace(0, 3, 301), np.linspace(3, 0, 301), np.linspace(0, 10, 1001)]
+    )
+    * um
+)
 pulled = gl.trace(law, opening, slip=0)
 curve = pulled.plot()
 curve
@@ -51,7 +61,9 @@ assert report.passed
 # %%
 # In a specimen. It is compiled once; other numbers need no second compilation.
 grains = Voronoi(grains=40, seed=1).tessellate(rectangle(20 * mm, 40 * mm))
-rock = gl.Specimen(grains, gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100))
+rock = gl.Specimen(
+    grains, gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
+)
 result = gl.simulate(rock, law, UniaxialTension(samples=300), frames=10)
 figure = result.plot()
 figure

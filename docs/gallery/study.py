@@ -15,9 +15,13 @@ from grainlaw.units import GPa, MPa, mm
 
 rock = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
 even = {
-    "kn": 1.05e14, "ks": 9.45e13, "tensile_strength": 13 * MPa, "cohesion": 29 * MPa, "friction_angle": 40,
+    "kn": 1.05e14,
+    "ks": 9.45e13,
+    "tensile_strength": 13 * MPa,
+    "cohesion": 29 * MPa,
+    "friction_angle": 40,
     "residual_friction_angle": 20,
-}  # fmt: skip
+}
 laws = {
     "Mohr-Coulomb": MohrCoulomb(**even),
     "cohesive crack": CohesiveCrack(**even, mode_i_energy=5, mode_ii_energy=10),
@@ -50,5 +54,7 @@ from scipy.stats import ttest_1samp
 strength = {law: table.where(law=law)["peak_stress"] for law in laws}
 change = strength["cohesive crack"] - strength["Mohr-Coulomb"]
 low, high = ttest_1samp(change, 0).confidence_interval()
-print(f"{change.mean() / MPa:.3f} MPa, 95 % between {low / MPa:.3f} and {high / MPa:.3f} MPa")
+print(
+    f"{change.mean() / MPa:.3f} MPa, 95 % between {low / MPa:.3f} and {high / MPa:.3f} MPa"
+)
 assert abs(difference[0].interval[0] / low - 1) < 1e-9

@@ -14,11 +14,19 @@ from grainlaw.protocols import UniaxialTension
 from grainlaw.units import GPa, MPa, mm
 
 grains = Voronoi(grains=60, seed=2).tessellate(rectangle(20 * mm, 40 * mm))
-rock = gl.Specimen(grains, gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100))
+rock = gl.Specimen(
+    grains, gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
+)
 law = CohesiveCrack(
-    kn=1.05e14, ks=9.45e13, tensile_strength=10 * MPa, cohesion=25 * MPa, friction_angle=40, residual_friction_angle=20,
-    mode_i_energy=20, mode_ii_energy=60,
-)  # fmt: skip
+    kn=1.05e14,
+    ks=9.45e13,
+    tensile_strength=10 * MPa,
+    cohesion=25 * MPa,
+    friction_angle=40,
+    residual_friction_angle=20,
+    mode_i_energy=20,
+    mode_ii_energy=60,
+)
 result = gl.simulate(rock, law, UniaxialTension(samples=400), frames=30)
 result
 
@@ -34,7 +42,9 @@ from matplotlib.figure import Figure
 moments = Figure(figsize=(9, 4.5), layout="constrained")
 at = np.linspace(0, len(result.frames) - 1, 5)[1:].astype(int)
 for axes, frame in zip(moments.subplots(1, 4), at, strict=True):
-    gl.plot_cracks(result, int(frame), title=f"{1e3 * result.frames[frame].time:.2f} ms", ax=axes)
+    gl.plot_cracks(
+        result, int(frame), title=f"{1e3 * result.frames[frame].time:.2f} ms", ax=axes
+    )
 moments
 
 # %%

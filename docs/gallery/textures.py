@@ -2,7 +2,7 @@
 Textures side by side
 =====================
 
-Grains of one size, of prescribed sizes and around a notch, minerals, grains that can break, and joints.
+Grains of one size, of prescribed sizes, finer at one place; minerals, grains that can break, and joints.
 """
 
 import numpy as np
@@ -19,28 +19,33 @@ from grainlaw.geometry import (
     Voronoi,
     VoronoiCells,
     rectangle,
-)  # fmt: skip
+)
 from grainlaw.units import mm
 
 region = rectangle(20 * mm, 40 * mm)
 even = Voronoi(grains=100, seed=1)
 sizes = Laguerre(grains=100, sizes=Lognormal(deviation=0.5), seed=1)
 fine = Graded(place=[(0, 20 * mm)], size=0.8 * mm, growth=0.25, largest=4 * mm)
-minerals = Minerals(even, {"quartz": 0.3, "feldspar": 0.6, "mica": 0.1}, clustering=1.3, seed=1)
-joints = {"bedding": [[(0, 12 * mm), (20 * mm, 18 * mm)]], "fault": [[(4 * mm, 0), (14 * mm, 40 * mm)]]}
+minerals = Minerals(
+    even, {"quartz": 0.3, "feldspar": 0.6, "mica": 0.1}, clustering=1.3, seed=1
+)
+coarse = Minerals(Voronoi(grains=40, seed=1), {"quartz": 0.4, "mica": 0.6}, seed=1)
+joints = {
+    "bedding": [[(0, 12 * mm), (20 * mm, 18 * mm)]],
+    "fault": [[(4 * mm, 0), (14 * mm, 40 * mm)]],
+}
 textures = {
     "hexagonal": Hexagonal(grains=100),
     "Voronoi": even,
     "prescribed sizes": sizes,
     "finer at one place": Laguerre(grain_size=fine, sizes=Lognormal(deviation=0.2), seed=1),
     "minerals": minerals,
-    "breakable, jointed": Jointed(Breakable(Minerals(Voronoi(grains=40, seed=1), {"quartz": 0.4, "mica": 0.6}, seed=1),
-                                            VoronoiCells(size=1.5 * mm)), joints),
-}  # fmt: skip
+    "breakable, jointed": Jointed(Breakable(coarse, VoronoiCells(size=1.5 * mm)), joints),
+}
 made = {name: each.tessellate(region) for name, each in textures.items()}
 
-figure = Figure(figsize=(11, 4.6), layout="constrained")
-for axes, (name, grains) in zip(figure.subplots(1, len(made)), made.items(), strict=True):
+figure = Figure(figsize=(9, 9), layout="constrained")
+for axes, (name, grains) in zip(figure.subplots(2, 3).flat, made.items(), strict=True):
     grains.plot(by="phase" if len(grains.phase_names) else "area", ax=axes)
     axes.set_title(f"{name}\n{grains.count} cells", fontsize=9)
 figure
@@ -52,5 +57,5 @@ print(fit)
 assert fit.largest_after < 0.02
 grains = made["minerals"]
 shares = np.bincount(grains.phase, grains.areas) / grains.areas.sum()
-print(dict(zip(grains.phase_names, shares.round(3), strict=True)))
+print(dict(zip(grains.phase_names, shares.round(3).tolist(), strict=True)))
 assert np.allclose(shares, [0.3, 0.6, 0.1], atol=2e-3)
