@@ -75,6 +75,7 @@ def setup(app):
 html_theme = "furo"
 html_title = f"grainlaw {release}"
 html_show_sphinx = False
+html_show_search_summary = False  # a browser reads no other page by itself where pages are files
 html_static_path = ["site/static"]
 html_css_files = ["pages.css"]
 html_theme_options = {"navigation_with_keys": True}
