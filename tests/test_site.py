@@ -11,6 +11,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from release.built_site import broken_links, from_the_network
 
 import grainlaw as gl
 from grainlaw import geometry, laws, materials, protocols
@@ -79,6 +80,17 @@ def test_pages_lead_to_examples_that_exist():
     }
     assert targets - {""} <= {file.name for file in GALLERY}
     assert "" in targets
+
+
+def test_dead_links_are_found(tmp_path):
+    (tmp_path / "a.html").write_text(
+        '<p id="here"><a href="b.html#there"> <a href="#here"> <img src="c.png">'
+    )
+    (tmp_path / "b.html").write_text('<a href="a.html?q=1#gone">x</a> <a href="https://e.org">x</a>')
+    assert broken_links(tmp_path) == [("a.html", "b.html#there"), ("a.html", "c.png"), ("b.html", "a.html?q=1#gone")]
+    assert from_the_network(tmp_path) == []
+    (tmp_path / "c.html").write_text('<script src="https://e.org/x.js"></script>')
+    assert from_the_network(tmp_path) == [("c.html", '<script src="http')]
 
 
 @pytest.mark.slow

@@ -34,7 +34,7 @@ def broken_links(folder):
     """Links of all pages to files and places that are not there, as (page, target); none into the network is asked."""
     broken = []
     for file in sorted(Path(folder).rglob("*.html")):
-        for target in page(file).targets:
+        for target in sorted(page(file).targets):
             if ":" in target.split("/")[0]:  # http:, mailto:, data:
                 continue
             path, _, place = unquote(target).partition("#")
