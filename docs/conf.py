@@ -65,6 +65,7 @@ def to_built_pages(app, name, source):
         text = (Path(__file__).parents[1] / ABOVE[name]).read_text("utf-8").replace("](docs/", "](")
     for page, file in ABOVE.items():
         text = re.sub(rf"\]\((?:\.\./)?{file}", f"]({page}.md", text)
+    text = text.replace("](reference/)", "](reference/index.rst)")
     source[0] = re.sub(r"\]\(gallery/(\w*)(?:\.py)?\)", lambda it: f"](auto_gallery/{it[1] or 'index'}.rst)", text)
 
 

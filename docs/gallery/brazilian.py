@@ -55,8 +55,8 @@ axes.legend(frameon=False)
 picture
 
 # %%
-# **Check.** What holds for any grains: the mean stress of the whole disc along the load is load times height over area. A
-# recorded load is the mean of its sample, so it belongs to the middle of the sample.
+# **Check.** What holds for any grains: the mean stress of the whole disc along the load is load times height over area.
+# A recorded load is the mean of its sample, so it belongs to the middle of the sample.
 bounds = grains.region.bounds
 time = curves["time"] - np.diff(curves["time"], prepend=0.0) / 2
 number, frame = next(

@@ -2,7 +2,7 @@
 Textures side by side
 =====================
 
-Grains of one size, of prescribed sizes, finer at one place; minerals, grains that can break, and joints.
+Grains of one size, of prescribed sizes, finer along one side; minerals, grains that can break, and joints.
 """
 
 import numpy as np
@@ -25,7 +25,7 @@ from grainlaw.units import mm
 region = rectangle(20 * mm, 40 * mm)
 even = Voronoi(grains=100, seed=1)
 sizes = Laguerre(grains=100, sizes=Lognormal(deviation=0.5), seed=1)
-fine = Graded(place=[(0, 20 * mm)], size=0.8 * mm, growth=0.25, largest=4 * mm)
+fine = Graded(place=[(0, 0), (0, 40 * mm)], size=1 * mm, growth=0.15, largest=4 * mm)
 minerals = Minerals(
     even, {"quartz": 0.3, "feldspar": 0.6, "mica": 0.1}, clustering=1.3, seed=1
 )
@@ -38,16 +38,28 @@ textures = {
     "hexagonal": Hexagonal(grains=100),
     "Voronoi": even,
     "prescribed sizes": sizes,
-    "finer at one place": Laguerre(grain_size=fine, sizes=Lognormal(deviation=0.2), seed=1),
+    "finer along one side": Laguerre(
+        grain_size=fine, sizes=Lognormal(deviation=0.2), seed=1
+    ),
     "minerals": minerals,
     "breakable, jointed": Jointed(Breakable(coarse, VoronoiCells(size=1.5 * mm)), joints),
 }
 made = {name: each.tessellate(region) for name, each in textures.items()}
 
 figure = Figure(figsize=(9, 9), layout="constrained")
-for axes, (name, grains) in zip(figure.subplots(2, 3).flat, made.items(), strict=True):
-    grains.plot(by="phase" if len(grains.phase_names) else "area", ax=axes)
+for panel, (name, grains) in zip(figure.subfigures(2, 3).flat, made.items(), strict=True):
+    axes = panel.subplots()
+    grains.plot(by="phase" if len(grains.phase_names) else "parent", ax=axes)
     axes.set_title(f"{name}\n{grains.count} cells", fontsize=9)
+    if legend := axes.get_legend():
+        words = [text.get_text() for text in legend.get_texts()]
+        place = {
+            "loc": "upper center",
+            "bbox_to_anchor": (0.5, -0.16),
+            "ncols": 2,
+            "fontsize": 7,
+        }
+        axes.legend(legend.legend_handles, words, **place)
 figure
 
 # %%

@@ -103,11 +103,22 @@ class MeasureIndex(Written):
         yield from table(("measure", "meaning", "unit", "source", "columns it needs"), rows, "22 34 8 18 18")
 
 
+class Made:
+    """Stands for a default that is made anew for each component."""
+
+    def __repr__(self):
+        return "..."
+
+
+def default_of(parameter):
+    return Made() if parameter.default is attrs.NOTHING else parameter.default
+
+
 def names_only(app, what, name, each, options, signature, result):
     """The arguments of a component without unit and bound, which the table below has."""
     if what == "class" and isinstance(each, Checked) and parameters_of(each):
         plain = inspect.signature(each)
-        parts = [p.replace(annotation=p.empty) for p in plain.parameters.values()]
+        parts = [p.replace(annotation=p.empty, default=default_of(p)) for p in plain.parameters.values()]
         return str(plain.replace(parameters=parts)), None
     return None
 
