@@ -28,8 +28,8 @@ law = MohrCoulomb(
 
 
 def case(confinement, seed):
-    grains = Voronoi(grains=100, seed=seed).tessellate(rectangle(20 * mm, 50 * mm))
-    test = BiaxialCompression(confinement=confinement, samples=100, maximum_strain=0.005)
+    grains = Voronoi(grains=80, seed=seed).tessellate(rectangle(20 * mm, 50 * mm))
+    test = BiaxialCompression(confinement=confinement, samples=100, maximum_strain=0.004)
     return gl.Run(gl.Specimen(grains, rock), law, test)
 
 
