@@ -83,9 +83,7 @@ def test_pages_lead_to_examples_that_exist():
 
 
 def test_dead_links_are_found(tmp_path):
-    (tmp_path / "a.html").write_text(
-        '<p id="here"><a href="b.html#there"> <a href="#here"> <img src="c.png">'
-    )
+    (tmp_path / "a.html").write_text('<p id="here"><a href="b.html#there"> <a href="#here"> <img src="c.png">')
     (tmp_path / "b.html").write_text('<a href="a.html?q=1#gone">x</a> <a href="https://e.org">x</a>')
     assert broken_links(tmp_path) == [("a.html", "b.html#there"), ("a.html", "c.png"), ("b.html", "a.html?q=1#gone")]
     assert from_the_network(tmp_path) == []
