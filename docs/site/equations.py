@@ -2,9 +2,13 @@
 
 import re
 import unicodedata
+from html import escape
 
 from docutils import nodes
-from docutils.utils.math import latex2mathml
+from docutils.utils.math import MathError, latex2mathml
+from sphinx.util import logging
+
+logger = logging.getLogger(__name__)
 
 TAG = re.compile(r"\\tag\{(\d+)\}")
 TEXTTT = re.compile(r"\\texttt\{([^}]*)\}")  #: docutils does not know this one
@@ -24,18 +28,28 @@ def mathml(text, block):
     text = TEXTTT.sub(lambda found: rf"\text{{{found[1].replace(chr(92), '')}}}", text)
     text = BOLD.sub(lambda found: bold(found[1]), text)
     text = ACCENT.sub(r"{\g<0>{}}", text)  # or its index is set below it
+    text = text.replace("°", r"{}^\circ")
     return latex2mathml.tex2mathml(text.strip(), as_block=block)
 
 
+def shown(node, block):
+    """An equation as MathML; as it is written, with a warning, where docutils cannot read it."""
+    try:
+        return mathml(node.astext(), block)
+    except MathError as error:
+        logger.warning("equation not understood: %s: %s", error, node.astext(), location=node)
+        return f"<code>{escape(node.astext())}</code>"
+
+
 def visit_math(translator, node):
-    translator.body.append(mathml(node.astext(), block=False))
+    translator.body.append(shown(node, block=False))
     raise nodes.SkipNode
 
 
 def visit_displaymath(translator, node):
     number = TAG.search(node.astext())
-    shown = f'<span class="number">({number[1]})</span>' if number else ""
-    translator.body.append(f'<div class="equation">{mathml(node.astext(), block=True)}{shown}</div>\n')
+    beside = f'<span class="number">({number[1]})</span>' if number else ""
+    translator.body.append(f'<div class="equation">{shown(node, block=True)}{beside}</div>\n')
     raise nodes.SkipNode
 
 
