@@ -60,7 +60,7 @@ class Tessellation(metaclass=Checked):
     "grains".
 
     A grain that can break is made of several polygons, its cells: those with one number of ``parent``. ``joints`` are
-    edges with a name of their own, by which a law is chosen (:func:`~grainlaw.contact.law_between`).
+    edges with a name of their own, by which a law is chosen.
 
     Arrays that do not fit each other raise :class:`TilingError`; :meth:`check` tells whether the polygons tile the
     regions.

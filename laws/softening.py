@@ -7,7 +7,7 @@ import itertools
 from abc import abstractmethod
 
 import attrs
-from scipy.integrate import quad
+import scipy
 
 from grainlaw.arguments import Checked
 from grainlaw.messages import refusal
@@ -30,7 +30,7 @@ class Softening(metaclass=Checked):
     @functools.cached_property
     def length(self) -> float:
         """L for which a branch as long as L G/f dissipates G: 1 over the integral of ``remaining``."""
-        return 1 / quad(self.remaining, 0, 1, epsabs=1e-14, epsrel=1e-14)[0]
+        return 1 / scipy.integrate.quad(self.remaining, 0, 1, epsabs=1e-14, epsrel=1e-14)[0]
 
 
 def _single(component: Softening, *names: str) -> None:

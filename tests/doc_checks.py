@@ -213,7 +213,15 @@ def check_calibration(page):
     assert Path("calibrated/calibration.json").exists()
 
 
+def check_coming_from(page):
+    assert page["grain"].youngs_modulus == pytest.approx(60e9)
+    assert page["grain"].poissons_ratio == pytest.approx(0.25)
+    assert page["pulled"].normal == pytest.approx([0, 5e6, 9e6, 0, 0])
+    assert len(page["result"].cracks)
+
+
 CHECKS = {
+    "docs/coming-from.md": check_coming_from,
     "docs/materials.md": check_materials, "docs/temperature.md": check_temperature,
     "docs/time.md": check_time, "docs/water.md": check_water,
     "docs/calibration.md": check_calibration,

@@ -8,7 +8,7 @@ from typing import Any
 
 import attrs
 import numpy as np
-from scipy.optimize import brentq, least_squares
+import scipy
 
 from grainlaw.contact import ContactLaw
 from grainlaw.material import Elastic, Material, Rigid
@@ -110,7 +110,7 @@ class Search:
                 f"from {RATIOS[0]:g} to {RATIOS[1]:g} give {low:.3f} to {high:.3f}; grains with another Poisson's "
                 "ratio give others"
             )
-        return math.exp(brentq(gap, *ends, xtol=1e-5))
+        return math.exp(scipy.optimize.brentq(gap, *ends, xtol=1e-5))
 
 
 def fit_stiffness(
@@ -169,7 +169,7 @@ def _normal_for(search: Search, modulus: float, normal: float, ratio: Callable[[
             f"calibrate: youngs_modulus = {modulus:g} Pa cannot be had with this ratio of the stiffnesses, it gives "
             f"{low:.4g} to {high:.4g} Pa"
         )
-    return math.exp(brentq(gap, *ends, xtol=1e-4))
+    return math.exp(scipy.optimize.brentq(gap, *ends, xtol=1e-4))
 
 
 def _both(search: Search, modulus: float, poisson: float, normal: float, ratio: float) -> tuple[float, float]:
@@ -186,7 +186,7 @@ def _both(search: Search, modulus: float, poisson: float, normal: float, ratio: 
 
     logs: Any = np.clip(start, low + 1e-6, high - 1e-6)
     for each in (first, search):
-        logs = least_squares(gaps(each), logs, bounds=(low, high), xtol=1e-6, ftol=1e-8, max_nfev=40).x
+        logs = scipy.optimize.least_squares(gaps(each), logs, bounds=(low, high), xtol=1e-6, ftol=1e-8, max_nfev=40).x
     search.count += first.count
     off = gaps(search)(logs)
     if abs(off[0]) > ACCURACY or abs(off[1]) > ACCURACY * max(abs(poisson), 0.1):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import attrs
 import numpy as np
-from scipy.stats import sobol_indices, uniform
+import scipy
 
 from grainlaw.calibration.emulator import in_one_thread
 from grainlaw.calibration.matching import Match
@@ -154,7 +154,7 @@ def sobol(match: Match, names: Sequence[str], seed: int) -> tuple[np.ndarray, np
     def quantities(places: np.ndarray) -> np.ndarray:
         return match.predicted(space.points(np.clip(places.T, 0, 1)), names)[0].T
 
-    ranges = [uniform(0, 1)] * len(space.free)
-    found = sobol_indices(func=quantities, n=INDEX_POINTS, dists=ranges, rng=np.random.default_rng(seed))
+    ranges = [scipy.stats.uniform(0, 1)] * len(space.free)
+    found = scipy.stats.sobol_indices(func=quantities, n=INDEX_POINTS, dists=ranges, rng=np.random.default_rng(seed))
     shape = len(names), len(space.free)
     return found.first_order.reshape(shape), found.total_order.reshape(shape)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
-from scipy.optimize import minimize
+import scipy
 
 from grainlaw.calibration.emulator import NEEDS, in_one_thread
 from grainlaw.calibration.matching import Match
@@ -81,5 +81,7 @@ def _polished(log_posterior: object, place: np.ndarray) -> np.ndarray:
         value = float(log_posterior(at[None])[0])  # type: ignore[operator]
         return -value if np.isfinite(value) else 1e30
 
-    found = minimize(cost, place, method="Nelder-Mead", options={"maxiter": 300, "xatol": 1e-4, "fatol": 1e-4})
+    found = scipy.optimize.minimize(
+        cost, place, method="Nelder-Mead", options={"maxiter": 300, "xatol": 1e-4, "fatol": 1e-4}
+    )
     return np.asarray(found.x if found.fun <= cost(place) else place)

@@ -9,7 +9,7 @@ from typing import Any
 
 import attrs
 import numpy as np
-from scipy.stats import qmc
+import scipy
 
 from grainlaw.arguments import Checked, is_number
 from grainlaw.contact import ContactLaw
@@ -123,7 +123,7 @@ class Space(metaclass=Checked):
 
     def prior(self, count: int, seed: int) -> np.ndarray:
         """(count, d) points of a scrambled Sobol sequence that the law takes. Raises :class:`ParameterError`."""
-        drawn = qmc.Sobol(len(self.free), rng=seed)
+        drawn = scipy.stats.qmc.Sobol(len(self.free), rng=seed)
         found: list[np.ndarray] = []
         have = asked = 0
         while have < count:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import click
 import numpy as np
-from scipy.integrate import quad
+import scipy
 
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.columns import STAGE
@@ -211,7 +211,7 @@ def _settled(curves: Curves) -> np.ndarray:
 
 def _integral(function: Callable[[float], float]) -> float:
     """Over [0, 1]."""
-    return float(quad(function, 0, 1, limit=200)[0])
+    return float(scipy.integrate.quad(function, 0, 1, limit=200)[0])
 
 
 def cells(rows: list[Row]) -> list[tuple[str, ...]]:

@@ -237,7 +237,11 @@ class Result(metaclass=Checked):
         incomplete: str = "",
         measures: Sequence[Measure] | None = None,
     ) -> None:
-        """Write the laboratory report as a page of HTML; see :func:`grainlaw.results.figures.report.write_report`."""
+        """Write the laboratory report as a page of HTML.
+
+        ``record`` says what was run, ``incomplete`` why the test did not end; ``measures`` are those of
+        :class:`Laboratory` unless given.
+        """
         from grainlaw.results.archive import law_name
         from grainlaw.results.figures.report import write_report
 

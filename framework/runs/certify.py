@@ -61,7 +61,7 @@ def slower(protocol: Any) -> LoadingProtocol:
 def certify(specimen: Specimen, law: Laws, protocol: LoadingProtocol, **options: Any) -> QuasiStaticLimit:
     """Do a test twice, the second time at half the speed, and say what its strength tends to.
 
-    ``options`` are those of :func:`~grainlaw.runs.parallel.simulate_all`. Raises what :func:`simulate` raises,
+    ``options`` are those of :func:`~grainlaw.compare`. Raises what :func:`simulate` raises,
     :class:`ParameterError` for a test without a loading or a strength.
     """
     runs = {"test": Run(specimen, law, protocol), "slower": Run(specimen, law, slower(protocol))}

@@ -120,7 +120,7 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         record: Mapping[str, Any] | None = None,
         measures: Sequence[Measure] | None = None,
     ) -> None:
-        """Write the laboratory report of all laws as a page of HTML; see :mod:`grainlaw.results.figures.report`."""
+        """Write the laboratory report of all laws as a page of HTML; the rest is as in :meth:`Result.write_report`."""
         from grainlaw.results.figures.report import write_report
 
         incomplete = "; ".join(f"{name}: {error}" for name, error in self.failed.items())
@@ -161,11 +161,10 @@ def compare(
 ) -> Comparison:
     """Put one specimen through one test under several laws, as many at a time as there are ``threads`` (all cores).
 
-    ``options`` are those of :func:`~grainlaw.runs.parallel.simulate_all`: ``threads``; ``observers``, which maps the
-    name of a law to the observers of its run; ``checkpoint``, a folder with one for each law, ``restart``,
-    ``overwrite``; and those of :func:`simulate`. The results do not depend on ``threads``. A law whose run fails does
-    not touch the others, see :class:`Comparison`; if all fail, the first error is raised. :class:`Stopped` has the
-    finished laws as its ``result``.
+    ``options`` are ``threads``; ``observers``, which maps the name of a law to the observers of its run;
+    ``checkpoint``, a folder with one for each law, ``restart``, ``overwrite``; and those of :func:`simulate`. The
+    results do not depend on ``threads``. A law whose run fails does not touch the others, see :class:`Comparison`; if
+    all fail, the first error is raised. :class:`Stopped` has the finished laws as its ``result``.
     """
     if not laws:
         raise ParameterError("compare: laws is empty, it must name at least one law")

@@ -52,7 +52,7 @@ class Run(metaclass=Checked):
         return {name: getattr(self, name) for name in names}
 
     def key(self, frames: int = 30) -> str:
-        """Hex SHA-256 of all that decides the result, see :func:`~grainlaw.runs.record.of_run`."""
+        """Hex SHA-256 of all that decides the result."""
         options = {**self.options, "frames": frames}
         return str(of_run(self.specimen, self.law, self.protocol, options)["key"])
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import attrs
 import numpy as np
-from scipy.stats import qmc
+import scipy
 
 from grainlaw.arguments import checked
 from grainlaw.messages import nearest, short
@@ -152,7 +152,12 @@ def latin_hypercube(count: int, *, seed: int = 0, **ranges: Any) -> list[dict[st
     ``latin_hypercube(50, strength=(5 * MPa, 20 * MPa), energy=(50, 300))``; the same seed gives the same points.
     (McKay, Beckman and Conover 1979, doi:10.1080/00401706.1979.10489755.) Raises ParameterError.
     """
-    return _points("latin_hypercube", count, seed, ranges, lambda d: qmc.LatinHypercube(d, rng=seed).random(count))
+
+    def drawn(dimension: int) -> np.ndarray:
+        found: np.ndarray = scipy.stats.qmc.LatinHypercube(dimension, rng=seed).random(count)
+        return found
+
+    return _points("latin_hypercube", count, seed, ranges, drawn)
 
 
 @checked
@@ -163,7 +168,7 @@ def sobol(count: int, *, seed: int = 0, **ranges: Any) -> list[dict[str, float]]
     """
 
     def points(dimension: int) -> np.ndarray:
-        drawn: np.ndarray = qmc.Sobol(dimension, rng=seed).random_base2(math.ceil(math.log2(count)))[:count]
+        drawn: np.ndarray = scipy.stats.qmc.Sobol(dimension, rng=seed).random_base2(math.ceil(math.log2(count)))[:count]
         return drawn
 
     return _points("sobol", count, seed, ranges, points)

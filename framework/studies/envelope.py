@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
-from scipy.stats import linregress, t
+import scipy
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.messages import short
@@ -141,9 +141,9 @@ def _pairs(name: str, confinement: Any, peak_stress: Any) -> tuple[np.ndarray, n
 
 def _line(x: np.ndarray, y: np.ndarray) -> _Line:
     """Slope and intercept of a regression line, and their scatter."""
-    line = linregress(x, y)
+    line = scipy.stats.linregress(x, y)
     freedom = len(x) - 2
-    quantile = float(t.ppf(0.5 + CONFIDENCE / 2, freedom)) if freedom > 0 else math.nan
+    quantile = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2, freedom)) if freedom > 0 else math.nan
     spread = _Spread(quantile, -float(x.mean()) * float(line.stderr) ** 2, float(line.rvalue) ** 2)
     slope, ucs = (
         _Coefficient(float(value), float(error), spread.interval(float(value), float(error)))
@@ -157,7 +157,7 @@ class StrengthEnvelope(metaclass=Checked):
     """Peaks over confinement, and the criteria fitted to all of them, from the table of a study.
 
     The confinement (Pa) is a factor of the study, and its tests have a ``peak_stress``. All cases that came to their
-    end count, whatever their other factors: choose them with :meth:`~grainlaw.studies.table.Table.where`. Raises
+    end count, whatever their other factors: choose them with :meth:`~grainlaw.Table.where`. Raises
     ParameterError for a table without these.
     """
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import attrs
 import numpy as np
-from scipy.stats import binomtest, t
+import scipy
 
 from grainlaw.arguments import Checked
 from grainlaw.messages import nearest
@@ -82,7 +82,7 @@ class Interaction(Spread):
 
 def quantile(count: int) -> float:
     """Of Student's distribution, for an interval of a mean of so many samples."""
-    return float(t.ppf(0.5 + CONFIDENCE / 2, count - 1)) if count > 1 else math.nan
+    return float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2, count - 1)) if count > 1 else math.nan
 
 
 def spread(samples: np.ndarray) -> dict[str, Any]:
@@ -105,8 +105,8 @@ def difference(
     found = spread(change)
     return Difference(
         **found, group=group, factor=factor, levels=levels, share=found["mean"] / first if first else math.nan,
-        higher=higher, p_value=float(binomtest(higher, higher + lower).pvalue) if higher + lower else math.nan,
-        unpaired=unpaired,
+        higher=higher, unpaired=unpaired,
+        p_value=float(scipy.stats.binomtest(higher, higher + lower).pvalue) if higher + lower else math.nan,
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import attrs
 import numpy as np
-from scipy.optimize import root
+import scipy
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.compiler.batch import compile_material
@@ -188,7 +188,7 @@ def kept(zone: Zone, state: tuple[float, ...], near: np.ndarray, stress: np.ndar
     for attempt in range(3):
         for _ in range((0, 20, 2000)[attempt]):
             values = values - elastic @ apart(values)
-        values = values if attempt == 2 else root(apart, values, tol=1e-12).x
+        values = values if attempt == 2 else scipy.optimize.root(apart, values, tol=1e-12).x
         if np.abs(apart(values)).max() < 1e-6:
             break
     else:

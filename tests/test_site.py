@@ -1,0 +1,105 @@
+"""What the site is made of: pages in its contents, every public name in its reference, examples that check a number.
+
+Sphinx itself is not asked here: `tests/release/new_user.py` and the continuous integration build the site.
+"""
+
+import ast
+import re
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from release.built_site import broken_links, from_the_network
+
+import grainlaw as gl
+from grainlaw import geometry, laws, materials, protocols
+
+DOCS = Path(__file__).parents[1] / "docs"
+GALLERY = sorted(DOCS.glob("gallery/*.py"))
+PACKAGES = (gl, laws, materials, geometry, protocols)
+
+
+def contents(file):
+    """Pages that a table of contents lists."""
+    text = file.read_text("utf-8")
+    blocks = re.findall(r"```\{toctree\}\n(.*?)```", text, re.S) + re.findall(r"\.\. toctree::\n((?:\s+.*\n)+)", text)
+    return [line.strip() for block in blocks for line in block.splitlines() if line.strip() and ":" not in line]
+
+
+def test_every_page_is_in_the_contents_once():
+    listed = contents(DOCS / "index.md")
+    pages = {file.stem for file in DOCS.glob("*.md")} - {"index"}
+    assert sorted(listed) == sorted([*pages, "auto_gallery/index", "reference/index"])
+    reference = {file.stem for file in DOCS.glob("reference/*.rst")} - {"index"}
+    assert sorted(contents(DOCS / "reference/index.rst")) == sorted(reference)
+
+
+def described():
+    """Names that the reference describes, by their package."""
+    for file in DOCS.glob("reference/*.rst"):
+        for package, names in re.findall(r"\.\. public:: (\S+)\n\n((?:   .+\n?)+)", file.read_text("utf-8")):
+            yield from (f"{package}.{name}" for name in names.split())
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.__name__)
+def test_every_public_name_is_in_the_reference_once(package):
+    times = Counter(described())
+    names = [f"{package.__name__}.{name}" for name in package.__all__]
+    assert {name: times[name] for name in names if times[name] != 1} == {}
+    mine = {name for name in times if name.rpartition(".")[0] == package.__name__}
+    assert mine <= set(names)
+
+
+def order():
+    """The examples in the order of the gallery."""
+    tree = ast.parse((DOCS / "site/gallery_figures.py").read_text("utf-8"))
+    return next(ast.literal_eval(node.value) for node in tree.body if isinstance(node, ast.Assign))
+
+
+def test_the_gallery_has_an_order():
+    assert sorted(order()) == [file.stem for file in GALLERY]
+    assert len(GALLERY) >= 10
+
+
+@pytest.mark.parametrize("file", GALLERY, ids=lambda file: file.stem)
+def test_an_example_has_a_title_and_checks_a_number(file):
+    text = file.read_text("utf-8")
+    title, rule = ast.get_docstring(ast.parse(text)).splitlines()[:2]
+    assert rule == "=" * len(title)
+    assert "# **Check" in text
+    assert "assert" in text.split("# **Check")[1]
+    assert re.search(r"^\w+$", text, re.M), "no cell ends with a value to show"
+
+
+def test_pages_lead_to_examples_that_exist():
+    """The site turns a link to a script into one to its page, which has the script's name."""
+    targets = {
+        target for file in DOCS.glob("*.md") for target in re.findall(r"\]\(gallery/(.*?)\)", file.read_text("utf-8"))
+    }
+    assert targets - {""} <= {file.name for file in GALLERY}
+    assert "" in targets
+
+
+def test_dead_links_are_found(tmp_path):
+    (tmp_path / "a.html").write_text('<p id="here"><a href="b.html#there"> <a href="#here"> <img src="c.png">')
+    (tmp_path / "b.html").write_text('<a href="a.html?q=1#gone">x</a> <a href="https://e.org">x</a>')
+    assert broken_links(tmp_path) == [("a.html", "b.html#there"), ("a.html", "c.png"), ("b.html", "a.html?q=1#gone")]
+    assert from_the_network(tmp_path) == []
+    (tmp_path / "c.html").write_text('<script src="https://e.org/x.js"></script>')
+    assert from_the_network(tmp_path) == [("c.html", '<script src="http')]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", GALLERY, ids=lambda file: file.stem)
+def test_an_example_runs(file, tmp_path):
+    subprocess.run([sys.executable, file], cwd=tmp_path, check=True, capture_output=True, text=True)
+
+
+@pytest.mark.slow
+def test_the_site_without_its_gallery(tmp_path):
+    pytest.importorskip("sphinx", reason="pip install grainlaw[docs]")
+    pytest.importorskip("sphinx_gallery", reason="pip install grainlaw[docs]")
+    options = ["-q", "-W", "-D", "plot_gallery=0", "-d", tmp_path / "trees"]
+    subprocess.run([sys.executable, "-m", "sphinx", *options, DOCS, tmp_path / "site"], check=True, capture_output=True)
