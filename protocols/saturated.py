@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import attrs
+import numpy as np
 
 from grainlaw.boundary_conditions import Drive, FluidPressure, Hold, is_roller
 from grainlaw.columns import SATURATES, STAGE, WET
@@ -22,6 +23,7 @@ from grainlaw.stage import Stage
 
 SATURATE = "saturate"  #: name of the stage before a test
 SAMPLES = 20  #: in its ramp
+ROUNDING = 1e-6  #: of the pressed length: less is no push
 MOST = 10_000  #: samples until the specimen rests in the fluid
 
 
@@ -69,6 +71,7 @@ class Saturated(LoadingProtocol):
             ]
             for time in (ramp, 0.0)
         )
+        _check_held(specimen, first, [name for name in self.boundaries if name not in covered])
         return [attrs.evolve(first, fluids=rising), *(attrs.evolve(stage, fluids=steady) for stage in stages)]
 
     def _saturate(self, stage: Stage) -> Stage:
@@ -94,6 +97,19 @@ class Saturated(LoadingProtocol):
         found = {"fluid_pressure": self.pressure, "wet": int(curves[WET][-1])}
         after = after_stages(curves, _stages_before(curves))
         return {**found, **self.test.summary(after, specimen)} if len(after[STAGE]) else found
+
+
+def _check_held(specimen: Specimen, stage: Stage, pressed: Sequence[str]) -> None:
+    """Raise ParameterError where the fluid pushes the whole specimen along an axis on which nothing holds it."""
+    mesh = specimen.mesh
+    for axis, name in enumerate("xy"):
+        sides = [np.diff(mesh.nodes[mesh.boundary_edges[one]], axis=1)[:, 0, 1 - axis] for one in pressed]
+        push, whole = (abs(sum(map(np.sum, sides))), sum(np.sum(np.abs(side)) for side in sides))
+        if push > ROUNDING * whole and not any(one.axis == axis for one in stage.drives):
+            raise ParameterError(
+                f"Saturated: boundaries: the fluid on {' and '.join(pressed)} pushes the specimen along {name}, where "
+                "the test holds nothing; name the boundary on the other side, too"
+            )
 
 
 def _stages_before(curves: Curves) -> int:

@@ -289,5 +289,7 @@ def test_bad_numbers_are_refused():
         Saturated(pressure=1e6, boundaries=())
     with pytest.raises(gl.ParameterError, match=r"Saturated: test = .* another test"):
         Saturated(test=Saturated(pressure=1e6), pressure=1e6)
+    with pytest.raises(gl.ParameterError, match=r"the fluid on left pushes the specimen along x, where"):
+        gl.simulate(small_sample(4), JOINT, Saturated(pressure=1e6, boundaries="left"))
     with pytest.raises(gl.ParameterError, match=r"Saturated: the specimen has no boundary named hole"):
         gl.simulate(two_bricks(), JOINT, Saturated(pressure=1e6, boundaries="hole"))

@@ -73,7 +73,7 @@ CASES = {
     "several stages": (small_sample(), WEAK, Cyclic(test=PULL, levels=(1e-4, 2e-4)), {}),
     "minerals": (several_minerals({0: small_sample().material, 1: SOFT}), PAIRS, PULL, {}),
     "random strength": (small_sample(), varied(small_sample()), PULL, {}),
-    "a fluid": (small_sample(12), WEAK, Saturated(test=CRUSH, pressure=5 * MPa, boundaries=("left", "top")), {}),
+    "a fluid": (small_sample(12), WEAK, Saturated(test=PULL, pressure=5 * MPa), {}),
     "waves that leave": (
         small_sample(12), WEAK,
         PlaneWave(stress=[(0, 0), (5e-6, -60e6), (8e-6, 40e6)], quiet=("left", "right"), duration=2e-5, samples=20), {},
