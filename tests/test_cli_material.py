@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 from command_line import SMALL, invoke
 from every_material import MOHR
-from support import STIFF, small_sample
+from support import ROCK, STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import read_file
 from grainlaw.laws import Linear
-from grainlaw.materials import ALBITE, QUARTZ, ConstantExpansion, MohrCoulombPlastic, TransverselyIsotropic
+from grainlaw.materials import ALBITE, QUARTZ, ConstantExpansion, MohrCoulombPlastic, Thermal, TransverselyIsotropic
+from grainlaw.protocols import Heating
 from grainlaw.results.frames import packed, take_frame, unpacked
-from grainlaw.results.vtk import VtkSeries
+from grainlaw.results.vtk import VtkSeries, VtkWriter
 
 SCHIST = """
 [sample]
@@ -74,6 +75,14 @@ def test_plastic_strain_is_in_frames_and_files(tmp_path):
     VtkSeries(tmp_path, state.specimen, state.bonds.ends).write(frame)
     found = meshio.read(tmp_path / "grains_0000.vtu").cell_data["plastic_strain"][0]
     assert np.array_equal(found, np.arange(len(state.mesh.zones)))
+
+
+def test_the_temperature_is_in_files(tmp_path):
+    warm = small_sample(4, material=Thermal(material=ROCK, expansion=8e-6))
+    heating = Heating(to=120, samples=10, loading=gl.Constant(speed=1e5))
+    gl.simulate(warm, Linear(**STIFF), heating, observers=[VtkWriter(tmp_path, count=2)])
+    last = meshio.read(sorted(tmp_path.glob("grains_*.vtu"))[-1])
+    assert np.all(last.cell_data["temperature"][0] == 120)
 
 
 def test_pictures_show_the_strength_in_compression():
