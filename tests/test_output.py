@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ET
+from types import SimpleNamespace
 
 import attrs
 import meshio
@@ -17,6 +18,7 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
+from grainlaw.results.frames import FrameClock
 from grainlaw.results.vtk import VtkWriter, turned
 
 
@@ -248,3 +250,24 @@ def test_frames_are_denser_while_cracks_grow():
     assert broken[-1] > 0.1 * points
     assert len(result.frames) > 5
     assert np.diff(broken[:-1]).max() < 0.1 * points
+
+
+def moments(count, stages, course):
+    """How many frames a clock takes on a course of (stage, progress, share of the points broken)."""
+    clock, taken = FrameClock(count), 0
+    for stage, progress, share in course:
+        state = SimpleNamespace(stages=stages, broken_time=np.where(np.arange(1000) < 1000 * share, 1.0, np.nan))
+        taken += clock.due(state, SimpleNamespace(name=stage), progress)
+    return taken
+
+
+def test_about_as_many_frames_are_taken_as_were_asked_for():
+    """However many stages a test has, and however much breaks."""
+    way = np.linspace(0, 1, 500)
+    assert moments(30, 1, [("all", p, 0) for p in way]) == pytest.approx(30, abs=1)
+    cycles = [(f"cycle {k}", p, 0) for k in range(10) for p in way]
+    assert moments(30, 10, cycles) == pytest.approx(40, abs=1)  # three each, and the end of each
+    crushed = [("all", p, 0.6 * p**4) for p in way]
+    assert 30 <= moments(30, 1, crushed) <= 45
+    at_once = [("all", 0.1 * p, 0.6 * p) for p in way]
+    assert 20 <= moments(30, 1, at_once) <= 40

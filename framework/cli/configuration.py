@@ -23,6 +23,8 @@ from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.specimen import Specimen
 
+CONFIG = "config.toml"  #: in the folder of a run
+
 
 @attrs.frozen(kw_only=True)
 class Numerics:

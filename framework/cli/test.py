@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import click
 
-from grainlaw.cli.configuration import Configuration, configured, template
+from grainlaw.cli.configuration import CONFIG, Configuration, configured, template
 from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.running import (
     Given,
@@ -31,6 +31,7 @@ from grainlaw.condition import StageError
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
 from grainlaw.naming import aligned, shown
+from grainlaw.results.certificate import marked
 from grainlaw.results.files import write_atomically
 from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
@@ -40,8 +41,6 @@ from grainlaw.runs.claim import MATERIAL_FILES, Claim
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import simulate
-
-CONFIG = "config.toml"
 
 
 @click.command(
@@ -56,7 +55,7 @@ of what was run and with what, and config.toml, which runs the same test again. 
 --restart. The exit code is 2 for what is refused before the test, 1 for a test that could not end; what it
 recorded is written all the same."""
 )
-@click.argument("name", metavar="NAME")
+@click.argument("name", metavar="NAME", shell_complete=lambda _, __, begun: [n for n in SETUPS if n.startswith(begun)])
 @model_options
 @folder_options
 @threads_option("Threads in the model.", default=None)
@@ -132,5 +131,5 @@ def _certified(name: str, result: Result, chosen: Configuration, claim: Claim) -
 
 
 def _table(summary: Mapping[str, Any]) -> str:
-    rows = [(shown(name).heading, shown(name).text(value)) for name, value in summary.items()]
+    rows = [(shown(name).heading, marked(name, [value], shown(name).text(value))) for name, value in summary.items()]
     return aligned(rows)

@@ -91,38 +91,46 @@ def unpacked(arrays: Mapping[str, np.ndarray]) -> Frame:
 
 
 _WHOLE = ("time", "displacement", "velocity", "stress")
+CRACKED = 0.02  #: share of the contact points that breaks between two frames at most, while there are few
 
 
 @attrs.define
 class FrameClock:
-    """Decides when a frame is taken: at every ``1 / count`` of the progress of a stage, and as cracks grow.
+    """Decides when a frame is taken: at equal steps of the progress of each stage, at its end, and as cracks grow.
 
-    Failure may happen within a small part of the progress, such as a strain; so a frame is also taken each time that
-    another 2 % of the contact points has broken.
+    The stages of a test share ``count`` equally. Failure may happen within a small part of the progress, such as a
+    strain; so a frame is also taken each time that another 2 % of the contact points has broken. Both steps double
+    whenever a stage has used up its share, so that about ``count`` are taken in all.
     """
 
     count: int = whole_number(default=30, at_least=1)
     _stage: str = ""
     _next: float = 0.0
     _broken: int = 0
+    _taken: int = 0  #: in the present stage
 
     def due(self, state: State, stage: Stage, progress: float) -> bool:
         """Whether a frame is taken at this sample."""
         if stage.name != self._stage:
-            self._stage, self._next = stage.name, 0.0
+            self._stage, self._next, self._taken = stage.name, 0.0, 0
+        share = max(1, round(self.count / state.stages))
+        longer = 2 ** (self._taken // share)
         broken = int(np.count_nonzero(~np.isnan(state.broken_time)))
-        if progress < self._next and 50 * (broken - self._broken) < len(state.broken_time):
+        if progress < min(self._next, 1.0) and broken - self._broken < CRACKED * longer * len(state.broken_time):
             return False
-        self._next, self._broken = float((np.floor(progress * self.count) + 1) / self.count), broken
+        step = longer / share
+        self._next, self._broken = float((np.floor(progress / step) + 1) * step), broken
+        self._taken += 1
         return True
 
     def save(self) -> dict[str, np.ndarray]:
         """Where it stands, as arrays by name."""
-        return {"clock": np.array([self._next, self._broken]), "stage": np.array(self._stage)}
+        return {"clock": np.array([self._next, self._broken, self._taken]), "stage": np.array(self._stage)}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """Go on from what :meth:`save` returned."""
-        self._next, self._broken, self._stage = float(saved["clock"][0]), int(saved["clock"][1]), str(saved["stage"])
+        self._next, self._stage = float(saved["clock"][0]), str(saved["stage"])
+        self._broken, self._taken = int(saved["clock"][1]), int(saved["clock"][2])
 
 
 @attrs.define

@@ -153,7 +153,7 @@ class VtkSeries:
 
 
 class VtkWriter(Observer):
-    """Writes about ``count`` frames of each stage, and more as cracks grow, to a folder while the run goes on.
+    """Writes about ``count`` frames, denser while cracks grow, to a folder while the run goes on.
 
     Where a file cannot be written, or less than ``RESERVE`` bytes are free, it warns (:class:`OutputWarning`) and
     writes no more: the run goes on.

@@ -14,6 +14,7 @@ from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.certificate import marked
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
@@ -86,7 +87,7 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         rows += [
             [
                 shown(n).heading,
-                *(shown(n).text(s.get(n)) for s in self.summary.values()),
+                *(marked(n, [s.get(n)], shown(n).text(s.get(n))) for s in self.summary.values()),
                 *("failed" for _ in self.failed),
             ]
             for n in TABLE

@@ -62,7 +62,7 @@ class Execution:
         self.state, self.law, self.protocol, self.stages = state, law, protocol, stages
         self.threads, self.factor, self.stop, self.folder = threads, factor, stop, folder
         self.recorder, self.observers = FrameRecorder(FrameClock(frames)), list(observers)
-        self.columns, self.at = CurveTable(), Counters()
+        self.columns, self.at, state.stages = CurveTable(), Counters(), len(stages)
         self.integrator: Integrator = stages[0].integrator
         self.before: Motion | None = None  #: the motion that the integrator has seen last
         self.compiled: tuple[Integrator, Compiled] | None = None  #: the integrator of the last steps

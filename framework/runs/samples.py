@@ -13,6 +13,7 @@ from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.certificate import marked
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.samples import mean_and_range, means
@@ -65,7 +66,10 @@ class SampleComparison(metaclass=Checked):
         rows = [["", *summaries, *absent]]
         for name in TABLE:
             look = shown(name)
-            cells = (mean_and_range(look, each, name) for each in summaries.values())
+            cells = (
+                marked(name, [one.get(name) for one in each], mean_and_range(look, each, name))
+                for each in summaries.values()
+            )
             rows.append([look.heading, *cells, *("failed" for _ in absent)])
         reasons = (f"\n{in_words(test)} failed: {error}" for test, error in self.failed.items())
         seeds = ", ".join(map(str, dict.fromkeys(seed for _, seed in (*self.results, *self.failed))))

@@ -60,7 +60,7 @@ def simulate(
     which is tried anew now and then. The result does not depend on them.
     ``integrator`` replaces the protocol's in all stages, so that integrators can be compared like laws.
     ``time_step_factor`` shortens the integrator's stable step; ``mass_scaling`` lengthens it by this factor by raising
-    the mass of the few nodes that govern it. ``frames`` is the number of moments kept for pictures and VTK.
+    the mass of the few nodes that govern it. About ``frames`` moments are kept for pictures and VTK.
 
     ``checkpoint`` is a folder in which curves, cracks, summary and a record are written while the run goes on, and
     every ``every`` seconds, at a signal to stop and at the end a checkpoint. With ``restart`` the run goes on from it,

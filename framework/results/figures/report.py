@@ -19,6 +19,7 @@ from grainlaw.columns import STRESS
 from grainlaw.contact import words_of
 from grainlaw.naming import Shown, shown
 from grainlaw.results.archive import READ, called
+from grainlaw.results.certificate import FAIL, LIMITS, fails
 from grainlaw.results.figures import html
 from grainlaw.results.figures.cracks import side_by_side
 from grainlaw.results.figures.report_figures import plot_report_curves
@@ -32,13 +33,6 @@ if TYPE_CHECKING:
     from grainlaw.results.measure import Measure
     from grainlaw.results.result import Result
 
-#: the most that a certificate may be, and what to do if it is more (docs/theory.md, Measures)
-LIMITS = {
-    "kinetic_ratio": (0.01, "the test was not quasi-static: load more slowly, with a lower rate or speed"),
-    "platen_imbalance": (0.02, "waves ran through the specimen: load more slowly, with a lower rate or speed"),
-    "energy_error": (0.005, "the time steps were too long: lower the time_step_factor"),
-    "energy_made": (1e-4, "intact contacts made energy: the law may flutter, and the strength depend on the damping"),
-}
 CRACKS = "Broken contacts on the deformed specimens at one scale: tensile thin and red, shear thick and blue"
 COST = ("steps", "time_step", "seconds", "mass_added")
 
@@ -158,19 +152,19 @@ def _properties(results: Mapping[str, Result]) -> str:
 def _certificate(results: Mapping[str, Result]) -> str:
     rows = []
     for name, (limit, _) in LIMITS.items():
-        cells = [_verdict(name, result.summary.get(name), limit) for result in results.values()]
+        cells = [_verdict(name, result.summary.get(name)) for result in results.values()]
         if any(cells):
             rows.append([shown(name).heading, _number(shown(name).text(limit)), *cells])
     return html.table(rows, ["", "at most", *results])
 
 
-def _verdict(name: str, value: float | None, limit: float) -> str:
+def _verdict(name: str, value: float | None) -> str:
     if value is None:
         return ""
     if math.isnan(value):
-        return html.Cell("cannot be computed FAIL", "fail")
-    passed = value <= limit
-    return html.Cell(f"{shown(name).text(value)} {'pass' if passed else 'FAIL'}", "pass" if passed else "fail")
+        return html.Cell(f"cannot be computed {FAIL}", "fail")
+    failed = fails(name, value)
+    return html.Cell(f"{shown(name).text(value)} {FAIL if failed else 'pass'}", "fail" if failed else "pass")
 
 
 def _measures(laboratories: Mapping[str, Laboratory]) -> Iterator[str]:
