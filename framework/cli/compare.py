@@ -30,13 +30,15 @@ from grainlaw.contact import Laws
 from grainlaw.declared import parameters_of
 from grainlaw.engine.thread_count import Threads
 from grainlaw.observation import Observer
-from grainlaw.results.files import write_atomically
+from grainlaw.results.files import file_name, write_atomically
+from grainlaw.results.paraview import write_script
+from grainlaw.results.result import Result
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.claim import Claim
 from grainlaw.runs.comparison import Comparison
 from grainlaw.runs.comparison import compare as compare_laws
 from grainlaw.runs.record import described, versions
-from grainlaw.runs.samples import SampleComparison, compare_samples, folder_name
+from grainlaw.runs.samples import SampleComparison, compare_samples, folder_name, in_words
 from grainlaw.specimen import Specimen
 
 COMPARED = "linear,mohr-coulomb,cohesive-crack"
@@ -65,9 +67,10 @@ def compare(
     """Compress samples of a rock to failure under several contact laws, and compare the laws: means and ranges.
 
     Writes report.html, comparison.png, cracks_LAW.png, summary.json, curves.csv and run.json, and for each run a folder
-    with its curves, cracks.csv, and grains.pvd and cracks.pvd for ParaView. The samples and the parameters are those
-    of a published study (docs/validation.md) if --config and --set, as of grainlaw test, give no others. Each law takes
-    those parameters of [law] that it has; its type does not count. A run that fails does not touch the others.
+    with its curves, cracks.csv, and grains.pvd and cracks.pvd for ParaView; show_in_paraview.py opens all of them
+    there. The samples and the parameters are those of a published study (docs/validation.md) if --config and --set, as
+    of grainlaw test, give no others. Each law takes those parameters of [law] that it has; its type does not count.
+    A run that fails does not touch the others.
     """
     if seed is not None and seeds is not None:
         raise click.UsageError("--seed and --seeds are not allowed together: give the seeds with commas between")
@@ -110,6 +113,7 @@ def compare(
         comparison.write_report(
             claim.path / "report.html", record={"sample": first.sections["sample"], "versions": versions()}
         )
+        write_script(claim.path, _rows(comparison))
         click.echo(comparison)
         tell_certificate(comparison.named if isinstance(comparison, SampleComparison) else comparison.results)
         finished(claim)
@@ -166,7 +170,7 @@ def _compared(
     with progress_bars() as progress:
 
         def watch(folder: str, label: str) -> list[Observer]:
-            return [ProgressBar(progress, label), VtkWriter(claim.path / folder, numerics.frames)]
+            return [ProgressBar(progress, label), VtkWriter(claim.path / folder, numerics.frames, zones=numerics.zones)]
 
         if len(specimens) == 1:
             (specimen,) = specimens.values()
@@ -175,3 +179,14 @@ def _compared(
             specimens, laws, chosen.protocol, observers=lambda run: watch(folder_name(run), f"{run[0]} {run[1]}"),
             **options,
         )  # fmt: skip
+
+
+def _rows(comparison: Comparison | SampleComparison) -> list[list[tuple[str, str, Result]]]:
+    """Names, folders and results of the runs: a column for each law, a row for each sample."""
+    if isinstance(comparison, Comparison):
+        return [[(law, file_name(law), result) for law, result in comparison.results.items()]]
+    found = comparison.results.items()
+    return [
+        [(in_words(run), file_name(folder_name(run)), result) for run, result in found if run[1] == seed]
+        for seed in dict.fromkeys(seed for _, seed in comparison.results)
+    ]

@@ -33,6 +33,7 @@ from grainlaw.engine.thread_count import Threads
 from grainlaw.naming import aligned, shown
 from grainlaw.results.certificate import marked
 from grainlaw.results.files import write_atomically
+from grainlaw.results.paraview import write_script
 from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
 from grainlaw.results.vtk import VtkWriter
@@ -50,10 +51,10 @@ NAME is one of {", ".join(SETUPS)}. Every parameter can be given: in a TOML file
 [law], [test] and [numerics], or one by one, as in --set law.cohesion="30 MPa" (docs/configuration.md). Others are
 those of a published study.
 
-Writes report.html, summary.json, curves.csv, cracks.csv, grains.pvd and cracks.pvd for ParaView, run.json, the record
-of what was run and with what, and config.toml, which runs the same test again. A test that is stopped goes on with
---restart. The exit code is 2 for what is refused before the test, 1 for a test that could not end; what it
-recorded is written all the same."""
+Writes report.html, summary.json, curves.csv, cracks.csv, grains.pvd and cracks.pvd for ParaView and
+show_in_paraview.py, which opens them there, run.json, the record of what was run and with what, and config.toml, which
+runs the same test again. A test that is stopped goes on with --restart. The exit code is 2 for what is refused before
+the test, 1 for a test that could not end; what it recorded is written all the same."""
 )
 @click.argument("name", metavar="NAME", shell_complete=lambda _, __, begun: [n for n in SETUPS if n.startswith(begun)])
 @model_options
@@ -94,6 +95,7 @@ def test(
         shown_too = {key: chosen.sections[key] for key in ("sample", "numerics")}
         record = {**shown_too, "versions": versions()}
         result.write_report(claim.path / "report.html", record=record, incomplete=reason)
+        write_script(claim.path, [[(name, "", result)]])
         click.echo(_table(result.summary))
         if certify and not reason:
             click.echo(f"\n{_certified(name, result, chosen, claim)}")
@@ -111,7 +113,7 @@ def _run(name: str, chosen: Configuration, claim: Claim) -> tuple[Result, str]:
             result = simulate(
                 chosen.specimen, chosen.law, chosen.protocol, threads=numerics.threads, frames=numerics.frames,
                 time_step_factor=numerics.time_step_factor, mass_scaling=numerics.mass_scaling, checkpoint=claim,
-                observers=[ProgressBar(progress, name), VtkWriter(claim.path, numerics.frames)],
+                observers=[ProgressBar(progress, name), VtkWriter(claim.path, numerics.frames, zones=numerics.zones)],
             )  # fmt: skip
         except (StageError, InstabilityError) as error:
             return error.result, str(error)

@@ -32,8 +32,9 @@ class Frame(metaclass=Checked):
     #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made, fluid_pressure where there is a fluid
     bonds: dict[str, np.ndarray]
     contacts: dict[str, np.ndarray]  #: (k,) those that are closed, see :meth:`Contacts.closed`; empty without detection
-    #: (z,) plastic_strain, temperature (°C), where a material has it
+    #: (z,) plastic_strain, temperature (°C), where a material has it; stress (z, 3) Pa xx, yy, xy, if it was asked for
     zones: dict[str, np.ndarray] = attrs.field(factory=dict)
+    stage: str = ""  #: of the test
 
     def to_pandas(self, kind: str = "bonds") -> pandas.DataFrame:
         """One of its tables, SI: "bonds" (a row for each contact point), "contacts", "zones", "grains" or "nodes".
@@ -53,8 +54,11 @@ class Frame(metaclass=Checked):
         return data_frame("Frame.to_pandas", tables[kind])
 
 
-def take_frame(state: State) -> Frame:
-    """Copy the present moment; energies lost and made (J/m2) are those of :mod:`~grainlaw.engine.dissipation`."""
+def take_frame(state: State, *, zones: bool = False) -> Frame:
+    """Copy the present moment, with ``zones`` also their stresses, where grains are not rigid.
+
+    Energies lost and made (J/m2) are those of :mod:`~grainlaw.engine.dissipation`.
+    """
     names = ("opening", "slip", "normal", "shear", "broken_time")
     bonds = {name: np.array(getattr(state, name)) for name in names}
     bonds["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)
@@ -64,16 +68,18 @@ def take_frame(state: State) -> Frame:
     (bonds["lost_opening"], bonds["lost_slip"]), bonds["made"] = balance(state)
     closed = {} if state.contacts.detection is None else state.contacts.closed()
     plastic = any("plastic_strain" in group.memory for group in state.materials.groups)
-    zones = {"plastic_strain": state.materials.memory("plastic_strain")} if plastic else {}
+    of_zones = {"plastic_strain": state.materials.memory("plastic_strain")} if plastic else {}
+    if zones and not state.specimen.is_rigid:
+        of_zones["stress"] = state.zone_state()[0].copy()
     if any(group.knows_temperature for group in state.materials.groups):
-        zones["temperature"] = np.full(len(state.mesh.zones), state.heat.temperature)
+        of_zones["temperature"] = np.full(len(state.mesh.zones), state.heat.temperature)
     moved, stress = (state.displacement.copy(), state.velocity.copy()), state.grain_stress()
-    return Frame(state.time, *moved, stress, bonds, closed, zones)
+    return Frame(state.time, *moved, stress, bonds, closed, of_zones, state.stage)
 
 
 def packed(frame: Frame) -> dict[str, np.ndarray]:
     """A frame as arrays by name, for a file; see :func:`unpacked`."""
-    arrays = {name: np.asarray(getattr(frame, name)) for name in _WHOLE}
+    arrays = {name: np.asarray(getattr(frame, name)) for name in (*_WHOLE, "stage")}
     for kind in ("bonds", "contacts", "zones"):
         arrays |= {f"{kind}/{name}": row for name, row in getattr(frame, kind).items()}
     return arrays
@@ -87,7 +93,8 @@ def unpacked(arrays: Mapping[str, np.ndarray]) -> Frame:
         if slash:
             rows[kind][rest] = row
     displacement, velocity, stress = (arrays[name] for name in _WHOLE[1:])
-    return Frame(float(arrays["time"]), displacement, velocity, stress, rows["bonds"], rows["contacts"], rows["zones"])
+    whole = float(arrays["time"]), displacement, velocity, stress
+    return Frame(*whole, rows["bonds"], rows["contacts"], rows["zones"], str(arrays.get("stage", "")))
 
 
 _WHOLE = ("time", "displacement", "velocity", "stress")
