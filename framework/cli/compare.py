@@ -16,6 +16,7 @@ from grainlaw.cli.running import (
     ProgressBar,
     finished,
     folder_options,
+    linked,
     portable_option,
     progress_bars,
     refusing,
@@ -110,10 +111,9 @@ def compare(
         comparison = _compared(specimens, compared, first, claim)
         made = {"seed": numbers[0]} if len(numbers) == 1 else {"seeds": numbers}
         comparison.write(claim.path, {**made, "parameters": parameters})
-        comparison.write_report(
-            claim.path / "report.html", record={"sample": first.sections["sample"], "versions": versions()}
-        )
         write_script(claim.path, _rows(comparison))
+        record = {"sample": first.sections["sample"], "versions": versions()}
+        comparison.write_report(claim.path / "report.html", record=record, files=linked(claim.path))
         click.echo(comparison)
         tell_certificate(comparison.named if isinstance(comparison, SampleComparison) else comparison.results)
         finished(claim)

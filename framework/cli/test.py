@@ -16,6 +16,7 @@ from grainlaw.cli.running import (
     ProgressBar,
     finished,
     folder_options,
+    linked,
     model_options,
     portable_option,
     progress_bars,
@@ -94,8 +95,8 @@ def test(
         result, reason = _run(name, chosen, claim)
         shown_too = {key: chosen.sections[key] for key in ("sample", "numerics")}
         record = {**shown_too, "versions": versions()}
-        result.write_report(claim.path / "report.html", record=record, incomplete=reason)
         write_script(claim.path, [[(name, "", result)]])
+        result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=linked(claim.path))
         click.echo(_table(result.summary))
         if certify and not reason:
             click.echo(f"\n{_certified(name, result, chosen, claim)}")

@@ -239,6 +239,7 @@ class Result(metaclass=Checked):
         record: Mapping[str, Any] | None = None,
         incomplete: str = "",
         measures: Sequence[Measure] | None = None,
+        files: Sequence[str] = (),
     ) -> None:
         """Write the laboratory report as a page of HTML.
 
@@ -249,7 +250,13 @@ class Result(metaclass=Checked):
         from grainlaw.results.figures.report import write_report
 
         write_report(
-            {law_name(self.law): self}, file, title=title, record=record, incomplete=incomplete, measures=measures
+            {law_name(self.law): self},
+            file,
+            title=title,
+            record=record,
+            incomplete=incomplete,
+            measures=measures,
+            files=files,
         )
 
     def show(self) -> None:

@@ -120,12 +120,15 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         title: str = "",
         record: Mapping[str, Any] | None = None,
         measures: Sequence[Measure] | None = None,
+        files: Sequence[str] = (),
     ) -> None:
         """Write the laboratory report of all laws as a page of HTML; the rest is as in :meth:`Result.write_report`."""
         from grainlaw.results.figures.report import write_report
 
         incomplete = "; ".join(f"{name}: {error}" for name, error in self.failed.items())
-        write_report(self.results, file, title=title, record=record, incomplete=incomplete, measures=measures)
+        write_report(
+            self.results, file, title=title, record=record, incomplete=incomplete, measures=measures, files=files
+        )
 
 
 def reasons(failed: Mapping[str, Exception]) -> dict[str, dict[str, str]]:

@@ -102,6 +102,7 @@ class SampleComparison(metaclass=Checked):
         title: str = "",
         record: Mapping[str, Any] | None = None,
         measures: Sequence[Measure] | None = None,
+        files: Sequence[str] = (),
     ) -> None:
         """Write means and ranges of all samples, and the laboratory report of the first, as a page of HTML."""
         from grainlaw.results.figures.report import write_report
@@ -110,7 +111,14 @@ class SampleComparison(metaclass=Checked):
         results = {law: each[first] for law, each in self.by_law.items() if first in each}
         incomplete = "; ".join(f"{in_words(test)}: {error}" for test, error in self.failed.items())
         write_report(
-            results, file, title=title, record=record, incomplete=incomplete, measures=measures, samples=self.by_law
+            results,
+            file,
+            title=title,
+            record=record,
+            incomplete=incomplete,
+            measures=measures,
+            samples=self.by_law,
+            files=files,
         )
 
 
