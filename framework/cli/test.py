@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,9 +32,12 @@ from grainlaw.condition import StageError
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
 from grainlaw.naming import aligned, shown
+from grainlaw.observation import Observer
 from grainlaw.results.certificate import marked
 from grainlaw.results.files import write_atomically
 from grainlaw.results.paraview import write_script
+from grainlaw.results.plot import require_bokeh, write_interactive
+from grainlaw.results.probe import Probe
 from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
 from grainlaw.results.vtk import VtkWriter
@@ -43,6 +46,8 @@ from grainlaw.runs.claim import MATERIAL_FILES, Claim
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import simulate
+
+FOLLOWED = 20  #: contact points that break first, whose paths an interactive page has
 
 
 @click.command(
@@ -63,11 +68,12 @@ the test, 1 for a test that could not end; what it recorded is written all the s
 @threads_option("Threads in the model.", default=None)
 @portable_option
 @click.option("--certify", is_flag=True, help="Test again at half the speed: what the strength tends to.")
+@click.option("--interactive", is_flag=True, help="Write interactive.html too, to click through (grainlaw[report]).")
 @click.option("--quick", is_flag=True, help="A small specimen.")
 @click.option("--template", "shows", is_flag=True, help="Print the configuration with all parameters; run nothing.")
 def test(
     *, name: str, given: Given, out: Path, restart: bool, overwrite: bool, threads: Threads | None, quick: bool,
-    certify: bool, shows: bool,
+    certify: bool, interactive: bool, shows: bool,
 ) -> None:  # fmt: skip
     options = {**given.options, ("numerics", "threads"): threads}
     with refusing():
@@ -78,6 +84,8 @@ def test(
         ask_first_questions(chosen.law)
         if certify:
             slower(chosen.protocol)
+        if interactive:
+            require_bokeh()
     about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG, "portable": is_portable()}}}
     with writing_to(out, restart, overwrite, about) as claim:
         law_there, files = copied(chosen.sections["law"]["type"], chosen.law_files, claim.path)
@@ -92,11 +100,14 @@ def test(
         heading = "".join(f"# {package} {number}\n" for package, number in versions().items())
         text = f"# grainlaw test {name} --config {CONFIG}\n{heading}\n{toml(sections)}"
         write_atomically(claim.path / CONFIG, lambda file: file.write_text(text, encoding="utf-8"))
-        result, reason = _run(name, chosen, claim)
+        probe = Probe(first=FOLLOWED) if interactive else None
+        result, reason = _run(name, chosen, claim, [] if probe is None else [probe])
         shown_too = {key: chosen.sections[key] for key in ("sample", "numerics")}
         record = {**shown_too, "versions": versions()}
         write_script(claim.path, [[(name, "", result)]])
         result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=linked(claim.path))
+        if interactive:
+            write_interactive(result, claim.path / "interactive.html", probe=probe)
         click.echo(_table(result.summary))
         if certify and not reason:
             click.echo(f"\n{_certified(name, result, chosen, claim)}")
@@ -106,15 +117,16 @@ def test(
         raise click.ClickException(reason)
 
 
-def _run(name: str, chosen: Configuration, claim: Claim) -> tuple[Result, str]:
+def _run(name: str, chosen: Configuration, claim: Claim, observers: Sequence[Observer]) -> tuple[Result, str]:
     """The result, and why the test could not end, if it could not."""
     numerics = chosen.numerics
+    writer = VtkWriter(claim.path, numerics.frames, zones=numerics.zones)
     with progress_bars() as progress:
         try:
             result = simulate(
                 chosen.specimen, chosen.law, chosen.protocol, threads=numerics.threads, frames=numerics.frames,
                 time_step_factor=numerics.time_step_factor, mass_scaling=numerics.mass_scaling, checkpoint=claim,
-                observers=[ProgressBar(progress, name), VtkWriter(claim.path, numerics.frames, zones=numerics.zones)],
+                observers=[ProgressBar(progress, name), writer, *observers],
             )  # fmt: skip
         except (StageError, InstabilityError) as error:
             return error.result, str(error)
