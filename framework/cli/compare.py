@@ -164,7 +164,7 @@ def _compared(
     """Each law on each sample; of one sample the runs have the names of their laws alone."""
     numerics = chosen.numerics
     options: dict[str, Any] = {
-        "threads": numerics.threads, "frames": numerics.frames, "checkpoint": claim,
+        "quiet": True, "threads": numerics.threads, "frames": numerics.frames, "checkpoint": claim,
         "time_step_factor": numerics.time_step_factor, "mass_scaling": numerics.mass_scaling,
     }  # fmt: skip
     with progress_bars() as progress:

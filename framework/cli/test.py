@@ -126,7 +126,7 @@ def _run(name: str, chosen: Configuration, claim: Claim, observers: Sequence[Obs
             result = simulate(
                 chosen.specimen, chosen.law, chosen.protocol, threads=numerics.threads, frames=numerics.frames,
                 time_step_factor=numerics.time_step_factor, mass_scaling=numerics.mass_scaling, checkpoint=claim,
-                observers=[ProgressBar(progress, name), writer, *observers],
+                observers=[ProgressBar(progress, name), writer, *observers], quiet=True,
             )  # fmt: skip
         except (StageError, InstabilityError) as error:
             return error.result, str(error)
@@ -140,6 +140,7 @@ def _certified(name: str, result: Result, chosen: Configuration, claim: Claim) -
         found = certify_result(
             result, chosen.law, threads=numerics.threads, time_step_factor=numerics.time_step_factor,
             mass_scaling=numerics.mass_scaling, observers=[ProgressBar(progress, f"{name}, half the speed")],
+            quiet=True,
         )  # fmt: skip
     write_json(claim.path / "certificate.json", attrs.asdict(found) | {"limit": found.limit, "error": found.error})
     return str(found)
