@@ -117,7 +117,11 @@ def test_the_documents_list_every_array(made):
     folder = made[1] / "zones"
     for name in ("grains", "cracks", "contacts"):
         read = last(folder, name)
-        assert {*read.cell_data, *read.point_data} == listed[name] - {"plastic_strain", "temperature"}, name
+        assert {*read.cell_data, *read.point_data} == listed[name] - {
+            "plastic_strain",
+            "temperature",
+            "fluid_pressure",
+        }, name
 
 
 def moments(count, stages, course):
