@@ -36,7 +36,7 @@ from grainlaw.results.fragments import Fragments, fragments
 from grainlaw.results.frames import Frame, FrameRecorder
 from grainlaw.results.laboratory import Laboratory, mean_stress
 from grainlaw.results.measure import Measure
-from grainlaw.results.plot import plot_cracks, plot_curves, side_by_side
+from grainlaw.results.plot import plot_cracks, plot_curves, side_by_side, write_interactive
 from grainlaw.results.probe import ContactPath, Probe
 from grainlaw.results.result import Cracks, Result
 from grainlaw.results.standard_measures import MEASURES
@@ -203,6 +203,7 @@ __all__ = [
     "within_circle",
     "within_polygon",
     "within_rectangle",
+    "write_interactive",
 ]
 
 __version__ = "0.1.0"

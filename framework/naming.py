@@ -12,6 +12,8 @@ import attrs
 
 from grainlaw.columns import AGED, AGED_LOSS, ENERGY, JUMPS
 
+THREE = "three digits"  #: in place of a form of Python
+
 
 @attrs.frozen
 class Shown:
@@ -26,13 +28,25 @@ class Shown:
     def heading(self) -> str:
         return f"{self.words} ({self.unit})" if self.unit else self.words
 
+    @property
+    def brief(self) -> Shown:
+        """The same with three digits, as in reports."""
+        return attrs.evolve(self, form=THREE)
+
     def text(self, value: Any) -> str:
         """A value in SI, or several, as digits in the unit shown; a dash for what does not exist."""
         if isinstance(value, (list, tuple)):
             return ", ".join(map(self.text, value)) or "-"
         if value is None or (isinstance(value, Real) and math.isnan(value)):
             return "-"
-        return f"{value * self.factor:{self.form}}" if isinstance(value, Real) else str(value)
+        if not isinstance(value, Real):
+            return str(value)
+        return three_digits(value * self.factor) if self.form == THREE else f"{value * self.factor:{self.form}}"
+
+
+def three_digits(value: Any) -> str:
+    """Three digits that count, and whole numbers of more digits in full."""
+    return f"{value:.0f}" if 1000 <= abs(value) < 1e9 else f"{value:.3g}"
 
 
 NAMED = {

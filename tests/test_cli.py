@@ -6,7 +6,10 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from command_line import invoke
+
+from grainlaw.cli import main
 
 SMALL = ["compare", "--quick", "--grains", "20", "--max-strain", "0.0005", "--threads", "1"]
 
@@ -17,6 +20,16 @@ def test_help_names_every_option():
     for option in ("grains", "seeds", "seed", "laws", "speed", "max-strain", "out", "threads", "quick"):
         assert f"--{option} " in shown
     assert "linear,mohr-coulomb,cohesive-crack" in "".join(shown.split())
+
+
+def test_the_shell_completes_commands_and_tests(monkeypatch):
+    """As click's line in the documents does."""
+    for begun, found in (("grainlaw comp", "plain,compare"), ("grainlaw test brazil", "plain,brazilian")):
+        monkeypatch.setenv("COMP_WORDS", begun)
+        monkeypatch.setenv("COMP_CWORD", str(begun.count(" ")))
+        monkeypatch.setenv("_GRAINLAW_COMPLETE", "bash_complete")
+        shown = CliRunner().invoke(main, prog_name="grainlaw")
+        assert shown.output.splitlines() == [found]
 
 
 def test_version():
@@ -50,8 +63,7 @@ def test_the_summary_records_what_the_run_was_made_with(done):
     assert record["made_with"]["versions"]["grainlaw"] == version("grainlaw")
     assert {"python", "numpy", "numba"} <= set(record["made_with"]["versions"])
     parameters = content["parameters"]
-    assert parameters["tessellator"]["type"] == "Voronoi"
-    assert (parameters["tessellator"]["grains"], parameters["tessellator"]["seed"]) == (20, 3)
+    assert (parameters["sample"]["tessellator"], parameters["sample"]["grains"]) == ("voronoi", 20)
     assert parameters["material"]["youngs_modulus"] == 60e9
     assert parameters["protocol"]["maximum_strain"] == 0.0005
     assert parameters["laws"]["cohesive-crack"]["mode_i_energy"] == 150

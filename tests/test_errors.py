@@ -4,9 +4,9 @@ import math
 import warnings
 
 import attrs
-import meshio
 import numpy as np
 import pytest
+import pyvista
 from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
@@ -200,8 +200,8 @@ def test_what_was_written_before_an_instability_stays_readable(tmp_path):
     files = sorted(tmp_path.glob("grains_*.vtu"))
     assert len(files) > 3
     for file in files:
-        mesh = meshio.read(file)
-        assert np.isfinite(mesh.cell_data["stress"][0]).all()
+        mesh = pyvista.read(file)
+        assert np.isfinite(mesh.cell_data["stress"]).all()
     caught.value.result.write_vtk(tmp_path / "again")
     assert (tmp_path / "again" / "grains.pvd").exists()
 

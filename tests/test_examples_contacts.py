@@ -4,9 +4,9 @@ import re
 import sys
 from functools import partial
 
-import meshio
 import numpy as np
 import pytest
+import pyvista
 from bodies import GRAVITY, RIGID, SOFT, box
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -191,7 +191,7 @@ def main(example, monkeypatch, tmp_path):
         assert set(series) == {"grains", "contacts", *(["cracks"] if len(result.interfaces) else [])}
         for kind, files in series.items():
             assert len(files) == len(result.frames), kind
-            assert meshio.read(files[-1]).cells[0].data.size > 0
+            assert pyvista.read(files[-1]).n_cells > 0
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
         return study, runs
 

@@ -14,14 +14,14 @@ from support import ROCK, STIFF, STRONG, small_sample
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
-from grainlaw.naming import shown
+from grainlaw.naming import shown, three_digits
 from grainlaw.protocols import DirectShear, UniaxialCompression
 from grainlaw.results.figures.report import LIMITS, write_report
 from grainlaw.units import mm
 
 LAW = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300, closure=BandisClosure(maximum_closure=5e-6))
 SHORT = UniaxialCompression(loading=gl.Constant(speed=0.2), maximum_strain=0.0005, samples=20)
-EMPTY = {"img", "meta"}
+EMPTY = {"img", "meta", "input"}
 
 
 class Page(HTMLParser):
@@ -82,7 +82,7 @@ def test_the_page_stands_alone(page):
         assert content[:8] == b"\x89PNG\r\n\x1a\n"
         width, height = struct.unpack(">II", content[16:24])
         assert min(width, height) > 200
-    assert len(page.images) == 3
+    assert len(page.images) == 2  # curves, and the specimen; nothing has broken
 
 
 def test_titles_and_records_are_text_not_tags(page):
@@ -93,9 +93,9 @@ def test_titles_and_records_are_text_not_tags(page):
 
 
 def test_properties_have_units(page, result):
-    assert page.rows["peak stress (MPa)"] == [[f"{result.summary['peak_stress'] / 1e6:.2f}"]]
-    assert page.rows["strain at peak (%)"] == [[f"{result.summary['peak_strain'] * 100:.4f}"]]
-    assert page.rows["E (GPa)"] == [[f"{result.summary['modulus'] / 1e9:.2f}"]]
+    assert page.rows["peak stress (MPa)"] == [[f"> {result.summary['peak_stress'] / 1e6:.3g}"]]  # it had not failed
+    assert page.rows["strain at peak (%)"] == [[f"> {result.summary['peak_strain'] * 100:.3g}"]]
+    assert page.rows["E (GPa)"] == [[f"{result.summary['modulus'] / 1e9:.3g}"]]
     named = {shown(name).heading for name in result.summary}
     assert named <= set(page.rows)
 
@@ -111,10 +111,67 @@ def test_parameters_have_units_and_parts_their_own(page):
 
 def test_laboratory_measures_that_exist_have_units_and_sources(page, result):
     modulus = result.laboratory.properties["secant_modulus"]
-    assert page.rows["E up to 50 % of the peak, secant (GPa)"] == [[f"{modulus / 1e9:.4g}", "ISRM (1979, 1999)"]]
+    assert page.rows["E_s50, secant up to 50 % of the peak (GPa)"] == [[f"{modulus / 1e9:.3g}", "ISRM (1979, 1999)"]]
     assert page.rows["fragments"] == [["1", ""]]
     assert len(result.cracks) == 0
     assert not [row for row in page.rows if row.startswith(("CI,", "CD,", "b-value"))]
+
+
+@pytest.fixture(scope="module")
+def broken():
+    """A peak, cracks, and a way after it."""
+    return gl.simulate(small_sample(20), MohrCoulomb(**STRONG), attrs.evolve(SHORT, maximum_strain=0.01, samples=100))
+
+
+def test_rounding_is_no_energy_and_has_no_row_of_digits(tmp_path):
+    result = gl.simulate(small_sample(20), Linear(**STIFF), SHORT)
+    result.write_report(tmp_path / "report.html")
+    page = Page(tmp_path / "report.html")
+    for row in ("energy lost by contacts in opening (J/m)", "energy lost by contacts that have not broken (J/m)"):
+        assert page.rows[row] == [["0", ""]]
+    assert "nothing to draw of cracks" in page.text
+    assert 0 < np.abs(result.laboratory.energy_lost).max() < 1e-9  # what the rows would have shown
+    assert all(axes.get_ylim()[0] == 0 for axes in result.laboratory.plot().axes[1:6:4])
+
+
+def test_a_peak_that_was_passed_is_no_bound(broken, tmp_path):
+    broken.write_report(tmp_path / "report.html")
+    page = Page(tmp_path / "report.html")
+    assert page.rows["peak stress (MPa)"] == [[f"{broken.summary['peak_stress'] / 1e6:.3g}"]]
+    assert len(page.images) == 3
+    ratio = broken.laboratory.properties["crack_initiation_count"] / broken.summary["peak_stress"]
+    assert 0 < ratio <= 1
+    assert page.rows["CI/UCS, 1 % of the cracks at the peak"][0][0] == f"{ratio:.3g}"
+
+
+def test_curves_are_readable_before_the_peak(result):
+    """Where lateral strains grow a hundredfold after the peak, the axis fits those before."""
+    from grainlaw.results.figures.report_figures import plot_report_curves
+
+    strain = np.linspace(0, 0.01, 101)
+    stress = np.where(strain <= 0.005, strain, 0.005 - 0.5 * (strain - 0.005)) * 50e9
+    lateral = np.where(strain <= 0.005, 0.3 * strain, 0.0015 + 20 * (strain - 0.005))
+    curves = {name: np.zeros(101) for name in result.curves} | {
+        "strain": strain, "stress": stress, "lateral_strain": lateral, "volumetric_strain": lateral - strain,
+    }  # fmt: skip
+    panel = plot_report_curves({"law": attrs.evolve(result, curves=curves)}).axes[1]
+    low, high = panel.get_ylim()
+    assert low <= -0.35
+    assert 0.15 <= high <= 0.6  # % ; the largest is 10
+    assert "10.2 %" in panel.get_title()
+    assert not plot_report_curves({"law": result}).axes[1].get_title()
+
+
+def test_files_beside_the_page_are_linked(result, tmp_path):
+    result.write_report(tmp_path / "report.html", files=["curves.csv", "a law/grains <1>.pvd"])
+    page = Page(tmp_path / "report.html")
+    assert re.findall(r'href="([^"]*)"', page.source) == ["curves.csv", "a%20law/grains%20%3C1%3E.pvd"]
+    assert "a law/grains <1>.pvd" in page.text
+
+
+def test_three_digits():
+    texts = [three_digits(value) for value in (0.054321, 55.31, 166.2, 15083, 8.599e-8, 0, -1234.6, 2.5e12)]
+    assert texts == ["0.0543", "55.3", "166", "15083", "8.6e-08", "0", "-1235", "2.5e+12"]
 
 
 def test_a_test_that_ends_before_failure_says_so(page):
@@ -153,7 +210,7 @@ def test_laws_stand_side_by_side(tmp_path):
     comparison = gl.compare(small_sample(), {"stiff": Linear(**STIFF), "Mohr & Coulomb": MohrCoulomb(**STRONG)}, SHORT)
     comparison.write_report(tmp_path / "report.html")
     page = Page(tmp_path / "report.html")
-    peaks = [f"{r.summary['peak_stress'] / 1e6:.2f}" for r in comparison.values()]
+    peaks = [f"> {r.summary['peak_stress'] / 1e6:.3g}" for r in comparison.values()]
     assert page.rows["peak stress (MPa)"] == [peaks]
     assert "Mohr & Coulomb (MohrCoulomb)" in page.text
     assert page.rows["kn"] == [["105 TPa/m"]] * 2

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
+from grainlaw.cli.components import refuse_unknown
+from grainlaw.cli.configuration import CONFIG, Configuration, configured
+from grainlaw.cli.law_copy import copied_grains
 from grainlaw.cli.lists import seeds_of
 from grainlaw.cli.running import (
     ProgressBar,
     finished,
     folder_options,
+    linked,
     portable_option,
     progress_bars,
     refusing,
@@ -19,25 +24,27 @@ from grainlaw.cli.running import (
     threads_option,
     writing_to,
 )
-from grainlaw.cli.table1 import QUICK, ROCK, SAMPLE, law_named
+from grainlaw.cli.sections import Sections, gathered, toml
+from grainlaw.cli.table1 import LAWS, QUICK, SAMPLE, law_named
 from grainlaw.compiler.cache import is_portable
-from grainlaw.contact import ContactLaw
+from grainlaw.contact import Laws
+from grainlaw.declared import parameters_of
 from grainlaw.engine.thread_count import Threads
-from grainlaw.geometry import Voronoi, rectangle
-from grainlaw.loading import Adaptive, Constant
 from grainlaw.observation import Observer
-from grainlaw.protocols import UniaxialCompression
+from grainlaw.results.files import file_name, write_atomically
+from grainlaw.results.paraview import write_script
+from grainlaw.results.result import Result
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.claim import Claim
 from grainlaw.runs.comparison import Comparison
 from grainlaw.runs.comparison import compare as compare_laws
 from grainlaw.runs.record import described, versions
-from grainlaw.runs.samples import SampleComparison, compare_samples, folder_name
+from grainlaw.runs.samples import SampleComparison, compare_samples, folder_name, in_words
 from grainlaw.specimen import Specimen
-from grainlaw.unit_text import written
 
 COMPARED = "linear,mohr-coulomb,cohesive-crack"
 SEEDS = "1,2,3"  #: of one rock; three samples differ by up to a quarter of the mean
+TEST = "uniaxial-compression"
 
 
 @click.command()
@@ -46,53 +53,67 @@ SEEDS = "1,2,3"  #: of one rock; three samples differ by up to a quarter of the 
 @click.option("--seed", type=int, help="One seed: one sample.")
 @click.option("--laws", default=COMPARED, show_default=True, help="Contact laws, separated by commas.")
 @click.option("--speed", type=float, help="Constant platen speed in m/s.  [default: as fast as is accurate]")
-@click.option("--max-strain", type=float, default=0.01, show_default=True, help="Axial strain at which to end.")
+@click.option("--max-strain", type=float, help="Axial strain at which to end.  [default: 0.01]")
+@click.option("--config", type=click.Path(path_type=Path, dir_okay=False), help="TOML file with parameters.")
+@click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
 @folder_options
-@threads_option("Models (and threads in a model) at a time.")
+@threads_option("Models (and threads in a model) at a time.", default=None)
 @portable_option
 @click.option("--quick", is_flag=True, help=f"A small specimen, seconds: {QUICK[2]} grains in 20 x 50 mm.")
 def compare(
-    *, grains: int | None, seeds: str | None, seed: int | None, laws: str, speed: float | None, max_strain: float,
-    out: Path, restart: bool, overwrite: bool, threads: Threads, quick: bool,
+    *, grains: int | None, seeds: str | None, seed: int | None, laws: str, speed: float | None,
+    max_strain: float | None, config: Path | None, assignments: tuple[str, ...], out: Path, restart: bool,
+    overwrite: bool, threads: Threads | None, quick: bool,
 ) -> None:  # fmt: skip
     """Compress samples of a rock to failure under several contact laws, and compare the laws: means and ranges.
 
     Writes report.html, comparison.png, cracks_LAW.png, summary.json, curves.csv and run.json, and for each run a folder
-    with its curves, cracks.csv, and grains.pvd and cracks.pvd for ParaView. The samples and the parameters are those
-    of a published study (docs/validation.md). A run that fails does not touch the others.
+    with its curves, cracks.csv, and grains.pvd and cracks.pvd for ParaView; show_in_paraview.py opens all of them
+    there. The samples and the parameters are those of a published study (docs/validation.md) if --config and --set, as
+    of grainlaw test, give no others. Each law takes those parameters of [law] that it has; its type does not count.
+    A run that fails does not touch the others.
     """
     if seed is not None and seeds is not None:
         raise click.UsageError("--seed and --seeds are not allowed together: give the seeds with commas between")
-    given = seeds or SEEDS if seed is None else str(seed)
-    numbers = seeds_of(given)
-    width, height, count = QUICK if quick else SAMPLE
+    given = str(seed) if seed is not None else seeds
+    asked = None if given is None else seeds_of(given)
+    loading = None if speed is None else {"type": "constant", "speed": speed}
+    options = {
+        ("sample", "grains"): grains, ("test", "loading"): loading, ("test", "maximum_strain"): max_strain,
+        ("numerics", "threads"): threads,
+    }  # fmt: skip
     with refusing():
         names = list(dict.fromkeys(name.strip() for name in laws.split(",")))
-        chosen = {name: law_named(name) for name in names}
-        loading = Adaptive() if speed is None else Constant(speed=speed)
-        test = UniaxialCompression(loading=loading, maximum_strain=max_strain)
-        tessellators = {k: Voronoi(grains=count if grains is None else grains, seed=k) for k in numbers}
-        specimens = {k: Specimen(t.tessellate(rectangle(width, height)), ROCK) for k, t in tessellators.items()}
-    tessellator, specimen = tessellators[numbers[0]], specimens[numbers[0]]
+        own = gathered(config, {}, assignments)
+        own.get("law", {}).pop("type", None)
+        rows = _configurations(names, gathered_over(own, options), asked, quick)
+    first = next(iter(rows.values()))
+    numbers = list(dict.fromkeys(number for _, number in rows))
+    specimens = {number: rows[names[0], number].specimen for number in numbers}
+    compared = {name: rows[name, numbers[0]].law for name in names}
     arguments = {
-        "grains": tessellator.grains, "seeds": given, "laws": ",".join(names), "speed": speed,
-        "max_strain": max_strain, "threads": threads, "quick": quick, "portable": is_portable(),
+        "grains": grains, "seeds": given, "laws": ",".join(names), "speed": speed, "max_strain": max_strain,
+        "threads": threads, "quick": quick, "portable": is_portable(), "config": CONFIG if own else None,
     }  # fmt: skip
     parameters = {
-        "region": {"width": width, "height": height},
-        "tessellator": described(tessellator),
-        "material": described(ROCK),
-        "contact_points": described(specimen.contact_points),
-        "protocol": described(test),
-        "laws": {name: described(law) for name, law in chosen.items()},
+        "sample": {key: value for key, value in first.sections["sample"].items() if key != "seed"},
+        "material": described(first.specimen.material),
+        "contact_points": described(first.specimen.contact_points),
+        "protocol": described(first.protocol),
+        "laws": {name: described(law) for name, law in compared.items()},
     }
     about = {"command": {"name": "compare", "arguments": arguments}, "parameters": parameters}
     with writing_to(out, restart, overwrite, about) as claim:
-        comparison = _compared(specimens, chosen, test, claim, threads)
+        if own:
+            sample, claim.about["grain_files"] = copied_grains(own.get("sample", {}), claim.path)
+            text = toml({**own, **({"sample": sample} if sample else {})})
+            write_atomically(claim.path / CONFIG, lambda file: file.write_text(text, encoding="utf-8"))
+        comparison = _compared(specimens, compared, first, claim)
         made = {"seed": numbers[0]} if len(numbers) == 1 else {"seeds": numbers}
         comparison.write(claim.path, {**made, "parameters": parameters})
-        sample = {**described(tessellator), "width": written(width, "m"), "height": written(height, "m")}
-        comparison.write_report(claim.path / "report.html", record={"sample": sample, "versions": versions()})
+        write_script(claim.path, _rows(comparison))
+        record = {"sample": first.sections["sample"], "versions": versions()}
+        comparison.write_report(claim.path / "report.html", record=record, files=linked(claim.path))
         click.echo(comparison)
         tell_certificate(comparison.named if isinstance(comparison, SampleComparison) else comparison.results)
         finished(claim)
@@ -101,22 +122,71 @@ def compare(
         raise click.ClickException(f"{len(comparison.failed)} of {count} {what} failed")
 
 
+def gathered_over(own: Sections, options: Mapping[tuple[str, str], Any]) -> Sections:
+    """The sections with options that are not None in their places."""
+    sections = {name: dict(section) for name, section in own.items()}
+    for (section, key), value in options.items():
+        if value is not None:
+            sections.setdefault(section, {})[key] = value
+    return sections
+
+
+def _configurations(
+    names: list[str], sections: Sections, seeds: list[int] | None, quick: bool
+) -> dict[tuple[str, int], Configuration]:
+    """The first law on each sample, and every law on the first; raises ParameterError.
+
+    Without seeds they are those of the file, or ``SEEDS``; grains that need no seed are one sample, number 1.
+    """
+    parameters = sections.get("law", {})
+    for name in names:
+        law_named(name)  # refuses what there is not
+    fields = {name: [row[0] for row in parameters_of(type(law))] for name, law in LAWS.items()}
+    refuse_unknown("law", parameters, dict.fromkeys(field for own in fields.values() for field in own))
+
+    def of(name: str, sample: Mapping[str, Any]) -> Configuration:
+        law = {key: value for key, value in parameters.items() if key in fields[name]}
+        return configured(TEST, {**sections, "law": {"type": name, **law}, "sample": dict(sample)}, quick)
+
+    sample = sections.get("sample", {})
+    alone = of(names[0], sample).sections["sample"].get("seed")
+    if seeds is None and alone is not None and "seed" not in sample:
+        seeds = seeds_of(SEEDS)
+    samples = {alone or 1: sample} if seeds is None else {seed: {**sample, "seed": seed} for seed in seeds}
+    found = {(names[0], seed): of(names[0], each) for seed, each in samples.items()}
+    first, grains = next(iter(samples.items()))
+    return found | {(name, first): of(name, grains) for name in names[1:]}
+
+
 def _compared(
-    specimens: Mapping[int, Specimen], laws: Mapping[str, ContactLaw], test: UniaxialCompression, claim: Claim,
-    threads: Threads,
-) -> Comparison | SampleComparison:  # fmt: skip
+    specimens: Mapping[int, Specimen], laws: Mapping[str, Laws], chosen: Configuration, claim: Claim
+) -> Comparison | SampleComparison:
     """Each law on each sample; of one sample the runs have the names of their laws alone."""
+    numerics = chosen.numerics
+    options: dict[str, Any] = {
+        "quiet": True, "threads": numerics.threads, "frames": numerics.frames, "checkpoint": claim,
+        "time_step_factor": numerics.time_step_factor, "mass_scaling": numerics.mass_scaling,
+    }  # fmt: skip
     with progress_bars() as progress:
 
         def watch(folder: str, label: str) -> list[Observer]:
-            return [ProgressBar(progress, label), VtkWriter(claim.path / folder)]
+            return [ProgressBar(progress, label), VtkWriter(claim.path / folder, numerics.frames, zones=numerics.zones)]
 
         if len(specimens) == 1:
             (specimen,) = specimens.values()
-            return compare_laws(
-                specimen, laws, test, threads=threads, checkpoint=claim, observers=lambda law: watch(law, law)
-            )
+            return compare_laws(specimen, laws, chosen.protocol, observers=lambda law: watch(law, law), **options)
         return compare_samples(
-            specimens, laws, test, threads=threads, checkpoint=claim,
-            observers=lambda run: watch(folder_name(run), f"{run[0]} {run[1]}"),
+            specimens, laws, chosen.protocol, observers=lambda run: watch(folder_name(run), f"{run[0]} {run[1]}"),
+            **options,
         )  # fmt: skip
+
+
+def _rows(comparison: Comparison | SampleComparison) -> list[list[tuple[str, str, Result]]]:
+    """Names, folders and results of the runs: a column for each law, a row for each sample."""
+    if isinstance(comparison, Comparison):
+        return [[(law, file_name(law), result) for law, result in comparison.results.items()]]
+    found = comparison.results.items()
+    return [
+        [(in_words(run), file_name(folder_name(run)), result) for run, result in found if run[1] == seed]
+        for seed in dict.fromkeys(seed for _, seed in comparison.results)
+    ]

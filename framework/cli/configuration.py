@@ -18,10 +18,17 @@ from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import ContactLaw, Laws, check_names
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.material import Material, Rigid
-from grainlaw.messages import nearest, short
+from grainlaw.messages import nearest, refusal, short
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.specimen import Specimen
+
+CONFIG = "config.toml"  #: in the folder of a run
+
+
+def _yes_or_no(_: object, attribute: attrs.Attribute, value: object) -> None:
+    if not isinstance(value, bool):
+        raise refusal(f"numerics.{attribute.name}", value, "true or false")
 
 
 @attrs.frozen(kw_only=True)
@@ -32,6 +39,8 @@ class Numerics:
     mass_scaling: float = parameter("1", default=1.0, at_least=1, at_most=100)
     refinement: int = whole_number(default=0, at_least=0)
     frames: int = whole_number(default=30, at_least=1)
+    #: whether the files for ParaView have the stress and strain of each zone
+    zones: bool = attrs.field(default=False, validator=_yes_or_no)
     threads: Threads = attrs.field(default=AUTO, converter=lambda value: checked_threads("threads", value))
 
 

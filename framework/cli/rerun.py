@@ -35,7 +35,7 @@ def rerun(context: click.Context, *, folder: Path, out: Path | None) -> None:
     except KeyError:
         program = " ".join(record.get("program", []))
         raise click.UsageError(f"{folder} was not made by a command, but by {program}: run that again") from None
-    if name == "test":
+    if arguments.get("config"):
         arguments["config"] = folder / arguments["config"]
     elif ".py" in str(arguments.get("law", "")):
         arguments["law"] = str(folder / arguments["law"])

@@ -165,6 +165,17 @@ def contents(folder: Path) -> str:
     return f"written to {os.fspath(folder)}{os.sep}: {', '.join(shown_too) or 'nothing'}"
 
 
+LINKED = (".json", ".csv", ".toml", ".pvd", ".py")
+
+
+def linked(folder: Path) -> list[str]:
+    """The data files of a folder and of the folders of its runs, as a page in the folder links them."""
+    here = sorted(file.name for file in folder.iterdir() if file.suffix in LINKED and not file.name.startswith("."))
+    runs = sorted(file.parent.name for file in folder.glob("*/curves.csv"))
+    inside = [f"{run}/{name}" for run in runs for name in ("curves.csv", "cracks.csv", "grains.pvd", "cracks.pvd")]
+    return [*here, *(name for name in inside if (folder / name).exists())]
+
+
 class ProgressBar(Observer):
     """A line of a run: stage, strain, stress (or what the test has instead), time left; now and then if no terminal."""
 

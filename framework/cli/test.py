@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import attrs
 import click
 
-from grainlaw.cli.configuration import Configuration, configured, template
+from grainlaw.cli.configuration import CONFIG, Configuration, configured, template
 from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.running import (
     Given,
     ProgressBar,
     finished,
     folder_options,
+    linked,
     model_options,
     portable_option,
     progress_bars,
@@ -31,7 +32,12 @@ from grainlaw.condition import StageError
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
 from grainlaw.naming import aligned, shown
+from grainlaw.observation import Observer
+from grainlaw.results.certificate import marked
 from grainlaw.results.files import write_atomically
+from grainlaw.results.paraview import write_script
+from grainlaw.results.plot import require_bokeh, write_interactive
+from grainlaw.results.probe import Probe
 from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
 from grainlaw.results.vtk import VtkWriter
@@ -41,7 +47,7 @@ from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import simulate
 
-CONFIG = "config.toml"
+FOLLOWED = 20  #: contact points that break first, whose paths an interactive page has
 
 
 @click.command(
@@ -51,22 +57,23 @@ NAME is one of {", ".join(SETUPS)}. Every parameter can be given: in a TOML file
 [law], [test] and [numerics], or one by one, as in --set law.cohesion="30 MPa" (docs/configuration.md). Others are
 those of a published study.
 
-Writes report.html, summary.json, curves.csv, cracks.csv, grains.pvd and cracks.pvd for ParaView, run.json, the record
-of what was run and with what, and config.toml, which runs the same test again. A test that is stopped goes on with
---restart. The exit code is 2 for what is refused before the test, 1 for a test that could not end; what it
-recorded is written all the same."""
+Writes report.html, summary.json, curves.csv, cracks.csv, grains.pvd and cracks.pvd for ParaView and
+show_in_paraview.py, which opens them there, run.json, the record of what was run and with what, and config.toml, which
+runs the same test again. A test that is stopped goes on with --restart. The exit code is 2 for what is refused before
+the test, 1 for a test that could not end; what it recorded is written all the same."""
 )
-@click.argument("name", metavar="NAME")
+@click.argument("name", metavar="NAME", shell_complete=lambda _, __, begun: [n for n in SETUPS if n.startswith(begun)])
 @model_options
 @folder_options
 @threads_option("Threads in the model.", default=None)
 @portable_option
 @click.option("--certify", is_flag=True, help="Test again at half the speed: what the strength tends to.")
+@click.option("--interactive", is_flag=True, help="Write interactive.html too, to click through (grainlaw[report]).")
 @click.option("--quick", is_flag=True, help="A small specimen.")
 @click.option("--template", "shows", is_flag=True, help="Print the configuration with all parameters; run nothing.")
 def test(
     *, name: str, given: Given, out: Path, restart: bool, overwrite: bool, threads: Threads | None, quick: bool,
-    certify: bool, shows: bool,
+    certify: bool, interactive: bool, shows: bool,
 ) -> None:  # fmt: skip
     options = {**given.options, ("numerics", "threads"): threads}
     with refusing():
@@ -77,6 +84,8 @@ def test(
         ask_first_questions(chosen.law)
         if certify:
             slower(chosen.protocol)
+        if interactive:
+            require_bokeh()
     about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG, "portable": is_portable()}}}
     with writing_to(out, restart, overwrite, about) as claim:
         law_there, files = copied(chosen.sections["law"]["type"], chosen.law_files, claim.path)
@@ -91,10 +100,14 @@ def test(
         heading = "".join(f"# {package} {number}\n" for package, number in versions().items())
         text = f"# grainlaw test {name} --config {CONFIG}\n{heading}\n{toml(sections)}"
         write_atomically(claim.path / CONFIG, lambda file: file.write_text(text, encoding="utf-8"))
-        result, reason = _run(name, chosen, claim)
+        probe = Probe(first=FOLLOWED) if interactive else None
+        result, reason = _run(name, chosen, claim, [] if probe is None else [probe])
         shown_too = {key: chosen.sections[key] for key in ("sample", "numerics")}
         record = {**shown_too, "versions": versions()}
-        result.write_report(claim.path / "report.html", record=record, incomplete=reason)
+        write_script(claim.path, [[(name, "", result)]])
+        result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=linked(claim.path))
+        if interactive:
+            write_interactive(result, claim.path / "interactive.html", probe=probe)
         click.echo(_table(result.summary))
         if certify and not reason:
             click.echo(f"\n{_certified(name, result, chosen, claim)}")
@@ -104,15 +117,16 @@ def test(
         raise click.ClickException(reason)
 
 
-def _run(name: str, chosen: Configuration, claim: Claim) -> tuple[Result, str]:
+def _run(name: str, chosen: Configuration, claim: Claim, observers: Sequence[Observer]) -> tuple[Result, str]:
     """The result, and why the test could not end, if it could not."""
     numerics = chosen.numerics
+    writer = VtkWriter(claim.path, numerics.frames, zones=numerics.zones)
     with progress_bars() as progress:
         try:
             result = simulate(
                 chosen.specimen, chosen.law, chosen.protocol, threads=numerics.threads, frames=numerics.frames,
                 time_step_factor=numerics.time_step_factor, mass_scaling=numerics.mass_scaling, checkpoint=claim,
-                observers=[ProgressBar(progress, name), VtkWriter(claim.path, numerics.frames)],
+                observers=[ProgressBar(progress, name), writer, *observers], quiet=True,
             )  # fmt: skip
         except (StageError, InstabilityError) as error:
             return error.result, str(error)
@@ -126,11 +140,12 @@ def _certified(name: str, result: Result, chosen: Configuration, claim: Claim) -
         found = certify_result(
             result, chosen.law, threads=numerics.threads, time_step_factor=numerics.time_step_factor,
             mass_scaling=numerics.mass_scaling, observers=[ProgressBar(progress, f"{name}, half the speed")],
+            quiet=True,
         )  # fmt: skip
     write_json(claim.path / "certificate.json", attrs.asdict(found) | {"limit": found.limit, "error": found.error})
     return str(found)
 
 
 def _table(summary: Mapping[str, Any]) -> str:
-    rows = [(shown(name).heading, shown(name).text(value)) for name, value in summary.items()]
+    rows = [(shown(name).heading, marked(name, [value], shown(name).text(value))) for name, value in summary.items()]
     return aligned(rows)

@@ -114,7 +114,7 @@ def _without_friction(law: CohesiveCrack) -> CohesiveCrack:
 
 def _run(law: CohesiveCrack, test: JointTension | DirectShear, height: float) -> Curves:
     blocks = Specimen(Bricks(rows=2).tessellate(rectangle(WIDTH, height)), ROCK)
-    return simulate(blocks, law, test, frames=1).curves
+    return simulate(blocks, law, test, frames=1, quiet=True).curves
 
 
 # --- the table -------------------------------------------------------------------------------------------------------

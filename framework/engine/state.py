@@ -42,7 +42,7 @@ class State(PointReadings):
     def __init__(self, specimen: Specimen, laws: Laws, detection: Detection | None = None) -> None:
         self.specimen, self.mesh = specimen, specimen.mesh
         self.stage, self.began, self.time_step, self.mass_added = "", 0.0, 0.0, 0.0
-        self.usual_end = 0.0  #: s, when the present stage usually ends; 0 if that is not known
+        self.usual_end, self.stages = 0.0, 1  #: s, when the present stage usually ends, 0 if unknown; of the test
         self.nodes = Nodes(len(self.mesh.nodes))
         self.grains = RigidGrains(specimen) if specimen.is_rigid else DeformableGrains(specimen)
         self.freedoms = self.grains.freedoms(self.nodes)

@@ -68,6 +68,12 @@ def law_name(law: Any) -> str:
     return f"{len(law)} laws" if isinstance(law, Mapping) else called(law)
 
 
+def law_names(law: Any) -> str:
+    """The names of the classes of all laws."""
+    laws = law.values() if isinstance(law, Mapping) else [law]
+    return ", ".join(dict.fromkeys(map(called, laws)))
+
+
 def listed(component: Any) -> dict[str, Any]:
     """The parameters of a component by name, see :func:`~grainlaw.parameter.parameters`."""
     return dict(component.parameters) if isinstance(component, READ) else parameters(component)

@@ -32,8 +32,9 @@ class Frame(metaclass=Checked):
     #: (p,) damage, mode, opening, slip, normal, shear, broken_time, lost_*, made, fluid_pressure where there is a fluid
     bonds: dict[str, np.ndarray]
     contacts: dict[str, np.ndarray]  #: (k,) those that are closed, see :meth:`Contacts.closed`; empty without detection
-    #: (z,) plastic_strain, temperature (°C), where a material has it
+    #: (z,) plastic_strain, temperature (°C), where a material has it; stress (z, 3) Pa xx, yy, xy, if it was asked for
     zones: dict[str, np.ndarray] = attrs.field(factory=dict)
+    stage: str = ""  #: of the test
 
     def to_pandas(self, kind: str = "bonds") -> pandas.DataFrame:
         """One of its tables, SI: "bonds" (a row for each contact point), "contacts", "zones", "grains" or "nodes".
@@ -53,8 +54,11 @@ class Frame(metaclass=Checked):
         return data_frame("Frame.to_pandas", tables[kind])
 
 
-def take_frame(state: State) -> Frame:
-    """Copy the present moment; energies lost and made (J/m2) are those of :mod:`~grainlaw.engine.dissipation`."""
+def take_frame(state: State, *, zones: bool = False) -> Frame:
+    """Copy the present moment, with ``zones`` also their stresses, where grains are not rigid.
+
+    Energies lost and made (J/m2) are those of :mod:`~grainlaw.engine.dissipation`.
+    """
     names = ("opening", "slip", "normal", "shear", "broken_time")
     bonds = {name: np.array(getattr(state, name)) for name in names}
     bonds["mode"] = np.where(np.isnan(state.broken_time), state.mode, state.broken_mode)
@@ -64,16 +68,18 @@ def take_frame(state: State) -> Frame:
     (bonds["lost_opening"], bonds["lost_slip"]), bonds["made"] = balance(state)
     closed = {} if state.contacts.detection is None else state.contacts.closed()
     plastic = any("plastic_strain" in group.memory for group in state.materials.groups)
-    zones = {"plastic_strain": state.materials.memory("plastic_strain")} if plastic else {}
+    of_zones = {"plastic_strain": state.materials.memory("plastic_strain")} if plastic else {}
+    if zones and not state.specimen.is_rigid:
+        of_zones["stress"] = state.zone_state()[0].copy()
     if any(group.knows_temperature for group in state.materials.groups):
-        zones["temperature"] = np.full(len(state.mesh.zones), state.heat.temperature)
+        of_zones["temperature"] = np.full(len(state.mesh.zones), state.heat.temperature)
     moved, stress = (state.displacement.copy(), state.velocity.copy()), state.grain_stress()
-    return Frame(state.time, *moved, stress, bonds, closed, zones)
+    return Frame(state.time, *moved, stress, bonds, closed, of_zones, state.stage)
 
 
 def packed(frame: Frame) -> dict[str, np.ndarray]:
     """A frame as arrays by name, for a file; see :func:`unpacked`."""
-    arrays = {name: np.asarray(getattr(frame, name)) for name in _WHOLE}
+    arrays = {name: np.asarray(getattr(frame, name)) for name in (*_WHOLE, "stage")}
     for kind in ("bonds", "contacts", "zones"):
         arrays |= {f"{kind}/{name}": row for name, row in getattr(frame, kind).items()}
     return arrays
@@ -87,42 +93,51 @@ def unpacked(arrays: Mapping[str, np.ndarray]) -> Frame:
         if slash:
             rows[kind][rest] = row
     displacement, velocity, stress = (arrays[name] for name in _WHOLE[1:])
-    return Frame(float(arrays["time"]), displacement, velocity, stress, rows["bonds"], rows["contacts"], rows["zones"])
+    whole = float(arrays["time"]), displacement, velocity, stress
+    return Frame(*whole, rows["bonds"], rows["contacts"], rows["zones"], str(arrays.get("stage", "")))
 
 
 _WHOLE = ("time", "displacement", "velocity", "stress")
+CRACKED = 0.02  #: share of the contact points that breaks between two frames at most, while there are few
 
 
 @attrs.define
 class FrameClock:
-    """Decides when a frame is taken: at every ``1 / count`` of the progress of a stage, and as cracks grow.
+    """Decides when a frame is taken: at equal steps of the progress of each stage, at its end, and as cracks grow.
 
-    Failure may happen within a small part of the progress, such as a strain; so a frame is also taken each time that
-    another 2 % of the contact points has broken.
+    The stages of a test share ``count`` equally. Failure may happen within a small part of the progress, such as a
+    strain; so a frame is also taken each time that another 2 % of the contact points has broken. Both steps double
+    whenever a stage has used up its share, so that about ``count`` are taken in all.
     """
 
     count: int = whole_number(default=30, at_least=1)
     _stage: str = ""
     _next: float = 0.0
     _broken: int = 0
+    _taken: int = 0  #: in the present stage
 
     def due(self, state: State, stage: Stage, progress: float) -> bool:
         """Whether a frame is taken at this sample."""
         if stage.name != self._stage:
-            self._stage, self._next = stage.name, 0.0
+            self._stage, self._next, self._taken = stage.name, 0.0, 0
+        share = max(1, round(self.count / state.stages))
+        longer = 2 ** (self._taken // share)
         broken = int(np.count_nonzero(~np.isnan(state.broken_time)))
-        if progress < self._next and 50 * (broken - self._broken) < len(state.broken_time):
+        if progress < min(self._next, 1.0) and broken - self._broken < CRACKED * longer * len(state.broken_time):
             return False
-        self._next, self._broken = float((np.floor(progress * self.count) + 1) / self.count), broken
+        step = longer / share
+        self._next, self._broken = float((np.floor(progress / step) + 1) * step), broken
+        self._taken += 1
         return True
 
     def save(self) -> dict[str, np.ndarray]:
         """Where it stands, as arrays by name."""
-        return {"clock": np.array([self._next, self._broken]), "stage": np.array(self._stage)}
+        return {"clock": np.array([self._next, self._broken, self._taken]), "stage": np.array(self._stage)}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """Go on from what :meth:`save` returned."""
-        self._next, self._broken, self._stage = float(saved["clock"][0]), int(saved["clock"][1]), str(saved["stage"])
+        self._next, self._stage = float(saved["clock"][0]), str(saved["stage"])
+        self._broken, self._taken = int(saved["clock"][1]), int(saved["clock"][2])
 
 
 @attrs.define

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, checked, fits
-from grainlaw.columns import TIME, missing
+from grainlaw.columns import TIME, missing, work_done
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
@@ -25,6 +25,9 @@ from grainlaw.window import Window, window_mean
 
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
+
+
+ROUNDING = 1e-9  #: share of the work done below which an energy is 0
 
 
 @checked
@@ -95,6 +98,10 @@ class Laboratory(metaclass=Checked):
         """(2, p) J/m that each contact point has lost in opening and in slip, at the last frame."""
         bonds = self.result.frame("Laboratory.energy_lost", -1).bonds
         return np.array([self.half_lengths * bonds[name] for name in ("lost_opening", "lost_slip")])
+
+    def beyond_rounding(self, energy: float) -> float:
+        """An energy (J/m), or 0 where it is but rounding beside the work done on the specimen."""
+        return energy if abs(energy) > ROUNDING * work_done(self.result.curves) else 0.0
 
     @cached_property
     def broken(self) -> np.ndarray:

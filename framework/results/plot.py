@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import importlib.util
+import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from grainlaw.arguments import checked
 from grainlaw.messages import refusal
-from grainlaw.parameter import checked_whole_number
+from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.archive import law_name
+from grainlaw.results.probe import Probe
 from grainlaw.results.result import Result
 
 if TYPE_CHECKING:
@@ -53,6 +56,26 @@ def plot_curves(results: Any, y: str | None = None, x: str | None = None, *, ax:
     from grainlaw.results.figures.curves import plot_columns
 
     return plot_columns(_named("plot_curves", results), y, x, ax)
+
+
+@checked
+def write_interactive(result: Result, file: str | os.PathLike[str], *, probe: Probe | None = None) -> None:
+    """Write a page of HTML to click through: the curve, and beside it the cracks at the moment that is chosen.
+
+    Pointing at a crack shows mode, opening, slip and time, and, where ``probe`` has followed its contact point, its
+    path. The page is one file below 5 MB that needs no network. Raises ParameterError without Bokeh
+    (``grainlaw[report]``) and for a result without frames or curves, OSError.
+    """
+    require_bokeh()
+    from grainlaw.results.figures.interactive import write_interactive
+
+    write_interactive(result, file, [] if probe is None else probe.paths)
+
+
+def require_bokeh() -> None:
+    """Raise ParameterError where Bokeh is not installed."""
+    if importlib.util.find_spec("bokeh") is None:
+        raise ParameterError("an interactive page needs Bokeh: pip install 'grainlaw[report]'")
 
 
 def _named(where: str, results: Any) -> dict[str, Result]:

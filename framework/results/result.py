@@ -203,13 +203,16 @@ class Result(metaclass=Checked):
         return load(file)
 
     def write_vtk(self, folder: str | os.PathLike[str]) -> None:
-        """Write ``grains.pvd`` and ``cracks.pvd`` with their .vtu series. Raises OSError where it cannot."""
+        """Write ``grains.pvd``, ``cracks.pvd``, their .vtu series, and ``show_in_paraview.py``. Raises OSError."""
+        from grainlaw.results.archive import law_name, law_names
+        from grainlaw.results.paraview import write_script
         from grainlaw.results.vtk import VtkSeries
 
         self.frame("write_vtk", -1)
-        series = VtkSeries(folder, self.specimen, self.interfaces)
+        series = VtkSeries(folder, self.specimen, self.interfaces, law_names(self.law))
         for frame in self.frames:
-            series.write(frame)
+            series.write(frame, self.curves)
+        write_script(folder, [[(law_name(self.law), "", self)]])
 
     def plot(self) -> Figure:
         """Stress-strain curve and crack pattern. Raises ParameterError for a test without such a curve."""
@@ -236,6 +239,7 @@ class Result(metaclass=Checked):
         record: Mapping[str, Any] | None = None,
         incomplete: str = "",
         measures: Sequence[Measure] | None = None,
+        files: Sequence[str] = (),
     ) -> None:
         """Write the laboratory report as a page of HTML.
 
@@ -246,7 +250,13 @@ class Result(metaclass=Checked):
         from grainlaw.results.figures.report import write_report
 
         write_report(
-            {law_name(self.law): self}, file, title=title, record=record, incomplete=incomplete, measures=measures
+            {law_name(self.law): self},
+            file,
+            title=title,
+            record=record,
+            incomplete=incomplete,
+            measures=measures,
+            files=files,
         )
 
     def show(self) -> None:

@@ -63,17 +63,15 @@ def elastic_constants(name: str, constants: Constants, where: str) -> list[Stand
         return converted(*constants(laboratory.path), laboratory.result.specimen)
 
     return [
-        *modulus_and_poisson(f"apparent_{name}", "*", where, apparent),
-        *modulus_and_poisson(name, "", where, of_rock),
+        *modulus_and_poisson(f"apparent_{name}", f"*{where}", apparent),
+        *modulus_and_poisson(name, where, of_rock),
     ]
 
 
-def modulus_and_poisson(
-    name: str, star: str, where: str, both: Callable[[Laboratory], tuple[float, float]]
-) -> list[Standard]:
+def modulus_and_poisson(name: str, where: str, both: Callable[[Laboratory], tuple[float, float]]) -> list[Standard]:
     return [
-        Standard(f"{name}_modulus", f"E{star} {where}", lambda lab: both(lab)[0], "GPa", ISRM, STRAINS),
-        Standard(f"{name}_poisson", f"nu{star} {where}", lambda lab: both(lab)[1], source=ISRM, needs=STRAINS),
+        Standard(f"{name}_modulus", f"E{where}", lambda lab: both(lab)[0], "GPa", ISRM, STRAINS),
+        Standard(f"{name}_poisson", f"nu{where}", lambda lab: both(lab)[1], source=ISRM, needs=STRAINS),
     ]
 
 
@@ -103,6 +101,27 @@ def thresholds() -> list[Standard]:
     ]  # fmt: skip
 
 
+def ratios() -> list[Standard]:
+    """The thresholds over the peak: CI/UCS and CD/UCS where nothing confines the specimen."""
+
+    def over_peak(name: str) -> Callable[[Laboratory], float]:
+        return lambda lab: lab.value(name) / peak_of(lab)
+
+    return [
+        Standard(
+            f"{measure.name}_ratio", f"{short}/UCS, {rest}", over_peak(measure.name), "1", measure.source, measure.needs
+        )
+        for measure in thresholds()[1:]
+        for short, _, rest in [measure.meaning.partition(", ")]
+    ]
+
+
+def peak_of(laboratory: Laboratory) -> float:
+    """Pa, the axial stress at the peak, of which thresholds are shares."""
+    path = laboratory.path
+    return float(path.load[-1] + path.confinement) if len(path.load) else float("nan")
+
+
 def stress_at_damage(laboratory: Laboratory, share: float = 0.01) -> float:
     """Pa, when a share of the points damaged at the peak were damaged; as coarse as the frames."""
     laboratory.result.frame("a measure of damage", -1)
@@ -128,9 +147,13 @@ def energy_lost() -> list[Standard]:
     """Energies lost by contacts up to the last frame: in opening, in slip, and by kind of crack."""
     return [
         Standard(
-            "lost_opening", "energy lost by contacts in opening", lambda lab: float(lab.energy_lost[0].sum()), "J/m"
+            "lost_opening", "energy lost by contacts in opening",
+            lambda lab: lab.beyond_rounding(float(lab.energy_lost[0].sum())), "J/m",
         ),
-        Standard("lost_slip", "energy lost by contacts in slip", lambda lab: float(lab.energy_lost[1].sum()), "J/m"),
+        Standard(
+            "lost_slip", "energy lost by contacts in slip",
+            lambda lab: lab.beyond_rounding(float(lab.energy_lost[1].sum())), "J/m",
+        ),
         Standard(
             "lost_tensile_cracks", "energy lost by tensile cracks",
             lambda lab: lost_by(lab, lab.broken & lab.tensile), "J/m",
@@ -149,7 +172,7 @@ def energy_lost() -> list[Standard]:
 def lost_by(laboratory: Laboratory, chosen: np.ndarray) -> float:
     """J/m lost by some of the contact points."""
     opening, slip = laboratory.energy_lost
-    return float((opening + slip)[chosen].sum())
+    return laboratory.beyond_rounding(float((opening + slip)[chosen].sum()))
 
 
 def largest_magnitude(laboratory: Laboratory) -> float:
@@ -167,9 +190,10 @@ def largest_fragment(laboratory: Laboratory) -> float:
 MEASURES: dict[str, Measure] = {
     measure.name: measure
     for measure in [
-        *elastic_constants("tangent", tangent_constants, "at 50 % of the peak, tangent"),
-        *elastic_constants("secant", secant_constants, "up to 50 % of the peak, secant"),
+        *elastic_constants("tangent", tangent_constants, "_t50, tangent at 50 % of the peak"),
+        *elastic_constants("secant", secant_constants, "_s50, secant up to 50 % of the peak"),
         *thresholds(),
+        *ratios(),
         Standard("tensile_length", "length of tensile cracks", lambda lab: length_of(lab, tensile=True), "mm"),
         Standard("shear_length", "length of shear cracks", lambda lab: length_of(lab, tensile=False), "mm"),
         *energy_lost(),

@@ -4,19 +4,31 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import meshio
 import numpy as np
 
+from grainlaw.columns import COURSE, STRAIN, TIME
 from grainlaw.engine.state import State
 from grainlaw.material import Elastic, Plane
 from grainlaw.observation import Observer
 from grainlaw.results.files import check_room, warn, writable_folder, write_atomically
 from grainlaw.results.frames import Frame, FrameClock, take_frame
 from grainlaw.results.segments import contact_segments
+from grainlaw.results.vtu import write_vtu
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
+
+#: of the arrays that have one
+UNITS = {
+    "stress": "Pa", "stress_1": "Pa", "stress_2": "Pa", "rotation": "rad", "temperature": "°C", "zone_stress": "Pa",
+    "displacement": "m", "velocity": "m/s", "opening": "m", "slip": "m", "normal": "Pa", "shear": "Pa",
+    "broken_time": "s", "fluid_pressure": "Pa",
+    "lost_opening": "J/m2", "lost_slip": "J/m2", "made": "J/m2",
+}  # fmt: skip
 
 
 def vtu(name: str, number: int) -> str:
@@ -28,15 +40,46 @@ def _in_space(plane: np.ndarray) -> np.ndarray:
     return np.column_stack([plane, np.zeros(len(plane))])
 
 
-def tensors(specimen: Specimen, stress: np.ndarray) -> np.ndarray:
-    """(g, 6) Pa: XX, YY, ZZ, XY, YZ, XZ from (g, 3) xx, yy, xy; ZZ is nan where no elastic grain tells it."""
-    across = np.full(len(stress), np.nan)
+def tensors(specimen: Specimen, stress: np.ndarray, of: np.ndarray | None = None) -> np.ndarray:
+    """(g, 6) Pa: XX, YY, ZZ, XY, YZ, XZ from (g, 3) xx, yy, xy; ZZ is nan where no elastic grain tells it.
+
+    ``of`` are the grains of the rows, if these are not all grains in their order.
+    """
+    ratio, strain = _across(specimen)
+    held = np.where(strain, ratio, 0.0)[slice(None) if of is None else of]
+    return _tensors(stress, held * (stress[:, 0] + stress[:, 1]))
+
+
+def strains(specimen: Specimen, displacement: np.ndarray) -> np.ndarray:
+    """(z, 6) XX, YY, ZZ, XY, YZ, XZ of each zone in the fixed axes, at displacements (i, 2) m; ZZ as for stresses.
+
+    The gradient F = V R, with the rotation R of Eq. (2); the strain is V less the identity. XY is half of gamma.
+    """
+    mesh = specimen.mesh
+    corner, now = mesh.nodes[mesh.zones], (mesh.nodes + displacement)[mesh.zones]
+    edges, moved = (each[:, 1:] - each[:, :1] for each in (corner, now))
+    gradient = np.linalg.solve(edges, moved).transpose(0, 2, 1)
+    cos, sin = gradient[:, 0, 0] + gradient[:, 1, 1], gradient[:, 1, 0] - gradient[:, 0, 1]
+    cos, sin = np.array([cos, sin]) / np.hypot(cos, sin)
+    stretch = gradient @ np.stack([cos, sin, -sin, cos], axis=1).reshape(-1, 2, 2)  # F R^T
+    xx, yy, xy = stretch[:, 0, 0] - 1, stretch[:, 1, 1] - 1, stretch[:, 0, 1]
+    ratio, strain = (row[mesh.zone_grain] for row in _across(specimen))
+    across = np.where(strain, 0.0 * ratio, -ratio / (1 - ratio) * (xx + yy))
+    return _tensors(np.column_stack([xx, yy, xy]), across)
+
+
+def _tensors(plane: np.ndarray, across: np.ndarray) -> np.ndarray:
+    none = np.zeros(len(plane))
+    return np.column_stack([plane[:, 0], plane[:, 1], across, plane[:, 2], none, none])
+
+
+def _across(specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:
+    """(g,) Poisson's ratio of elastic grains, nan of others; and whether they are in plane strain."""
+    ratio, strain = np.full(specimen.grains.count, np.nan), np.ones(specimen.grains.count, dtype=bool)
     for material, grains in specimen.materials:
         if isinstance(material, Elastic):
-            held = material.poissons_ratio if material.plane is Plane.STRAIN else 0.0
-            across[grains] = held * (stress[grains, 0] + stress[grains, 1])
-    none = np.zeros(len(stress))
-    return np.column_stack([stress[:, 0], stress[:, 1], across, stress[:, 2], none, none])
+            ratio[grains], strain[grains] = material.poissons_ratio, material.plane is Plane.STRAIN
+    return ratio, strain
 
 
 def principal(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -68,28 +111,36 @@ class VtkSeries:
 
     Points lie on the deformed specimen. Grains: zones with grain number, that of the grain it is a cell of, phase; of
     their grain the mean stress (Pa, tensor XX, YY, ZZ, XY, YZ, XZ, and the principal ones in the plane, tension
-    positive) and the rotation (rad); plastic strain and temperature (°C) where a material has them;
-    displacement (m) and velocity (m/s) at nodes.
+    positive) and the rotation (rad); stress and strain of the zone itself where a frame has them; plastic strain and
+    temperature (°C) where a material has them; displacement (m) and velocity (m/s) at nodes.
     Cracks: each contact point with damage, or wet, as a line along its half of the interface, with damage, mode (share
     of shear), opening and slip (m), normal and shear traction (Pa), the pressure of a fluid on its faces (Pa), energy
     lost in opening and in slip (J/m2), time of breaking (s, nan where not broken), the two grains and whether it is
-    inside of one. Contacts, where they are detected: contacts without a bond as lines along their
-    length, with mean opening (negative) and slip (m), normal and shear traction (Pa) and the two grains. Raises OSError
-    where it cannot write.
+    inside of one. Contacts, where they are detected: contacts without a bond as lines along their length, with mean
+    opening (negative) and slip (m), normal and shear traction (Pa) and the two grains. The field data have ``law``, the
+    stage, how far the test is and the time, the units of the arrays, and the version of grainlaw. Raises OSError where
+    it cannot write.
     """
 
-    def __init__(self, folder: str | os.PathLike[str], specimen: Specimen, interfaces: np.ndarray) -> None:
+    def __init__(
+        self, folder: str | os.PathLike[str], specimen: Specimen, interfaces: np.ndarray, law: str = ""
+    ) -> None:
         self.folder = writable_folder(folder)
-        self.specimen, self.interfaces = specimen, interfaces
+        self.specimen, self.interfaces, self.law = specimen, interfaces, law
         self.entries: dict[str, list[tuple[float, str]]] = {"grains": [], "cracks": [], "contacts": []}
 
-    def write(self, frame: Frame) -> None:
-        """Add one frame."""
-        self._add("grains", frame.time, self._grains(frame))
+    def write(self, frame: Frame, curves: Mapping[str, np.ndarray] | None = None) -> None:
+        """Add one frame, with how far the test is in ``curves`` by then."""
+        about: dict[str, Any] = {"law": self.law, "stage": frame.stage, "time (s)": frame.time}
+        reached = next((name for name in COURSE if name != TIME and name in (curves or {})), None)
+        if curves is not None and reached is not None:
+            unit = "" if reached == STRAIN else " (m)"
+            about[f"{reached}{unit}"] = float(np.interp(frame.time, curves[TIME], curves[reached]))
+        self._add("grains", frame.time, self._grains(frame), about)
         if len(self.interfaces):
-            self._add("cracks", frame.time, self._cracks(frame))
+            self._add("cracks", frame.time, self._cracks(frame), about)
         if frame.contacts:
-            self._add("contacts", frame.time, self._contacts(frame))
+            self._add("contacts", frame.time, self._contacts(frame), about)
 
     def _grains(self, frame: Frame) -> meshio.Mesh:
         mesh, grains = self.specimen.mesh, self.specimen.grains
@@ -97,6 +148,10 @@ class VtkSeries:
         of_grains = dict(zip(("stress_1", "stress_2"), principal(frame.stress), strict=True))
         of_grains["stress"] = tensors(self.specimen, frame.stress)
         of_grains["rotation"] = turned(self.specimen, frame.displacement)
+        own = dict(frame.zones)
+        if "stress" in own:
+            own["zone_stress"] = tensors(self.specimen, own.pop("stress"), of)
+            own["zone_strain"] = strains(self.specimen, frame.displacement)
         return meshio.Mesh(
             _in_space(mesh.nodes + frame.displacement),
             [("triangle", mesh.zones)],
@@ -106,7 +161,7 @@ class VtkSeries:
                 "parent": [grains.parent[of]],
                 "phase": [grains.phase[of]],
                 **{name: [values[of]] for name, values in of_grains.items()},
-                **{name: [row] for name, row in frame.zones.items()},
+                **{name: [row] for name, row in own.items()},
             },
         )  # fmt: skip
 
@@ -138,9 +193,11 @@ class VtkSeries:
         lines = np.arange(len(points)).reshape(-1, 2)
         return meshio.Mesh(_in_space(points), [("line", lines)], cell_data={name: [row] for name, row in data.items()})
 
-    def _add(self, name: str, time: float, mesh: meshio.Mesh) -> None:
+    def _add(self, name: str, time: float, mesh: meshio.Mesh, about: Mapping[str, Any]) -> None:
         file = vtu(name, len(self.entries[name]))
-        write_atomically(self.folder / file, lambda path: mesh.write(path))
+        units = [f"{array}: {UNITS[array]}" for array in (*mesh.point_data, *mesh.cell_data) if array in UNITS]
+        fields = {**about, "units": units, "grainlaw": version("grainlaw")}
+        write_atomically(self.folder / file, lambda path: write_vtu(path, mesh, fields))
         self.entries[name].append((time, file))
         lines = "\n".join(
             f'    <DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>' for time, file in self.entries[name]
@@ -153,14 +210,14 @@ class VtkSeries:
 
 
 class VtkWriter(Observer):
-    """Writes about ``count`` frames of each stage, and more as cracks grow, to a folder while the run goes on.
+    """Writes about ``count`` frames, denser while cracks grow, to a folder while the run goes on.
 
-    Where a file cannot be written, or less than ``RESERVE`` bytes are free, it warns (:class:`OutputWarning`) and
-    writes no more: the run goes on.
+    With ``zones`` also the stress and the strain of each zone. Where a file cannot be written, or less than ``RESERVE``
+    bytes are free, it warns (:class:`OutputWarning`) and writes no more: the run goes on.
     """
 
-    def __init__(self, folder: str | os.PathLike[str], count: int = 30) -> None:
-        self.folder, self.clock = writable_folder(folder), FrameClock(count)
+    def __init__(self, folder: str | os.PathLike[str], count: int = 30, *, zones: bool = False) -> None:
+        self.folder, self.clock, self.zones = writable_folder(folder), FrameClock(count), zones
         self.series: VtkSeries | None = None
         self.stopped = ""  #: why nothing more is written
 
@@ -169,14 +226,15 @@ class VtkWriter(Observer):
             return
         try:
             check_room(self.folder)
-            self._series(state).write(take_frame(state))
+            self._series(state).write(take_frame(state, zones=self.zones), curves)
         except OSError as error:
             self.stopped = f"no more pictures for ParaView are written to {self.folder}: {error}"
             warn(self.stopped)
 
     def _series(self, state: State) -> VtkSeries:
         if self.series is None:
-            self.series = VtkSeries(self.folder, state.specimen, state.bonds.ends)
+            laws = dict.fromkeys(type(group.law).__name__ for group in state.bonds.groups)
+            self.series = VtkSeries(self.folder, state.specimen, state.bonds.ends, ", ".join(laws))
         return self.series
 
     def save(self) -> dict[str, np.ndarray]:

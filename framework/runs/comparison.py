@@ -14,6 +14,7 @@ from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.certificate import marked
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
@@ -86,7 +87,7 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         rows += [
             [
                 shown(n).heading,
-                *(shown(n).text(s.get(n)) for s in self.summary.values()),
+                *(marked(n, [s.get(n)], shown(n).text(s.get(n))) for s in self.summary.values()),
                 *("failed" for _ in self.failed),
             ]
             for n in TABLE
@@ -119,12 +120,15 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         title: str = "",
         record: Mapping[str, Any] | None = None,
         measures: Sequence[Measure] | None = None,
+        files: Sequence[str] = (),
     ) -> None:
         """Write the laboratory report of all laws as a page of HTML; the rest is as in :meth:`Result.write_report`."""
         from grainlaw.results.figures.report import write_report
 
         incomplete = "; ".join(f"{name}: {error}" for name, error in self.failed.items())
-        write_report(self.results, file, title=title, record=record, incomplete=incomplete, measures=measures)
+        write_report(
+            self.results, file, title=title, record=record, incomplete=incomplete, measures=measures, files=files
+        )
 
 
 def reasons(failed: Mapping[str, Exception]) -> dict[str, dict[str, str]]:
@@ -165,6 +169,7 @@ def compare(
     ``checkpoint``, a folder with one for each law, ``restart``, ``overwrite``; and those of :func:`simulate`. The
     results do not depend on ``threads``. A law whose run fails does not touch the others, see :class:`Comparison`; if
     all fail, the first error is raised. :class:`Stopped` has the finished laws as its ``result``.
+    A line shows how far the runs are, unless ``quiet``.
     """
     if not laws:
         raise ParameterError("compare: laws is empty, it must name at least one law")

@@ -32,6 +32,7 @@ from grainlaw.runs.checkpoint import Checkpoint, Counters, Moment
 from grainlaw.runs.curve_table import CurveTable
 from grainlaw.runs.estimate import warn_of_cost
 from grainlaw.runs.loader import Loader
+from grainlaw.runs.progress import kept
 from grainlaw.runs.row import row_of
 from grainlaw.runs.run_folder import RunFolder
 from grainlaw.runs.stopping import Stop, Stopped
@@ -61,8 +62,9 @@ class Execution:
     ) -> None:
         self.state, self.law, self.protocol, self.stages = state, law, protocol, stages
         self.threads, self.factor, self.stop, self.folder = threads, factor, stop, folder
-        self.recorder, self.observers = FrameRecorder(FrameClock(frames)), list(observers)
-        self.columns, self.at = CurveTable(), Counters()
+        self.recorder, self.watching = FrameRecorder(FrameClock(frames)), list(observers)
+        self.observers = kept(observers)  #: of which a checkpoint keeps what they have
+        self.columns, self.at, state.stages = CurveTable(), Counters(), len(stages)
         self.integrator: Integrator = stages[0].integrator
         self.before: Motion | None = None  #: the motion that the integrator has seen last
         self.compiled: tuple[Integrator, Compiled] | None = None  #: the integrator of the last steps
@@ -70,8 +72,6 @@ class Execution:
         self.stability = StableStep(state, scaling)
         self.loader = Loader(state, self.stability)
         self.goes_on = False  #: in a stage that began before a checkpoint
-
-    # --- stages ------------------------------------------------------------------------------------------------------
 
     def go(self) -> Result:
         """Run to the end. Errors hold the result so far in ``result``."""
@@ -143,7 +143,7 @@ class Execution:
         progress = max(condition.progress(seen) for condition in stage.ends)
         if self.folder is not None:  # curves before pictures, which take more room
             self.folder.sample(self.columns.since(0), self.state)
-        for observer in (self.recorder, *self.observers):
+        for observer in (self.recorder, *self.watching):
             observer.observe(self.state, curves, stage, min(progress, 1.0))
         if self.folder is not None:
             self.folder.keep(self.recorder.frames)

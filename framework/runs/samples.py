@@ -13,6 +13,7 @@ from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.certificate import marked
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.samples import mean_and_range, means
@@ -65,7 +66,10 @@ class SampleComparison(metaclass=Checked):
         rows = [["", *summaries, *absent]]
         for name in TABLE:
             look = shown(name)
-            cells = (mean_and_range(look, each, name) for each in summaries.values())
+            cells = (
+                marked(name, [one.get(name) for one in each], mean_and_range(look, each, name))
+                for each in summaries.values()
+            )
             rows.append([look.heading, *cells, *("failed" for _ in absent)])
         reasons = (f"\n{in_words(test)} failed: {error}" for test, error in self.failed.items())
         seeds = ", ".join(map(str, dict.fromkeys(seed for _, seed in (*self.results, *self.failed))))
@@ -98,6 +102,7 @@ class SampleComparison(metaclass=Checked):
         title: str = "",
         record: Mapping[str, Any] | None = None,
         measures: Sequence[Measure] | None = None,
+        files: Sequence[str] = (),
     ) -> None:
         """Write means and ranges of all samples, and the laboratory report of the first, as a page of HTML."""
         from grainlaw.results.figures.report import write_report
@@ -106,7 +111,14 @@ class SampleComparison(metaclass=Checked):
         results = {law: each[first] for law, each in self.by_law.items() if first in each}
         incomplete = "; ".join(f"{in_words(test)}: {error}" for test, error in self.failed.items())
         write_report(
-            results, file, title=title, record=record, incomplete=incomplete, measures=measures, samples=self.by_law
+            results,
+            file,
+            title=title,
+            record=record,
+            incomplete=incomplete,
+            measures=measures,
+            samples=self.by_law,
+            files=files,
         )
 
 

@@ -21,6 +21,7 @@ from grainlaw.messages import refusal
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.archive import law_name
 from grainlaw.results.result import Result
 from grainlaw.runs import record
 from grainlaw.runs.claim import Folder, claimed
@@ -28,6 +29,7 @@ from grainlaw.runs.estimate import check_memory
 from grainlaw.runs.execution import Execution
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.plausibility import warn_of_scales
+from grainlaw.runs.progress import Watcher, told
 from grainlaw.runs.run_folder import RunFolder, checkpoint_of
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import Specimen
@@ -51,6 +53,7 @@ def simulate(
     restart: bool = False,
     overwrite: bool = False,
     stop: Stop | None = None,
+    quiet: bool = False,
 ) -> Result:
     """Put a specimen through a test.
 
@@ -60,12 +63,15 @@ def simulate(
     which is tried anew now and then. The result does not depend on them.
     ``integrator`` replaces the protocol's in all stages, so that integrators can be compared like laws.
     ``time_step_factor`` shortens the integrator's stable step; ``mass_scaling`` lengthens it by this factor by raising
-    the mass of the few nodes that govern it. ``frames`` is the number of moments kept for pictures and VTK.
+    the mass of the few nodes that govern it. About ``frames`` moments are kept for pictures and VTK.
 
     ``checkpoint`` is a folder in which curves, cracks, summary and a record are written while the run goes on, and
     every ``every`` seconds, at a signal to stop and at the end a checkpoint. With ``restart`` the run goes on from it,
     with the same bits as if it had never stopped (from the beginning where there is none); ``overwrite`` removes the
     run that the folder holds. ``stop`` ends the run when it is asked to (docs/reliability.md).
+
+    On a terminal and in a notebook a line says what is compiled, how far the run is and the time left, unless
+    ``quiet``.
 
     Raises :class:`ParameterError` before any work is done, :class:`InstabilityError` with the step, contact, grain and
     likely cause (:class:`OverlapError` where grains overlap too much), :class:`StageError`, and :class:`Stopped` (a
@@ -88,7 +94,7 @@ def simulate(
             specimen.check_temperature(f"Stage '{stage.name}': temperature", stage.temperature)
     warn_of_scales(specimen, law, stages)
     check_memory(specimen, frames)
-    stop = stop or Stop()
+    stop, watching = stop or Stop(), list(observers)
     options = {
         "detection": detection, "integrator": integrator, "time_step_factor": time_step_factor,
         "mass_scaling": mass_scaling, "frames": frames,
@@ -98,10 +104,12 @@ def simulate(
         return Execution(
             State(specimen, law, detection), law, protocol, stages,
             threads=ThreadCount(cores) if shared == AUTO else shared, factor=time_step_factor,
-            scaling=mass_scaling, observers=observers, frames=frames, stop=stop, folder=folder,
+            scaling=mass_scaling, observers=watching, frames=frames, stop=stop, folder=folder,
         )  # fmt: skip
 
     with ExitStack() as stack:
+        if (line := stack.enter_context(told(quiet))) is not None:
+            watching.append(Watcher(line, law_name(law)))
         if checkpoint is None:
             stack.enter_context(stop.by_signals(only_interrupt=True))
             return execution(None).go()

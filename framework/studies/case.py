@@ -124,7 +124,7 @@ def _answered(recipe: Recipe, task: Task, observers: Sequence[Observer]) -> tupl
     if key == task.known[0]:
         return {"status": SAME, "run": key}, None
     try:
-        result, status, reason = run.simulate(threads=1, observers=observers), FINISHED, ""
+        result, status, reason = run.simulate(threads=1, observers=observers, quiet=True), FINISHED, ""
     except (StageError, InstabilityError) as error:
         kinds = {OverlapError: "overlap", InstabilityError: "unstable", StageError: "stage"}
         status = next(name for kind, name in kinds.items() if isinstance(error, kind))

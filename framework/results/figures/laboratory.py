@@ -98,8 +98,14 @@ def draw_growth(axes: Axes, laboratory: Laboratory) -> None:
         axes.plot(along, laboratory.growth[f"{name}_length"] * 1e3, style, color=color, label=name)
     axes.set_xlabel(label)
     axes.set_ylabel("length of cracks (mm)")
+    _from_zero(axes)
     axes.grid(alpha=0.25)
     axes.legend(frameon=False)
+
+
+def _from_zero(axes: Axes) -> None:
+    """Begin at zero; of nothing but zeros show the axis, not a range that matplotlib invents."""
+    axes.set_ylim(0, 1 if max(axes.dataLim.y1, 0) == 0 else None)
 
 
 def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
@@ -172,9 +178,11 @@ def draw_lost(axes: Axes, laboratory: Laboratory) -> None:
     time = np.array([frame.time for frame in result.frames])
     along, label = _along(laboratory)
     for name, color, style in (("opening", TENSILE, ".-"), ("slip", SHEAR, "x--")):
-        values = [float(laboratory.half_lengths @ frame.bonds[f"lost_{name}"]) for frame in result.frames]
+        sums = (float(laboratory.half_lengths @ frame.bonds[f"lost_{name}"]) for frame in result.frames)
+        values = [laboratory.beyond_rounding(value) for value in sums]
         axes.plot(np.interp(time, result.curves[TIME], along), values, style, color=color, label=f"in {name}")
     axes.set_xlabel(label)
     axes.set_ylabel("energy lost by contacts (J/m)")
+    _from_zero(axes)
     axes.grid(alpha=0.25)
     axes.legend(frameon=False)

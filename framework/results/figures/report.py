@@ -17,8 +17,9 @@ import numpy as np
 
 from grainlaw.columns import STRESS
 from grainlaw.contact import words_of
-from grainlaw.naming import Shown, shown
+from grainlaw.naming import THREE, Shown, shown
 from grainlaw.results.archive import READ, called
+from grainlaw.results.certificate import FAIL, LIMITS, fails
 from grainlaw.results.figures import html
 from grainlaw.results.figures.cracks import side_by_side
 from grainlaw.results.figures.report_figures import plot_report_curves
@@ -32,13 +33,6 @@ if TYPE_CHECKING:
     from grainlaw.results.measure import Measure
     from grainlaw.results.result import Result
 
-#: the most that a certificate may be, and what to do if it is more (docs/theory.md, Measures)
-LIMITS = {
-    "kinetic_ratio": (0.01, "the test was not quasi-static: load more slowly, with a lower rate or speed"),
-    "platen_imbalance": (0.02, "waves ran through the specimen: load more slowly, with a lower rate or speed"),
-    "energy_error": (0.005, "the time steps were too long: lower the time_step_factor"),
-    "energy_made": (1e-4, "intact contacts made energy: the law may flutter, and the strength depend on the damping"),
-}
 CRACKS = "Broken contacts on the deformed specimens at one scale: tensile thin and red, shear thick and blue"
 COST = ("steps", "time_step", "seconds", "mass_added")
 
@@ -52,6 +46,7 @@ def write_report(
     incomplete: str = "",
     measures: Sequence[Measure] | None = None,
     samples: Samples | None = None,
+    files: Sequence[str] = (),
 ) -> None:
     """Write the results of one test under one law or several, by the laws' names, as a page of HTML.
 
@@ -60,6 +55,7 @@ def write_report(
 
     ``record`` is shown at the end: what else belongs to the run, such as versions. ``incomplete`` says why a test did
     not end as it should. ``measures`` are those of the table, the standard ones (``MEASURES``) if not given.
+    ``files`` are linked: files beside the page, by their names, or in folders beside it.
     Raises OSError where it cannot write.
     """
     laboratories = {
@@ -68,7 +64,7 @@ def write_report(
     }
     first = next(iter(results.values()))
     name = title or f"{_words(first.protocol)}: {', '.join(results)}"
-    parts = _parts(name, results, laboratories, record or {}, incomplete, samples or {})
+    parts = _parts(name, results, laboratories, record or {}, incomplete, samples or {}, files)
     content = html.page(name, parts)
     write_atomically(Path(file), lambda path: path.write_text(content, encoding="utf-8"))
 
@@ -80,6 +76,7 @@ def _parts(
     record: Mapping[str, Any],
     incomplete: str,
     samples: Samples,
+    files: Sequence[str],
 ) -> Iterator[str]:
     first = next(iter(results.values()))
     yield html.text("h1", title)
@@ -95,6 +92,8 @@ def _parts(
     yield _properties(results)
     if "apparent_modulus" in first.summary:
         yield html.text("p", "E* and nu* are slopes as measured in the plane; E and nu are those of the rock.")
+    if not all(map(_has_peak, results.values())):
+        yield html.text("p", "> stands before the highest value of a specimen that had not failed.")
     yield html.text("h2", "Certificate")
     yield _certificate(results)
     if first.curves:
@@ -106,6 +105,9 @@ def _parts(
         yield html.text("h2", "Laboratory measures")
         yield from _measures(laboratories)
         for name, laboratory in laboratories.items():
+            if not len(results[name].cracks):
+                yield html.text("p", f"{name}: no contact has broken, so there is nothing to draw of cracks.")
+                continue
             caption = f"Thresholds, orientation of cracks, fragments, acoustic events and energy lost: {name}"
             yield html.picture(laboratory.plot(), caption)
     yield html.text("h2", "Specimen, law and test")
@@ -113,13 +115,15 @@ def _parts(
     if record:
         yield html.text("h2", "Record")
         yield html.side_by_side(_record(record))
+    if files:
+        yield html.text("h2", "Files")
+        yield html.links(files)
 
 
 def warnings_of(results: Mapping[str, Result]) -> Iterator[str]:
     """One line for each check of the certificate that has failed, or cannot be computed, and for what is cut short."""
     for name, result in results.items():
-        stress = result.curves.get(STRESS, np.zeros(0))
-        if "peak_stress" in result.summary and len(stress) and np.argmax(stress) == len(stress) - 1:
+        if not _has_peak(result):
             yield f"{name}: the highest stress is the last one; the specimen had not failed when the test ended."
         for measure, (limit, cure) in LIMITS.items():
             value = result.summary.get(measure, 0)
@@ -129,12 +133,19 @@ def warnings_of(results: Mapping[str, Result]) -> Iterator[str]:
                 yield f"{name}: the {shown(measure).words} is above its limit; {cure}."
 
 
+def _has_peak(result: Result) -> bool:
+    """Whether the stress fell after its peak; also where a test has none."""
+    stress = result.curves.get(STRESS, np.zeros(0))
+    return "peak_stress" not in result.summary or not len(stress) or int(np.argmax(stress)) < len(stress) - 1
+
+
 def _all_samples(samples: Samples, first: Result) -> Iterator[str]:
     """Means and ranges, and which sample the rest of the page is about."""
     summaries = {law: [result.summary for result in each.values()] for law, each in samples.items()}
     names = (name for name in first.summary if name not in (*LIMITS, *COST))
     rows = [
-        [shown(n).heading, *(_number(mean_and_range(shown(n), each, n)) for each in summaries.values())] for n in names
+        [shown(n).heading, *(_number(mean_and_range(shown(n).brief, each, n)) for each in summaries.values())]
+        for n in names
     ]
     yield html.text("h2", "Means and ranges of all samples")
     yield html.table(rows, ["", *summaries])
@@ -148,29 +159,35 @@ def _all_samples(samples: Samples, first: Result) -> Iterator[str]:
 def _properties(results: Mapping[str, Result]) -> str:
     names = dict.fromkeys(name for result in results.values() for name in result.summary)
     rows = [
-        [shown(name).heading, *(_number(shown(name).text(result.summary.get(name))) for result in results.values())]
+        [shown(name).heading, *(_number(_property(result, name)) for result in results.values())]
         for name in names
         if name not in LIMITS
     ]
     return html.table(rows, ["", *results])
 
 
+def _property(result: Result, name: str) -> str:
+    """Three digits; a specimen that had not failed has no peak, which is more than what was reached."""
+    text = shown(name).brief.text(result.summary.get(name))
+    return f"> {text}" if name in ("peak_stress", "peak_strain") and not _has_peak(result) else text
+
+
 def _certificate(results: Mapping[str, Result]) -> str:
     rows = []
     for name, (limit, _) in LIMITS.items():
-        cells = [_verdict(name, result.summary.get(name), limit) for result in results.values()]
+        cells = [_verdict(name, result.summary.get(name)) for result in results.values()]
         if any(cells):
             rows.append([shown(name).heading, _number(shown(name).text(limit)), *cells])
     return html.table(rows, ["", "at most", *results])
 
 
-def _verdict(name: str, value: float | None, limit: float) -> str:
+def _verdict(name: str, value: float | None) -> str:
     if value is None:
         return ""
     if math.isnan(value):
-        return html.Cell("cannot be computed FAIL", "fail")
-    passed = value <= limit
-    return html.Cell(f"{shown(name).text(value)} {'pass' if passed else 'FAIL'}", "pass" if passed else "fail")
+        return html.Cell(f"cannot be computed {FAIL}", "fail")
+    failed = fails(name, value)
+    return html.Cell(f"{shown(name).text(value)} {FAIL if failed else 'pass'}", "fail" if failed else "pass")
 
 
 def _measures(laboratories: Mapping[str, Laboratory]) -> Iterator[str]:
@@ -180,7 +197,7 @@ def _measures(laboratories: Mapping[str, Laboratory]) -> Iterator[str]:
     for measure in first.measures:
         values = [laboratory.properties[measure.name] for laboratory in laboratories.values()]
         if not np.isnan(values).all():
-            how = Shown(measure.meaning, "" if measure.unit == "1" else measure.unit, measure.factor)
+            how = Shown(measure.meaning, "" if measure.unit == "1" else measure.unit, measure.factor, THREE)
             rows.append([how.heading, *(_number(how.text(float(value))) for value in values), measure.source])
     yield html.table(rows, ["", *laboratories, "source"])
     if first.note:

@@ -30,6 +30,7 @@ from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
+FAR = 3.0  #: ranges before the peak: curves that go farther after it are cut off
 COLORS = {TENSILE_CRACKS: TENSILE, SHEAR_CRACKS: SHEAR}
 
 
@@ -95,5 +96,28 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
     axes.set_xlabel(shown(panel.over).heading)
     axes.set_ylabel(attrs.evolve(shown(panel.columns[0]), words=panel.words).heading if many else shown(column).heading)
     axes.grid(alpha=0.25)
+    cut = _fit_before_peak(axes, panel, results)
     if several or many:
-        axes.legend(frameon=False, fontsize="small")
+        axes.legend(frameon=False, fontsize="small", loc="upper left" if cut else "best")
+
+
+def _fit_before_peak(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> bool:
+    """Where strains after the peak are far larger than before, show those before, and say what is cut off."""
+    if panel.over != STRAIN or LATERAL_STRAIN not in panel.columns:
+        return False
+    before, every = [], []
+    for result in results.values():
+        peak = int(np.argmax(result.curves[STRESS])) + 1
+        for column in panel.columns:
+            values = result.curves[column] * shown(column).factor
+            before.append((values[:peak].min(), values[:peak].max()))
+            every.append((values.min(), values.max()))
+    low, high = np.min(before, axis=0)[0], np.max(before, axis=0)[1]
+    least, most = np.min(every, axis=0)[0], np.max(every, axis=0)[1]
+    room = high - low
+    cut = bool(room > 0 and most - least > FAR * room)
+    if cut:
+        axes.set_ylim(max(least, low - 0.1 * room), min(most, high + 0.6 * room))
+        words = shown(panel.over)
+        axes.set_title(f"up to the peak; then to {most:.3g} {words.unit}", fontsize="small")
+    return cut

@@ -1,0 +1,229 @@
+"""A page on one run to click through: the curve, and the cracks at the moment that is chosen (Bokeh)."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grainlaw.columns import LOAD, TIME, course
+from grainlaw.naming import shown
+from grainlaw.parameter import ParameterError
+from grainlaw.results.archive import called, law_name
+from grainlaw.results.figures import html
+from grainlaw.results.figures.curves import course_heading
+from grainlaw.results.figures.stored_cracks import RIM, SHEAR, TENSILE
+from grainlaw.results.files import write_atomically
+from grainlaw.results.probe import ContactPath
+from grainlaw.results.result import Result
+from grainlaw.results.segments import contact_segments
+
+MOST_BYTES = 2.3e6  #: of rims and cracks in all moments: with Bokeh and in text, the page stays below 5 MB
+MOST_SAMPLES = 300  #: of each path
+STYLE = """
+<style>.panels { display: flex; flex-wrap: wrap; gap: 1rem; } .panels > div { flex: 1 1 20rem; min-width: 0; }
+.panels > div:first-child { flex-basis: 100%; }</style>
+"""
+NOTE = (
+    "Click the curve, or move the slider, to see the cracks at that moment: orange if tensile, blue if shear. Point at "
+    "a crack to see how it broke. Where a probe has followed its contact, the tractions of its path are drawn below."
+)
+
+
+def write_interactive(result: Result, file: str | os.PathLike[str], paths: Sequence[ContactPath]) -> None:
+    """See :func:`grainlaw.write_interactive`."""
+    from bokeh.embed import components
+    from bokeh.resources import Resources
+
+    result.frame("write_interactive", -1)
+    if not result.curves:
+        raise ParameterError("write_interactive: the result has no curves")
+    panels = _panels(result, paths)
+    script, divisions = components(panels)
+    title = f"{called(result.protocol)}: {law_name(result.law)}"
+    body = "\n".join(f"<div>{division}</div>" for division in divisions)
+    parts = [
+        html.text("h1", title),
+        html.text("p", NOTE),
+        Resources(mode="inline", components=["bokeh", "bokeh-widgets"]).render(),
+        STYLE,
+        f'<div class="panels">\n{body}\n</div>',
+        script,
+    ]
+    content = html.page(title, parts)
+    write_atomically(Path(file), lambda path: path.write_text(content, encoding="utf-8"))
+
+
+def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:
+    from bokeh.models import ColumnDataSource, CustomJS, HoverTool, Slider
+    from bokeh.transform import linear_cmap
+
+    frames = _chosen(result)
+    table = {key: ColumnDataSource(values) for key, values in _tables(result, frames, paths).items()}
+    count = len(frames)
+    heading = course_heading(course(result.curves))
+    slider = Slider(
+        start=0, end=max(count - 1, 1), value=count - 1, step=1, show_value=False, sizing_mode="stretch_width",
+        title=f"{heading}: {table['moments'].data['x'][-1]:.4f}",
+    )  # fmt: skip
+    curve, marks = _curve(result, table["moments"])
+    specimen = _figure("x (mm)", "y (mm)", match_aspect=True, height=560)
+    rims, cracks, path = (ColumnDataSource({}) for _ in range(3))
+    rims.data = {name: values[len(values) - len(values) // count :] for name, values in table["outlines"].data.items()}
+    first = table["moments"].data["first"]
+    cracks.data = {name: values[first[-1] :] for name, values in table["cracks"].data.items()}
+    shown_first = table["paths"].data["point"] == (paths[0].point if paths else -1)
+    path.data = {name: values[shown_first] for name, values in table["paths"].data.items()}
+    specimen.line("x", "y", source=rims, line_color=RIM, line_width=0.8)
+    colors = linear_cmap("mode", [TENSILE, SHEAR], 0, 1)
+    lines = specimen.segment("x0", "y0", "x1", "y1", source=cracks, line_color=colors, line_width=2.4)
+    pull = _figure("opening u_n (µm)", "normal traction σ_n (MPa)", height=260)
+    pull.title.text = f"contact point {paths[0].point}" if paths else ""
+    shear = _figure("slip u_s (µm)", "shear traction τ (MPa)", height=260)
+    pull.line("opening", "normal", source=path, line_color=TENSILE, line_width=1.5)
+    shear.line("slip", "shear", source=path, line_color=SHEAR, line_width=1.5)
+    shares = {"slider": slider, "moments": table["moments"], "marks": marks, "count": count}
+    held = {"rims": rims, "cracks": cracks, "outlines": table["outlines"], "every": table["cracks"], "heading": heading}
+    change = CustomJS(args=shares | held, code=CHANGE)
+    slider.js_on_change("value", change)
+    curve.js_on_event("tap", CustomJS(args=shares, code=NEAREST))
+    follow = CustomJS(args={"cracks": cracks, "path": path, "paths": table["paths"], "pull": pull}, code=FOLLOW)
+    tips = [
+        ("mode (share of shear)", "@mode{0.00}"), ("opening", "@opening{0.00} µm"), ("slip", "@slip{0.00} µm"),
+        ("broke at", "@time{0.0000} ms"), ("contact point", "@point"), ("followed by a probe", "@followed{0}"),
+    ]  # fmt: skip
+    specimen.add_tools(HoverTool(renderers=[lines], tooltips=tips, callback=follow))
+    return [slider, curve, specimen, *([pull, shear] if paths else [])]
+
+
+#: the slider has been moved
+CHANGE = """
+const k = slider.value, n = outlines.data.x.length / count, first = moments.data.first;
+const end = k + 1 < first.length ? first[k + 1] : every.data.x0.length;
+rims.data = {x: outlines.data.x.slice(k * n, (k + 1) * n), y: outlines.data.y.slice(k * n, (k + 1) * n)};
+const chosen = {};
+for (const name of Object.keys(every.data)) chosen[name] = every.data[name].slice(first[k], end);
+cracks.data = chosen;
+marks.data = {x: [moments.data.x[k]], y: [moments.data.y[k]]};
+slider.title = heading + ": " + moments.data.x[k].toFixed(4);
+"""
+#: the curve has been clicked
+NEAREST = """
+const x = moments.data.x;
+let best = 0;
+for (let k = 0; k < x.length; k++) if (Math.abs(x[k] - cb_obj.x) < Math.abs(x[best] - cb_obj.x)) best = k;
+slider.value = best;
+"""
+#: a crack is pointed at
+FOLLOW = """
+const k = cb_data.index.indices[0];
+if (k === undefined) return;
+const rows = [], points = paths.data.point;
+for (let i = 0; i < points.length; i++) if (points[i] == cracks.data.point[k]) rows.push(i);
+if (!rows.length) return;
+const found = {};
+for (const name of Object.keys(paths.data)) found[name] = rows.map(i => paths.data[name][i]);
+path.data = found;
+pull.title.text = "contact point " + cracks.data.point[k];
+"""
+
+
+def _figure(x: str, y: str, **options: Any) -> Any:
+    from bokeh.plotting import figure
+
+    made = figure(tools="pan,wheel_zoom,box_zoom,reset,save", sizing_mode="stretch_width", title="", **options)
+    made.xaxis.axis_label, made.yaxis.axis_label = x, y
+    made.toolbar.logo = None
+    return made
+
+
+def _curve(result: Result, moments: Any) -> tuple[Any, Any]:
+    """The curve with its moments, and the source of the mark on the chosen one."""
+    from bokeh.models import ColumnDataSource, HoverTool
+
+    across, up = course(result.curves), next(name for name in LOAD if name in result.curves)
+    made = _figure(course_heading(across), course_heading(up), height=360)
+    x, y = (result.curves[name] * shown(name).factor for name in (across, up))
+    made.line(x.astype(np.float32), y.astype(np.float32), line_color="#333333", line_width=1.5)
+    dots = made.scatter("x", "y", source=moments, size=7, color="#888888")
+    marks = ColumnDataSource({name: moments.data[name][-1:] for name in ("x", "y")})
+    made.scatter("x", "y", source=marks, size=13, color=TENSILE)
+    tips = [(course_heading(across), "@x{0.0000}"), (course_heading(up), "@y{0.00}"), ("cracks", "@cracks")]
+    made.add_tools(HoverTool(renderers=[dots], tooltips=tips))
+    return made, marks
+
+
+def _chosen(result: Result) -> list[int]:
+    """Numbers of the frames that are shown: all, or every other and so on where that is much, with the last."""
+    broken = sum(np.count_nonzero(~np.isnan(frame.bonds["broken_time"])) for frame in result.frames)
+    size = 8 * len(_ring(result)) * len(result.frames) + 37 * int(broken)
+    every = max(1, math.ceil(size / MOST_BYTES))
+    return list(range(len(result.frames) - 1, -1, -every))[::-1]
+
+
+def _ring(result: Result) -> np.ndarray:
+    """Nodes round each grain, its first node again, and -1 where the pen is lifted."""
+    mesh = result.mesh
+    edges = mesh.zones[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    ordered = np.sort(edges, axis=1)
+    _, place, times = np.unique(ordered[:, 0] * len(mesh.nodes) + ordered[:, 1], True, False, True)
+    rim = edges[place[times == 1]]
+    after = dict(zip(rim[:, 0].tolist(), rim[:, 1].tolist(), strict=True))
+    ring: list[int] = []
+    while after:
+        node = begin = next(iter(after))
+        while node in after:
+            ring.append(node)
+            node = after.pop(node)
+        ring += [begin, -1]
+    return np.array(ring)
+
+
+def _tables(result: Result, frames: Sequence[int], paths: Sequence[ContactPath]) -> dict[str, dict[str, np.ndarray]]:
+    """Columns of what the page holds: moments, rims of grains and cracks one moment after the other, and paths."""
+    across, up = course(result.curves), next(name for name in LOAD if name in result.curves)
+    times = [result.frames[k].time for k in frames]
+    x, y = (np.interp(times, result.curves[TIME], result.curves[name] * shown(name).factor) for name in (across, up))
+    ring, followed = _ring(result), {path.point for path in paths}
+    rims, rows, numbers = [], [], []
+    for k in frames:
+        frame = result.frames[k]
+        place = (result.mesh.nodes + frame.displacement) * 1e3
+        rims.append(np.where(ring[:, None] < 0, np.nan, place[ring]))
+        broken = np.flatnonzero(~np.isnan(frame.bonds["broken_time"]))
+        numbers.append(len(broken))
+        ends = contact_segments(place, result.interfaces)[broken].reshape(-1, 4)
+        bonds = [frame.bonds[name][broken] * by for name, by in BONDS.items()]
+        rows.append(np.column_stack([ends, *bonds, broken]))
+    flat = np.concatenate(rows)
+    columns = dict(
+        zip(("x0", "y0", "x1", "y1", "mode", "opening", "slip", "time"), flat.T.astype(np.float32), strict=False)
+    )
+    point = flat[:, -1].astype(np.int32)
+    outlines = np.concatenate(rims).astype(np.float32)
+    first = np.concatenate([[0], np.cumsum(numbers)[:-1]]).astype(np.int32)
+    return {
+        "moments": {"x": x, "y": y, "first": first, "cracks": np.array(numbers, dtype=np.int32)},
+        "outlines": {"x": outlines[:, 0], "y": outlines[:, 1]},
+        "cracks": {**columns, "point": point, "followed": np.isin(point, list(followed)).astype(np.uint8)},
+        "paths": _paths(paths),
+    }
+
+
+BONDS = {"mode": 1.0, "opening": 1e6, "slip": 1e6, "broken_time": 1e3}
+
+
+def _paths(paths: Sequence[ContactPath]) -> dict[str, np.ndarray]:
+    """The paths one after the other, thinned, with the number of their contact point."""
+    units = {"opening": 1e6, "normal": 1e-6, "slip": 1e6, "shear": 1e-6}
+    found: dict[str, list[np.ndarray]] = {name: [np.zeros(0)] for name in ("point", *units)}
+    for path in paths:
+        rows = np.unique(np.linspace(0, len(path.time) - 1, MOST_SAMPLES).astype(int))
+        found["point"].append(np.full(len(rows), path.point))
+        for name, by in units.items():
+            found[name].append(getattr(path, name)[rows] * by)
+    return {name: np.concatenate(each).astype(np.float32) for name, each in found.items()}

@@ -1,0 +1,228 @@
+"""What files for ParaView say of themselves, which moments they hold, and the script that shows them."""
+
+import re
+import sys
+import types
+from importlib.metadata import version
+from pathlib import Path
+from types import SimpleNamespace
+
+import attrs
+import numpy as np
+import pytest
+import pyvista
+from command_line import invoke
+from support import PULL, ROCK, STRONG, nodal_forces, small_sample
+
+import grainlaw as gl
+from grainlaw.laws import CohesiveCrack
+from grainlaw.results.frames import FrameClock, packed, take_frame, unpacked
+from grainlaw.results.paraview import NAME
+from grainlaw.results.vtk import UNITS, VtkWriter, strains, tensors
+
+LAW = CohesiveCrack(**STRONG, mode_i_energy=1, mode_ii_energy=2)
+SHORT = attrs.evolve(PULL, samples=20)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A cracked sample, with its files, those of a run with zones in "zones"."""
+    folder = tmp_path_factory.mktemp("vtk")
+    result = gl.simulate(small_sample(12), LAW, SHORT, frames=5, observers=[VtkWriter(folder / "zones", 5, zones=True)])
+    result.write_vtk(folder)
+    return result, folder
+
+
+def last(folder, name):
+    return pyvista.read(sorted(folder.glob(f"{name}_*.vtu"))[-1])
+
+
+def test_files_say_what_they_are(made):
+    result, folder = made
+    for place in (folder, folder / "zones"):
+        for name in ("grains", "cracks"):
+            read = last(place, name)
+            said = {key: read.field_data[key] for key in read.field_data}
+            assert said["law"] == "CohesiveCrack"
+            assert said["stage"] == "tension"
+            assert said["strain"] == pytest.approx(result.curves["strain"][-1], rel=1e-12)
+            assert said["time (s)"] == result.frames[-1].time
+            assert said["grainlaw"] == version("grainlaw")
+            units = dict(text.split(": ") for text in said["units"])
+            arrays = {*read.cell_data, *read.point_data}
+            assert units == {array: UNITS[array] for array in arrays & {*UNITS}}
+            rest = {"grain", "parent", "phase", "damage", "mode", "grain_a", "grain_b", "inside", "zone_strain"}
+            assert arrays <= {*UNITS} | rest  # what has no unit has none
+
+
+def test_zones_have_their_own_stress_of_which_grains_have_the_mean(made):
+    result, folder = made
+    read, mesh = last(folder / "zones", "grains"), result.mesh
+    assert "zone_stress" not in last(folder, "grains").cell_data
+    count = result.specimen.grains.count
+    rows = (read.cell_data["zone_stress"] * mesh.zone_areas[:, None]).T
+    mean = np.array([np.bincount(mesh.zone_grain, row, count) for row in rows]).T
+    mean /= result.specimen.grains.areas[:, None]
+    assert np.allclose(mean, read.cell_data["stress"][mesh.first_zone[:-1]], rtol=1e-9, atol=1e-3)
+
+
+@pytest.mark.parametrize("plane", list(gl.Plane))
+def test_stress_of_zones_follows_from_their_strain(plane):
+    """By Hooke's law in three dimensions, also where grains have turned; nothing across, or no stress there."""
+    specimen = small_sample(6, material=attrs.evolve(ROCK, plane=plane))
+    state, nodes = gl.State(specimen, LAW), specimen.mesh.nodes
+    field = 1e-3 * np.sin(nodes @ np.array([[40.0, 90.0], [70.0, -30.0]])) * 0.02
+    field += nodes @ np.array([[0, 0.3], [-0.3, 0]])  # a turn, and a stretch that stays small beside it
+    nodal_forces(state, field)
+    frame = take_frame(state, zones=True)
+    strain = strains(specimen, frame.displacement)
+    stress = tensors(specimen, frame.zones["stress"], specimen.mesh.zone_grain)
+    lame, shear = 60e9 * 0.25 / (1.25 * 0.5), 60e9 / 2.5
+    trace = strain[:, :3].sum(axis=1)[:, None] * np.array([1, 1, 1, 0, 0, 0])
+    assert np.allclose(stress, lame * trace + 2 * shear * strain, rtol=1e-9, atol=1e-9 * np.abs(stress).max())
+    assert np.abs(strain[:, [0, 1, 3]]).min(axis=0).max() > 0
+    assert not (strain if plane is gl.Plane.STRAIN else stress)[:, 2].any()
+
+
+@pytest.mark.parametrize("plane", list(gl.Plane))
+def test_strain_does_not_see_a_turn(plane):
+    """A stretch along an axis that is turned: by hand."""
+    rock = attrs.evolve(ROCK, plane=plane)
+    specimen, angle = small_sample(6, material=rock), 0.6
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s], [s, c]])
+    nodes = specimen.mesh.nodes
+    found = strains(specimen, (nodes * [1.002, 0.999]) @ turn.T - nodes)
+    fixed = turn @ np.diag([0.002, -0.001]) @ turn.T
+    assert np.allclose(found[:, [0, 1, 3]], [fixed[0, 0], fixed[1, 1], fixed[0, 1]], atol=1e-12)
+    across = 0.0 if plane is gl.Plane.STRAIN else -0.25 / 0.75 * 0.001
+    assert np.allclose(found[:, 2], across, atol=1e-12)
+    flat = tensors(specimen, np.ones((6, 3)))
+    assert np.allclose(flat[:, 2], 0.5 if plane is gl.Plane.STRAIN else 0.0)
+
+
+def test_frames_keep_their_stage(made):
+    frame = made[0].frames[-1]
+    assert frame.stage == unpacked(packed(frame)).stage == "tension"
+
+
+def test_the_documents_list_every_array(made):
+    page = (Path(__file__).parents[1] / "docs" / "getting-started.md").read_text("utf-8")
+    table = page[page.index("| file | array |") :].split("\n\n")[0]
+    listed, kind = {}, ""
+    for row in table.splitlines()[2:]:
+        cells = row.split("|")
+        kind = cells[1].strip().strip("`") or kind
+        listed.setdefault(kind, set()).update(re.findall(r"`(\w+)`", cells[2]))
+    folder = made[1] / "zones"
+    for name in ("grains", "cracks", "contacts"):
+        read = last(folder, name)
+        assert {*read.cell_data, *read.point_data} == listed[name] - {
+            "plastic_strain",
+            "temperature",
+            "fluid_pressure",
+        }, name
+
+
+def moments(count, stages, course):
+    """How many frames a clock takes on a course of (stage, progress, share of the points broken)."""
+    clock, taken = FrameClock(count), 0
+    for stage, progress, share in course:
+        state = SimpleNamespace(stages=stages, broken_time=np.where(np.arange(1000) < 1000 * share, 1.0, np.nan))
+        taken += clock.due(state, SimpleNamespace(name=stage), progress)
+    return taken
+
+
+def test_about_as_many_frames_are_taken_as_were_asked_for():
+    """However many stages a test has, and however much breaks."""
+    way = np.linspace(0, 1, 500)
+    assert moments(30, 1, [("all", p, 0) for p in way]) == pytest.approx(30, abs=1)
+    cycles = [(f"cycle {k}", p, 0) for k in range(10) for p in way]
+    assert moments(30, 10, cycles) == pytest.approx(40, abs=1)  # three each, and the end of each
+    crushed = [("all", p, 0.6 * p**4) for p in way]
+    assert 30 <= moments(30, 1, crushed) <= 45
+    at_once = [("all", 0.1 * p, 0.6 * p) for p in way]
+    assert 20 <= moments(30, 1, at_once) <= 40
+
+
+# --- the script for ParaView -----------------------------------------------------------------------------------------
+
+
+class Thing:
+    """Stands for anything of ParaView: takes every attribute, and remembers where its data come from."""
+
+    def __init__(self, file=None, after=None):
+        self.__dict__.update(file=file or (after and after.file), name="")
+
+    def __getattr__(self, name):
+        if name == "ThresholdRange":
+            raise AttributeError(name)
+        part = Thing(after=self)
+        self.__dict__[name] = part
+        return part
+
+    def __call__(self, *arguments, **options):
+        return self
+
+
+@pytest.fixture
+def paraview(monkeypatch):
+    """The calls of paraview.simple that the script makes; what it colours must be in the files that it opens."""
+    seen = {"opened": [], "coloured": [], "moved": [], "saved": []}
+    simple = types.ModuleType("paraview.simple")
+
+    def opened(FileName):
+        assert Path(FileName).exists()
+        seen["opened"].append(Path(FileName))
+        return Thing(file=Path(FileName))
+
+    def coloured(display, array):
+        where, name = array
+        assert where == "CELLS"
+        reader = pyvista.get_reader(display.file)
+        reader.set_active_time_point(len(reader.time_values) - 1)
+        assert name in reader.read()[0].cell_data
+        seen["coloured"].append((display.file.stem, name))
+
+    simple.PVDReader, simple.ColorBy = opened, coloured
+    simple.Transform = simple.Threshold = lambda Input: seen["moved"].append(thing := Thing(after=Input)) or thing
+    simple.Show = lambda source, view: Thing(after=source)
+    simple.SaveScreenshot = lambda file, view, **options: seen["saved"].append(file)
+    for name in ("LoadPalette", "GetActiveViewOrCreate", "RenameSource", "Hide", "GetColorTransferFunction",
+                 "GetAnimationScene", "ResetCamera", "Render"):  # fmt: skip
+        setattr(simple, name, lambda *arguments: Thing())
+    simple.__all__ = [name for name in vars(simple) if not name.startswith("_")]
+    package = types.ModuleType("paraview")
+    package.simple = simple
+    monkeypatch.setitem(sys.modules, "paraview", package)
+    monkeypatch.setitem(sys.modules, "paraview.simple", simple)
+    return seen
+
+
+def shown(file, monkeypatch, *arguments):
+    monkeypatch.setattr(sys, "argv", [str(file), *arguments])
+    exec(compile(file.read_text("utf-8"), str(file), "exec"), {"__file__": str(file)})
+
+
+def test_the_script_opens_what_a_result_has_written(made, paraview, monkeypatch):
+    folder = made[1]
+    shown(folder / NAME, monkeypatch, "picture.png")
+    assert paraview["opened"] == [folder / "grains.pvd", folder / "cracks.pvd"]
+    assert paraview["coloured"] == [("grains", "stress_2"), ("cracks", "mode")]
+    assert paraview["saved"] == ["picture.png"]
+
+
+def test_the_script_of_a_comparison_shows_all_runs_beside_each_other(tmp_path, paraview, monkeypatch):
+    few = ["compare", "--quick", "--threads", "1", "--grains", 6, "--seeds", "1,2", "--set", "test.samples=10"]
+    options = ["--max-strain", "5e-5", "--laws", "linear,mohr-coulomb", "--out", tmp_path / "out"]
+    result = invoke(*few, *options, "--set", "numerics.zones=true")
+    assert result.exit_code == 0, result.output
+    (tmp_path / "out").rename(tmp_path / "moved")  # it finds its files from its own place
+    shown(tmp_path / "moved" / NAME, monkeypatch)
+    runs = {file.parent.name for file in paraview["opened"]}
+    assert runs == {"linear_seed_1", "mohr-coulomb_seed_1", "linear_seed_2", "mohr-coulomb_seed_2"}
+    places = {tuple(thing.Transform.Translate) for thing in paraview["moved"] if "Transform" in vars(thing)}
+    assert len(places) == 4
+    assert {place[:2] for place in places} == {(x, y) for x in (0.0, 1.3 * 0.02) for y in (0.0, 1.3 * 0.05)}
+    assert not paraview["saved"]
+    assert "zone_stress" in last(tmp_path / "moved" / "linear_seed_2", "grains").cell_data
