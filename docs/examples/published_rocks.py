@@ -77,10 +77,10 @@ def search(rock, law, folder, budget=60, **options):
 if __name__ == "__main__":
     found = json.loads(STORED.read_text("utf-8"))
     for rock in sys.argv[2:] or ROCKS:
-        found[rock] = {}
         for law in LAWS:
             answer = search(rock, law, sys.argv[1])
             print(rock, law, answer, sep="\n\n", end="\n\n")
             answer.write(Path(sys.argv[1]) / f"{rock}, {law}")
-            found[rock][law] = {name: value for name, value in answer.summary.items() if name in KEPT}
-    write_json(STORED, {rock: found[rock] for rock in ROCKS if rock in found})
+            of_rock = found.setdefault(rock, {})
+            of_rock[law] = {name: value for name, value in answer.summary.items() if name in KEPT}
+            write_json(STORED, {name: found[name] for name in ROCKS if name in found})
