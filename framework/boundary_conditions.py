@@ -168,5 +168,17 @@ class FluidPressure(Imposed):
         lowest = self.level if isinstance(self.level, float) else 0.0
         if isinstance(self.level, TimeSeries):
             lowest = float(self.level.values.min())
+        self._check(lowest)
+
+    def _check(self, lowest: float) -> None:
         if lowest < 0:
-            raise ParameterError(f"FluidPressure: pressure = {lowest:g} Pa is not allowed, it must be at least 0")
+            raise ParameterError(
+                f"FluidPressure of {self.boundary}: pressure = {lowest:g} Pa is not allowed, it must be at least 0"
+            )
+
+    def course(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """As of all loads. Raises :class:`ParameterError` where a function gives a pressure below 0."""
+        found = super().course(begin, end)
+        if callable(self.pressure) and not isinstance(self.pressure, TimeSeries):
+            self._check(float(found.min(initial=0.0)))
+        return found

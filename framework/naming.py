@@ -83,6 +83,7 @@ USUAL = {
     r"angle": ("deg", 1.0, ".1f"),
     r"load|force": ("kN/m", 1e-3, ".4g"),
     r"time": ("s", 1.0, ".4g"),
+    r"velocity": ("m/s", 1.0, ".4g"),
 }
 
 

@@ -109,6 +109,7 @@ class Stage(metaclass=Checked):
         if self.static and self.quiet:
             raise ParameterError(f"Stage '{self.name}': a static stage has no waves; let a stage after it be quiet")
         self._check_fluids()
+        self._check_quiet()
         if self.temperature is not None:
             self._check_heating(moves)
             moves = True
@@ -149,6 +150,16 @@ class Stage(metaclass=Checked):
                     "cracks_only=True"
                 )
             known.add(one.boundary)
+
+    def _check_quiet(self) -> None:
+        driven = {one.boundary for one in self.drives if isinstance(one, Hold)}
+        names = [one.boundary for one in self.quiet]
+        for name in names:
+            where = f"Stage '{self.name}': boundary = {name!r}"
+            if names.count(name) > 1:
+                raise ParameterError(f"{where} is quiet twice, it can be so once")
+            if name in driven:
+                raise ParameterError(f"{where} is quiet and has a platen under a force: let a Traction give the force")
 
     def _check_heating(self, moves: bool) -> None:
         if self.loading is None or self.loading.ramp:

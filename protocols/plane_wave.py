@@ -36,6 +36,8 @@ def _places(value: Any) -> tuple[float, ...] | None:
     if value is None:
         return None
     try:
+        if len(value) == 0:
+            raise TypeError
         return tuple(checked_number("PlaneWave: gauges", place, "m") for place in value)
     except TypeError:
         raise refusal("PlaneWave: gauges", value, "a list of places along x (m)") from None
@@ -72,7 +74,9 @@ class PlaneWave(LoadingProtocol):
         return int(self.wave is Wave.S)
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        require_boundaries(specimen, "PlaneWave", "left", "right", "top", "bottom")
+        require_boundaries(specimen, "PlaneWave", "left", "right", "top", "bottom", *self.quiet)
+        if specimen.is_rigid:
+            raise ParameterError("PlaneWave: grains that are Rigid carry no waves, it needs another material")
         low, high = specimen.grains.region.bounds[:, 0].tolist()
         for place in self._gauges(specimen):
             if not low <= place <= high:

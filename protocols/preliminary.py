@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from grainlaw.columns import LATERAL_STRAIN, SHEAR_CRACKS, STAGE, STRAIN, TENSILE_CRACKS, VOLUMETRIC_STRAIN
+from grainlaw.columns import LATERAL_STRAIN, SHEAR_CRACKS, STAGE, STRAIN, TENSILE_CRACKS, TIME, VOLUMETRIC_STRAIN
 from grainlaw.condition import Curves
 from grainlaw.protocol import LoadingProtocol
 
 #: what a test counts from its own beginning
-OFFSET = (STRAIN, LATERAL_STRAIN, "strain_points", VOLUMETRIC_STRAIN, TENSILE_CRACKS, SHEAR_CRACKS)
+OFFSET = (TIME, STRAIN, LATERAL_STRAIN, "strain_points", VOLUMETRIC_STRAIN, TENSILE_CRACKS, SHEAR_CRACKS)
 
 
 def samples_before(curves: Curves, stages: int) -> int:

@@ -224,7 +224,7 @@ def test_laws_of_phases_and_scattered_strength(tmp_path):
     gl.simulate(mixed, {(0, 1): weak}, shear).write_report(tmp_path / "report.html")
     page = Page(tmp_path / "report.html")
     assert "between 0 and 1" in page.text
-    assert page.rows["tensile_strength"] == [["6 MPa to 8 MPa in 2 contacts"]]
+    assert page.rows["tensile_strength"] == [["6 MPa to 8 MPa in 2 values"]]
     assert page.rows["youngs_modulus"] == [["60 GPa"]] * 2
 
 

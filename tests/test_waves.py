@@ -10,6 +10,7 @@ from support import STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.columns import ENERGY, SPENT
+from grainlaw.engine.parts.boundaries import check_boundaries
 from grainlaw.engine.parts.quiet import QuietBoundaries
 from grainlaw.engine.state import State
 from grainlaw.geometry import block, moved
@@ -273,9 +274,9 @@ def test_bad_values_are_refused(make, words):
 
 def test_rigid_grains_have_no_quiet_boundary():
     with pytest.raises(gl.ParameterError, match="Quiet: boundary = 'right' is of rigid grains"):
-        gl.simulate(bar(4, material=gl.Rigid(density=2700)), GLUED, PlaneWave(duration=1e-6))
+        QuietBoundaries(bar(4, material=gl.Rigid(density=2700)), [gl.Quiet(boundary="right")], None, None)
 
 
 def test_unknown_boundaries_are_refused():
     with pytest.raises(gl.ParameterError, match="Quiet: boundary = 'lid'"):
-        gl.simulate(bar(4), GLUED, PlaneWave(duration=1e-6, quiet=("lid",)))
+        check_boundaries(bar(4), [gl.Quiet(boundary="lid")])

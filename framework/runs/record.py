@@ -229,6 +229,9 @@ def _kinds(component: Any) -> Iterator[type | FunctionType]:
         yield type(component)
         for field in attrs.fields(type(component)):
             yield from _kinds(getattr(component, field.name))
+    elif isinstance(component, (list, tuple)):
+        for entry in component:
+            yield from _kinds(entry)
     elif isinstance(component, FunctionType):
         yield component
 

@@ -89,7 +89,12 @@ def simulate(
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
     for stage in stages:
-        check_boundaries(specimen, stage.fluids)
+        check_boundaries(specimen, [*stage.loads, *stage.quiet])
+        if stage.quiet and mass_scaling > 1:
+            raise ParameterError(
+                f"simulate: mass_scaling = {mass_scaling:g} is not allowed with quiet boundaries: waves in heavier "
+                "grains are slower"
+            )
         if stage.temperature is not None:
             specimen.check_temperature(f"Stage '{stage.name}': temperature", stage.temperature)
     warn_of_scales(specimen, law, stages)

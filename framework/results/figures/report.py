@@ -256,6 +256,10 @@ def _rows(component: Any, before: str = "") -> list[list[str]]:
             rows += [[name, type(value).__name__], *_rows(value, f"{name}.")]
         elif "unit" in field.metadata and isinstance(value, (Real, np.ndarray)):
             rows.append([name, _range(value, field.metadata["unit"])])
+        elif value is None or value == ():
+            rows.append([name, "-"])
+        elif isinstance(value, tuple):
+            rows.append([name, ", ".join(map(str, value))])
         else:
             rows.append(
                 [name, value.name.lower() if hasattr(value, "name") else getattr(value, "__qualname__", str(value))]
@@ -266,7 +270,7 @@ def _rows(component: Any, before: str = "") -> list[list[str]]:
 def _range(value: Any, unit: str) -> str:
     if not isinstance(value, np.ndarray):
         return written(value, unit)
-    return f"{written(_rounded(value.min()), unit)} to {written(_rounded(value.max()), unit)} in {len(value)} contacts"
+    return f"{written(_rounded(value.min()), unit)} to {written(_rounded(value.max()), unit)} in {len(value)} values"
 
 
 def _record(record: Mapping[str, Any]) -> Iterator[str]:

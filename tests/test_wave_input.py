@@ -1,0 +1,75 @@
+"""What waves and loads that change with time refuse, and what tells their runs apart."""
+
+import attrs
+import numpy as np
+import pytest
+from bars import GLUED, bar
+
+import grainlaw as gl
+from grainlaw.protocols import PlaneWave, Saturated
+from grainlaw.runs import record
+
+
+DAMPED = PlaneWave(duration=6e-5, integrator=gl.CentralDifference())  # what is not damped never rests before it
+
+
+@attrs.frozen(kw_only=True)
+class Moves(gl.LoadingProtocol):
+    """Holds drives in a list."""
+
+    drives: list = attrs.field()
+
+    def stages(self, specimen):
+        return [gl.Stage(name="move", drives=self.drives, until=[gl.Reaches("time", 1e-5)], interval=1e-6)]
+
+    def measure(self, state):
+        return {}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+def test_a_wave_after_a_stage_lasts_as_long_as_it_should():
+    """Its duration counts from its own beginning; the stage before it takes longer."""
+    alone, wet = (
+        gl.simulate(bar(20), GLUED, test, frames=1).summary["peak_stress_0"]
+        for test in (DAMPED, Saturated(test=DAMPED, pressure=1.0))
+    )
+    assert wet == pytest.approx(alone, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("stage", "words"),
+    [
+        ({"quiet": [gl.Quiet(boundary="top")] * 2}, "boundary = 'top' is quiet twice"),
+        (
+            {"quiet": [gl.Quiet(boundary="top")], "drives": [gl.Hold(boundary="top", axis=1, stress=0.0)]},
+            "boundary = 'top' is quiet and has a platen",
+        ),
+    ],
+)
+def test_a_quiet_boundary_is_so_once_and_free(stage, words):
+    with pytest.raises(gl.ParameterError, match=words):
+        gl.Stage(name="wave", until=[gl.Reaches("time", 1e-5)], interval=1e-6, **stage)
+
+
+def test_waves_need_grains_that_deform_and_their_own_mass():
+    rigid = gl.Specimen(bar(4).grains, gl.Rigid(density=2700))
+    with pytest.raises(gl.ParameterError, match="grains that are Rigid carry no waves"):
+        gl.simulate(rigid, GLUED, PlaneWave(quiet=()))
+    with pytest.raises(gl.ParameterError, match="mass_scaling = 2 is not allowed with quiet boundaries"):
+        gl.simulate(bar(4), GLUED, PlaneWave(), mass_scaling=2)
+
+
+def test_what_is_imposed_is_known_before_anything_runs():
+    with pytest.raises(gl.ParameterError, match="rigth"):
+        gl.simulate(bar(4), GLUED, PlaneWave(quiet=("rigth",)))
+    with pytest.raises(gl.ParameterError, match="it must be at least 0"):
+        gl.FluidPressure(boundary="left", pressure=lambda time: -5e6).course(np.zeros(1), np.ones(1))
+
+
+def test_a_function_in_a_list_is_part_of_the_key_of_a_run():
+    def key(speed):
+        return record.of_run(bar(4), GLUED, Moves(drives=[gl.Drive(boundary="top", axis=1, speed=speed)]), {})["key"]
+
+    assert key(lambda time: 1e-3 * time) != key(lambda time: 2e-3 * time)
