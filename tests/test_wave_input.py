@@ -9,7 +9,6 @@ import grainlaw as gl
 from grainlaw.protocols import PlaneWave, Saturated
 from grainlaw.runs import record
 
-
 DAMPED = PlaneWave(duration=6e-5, integrator=gl.CentralDifference())  # what is not damped never rests before it
 
 
