@@ -94,6 +94,23 @@ def test_the_folder_repeats_itself_without_the_file(made):
     assert "every number is the same" in result.output
 
 
+def test_a_rock_from_a_file_is_copied_and_repeated(tmp_path):
+    (tmp_path / "rocks").mkdir()
+    code = "import grainlaw as gl\nrock = gl.Elastic(youngs_modulus=40e9, poissons_ratio=0.2, density=2600)\n"
+    (tmp_path / "rocks" / "soft.py").write_text(code)
+    file = tmp_path / "rocks" / "rock.toml"
+    file.write_text('[rock]\ntype = "soft.py:rock"\n[test]\nsamples = 10\n')
+    few = ["--laws", "linear", "--seeds", "1", "--grains", 6, "--max-strain", "5e-5"]
+    made = invoke(*FEW, "--config", file, *few, "--out", tmp_path / "out")
+    assert made.exit_code == 0, made.output
+    (tmp_path / "rocks").rename(tmp_path / "elsewhere")
+    again = invoke("rerun", tmp_path / "out", "--out", tmp_path / "again")
+    assert again.exit_code == 0, again.output
+    assert "every number is the same" in again.output
+    content = json.loads((tmp_path / "again" / "summary.json").read_text())
+    assert content["parameters"]["material"]["youngs_modulus"] == 40e9
+
+
 def test_grains_without_a_seed_are_one_sample(tmp_path):
     bricks = ["--set", "sample.tessellator=bricks", "--set", "sample.rows=2", "--set", "test.samples=10"]
     result = invoke(*FEW, *bricks, "--laws", "linear", "--max-strain", "5e-5", "--out", tmp_path)

@@ -10,7 +10,7 @@ import click
 
 from grainlaw.cli.components import refuse_unknown
 from grainlaw.cli.configuration import CONFIG, Configuration, configured
-from grainlaw.cli.law_copy import copied_grains
+from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.lists import seeds_of
 from grainlaw.cli.running import (
     ProgressBar,
@@ -35,7 +35,7 @@ from grainlaw.results.files import file_name, write_atomically
 from grainlaw.results.paraview import write_script
 from grainlaw.results.result import Result
 from grainlaw.results.vtk import VtkWriter
-from grainlaw.runs.claim import Claim
+from grainlaw.runs.claim import MATERIAL_FILES, Claim
 from grainlaw.runs.comparison import Comparison
 from grainlaw.runs.comparison import compare as compare_laws
 from grainlaw.runs.record import described, versions
@@ -106,7 +106,13 @@ def compare(
     with writing_to(out, restart, overwrite, about) as claim:
         if own:
             sample, claim.about["grain_files"] = copied_grains(own.get("sample", {}), claim.path)
-            text = toml({**own, **({"sample": sample} if sample else {})})
+            kept = {**own, **({"sample": sample} if sample else {})}
+            if first.material_files:
+                rock, claim.about["material_files"] = copied(
+                    own["rock"]["type"], first.material_files, claim.path, MATERIAL_FILES
+                )
+                kept["rock"] = {**own["rock"], "type": rock}
+            text = toml(kept)
             write_atomically(claim.path / CONFIG, lambda file: file.write_text(text, encoding="utf-8"))
         comparison = _compared(specimens, compared, first, claim)
         made = {"seed": numbers[0]} if len(numbers) == 1 else {"seeds": numbers}
