@@ -6,6 +6,7 @@ import pytest
 from support import ROCK, STIFF, advance, small_sample
 
 import grainlaw as gl
+from grainlaw.columns import ENERGY, SPENT, SUPPLIED
 from grainlaw.engine.state import State
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
@@ -164,3 +165,32 @@ def test_unknown_boundary(load):
     says = rf"{type(load).__name__}: boundary = 'lid' .* bottom, left, right, top"
     with pytest.raises(gl.ParameterError, match=says):
         gl.simulate(block(), Linear(**STIFF), Loads(**imposed))
+
+
+@attrs.frozen(kw_only=True)
+class InParts(gl.LoadingProtocol):
+    """A pressure that is there at once, undamped, in stages of a microsecond."""
+
+    def stages(self, specimen):
+        held, undamped = gl.Drive(boundary="bottom", axis=1, speed=0.0), gl.CentralDifference(damping=gl.Undamped())
+        pressure = gl.Pressure(boundary="top", pressure=10e6)
+        return [
+            gl.Stage(
+                name=f"part {k}", drives=[held], pressures=[pressure], until=[gl.Reaches("time", (k + 1) * 1e-6)],
+                interval=2.5e-7, integrator=undamped,
+            )
+            for k in range(6)
+        ]  # fmt: skip
+
+    def measure(self, state):
+        return {}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+def test_the_ledger_knows_the_work_of_a_pressure_between_stages():
+    curves = gl.simulate(small_sample(), Linear(**STIFF), InParts()).curves
+    supplied = curves[ENERGY + SUPPLIED]
+    gap = supplied - sum(curves[ENERGY + name] for name in SPENT)
+    assert np.abs(gap).max() < 1e-6 * np.abs(supplied).max()

@@ -63,7 +63,8 @@ class Boundaries(Part):
         """
         check_boundaries(self._grains.specimen, [*drives, *pressures, *tractions, *quiet])
         now = self._nodes.arrays.displacement
-        self.books.done[0] += float(self.driven.arrays.work.sum()) + self.pressed.work
+        self.books.done[0] += float(self.driven.arrays.work.sum())
+        self.books.done[0] += self.pressed.work + self.pressed.last_work(now)
         self.books.done[0] += float(self.loaded.arrays.work.sum()) + self.loaded.last_work(now)
         self.books.absorbed[0] -= float(self.quiet.arrays.work.sum()) + self.quiet.last_work(now)
         self._impose(drives, pressures, fixed, tractions, quiet, now if before is None else before)
@@ -76,7 +77,7 @@ class Boundaries(Part):
         specimen = self._grains.specimen
         self.driven = Drives(self._grains, self._freedoms, self.drives, fixed)
         self.hold()
-        self.pressed = Pressures(specimen, self.drives, pressures, self._nodes.arrays.displacement)
+        self.pressed = Pressures(specimen, self.drives, pressures, before)
         self.loaded = Tractions(self._mesh, tractions, len(self.drives) + 1 + len(pressures), before)
         self.quiet = QuietBoundaries(specimen, quiet, self._freedoms, before)
         self.new_sample()

@@ -126,12 +126,18 @@ class Pressures(Part):
         node = self._membrane(displacement)
         nearest = self._nearest(node)
         node, nearest = node[nearest >= 0], nearest[nearest >= 0]
+        done = self.books.done + self.arrays.work.sum() + self.last_work(displacement)
+        self.books = PressureBooks(displacement.copy(), done)
+        self._lay(node, nearest, before)
+
+    def last_work(self, displacement: np.ndarray) -> float:
+        """J, when membranes or stages end: that of the last forces on half of the motion since, to (2, i) m, Eq. (11).
+
+        Those of the next ones work on the other half.
+        """
         a = self.arrays
         way = displacement[:, a.node].mean(axis=1) - np.stack([a.moved_x, a.moved_y])
-        # Eq. (11), the trapezoidal rule: the last forces act on half of the last motion, the next on the other half.
-        last = 0.5 * float(np.sum(a.force_x * way[0] + a.force_y * way[1]))
-        self.books = PressureBooks(displacement.copy(), self.books.done + a.work.sum() + last)
-        self._lay(node, nearest, before)
+        return 0.5 * float(np.sum(a.force_x * way[0] + a.force_y * way[1]))
 
     def _has_changed(self, displacement: np.ndarray) -> bool:
         if not np.isfinite(displacement).all():  # the check of the energies reports where the run became unstable
