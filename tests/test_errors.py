@@ -83,7 +83,7 @@ REFUSED = {
     "damping": (lambda: gl.LocalDamping(fraction=1), "LocalDamping: fraction = 1 is not allowed, .* below 1"),
     "burst": (lambda: gl.DynamicRelaxation(burst=0), "DynamicRelaxation: burst = 0 .* whole number, at least 1"),
     "axis": (lambda: gl.Drive(boundary="top", axis=3, speed=1), r"Drive: axis = 3 .* 0 \(along x\) or 1 \(along y\)"),
-    "drive": (lambda: gl.Drive(boundary="top", axis=1, speed=math.nan), "Drive: speed = nan m/s is not allowed"),
+    "drive": (lambda: gl.Drive(boundary="top", axis=1, speed=math.nan), "Drive: speed = nan is not allowed"),
     "stage": (lambda: gl.Stage(name="x", until=[], interval=1e-5), r"Stage: until = \[\] .* at least one Condition"),
 }
 

@@ -9,7 +9,7 @@ import pytest
 from tiling import BEAM, BEND
 
 from grainlaw import geometry
-from grainlaw.geometry import disc, notched_beam, polygon, rectangle, semi_disc, shear_box
+from grainlaw.geometry import Hexagonal, disc, notched_beam, plate_with_hole, polygon, rectangle, semi_disc, shear_box
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 
@@ -91,7 +91,14 @@ def test_shapes_refuse(shape, arguments: dict, message: str) -> None:
         shape(**arguments)
 
 
+def test_the_hole_of_a_plate_has_the_area_of_its_circle() -> None:
+    plate = Hexagonal(grains=400).tessellate(plate_with_hole(0.1, 0.06, 0.02))
+    assert plate.areas.sum() == pytest.approx(0.1 * 0.06 - np.pi * 0.01**2)
+    with pytest.raises(ParameterError, match="plate_with_hole: diameter"):
+        plate_with_hole(0.1, 0.06, 0.06)
+
+
 def test_all_shapes_are_tried() -> None:
-    shapes = {disc, notched_beam, polygon, rectangle, semi_disc, shear_box}
+    shapes = {disc, notched_beam, plate_with_hole, polygon, rectangle, semi_disc, shear_box}
     functions = {each for each in map(vars(geometry).get, geometry.__all__) if inspect.isfunction(each)}
     assert shapes == {each for each in functions if inspect.signature(each, eval_str=True).return_annotation is Region}
