@@ -73,3 +73,12 @@ class Part:
                     other[name] = copy.copy()
             if other:
                 setattr(self, where, rows._replace(**other))
+
+
+def half_step_work(arrays: Any, moved: np.ndarray) -> float:
+    """J, of forces that end: that of the last ones on half of the motion since, to ``moved`` (2, n) m, Eq. (11).
+
+    Those that follow work on the other half. ``arrays`` have ``force_x`` and ``force_y``, ``moved_x`` and ``moved_y``.
+    """
+    way_x, way_y = moved[0] - arrays.moved_x, moved[1] - arrays.moved_y
+    return 0.5 * float(np.sum(arrays.force_x * way_x + arrays.force_y * way_y))

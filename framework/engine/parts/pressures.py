@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from grainlaw.boundary_conditions import Drive, Hold, Pressure
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.membrane import membrane
-from grainlaw.engine.parts.part import Changing, Part, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Part, Scratch, Split, half_step_work
 from grainlaw.specimen import Specimen
 
 PARTED = 0.05  #: of the grain size: how far the rim may part, and nodes may move, until membranes are laid anew
@@ -131,13 +131,8 @@ class Pressures(Part):
         self._lay(node, nearest, before)
 
     def last_work(self, displacement: np.ndarray) -> float:
-        """J, when membranes or stages end: that of the last forces on half of the motion since, to (2, i) m, Eq. (11).
-
-        Those of the next ones work on the other half.
-        """
-        a = self.arrays
-        way = displacement[:, a.node].mean(axis=1) - np.stack([a.moved_x, a.moved_y])
-        return 0.5 * float(np.sum(a.force_x * way[0] + a.force_y * way[1]))
+        """J, when membranes or stages end, of nodes that are displaced by (2, i) m: see :func:`half_step_work`."""
+        return half_step_work(self.arrays, displacement[:, self.arrays.node].mean(axis=1))
 
     def _has_changed(self, displacement: np.ndarray) -> bool:
         if not np.isfinite(displacement).all():  # the check of the energies reports where the run became unstable

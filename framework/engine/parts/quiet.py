@@ -12,7 +12,7 @@ from grainlaw.boundary_conditions import Quiet
 from grainlaw.columns import ABSORBED
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split, half_step_work
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
@@ -85,10 +85,8 @@ class QuietBoundaries(Part):
         return {ABSORBED: -float(self.arrays.work.sum())}
 
     def last_work(self, displacement: np.ndarray) -> float:
-        """J, when the stage ends: that of the last forces on half of the motion since, to (2, i) m, Eq. (11)."""
-        a = self.arrays
-        way_x, way_y = displacement[0, a.node] - a.moved_x, displacement[1, a.node] - a.moved_y
-        return 0.5 * float(np.sum(a.force_x * way_x + a.force_y * way_y))
+        """J, when the stage ends, of nodes that are displaced by (2, i) m: see :func:`half_step_work`."""
+        return half_step_work(self.arrays, displacement[:, self.arrays.node])
 
 
 def _dashpots(specimen: Specimen, edges: np.ndarray, quiet: Quiet) -> tuple[np.ndarray, np.ndarray]:

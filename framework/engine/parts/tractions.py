@@ -10,7 +10,7 @@ from numba import njit
 
 from grainlaw.boundary_conditions import Traction
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split, half_step_work
 from grainlaw.mesh import Mesh
 
 
@@ -75,10 +75,5 @@ class Tractions(Part):
         return {"external": float(self.arrays.work.sum())}
 
     def last_work(self, displacement: np.ndarray) -> float:
-        """J, when the stage ends: that of the last forces on half of the motion since, to (2, i) m, Eq. (11).
-
-        Those of the next stage work on the other half.
-        """
-        a = self.arrays
-        way_x, way_y = displacement[0, a.node] - a.moved_x, displacement[1, a.node] - a.moved_y
-        return 0.5 * float(np.sum(a.force_x * way_x + a.force_y * way_y))
+        """J, when the stage ends, of nodes that are displaced by (2, i) m: see :func:`half_step_work`."""
+        return half_step_work(self.arrays, displacement[:, self.arrays.node])
