@@ -95,7 +95,7 @@ def touching_stiffness(places: np.ndarray, nodes: np.ndarray, kn: np.ndarray, ks
 
 def triplets(values: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Values (c, 2 k, 2 k) over the components of nodes (c, k), as values, rows and columns of a sparse matrix."""
-    freedoms = (2 * nodes[:, :, None] + np.arange(2)).reshape(len(nodes), 2 * nodes.shape[1])
+    freedoms = (2 * nodes[:, :, None] + np.arange(2)).reshape(len(nodes), 2 * nodes.shape[1]).astype(np.int32)
     size = freedoms.shape[1]
     return values.ravel(), np.repeat(freedoms, size, axis=1).ravel(), np.tile(freedoms, (1, size)).ravel()
 
@@ -119,7 +119,9 @@ def stiffness_matrix(
         parts.append(_edge_triplets(specimen, *rim))
     if not specimen.is_rigid:
         parts.append(_zone_triplets(specimen))
-    values, rows, columns = (np.concatenate(pieces) for pieces in zip(*parts, strict=True))
+    parts = [part for part in parts if len(part[0])] or parts  # one part is not copied
+    values, rows, columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+    del parts
     size = 2 * len(specimen.mesh.nodes)
     return coo_matrix((values, (rows, columns)), (size, size)).tocsr()
 

@@ -62,7 +62,7 @@ def pass_costs(state):
     shape, modulus = (z.b1, z.b2, z.c1, z.c2, z.area), (z.d0, z.d1, z.d2)
     moved, pull = (z.x1, z.y1, z.x2, z.y2), (z.f1x, z.f1y, z.f2x, z.f2y)
     gap, frame = (b.d1x, b.d1y, b.d2x, b.d2y, b.ex, b.ey), (b.nx, b.ny, b.inverse)
-    law, memory = state.bonds.groups[0].compiled, state.bonds.memory_of(0)
+    law, memory = state.bonds.groups[0].compiled, state.bonds.memory_of(state.bonds.groups[0])
     calls = {
         "zones: gather": lambda: zones.gather_motion(*u, *z.corner, *moved),
         "zones: force": lambda: zones.zone_forces(*moved, *shape, *modulus, *pull),
