@@ -92,7 +92,7 @@ def test_one_point_on_more_seeds_tells_how_strong_the_common_ones_are():
     given = [space().mapping(point) for point in points]
     seeds, every = (1, 2, 3), range(1, 41)
     before = samples_of(rock.values(given, FOUR, seeds, np.ones(30)))
-    after = anchored(before, rock.values(given[:1], FOUR, every, np.ones(1)), 3)
+    after = anchored(before, {0: rock.values(given[:1], FOUR, every, np.ones(1))})
     truth = np.log([exact(point)["ucs"] for point in given])
     assert np.mean(before.means[:, 0] - truth) > 0.05  # the first three seeds are strong
     assert np.mean(before.means[:, 0] + after.shift[0] - truth) == pytest.approx(0, abs=2 * 0.1 / np.sqrt(40))
@@ -100,12 +100,26 @@ def test_one_point_on_more_seeds_tells_how_strong_the_common_ones_are():
     assert after.scatter[0, 0] == pytest.approx(expected, rel=0.4)
 
 
+def test_points_on_more_seeds_are_known_better_themselves():
+    rock = FormulaRock(0.02, 0.2)  # each specimen has most of its scatter for itself
+    points = space().at_reference(space().prior(30, 1))
+    given = [space().mapping(point) for point in points]
+    before = samples_of(rock.values(given, FOUR, (1, 2, 3), np.ones(30)))
+    anchors = {k: rock.values(given[k : k + 1], FOUR, range(1, 41), np.ones(1)) for k in (4, 9)}
+    after = anchored(before, anchors)
+    truth = np.log([exact(given[k])["ucs"] for k in anchors])
+    assert after.means[[4, 9], 0] + after.shift[0] == pytest.approx(truth, abs=2.5 * 0.2 / np.sqrt(40))
+    assert after.noise[[4, 9], 0] == pytest.approx(before.noise[[4, 9], 0] * 3 / 40)
+    others = np.delete(np.arange(30), [4, 9])
+    assert np.array_equal(after.means[others], before.means[others])
+
+
 def test_a_quantity_that_fails_on_more_seeds_stays_as_it_was():
     values = FormulaRock().values([HIDDEN] * 10, ("ucs", "tensile_strength"), (1, 2, 3), np.ones(10))
     more = FormulaRock().values([HIDDEN], ("ucs", "tensile_strength"), range(1, 13), np.ones(1))
     more["ucs"][0, 4:] = np.nan
     before = samples_of(values)
-    after = anchored(before, more, 3)
+    after = anchored(before, {0: more})
     assert after.shift[0] == 0 != after.shift[1]
     assert after.scatter[0, 0] == before.scatter[0, 0]
 
@@ -236,7 +250,8 @@ def test_a_hidden_rock_is_found(whole):
 def test_waves_stay_in_the_budget_and_tests_are_made_at_one_scale(whole):
     rock, found = whole
     assert sum(rock.asked) == 2 * len(found.design.points) <= 2 * 60  # without confinement, then with it
-    assert found.waves[0].count == 20  # ten for each group, one of them on more seeds
+    last = len(found.waves) == 1  # has another on more seeds
+    assert found.waves[0].count == 20 + last  # ten for each group, one of them on more seeds
     assert found.match.space.scales(found.design.points) == pytest.approx(1, rel=1e-4)
     assert len(np.unique(found.design.scales)) > 10  # for rocks of many
 

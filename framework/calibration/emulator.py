@@ -111,24 +111,32 @@ def _drawn(names: Sequence[str], covariance: np.ndarray, seeds: int, means: np.n
     return np.asarray(likeness * np.outer(deviation, deviation))
 
 
-def anchored(samples: Samples, values: Values, seeds: int) -> Samples:
-    """The same, with what one point on more seeds (1, m), of which the first ``seeds`` are those of all, tells.
+def anchored(samples: Samples, anchors: Mapping[int, Values]) -> Samples:
+    """The same, with what points on more seeds tell: by number of the point (1, m), the common seeds first.
 
     How weak or strong the common seeds are there they are everywhere, but for what each has of its own: ``shift`` takes
-    it off, and the scatter left is that of all m seeds. A quantity without values on most of them stays as it was.
+    it off, and the scatter left is that of all m seeds. The points themselves are known by all m. A quantity without
+    values on most of them stays as it was.
     """
-    y = np.column_stack([transformed(name, values[name])[0] for name in samples.names])  # (m, q)
-    known = np.isfinite(y[:seeds]).all(axis=0) & (np.isfinite(y).sum(axis=0) > (len(y) + seeds) / 2)
+    common, rows = samples.seeds, list(anchors)
+    of_rows = [np.column_stack([transformed(n, values[n])[0] for n in samples.names]) for values in anchors.values()]
+    y = np.stack(of_rows)  # (k, m, q)
+    seeds = y.shape[1]
+    there = np.isfinite(y)
+    known = there[:, :common].all(axis=(0, 1)) & (there.sum(axis=1) > (seeds + common) / 2).all(axis=0)
     if not known.any():
         return samples
-    names = [name for name, there in zip(samples.names, known, strict=True) if there]
-    y = y[:, known]
-    means = np.nanmean(y, axis=0)
-    found = _drawn(names, _covariance(y - means, len(y)), len(y), means)
+    names, y = [name for name, take in zip(samples.names, known, strict=True) if take], y[:, :, known]
+    middle = np.nanmean(y, axis=1)  # (k, q)
+    own = np.nanmean(samples.noise[:, known], axis=0)
+    found = _drawn(names, _covariance((y - middle[:, None]).reshape(-1, len(names)), seeds), seeds, middle)
     shift, scatter = np.zeros(len(known)), np.diag(np.diag(samples.scatter))
-    shift[known] = means - y[:seeds].mean(axis=0)
-    scatter[np.ix_(known, known)] = found + np.diag(np.nanmean(samples.noise[:, known], axis=0))
-    return attrs.evolve(samples, shift=shift, scatter=scatter, seeds=len(y))
+    shift[known] = (middle - y[:, :common].mean(axis=1)).mean(axis=0)
+    scatter[np.ix_(known, known)] = found + np.diag(own / len(rows))
+    means, noise = samples.means.copy(), samples.noise.copy()
+    means[np.ix_(rows, known)] = middle - shift[known]
+    noise[np.ix_(rows, known)] *= common / seeds
+    return attrs.evolve(samples, shift=shift, means=means, noise=noise, scatter=scatter, seeds=seeds)
 
 
 @attrs.frozen(eq=False)

@@ -42,19 +42,19 @@ class Design:
     points: np.ndarray  #: (n, d) parameters
     scales: np.ndarray  #: (n,) of the rocks for which confined tests were made
     values: Values  #: of each quantity (n, seeds)
-    anchor: Values = attrs.field(factory=dict)  #: of each quantity (1, m), of one of the points on more seeds
+    anchors: Mapping[int, Values] = attrs.field(factory=dict)  #: by number of a point: its values (1, m) on more seeds
 
     @property
     def samples(self) -> Samples:
         found = samples_of(self.values)
-        return anchored(found, self.anchor, found.seeds) if self.anchor else found
+        return anchored(found, self.anchors) if self.anchors else found
 
     def with_more(self, points: np.ndarray, scales: np.ndarray, values: Values) -> Design:
         if not len(self.points):
             return Design(points, scales, values)
         return Design(
             np.concatenate([self.points, points]), np.concatenate([self.scales, scales]),
-            {name: np.concatenate([self.values[name], more]) for name, more in values.items()}, self.anchor,
+            {name: np.concatenate([self.values[name], more]) for name, more in values.items()}, self.anchors,
         )  # fmt: skip
 
 
@@ -74,7 +74,8 @@ class Found:
 class Search:
     """Up to ``budget`` points, each on the same ``seeds``; the same ``seed`` chooses the same points.
 
-    The best point of the first wave is tested on the seeds ``more`` too, to know how weak or strong the others are.
+    The best point after the first wave and that after the last are tested on the seeds ``more`` too, to know how weak
+    or strong the others are.
     """
 
     space: Space
@@ -90,28 +91,27 @@ class Search:
     def run(self) -> Found:
         groups = len(self.space.groups)
         chosen = self.space.at_reference(self.space.prior(self._first, self.seed))
-        tried = self.space.prior(TRIED, self.seed + 1)
         design, waves = Design(np.empty((0, len(self.space.free))), np.empty(0), {}), list[Wave]()
         for number in range(1, WAVES + 1):
             self.tell(f"wave {number}: {len(chosen)} points on {len(self.seeds)} seeds")
+            first = len(design.points)
             design = design.with_more(chosen, *self._tested(chosen, self.seeds))
-            match = self._match(design)
-            left = plausible(match, tried, self.seed + number)
-            if number == 1 and self.more:
-                design = self._with_anchor(design, left.best)
-                match = self._match(design)
-                left = plausible(match, tried, self.seed + number)
-            before = sum(wave.count for wave in waves)
-            waves.append(Wave(before, len(design.points) - before, left.share, left.least))
+            match, left = self._looked_at(design, number)
+            if number == 1:
+                design, match, left = self._with_anchor(design, match, left, number)
+            waves.append(Wave(first, len(design.points) - first, left.share, left.least))
             self.tell(f"{100 * left.share:.2g} % of the ranges plausible, best implausibility {left.least:.2f}")
-            room = min(LATER * groups, (self.budget - len(design.points)) // max(WAVES - number, 1))
-            chosen = self._next(match, left, room, number) if number < WAVES and room else chosen[:0]
+            room = (self.budget - len(design.points) - bool(self.more)) // max(WAVES - number, 1)
+            room = min(LATER * groups, room)
+            chosen = self._next(match, left, room, number) if number < WAVES and room > 0 else chosen[:0]
             if not len(chosen):
                 break
+        design, match, left = self._with_anchor(design, match, left, number)
+        waves[-1] = Wave(first, len(design.points) - first, left.share, left.least)
         if left.least > LIMIT:
-            return Found(design, tuple(waves), match, left, None, tuple(conflicts(match, tried, self.seed)))
-        start = left.points if len(left.points) else left.best[None]
-        return Found(design, tuple(waves), match, left, posterior(match, start, self.seed), ())
+            found = conflicts(match, self._tried, self.seed)
+            return Found(design, tuple(waves), match, left, None, tuple(found))
+        return Found(design, tuple(waves), match, left, posterior(match, self._start(left), self.seed), ())
 
     def pilot(self) -> np.ndarray:
         """(d,) parameters near the best, from a few points: the first ones of the first wave."""
@@ -121,7 +121,7 @@ class Search:
         self.tell(f"pilot: {len(chosen)} points on {len(self.seeds)} seeds")
         nothing = Design(np.empty((0, len(self.space.free))), np.empty(0), {})
         match = self._match(nothing.with_more(chosen, *self._tested(chosen, self.seeds)))
-        best = plausible(match, self.space.prior(TRIED, self.seed + 1), self.seed).best
+        best = plausible(match, self._tried, self.seed).best
         near = self.space.at_reference(best[None])
         return np.asarray(near[0] if self.space.allowed(near)[0] else chosen[0])
 
@@ -131,14 +131,36 @@ class Search:
         groups = len(self.space.groups)
         return min(PER_GROUP * groups, max(int(SHARE * self.budget), groups + 4)) - bool(self.more)
 
-    def _with_anchor(self, design: Design, best: np.ndarray) -> Design:
+    @property
+    def _tried(self) -> np.ndarray:
+        """(n, d) points of the prior at which emulators are asked."""
+        return self.space.prior(TRIED, self.seed + 1)
+
+    def _looked_at(self, design: Design, number: int) -> tuple[Match, Plausible]:
+        match = self._match(design)
+        return match, plausible(match, self._tried, self.seed + number)
+
+    @staticmethod
+    def _start(left: Plausible) -> np.ndarray:
+        """(n, d) where the samples of a posterior begin."""
+        return left.points if len(left.points) else left.best[None]
+
+    def _with_anchor(
+        self, design: Design, match: Match, left: Plausible, number: int
+    ) -> tuple[Design, Match, Plausible]:
+        """The best point on more seeds, and what is plausible then."""
+        if not self.more:
+            return design, match, left
+        best = left.best if left.least > LIMIT else posterior(match, self._start(left), self.seed, blocks=1).best
         point = self.space.at_reference(best[None])
         if not self.space.allowed(point)[0]:
-            return design
+            return design, match, left
         self.tell(f"its best point on {len(self.more)} seeds more")
         scales, values = self._tested(point, [*self.seeds, *self.more])
         of_all = {name: each[:, : len(self.seeds)] for name, each in values.items()}
-        return attrs.evolve(design.with_more(point, scales, of_all), anchor=values)
+        anchors = {**design.anchors, len(design.points): values}
+        design = attrs.evolve(design.with_more(point, scales, of_all), anchors=anchors)
+        return design, *self._looked_at(design, number)
 
     def _match(self, design: Design) -> Match:
         samples = design.samples
