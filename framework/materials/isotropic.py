@@ -26,7 +26,7 @@ def in_plane_strain(bulk: Any, shear: Any) -> Rows:
 
 def stored(bulk: Any, shear: Any, xx: Any, yy: Any, zz: Any, xy: Any) -> Any:
     """J/m3 of an elastic strain; a third of its trace is its mean."""
-    mean = (xx + yy + zz) / 3
+    mean = (xx + yy + zz) * (1 / 3)
     apart = (xx - mean) ** 2 + (yy - mean) ** 2 + (zz - mean) ** 2 + 2 * xy**2
     return 4.5 * bulk * mean**2 + shear * apart
 

@@ -13,7 +13,7 @@ from grainlaw.material import Material, Rows
 from grainlaw.materials.isotropic import bulk_modulus, equivalent, in_plane_strain, shear_modulus, stored
 from grainlaw.parameter import parameter
 
-TINY = 1e-300  # Pa: keeps the direction of a stress without shear from being 0/0
+TINY = 1e-200  # Pa2: keeps the direction of a stress without shear from being 0/0
 
 
 @attrs.frozen(kw_only=True)
@@ -57,6 +57,7 @@ class MohrCoulombPlastic(Material):
     dilation_sine = property(lambda self: math.sin(math.radians(self.dilation_angle)))
     softening = property(lambda self: 1 / self.softening_strain)
     compliance = property(lambda self: 0.5 / self.shear)
+    swelling = property(lambda self: (1 / (3 * self.bulk) - self.compliance) / 3)
     held = property(lambda self: 2 * self.cohesion * math.cos(math.radians(self.friction_angle)))
 
     @property
@@ -72,52 +73,42 @@ class MohrCoulombPlastic(Material):
     ) -> Any:
         across, twice = self.bulk - 2 * self.shear / 3, 2 * self.shear
         xx, yy, zz, xy = exx - pxx, eyy - pyy, ezz - pzz, exy - pxy
-        volume = across * (xx + yy + zz)
-        sxx, syy, szz, sxy = volume + twice * xx, volume + twice * yy, volume + twice * zz, twice * xy
-        middle, half = 0.5 * (sxx + syy), 0.5 * (sxx - syy)
-        radius = math.sqrt(half**2 + sxy**2)
+        both = xx + yy
+        volume = across * (both + zz)
+        middle, half, szz, sxy = volume + self.shear * both, self.shear * (xx - yy), volume + twice * zz, twice * xy
+        radius = math.sqrt(half**2 + (sxy**2 + TINY))
         high, low = middle + radius, middle - radius
-        t1, t2, t3 = max(high, szz), max(min(high, szz), low), min(low, szz)
+        s1, s2, s3 = max(high, szz), max(min(high, szz), low), min(low, szz)
 
         soft = min(plastic_strain * self.softening, 1.0)
         tension = self.tensile_strength + soft * (self.residual_tensile_strength - self.tensile_strength)
         sine = self.sine + soft * (self.residual_sine - self.sine)
         strength = self.held + soft * (self.residual_held - self.held)
-        s1, s2, s3 = self.cut_off(t1, t2, t3, tension)
+        s1, s2, s3 = self.cut_off(s1, s2, s3, tension)  # as they are, to the last digit, where nothing yields
         s1, s2, s3 = self.sheared(s1, s2, s3, sine, strength)
-        yields = t1 > tension or t1 - t3 + (t1 + t3) * sine > strength
 
-        last = szz <= low
-        new_high = s2 if szz >= high else s1
-        new_low = s2 if last else s3
-        new_zz = s1 if szz >= high else s3 if last else s2
-        share = 0.5 * (new_high - new_low) / max(radius, TINY)
-        new_middle = 0.5 * (new_high + new_low)
-        fall_xx = sxx - (new_middle + share * half) if yields else 0.0
-        fall_yy = syy - (new_middle - share * half) if yields else 0.0
-        fall_zz = szz - new_zz if yields else 0.0
-        fall_xy = (1 - share) * sxy if yields else 0.0
-        mean = (fall_xx + fall_yy + fall_zz) / 3
-        swell = mean * (1 / (3 * self.bulk) - self.compliance)
-        dxx, dyy, dzz, dxy = (
-            fall_xx * self.compliance + swell,
-            fall_yy * self.compliance + swell,
-            fall_zz * self.compliance + swell,
-            fall_xy * self.compliance,
-        )
+        # What the stresses fall by: the larger and the smaller one in the plane, and that across it.
+        first, last = szz >= high, szz <= low
+        fall_high, fall_low = high - (s2 if first else s1), low - (s2 if last else s3)
+        fall_zz = szz - (s1 if first else s3 if last else s2)
+        share = 0.5 * (fall_high - fall_low) / radius
+        fall, fall_half, fall_xy = 0.5 * (fall_high + fall_low), share * half, share * sxy
+        swell = (fall_high + fall_low + fall_zz) * self.swelling
+        mean, apart = fall * self.compliance + swell, fall_half * self.compliance
+        dxx, dyy, dzz, dxy = mean + apart, mean - apart, fall_zz * self.compliance + swell, fall_xy * self.compliance
         plastic_strain = plastic_strain + equivalent(dxx, dyy, dzz, dxy)
+        middle, half = middle - fall, half - fall_half
         return (
-            sxx - fall_xx, syy - fall_yy, sxy - fall_xy, pxx + dxx, pyy + dyy, pzz + dzz, pxy + dxy, plastic_strain
+            middle + half, middle - half, sxy - fall_xy, pxx + dxx, pyy + dyy, pzz + dzz, pxy + dxy, plastic_strain
         )  # fmt: skip
 
     def cut_off(self, s1: Any, s2: Any, s3: Any, tension: Any) -> Any:
         """Principal stresses after the return to s1, then s2, then s3 at the tensile strength."""
         along, across = self.bulk + 4 * self.shear / 3, self.bulk - 2 * self.shear / 3
-        u1, u2, u3 = s1 - tension, s2 - tension, s3 - tension
-        beside = across / along * max(u1, 0.0)
-        two = u2 - beside > 0
-        u3 = u3 - (across / (along + across) * (u1 + u2) if two else beside)
-        return tension + min(u1, 0.0), tension + min(u2 - beside, 0.0), tension + min(u3, 0.0)
+        beside = across / along * max(s1 - tension, 0.0)
+        two = s2 - beside > tension
+        s3 = s3 - (across / (along + across) * (s1 + s2 - 2 * tension) if two else beside)
+        return min(s1, tension), min(s2 - beside, tension), min(s3, tension)
 
     def sheared(self, s1: Any, s2: Any, s3: Any, sine: Any, strength: Any) -> Any:
         """Principal stresses after the return to the plane of s1 and s3, or to an edge with a second plane."""
@@ -125,21 +116,16 @@ class MohrCoulombPlastic(Material):
         up, down = 1 + self.dilation_sine, 1 - self.dilation_sine
         # Change of the stress by a unit of flow: of the larger stress of the pair, of the other one, of the smaller.
         g1, g2, g3 = along * up - across * down, across * (up - down), across * up - along * down
-        plain = (1 + sine) * g1 - (1 - sine) * g3
-        f13 = s1 - s3 + (s1 + s3) * sine - strength
-        flow = max(f13, 0.0) / plain
-        m1, m2, m3 = s1 - flow * g1, s2 - flow * g2, s3 - flow * g3
-        # Two planes: those of the pairs 13 and 23 where s1 would fall below s2, 13 and 12 where s2 would below s3.
-        upper = m1 < m2
-        edge = upper or m2 < m3
-        other = s2 - s3 + (s2 + s3) * sine - strength if upper else s1 - s2 + (s1 + s2) * sine - strength
-        cross = (1 + sine) * g2 - (1 - sine) * g3 if upper else (1 + sine) * g1 - (1 - sine) * g2
-        scale = 1 / (plain * plain - cross * cross)
-        a, b = (plain * f13 - cross * other) * scale, (plain * other - cross * f13) * scale
-        m1 = (s1 - a * g1 - b * (g2 if upper else g1)) if edge else m1
-        m2 = (s2 - a * g2 - b * (g1 if upper else g3)) if edge else m2
-        m3 = (s3 - a * g3 - b * (g3 if upper else g2)) if edge else m3
-        return m1, m2, m3
+        more, less = 1 + sine, 1 - sine
+        plain, excess = more * g1 - less * g3, max(more * s1 - less * s3 - strength, 0.0)
+        # To an edge, where s1 would fall below s2, or s2 below s3: both of these stay alike, as their mean moves.
+        upper = (s1 - s2) * plain < excess * (g1 - g2)
+        lower = (s2 - s3) * plain < excess * (g2 - g3) and not upper
+        large, g_large = (0.5 * (s1 + s2), 0.5 * (g1 + g2)) if upper else (s1, g1)
+        small, g_small = (0.5 * (s2 + s3), 0.5 * (g2 + g3)) if lower else (s3, g3)
+        flow = max(more * large - less * small - strength, 0.0) / (more * g_large - less * g_small)
+        large, small = large - flow * g_large, small - flow * g_small
+        return large, large if upper else small if lower else s2 - flow * g2, small
 
     def energy(
         self, exx: Any, eyy: Any, exy: Any, ezz: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any

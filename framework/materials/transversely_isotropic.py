@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import attrs
@@ -56,6 +57,12 @@ class TransverselyIsotropic(Material):
         return b22 / area, b11 / area, -b12 / area, self.shear_modulus_across
 
     @property
+    def _halves(self) -> tuple[Any, Any]:
+        """Pa: half the sum and half the difference of the stiffness along the foliation and across it."""
+        along, across, *_ = self._along_foliation
+        return 0.5 * (along + across), 0.5 * (along - across)
+
+    @property
     def _turned(self) -> tuple[Any, ...]:
         """The six constants in the axes of the specimen: xx, yy, between the two, shear, and shear with xx and yy."""
         c11, c22, c12, c66 = self._along_foliation
@@ -70,27 +77,29 @@ class TransverselyIsotropic(Material):
         )  # fmt: skip
 
     @property
-    def _third(self) -> tuple[Any, ...]:
-        """Pa: stress xx, yy, xy and zz by a strain across the plane, in the axes of the specimen."""
+    def _third(self) -> tuple[Any, Any, Any]:
+        """Pa: stress along the foliation, across it, and in the third direction, by a strain in the third."""
         if self.plane is Plane.STRESS:
-            return 0.0, 0.0, 0.0, 0.0
+            return 0.0, 0.0, 0.0
         e, across, nu = self.youngs_modulus, self.youngs_modulus_across, self.poissons_ratio
         between = -self.poissons_ratio_across / across
         full = np.array([[1 / e, between, -nu / e], [between, 1 / across, between], [-nu / e, between, 1 / e]])
         near, far, own = np.linalg.inv(full)[2]
-        c, s = np.cos(np.radians(self.foliation_angle)), np.sin(np.radians(self.foliation_angle))
-        return near * c**2 + far * s**2, near * s**2 + far * c**2, (near - far) * s * c, own
+        return near, far, own
 
-    z0 = property(lambda self: float(self._third[3]))
-    z1 = property(lambda self: float(self._third[0]))
-    z2 = property(lambda self: float(self._third[1]))
-    z3 = property(lambda self: float(self._third[2]))
-    d11 = property(lambda self: float(self._turned[0]))
-    d22 = property(lambda self: float(self._turned[1]))
-    d12 = property(lambda self: float(self._turned[2]))
-    d33 = property(lambda self: float(self._turned[3]))
-    d13 = property(lambda self: float(self._turned[4]))
-    d23 = property(lambda self: float(self._turned[5]))
+    # Stress along and across the foliation: its mean p and half the difference q, of the mean strain e and half the
+    # difference d: p = evenly e + mixed d, q = mixed e + unevenly d. Two numbers tell the direction of a grain.
+    evenly = property(
+        lambda self: 0.5 * (self._along_foliation[0] + self._along_foliation[1]) + self._along_foliation[2]
+    )
+    unevenly = property(lambda self: self.evenly - 2 * self._along_foliation[2])
+    mixed = property(lambda self: 0.5 * (self._along_foliation[0] - self._along_foliation[1]))
+    sliding = property(lambda self: 2 * self.shear_modulus_across)
+    third_evenly = property(lambda self: 0.5 * float(self._third[0] + self._third[1]))
+    third_unevenly = property(lambda self: 0.5 * float(self._third[0] - self._third[1]))
+    third = property(lambda self: float(self._third[2]))
+    cosine = property(lambda self: math.cos(2 * math.radians(self.foliation_angle)))
+    sine = property(lambda self: math.sin(2 * math.radians(self.foliation_angle)))
 
     @property
     def stiffness(self) -> Rows:
@@ -98,12 +107,16 @@ class TransverselyIsotropic(Material):
         return (d11, d12, d13), (d12, d22, d23), (d13, d23, d33)
 
     def stress(self, exx: Any, eyy: Any, exy: Any, ezz: Any) -> tuple[Any, ...]:
-        angle = 2 * exy
-        sxx = self.d11 * exx + self.d12 * eyy + self.d13 * angle + self.z1 * ezz
-        syy = self.d12 * exx + self.d22 * eyy + self.d23 * angle + self.z2 * ezz
-        return sxx, syy, self.d13 * exx + self.d23 * eyy + self.d33 * angle + self.z3 * ezz
+        mean, half = 0.5 * (exx + eyy), 0.5 * (exx - eyy)
+        along, slid = half * self.cosine + exy * self.sine, exy * self.cosine - half * self.sine
+        p = self.evenly * mean + self.mixed * along + self.third_evenly * ezz
+        q = self.mixed * mean + self.unevenly * along + self.third_unevenly * ezz
+        t = self.sliding * slid
+        sq = q * self.cosine - t * self.sine
+        return p + sq, p - sq, q * self.sine + t * self.cosine
 
     def energy(self, exx: Any, eyy: Any, exy: Any, ezz: Any) -> Any:
         sxx, syy, sxy = self.stress(exx, eyy, exy, ezz)
-        szz = self.z1 * exx + self.z2 * eyy + 2 * self.z3 * exy + self.z0 * ezz
+        along = 0.5 * (exx - eyy) * self.cosine + exy * self.sine
+        szz = self.third_evenly * (exx + eyy) + 2 * self.third_unevenly * along + self.third * ezz
         return 0.5 * (sxx * exx + syy * eyy + szz * ezz) + sxy * exy

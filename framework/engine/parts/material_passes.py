@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
 
-from grainlaw.compiler.cache import OPTIONS
+from grainlaw.compiler.cache import PASS
 from grainlaw.compiler.numba_private import call
 from grainlaw.engine.parts.laws import LANES
 from grainlaw.engine.parts.part import Changing, Constant, Scratch
 from grainlaw.engine.parts.zones import gather_motion, scatter_forces
 
-BLOCK = 32 * LANES  #: zones that go through their passes together: their scratch stays in the cache
-MOTION, FRAME, STRAIN, STRESS, FORCE, STORED = 0, 4, 6, 9, 12, 16  #: first rows of the scratch
+BLOCK = 64 * LANES  #: zones that go through their passes together: their scratch stays in the cache
+FRAME, STRAIN, STRESS, STORED = 4, 6, 9, 12  #: first rows of the scratch; before them the motion, then the forces
 
 
 class MaterialArrays(NamedTuple):
@@ -40,11 +39,12 @@ class MaterialArrays(NamedTuple):
     stress: Changing  #: (3, z) Pa
     work: Changing  #: (z,) J/m3 done on them since the start
     thermal: Changing  #: (z,) J/m3 that the stored energy has lost by changes of temperature
-    scratch: Scratch  #: (18, z) motion of corners, rotation, strain, stress, force, stored energy
+    scratch: Scratch  #: (14, z) motion of corners or forces, rotation, strain, stress, stored energy
+    few: Scratch  #: (threads, r, ``LANES``) of zones that fill no vector: parameters, memory, rows of the scratch
     share: Scratch  #: (g, threads + 1)
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def find_strain(x1, y1, x2, y2, b1, b2, c1, c2, cs, sn, exx, eyy, exy):
     """Rotation and strain of each zone, Eqs. (2, 3)."""
     # Not shared with the elastic zones: taken out of their pass, the compiler rounds their last digit differently.
@@ -63,7 +63,7 @@ def find_strain(x1, y1, x2, y2, b1, b2, c1, c2, cs, sn, exx, eyy, exy):
         exy[z] = 0.5 * (c * (f12 + f21) + s * (f22 - f11))
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def material_forces(cs, sn, exx, eyy, exy, sxx, syy, sxy, b1, b2, c1, c2, area, f1x, f1y, f2x, f2y):
     """Force of each zone on its first and second corner: Eq. (5) with the stress and the turn of Eq. (21)."""
     for z in range(cs.shape[0]):
@@ -80,7 +80,7 @@ def material_forces(cs, sn, exx, eyy, exy, sxx, syy, sxy, b1, b2, c1, c2, area, 
         f2y[z] = b2[z] * p21 + c2[z] * p22
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def add_work(exx, eyy, exy, sxx, syy, sxy, exx0, eyy0, exy0, sxx0, syy0, sxy0, work):
     """Work per volume on each zone since the step before, by the trapezoidal rule as in Eq. (12); keep what is new."""
     for z in range(work.shape[0]):
@@ -90,7 +90,7 @@ def add_work(exx, eyy, exy, sxx, syy, sxy, exx0, eyy0, exy0, sxx0, syy0, sxy0, w
         sxx0[z], syy0[z], sxy0[z] = sxx[z], syy[z], sxy[z]
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def _respond(zones, g, fields, memory, z, rows, s, count):
     """Stress of ``count`` zones of material ``g``, from ``z`` on in ``fields`` and ``memory`` and ``s`` in ``rows``."""
     start, size = rows.ctypes.data + 8 * s, 8 * rows.shape[1]
@@ -105,29 +105,33 @@ def _respond(zones, g, fields, memory, z, rows, s, count):
     )  # fmt: skip
 
 
-@njit(**OPTIONS)
-def _respond_to_few(zones, g, z, s, count):
-    """The same for fewer zones than a whole vector: repeated to fill one, so that rounding depends on no share."""
-    fields = np.empty((zones.fields.shape[0], LANES))
-    memory = np.empty((zones.memory.shape[0], LANES))
-    rows = np.empty((FORCE, LANES))
-    for lane in range(LANES):
-        k = min(lane, count - 1)
-        for r in range(fields.shape[0]):
-            fields[r, lane] = zones.fields[r, z + k]
-        for r in range(memory.shape[0]):
-            memory[r, lane] = zones.memory[r, z + k]
-        for r in range(STRAIN, STRESS):
-            rows[r, lane] = zones.scratch[r, s + k]
-    _respond(zones, g, fields, memory, 0, rows, 0, LANES)
+@njit(**PASS)
+def _filled(few, first, rows, start, count):
+    """Put rows of ``count`` zones into ``few``, from row ``first`` on; the row after them.
+
+    The last zone is repeated to fill the vector, so that rounding depends on no share.
+    """
+    for r in range(rows.shape[0]):
+        for lane in range(LANES):
+            few[first + r, lane] = rows[r, start + min(lane, count - 1)]
+    return first + rows.shape[0]
+
+
+@njit(**PASS)
+def _respond_to_few(zones, g, z, s, count, few):
+    """The same for fewer zones than a whole vector."""
+    memory = _filled(few, 0, zones.fields, z, count)
+    rows = _filled(few, memory, zones.memory, z, count)
+    _filled(few, rows + STRAIN, zones.scratch[STRAIN:STRESS], s, count)
+    _respond(zones, g, few, few[memory:rows], 0, few[rows:], 0, LANES)
     for k in range(count):
-        for r in range(memory.shape[0]):
-            zones.memory[r, z + k] = memory[r, k]
-        for r in range(STRESS, FORCE):
-            zones.scratch[r, s + k] = rows[r, k]
+        for r in range(zones.memory.shape[0]):
+            zones.memory[r, z + k] = few[memory + r, k]
+        for r in range(STRESS, STORED):
+            zones.scratch[r, s + k] = few[rows + r, k]
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def _stored_by(zones, numbers, g, fields, memory, z, strain, first, k, out, row, s, count):
     """Stored energy of ``count`` zones, from ``z`` on in ``fields`` and ``memory`` and ``k`` in ``strain``."""
     start, size = strain.ctypes.data + 8 * k, 8 * strain.shape[1]
@@ -141,40 +145,33 @@ def _stored_by(zones, numbers, g, fields, memory, z, strain, first, k, out, row,
     )  # fmt: skip
 
 
-@njit(**OPTIONS)
-def _stored(zones, which, g, z, strain, first, k, row, s, count):
+@njit(**PASS)
+def _stored(zones, which, g, z, strain, first, k, row, s, count, few):
     """Stored energy of zones at the temperature now (``which`` 1) or one step before (2), into a row of the scratch."""
     numbers, whole = zones.numbers[g, which], count // LANES * LANES
     if whole > 0:
         _stored_by(
             zones, numbers, g, zones.others, zones.memory, z, strain, first, k, zones.scratch, row, s, whole
         )  # fmt: skip
-    if whole < count:  # repeated to fill a vector, as the stress
-        fields, memory = np.empty((zones.others.shape[0], LANES)), np.empty((zones.memory.shape[0], LANES))
-        strains, found = np.empty((3, LANES)), np.empty((1, LANES))
-        for lane in range(LANES):
-            at = whole + min(lane, count - whole - 1)
-            for r in range(fields.shape[0]):
-                fields[r, lane] = zones.others[r, z + at]
-            for r in range(memory.shape[0]):
-                memory[r, lane] = zones.memory[r, z + at]
-            for r in range(3):
-                strains[r, lane] = strain[first + r, k + at]
-        _stored_by(zones, numbers, g, fields, memory, 0, strains, 0, 0, found, 0, 0, LANES)
+    if whole < count:
+        memory = _filled(few, 0, zones.others, z + whole, count - whole)
+        rows = _filled(few, memory, zones.memory, z + whole, count - whole)
+        found = _filled(few, rows, strain[first : first + 3], k + whole, count - whole)
+        _stored_by(zones, numbers, g, few, few[memory:rows], 0, few, rows, 0, few, found, 0, LANES)
         for lane in range(count - whole):
-            zones.scratch[row, s + whole + lane] = found[0, lane]
+            zones.scratch[row, s + whole + lane] = few[found, lane]
 
 
-@njit(**OPTIONS)
-def _add_thermal(zones, g, z, strain, first, k, s, count):
+@njit(**PASS)
+def _add_thermal(zones, g, z, strain, first, k, s, count, few):
     """Take half of what the change of temperature does to the stored energy at a strain that is held, Eq. (22)."""
-    _stored(zones, 1, g, z, strain, first, k, STORED, s, count)
-    _stored(zones, 2, g, z, strain, first, k, STORED + 1, s, count)
+    _stored(zones, 1, g, z, strain, first, k, STORED, s, count, few)
+    _stored(zones, 2, g, z, strain, first, k, STORED + 1, s, count, few)
     for i in range(count):
         zones.thermal[z + i] -= 0.5 * (zones.scratch[STORED, s + i] - zones.scratch[STORED + 1, s + i])
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def take_temperature(zones, before, temperature):
     """Tell the materials the temperatures (°C) of the next step and of the one before it."""
     for g in range(zones.temperature_place.shape[0]):
@@ -183,11 +180,12 @@ def take_temperature(zones, before, temperature):
                 zones.values[zones.temperature_place[g, which]] = temperature if which < 2 else before
 
 
-@njit(**OPTIONS)
+@njit(**PASS)
 def add_material_forces(zones, nodes, changes, thread):
     """Forces of a thread's zones on their nodes, block by block; ``changes``: whether the temperature does."""
     ux, uy, fx, fy = nodes.displacement[0], nodes.displacement[1], nodes.force[0], nodes.force[1]
-    b1, b2, c1, c2, area, w = zones.b1, zones.b2, zones.c1, zones.c2, zones.area, zones.scratch
+    b1, b2, c1, c2, area = zones.b1, zones.b2, zones.c1, zones.c2, zones.area
+    w, few = zones.scratch, zones.few[thread]
     for g in range(zones.share.shape[0]):
         first, last = zones.share[g, thread], zones.share[g, thread + 1]
         for z in range(first, last, BLOCK):
@@ -198,20 +196,18 @@ def add_material_forces(zones, nodes, changes, thread):
             cs, sn = w[FRAME, first:s], w[FRAME + 1, first:s]
             exx, eyy, exy = w[STRAIN, first:s], w[STRAIN + 1, first:s], w[STRAIN + 2, first:s]
             sxx, syy, sxy = w[STRESS, first:s], w[STRESS + 1, first:s], w[STRESS + 2, first:s]
-            f1x, f1y = w[FORCE, first:s], w[FORCE + 1, first:s]
-            f2x, f2y = w[FORCE + 2, first:s], w[FORCE + 3, first:s]
             gather_motion(ux, uy, n0, n1, n2, x1, y1, x2, y2)
             find_strain(x1, y1, x2, y2, b1[z:e], b2[z:e], c1[z:e], c2[z:e], cs, sn, exx, eyy, exy)
             warms = changes and zones.knows_temperature[g]
             if warms:
-                _add_thermal(zones, g, z, zones.strain, 0, z, first, e - z)
+                _add_thermal(zones, g, z, zones.strain, 0, z, first, e - z, few)
             whole = (e - z) // LANES * LANES
             if whole > 0:
                 _respond(zones, g, zones.fields, zones.memory, z, w, first, whole)
             if z + whole < e:
-                _respond_to_few(zones, g, z + whole, first + whole, e - z - whole)
+                _respond_to_few(zones, g, z + whole, first + whole, e - z - whole, few)
             if warms:
-                _add_thermal(zones, g, z, w, STRAIN, first, first, e - z)
+                _add_thermal(zones, g, z, w, STRAIN, first, first, e - z, few)
             if zones.keeps[g]:
                 add_work(
                     exx, eyy, exy, sxx, syy, sxy, zones.strain[0, z:e], zones.strain[1, z:e], zones.strain[2, z:e],
@@ -219,9 +215,9 @@ def add_material_forces(zones, nodes, changes, thread):
                 )  # fmt: skip
             material_forces(
                 cs, sn, exx, eyy, exy, sxx, syy, sxy, b1[z:e], b2[z:e], c1[z:e], c2[z:e], area[z:e],
-                f1x, f1y, f2x, f2y,
+                x1, y1, x2, y2,
             )  # fmt: skip
-            scatter_forces(fx, fy, n0, n1, n2, f1x, f1y, f2x, f2y)
+            scatter_forces(fx, fy, n0, n1, n2, x1, y1, x2, y2)
 
 
 def strains_at(zones, displacement):
@@ -239,6 +235,6 @@ def forces_of_zones(zones, force):
     w, n = zones.scratch, zones.corner
     material_forces(
         w[FRAME], w[FRAME + 1], w[STRAIN], w[STRAIN + 1], w[STRAIN + 2], w[STRESS], w[STRESS + 1], w[STRESS + 2],
-        zones.b1, zones.b2, zones.c1, zones.c2, zones.area, w[FORCE], w[FORCE + 1], w[FORCE + 2], w[FORCE + 3],
+        zones.b1, zones.b2, zones.c1, zones.c2, zones.area, w[0], w[1], w[2], w[3],
     )  # fmt: skip
-    scatter_forces(force[0], force[1], n[0], n[1], n[2], w[FORCE], w[FORCE + 1], w[FORCE + 2], w[FORCE + 3])
+    scatter_forces(force[0], force[1], n[0], n[1], n[2], w[0], w[1], w[2], w[3])

@@ -8,8 +8,8 @@ import numpy as np
 from grainlaw.columns import THERMAL
 from grainlaw.compiler.batch import Compiled, compile_material
 from grainlaw.compiler.entry import compiled
+from grainlaw.engine.parts.laws import LANES
 from grainlaw.engine.parts.material_passes import (
-    FORCE,
     FRAME,
     STORED,
     STRAIN,
@@ -76,7 +76,11 @@ class MaterialZones(Part):
         rows += [_in_one([(g, one(g).rows) for g in self.groups], count) for one in (_stress, _energy)]
         rows.append(np.zeros((max((len(group.memory) for group in self.groups), default=0), count)))
         rows += [np.zeros((3, kept)), np.zeros((3, kept)), np.zeros(kept), np.zeros(kept)]
-        rows += [np.zeros((STORED + 2, count)), np.zeros((len(self.groups), 2), dtype=np.int64)]
+        rows += [
+            np.zeros((STORED + 2, count)),
+            np.zeros((0, 0, LANES)),
+            np.zeros((len(self.groups), 2), dtype=np.int64),
+        ]
         self.arrays = MaterialArrays(corner, *rows)
         for group in self.groups:  # where a grain is not free of stress at first, heat has stored its energy
             if group.knows_temperature:
@@ -86,6 +90,11 @@ class MaterialZones(Part):
 
     def share(self, split: Split) -> np.ndarray:
         return np.ascontiguousarray(self._before[:, split.grain])
+
+    def shared(self, split: Split) -> MaterialArrays:
+        a = self.arrays
+        rows = max(len(a.fields), len(a.others)) + len(a.memory) + STORED
+        return a._replace(few=np.zeros((split.threads, rows, LANES)), share=self.share(split))
 
     def energy(self, time_step: float) -> dict[str, float]:
         if not len(self.arrays.thermal):
@@ -101,14 +110,14 @@ class MaterialZones(Part):
         """(2, i) N/K on nodes at (2, i) m: the change of the zones' forces by a change ``by`` (K), over it."""
         a, force = self.arrays, np.zeros_like(displacement)
         compiled(strains_at)(a, displacement)
-        a.scratch[STRESS:FORCE] = 0.0
+        a.scratch[STRESS:STORED] = 0.0
         for group in self.groups:
             own = slice(group.first, group.last)
             found = []
             for at in (temperature + by, temperature):
                 self.take_temperature(at)
                 found.append(np.stack(group.stress.batch(*a.scratch[STRAIN:STRESS, own], self._memory(group))))
-            a.scratch[STRESS:FORCE, own] = (found[0] - found[1]) / by
+            a.scratch[STRESS:STORED, own] = (found[0] - found[1]) / by
         compiled(forces_of_zones)(a, force)
         return force
 
