@@ -62,7 +62,7 @@ def calibrate(
     "grains" by the modulus of the grains, the stiffnesses in proportion to it, and their ratio. A pilot of a few points
     shows where the strengths lie; where compression tests there give another E or nu, as contacts crack before half of
     the peak, statics aim as much beside the targets. At most ``budget`` points are tested, each on the same ``seeds``
-    specimens, one of them on ``more``, and the best one on ``fresh`` others. ``also`` names quantities that are
+    specimens, two of them on ``more``, and the best one on ``fresh`` others. ``also`` names quantities that are
     measured though they are no targets; ``tests`` replaces tests ("compression", "confined", "tension", "brazilian",
     "bending"). All runs are cases of a study in the folder ``store``: the same call goes on where it was stopped, and
     gives the same answer. ``workers`` and ``on`` are those of :meth:`Study.run`.
