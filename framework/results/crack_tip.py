@@ -56,18 +56,17 @@ def notch_tip(specimen: Specimen, *, inner: float, outer: float, boundary: str =
 
     It is the middle of what is farthest from the middle of its mouth. Raises ParameterError for another boundary.
     """
-    mesh = specimen.mesh
-    if boundary not in mesh.boundaries:
-        raise refusal("notch_tip: boundary", boundary, f"one of {', '.join(sorted(mesh.boundaries))}")
-    own = mesh.boundaries[boundary]
-    others = [nodes for name, nodes in mesh.boundaries.items() if name != boundary]
-    mouth = mesh.nodes[np.intersect1d(own, np.concatenate([own[:0], *others]))]
-    if len(mouth) != 2:
+    region = specimen.grains.region
+    if boundary not in region.boundary_names:
+        raise refusal("notch_tip: boundary", boundary, f"one of {', '.join(region.boundary_names)}")
+    sides = np.array(region.names) == boundary
+    corners, times = np.unique(np.concatenate([region.start[sides], region.end[sides]]), axis=0, return_counts=True)
+    mouth = corners[times == 1]
+    if len(mouth) != 2 or len(corners) < 3:
         raise refusal("notch_tip: boundary", boundary, "a notch, with its mouth in a side of the specimen")
     middle = mouth.mean(axis=0)
-    place = np.unique(mesh.nodes[own], axis=0)
-    far = np.hypot(*(place - middle).T)
-    tip = place[far >= far.max() * (1 - 1e-9)].mean(axis=0)
+    far = np.hypot(*(corners - middle).T)
+    tip = corners[far >= far.max() * (1 - 1e-9)].mean(axis=0)
     x, y = tip - middle
     return CrackTip(position=tip, direction=math.degrees(math.atan2(y, x)), inner=inner, outer=outer)
 

@@ -11,8 +11,9 @@ from study_tables import DOCS, Table, each, main
 from water_study import HALF, KN, KS, PRESSURE, ROCK, opened
 
 import grainlaw as gl
-from grainlaw.geometry import Bricks, Jointed, Voronoi, rectangle
+from grainlaw.geometry import Bricks, Jointed, Voronoi, rectangle, semi_disc
 from grainlaw.laws import Linear
+from grainlaw.protocols.semi_circular_bend import toughness
 from grainlaw.units import mm
 
 STRESS = 1e6  #: Pa
@@ -35,6 +36,17 @@ class Pull(gl.LoadingProtocol):
         return {}
 
 
+@attrs.frozen(kw_only=True)
+class Bend(Pull):
+    """Half a disc under a load between two supports, by a static solution."""
+
+    def stages(self, specimen):
+        load = gl.Hold(boundary="load", axis=1, stress=-STRESS, ramp=1e-9)
+        rollers = [("load", 0), ("support_left", 1), ("support_right", 1)]
+        drives = [load, *(gl.Drive(boundary=name, axis=axis, speed=0.0, roller=True) for name, axis in rollers)]
+        return [gl.Stage(name="bend", drives=drives, until=[gl.AtRest()], interval=1e-9, static=True)]
+
+
 def solved(width, height, size, law, angle=0.0):
     """Result, half of the crack (m), and for both tips their rings; a crack of 20 mm in the middle of a plate."""
     centre, along = np.array([width, height]) / 2, np.array([np.cos(angle), np.sin(angle)])
@@ -50,9 +62,9 @@ def solved(width, height, size, law, angle=0.0):
     return result, np.ptp(place) / 2, tips
 
 
-def factors(result, tips, law):
-    """(tip, ring, 3): K_I, K_II and sqrt(E* J), Pa sqrt(m); E* of the same grains without the crack."""
-    found = gl.elastic_properties(result.specimen, law)
+def factors(result, tips, law, whole=None):
+    """(tip, ring, 3): K_I, K_II and sqrt(E* J), Pa sqrt(m); E* of the same grains without the crack, or of others."""
+    found = gl.elastic_properties(whole or result.specimen, law)
     moduli = {"apparent_modulus": found.apparent_modulus, "apparent_poisson": found.apparent_poisson}
     rows = []
     for rings in tips:
@@ -97,20 +109,26 @@ def inclined(angle):
     )
 
 
+def half_disc(grains, stiffness):
+    law, radius = Linear(kn=stiffness, ks=0.9 * stiffness), 25 * mm
+    region = semi_disc(2 * radius, notch_depth=radius / 2, notch_width=1 * mm, span=30 * mm, bearing=3 * mm)
+    specimen = gl.Specimen(Voronoi(grains=grains, seed=1).tessellate(region), ROCK)
+    result = gl.simulate(specimen, law, Bend(), detection=None, frames=2)
+    whole = gl.Specimen(Voronoi(grains=grains, seed=1).tessellate(rectangle(31 * mm, 31 * mm)), ROCK)
+    tips = [[gl.notch_tip(specimen, inner=i, outer=o) for i, o in RINGS]]
+    found, modulus = factors(result, tips, law, whole)
+    found /= toughness(STRESS * specimen.mesh.boundary_lengths["load"], specimen)
+    return f"{modulus / 1e9:.1f}", *(f"{found[0, 0, k]:.3f}" for k in (0, 1, 2))
+
+
 def pressurised(along):
     """The crack of docs/water.md, whose other half lies beyond the left edge."""
     result, _, _ = opened(5, along)
-    tips = [[gl.CrackTip(position=(HALF, 5 * HALF), inner=4 * mm, outer=8 * mm)]]
     whole = Bricks(rows=10 * along, columns=5 * along).tessellate(rectangle(5 * HALF, 10 * HALF))
-    found = gl.elastic_properties(gl.Specimen(whole, ROCK), Linear(kn=KN, ks=KS))
-    moduli = {"apparent_modulus": found.apparent_modulus, "apparent_poisson": found.apparent_poisson}
-    k, j = gl.stress_intensity(result, tips[0][0], **moduli), gl.j_integral(result, tips[0][0])
-    theory = PRESSURE * np.sqrt(np.pi * HALF)
-    return (
-        f"{result.specimen.grains.count:,}",
-        f"{k.mode_i / theory:.3f}",
-        f"{np.sqrt(found.apparent_modulus * j) / theory:.3f}",
-    )
+    tips = [[gl.CrackTip(position=(HALF, 5 * HALF), inner=4 * mm, outer=8 * mm)]]
+    found, _ = factors(result, tips, Linear(kn=KN, ks=KS), gl.Specimen(whole, ROCK))
+    found /= PRESSURE * np.sqrt(np.pi * HALF)
+    return f"{result.specimen.grains.count:,}", f"{found[0, 0, 0]:.3f}", f"{found[0, 0, 2]:.3f}"
 
 
 PAGE = DOCS / "measures.md"
@@ -131,6 +149,15 @@ TABLES = [
         rows={f"{angle}": partial(inclined, angle) for angle in (30, 60)},
         firm=("$K_I$",),
         checked=("30",),
+    ),
+    Table(
+        page=PAGE,
+        name="half disc",
+        columns=("grains, $k_n$ (Pa/m)", "$E^*$ (GPa)", "$K_I$ over that of the load", "$K_{II}$ over it",
+                 "$\\sqrt{E^* J}$ over it"),
+        rows={f"{n}, {kn:g}": partial(half_disc, n, kn) for kn in (1e17, 1.05e14) for n in (300, 1200)},
+        firm=("$K_I$ over that of the load",),
+        checked=("300, 1.05e+14",),
     ),
     Table(
         page=PAGE,
