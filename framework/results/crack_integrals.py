@@ -161,15 +161,16 @@ class _Disc:
         return float(zones + bonds + np.sum(two.half * two.q * _dot(two.traction, two.slope)))
 
     def interaction(self, mode: complex, modulus: float, poisson: float) -> float:
-        """sqrt(m): 2 / E* times K_I (``mode`` 1) or K_II (``mode`` -1j)."""
+        """J/m2, 2 / E* times K_I (``mode`` 1) or K_II (``mode`` -1j) times 1 Pa sqrt(m)."""
         stress, slope = (field.mean(axis=0) for field in williams(self.points, mode, modulus, poisson))
         flux = np.einsum("zba,zb->za", self.stress, slope[:, :, 0])
         flux += np.einsum("zba,zb->za", stress, self.gradient[:, :, 0])
         flux[:, 0] -= np.einsum("zba,zba->z", stress, self.gradient)
         zones = np.sum(self.area[:, None] * flux * self.fall)
         one, two = self.bonds, self.faces
-        stress, _ = williams(one.place, mode, modulus, poisson)
-        bonds = np.sum(one.half * one.along * _dot(stress[:, 1], one.jump))
+        falls = np.flatnonzero(one.along)  # not at the tip itself, where the field has no end
+        stress, _ = williams(one.place[falls], mode, modulus, poisson)
+        bonds = np.sum((one.half * one.along)[falls] * _dot(stress[:, 1], one.jump[falls]))
         _, slope = williams(two.behind[:, None] * [-1, 0], mode, modulus, poisson)  # left face; the right has minus it
         return float(zones + bonds + np.sum(two.half * two.q * _dot(two.traction, 2 * slope[:, :, 0] * two.n[:, 1:])))
 

@@ -87,7 +87,7 @@ def tension(size, stiffness):
         f"{result.specimen.grains.count:,}",
         f"{modulus / 1e9:.1f}",
         each(found[:, 0, 0], ".3f"),
-        each(found[:, 0, 1], ".3f"),
+        each(found[:, 0, 1], "z.3f"),
         each(found[:, 0, 2], ".3f"),
         f"{100 * np.ptp(found[:, :, 0], axis=1).max():.1f}",
     )
@@ -95,14 +95,14 @@ def tension(size, stiffness):
 
 def inclined(angle):
     law = Linear(kn=1.05e14, ks=9.45e13)
-    result, half, tips = solved(80 * mm, 80 * mm, 1.25 * mm, law, np.radians(angle))
+    result, half, tips = solved(120 * mm, 120 * mm, 1.5 * mm, law, np.radians(angle))
     found, _ = factors(result, tips, law)
     found /= STRESS * np.sqrt(np.pi * half)
     cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     return (
         each(found[:, 0, 0], ".3f"),
         f"{cosine**2:.3f}",
-        each(found[:, 0, 1], ".3f"),
+        each(found[:, 0, 1], "z.3f"),
         f"{sine * cosine:.3f}",
         each(found[:, 0, 2], ".3f"),
         f"{cosine:.3f}",
@@ -118,7 +118,7 @@ def half_disc(grains, stiffness):
     tips = [[gl.notch_tip(specimen, inner=i, outer=o) for i, o in RINGS]]
     found, modulus = factors(result, tips, law, whole)
     found /= toughness(STRESS * specimen.mesh.boundary_lengths["load"], specimen)
-    return f"{modulus / 1e9:.1f}", *(f"{found[0, 0, k]:.3f}" for k in (0, 1, 2))
+    return f"{modulus / 1e9:.1f}", *(f"{found[0, 0, k]:z.3f}" for k in (0, 1, 2))
 
 
 def pressurised(along):
