@@ -30,7 +30,9 @@ from grainlaw.parameter import ParameterError, UnitWarning, parameter, parameter
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.region import Region
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
+from grainlaw.results.crack_integrals import StressIntensity, j_integral, stress_intensity
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
+from grainlaw.results.crack_tip import CrackTip, notch_tip
 from grainlaw.results.files import OutputWarning
 from grainlaw.results.fragments import Fragments, fragments
 from grainlaw.results.frames import Frame, FrameRecorder
@@ -93,6 +95,7 @@ __all__ = [
     "ContactPath",
     "ContactPoints",
     "CostWarning",
+    "CrackTip",
     "Cracks",
     "Damping",
     "Detection",
@@ -158,6 +161,7 @@ __all__ = [
     "Stop",
     "Stopped",
     "StrengthEnvelope",
+    "StressIntensity",
     "Study",
     "Table",
     "Targets",
@@ -186,8 +190,10 @@ __all__ = [
     "fit_mohr_coulomb",
     "fragments",
     "hold",
+    "j_integral",
     "latin_hypercube",
     "mean_stress",
+    "notch_tip",
     "parameter",
     "parameters",
     "part",
@@ -198,6 +204,7 @@ __all__ = [
     "side_by_side",
     "simulate",
     "sobol",
+    "stress_intensity",
     "trace",
     "trace_material",
     "within_circle",

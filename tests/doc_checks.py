@@ -70,6 +70,8 @@ def check_measures(page):
     assert page["report"].fragments.areas.sum() == pytest.approx(grains.areas.sum())
     assert page["events"].energy.sum() == pytest.approx(0.02 * page["report"].events.energy.sum())  # 20 mm of 1 m
     assert Path("laboratory.png").exists()
+    assert page["k"].mode_i == pytest.approx(page["bent"].summary["toughness"], rel=0.1)  # the page says why not nearer
+    assert page["crack"].axes == pytest.approx(page["tip"].axes, abs=1e-12)
     ratio = properties["crack_initiation_count"] / page["result"].summary["peak_stress"]
     assert page["laboratory"].properties["initiation_ratio"] == pytest.approx(ratio)
     assert f'<td class="number">{100 * ratio:.3g}</td>' in Path("report.html").read_text("utf-8")
