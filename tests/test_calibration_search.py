@@ -6,7 +6,7 @@ from formula_rocks import RANGES, FormulaRock, exact, searched, space, targets_a
 from scipy.stats import norm
 from support import STIFF
 
-from grainlaw.calibration.emulator import anchored, emulators, fit, samples_of
+from grainlaw.calibration.emulator import emulators, fit, samples_of
 from grainlaw.calibration.identifiability import Direction, identifiability
 from grainlaw.calibration.matching import Match, conflicts, plausible, telling
 from grainlaw.calibration.posterior import posterior
@@ -64,64 +64,6 @@ def test_left_out_points_are_predicted_as_if_they_were_left_out(wavy):
     deviation = emulator.size * np.sqrt(covariance[7, 7] - covariance[7, rest] @ solved[:, 1])
     assert emulator.left_out[7, 1:] == pytest.approx([mean, deviation], rel=1e-6)
     assert 0.97 < emulator.q_squared < 1
-
-
-def test_a_weak_seed_is_scatter_of_all_points_and_noise_of_none():
-    seeds = np.exp(0.1 * np.random.default_rng(1).standard_normal(3))
-    values = {"ucs": np.linspace(50, 150, 30)[:, None] * 1e6 * seeds}
-    samples = samples_of(values)
-    assert samples.scatter[0, 0] == pytest.approx((2 * np.var(np.log(seeds), ddof=1) + 3 * 0.05**2) / 5 / 3)
-    assert samples.noise.max() < 1e-20
-    noisy = {"ucs": values["ucs"] * np.exp(0.03 * np.random.default_rng(2).standard_normal((30, 3)))}
-    assert samples_of(noisy).noise.mean() == pytest.approx(0.03**2 / 3, rel=0.35)
-
-
-def test_a_point_whose_tests_failed_is_left_out_and_one_with_a_seed_less_is_noisier():
-    values = FormulaRock(0, 0.02).values([HIDDEN] * 20, ["ucs"], (1, 2, 3), np.ones(20))
-    values["ucs"][3] = np.nan
-    values["ucs"][5, 1:] = np.nan
-    values["ucs"][7, 0] = np.nan
-    samples = samples_of(values)
-    assert np.isnan(samples.means[:, 0]).nonzero()[0].tolist() == [3, 5]  # fewer than half of the seeds
-    assert samples.noise[7, 0] > 1.3 * np.median(samples.noise[:, 0])
-
-
-def test_one_point_on_more_seeds_tells_how_strong_the_common_ones_are():
-    rock = FormulaRock(0.1, 0.01)
-    points = space().at_reference(space().prior(30, 1))
-    given = [space().mapping(point) for point in points]
-    seeds, every = (1, 2, 3), range(1, 41)
-    before = samples_of(rock.values(given, FOUR, seeds, np.ones(30)))
-    after = anchored(before, {0: rock.values(given[:1], FOUR, every, np.ones(1))})
-    truth = np.log([exact(point)["ucs"] for point in given])
-    assert np.mean(before.means[:, 0] - truth) > 0.05  # the first three seeds are strong
-    assert np.mean(before.means[:, 0] + after.shift[0] - truth) == pytest.approx(0, abs=2 * 0.1 / np.sqrt(40))
-    expected = (39 * 0.1**2 + 3 * 0.05**2) / 42 / 40 + 0.01**2 / 3  # of forty seeds, and the three's own
-    assert after.scatter[0, 0] == pytest.approx(expected, rel=0.4)
-
-
-def test_points_on_more_seeds_are_known_better_themselves():
-    rock = FormulaRock(0.02, 0.2)  # each specimen has most of its scatter for itself
-    points = space().at_reference(space().prior(30, 1))
-    given = [space().mapping(point) for point in points]
-    before = samples_of(rock.values(given, FOUR, (1, 2, 3), np.ones(30)))
-    anchors = {k: rock.values(given[k : k + 1], FOUR, range(1, 41), np.ones(1)) for k in (4, 9)}
-    after = anchored(before, anchors)
-    truth = np.log([exact(given[k])["ucs"] for k in anchors])
-    assert after.means[[4, 9], 0] + after.shift[0] == pytest.approx(truth, abs=2.5 * 0.2 / np.sqrt(40))
-    assert after.noise[[4, 9], 0] == pytest.approx(before.noise[[4, 9], 0] * 3 / 40)
-    others = np.delete(np.arange(30), [4, 9])
-    assert np.array_equal(after.means[others], before.means[others])
-
-
-def test_a_quantity_that_fails_on_more_seeds_stays_as_it_was():
-    values = FormulaRock().values([HIDDEN] * 10, ("ucs", "tensile_strength"), (1, 2, 3), np.ones(10))
-    more = FormulaRock().values([HIDDEN], ("ucs", "tensile_strength"), range(1, 13), np.ones(1))
-    more["ucs"][0, 4:] = np.nan
-    before = samples_of(values)
-    after = anchored(before, {0: more})
-    assert after.shift[0] == 0 != after.shift[1]
-    assert after.scatter[0, 0] == before.scatter[0, 0]
 
 
 # --- matching --------------------------------------------------------------------------------------------------------
