@@ -77,10 +77,11 @@ def test(
 ) -> None:  # fmt: skip
     options = {**given.options, ("numerics", "threads"): threads}
     with refusing():
-        chosen = configured(name, gathered(given.config, options, given.assignments), quick)
+        sections = gathered(given.config, options, given.assignments)
         if shows:
-            click.echo(template(name, chosen), nl=False)
+            click.echo(template(name, sections, quick), nl=False)
             return
+        chosen = configured(name, sections, quick)
         ask_first_questions(chosen.law)
         if certify:
             slower(chosen.protocol)
