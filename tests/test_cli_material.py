@@ -79,7 +79,7 @@ def test_plastic_strain_is_in_frames_and_files(tmp_path):
 
 def test_the_temperature_is_in_files(tmp_path):
     warm = small_sample(4, material=Thermal(material=ROCK, expansion=8e-6))
-    heating = Heating(to=120, samples=10, loading=gl.Constant(speed=1e5))
+    heating = Heating(to=120, samples=10, loading=gl.HeatingRate(rate=1e5))
     gl.simulate(warm, Linear(**STIFF), heating, observers=[VtkWriter(tmp_path, count=2)])
     last = pyvista.read(sorted(tmp_path.glob("grains_*.vtu"))[-1])
     assert np.all(last.cell_data["temperature"] == 120)

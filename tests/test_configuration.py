@@ -150,6 +150,10 @@ def test_parts_are_set_one_by_one():
     assert made.law.softening == laws.ExponentialSoftening(rate=4)
     assert made.law.pre_peak is laws.PrePeak.LINEAR
     assert made.protocol.loading.speed == 0.02
+    heats = NEEDED["heating"]["test"] | {"loading": {"type": "heating-rate", "rate": "50 K/s"}}
+    made = configured("heating", NEEDED["heating"] | {"test": heats}, quick=True)
+    assert made.protocol.loading == gl.HeatingRate(rate=50.0)
+    assert made.sections["test"]["loading"] == {"type": "heating-rate", "rate": "50 K/s"}
 
 
 def test_names_are_those_of_the_classes():
