@@ -148,6 +148,13 @@ def test_wrong_names_of_materials_and_tables_are_refused(section, message):
         configured("uniaxial-compression", section, quick=True)
 
 
+def test_a_class_that_cannot_be_made_is_called_a_material(tmp_path):
+    (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "parts.py").write_text("LAME = 24e9\n")
+    with pytest.raises(gl.ParameterError, match=r"rock.type: the material Mine needs shear: .* material = Mine\(shear"):
+        configured("uniaxial-compression", {"rock": {"type": f"{tmp_path / 'mine.py'}:Mine"}}, quick=True)
+
+
 def test_minerals_expand_by_tables_of_their_names():
     elastic = {"type": "elastic", "youngs_modulus": "60 GPa", "poissons_ratio": 0.25, "density": 2650}
     given = {
