@@ -13,7 +13,9 @@ import numpy as np
 from grainlaw.arguments import Checked, is_number
 from grainlaw.messages import refusal, short
 from grainlaw.parameter import Bounds, ParameterError, parameter
+from grainlaw.unit_text import written
 
+FEW = 8  #: points that are shown one by one
 GAUSS = 0.5 - 0.5 / math.sqrt(3), 0.5 + 0.5 / math.sqrt(3)  #: of a step: a function's mean is that at these times
 
 
@@ -40,6 +42,17 @@ class TimeSeries(metaclass=Checked):
             )
         if (np.diff(times) < 0).any() or times[0] == times[-1]:
             raise ParameterError(f"TimeSeries: times = {short(times.tolist())} is not allowed, times must not fall")
+
+    def in_words(self, unit: str) -> str:
+        """Its points, as "0 Pa at 0 s, -1 MPa at 5 us"; of more than eight how many and their range."""
+        if len(self.times) <= FEW:
+            points = zip(self.values.tolist(), self.times.tolist(), strict=True)
+            return ", ".join(f"{written(value, unit)} at {written(time, 's')}" for value, time in points)
+        value, time = (
+            f"{written(float(f'{each.min():.4g}'), of)} to {written(float(f'{each.max():.4g}'), of)}"
+            for each, of in ((self.values, unit), (self.times, "s"))
+        )
+        return f"{len(self.times)} points, {value}, at {time}"
 
     def __call__(self, time: float) -> float:
         """The value at a time (s); at a jump that after it."""

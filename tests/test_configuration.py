@@ -76,12 +76,13 @@ def test_a_template_of_every_test_says_what_is_to_be_filled_in(name):
 
 
 def test_what_a_template_shows_as_a_comment_can_be_given():
-    text = template("plane-wave", {}, quick=True)
+    text = sample = template("plane-wave", {}, quick=True)
     for key in ("velocity", "gauges"):
         assert len(re.findall(rf"^# {key} = \.\.\. +# m", text, re.M)) == 1
     text = text.replace("# velocity = ...", 'velocity = "1 m/s"').replace("# gauges = ...", 'gauges = ["20 mm", 0.05]')
     made = configured("plane-wave", tomllib.loads(text)).protocol
     assert made == protocols.PlaneWave(velocity=1.0, gauges=[0.02, 0.05])
+    assert tomllib.loads(sample)["test"]["stress"] == [["0 s", "0 Pa"], ["5 us", "-1 MPa"], ["10 us", "0 Pa"]]
     sample = template("uniaxial-compression", {"sample": {"grains": 80}})
     text = sample.replace("grains = 80", "").replace("# grain_size = ...", 'grain_size = "5 mm"')
     assert configured("uniaxial-compression", tomllib.loads(text)).specimen.grains.count == 250  # 50 x 125 mm2

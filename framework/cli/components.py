@@ -21,6 +21,7 @@ import grainlaw.protocols
 from grainlaw.declared import parameters_of
 from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError
+from grainlaw.time_series import TimeSeries
 from grainlaw.unit_text import quantity, written
 
 PACKAGES: tuple[ModuleType, ...] = (
@@ -262,6 +263,9 @@ def _settings(cls: type, values: Mapping[str, Any], kind: Kind = ()) -> dict[str
         ready = [name for name, each in instances(type(value)).items() if each == value]
         if ready:
             found[field.name] = ready[0]
+        elif isinstance(value, TimeSeries):
+            points = zip(value.times.tolist(), value.values.tolist(), strict=True)
+            found[field.name] = [[written(t, "s"), written(v, field.metadata["unit"])] for t, v in points]
         elif attrs.has(type(value)):
             kind = next((k for k in kinds.get(field.name, ()) if inspect.isabstract(k)), ())
             found[field.name] = settings(value, kind)
