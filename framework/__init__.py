@@ -23,7 +23,7 @@ from grainlaw.integration import (
     Relaxation,
     Undamped,
 )
-from grainlaw.loading import AccuracyError, Adaptive, Constant, Loading, Pace
+from grainlaw.loading import AccuracyError, Adaptive, Constant, HeatingRate, Loading, Pace
 from grainlaw.material import Elastic, Material, Plane, Rigid
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, UnitWarning, parameter, parameters, part
@@ -116,6 +116,7 @@ __all__ = [
     "Frame",
     "FrameRecorder",
     "GaussPoints",
+    "HeatingRate",
     "HoekBrownFit",
     "Hold",
     "InsetPoints",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import attrs
@@ -11,7 +12,7 @@ import numpy as np
 from grainlaw.arguments import Checked, is_number
 from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, checked_number, parameter, part
-from grainlaw.time_series import Imposed, TimeSeries, Varying, varying
+from grainlaw.time_series import Imposed, Varying, varying
 
 
 def _is_axis(drive: Drive | Hold, attribute: attrs.Attribute, value: int) -> None:
@@ -22,13 +23,10 @@ def _is_axis(drive: Drive | Hold, attribute: attrs.Attribute, value: int) -> Non
 
 
 def _stress(value: Any) -> tuple[float, float, float]:
-    try:
-        made = tuple(float(entry) for entry in value)
-    except (TypeError, ValueError):
-        made = ()
-    if len(made) != 3 or not np.isfinite(made).all():
+    numbers = isinstance(value, (Sequence, np.ndarray)) and len(value) == 3 and all(map(is_number, value))
+    if not numbers or not np.isfinite(value).all():
         raise refusal("Traction: stress", value, "three finite numbers (xx, yy, xy) in Pa")
-    xx, yy, xy = made
+    xx, yy, xy = map(float, value)
     return xx, yy, xy
 
 
@@ -154,7 +152,7 @@ class FluidPressure(Imposed):
     """
 
     boundary: str  #: name of the boundary at which the fluid is
-    pressure: Varying = varying("Pa")  #: in the fluid
+    pressure: Varying = varying("Pa", at_least=0)  #: in the fluid
     start: float = parameter("Pa", default=0.0, at_least=0)  #: at first; ``pressure`` after ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the pressure changes
     cracks_only: bool = False  #: whether the boundary itself bears none of it, as under a membrane or a platen
@@ -162,23 +160,3 @@ class FluidPressure(Imposed):
     @property
     def level(self) -> Varying:
         return self.pressure
-
-    def __attrs_post_init__(self) -> None:
-        super().__attrs_post_init__()
-        lowest = self.level if isinstance(self.level, float) else 0.0
-        if isinstance(self.level, TimeSeries):
-            lowest = float(self.level.values.min())
-        self._check(lowest)
-
-    def _check(self, lowest: float) -> None:
-        if lowest < 0:
-            raise ParameterError(
-                f"FluidPressure of {self.boundary}: pressure = {lowest:g} Pa is not allowed, it must be at least 0"
-            )
-
-    def course(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """As of all loads. Raises :class:`ParameterError` where a function gives a pressure below 0."""
-        found = super().course(begin, end)
-        if callable(self.pressure) and not isinstance(self.pressure, TimeSeries):
-            self._check(float(found.min(initial=0.0)))
-        return found

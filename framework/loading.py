@@ -22,6 +22,7 @@ class Pace(metaclass=Checked):
     """
 
     speed: float = 0.0  #: m/s, in this sample
+    unit: str = "m/s"  #: of the speed; K/s where a stage heats or cools
     span: float  #: m, by which the drives move if the stage goes to its end
     inertia: float  #: kg/m, twice the kinetic energy of the steady motion at 1 m/s
     frequency: float  #: 1/s, of the steady motion when the stage began, by Rayleigh's quotient
@@ -108,6 +109,22 @@ class Constant(Loading):
         return math.ceil(self.ramp * self.speed / interval / 2)
 
 
+@attrs.frozen(kw_only=True)
+class HeatingRate(Loading):
+    """One rate of heating or cooling: the loading of a stage with a temperature, and of the test ``Heating``."""
+
+    rate: float = parameter("K/s")  #: at which the temperature changes
+
+    def first(self, pace: Pace) -> float:
+        return self.rate
+
+    def next(self, pace: Pace) -> tuple[float, bool]:
+        return self.rate, False
+
+    def slower(self) -> Loading:
+        return attrs.evolve(self, rate=self.rate / 2)
+
+
 WHOLE = 20  #: times ``rate``: of the span of the stage, while no contact is damaged
 QUIET = 4  #: times ``rate``: of the load, while contacts are damaged but little energy is released
 RELEASED = 0.02  #: of the work: from here on the speed is the lowest
@@ -148,7 +165,7 @@ class Adaptive(Loading):
         if pace.least_imbalance > self.imbalance:
             raise AccuracyError(
                 f"Adaptive: imbalance = {self.imbalance:g} cannot be had, it was at least "
-                f"{pace.least_imbalance:.2g} in the last {RECENT} samples, at {pace.speed:.2g} m/s"
+                f"{pace.least_imbalance:.2g} in the last {RECENT} samples, at {pace.speed:.2g} {pace.unit}"
             )
         return pace.speed, False
 

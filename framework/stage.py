@@ -14,7 +14,7 @@ from grainlaw.boundary_conditions import Drive, FluidPressure, Hold, Pressure, Q
 from grainlaw.columns import ENERGY, MOTION, SUPPLIED, TEMPERATURE, UNBALANCED
 from grainlaw.condition import AtRest, ComesTo, Condition, Curves
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Loading
+from grainlaw.loading import Constant, HeatingRate, Loading
 from grainlaw.material import ABSOLUTE_ZERO
 from grainlaw.messages import refusal
 from grainlaw.parameter import (
@@ -119,6 +119,8 @@ class Stage(metaclass=Checked):
             raise ParameterError(f"Stage '{self.name}': a loading needs expected, the number of samples to its end")
         if not moves:
             raise ParameterError(f"Stage '{self.name}': a loading needs a drive whose speed is not 0")
+        if self.temperature is None and isinstance(self.loading, HeatingRate):
+            raise ParameterError(f"Stage '{self.name}': a HeatingRate needs a temperature to heat or cool to")
         for drive in self.drives:
             if isinstance(drive, Drive) and not isinstance(drive.speed, float):
                 raise ParameterError(
@@ -162,8 +164,8 @@ class Stage(metaclass=Checked):
                 raise ParameterError(f"{where} is quiet and has a platen under a force: let a Traction give the force")
 
     def _check_heating(self, moves: bool) -> None:
-        if self.loading is None or self.loading.ramp:
-            wanted = "a loading without a ramp, such as Adaptive() or Constant(speed=...) in K/s"
+        if self.loading is None or self.loading.ramp or isinstance(self.loading, Constant):
+            wanted = "a loading in K/s, without a ramp, such as Adaptive() or HeatingRate(rate=...)"
             raise ParameterError(f"Stage '{self.name}': temperature = {self.temperature:g} °C needs {wanted}")
         if moves or self.static:
             raise ParameterError(

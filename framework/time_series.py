@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from types import FunctionType
 from typing import Any
 
 import attrs
@@ -13,7 +14,9 @@ import numpy as np
 from grainlaw.arguments import Checked, is_number
 from grainlaw.messages import refusal, short
 from grainlaw.parameter import Bounds, ParameterError, parameter
+from grainlaw.unit_text import written
 
+FEW = 8  #: points that are shown one by one
 GAUSS = 0.5 - 0.5 / math.sqrt(3), 0.5 + 0.5 / math.sqrt(3)  #: of a step: a function's mean is that at these times
 
 
@@ -39,7 +42,18 @@ class TimeSeries(metaclass=Checked):
                 "they must have equal numbers of at least 2"
             )
         if (np.diff(times) < 0).any() or times[0] == times[-1]:
-            raise ParameterError(f"TimeSeries: times = {short(times.tolist())} is not allowed, times must not fall")
+            raise refusal("TimeSeries: times", times.tolist(), "times (s) that do not fall, the last after the first")
+
+    def in_words(self, unit: str) -> str:
+        """Its points, as "0 Pa at 0 s, -1 MPa at 5 us"; of more than eight how many and their range."""
+        if len(self.times) <= FEW:
+            points = zip(self.values.tolist(), self.times.tolist(), strict=True)
+            return ", ".join(f"{written(value, unit)} at {written(time, 's')}" for value, time in points)
+        value, time = (
+            f"{written(float(f'{each.min():.4g}'), of)} to {written(float(f'{each.max():.4g}'), of)}"
+            for each, of in ((self.values, unit), (self.times, "s"))
+        )
+        return f"{len(self.times)} points, {value}, at {time}"
 
     def __call__(self, time: float) -> float:
         """The value at a time (s); at a jump that after it."""
@@ -64,31 +78,44 @@ class TimeSeries(metaclass=Checked):
 Varying = float | TimeSeries | Callable[[float], float]
 
 
-def varying(unit: str, default: Any = attrs.NOTHING) -> Any:
+def varying(unit: str, default: Any = attrs.NOTHING, *, at_least: float | None = None) -> Any:
     """Declare a quantity of a component that may change with time: ``speed: Varying = varying("m/s")``.
 
     It is given as a number, as a :class:`TimeSeries` or a list of its points (time, value), or as a function that
-    returns the value at a time (s). Raises :class:`ParameterError`.
+    returns the value at a time (s), made by ``def`` or ``lambda``: of other callables a record of a run cannot say what
+    they give. All values must be finite and ``at_least`` so much. Raises :class:`ParameterError`.
     """
+    bounds = Bounds(at_least)
 
     def convert(value: Any, component: Any, attribute: Any) -> Varying | None:
         where = f"{type(component).__name__}: {attribute.name}"
-        if isinstance(value, TimeSeries) or (value is None and default is None):
-            return value
+        if value is None and default is None:
+            return None
         if isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, (str, bytes)):
-            return _series(where, value)
-        if callable(value):
-            value_of(where, value, 0.0)
+            value = _series(where, value)
+        if isinstance(value, TimeSeries):
+            for entry in (value.values.min(), value.values.max()):
+                if not bounds.allow(float(entry)):
+                    raise refusal(where, float(entry), f"{bounds} ({unit}) at all times")
             return value
-        if is_number(value) and Bounds().allow(float(value)):
+        if isinstance(value, FunctionType):
+            value_of(where, value, 0.0, bounds)
+            return value
+        if is_number(value) and bounds.allow(float(value)):
             return float(value)
-        wanted = f"a finite number ({unit}), a TimeSeries or its points (time, value), or a function of time"
+        wanted = f"{bounds} ({unit}), a TimeSeries or its points (time, value), or a function of time (def or lambda)"
         raise refusal(where, value, wanted)
 
     return attrs.field(
         default=default,
         converter=attrs.Converter(convert, takes_self=True, takes_field=True),
-        metadata={"unit": unit, "bounds": "a number, a TimeSeries or a function of time", "varies": True},
+        metadata={
+            "unit": unit,
+            "varies": bounds,
+            "bounds": f"{bounds}, a TimeSeries or a function of time"
+            if at_least is not None
+            else "a number, a TimeSeries or a function of time",
+        },
     )
 
 
@@ -103,13 +130,14 @@ def _series(where: str, points: Any) -> TimeSeries:
         raise ParameterError(f"{where}: {error}") from None
 
 
-def value_of(where: str, function: Callable[[float], float], time: float) -> float:
-    """What a function gives at a time (s). Raises :class:`ParameterError` where it is no finite number."""
+def value_of(where: str, function: Callable[[float], float], time: float, bounds: Bounds) -> float:
+    """What a function gives at a time (s). Raises :class:`ParameterError` where it is no number within the bounds."""
     value = function(time)
-    if not is_number(value) or not Bounds().allow(float(value)):
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value.item()
+    if not is_number(value) or not bounds.allow(float(value)):
         raise ParameterError(
-            f"{where}: the function gives {short(value)} at {time:g} s, which is not allowed, it must give a finite "
-            "number"
+            f"{where}: the function gives {short(value)} at {time:g} s, which is not allowed, it must give {bounds}"
         )
     return float(value)
 
@@ -157,9 +185,11 @@ class Imposed(metaclass=Checked):
             return found
         if not callable(level):
             return rise(end, self.ramp, self.start, level)
-        where = f"{type(self).__name__} of {self.boundary}"
+        fields = attrs.fields(type(self))  # type: ignore[arg-type]
+        field = next(field for field in fields if "varies" in field.metadata)
+        where, bounds = f"{type(self).__name__} of {self.boundary}: {field.name}", field.metadata["varies"]
         at = [(begin + share * (end - begin)).tolist() for share in GAUSS]
-        return np.array([[value_of(where, level, time) for time in times] for times in at]).mean(axis=0)
+        return np.array([[value_of(where, level, time, bounds) for time in times] for times in at]).mean(axis=0)
 
     def at(self, time: float) -> float:
         """The level at a time (s) since the stage began."""

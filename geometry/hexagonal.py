@@ -31,7 +31,7 @@ class Hexagonal(Tessellator):
     """
 
     grains: int | None = whole_number(at_least=1, default=None)  #: number of grains; give this or grain_size
-    grain_size: float | None = length()  #: m
+    grain_size: float | None = length()  #: square root of the area of a whole hexagon
 
     def __attrs_post_init__(self) -> None:
         require_one(self)

@@ -61,7 +61,8 @@ class Laguerre(Tessellator):
     """
 
     grains: int | None = whole_number(at_least=1, default=None)  #: number of grains; give this, grain_size or areas
-    grain_size: float | Graded | None = attrs.field(default=None, converter=_grain_size, metadata={"unit": "m"})  #: m
+    #: square root of their mean area
+    grain_size: float | Graded | None = attrs.field(default=None, converter=_grain_size, metadata={"unit": "m"})
     areas: tuple[float, ...] | None = numbers("m2", default=None)  #: of each grain; they must fill the region
     sizes: Sizes = part(Sizes, NaturalGrowth())  #: distribution of the sizes
     seed: int = whole_number(at_least=0, default=1)  #: of the random numbers

@@ -46,8 +46,8 @@ class Voronoi(Tessellator):
     """
 
     grains: int | None = whole_number(at_least=1, default=None)  #: number of grains; give this, grain_size or points
-    grain_size: float | None = length()  #: m
-    points: tuple[tuple[float, float], ...] | None = attrs.field(default=None, converter=_points)  #: m
+    grain_size: float | None = length()  #: square root of their mean area
+    points: tuple[tuple[float, float], ...] | None = attrs.field(default=None, converter=_points)  #: seeds, m
     seed: int = whole_number(at_least=0, default=1)  #: of the random numbers
     relaxation: int = whole_number(at_least=0, at_most=1000, default=3)  #: Lloyd iterations: the more, the more even
     merge: float = parameter("grain sizes", default=0.25, at_least=0, below=1)  #: shorter edges vanish where they can

@@ -79,7 +79,7 @@ def test_plastic_strain_is_in_frames_and_files(tmp_path):
 
 def test_the_temperature_is_in_files(tmp_path):
     warm = small_sample(4, material=Thermal(material=ROCK, expansion=8e-6))
-    heating = Heating(to=120, samples=10, loading=gl.Constant(speed=1e5))
+    heating = Heating(to=120, samples=10, loading=gl.HeatingRate(rate=1e5))
     gl.simulate(warm, Linear(**STIFF), heating, observers=[VtkWriter(tmp_path, count=2)])
     last = pyvista.read(sorted(tmp_path.glob("grains_*.vtu"))[-1])
     assert np.all(last.cell_data["temperature"] == 120)
@@ -146,6 +146,13 @@ def test_a_material_of_a_file_runs_from_a_configuration_and_is_copied_beside_it(
 def test_wrong_names_of_materials_and_tables_are_refused(section, message):
     with pytest.raises(gl.ParameterError, match=message):
         configured("uniaxial-compression", section, quick=True)
+
+
+def test_a_class_that_cannot_be_made_is_called_a_material(tmp_path):
+    (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "parts.py").write_text("LAME = 24e9\n")
+    with pytest.raises(gl.ParameterError, match=r"rock.type: the material Mine needs shear: .* material = Mine\(shear"):
+        configured("uniaxial-compression", {"rock": {"type": f"{tmp_path / 'mine.py'}:Mine"}}, quick=True)
 
 
 def test_minerals_expand_by_tables_of_their_names():

@@ -11,9 +11,9 @@ from command_line import SMALL, invoke
 
 import grainlaw as gl
 from grainlaw import laws, protocols
-from grainlaw.cli.components import choices, name_of
+from grainlaw.cli.components import FILL_IN, choices, name_of
 from grainlaw.cli.configuration import configured, template
-from grainlaw.cli.sections import assign, toml
+from grainlaw.cli.sections import assign, toml, value_toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.cli.table1 import LAWS
 from grainlaw.geometry import Empirical, Even, Hexagonal, Laguerre, Lognormal, rectangle
@@ -21,15 +21,10 @@ from grainlaw.parameter import ParameterError
 
 DOCS = Path(__file__).parents[1] / "docs"
 NEEDED = {
-    "biaxial-compression": {"confinement": "4 MPa"}, "direct-shear": {"normal_stress": "1 MPa"},
-    "creep": {"load": "80 MPa", "duration": 1e6}, "cyclic": {"levels": [0.001, 0.002]},
-    "heating": {"to": ["100 °C", 20]}, "saturated": {"pressure": "5 MPa"},
-}  # fmt: skip
-
-
-EXPANDS = {
-    "type": "thermal", "expansion": 8e-6,
-    "material": {"type": "elastic", "youngs_modulus": "60 GPa", "poissons_ratio": 0.25, "density": 2700},
+    "biaxial-compression": {"test": {"confinement": "4 MPa"}}, "direct-shear": {"test": {"normal_stress": "1 MPa"}},
+    "creep": {"law": {"rate": 1e-6}, "test": {"load": "80 MPa", "duration": 1e6}},
+    "cyclic": {"test": {"levels": [0.001, 0.002]}}, "saturated": {"test": {"pressure": "5 MPa"}},
+    "heating": {"rock": {"expansion": "quartz"}, "test": {"to": ["100 °C", 20]}},
 }  # fmt: skip
 
 
@@ -45,8 +40,7 @@ QUICK_AND_FULL += [(name, False) for name, setup in SETUPS.items() if setup.samp
 @pytest.mark.parametrize(("name", "quick"), QUICK_AND_FULL)
 def test_what_is_configured_is_configured_again_by_its_own_sections(name, quick):
     coarse = {"columns": 20} if name == "plane-wave" else {"grain_size": 0.012}
-    sections = {"test": NEEDED.get(name, {}), "sample": {} if quick else coarse}
-    first = configured(name, sections | ({"rock": EXPANDS} if name == "heating" else {}), quick)
+    first = configured(name, {**NEEDED.get(name, {}), "sample": {} if quick else coarse}, quick)
     again = configured(name, tomllib.loads(toml(first.sections)))
     assert again.sections == first.sections
     for part in ("law", "protocol", "numerics"):
@@ -56,14 +50,56 @@ def test_what_is_configured_is_configured_again_by_its_own_sections(name, quick)
 
 
 def test_a_template_is_the_configuration_with_units_bounds_and_names_to_choose_from():
-    chosen = configured("brazilian", {})
-    text = template("brazilian", chosen)
-    assert configured("brazilian", tomllib.loads(text)).sections == chosen.sections
+    text = template("brazilian", {})
+    assert configured("brazilian", tomllib.loads(text)).sections == configured("brazilian", {}).sections
     words = dict(re.findall(r"^(\w+) = .*?  +# (.*)$", text, re.M))
     assert words["tensile_strength"] == "Pa; above 0; f_t"
     assert words["jaws"] == "one of smooth, rough; whether the disc may slide along the jaws"
     assert set(choices(laws.Softening)) == set(words["softening"].partition(";")[0].removeprefix("one of ").split(", "))
     assert {field.name for field in attrs.fields(laws.CohesiveCrack)} <= set(words)
+
+
+@pytest.mark.parametrize("name", SETUPS)
+def test_a_template_of_every_test_says_what_is_to_be_filled_in(name):
+    text, needed = template(name, {}, quick=True), NEEDED.get(name, {})
+    for section in ("test", "law", "rock"):
+        for key, value in needed.get(section, {}).items():
+            with pytest.raises(ParameterError, match=rf"^{section}\.{key}( \(.*\))? is still to be filled in"):
+                configured(name, tomllib.loads(text), quick=True)
+            hole = f'{key} = "FILL IN"'
+            assert len(re.findall(rf"^{hole} .*# \S+", text, re.M)) == 1
+            text = text.replace(hole, f"{key} = {value_toml(value)}")
+    assert configured(name, tomllib.loads(text)).sections == configured(name, needed, quick=True).sections
+    part = text.partition("[test]")[2].partition("[numerics]")[0]
+    listed = re.findall(r"^(?:# )?(\w+) = ", part, re.M)
+    assert listed == ["type", *(field.name for field in attrs.fields(SETUPS[name].protocol))]
+
+
+def test_what_a_template_shows_as_a_comment_can_be_given():
+    text = sample = template("plane-wave", {}, quick=True)
+    for key in ("velocity", "gauges"):
+        assert len(re.findall(rf"^# {key} = \.\.\. +# m", text, re.M)) == 1
+    text = text.replace("# velocity = ...", 'velocity = "1 m/s"').replace("# gauges = ...", 'gauges = ["20 mm", 0.05]')
+    made = configured("plane-wave", tomllib.loads(text)).protocol
+    assert made == protocols.PlaneWave(velocity=1.0, gauges=[0.02, 0.05])
+    assert tomllib.loads(sample)["test"]["stress"] == [["0 s", "0 Pa"], ["5 us", "-1 MPa"], ["10 us", "0 Pa"]]
+    sample = template("uniaxial-compression", {"sample": {"grains": 80}})
+    text = sample.replace("grains = 80", "").replace("# grain_size = ...", 'grain_size = "5 mm"')
+    assert configured("uniaxial-compression", tomllib.loads(text)).specimen.grains.count == 250  # 50 x 125 mm2
+
+
+def test_a_template_of_a_law_or_a_rock_that_is_chosen_says_what_is_to_be_filled_in():
+    given = {"law": {"type": "friction"}, "rock": {"type": "thermal"}, "laws": {"quartz/*": {"type": "linear"}}}
+    text = template("brazilian", given)
+    made = tomllib.loads(text)
+    assert made["rock"]["material"] == made["rock"]["expansion"] == made["law"]["kn"] == FILL_IN
+    assert made["laws"] == given["laws"]
+    assert template("brazilian", made) == text
+    names = "albite, biotite, microcline, quartz, constant, expansion-table"
+    assert re.search(rf"^expansion = .*# 1/K, or one of {names}; ", text, re.M)
+    for name in names.split(", ")[:4]:
+        filled = {"type": "thermal", "expansion": name, "material": tomllib.loads(template("creep", {}))["rock"]}
+        assert configured("uniaxial-tension", {"rock": filled}, quick=True)
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -115,6 +151,10 @@ def test_parts_are_set_one_by_one():
     assert made.law.softening == laws.ExponentialSoftening(rate=4)
     assert made.law.pre_peak is laws.PrePeak.LINEAR
     assert made.protocol.loading.speed == 0.02
+    heats = NEEDED["heating"]["test"] | {"loading": {"type": "heating-rate", "rate": "50 K/s"}}
+    made = configured("heating", NEEDED["heating"] | {"test": heats}, quick=True)
+    assert made.protocol.loading == gl.HeatingRate(rate=50.0)
+    assert made.sections["test"]["loading"] == {"type": "heating-rate", "rate": "50 K/s"}
 
 
 def test_names_are_those_of_the_classes():

@@ -182,7 +182,7 @@ def test_command_fails_with_the_law(file):
         ("mylaw.py:Raedy", "there is no 'Raedy' in * did you mean 'Ready'? (laws in *: Spring, Ready, Soft"),
         ("mylaw.py:number", "'number' in * is no contact law but a value of type int"),
         ("mylaw.py:gl", "'gl' in * is no contact law but a value of type module"),
-        ("mylaw.py:Spring", "Spring needs k: put an instance in the file, law = Spring(k=...), and check *:law"),
+        ("mylaw.py:Spring", "Spring needs k: put an instance in the file, law = Spring(k=...), and name it, *:law"),
         ("mylaw.py:many", "give single numbers instead of arrays"),
         ("mylaw.py:Refuses", "Refuses() cannot be made: no"),
         ("mylaw.py", "name the law, as in *mylaw.py:Spring"),

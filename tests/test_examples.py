@@ -80,7 +80,7 @@ def test_heated_granite(example):
     """A granite that is heated a little: its minerals press each other, and the sample still bears what it bore."""
     granite = example("heated_granite")
     run = granite.case("brittle", 40, 1, 12)
-    heating = attrs.evolve(run.protocol, test=None, loading=gl.Constant(speed=1e5), samples=10)
+    heating = attrs.evolve(run.protocol, test=None, loading=gl.HeatingRate(rate=1e5), samples=10)
     result = gl.simulate(run.specimen, run.law, heating, threads=1, frames=2)
     hot = result.curves["temperature"] == 40
     free = [one.expansion.strain(40) * (1 + one.material.poissons_ratio) for one in granite.ROCK.values()]

@@ -281,7 +281,7 @@ def test_fluids_that_cannot_be_are_refused(load, message):
 
 
 def test_bad_numbers_are_refused():
-    with pytest.raises(gl.ParameterError, match=r"FluidPressure of left: pressure = -1"):
+    with pytest.raises(gl.ParameterError, match=r"FluidPressure: pressure = -1"):
         gl.FluidPressure(boundary="left", pressure=-1.0)
     with pytest.raises(gl.ParameterError, match=r"Saturated: boundaries = .* each can be named once"):
         Saturated(pressure=1e6, boundaries=("left", "left"))

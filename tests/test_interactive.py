@@ -121,3 +121,4 @@ def test_a_command_writes_it(tmp_path):
     result = invoke("test", "uniaxial-compression", *SMALL, "--interactive", "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
     assert (tmp_path / "out" / "interactive.html").stat().st_size > 1e6
+    assert '<a href="interactive.html">' in (tmp_path / "out" / "report.html").read_text("utf-8")

@@ -210,7 +210,7 @@ def test_levels_count_from_the_end_of_a_heating():
     """Elastic, heated by 100 K, which strains it by four times the level: it unloads at the level all the same."""
     warm = small_sample(12, material=Thermal(material=ROCK, expansion=8e-6))
     press = UniaxialCompression(maximum_strain=4e-4, samples=40, loading=gl.Constant(speed=0.1))
-    heating = Heating(to=120, samples=10, loading=gl.Constant(speed=1e5), test=press)
+    heating = Heating(to=120, samples=10, loading=gl.HeatingRate(rate=1e5), test=press)
     found, cold = (gl.simulate(warm, LINEAR, Cyclic(test=test, levels=(2e-4,))) for test in (heating, press))
     strain, stage = found.curves["strain"], found.curves["stage"]
     assert stage.max() == 3

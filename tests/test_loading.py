@@ -14,7 +14,8 @@ from grainlaw.columns import SPENT
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.loading import RELEASED, Pace
-from grainlaw.protocols import BiaxialCompression, Cyclic, Platens, UniaxialCompression, UniaxialTension
+from grainlaw.materials import Thermal
+from grainlaw.protocols import BiaxialCompression, Cyclic, Heating, Platens, UniaxialCompression, UniaxialTension
 from grainlaw.units import MPa
 
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
@@ -162,8 +163,48 @@ def test_loading_is_checked():
         gl.Stage(**stage, drives=[moving])
     with pytest.raises(gl.ParameterError, match="Stage 'load': a loading needs a drive whose speed is not 0"):
         gl.Stage(**stage, drives=[still], expected=10)
+    heats = gl.HeatingRate(rate=1e5)
+    with pytest.raises(gl.ParameterError, match="a HeatingRate needs a temperature"):
+        gl.Stage(**stage | {"loading": heats}, drives=[moving], expected=10)
+    with pytest.raises(gl.ParameterError, match=r"needs a loading in K/s, .* such as Adaptive\(\) or HeatingRate"):
+        gl.Stage(**stage | {"loading": gl.Constant(speed=0.1)}, temperature=60, expected=10)
+    assert heats.slower() == gl.HeatingRate(rate=5e4)
     with pytest.raises(gl.ParameterError, match=r"Adaptive: rate = 0\.5 is not allowed"):
         gl.Adaptive(rate=0.5)
     with pytest.raises(gl.ParameterError, match=r"loading = 0\.05 is not allowed"):
         UniaxialTension(loading=0.05)
     assert math.isinf(Pace(span=1, inertia=1, frequency=1).fastest)
+
+
+UNITS = set()
+
+
+@attrs.frozen(kw_only=True)
+class Noting(gl.Loading):
+    """Notes in which unit a stage counts its speed."""
+
+    speed: float
+
+    def first(self, pace):
+        return self.speed
+
+    def next(self, pace):
+        UNITS.add(pace.unit)
+        return self.speed, False
+
+    def slower(self):
+        return self
+
+
+def test_a_loading_knows_the_unit_of_its_speed():
+    one = gl.Specimen(
+        Bricks(rows=1, columns=1).tessellate(rectangle(0.01, 0.01)), Thermal(material=ROCK, expansion=8e-6)
+    )
+    press = UniaxialCompression(samples=10, maximum_strain=1e-5, loading=Noting(speed=1.0))
+    for test, unit in ((Heating(to=30, samples=10, loading=Noting(speed=1e5)), "K/s"), (press, "m/s")):
+        UNITS.clear()
+        gl.simulate(one, Linear(**STIFF), test, threads=1, frames=2)
+        assert UNITS == {unit}
+    seen = Pace(speed=2.0, unit="K/s", span=1.0, inertia=1.0, frequency=1e6, imbalance=1.0, least_imbalance=1.0)
+    with pytest.raises(gl.AccuracyError, match=r"at 2 K/s$"):
+        gl.Adaptive(rate=0.04).next(seen)

@@ -15,8 +15,8 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.naming import shown, three_digits
-from grainlaw.protocols import DirectShear, UniaxialCompression
-from grainlaw.results.figures.report import LIMITS, write_report
+from grainlaw.protocols import DirectShear, PlaneWave, UniaxialCompression
+from grainlaw.results.figures.report import LIMITS, _rows, write_report
 from grainlaw.units import mm
 
 LAW = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300, closure=BandisClosure(maximum_closure=5e-6))
@@ -107,6 +107,16 @@ def test_parameters_have_units_and_parts_their_own(page):
     assert page.rows["youngs_modulus"] == [["60 GPa"]]
     assert page.rows["loading.speed"] == [["200 mm/s"]]
     assert page.rows["integrator.damping.fraction"] == [["0.8"]]
+
+
+def test_a_load_that_changes_with_time_is_one_entry():
+    rows = _rows(PlaneWave())
+    assert [row for row in rows if row[0].startswith("stress")] == [
+        ["stress", "0 Pa at 0 s, -1 MPa at 5 us, 0 Pa at 10 us"]
+    ]
+    times = np.linspace(0, 1e-3, 1001)
+    many = gl.TimeSeries(times, np.sin(4e3 * np.pi * times) * 2e6)
+    assert many.in_words("Pa") == "1001 points, -2 MPa to 2 MPa, at 0 s to 1 ms"
 
 
 def test_laboratory_measures_that_exist_have_units_and_sources(page, result):

@@ -25,7 +25,7 @@ ELASTIC = gl.Elastic(youngs_modulus=E, poissons_ratio=NU, density=2650)
 WARM = Thermal(material=ELASTIC, expansion=ALPHA)
 STRONG = MohrCoulomb(kn=1e15, ks=1e15, tensile_strength=1e9, cohesion=1e9, friction_angle=30)
 HARD = Linear(kn=1e17, ks=1e17)  # between grains of mm: of no account
-SLOW = gl.Constant(speed=1e5)  # K/s: some thousand steps
+SLOW = gl.HeatingRate(rate=1e5)  # some thousand steps
 
 
 def one_grain(material):
@@ -277,7 +277,7 @@ class Flat(gl.Material):
         (lambda: Heating(to=()), "a temperature"),
         (lambda: Heating(to=(60, 60)), "each must differ from the last"),
         (lambda: Heating(to=60, test=Heating(to=80)), "Heating: test"),
-        (lambda: gl.Stage(name="heat", temperature=60, interval=1.0), "needs a loading without a ramp"),
+        (lambda: gl.Stage(name="heat", temperature=60, interval=1.0), "needs a loading in K/s, without a ramp"),
         (lambda: gl.Stage(name="heat", temperature=-300, interval=1.0), "Stage: temperature = -300 °C"),
         (lambda: heated(small_sample(grains=2), Held.BOTTOM), "no material of the specimen depends on the temperature"),
         (lambda: heated(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ)), Held.BOTTOM, to=1200), "to 1000 °C"),

@@ -41,6 +41,13 @@ class Moves(gl.LoadingProtocol):
         return {"moved": curves["moved"][-1]}
 
 
+class Pulse:
+    """A callable that is no function."""
+
+    def __call__(self, time):
+        return 0.1
+
+
 def block():
     return gl.Specimen(Bricks(rows=1, columns=1).tessellate(rectangle(4e-3, 4e-3)), ROCK)
 
@@ -135,8 +142,9 @@ def test_a_force_gives_its_integral_as_momentum():
         (math.nan, "Drive: speed = nan is not allowed"),
         ([(0, 1)], "times has 1 entries and values has 1, they must have equal numbers of at least 2"),
         ([0, 1, 2], "a list of points .time, value."),
-        ([(0, 1), (-1, 2)], "times must not fall"),
-        ([(1, 1), (1, 2)], "times must not fall"),
+        ([(0, 1), (-1, 2)], r"times = \[0.0, -1.0\] is not allowed, it must be times \(s\) that do not fall"),
+        ([(1, 1), (1, 2)], r"Drive: speed: TimeSeries: times = .* do not fall, the last after the first"),
+        (Pulse(), r"Drive: speed = .*Pulse.* is not allowed, it must be .* a function of time \(def or lambda\)"),
         (lambda time: "much", "Drive: speed: the function gives 'much' at 0 s"),
     ],
 )
@@ -145,8 +153,38 @@ def test_bad_series_are_refused(speed, words):
         gl.Drive(boundary="top", axis=1, speed=speed)
 
 
+def test_a_function_may_give_an_array_without_axes():
+    drive = gl.Drive(boundary="top", axis=1, speed=lambda time: np.array(2.0 * time))
+    assert drive.course(np.array([1.0]), np.array([2.0])) == pytest.approx([3.0])  # its mean over the step
+    with pytest.raises(gl.ParameterError, match=r"the function gives array\(\[2\.\]\) at 0 s"):
+        gl.Drive(boundary="top", axis=1, speed=lambda time: np.array([2.0]))
+
+
+@pytest.mark.parametrize(
+    ("pressure", "words"),
+    [
+        (-1.0, r"FluidPressure: pressure = -1\.0 is not allowed, it must be a finite number and at least 0 \(Pa\)"),
+        ([(0, 0), (1, -2)], r"FluidPressure: pressure = -2\.0 is not allowed, it must be .* at least 0 \(Pa\) at all"),
+        (lambda time: -3.0, r"FluidPressure: pressure: the function gives -3\.0 at 0 s, .* at least 0"),
+    ],
+)
+def test_bounds_hold_for_numbers_series_and_functions(pressure, words):
+    with pytest.raises(gl.ParameterError, match=words):
+        gl.FluidPressure(boundary="top", pressure=pressure)
+    later = gl.FluidPressure(boundary="top", pressure=lambda time: 1.0 - time)
+    with pytest.raises(gl.ParameterError, match=r"FluidPressure of top: pressure: the function gives -1\.\d+ at 2\."):
+        later.course(np.array([2.0]), np.array([3.0]))
+
+
+@pytest.mark.parametrize("stress", ["123", (1, 2), (1, 2, math.inf), (1, 2, "3"), 5.0])
+def test_the_stress_of_a_traction_is_three_numbers(stress):
+    with pytest.raises(gl.ParameterError, match=r"Traction: stress = .* three finite numbers"):
+        gl.Traction(boundary="top", stress=stress)
+    assert gl.Traction(boundary="top", stress=np.array([1, 2, 3])).stress == (1.0, 2.0, 3.0)
+
+
 def test_a_function_that_fails_later_says_when():
-    with pytest.raises(gl.ParameterError, match=r"Drive of top: the function gives nan at 1\.\d+e-06 s"):
+    with pytest.raises(gl.ParameterError, match=r"Drive of top: speed: the function gives nan at 1\.\d+e-06 s"):
         moved(lambda time: math.nan if time > 1e-6 else 0.1)
 
 
@@ -192,7 +230,7 @@ def test_a_series_is_written_in_toml_as_a_list_of_pairs(tmp_path):
     first = invoke("test", "plane-wave", "--config", config, "--out", tmp_path / "a")
     assert first.exit_code == 0, first.output
     made = json.loads((tmp_path / "a" / "run.json").read_text())["configuration"]["test"]["velocity"]
-    assert made == {"type": "time-series", "times": [0.0, 3e-6, 6e-6], "values": [0.0, 0.02, 0.0]}
+    assert made == [["0 s", "0 m/s"], ["3 us", "20 mm/s"], ["6 us", "0 m/s"]]
     again = invoke("test", "plane-wave", "--config", tmp_path / "a" / "config.toml", "--out", tmp_path / "b")
     assert again.exit_code == 0, again.output
     assert (tmp_path / "a" / "curves.csv").read_text() == (tmp_path / "b" / "curves.csv").read_text()

@@ -36,7 +36,7 @@ cells = [
 ]
 strip = from_polygons(cells, [name for _, _, name in sides for _ in range(ROWS)])
 specimen = gl.Specimen(strip, {"left": left, "right": right}, refinement=2)
-heating = Heating(to=HOT, samples=10, loading=gl.Constant(speed=2e7))
+heating = Heating(to=HOT, samples=10, loading=gl.HeatingRate(rate=2e7))
 result = gl.simulate(specimen, Linear(kn=1e16, ks=1e16), heating, frames=2)
 
 # %%

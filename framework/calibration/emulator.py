@@ -9,7 +9,7 @@ from typing import Any, TypeVar, cast
 
 import attrs
 import numpy as np
-from scipy.linalg import cho_solve, solve_triangular
+import scipy
 
 from grainlaw.calibration.simulator import Values
 from grainlaw.calibration.targets import QUANTITIES
@@ -160,7 +160,7 @@ class Emulator:
     def predict(self, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean (m,) and variance (m,) of what is emulated, of the smooth quantity without noise."""
         across = self.kernel(coordinates, self.points)
-        inner = solve_triangular(self.factor, across.T, lower=True, check_finite=False)
+        inner = scipy.linalg.solve_triangular(self.factor, across.T, lower=True, check_finite=False)
         variance = self.kernel.diag(coordinates) - self.rough - np.einsum("nm,nm->m", inner, inner)
         return self.middle + self.size * (across @ self.weights), self.size**2 * np.maximum(variance, 0.0)
 
@@ -225,8 +225,8 @@ def fit(name: str, coordinates: np.ndarray, values: np.ndarray, noise: np.ndarra
         process.fit(coordinates, y)
     kernel, factor = process.kernel_, process.L_
     rough = float(kernel.k2.noise_level)
-    weights = cho_solve((factor, True), y)
-    inverse = np.diag(cho_solve((factor, True), np.eye(len(y))))
+    weights = scipy.linalg.cho_solve((factor, True), y)
+    inverse = np.diag(scipy.linalg.cho_solve((factor, True), np.eye(len(y))))
     without = np.column_stack([values, middle + size * (y - weights / inverse), size / np.sqrt(inverse)])
     return Emulator(name, kernel, coordinates, factor, weights, rough, middle, size, without)
 

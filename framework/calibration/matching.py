@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import attrs
 import numpy as np
-from scipy.linalg import cho_solve
+import scipy
 
 from grainlaw.calibration.emulator import Emulator, Samples, in_one_thread
 from grainlaw.calibration.space import Space
@@ -140,7 +140,7 @@ def telling(match: Match, candidates: np.ndarray, count: int, first: np.ndarray)
     for name in match.names:
         emulator = match.emulators[name]
         across = emulator.kernel(where, emulator.points)
-        solved = cho_solve((emulator.factor, True), across.T)
+        solved = scipy.linalg.cho_solve((emulator.factor, True), across.T)
         covariances.append(emulator.size**2 * (emulator.kernel(where, where) - across @ solved))
         column = match.samples.noise[:, match.samples.names.index(name)]
         noises.append(float(np.nanmean(column)) + emulator.size**2 * emulator.rough)

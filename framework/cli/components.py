@@ -21,12 +21,19 @@ import grainlaw.protocols
 from grainlaw.declared import parameters_of
 from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError
+from grainlaw.time_series import TimeSeries
 from grainlaw.unit_text import quantity, written
 
 PACKAGES: tuple[ModuleType, ...] = (
     grainlaw, grainlaw.laws, grainlaw.materials, grainlaw.geometry, grainlaw.protocols,
 )  # fmt: skip
 Kind = type | tuple[type, ...]
+FILL_IN = "FILL IN"  #: in a template, in the place of a value that is needed
+KINDS = {  #: of parameters, in the words of a configuration
+    "int": "whole number", "float": "number", "bool": "true or false", "str": "text",
+    "tuple[float, ...]": "list of numbers", "tuple[tuple[float, float], ...]": "list of points [x, y]",
+    "tuple[str, ...]": "list of names", "Sequence[str]": "list of names", "Threads": 'whole number or "auto"',
+}  # fmt: skip
 
 
 def name_of(cls: type, kind: Kind = ()) -> str:
@@ -74,9 +81,19 @@ def component(kind: Kind, raw: Any, where: str, base: Any = None) -> Any:
         raise ParameterError(f"{where} = {short(raw)} is not allowed, it must be a name or a table")
     if isinstance(raw, str) and (ready := instances(kind).get(raw.lower().replace("_", "-"))) is not None:
         return ready
-    given = {"type": raw} if isinstance(raw, str) else dict(raw)
-    cls = _class(kind, given.pop("type", None), where, base)
-    return evolved(base if type(base) is cls else cls, given, where)
+    given = {"type": raw} if isinstance(raw, str) else raw
+    return evolved(begin_with(kind, given, where, base), own(given), where)
+
+
+def own(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a table, without its type."""
+    return {name: value for name, value in given.items() if name != "type"}
+
+
+def begin_with(kind: Kind, given: Mapping[str, Any], where: str, base: Any = None) -> Any:
+    """What :func:`evolved` makes a component of: ``base`` where it is of the type that is given, else the class."""
+    cls = _class(kind, given.get("type"), where, base)
+    return base if type(base) is cls else cls
 
 
 def _class(kind: Kind, name: Any, where: str, base: Any) -> type:
@@ -101,21 +118,51 @@ def _class(kind: Kind, name: Any, where: str, base: Any) -> type:
 def evolved(base: Any, given: Mapping[str, Any], where: str) -> Any:
     """The same component with other parameters, or, from a class, one with these. Raises ParameterError."""
     cls = base if isinstance(base, type) else type(base)
-    fields = {field.name: field for field in attrs.fields(cls) if field.init}
-    refuse_unknown(where, given, fields)
-    kinds = _kinds(cls)
-    values = {}
-    for name, raw in given.items():
-        present = fields[name].default if base is cls else getattr(base, name)
-        values[name] = _value(fields[name], kinds.get(name, ()), raw, f"{where}.{name}", present)
+    values = _values(base, given, where)
     if base is not cls:
         return attrs.evolve(base, **values)
-    needed = [f for f in fields.values() if f.default is attrs.NOTHING and f.name not in values]
-    if needed:
-        first = needed[0]
-        unit = first.metadata.get("unit", "")
-        raise ParameterError(f"{where}.{first.name}{unit and f' ({unit})'} is missing: {cls.__name__} needs it")
+    for field in _needed(base, values):
+        raise ParameterError(f"{_place(where, field)} is missing: {cls.__name__} needs it")
     return cls(**values)
+
+
+def drafted(base: Any, given: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """The settings of the component of :func:`evolved`, with all that could be given.
+
+    What is needed and not given is ``FILL_IN``; what is None is there, too. Raises ParameterError.
+    """
+    given = {name: raw for name, raw in given.items() if raw != FILL_IN}
+    needed = _needed(base, given)
+    if needed:
+        values = {field.name: field.default for field in attrs.fields(base)} | _values(base, given, where)
+        values |= {field.name: FILL_IN for field in needed}
+        return _settings(base, values)
+    made = evolved(base, given, where)
+    return _settings(type(made), {field.name: getattr(made, field.name) for field in attrs.fields(type(made))})
+
+
+def _needed(base: Any, given: Iterable[str]) -> list[attrs.Attribute]:
+    """Fields of a class without a default that are not given; none of a component."""
+    fields = attrs.fields(base) if isinstance(base, type) else ()
+    return [field for field in fields if field.init and field.default is attrs.NOTHING and field.name not in given]
+
+
+def _place(where: str, field: attrs.Attribute) -> str:
+    unit = field.metadata.get("unit", "")
+    return f"{where}.{field.name}{unit and f' ({unit})'}"
+
+
+def _values(base: Any, given: Mapping[str, Any], where: str) -> dict[str, Any]:
+    cls = base if isinstance(base, type) else type(base)
+    fields = {field.name: field for field in attrs.fields(cls) if field.init}
+    refuse_unknown(where, given, fields)
+    kinds, values = _kinds(cls), {}
+    for name, raw in given.items():
+        if isinstance(raw, str) and raw == FILL_IN:
+            raise ParameterError(f"{_place(where, fields[name])} is still to be filled in: {cls.__name__} needs it")
+        present = fields[name].default if base is cls else getattr(base, name)
+        values[name] = _value(fields[name], kinds.get(name, ()), raw, f"{where}.{name}", present)
+    return values
 
 
 def _kinds(cls: type) -> dict[str, tuple[type, ...]]:
@@ -164,9 +211,15 @@ def _names_one(interface: type | None, raw: Any) -> bool:
 def explained(cls: type) -> dict[str, str]:
     """Each parameter's unit or names to choose from, what is allowed, and its meaning, in words."""
     kinds, found = _kinds(cls), {}
-    for name, kind, allowed, _, meaning in parameters_of(cls):
+    varying = {field.name for field in attrs.fields(cls) if field.metadata.get("varies")}
+    for name, plain, allowed, _, meaning in parameters_of(cls):
+        kind = KINDS.get(plain.removesuffix(" | None"), plain)
+        if name in varying:
+            allowed = "a number, or a list of points [time, value]"
         first = next((each for each in kinds.get(name, ()) if inspect.isabstract(each)), None)
-        if first is not None:
+        if first is not None and (ready := instances(first)):
+            kind = f"{plain}, or one of {', '.join([*ready, *choices(first)])}"
+        elif first is not None:
             kind = f"one of {', '.join(choices(first))}"
         elif any(issubclass(each, enum.Enum) for each in kinds.get(name, ())):
             kind, allowed = f"one of {allowed.lower().replace('_', '-')}", ""
@@ -193,15 +246,26 @@ def _member(kind: type[enum.Enum], raw: Any, where: str) -> enum.Enum:
 
 def settings(made: Any, kind: Kind = ()) -> dict[str, Any]:
     """What :func:`component` makes the same component of, with all its parameters."""
-    found: dict[str, Any] = {"type": name_of(type(made), kind)}
-    kinds = _kinds(type(made))
-    for field in attrs.fields(type(made)):
-        value = getattr(made, field.name)
-        if not field.init or value is None:
+    values = {field.name: getattr(made, field.name) for field in attrs.fields(type(made))}
+    return _settings(type(made), {name: value for name, value in values.items() if value is not None}, kind)
+
+
+def _settings(cls: type, values: Mapping[str, Any], kind: Kind = ()) -> dict[str, Any]:
+    found: dict[str, Any] = {"type": name_of(cls, kind)}
+    kinds = _kinds(cls)
+    for field in attrs.fields(cls):
+        if not field.init or field.name not in values:
+            continue
+        value = values[field.name]
+        if value is None or (isinstance(value, str) and value == FILL_IN):
+            found[field.name] = value
             continue
         ready = [name for name, each in instances(type(value)).items() if each == value]
         if ready:
             found[field.name] = ready[0]
+        elif isinstance(value, TimeSeries):
+            points = zip(value.times.tolist(), value.values.tolist(), strict=True)
+            found[field.name] = [[written(t, "s"), written(v, field.metadata["unit"])] for t, v in points]
         elif attrs.has(type(value)):
             kind = next((k for k in kinds.get(field.name, ()) if inspect.isabstract(k)), ())
             found[field.name] = settings(value, kind)

@@ -8,12 +8,12 @@ from typing import Any
 
 import attrs
 
-from grainlaw.cli.components import choices, component, evolved, explained, settings
+from grainlaw.cli.components import begin_with, choices, drafted, evolved, explained, own, settings
 from grainlaw.cli.law_file import LawReferenceError, find_law_and_files, find_material_and_files
 from grainlaw.cli.minerals import laws_by_key, materials
-from grainlaw.cli.sample import sample
+from grainlaw.cli.sample import sample, with_notes
 from grainlaw.cli.sections import SECTIONS, Sections, toml
-from grainlaw.cli.setups import SETUPS
+from grainlaw.cli.setups import SETUPS, Setup
 from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import ContactLaw, Laws, check_names
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
@@ -35,12 +35,13 @@ def _yes_or_no(_: object, attribute: attrs.Attribute, value: object) -> None:
 class Numerics:
     """How a test is computed, and how much of it is kept."""
 
-    time_step_factor: float = parameter("1", default=1.0, above=0, at_most=1)
-    mass_scaling: float = parameter("1", default=1.0, at_least=1, at_most=100)
-    refinement: int = whole_number(default=0, at_least=0)
-    frames: int = whole_number(default=30, at_least=1)
+    time_step_factor: float = parameter("1", default=1.0, above=0, at_most=1)  #: shortens the stable step
+    mass_scaling: float = parameter("1", default=1.0, at_least=1, at_most=100)  #: lengthens it, with heavier grains
+    refinement: int = whole_number(default=0, at_least=0)  #: times that each zone is cut into four
+    frames: int = whole_number(default=30, at_least=1)  #: pictures of the specimen that are kept
     #: whether the files for ParaView have the stress and strain of each zone
     zones: bool = attrs.field(default=False, validator=_yes_or_no)
+    #: that share the model
     threads: Threads = attrs.field(default=AUTO, converter=lambda value: checked_threads("threads", value))
 
 
@@ -62,29 +63,25 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
 
     Raises :class:`~grainlaw.parameter.ParameterError` for what is unknown, missing, of another unit or out of bounds.
     """
-    if name not in SETUPS:
-        raise ParameterError(f"there is no test {short(name)}{nearest(name, SETUPS)} (tests: {', '.join(SETUPS)})")
-    setup = SETUPS[name]
-    given = {section: dict(sections.get(section, {})) for section in SECTIONS}
-    if (other := given["test"].pop("type", name)) != name:
-        raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
+    setup, given = _of_setup(name, sections)
     test = evolved(setup.protocol, given["test"], "test")
     reference, law, law_files = _law(given["law"])
     laws, law_section = laws_by_key(law, given["laws"], _law)
     rock_type, rock, material_files = _rock(given["rock"])
     minerals, rock_section = materials(rock, given["rocks"])
     numerics = evolved(Numerics, given["numerics"], "numerics")
-    section, specimen = sample(setup.quick if quick else setup.sample, given["sample"], minerals, numerics.refinement)
+    grains = sample(setup.quick if quick else setup.sample, given["sample"])
+    specimen = grains.specimen(minerals, numerics.refinement)
     check_names(specimen, laws)
     test.stages(specimen)  # refuses a specimen that it cannot hold
     made = {
-        "sample": section,
+        "sample": grains.section,
         "rock": settings(rock) | rock_type,
         "rocks": rock_section,
         "law": settings(law, ContactLaw) | {"type": reference},
         "laws": law_section,
         "test": settings(test) | {"type": name},
-        "numerics": {key: value for key, value in settings(numerics).items() if key != "type"},
+        "numerics": own(settings(numerics)),
     }
     made = {name: section for name, section in made.items() if section}
     return Configuration(
@@ -93,48 +90,86 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
     )  # fmt: skip
 
 
-def template(name: str, chosen: Configuration) -> str:
-    """A configuration as TOML with every parameter, each with its unit, what is allowed, and its meaning."""
-    kinds = {"rock": chosen.specimen.material, "law": chosen.law, "test": chosen.protocol, "numerics": chosen.numerics}
-    notes = {section: explained(type(made)) for section, made in kinds.items() if attrs.has(type(made))}
-    return f"# grainlaw test {name} --config FILE\n\n{toml(chosen.sections, notes)}"
+def template(name: str, sections: Sections, quick: bool = False) -> str:
+    """A configuration as TOML with every parameter, each with its unit, what is allowed, and its meaning.
+
+    What has no value is a comment, and what a test cannot do without is to be filled in. Raises ParameterError.
+    """
+    setup, given = _of_setup(name, sections)
+    reference, law, _ = _begin_law(given["law"])
+    rock_type, rock, _ = _begin_rock(given["rock"])
+    bases = {"rock": rock, "law": law, "test": setup.protocol, "numerics": Numerics}
+    made = {section: drafted(base, own(given[section]), section) for section, base in bases.items()}
+    made["rock"] |= rock_type
+    made["law"]["type"], made["test"]["type"] = reference, name
+    del made["numerics"]["type"]
+    notes = {section: explained(base if isinstance(base, type) else type(base)) for section, base in bases.items()}
+    grains = sample(setup.quick if quick else setup.sample, given["sample"])
+    made["sample"], notes["sample"] = with_notes(grains.section)
+    whole = given | made
+    return f"# grainlaw test {name} --config FILE\n\n{toml({key: whole[key] for key in SECTIONS if whole[key]}, notes)}"
+
+
+def _of_setup(name: str, sections: Sections) -> tuple[Setup, Sections]:
+    """The test of a name, and what is given of each section; with the rock and the law of the test, if it has such."""
+    if name not in SETUPS:
+        raise ParameterError(f"there is no test {short(name)}{nearest(name, SETUPS)} (tests: {', '.join(SETUPS)})")
+    setup = SETUPS[name]
+    given = {section: dict(sections.get(section, {})) for section in SECTIONS}
+    if (other := given["test"].pop("type", name)) != name:
+        raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
+    for section, usual in (("rock", setup.rock), ("law", setup.law)):
+        if "type" not in given[section]:
+            given[section] = {**usual, **given[section]}
+    return setup, given
 
 
 def _rock(given: dict[str, Any]) -> tuple[dict[str, Any], Material | Rigid, list[Path]]:
-    """What a section says of the type of the rock if that is FILE.py:MATERIAL, the rock, and its files.
+    """What a section says of the type of the rock if that is FILE.py:MATERIAL, the rock, and its files."""
+    kind, base, files = _begin_rock(given)
+    return kind, evolved(base, own(given), "rock"), files
+
+
+def _begin_rock(given: dict[str, Any]) -> tuple[dict[str, Any], Any, list[Path]]:
+    """The same with what the rock is made of by ``evolved``.
 
     A material that a file has been asked for already stands in the place of its name.
     """
     kind = given.get("type")
-    own = {name: value for name, value in given.items() if name != "type"}
     if isinstance(kind, Material):
-        return {"type": type(kind).__name__}, evolved(kind, own, "rock"), []
+        return {"type": type(kind).__name__}, kind, []
     if ".py" not in str(kind):
-        return {}, component((Material, Rigid), given, "rock", ROCK), []
+        return {}, begin_with((Material, Rigid), given, "rock", ROCK), []
     try:
         material, files = find_material_and_files(str(kind))
-        return {"type": kind}, evolved(material, own, "rock"), files
+        return {"type": kind}, material, files
     except LawReferenceError as error:
         raise ParameterError(f"rock.type: {error}") from None
 
 
 def _law(given: dict[str, Any]) -> tuple[str, ContactLaw, list[Path]]:
-    """What a law is called (a name in Table 1's laws, of another class, or FILE.py:LAW), the law, and its files.
+    """What a law is called (a name in Table 1's laws, of another class, or FILE.py:LAW), the law, and its files."""
+    name, base, files = _begin_law(given)
+    return name, evolved(base, own(given), "law"), files
+
+
+def _begin_law(given: dict[str, Any]) -> tuple[str, Any, list[Path]]:
+    """The same with what the law is made of by ``evolved``.
 
     A law that a file has been asked for already stands in the place of its name.
     """
-    kind = given.pop("type", "cohesive-crack")
+    kind = given.get("type", "cohesive-crack")
     if isinstance(kind, ContactLaw):
-        return type(kind).__name__, evolved(kind, given, "law"), []
+        return type(kind).__name__, kind, []
     name = str(kind)
     if ".py" in name:
         try:
             law, files = find_law_and_files(name)
-            return name, evolved(law, given, "law"), files
+            return name, law, files
         except LawReferenceError as error:
             raise ParameterError(f"law.type: {error}") from None
     others = {short: cls for short, cls in choices(ContactLaw).items() if cls not in map(type, LAWS.values())}
     known: dict[str, Any] = LAWS | others
     if name not in known:
         raise ParameterError(f"there is no law {short(name)}{nearest(name, known)} (laws: {', '.join(known)})")
-    return name, evolved(known[name], given, "law"), []
+    return name, known[name], []

@@ -77,18 +77,18 @@ def _described(value: Any) -> str:
 def _made(kind: type[Any], file: str, word: str) -> Any:
     """An instance by defaults."""
     if not attrs.has(kind):
-        raise LawReferenceError(f"{kind.__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
+        raise LawReferenceError(f"the {word} {kind.__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
     needed = [field.name for field in attrs.fields(kind) if field.init and field.default is attrs.NOTHING]
     if needed:
         given = ", ".join(f"{name}=..." for name in needed)
         raise LawReferenceError(
-            f"{kind.__name__} needs {', '.join(needed)}: put an instance in the file, "
-            f"{word} = {kind.__name__}({given}), and check {file}:{word}"
+            f"the {word} {kind.__name__} needs {', '.join(needed)}: put an instance in the file, "
+            f"{word} = {kind.__name__}({given}), and name it, {file}:{word}"
         )
     try:
         made: Any = kind()
     except (TypeError, ParameterError) as error:
-        raise LawReferenceError(f"{kind.__name__}() cannot be made: {error}") from None
+        raise LawReferenceError(f"the {word} {kind.__name__}() cannot be made: {error}") from None
     return made
 
 
@@ -115,7 +115,7 @@ def _run(file: Path) -> tuple[ModuleType, list[Path]]:
 
 def _said(error: BaseException) -> str:
     if isinstance(error, SystemExit):
-        return "it ends Python (sys.exit); a law file is imported, what it should do when run goes below __main__"
+        return "it ends Python (sys.exit); the file is imported, what it should do when run goes below __main__"
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 

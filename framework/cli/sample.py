@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 
 import grainlaw.geometry
-from grainlaw.cli.components import choices, component, evolved, refuse_unknown, settings
+from grainlaw.cli.components import choices, component, evolved, explained, refuse_unknown, settings
 from grainlaw.cli.grain_file import grains_of_file
 from grainlaw.cli.minerals import KEYS, by_phase, textured
 from grainlaw.material import Material, Rigid
@@ -18,7 +18,7 @@ from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.specimen import ContactPoints, GaussPoints, Specimen
-from grainlaw.tessellation import Tessellator
+from grainlaw.tessellation import Tessellation, Tessellator
 from grainlaw.unit_text import quantity, written
 
 REGIONS: dict[str, Callable[..., Region]] = {
@@ -36,18 +36,26 @@ def tessellators() -> dict[str, type]:
     return {name: cls for name, cls in every if "tessellator" not in attrs.fields_dict(cls)}
 
 
-def sample(
-    default: Mapping[str, Any],
-    given: Mapping[str, Any],
-    rock: Material | Rigid | Mapping[Any, Material],
-    refinement: int,
-) -> tuple[dict[str, Any], Specimen]:
-    """A specimen, and the section that makes its grains again. Raises :class:`~grainlaw.parameter.ParameterError`.
+@attrs.frozen
+class Sample:
+    """Grains that are not made yet, and the section that makes them again."""
+
+    section: dict[str, Any]
+    grains: Callable[[], Tessellation]
+    contact_points: ContactPoints
+
+    def specimen(self, rock: Material | Rigid | Mapping[Any, Material], refinement: int) -> Specimen:
+        """The grains, of a rock."""
+        return Specimen(self.grains(), rock, contact_points=self.contact_points, refinement=refinement)
+
+
+def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
+    """What a section says of the grains. Raises :class:`~grainlaw.parameter.ParameterError`.
 
     ``default`` counts as far as the given region and tessellator know it.
     """
     if "file" in given:
-        return _from_file(given, rock, refinement)
+        return _from_file(given)
     shape = _named(given.get("region", default["region"]), REGIONS, "sample.region")
     filling = _named(given.get("tessellator", default["tessellator"]), tessellators(), "sample.tessellator")
     lengths = inspect.signature(REGIONS[shape], eval_str=True).parameters
@@ -64,7 +72,7 @@ def sample(
     points = _contact_points(given)
 
     whole, more = textured(grains, values)
-    specimen = Specimen(whole.tessellate(REGIONS[shape](**size)), rock, contact_points=points, refinement=refinement)
+    region = REGIONS[shape](**size)
     section = {
         "region": shape,
         **{name: _written(name, value) for name, value in size.items() if value is not None},
@@ -73,18 +81,31 @@ def sample(
         **more,
         "contact_points": settings(points, ContactPoints),
     }
-    return section, specimen
+    return Sample(section, lambda: whole.tessellate(region), points)
 
 
-def _from_file(
-    given: Mapping[str, Any], rock: Material | Rigid | Mapping[Any, Material], refinement: int
-) -> tuple[dict[str, Any], Specimen]:
+def with_notes(section: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
+    """A section of :func:`sample` with what else its tessellator could be given, as None, and notes on its keys."""
+    if "file" in section:
+        return dict(section), {}
+    shape, filling = REGIONS[section["region"]], tessellators()[section["tessellator"]]
+    lengths = inspect.signature(shape, eval_str=True).parameters.values()
+    notes = explained(filling)
+    head = {key: value for key, value in section.items() if key not in notes}
+    whole = {key: section.get(key) for key in notes}
+    notes |= {each.name: _unit(each.name) for each in lengths if each.annotation is float}
+    notes |= {"region": f"one of {', '.join(REGIONS)}", "tessellator": f"one of {', '.join(tessellators())}"}
+    points = {"contact_points": head.pop("contact_points")}
+    return {**head, **whole, **points}, notes | {"contact_points": f"one of {', '.join(choices(ContactPoints))}"}
+
+
+def _from_file(given: Mapping[str, Any]) -> Sample:
     """Of grains that a file holds: it has a region of its own."""
     options = {key: value for key, value in given.items() if key not in ("file", "contact_points")}
     grains, made = grains_of_file(given["file"], options)
     points = _contact_points(given)
     section = {"file": os.fspath(given["file"]), **made, "contact_points": settings(points, ContactPoints)}
-    return section, Specimen(grains, rock, contact_points=points, refinement=refinement)
+    return Sample(section, lambda: grains, points)
 
 
 def _contact_points(given: Mapping[str, Any]) -> ContactPoints:

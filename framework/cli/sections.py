@@ -102,15 +102,22 @@ def check_section(name: str, place: object) -> None:
 
 
 def toml(sections: Mapping[str, Mapping[str, Any]], notes: Mapping[str, Mapping[str, str]] | None = None) -> str:
-    """Sections as TOML, what is inside of them as inline tables; ``notes`` on keys, by section, as comments."""
+    """Sections as TOML, what is inside of them as inline tables; ``notes`` on keys, by section, as comments.
+
+    What is None is a comment, too.
+    """
     blocks = []
     for name, section in sections.items():
-        lines = {key: f"{_key(key)} = {value_toml(value)}" for key, value in section.items()}
+        lines = {key: _line(key, value) for key, value in section.items()}
         words = (notes or {}).get(name, {})
         width = min(max((len(line) for key, line in lines.items() if words.get(key)), default=0), WIDEST)
         noted = (f"{line:<{width}}  # {words[key]}" if words.get(key) else line for key, line in lines.items())
         blocks.append("\n".join([f"[{name}]", *noted]))
     return "\n\n".join(blocks) + "\n"
+
+
+def _line(key: str, value: Any) -> str:
+    return f"# {_key(key)} = ..." if value is None else f"{_key(key)} = {value_toml(value)}"
 
 
 def _key(key: str) -> str:

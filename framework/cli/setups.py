@@ -6,9 +6,10 @@ from typing import Any
 
 import attrs
 
-from grainlaw.cli.components import name_of
-from grainlaw.cli.table1 import QUICK, SAMPLE
+from grainlaw.cli.components import name_of, settings
+from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE
 from grainlaw.cli.verify import PULLED, SHEARED, WIDTH
+from grainlaw.contact import ContactLaw
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols import (
     BiaxialCompression,
@@ -58,15 +59,22 @@ NOTCHED = {"notch_width": 0.5 * mm, "bearing": 3 * mm}
 BEAM = {"region": "notched_beam", "length": 100 * mm, "height": 25 * mm, "span": 80 * mm, "notch_depth": 8 * mm}
 PLATE = {"region": "plate_with_hole", "width": 100 * mm, "height": 100 * mm, "diameter": 20 * mm}
 HALF_DISC = {"region": "semi_disc", "diameter": 75 * mm, "span": 45 * mm, "notch_depth": 18 * mm}
+EXPANDS = {"type": "thermal", "material": settings(ROCK)}
+AGES = {"type": "static-fatigue", "law": settings(LAWS["cohesive-crack"], ContactLaw)}
 
 
 @attrs.frozen
 class Setup:
-    """A test and its samples, as in the section [sample] of a configuration."""
+    """A test and its samples, as in the section [sample] of a configuration.
+
+    A test that most rocks or laws cannot be put through has ones with which it can, as far as they are known.
+    """
 
     protocol: type[LoadingProtocol]
     sample: dict[str, Any]
     quick: dict[str, Any]
+    rock: dict[str, Any] = attrs.field(factory=dict)
+    law: dict[str, Any] = attrs.field(factory=dict)
 
 
 SETUPS = {
@@ -76,9 +84,9 @@ SETUPS = {
         Setup(UniaxialTension, PRISM, SMALL_PRISM),
         Setup(BiaxialCompression, PRISM, SMALL_PRISM),
         Setup(Brazilian, DISC | _grains(400), DISC | _grains(80)),
-        Setup(Creep, PRISM, SMALL_PRISM),
+        Setup(Creep, PRISM, SMALL_PRISM, law=AGES),
         Setup(Cyclic, PRISM, SMALL_PRISM),
-        Setup(Heating, PRISM, SMALL_PRISM),
+        Setup(Heating, PRISM, SMALL_PRISM, rock=EXPANDS),
         Setup(Saturated, PRISM, SMALL_PRISM),
         Setup(ThreePointBending, BEAM | NOTCHED | _grains(400), BEAM | NOTCHED | _grains(80)),
         Setup(SemiCircularBend, HALF_DISC | NOTCHED | _grains(400), HALF_DISC | NOTCHED | _grains(80)),

@@ -47,6 +47,7 @@ from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import simulate
 
+INTERACTIVE = "interactive.html"  #: in the folder of a run
 FOLLOWED = 20  #: contact points that break first, whose paths an interactive page has
 
 
@@ -77,10 +78,11 @@ def test(
 ) -> None:  # fmt: skip
     options = {**given.options, ("numerics", "threads"): threads}
     with refusing():
-        chosen = configured(name, gathered(given.config, options, given.assignments), quick)
+        sections = gathered(given.config, options, given.assignments)
         if shows:
-            click.echo(template(name, chosen), nl=False)
+            click.echo(template(name, sections, quick), nl=False)
             return
+        chosen = configured(name, sections, quick)
         ask_first_questions(chosen.law)
         if certify:
             slower(chosen.protocol)
@@ -105,9 +107,10 @@ def test(
         shown_too = {key: chosen.sections[key] for key in ("sample", "numerics")}
         record = {**shown_too, "versions": versions()}
         write_script(claim.path, [[(name, "", result)]])
-        result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=linked(claim.path))
+        beside = [*([INTERACTIVE] if interactive else []), *linked(claim.path)]
+        result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=beside)
         if interactive:
-            write_interactive(result, claim.path / "interactive.html", probe=probe)
+            write_interactive(result, claim.path / INTERACTIVE, probe=probe)
         click.echo(_table(result.summary))
         if certify and not reason:
             click.echo(f"\n{_certified(name, result, chosen, claim)}")

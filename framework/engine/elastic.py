@@ -6,7 +6,7 @@ Index letters: ``i`` node, ``q`` freedom, in the order of :meth:`Grains.flat`.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix, diags, identity
+import scipy
 
 from grainlaw.engine.parts.deformable_grains import DeformableGrains
 from grainlaw.engine.parts.rigid_grains import RigidGrains
@@ -21,10 +21,13 @@ class ElasticModel:
     ``more`` is the stiffness (N/m) of other contacts over node components (2 i).
     """
 
-    def __init__(self, specimen: Specimen, kn: np.ndarray, ks: np.ndarray, more: csr_matrix | None = None) -> None:
+    def __init__(
+        self, specimen: Specimen, kn: np.ndarray, ks: np.ndarray, more: scipy.sparse.csr_matrix | None = None
+    ) -> None:
         self._specimen, mesh = specimen, specimen.mesh
         self._grains = RigidGrains(specimen) if specimen.is_rigid else DeformableGrains(specimen)
-        self._carry = rigid_map(specimen) if specimen.is_rigid else identity(2 * len(mesh.nodes), format="csr")
+        size = 2 * len(mesh.nodes)
+        self._carry = rigid_map(specimen) if specimen.is_rigid else scipy.sparse.identity(size, format="csr")
         matrix = stiffness_matrix(specimen, kn, ks)
         self._stiffness = self._grains.over_freedoms(matrix if more is None else matrix + more)
         self._place = self._grains.unflat(np.arange(self._carry.shape[1]))  # (r, n) of the freedoms
@@ -97,5 +100,5 @@ class ElasticModel:
         matrix = self._stiffness[free][:, free]
         springs = matrix.diagonal()
         loose = LOOSE * np.where(springs > 0, springs, springs.max(initial=0.0) or 1.0)  # parts that nothing holds
-        motion[free] = factorised(csc_matrix(matrix + diags(loose))).solve(right)
+        motion[free] = factorised(scipy.sparse.csc_matrix(matrix + scipy.sparse.diags(loose))).solve(right)
         return motion

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
-from scipy.sparse.linalg import eigsh
+import scipy
 
 from grainlaw.specimen import Specimen
 
@@ -66,7 +65,9 @@ def _edge_triplets(
     return triplets(values.reshape(-1, 4, 4), edges)
 
 
-def touching_stiffness(places: np.ndarray, nodes: np.ndarray, kn: np.ndarray, ks: np.ndarray, count: int) -> csr_matrix:
+def touching_stiffness(
+    places: np.ndarray, nodes: np.ndarray, kn: np.ndarray, ks: np.ndarray, count: int
+) -> scipy.sparse.csr_matrix:
     """Stiffness (N/m) over the components of ``count`` nodes of edges that touch, pressed together and not sliding.
 
     ``places`` (4, c, 2) m are the ends of the edges a and b of c contacts, both counter-clockwise round their grains,
@@ -90,7 +91,7 @@ def touching_stiffness(places: np.ndarray, nodes: np.ndarray, kn: np.ndarray, ks
             share = np.where(touches[:, None], np.stack([on_a - 1, -on_a, on_b, 1 - on_b], axis=1), 0.0)
             add_springs(values, share, tangent, (kn * (high - low) / 2, ks * (high - low) / 2))
     data, rows, columns = triplets(values, nodes.T)
-    return coo_matrix((data, (rows, columns)), (2 * count, 2 * count)).tocsr()
+    return scipy.sparse.coo_matrix((data, (rows, columns)), (2 * count, 2 * count)).tocsr()
 
 
 def triplets(values: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -109,7 +110,7 @@ def shape_functions(nodes: np.ndarray, zones: np.ndarray) -> np.ndarray:
 
 def stiffness_matrix(
     specimen: Specimen, kn: np.ndarray, ks: np.ndarray, rim: tuple[np.ndarray, float, float] | None = None
-) -> csr_matrix:
+) -> scipy.sparse.csr_matrix:
     """Stiffness (N/m) of zones and contact points over node components (2 i); ``kn``, ``ks`` are (2, c) Pa/m.
 
     ``rim`` holds edges (e, 2) that may come into contact, and the stiffness (Pa/m) of such contacts.
@@ -123,10 +124,10 @@ def stiffness_matrix(
     values, rows, columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
     del parts
     size = 2 * len(specimen.mesh.nodes)
-    return coo_matrix((values, (rows, columns)), (size, size)).tocsr()
+    return scipy.sparse.coo_matrix((values, (rows, columns)), (size, size)).tocsr()
 
 
-def rigid_map(specimen: Specimen) -> csr_matrix:
+def rigid_map(specimen: Specimen) -> scipy.sparse.csr_matrix:
     """Displacement of node components (2 i) from grain translations and rotations (3 g: all x, all y, all angles)."""
     mesh = specimen.mesh
     count = len(mesh.first_node) - 1
@@ -135,20 +136,21 @@ def rigid_map(specimen: Specimen) -> csr_matrix:
     rows = np.concatenate([2 * node, 2 * node + 1, 2 * node, 2 * node + 1])
     columns = np.concatenate([mesh.node_grain, mesh.node_grain + count] + [mesh.node_grain + 2 * count] * 2)
     values = np.concatenate([one, one, -arm[:, 1], arm[:, 0]])
-    return coo_matrix((values, (rows, columns)), (2 * len(node), 3 * count)).tocsr()
+    return scipy.sparse.coo_matrix((values, (rows, columns)), (2 * len(node), 3 * count)).tocsr()
 
 
-def highest_frequency(stiffness: csr_matrix, mass: np.ndarray) -> float:
+def highest_frequency(stiffness: scipy.sparse.csr_matrix, mass: np.ndarray) -> float:
     """Highest angular frequency (1/s) of freedoms with lumped ``mass`` (kg), by Lanczos' method, within 0.1 %.
 
     0 for a stiffness matrix of zeros.
     """
     scale = 1 / np.sqrt(mass)
-    scaled = csr_matrix(stiffness.multiply(scale[:, None]).multiply(scale[None, :]))
+    scaled = scipy.sparse.csr_matrix(stiffness.multiply(scale[:, None]).multiply(scale[None, :]))
     if scaled.shape[0] < 20:
         return float(np.sqrt(max(np.linalg.eigvalsh(scaled.toarray())[-1], 0.0)))
     start = np.random.default_rng(0).normal(size=len(mass))
-    return float(np.sqrt(max(eigsh(scaled, k=1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0], 0.0)))
+    options = {"k": 1, "which": "LA", "v0": start, "tol": 1e-3, "return_eigenvectors": False}
+    return float(np.sqrt(max(scipy.sparse.linalg.eigsh(scaled, **options)[0], 0.0)))
 
 
 @attrs.frozen
@@ -160,7 +162,7 @@ class ScaledMass:
     added: float  #: share of the specimen's mass that was added
 
 
-def scale_masses(stiffness: csr_matrix, mass: np.ndarray, gain: float, groups: np.ndarray) -> ScaledMass:
+def scale_masses(stiffness: scipy.sparse.csr_matrix, mass: np.ndarray, gain: float, groups: np.ndarray) -> ScaledMass:
     """Raise the mass of the few freedoms that alone govern the stable step until it is ``gain`` times as long.
 
     A freedom's mass is raised to a multiple of its row sum of stiffness (Gershgorin's bound); the smallest multiple

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from grainlaw.engine.parts.laws import LawGroup, by_interface
 from grainlaw.engine.stability import highest_frequency, scale_masses, stiffness_matrix, touching_stiffness
@@ -24,8 +23,8 @@ def _in_one_piece(state: State) -> bool:
     """Whether bonds connect all grains, so that no contact can form at the rim soon."""
     a, b = state.mesh.interface_grains.T
     count = state.specimen.grains.count
-    bonds = coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
-    return len(a) > 0 and connected_components(bonds, directed=False)[0] == 1
+    bonds = scipy.sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
+    return len(a) > 0 and scipy.sparse.csgraph.connected_components(bonds, directed=False)[0] == 1
 
 
 def _stiffens(law: LawGroup, memory: np.ndarray, size: float) -> bool:
@@ -123,7 +122,7 @@ class StableStep:
             tangents[places] = group.tangent(closed, self.state.slip[places], memory, little)
         return tangents
 
-    def stiffness(self) -> csr_matrix:
+    def stiffness(self) -> scipy.sparse.csr_matrix:
         """N/m over the freedoms, in the order of :meth:`Grains.flat`, of zones, bonds and edges that touch.
 
         As the laws declare it; what touches is taken to stick.
@@ -138,7 +137,7 @@ class StableStep:
         touching = touching_stiffness(places, nodes, stiffness[:, 0], stiffness[:, 1], len(self.state.mesh.nodes))
         return matrix + self.state.grains.over_freedoms(touching)
 
-    def _matrix(self, kn: np.ndarray, rim: tuple[np.ndarray, float, float] | None) -> csr_matrix:
+    def _matrix(self, kn: np.ndarray, rim: tuple[np.ndarray, float, float] | None) -> scipy.sparse.csr_matrix:
         """Stiffness over the freedoms, in the order of :meth:`Grains.flat`, with contacts at the rim."""
         bonds, grains = self.state.bonds, self.state.grains
         rows = by_interface(bonds.order, np.stack([kn, bonds.stiffness[1]]))

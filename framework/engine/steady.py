@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, diags
-from scipy.sparse.linalg import SuperLU, splu
+import scipy
 
 from grainlaw.engine.state import State
 
@@ -12,7 +11,7 @@ FIRST = 0.01  #: of the change of temperature of a stage, by which the free stra
 LOOSE = 1e-12  #: of the highest squared frequency: inertia by which parts that nothing holds stay at rest
 
 
-def steady_motion(state: State, stiffness: csr_matrix, highest_frequency: float) -> np.ndarray:
+def steady_motion(state: State, stiffness: scipy.sparse.csr_matrix, highest_frequency: float) -> np.ndarray:
     """(r, n) m/s of the freedoms, in equilibrium at every moment while the drives move, or it heats by 1 K/s.
 
     The drives move at the speeds of the stage. ``stiffness`` (N/m) is that of the freedoms, in the order of
@@ -38,7 +37,9 @@ def _heated(state: State) -> np.ndarray | float:
     return state.grains.flat(force)
 
 
-def unknowns(state: State, stiffness: csr_matrix, highest_frequency: float) -> tuple[csr_matrix, csc_matrix]:
+def unknowns(
+    state: State, stiffness: scipy.sparse.csr_matrix, highest_frequency: float
+) -> tuple[scipy.sparse.csr_matrix, scipy.sparse.csc_matrix]:
     """How the freedoms follow what is to be found, platens under a force and then free freedoms; stiffness of these."""
     f, flat = state.freedoms.arrays, state.grains.flat
     driven, platens = state.boundaries.driven.arrays, state.boundaries.platens.arrays
@@ -52,13 +53,13 @@ def unknowns(state: State, stiffness: csr_matrix, highest_frequency: float) -> t
     unknown[free] = len(platens.column) + np.arange(len(free))
     moved = np.flatnonzero(unknown >= 0)
     size = len(column), len(platens.column) + len(free)
-    carry = coo_matrix((np.ones(len(moved)), (moved, unknown[moved])), size).tocsr()
+    carry = scipy.sparse.coo_matrix((np.ones(len(moved)), (moved, unknown[moved])), size).tocsr()
     springs = np.append(platens.stiffness, np.zeros(len(free)))
-    loose = diags(LOOSE * highest_frequency**2 * flat(f.mass))
-    return carry, csc_matrix(carry.T @ (stiffness + loose) @ carry + diags(springs))
+    loose = scipy.sparse.diags(LOOSE * highest_frequency**2 * flat(f.mass))
+    return carry, scipy.sparse.csc_matrix(carry.T @ (stiffness + loose) @ carry + scipy.sparse.diags(springs))
 
 
-def solve(matrix: csc_matrix, right: np.ndarray) -> np.ndarray:
+def solve(matrix: scipy.sparse.csc_matrix, right: np.ndarray) -> np.ndarray:
     """Solution of a symmetric, positive definite system."""
     if not right.any():
         return np.zeros_like(right)
@@ -66,12 +67,14 @@ def solve(matrix: csc_matrix, right: np.ndarray) -> np.ndarray:
     return found
 
 
-def factorised(matrix: csc_matrix) -> SuperLU:
+def factorised(matrix: scipy.sparse.csc_matrix) -> scipy.sparse.linalg.SuperLU:
     """A symmetric, positive definite matrix, whose ``solve`` takes one or several right sides."""
-    return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    return scipy.sparse.linalg.splu(
+        matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
 
 
-def stiffness_along(state: State, stiffness: csr_matrix, field: np.ndarray) -> float:
+def stiffness_along(state: State, stiffness: scipy.sparse.csr_matrix, field: np.ndarray) -> float:
     """N/m per (m/s)^2 of a field (r, n): the force that its drives need over their displacement."""
     flat = state.grains.flat(field)
     return float(np.sum(flat * (stiffness @ flat)))

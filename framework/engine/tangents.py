@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
+import scipy
 
 from grainlaw.engine.parts.laws import LawGroup, by_interface
 from grainlaw.engine.stability import add_springs, triplets
@@ -29,7 +29,7 @@ def stiffness_of_bonds(state: State) -> np.ndarray:
     return by_interface(bonds.order, rows)
 
 
-def stiffness_of_contacts(state: State) -> csr_matrix:
+def stiffness_of_contacts(state: State) -> scipy.sparse.csr_matrix:
     """N/m over node components (2 i): closed contacts without a bond, each as two points like those of a bond."""
     contacts, arrays, size = state.contacts, state.contacts.arrays, 2 * len(state.mesh.nodes)
     closed = np.flatnonzero(arrays.length > 0)
@@ -54,7 +54,7 @@ def stiffness_of_contacts(state: State) -> csr_matrix:
         share = np.stack([a - 1, -a, b, 1 - b], axis=1)  # of the four nodes in the motion of B against A
         add_springs(values, share, tangent, (springs[0] * length / 2, springs[1] * length / 2))
     data, rows, columns = triplets(values, arrays.used[node.T])
-    return coo_matrix((data, (rows, columns)), (size, size)).tocsr()
+    return scipy.sparse.coo_matrix((data, (rows, columns)), (size, size)).tocsr()
 
 
 def _tangents(

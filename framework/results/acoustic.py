@@ -6,9 +6,7 @@ import math
 
 import attrs
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
+import scipy
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.parameter import checked_number
@@ -86,12 +84,16 @@ def acoustic_events(
 def clustered(cracks: Cracks, distance: float, duration: float, thickness: float = 1.0) -> AcousticEvents:
     """Events made of breaks; see :func:`acoustic_events`."""
     pairs = (
-        KDTree(cracks.position).query_pairs(distance, output_type="ndarray") if len(cracks) else np.zeros((0, 2), int)
+        scipy.spatial.KDTree(cracks.position).query_pairs(distance, output_type="ndarray")
+        if len(cracks)
+        else np.zeros((0, 2), int)
     )
     rounding = 1e-12 * float(np.max(cracks.time, initial=0.0))
     one, other = pairs[np.abs(np.diff(cracks.time[pairs], axis=1)[:, 0]) <= duration + rounding].T
-    links = coo_matrix((np.ones(len(one)), (one, other)), shape=(len(cracks),) * 2)
-    count, label = connected_components(links, directed=False) if len(cracks) else (0, np.zeros(0, int))
+    links = scipy.sparse.coo_matrix((np.ones(len(one)), (one, other)), shape=(len(cracks),) * 2)
+    count, label = (
+        scipy.sparse.csgraph.connected_components(links, directed=False) if len(cracks) else (0, np.zeros(0, int))
+    )
     energy = cracks.spent * cracks.length * thickness
     total = np.bincount(label, energy, count)
     size = np.bincount(label, minlength=count)

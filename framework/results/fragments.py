@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.results.result import Result
@@ -32,8 +31,8 @@ def fragments(result: Result, frame: int = -1) -> Fragments:
     broken = ~np.isnan(result.frame("fragments", frame).bonds["broken_time"].reshape(2, -1))
     a, b = result.mesh.node_grain[result.interfaces[~broken.all(axis=0)]][:, [0, 2]].T
     areas = result.specimen.grains.areas
-    bonds = coo_matrix((np.ones(len(a)), (a, b)), shape=(len(areas), len(areas)))
-    count, label = connected_components(bonds, directed=False)
+    bonds = scipy.sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(len(areas), len(areas)))
+    count, label = scipy.sparse.csgraph.connected_components(bonds, directed=False)
     first = np.unique(label, return_index=True)[1]
     order = np.lexsort((first, -np.bincount(label, areas, count)))
     of_grain = np.argsort(order)[label]

@@ -7,8 +7,7 @@ from operator import is_not
 
 import attrs
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from grainlaw.arguments import checked
 from grainlaw.contact import ContactLaw, Laws
@@ -113,8 +112,8 @@ def _check(specimen: Specimen) -> None:
         if np.ptp(mesh.nodes[mesh.boundaries[name], 1]) > 1e-9 * np.ptp(mesh.nodes[:, 1]):
             raise ParameterError(f"elastic_properties: specimen is not allowed, its {name} is not flat and level")
     count = specimen.grains.count
-    bonds = coo_matrix((np.ones(len(mesh.interfaces)), mesh.interface_grains.T), (count, count))
-    if connected_components(bonds, directed=False)[0] > 1:
+    bonds = scipy.sparse.coo_matrix((np.ones(len(mesh.interfaces)), mesh.interface_grains.T), (count, count))
+    if scipy.sparse.csgraph.connected_components(bonds, directed=False)[0] > 1:
         raise ParameterError("elastic_properties: specimen is not allowed, its grains are not bonded into one piece")
     if specimen.is_rigid:
         of = mesh.node_grain

@@ -140,7 +140,7 @@ def _ruled_by(stages: Sequence[Stage], specimen: Specimen, time_step: float, fre
             f"and {b} (their mean is {lengths.mean():.2g} m); merge short edges"
         )
     drives = [drive for drive in longest.imposed if isinstance(drive, Drive)]
-    ramp, speed = (max((abs(getattr(d, name)) for d in drives), default=0.0) for name in ("ramp", "speed"))
+    ramp, speed = (max((getattr(drive, name) for drive in drives), default=0.0) for name in ("ramp", "largest"))
     speed *= 1.0 if longest.loading is None else (longest.expected or 0) * longest.interval / duration
     if ramp > duration / 4:
         return f"the ramp of {ramp:.3g} s is long against the time step of {time_step:.2g} s"

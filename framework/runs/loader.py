@@ -191,8 +191,8 @@ class Loader:
         seen = seen or self._seen
         last = seen.imbalances
         return Pace(
-            speed=self._state.steady.pace, span=seen.span, inertia=seen.inertia, frequency=seen.frequency,
-            fastest=seen.fastest,
+            speed=self._state.steady.pace, unit="m/s" if self._state.heat.target is None else "K/s",
+            span=seen.span, inertia=seen.inertia, frequency=seen.frequency, fastest=seen.fastest,
             stored=seen.stored, vibration=seen.vibration, damaged=self._damaged,
             released=seen.released, imbalance=last[-1] if last else 0.0,
             least_imbalance=min(last) if len(last) == RECENT else 0.0,

@@ -6,10 +6,6 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich.console import Console, Group
-from rich.live import Live
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
 from grainlaw.runs.estimate import in_words
 from grainlaw.studies.case import FINISHED, SAME, Task
 from grainlaw.studies.cost import kind
@@ -32,6 +28,10 @@ class Watcher:
             self.left[kind(task.factors)] = self.left.get(kind(task.factors), 0) + 1
         self.count = self.failed = 0
         self.began = self.told = self.seen = time.monotonic()
+        from rich.console import Console  # rich takes long to load
+        from rich.live import Live
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
         self.console = Console(stderr=True)
         self.bar = Progress(
             TextColumn("{task.description}"), BarColumn(24), MofNCompleteColumn(), TextColumn("{task.fields[words]}"),
@@ -77,6 +77,8 @@ class Watcher:
             for case, doing in sorted(self.by.doing().items())
             if case in self.named
         ]
+        from rich.console import Group
+
         more = [f"  and {len(lines) - LINES} more"] if len(lines) > LINES else []
         self.live.update(Group(self.bar, *lines[:LINES], *more))
 

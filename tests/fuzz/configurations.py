@@ -18,7 +18,7 @@ from grainlaw.runs.simulation import simulate
 
 NEEDED = {
     "biaxial-compression": {"test.confinement": '"4 MPa"'}, "cyclic": {"test.levels": "[1e-4, 2e-4]"},
-    "direct-shear": {"test.normal_stress": '"10 MPa"'}, "heating": {"test.to": "[60]"},
+    "direct-shear": {"test.normal_stress": '"10 MPa"'}, "heating": {"test.to": "[60]", "rock.expansion": "8e-6"},
 }  # fmt: skip
 LAWS = ("linear", "mohr-coulomb", "cohesive-crack", "munjiza", "camacho-ortiz", "bilinear-mixed-mode", "xu-needleman")
 #: right values, each for one key

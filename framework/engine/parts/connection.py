@@ -6,16 +6,15 @@ Index letters: ``c`` bond, ``p`` contact point (the first points of all bonds, t
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from grainlaw.mesh import Mesh
 
 
 def _joined(size: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """(size,) number of the connected piece of each vertex of a graph with edges from ``one`` to ``other``."""
-    graph = coo_matrix((np.ones(len(one), dtype=bool), (one, other)), shape=(size, size))
-    pieces: np.ndarray = connected_components(graph, directed=False)[1]
+    graph = scipy.sparse.coo_matrix((np.ones(len(one), dtype=bool), (one, other)), shape=(size, size))
+    pieces: np.ndarray = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
     return pieces
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse import csr_matrix
+import scipy
 
 from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
@@ -73,7 +73,7 @@ class DeformableGrains(Grains):
     def field(self, velocity: np.ndarray, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
         return velocity
 
-    def over_freedoms(self, matrix: csr_matrix) -> csr_matrix:
+    def over_freedoms(self, matrix: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
         return matrix
 
     def flat(self, rows: np.ndarray) -> np.ndarray:

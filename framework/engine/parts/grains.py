@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numba import njit
-from scipy.sparse import csr_matrix
 
 from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.compiler.cache import OPTIONS
@@ -115,7 +115,7 @@ class Grains(Part, ABC):
         """Velocity (rows, n) of the freedoms that fits a velocity field (2, i) of the nodes best."""
 
     @abstractmethod
-    def over_freedoms(self, matrix: csr_matrix) -> csr_matrix:
+    def over_freedoms(self, matrix: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
         """Transform a stiffness matrix over node components (2 i) to the freedoms, in the order of ``flat``."""
 
     @abstractmethod

@@ -9,7 +9,7 @@ goes all round a piece that has flown away, on which it then has none.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import Delaunay
+import scipy
 
 SMALLER = 1e-3  #: by which grains shrink while the line is found, so that no two nodes lie in one place
 
@@ -22,7 +22,7 @@ def membrane(place: np.ndarray, grain: np.ndarray, platens: np.ndarray, gap: flo
     """
     count = np.bincount(grain)
     centre = np.stack([np.bincount(grain, row) for row in place.T], axis=1) / np.maximum(count, 1)[:, None]
-    triangles = Delaunay(place + SMALLER * (centre[grain] - place))
+    triangles = scipy.spatial.Delaunay(place + SMALLER * (centre[grain] - place))
     corners, neighbours = triangles.simplices, triangles.neighbors
     ends = np.stack([np.roll(corners, -1, axis=1), np.roll(corners, -2, axis=1)], axis=-1)  # (t, 3, 2), each opposite
     first, second = ends[..., 0], ends[..., 1]

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numba import njit
-from scipy.spatial import cKDTree
 
 from grainlaw.boundary_conditions import Drive, Hold, Pressure
 from grainlaw.compiler.cache import OPTIONS
@@ -92,7 +92,9 @@ class Pressures(Part):
         node = np.concatenate([np.zeros((0, 2), dtype=np.int64), *edges])
         order = np.argsort(node[:, 0], kind="stable")
         rim = np.unique(node)
-        near = cKDTree(mesh.nodes[rim]).query_pairs(SAME * specimen.grains.grain_size, output_type="ndarray")
+        near = scipy.spatial.cKDTree(mesh.nodes[rim]).query_pairs(
+            SAME * specimen.grains.grain_size, output_type="ndarray"
+        )
         self._joined = rim[near]  #: (n, 2) nodes of neighbours on the undeformed rim
         self.books = PressureBooks(np.zeros((2, 0)), np.zeros(1))
         self._lay(node[order], pressed[order], displacement)
@@ -162,6 +164,6 @@ class Pressures(Part):
         number = [self._pressed.index(name) if name in self._pressed else -1 for name in names]
         middles = [mesh.nodes[mesh.boundary_edges[name]].mean(axis=1) for name in names]
         of = np.repeat(number, [len(middle) for middle in middles])
-        _, nearest = cKDTree(np.concatenate(middles)).query(mesh.nodes[node].mean(axis=1))
+        _, nearest = scipy.spatial.cKDTree(np.concatenate(middles)).query(mesh.nodes[node].mean(axis=1))
         chosen: np.ndarray = of[nearest]
         return chosen

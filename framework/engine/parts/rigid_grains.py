@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import attrs
 import numpy as np
-from scipy.sparse import csr_matrix
+import scipy
 
 from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
@@ -110,7 +110,7 @@ class RigidGrains(Grains):
         rows = x * fx, y * fy, (x * fy + y * fx) / 2
         return np.stack([np.bincount(of, row, grains.count) for row in rows], axis=1) / grains.areas[:, None]
 
-    def over_freedoms(self, matrix: csr_matrix) -> csr_matrix:
+    def over_freedoms(self, matrix: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
         carry = rigid_map(self.specimen)
         return (carry.T @ matrix @ carry).tocsr()
 

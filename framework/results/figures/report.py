@@ -27,6 +27,7 @@ from grainlaw.results.figures.samples import plot_samples
 from grainlaw.results.files import write_atomically
 from grainlaw.results.laboratory import Laboratory
 from grainlaw.results.samples import Samples, mean_and_range
+from grainlaw.time_series import TimeSeries
 from grainlaw.unit_text import written
 
 if TYPE_CHECKING:
@@ -252,7 +253,9 @@ def _rows(component: Any, before: str = "") -> list[list[str]]:
         value, name = getattr(component, field.name), before + field.name
         if not field.init:
             continue
-        if attrs.has(type(value)):
+        if isinstance(value, TimeSeries):
+            rows.append([name, value.in_words(field.metadata["unit"])])
+        elif attrs.has(type(value)):
             rows += [[name, type(value).__name__], *_rows(value, f"{name}.")]
         elif "unit" in field.metadata and isinstance(value, (Real, np.ndarray)):
             rows.append([name, _range(value, field.metadata["unit"])])
