@@ -60,6 +60,22 @@ def test_a_column_is_as_long_as_theory_says():
     assert curves["step"][0] < 200
 
 
+@pytest.mark.parametrize("load", [
+    {"pressures": [gl.Pressure(boundary=side, pressure=1 * MPa) for side in ("top", "bottom")]},
+    {"tractions": [gl.Traction(boundary=side, stress=(0, -1 * MPa, 0)) for side in ("top", "bottom")]},
+])  # fmt: skip
+def test_of_the_work_of_a_load_at_once_half_is_stored_and_half_is_lost(load):
+    class AtOnce(Confinement):
+        def stages(self, specimen):
+            (stage,) = super().stages(specimen)
+            return [attrs.evolve(stage, **{"pressures": [], "drives": []} | load)]
+
+    curves = gl.simulate(small_sample(12), BRITTLE, AtOnce()).curves
+    stored = curves["energy_zones"][-1] + curves["energy_contacts_normal"][-1] + curves["energy_contacts_shear"][-1]
+    assert energy(curves, SUPPLIED)[-1] == pytest.approx(2 * stored, rel=1e-3)
+    assert curves["energy_damping"][-1] == pytest.approx(stored, rel=1e-3)
+
+
 @attrs.frozen(kw_only=True)
 class Weight(gl.LoadingProtocol):
     """A column on a smooth floor, under its own weight."""

@@ -118,4 +118,4 @@ def _step(state: State, coasting: Compiled, velocity: np.ndarray) -> None:
     """One step of the engine at velocities (r, n) m/s."""
     state.change_velocity(velocity - state.freedoms.arrays.velocity)
     advance(state, coasting, 1)
-    state.freedoms.catch_up()
+    state.freedoms.catch_up(held=True)

@@ -144,9 +144,15 @@ class Freedoms(Part):
         """Whether the ledger lacks the work of the next forces on a way."""
         return bool(self.books.lags[0])
 
-    def catch_up(self) -> None:
-        """After one step: record the work of its forces on the way that was lacking."""
-        self.books.given[0] += float(np.sum(self.arrays.force * self.books.lag))
+    def catch_up(self, held: bool = False) -> None:
+        """After one step: record the work of its forces on the way that was lacking.
+
+        It is given from outside; free freedoms that are ``held`` to a motion whatever their forces lose less instead.
+        """
+        work = self.arrays.force * self.books.lag
+        own = work * self.arrays.free if held else np.zeros_like(work)
+        self.arrays.loss[:] -= own
+        self.books.given[0] += float(np.sum(work - own))
         self.books.lag[:], self.books.lags[0] = 0.0, 0
 
     def start_from_rest(self, lost: np.ndarray, time_step: float) -> None:
