@@ -2,7 +2,7 @@
 
     python docs/examples/published_rocks.py FOLDER [ROCK ...]
 
-takes all rocks, or those named. What is found goes to rocks/published.json beside this file. Some half hour of one core
+takes all rocks, or those named. What is found goes to rocks/published.json beside this file. Some hour of one core
 for each rock; killed, it goes on.
 """
 

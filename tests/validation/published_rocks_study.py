@@ -2,7 +2,7 @@
 
     python tests/validation/published_rocks_study.py [--write | --check]
 
-shows what is stored; docs/examples/published_rocks.py finds it anew, in an hour of one core.
+shows what is stored; docs/examples/published_rocks.py finds it anew, in two and a half hours of one core.
 """
 
 import json
