@@ -23,8 +23,8 @@ import built_site
 ROOT = Path(__file__).parents[2]
 LARGEST_PAGE = 2_000_000  #: bytes of a notebook as HTML
 SLOWEST_IMPORT = 1.0  #: s, of one core
-#: arrays that only some materials have, or that must be asked for
-ON_DEMAND = {"plastic_strain", "temperature", "zone_stress", "zone_strain"}
+#: arrays that only some materials and tests have, or that must be asked for
+ON_DEMAND = {"plastic_strain", "temperature", "fluid_pressure", "zone_stress", "zone_strain"}
 #: the last cells of the notebook: figures, and values as a notebook shows them
 FIGURES = ["gl.side_by_side(comparison)", "pulled.plot()", "gl.plot_law(law)", "result.plot()"]
 VALUES = ["comparison", "result", "law", "rock", 'result.animate("cracks.gif")']
