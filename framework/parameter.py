@@ -136,10 +136,11 @@ def _takes_arrays(cls: type) -> bool:
 
 
 def checked_number(
-    where: str, value: Any, unit: str = "1", *, at_least: float | None = None, above: float | None = None
+    where: str, value: Any, unit: str = "1", *, at_least: float | None = None, above: float | None = None,
+    at_most: float | None = None,
 ) -> float:
     """The value as a finite float. Raises :class:`ParameterError`, which begins with ``where``: ``"hold: stress"``."""
-    bounds = Bounds(at_least, above)
+    bounds = Bounds(at_least, above, at_most=at_most)
     if not is_number(value) or not bounds.allow(float(value)):
         measured = "" if unit == "1" else f" {unit}"
         raise ParameterError(f"{where} = {short(value)}{measured} is not allowed, it must be {bounds}")
@@ -160,7 +161,7 @@ def checked_points(where: str, value: Any) -> np.ndarray:
 def checked_vector(where: str, value: Any, unit: str = "m") -> np.ndarray:
     """(2,) finite. Raises :class:`ParameterError`, which begins with ``where``: ``"moved: by"``."""
     try:
-        vector = np.array(value, dtype=float)
+        vector = np.array(value, dtype=float) if all(map(is_number, value)) else np.zeros(0)
     except (TypeError, ValueError, OverflowError):
         vector = np.zeros(0)
     if vector.shape != (2,) or not np.isfinite(vector).all():

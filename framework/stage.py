@@ -120,7 +120,9 @@ class Stage(metaclass=Checked):
         if not moves:
             raise ParameterError(f"Stage '{self.name}': a loading needs a drive whose speed is not 0")
         if self.temperature is None and isinstance(self.loading, HeatingRate):
-            raise ParameterError(f"Stage '{self.name}': a HeatingRate needs a temperature to heat or cool to")
+            raise ParameterError(
+                f"Stage '{self.name}': loading = {self.loading!r} is not allowed without a temperature to go to"
+            )
         for drive in self.drives:
             if isinstance(drive, Drive) and not isinstance(drive.speed, float):
                 raise ParameterError(
@@ -165,8 +167,11 @@ class Stage(metaclass=Checked):
 
     def _check_heating(self, moves: bool) -> None:
         if self.loading is None or self.loading.ramp or isinstance(self.loading, Constant):
-            wanted = "a loading in K/s, without a ramp, such as Adaptive() or HeatingRate(rate=...)"
-            raise ParameterError(f"Stage '{self.name}': temperature = {self.temperature:g} °C needs {wanted}")
+            wanted = "one in K/s without a ramp, such as Adaptive() or HeatingRate(rate=...)"
+            raise ParameterError(
+                f"Stage '{self.name}': loading = {self.loading!r} is not allowed for temperature = "
+                f"{self.temperature:g} °C, it must be {wanted}"
+            )
         if moves or self.static:
             raise ParameterError(
                 f"Stage '{self.name}': a stage with a temperature holds its boundaries, or loads them by stresses; "

@@ -132,7 +132,12 @@ def _series(where: str, points: Any) -> TimeSeries:
 
 def value_of(where: str, function: Callable[[float], float], time: float, bounds: Bounds) -> float:
     """What a function gives at a time (s). Raises :class:`ParameterError` where it is no number within the bounds."""
-    value = function(time)
+    try:
+        value = function(time)
+    except Exception as error:
+        raise ParameterError(
+            f"{where}: the function fails at {time:g} s, {type(error).__name__}: {error}; it must take one time (s)"
+        ) from error
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value.item()
     if not is_number(value) or not bounds.allow(float(value)):

@@ -66,3 +66,28 @@ def test_a_quantity_that_fails_on_more_seeds_stays_as_it_was():
     after = anchored(before, {0: more})
     assert after.shift[0] == 0 != after.shift[1]
     assert after.scatter[0, 0] == before.scatter[0, 0]
+
+
+def test_a_point_without_values_on_more_seeds_takes_nothing_from_another():
+    rock = FormulaRock(0.1, 0.05)
+    points = space().at_reference(space().prior(30, 1))
+    given = [space().mapping(point) for point in points]
+    before = samples_of(rock.values(given, FOUR, (1, 2, 3), np.ones(30)))
+    first, second = (rock.values(given[k : k + 1], FOUR, range(1, 13), np.ones(1)) for k in (4, 9))
+    second["ucs"][0, 1] = np.nan
+    both, alone = anchored(before, {4: first, 9: second}), anchored(before, {4: first})
+    assert both.shift[0] == pytest.approx(alone.shift[0])
+    assert both.scatter[0, 0] == pytest.approx(alone.scatter[0, 0])
+    assert both.means[9, 0] == before.means[9, 0]
+    assert both.shift[1] != alone.shift[1]
+
+
+def test_the_error_of_the_shift_is_told_apart():
+    """That of the common seeds for themselves: with it alone, fresh seeds scatter no more for it."""
+    rock = FormulaRock(0.0, 0.1)
+    points = space().at_reference(space().prior(60, 1))
+    given = [space().mapping(point) for point in points]
+    before = samples_of(rock.values(given, FOUR, (1, 2, 3), np.ones(60)))
+    after = anchored(before, {4: rock.values(given[4:5], FOUR, range(1, 31), np.ones(1))})
+    assert after.of_shift[0] == pytest.approx(0.1**2 / 3, rel=0.35)
+    assert after.scatter[0, 0] - after.of_shift[0] == pytest.approx(0.1**2 / 30, rel=0.5)

@@ -277,7 +277,7 @@ class Flat(gl.Material):
         (lambda: Heating(to=()), "a temperature"),
         (lambda: Heating(to=(60, 60)), "each must differ from the last"),
         (lambda: Heating(to=60, test=Heating(to=80)), "Heating: test"),
-        (lambda: gl.Stage(name="heat", temperature=60, interval=1.0), "needs a loading in K/s, without a ramp"),
+        (lambda: gl.Stage(name="heat", temperature=60, interval=1.0), "it must be one in K/s without a ramp"),
         (lambda: gl.Stage(name="heat", temperature=-300, interval=1.0), "Stage: temperature = -300 °C"),
         (lambda: heated(small_sample(grains=2), Held.BOTTOM), "no material of the specimen depends on the temperature"),
         (lambda: heated(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ)), Held.BOTTOM, to=1200), "to 1000 °C"),

@@ -62,8 +62,11 @@ def _row(
     predicted, ends = math.nan, (math.nan, math.nan)
     if name in match.emulators:
         means, variances = match.predicted(best[None], [name])
-        of_seeds = float(match.scatter([name])[0, 0])  # of the seeds of the search
-        deviation = math.sqrt(float(variances[0, 0]) + of_seeds * (1 + match.samples.seeds / count))
+        k = match.samples.names.index(name)
+        of_shift = float(match.samples.of_shift[k])
+        of_seeds = float(match.scatter([name])[0, 0]) - of_shift  # of the mean over the seeds of the search
+        fresh = of_seeds * float(match.samples.seeds[k]) / count
+        deviation = math.sqrt(float(variances[0, 0]) + of_seeds + of_shift + fresh)
         low, middle, high = restored(name, means[0, 0] + NORMAL * deviation * np.array([-1, 0, 1]))
         predicted, ends = float(middle), (float(low), float(high))
     return Compared(

@@ -48,8 +48,9 @@ class Samples:
     shift: np.ndarray  #: (q,) to be added, for the seeds are weak or strong
     means: np.ndarray  #: (n, q), nan where fewer than half of the seeds have a value
     noise: np.ndarray  #: (n, q) variance of a mean by what the seeds do not have in common at all points
-    seeds: int
+    seeds: np.ndarray  #: (q,) how many tell the scatter
     scatter: np.ndarray  #: (q, q) covariance of the mean over the seeds of a point, as an estimate of that of all seeds
+    of_shift: np.ndarray  #: (q,) part of its variances that is the error of the shift
 
 
 def samples_of(values: Values) -> Samples:
@@ -70,7 +71,8 @@ def samples_of(values: Values) -> Samples:
     own = centred - common
     seeds = y.shape[1]
     scatter = _drawn(names, _covariance(centred.reshape(-1, len(names)), seeds), seeds, means)
-    return Samples(names, np.zeros(len(names)), means, _noise(own, counts), seeds, scatter)
+    none = np.zeros(len(names))
+    return Samples(names, none, means, _noise(own, counts), np.full(len(names), seeds), scatter, none)
 
 
 def _noise(own: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -118,25 +120,33 @@ def anchored(samples: Samples, anchors: Mapping[int, Values]) -> Samples:
     it off, and the scatter left is that of all m seeds. The points themselves are known by all m. A quantity without
     values on most of them stays as it was.
     """
-    common, rows = samples.seeds, list(anchors)
+    common, rows = int(samples.seeds[0]), np.array(list(anchors))
     of_rows = [np.column_stack([transformed(n, values[n])[0] for n in samples.names]) for values in anchors.values()]
     y = np.stack(of_rows)  # (k, m, q)
-    seeds = y.shape[1]
-    there = np.isfinite(y)
-    known = there[:, :common].all(axis=(0, 1)) & (there.sum(axis=1) > (seeds + common) / 2).all(axis=0)
+    seeds, there = y.shape[1], np.isfinite(y)
+    tells = there[:, :common].all(axis=1) & (there.sum(axis=1) > (seeds + common) / 2)  # (k, q)
+    known = tells.any(axis=0)
     if not known.any():
         return samples
-    names, y = [name for name, take in zip(samples.names, known, strict=True) if take], y[:, :, known]
-    middle = np.nanmean(y, axis=1)  # (k, q)
-    own = np.nanmean(samples.noise[:, known], axis=0)
+    y = np.where(tells[:, None], y, np.nan)[:, :, known]
+    names, counts = [name for name, take in zip(samples.names, known, strict=True) if take], tells[:, known].sum(axis=0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a quantity without values at one of the points
+        middle = np.nanmean(y, axis=1)  # (k, q)
     found = _drawn(names, _covariance((y - middle[:, None]).reshape(-1, len(names)), seeds), seeds, middle)
-    shift, scatter = np.zeros(len(known)), np.diag(np.diag(samples.scatter))
-    shift[known] = (middle - y[:, :common].mean(axis=1)).mean(axis=0)
-    scatter[np.ix_(known, known)] = found + np.diag(own / len(rows))
+    shift, scatter, of_shift = np.zeros(len(known)), np.diag(np.diag(samples.scatter)), np.zeros(len(known))
+    shift[known] = np.nanmean(middle - y[:, :common].mean(axis=1), axis=0)
+    of_shift[known] = np.nanmean(samples.noise[:, known], axis=0) / counts
+    scatter[np.ix_(known, known)] = found + np.diag(of_shift[known])
     means, noise = samples.means.copy(), samples.noise.copy()
-    means[np.ix_(rows, known)] = middle - shift[known]
-    noise[np.ix_(rows, known)] *= common / seeds
-    return attrs.evolve(samples, shift=shift, means=means, noise=noise, scatter=scatter, seeds=seeds)
+    for k, row in enumerate(rows):
+        own = tells[k]
+        means[row, own] = middle[k, own[known]] - shift[own]
+        noise[row, own] *= common / seeds
+    told = np.where(known, seeds, common)
+    return attrs.evolve(
+        samples, shift=shift, means=means, noise=noise, scatter=scatter, seeds=told, of_shift=of_shift
+    )  # fmt: skip
 
 
 @attrs.frozen(eq=False)

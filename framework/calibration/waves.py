@@ -74,8 +74,8 @@ class Found:
 class Search:
     """Up to ``budget`` points, each on the same ``seeds``; the same ``seed`` chooses the same points.
 
-    The best point after the first wave and that after the last are tested on the seeds ``more`` too, to know how weak
-    or strong the others are.
+    The best point after the first wave, and that after the last of several, are tested on the seeds ``more`` too, to
+    know how weak or strong the others are.
     """
 
     space: Space
@@ -106,7 +106,8 @@ class Search:
             chosen = self._next(match, left, room, number) if number < WAVES and room > 0 else chosen[:0]
             if not len(chosen):
                 break
-        design, match, left = self._with_anchor(design, match, left, number)
+        if number > 1:  # else it would be the same point again
+            design, match, left = self._with_anchor(design, match, left, number)
         waves[-1] = Wave(first, len(design.points) - first, left.share, left.least)
         if left.least > LIMIT:
             found = conflicts(match, self._tried, self.seed)

@@ -57,12 +57,6 @@ class TransverselyIsotropic(Material):
         return b22 / area, b11 / area, -b12 / area, self.shear_modulus_across
 
     @property
-    def _halves(self) -> tuple[Any, Any]:
-        """Pa: half the sum and half the difference of the stiffness along the foliation and across it."""
-        along, across, *_ = self._along_foliation
-        return 0.5 * (along + across), 0.5 * (along - across)
-
-    @property
     def _turned(self) -> tuple[Any, ...]:
         """The six constants in the axes of the specimen: xx, yy, between the two, shear, and shear with xx and yy."""
         c11, c22, c12, c66 = self._along_foliation

@@ -14,7 +14,7 @@ import numpy as np
 from grainlaw.arguments import Checked, checked
 from grainlaw.engine.stability import shape_functions
 from grainlaw.parameter import ParameterError, checked_number
-from grainlaw.results.crack_tip import STRAIGHT, CrackTip, check_ring
+from grainlaw.results.crack_tip import STRAIGHT, CrackTip, check_ring, loaded_boundaries
 from grainlaw.results.frames import Frame
 from grainlaw.results.result import Result
 
@@ -53,7 +53,7 @@ def stress_intensity(
     :func:`j_integral` does, and where bonds in tension hold the faces of the crack together beyond the inner radius.
     """
     modulus = checked_number("stress_intensity: apparent_modulus", apparent_modulus, "Pa", above=0)
-    poisson = checked_number("stress_intensity: apparent_poisson", apparent_poisson, above=-1)
+    poisson = checked_number("stress_intensity: apparent_poisson", apparent_poisson, above=-1, at_most=1)
     disc = _Disc("stress_intensity", result, tip, result.frame("stress_intensity", frame))
     disc.check_open("stress_intensity", tip)
     one, two = (modulus / 2 * disc.interaction(mode, modulus, poisson) for mode in (1, -1j))
@@ -64,7 +64,8 @@ class _Disc:
     """Zones, bonds and faces of the crack within the outer radius; the mean rotation of the zones is taken out."""
 
     def __init__(self, where: str, result: Result, tip: CrackTip, frame: Frame) -> None:
-        check_ring(where, result.specimen, frame, tip)
+        loaded = loaded_boundaries(result.protocol, result.specimen)
+        check_ring(where, result.specimen, frame, tip, loaded)
         self._place = (result.mesh.nodes - tip.position) @ tip.axes.T
         self._moved = frame.displacement @ tip.axes.T
         self._q = np.clip((tip.outer - np.hypot(*self._place.T)) / (tip.outer - tip.inner), 0.0, 1.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Set
 from typing import Any
 
 import attrs
@@ -12,6 +13,7 @@ from grainlaw.arguments import Checked, checked
 from grainlaw.material import Elastic
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_vector, parameter
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame
 from grainlaw.specimen import Specimen
 
@@ -62,22 +64,25 @@ def notch_tip(specimen: Specimen, *, inner: float, outer: float, boundary: str =
     sides = np.array(region.names) == boundary
     corners, times = np.unique(np.concatenate([region.start[sides], region.end[sides]]), axis=0, return_counts=True)
     mouth = corners[times == 1]
-    if len(mouth) != 2 or len(corners) < 3:
-        raise refusal("notch_tip: boundary", boundary, "a notch, with its mouth in a side of the specimen")
-    middle = mouth.mean(axis=0)
+    middle = mouth.mean(axis=0) if len(mouth) == 2 else np.full(2, np.nan)
     far = np.hypot(*(corners - middle).T)
+    if not far.max() > np.hypot(*(mouth[:1] - middle).T).max() * (1 + 1e-6):
+        raise refusal("notch_tip: boundary", boundary, "a notch, with its mouth in a side of the specimen")
     tip = corners[far >= far.max() * (1 - 1e-9)].mean(axis=0)
     x, y = tip - middle
     return CrackTip(position=tip, direction=math.degrees(math.atan2(y, x)), inner=inner, outer=outer)
 
 
-def check_ring(where: str, specimen: Specimen, frame: Frame, tip: CrackTip) -> None:
-    """Raise ParameterError, which begins with ``where``, for grains, a place or a ring that J is not known of."""
+def check_ring(where: str, specimen: Specimen, frame: Frame, tip: CrackTip, loaded: Set[str] = frozenset()) -> None:
+    """Raise ParameterError, which begins with ``where``, for grains, a place or a ring that J is not known of.
+
+    ``loaded`` are boundaries under pressures or stresses: as faces of the crack in the ring they are refused.
+    """
     if not specimen.is_elastic.all():
         material = next(one for one, _ in specimen.materials if type(one) is not Elastic)
         raise refusal(f"{where}: material of the grains", material, "Elastic, of all grains")
     place = (specimen.mesh.nodes - tip.position) @ tip.axes.T
-    _check_boundaries(where, specimen, tip, place)
+    _check_boundaries(where, specimen, tip, place, loaded)
     _check_zones(where, specimen, tip, np.hypot(*place.T))
     touching = frame.contacts.get("position", np.zeros((0, 2))) - tip.position
     within = int((np.hypot(*touching.T) < tip.outer).sum())
@@ -88,7 +93,14 @@ def check_ring(where: str, specimen: Specimen, frame: Frame, tip: CrackTip) -> N
         )
 
 
-def _check_boundaries(where: str, specimen: Specimen, tip: CrackTip, place: np.ndarray) -> None:
+def loaded_boundaries(protocol: object, specimen: Specimen) -> set[str]:
+    """Boundaries on which stages of a test put pressures or stresses; none of a test that is only recorded."""
+    stages = protocol.stages(specimen) if isinstance(protocol, LoadingProtocol) else ()
+    loads = (load for stage in stages for load in (*stage.pressures, *stage.tractions, *stage.fluids))
+    return {load.boundary for load in loads if not getattr(load, "cracks_only", False)}
+
+
+def _check_boundaries(where: str, specimen: Specimen, tip: CrackTip, place: np.ndarray, loaded: Set[str]) -> None:
     at = f"({', '.join(f'{x:g}' for x in tip.position)}) m"
     near, inside = STRAIGHT * tip.outer, bool(specimen.grains.region.contains(np.array([tip.position]))[0])
     left: dict[str, float] = {}
@@ -101,6 +113,11 @@ def _check_boundaries(where: str, specimen: Specimen, tip: CrackTip, place: np.n
         flank = (abs(along[:, 1]) <= STRAIGHT * abs(along[:, 0])) & (np.maximum(start[:, 0], end[:, 0]) <= near)
         farthest = np.maximum(np.hypot(*start.T), np.hypot(*end.T))
         beyond = (distance < tip.outer) & (farthest > tip.inner) & ~flank
+        if name in loaded and (flank & (distance < tip.outer)).any():
+            raise ParameterError(
+                f"{where}: tip: the boundary {name}, a face of the crack within {tip.outer:g} m of its tip, is loaded: "
+                "J would miss that"
+            )
         if beyond.any():
             left[name] = float(distance[beyond].min())
     if not inside:
