@@ -136,7 +136,12 @@ def _takes_arrays(cls: type) -> bool:
 
 
 def checked_number(
-    where: str, value: Any, unit: str = "1", *, at_least: float | None = None, above: float | None = None,
+    where: str,
+    value: Any,
+    unit: str = "1",
+    *,
+    at_least: float | None = None,
+    above: float | None = None,
     at_most: float | None = None,
 ) -> float:
     """The value as a finite float. Raises :class:`ParameterError`, which begins with ``where``: ``"hold: stress"``."""

@@ -118,7 +118,7 @@ def _of_setup(name: str, sections: Sections) -> tuple[Setup, Sections]:
     given = {section: dict(sections.get(section, {})) for section in SECTIONS}
     if (other := given["test"].pop("type", name)) != name:
         raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
-    for section, usual in (("rock", setup.rock), ("law", setup.law)):
+    for section, usual in (("rock", setup.rock()), ("law", setup.law())):
         if "type" not in given[section]:
             given[section] = {**usual, **given[section]}
     return setup, given

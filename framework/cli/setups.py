@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import attrs
@@ -59,8 +60,14 @@ NOTCHED = {"notch_width": 0.5 * mm, "bearing": 3 * mm}
 BEAM = {"region": "notched_beam", "length": 100 * mm, "height": 25 * mm, "span": 80 * mm, "notch_depth": 8 * mm}
 PLATE = {"region": "plate_with_hole", "width": 100 * mm, "height": 100 * mm, "diameter": 20 * mm}
 HALF_DISC = {"region": "semi_disc", "diameter": 75 * mm, "span": 45 * mm, "notch_depth": 18 * mm}
-EXPANDS = {"type": "thermal", "material": settings(ROCK)}
-AGES = {"type": "static-fatigue", "law": settings(LAWS["cohesive-crack"], ContactLaw)}
+
+
+def _expands() -> dict[str, Any]:
+    return {"type": "thermal", "material": settings(ROCK)}
+
+
+def _ages() -> dict[str, Any]:
+    return {"type": "static-fatigue", "law": settings(LAWS["cohesive-crack"], ContactLaw)}
 
 
 @attrs.frozen
@@ -73,8 +80,8 @@ class Setup:
     protocol: type[LoadingProtocol]
     sample: dict[str, Any]
     quick: dict[str, Any]
-    rock: dict[str, Any] = attrs.field(factory=dict)
-    law: dict[str, Any] = attrs.field(factory=dict)
+    rock: Callable[[], dict[str, Any]] = dict
+    law: Callable[[], dict[str, Any]] = dict
 
 
 SETUPS = {
@@ -84,9 +91,9 @@ SETUPS = {
         Setup(UniaxialTension, PRISM, SMALL_PRISM),
         Setup(BiaxialCompression, PRISM, SMALL_PRISM),
         Setup(Brazilian, DISC | _grains(400), DISC | _grains(80)),
-        Setup(Creep, PRISM, SMALL_PRISM, law=AGES),
+        Setup(Creep, PRISM, SMALL_PRISM, law=_ages),
         Setup(Cyclic, PRISM, SMALL_PRISM),
-        Setup(Heating, PRISM, SMALL_PRISM, rock=EXPANDS),
+        Setup(Heating, PRISM, SMALL_PRISM, rock=_expands),
         Setup(Saturated, PRISM, SMALL_PRISM),
         Setup(ThreePointBending, BEAM | NOTCHED | _grains(400), BEAM | NOTCHED | _grains(80)),
         Setup(SemiCircularBend, HALF_DISC | NOTCHED | _grains(400), HALF_DISC | NOTCHED | _grains(80)),
