@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import attrs
-import numpy as np
 
 from grainlaw.arguments import Checked, is_number
-from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError, checked_number, parameter, part
+from grainlaw.messages import short
+from grainlaw.parameter import ParameterError, checked_number, checked_vector, parameter, part
 from grainlaw.time_series import Imposed, Varying, varying
 
 
@@ -23,10 +21,7 @@ def _is_axis(drive: Drive | Hold, attribute: attrs.Attribute, value: int) -> Non
 
 
 def _stress(value: Any) -> tuple[float, float, float]:
-    numbers = isinstance(value, (Sequence, np.ndarray)) and len(value) == 3 and all(map(is_number, value))
-    if not numbers or not np.isfinite(value).all():
-        raise refusal("Traction: stress", value, "three finite numbers (xx, yy, xy) in Pa")
-    xx, yy, xy = map(float, value)
+    xx, yy, xy = checked_vector("Traction: stress", value, "Pa", ("xx", "yy", "xy")).tolist()
     return xx, yy, xy
 
 

@@ -163,14 +163,15 @@ def checked_points(where: str, value: Any) -> np.ndarray:
     return points
 
 
-def checked_vector(where: str, value: Any, unit: str = "m") -> np.ndarray:
-    """(2,) finite. Raises :class:`ParameterError`, which begins with ``where``: ``"moved: by"``."""
+def checked_vector(where: str, value: Any, unit: str = "m", names: tuple[str, ...] = ("x", "y")) -> np.ndarray:
+    """Two or three finite numbers, one of each name. Raises :class:`ParameterError`, which begins with ``where``."""
     try:
         vector = np.array(value, dtype=float) if all(map(is_number, value)) else np.zeros(0)
     except (TypeError, ValueError, OverflowError):
         vector = np.zeros(0)
-    if vector.shape != (2,) or not np.isfinite(vector).all():
-        raise refusal(f"{where}", value, f"two finite numbers (x, y) in {unit}")
+    if vector.shape != (len(names),) or not np.isfinite(vector).all():
+        count = {2: "two", 3: "three"}[len(names)]
+        raise refusal(where, value, f"{count} finite numbers ({', '.join(names)}) in {unit}")
     return vector
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from grainlaw.arguments import Checked, checked
 from grainlaw.engine.stability import shape_functions
 from grainlaw.parameter import ParameterError, checked_number
-from grainlaw.results.crack_tip import STRAIGHT, CrackTip, check_ring, loaded_boundaries
+from grainlaw.results.crack_tip import STRAIGHT, CrackTip, check_ring
 from grainlaw.results.frames import Frame
 from grainlaw.results.result import Result
 
@@ -64,8 +64,7 @@ class _Disc:
     """Zones, bonds and faces of the crack within the outer radius; the mean rotation of the zones is taken out."""
 
     def __init__(self, where: str, result: Result, tip: CrackTip, frame: Frame) -> None:
-        loaded = loaded_boundaries(result.protocol, result.specimen)
-        check_ring(where, result.specimen, frame, tip, loaded)
+        check_ring(where, result, frame, tip)
         self._place = (result.mesh.nodes - tip.position) @ tip.axes.T
         self._moved = frame.displacement @ tip.axes.T
         self._q = np.clip((tip.outer - np.hypot(*self._place.T)) / (tip.outer - tip.inner), 0.0, 1.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Set
 from typing import Any
 
 import attrs
@@ -15,6 +14,7 @@ from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_vector, parameter
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame
+from grainlaw.results.result import Result
 from grainlaw.specimen import Specimen
 
 STRAIGHT = 1e-3  #: of the outer radius: nearer than this to the line of the crack is on it
@@ -73,16 +73,14 @@ def notch_tip(specimen: Specimen, *, inner: float, outer: float, boundary: str =
     return CrackTip(position=tip, direction=math.degrees(math.atan2(y, x)), inner=inner, outer=outer)
 
 
-def check_ring(where: str, specimen: Specimen, frame: Frame, tip: CrackTip, loaded: Set[str] = frozenset()) -> None:
-    """Raise ParameterError, which begins with ``where``, for grains, a place or a ring that J is not known of.
-
-    ``loaded`` are boundaries under pressures or stresses: as faces of the crack in the ring they are refused.
-    """
+def check_ring(where: str, result: Result, frame: Frame, tip: CrackTip) -> None:
+    """Raise ParameterError, which begins with ``where``, for grains, a place or a ring that J is not known of."""
+    specimen = result.specimen
     if not specimen.is_elastic.all():
         material = next(one for one, _ in specimen.materials if type(one) is not Elastic)
         raise refusal(f"{where}: material of the grains", material, "Elastic, of all grains")
     place = (specimen.mesh.nodes - tip.position) @ tip.axes.T
-    _check_boundaries(where, specimen, tip, place, loaded)
+    _check_boundaries(where, specimen, tip, place, _loaded(result))
     _check_zones(where, specimen, tip, np.hypot(*place.T))
     touching = frame.contacts.get("position", np.zeros((0, 2))) - tip.position
     within = int((np.hypot(*touching.T) < tip.outer).sum())
@@ -93,14 +91,14 @@ def check_ring(where: str, specimen: Specimen, frame: Frame, tip: CrackTip, load
         )
 
 
-def loaded_boundaries(protocol: object, specimen: Specimen) -> set[str]:
-    """Boundaries on which stages of a test put pressures or stresses; none of a test that is only recorded."""
-    stages = protocol.stages(specimen) if isinstance(protocol, LoadingProtocol) else ()
+def _loaded(result: Result) -> set[str]:
+    """Boundaries on which stages of the test put pressures or stresses; none of a test that is only recorded."""
+    stages = result.protocol.stages(result.specimen) if isinstance(result.protocol, LoadingProtocol) else ()
     loads = (load for stage in stages for load in (*stage.pressures, *stage.tractions, *stage.fluids))
     return {load.boundary for load in loads if not getattr(load, "cracks_only", False)}
 
 
-def _check_boundaries(where: str, specimen: Specimen, tip: CrackTip, place: np.ndarray, loaded: Set[str]) -> None:
+def _check_boundaries(where: str, specimen: Specimen, tip: CrackTip, place: np.ndarray, loaded: set[str]) -> None:
     at = f"({', '.join(f'{x:g}' for x in tip.position)}) m"
     near, inside = STRAIGHT * tip.outer, bool(specimen.grains.region.contains(np.array([tip.position]))[0])
     left: dict[str, float] = {}
