@@ -20,6 +20,9 @@ BASE = CohesiveCrack(
     **STIFF, tensile_strength=10 * MPa, cohesion=40 * MPa, friction_angle=40, residual_friction_angle=5,
     mode_i_energy=50, mode_ii_energy=100,
 )  # fmt: skip
+FOUR = ("ucs", "cohesion", "friction_angle", "tensile_strength")  #: quantities
+#: parameters
+HIDDEN = {"tensile_strength": 11 * MPa, "cohesion": 33 * MPa, "friction_angle": 41.0, "mode_i_energy": 40.0}
 TIED = {"mode_ii_energy": ("mode_i_energy", 2)}
 
 

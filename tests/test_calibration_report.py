@@ -6,7 +6,7 @@ import re
 import attrs
 import numpy as np
 import pytest
-from formula_rocks import RANGES, FormulaRock, exact, searched, space, targets_at
+from formula_rocks import FOUR, RANGES, FormulaRock, exact, searched, space, targets_at
 from support import STIFF
 
 import grainlaw as gl
@@ -19,7 +19,6 @@ from grainlaw.laws import MohrCoulomb
 from grainlaw.short_form import MOST
 from grainlaw.units import MPa
 
-FOUR = ("ucs", "cohesion", "friction_angle", "tensile_strength")
 HIDDEN = {"tensile_strength": 11 * MPa, "cohesion": 33 * MPa, "friction_angle": 41.0}
 LAW = MohrCoulomb(**STIFF, tensile_strength=10 * MPa, cohesion=40 * MPa, friction_angle=40)
 ROCKS = {

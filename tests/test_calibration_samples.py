@@ -2,12 +2,9 @@
 
 import numpy as np
 import pytest
-from formula_rocks import FormulaRock, exact, space
+from formula_rocks import FOUR, HIDDEN, FormulaRock, exact, space
 
 from grainlaw.calibration.emulator import anchored, samples_of
-
-FOUR = ("ucs", "cohesion", "friction_angle", "tensile_strength")
-HIDDEN = {"tensile_strength": 11e6, "cohesion": 33e6, "friction_angle": 41.0, "mode_i_energy": 40.0}
 
 
 def test_a_weak_seed_is_scatter_of_all_points_and_noise_of_none():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from formula_rocks import RANGES, FormulaRock, exact, searched, space, targets_at
+from formula_rocks import FOUR, HIDDEN, RANGES, FormulaRock, exact, searched, space, targets_at
 from scipy.stats import norm
 from support import STIFF
 
@@ -14,12 +14,10 @@ from grainlaw.calibration.targets import Target
 from grainlaw.laws import MohrCoulomb
 from grainlaw.units import MPa
 
-FOUR = ("ucs", "cohesion", "friction_angle", "tensile_strength")
 TRIED = space().prior(2048, 2)
 STRENGTHS = {name: RANGES[name] for name in ("tensile_strength", "cohesion", "friction_angle")}
 BRITTLE = MohrCoulomb(**STIFF, tensile_strength=10 * MPa, cohesion=40 * MPa, friction_angle=40)
 HIDDEN_BRITTLE = {"tensile_strength": 11 * MPa, "cohesion": 33 * MPa, "friction_angle": 41.0}
-HIDDEN = {"tensile_strength": 11 * MPa, "cohesion": 33 * MPa, "friction_angle": 41.0, "mode_i_energy": 40.0}
 
 
 def matched(rocks, targets, names=None, count=40, rock=None):
