@@ -112,7 +112,7 @@ def tested(tmp_path_factory):
     folder = tmp_path_factory.mktemp("trials") / "s"
     simulated = simulator(folder, [4 * MPa])
     free = simulated.values([POINT], ["ucs", "tensile_strength"], [1, 2], [1.0])
-    return folder, free, simulated.values([POINT], ["cohesion", "friction_angle"], [1, 2], [2.0])
+    return folder, free, simulated.values([POINT], ["cohesion", "friction_angle"], [1, 2], [0.5])
 
 
 def test_values_are_those_of_the_tests(tested):
@@ -123,12 +123,13 @@ def test_values_are_those_of_the_tests(tested):
         assert free[name][0, 1] == alone.summary["peak_stress"]
 
 
-def test_confinement_is_that_of_the_rock_a_point_stands_for(tested):
+def test_confinement_and_course_are_those_of_the_rock_a_point_stands_for(tested):
     _, free, confined = tested
     law = attrs.evolve(BRITTLE, **POINT)
-    pressed = attrs.evolve(TESTS["confined"], confinement=2 * MPa)  # 4 MPa for a rock twice as strong
+    # 4 MPa and a strain of 0.004 for a rock half as strong
+    pressed = attrs.evolve(TESTS["confined"], confinement=8 * MPa, maximum_strain=0.008, samples=160)
     peak = gl.simulate(prism(1), law, pressed, threads=1).summary["peak_stress"]
-    slope = (peak - free["ucs"][0, 0]) / (2 * MPa)
+    slope = (peak - free["ucs"][0, 0]) / (8 * MPa)
     angle = np.degrees(np.arcsin((slope - 1) / (slope + 1)))
     assert confined["friction_angle"][0, 0] == pytest.approx(angle)
     assert confined["cohesion"][0, 0] == pytest.approx(free["ucs"][0, 0] / (2 * np.sqrt(slope)))
@@ -150,6 +151,26 @@ def test_a_test_without_a_peak_has_no_strength(tmp_path):
     [failure] = simulated.failures
     assert (failure.test, failure.seed) == ("tension", 1)
     assert "no peak up to the maximum strain of 5e-05" in failure.reason
+
+
+def test_courses_are_long_enough_for_the_weakest_rock_a_point_stands_for(tested, tmp_path):
+    """A rock a fifth as strong breaks at a fifth of the strain."""
+    _, free, _ = tested
+    tests = {**TESTS, "tension": attrs.evolve(TESTS["tension"], maximum_strain=1.2e-4, samples=12)}
+    simulated = simulator(tmp_path / "s", tests=tests)
+    simulated.weakest = 0.2
+    found = simulated.values([POINT], ["tensile_strength"], [1, 2], [1.0])
+    assert not simulated.failures
+    assert found["tensile_strength"] == pytest.approx(free["tensile_strength"])
+
+
+def test_a_course_is_cut_where_that_of_the_rock_ends(tmp_path):
+    """A stronger rock has its peak at a larger strain, perhaps beyond the end of its test."""
+    simulated = simulator(tmp_path / "s", [4 * MPa])
+    for scale, ends in ((1.0, False), (20.0, True)):
+        found = simulated.values([POINT], ["cohesion"], [1], [scale])["cohesion"]
+        assert np.isnan(found).all() == ends
+    assert "no peak up to the maximum strain of 0.0002" in simulated.failures[0].reason
 
 
 def test_similar_rocks_have_similar_strengths(tmp_path):

@@ -88,6 +88,7 @@ def calibrate(
     tell = _silent if quiet else _say
     case = TrialCase(first.law, first.base, first.ties, shapes, made, 1.0)
     simulator = StudySimulator(case, targets.pressures, store, workers=workers, on=on, quiet=quiet)
+    simulator.weakest = first.weakest
     names = [name for name in measured_by(wanted) if not QUANTITIES[name].is_elastic]
     if "confined" not in wanted:
         names = [name for name in names if "confined" not in QUANTITIES[name].tests]
@@ -106,6 +107,7 @@ def calibrate(
         return result
     best = _rounded(space, found.posterior.best)
     tell(f"the best parameters on {fresh} other seeds")
+    simulator.weakest = 1.0  # they have the rock's own strength
     possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.pressures)]
     rows = check(found.match, targets, simulator, best, possible, range(seeds + more + 1, seeds + more + fresh + 1))
     seen = identifiability(found.match, found.posterior, seed)

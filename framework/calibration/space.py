@@ -184,6 +184,11 @@ class Space(metaclass=Checked):
         assert self.scale is not None
         return float(f"{math.sqrt(self.scale.low * self.scale.high):.{DIGITS}g}")
 
+    @property
+    def weakest(self) -> float:
+        """Least scale that the ranges allow; one without a scale."""
+        return self.scale.low / self.reference if self.scale else 1.0
+
     def at_reference(self, points: np.ndarray) -> np.ndarray:
         """(n, d) the parameters of the same groups with a scale of one, rounded."""
         scales = self.scales(points)

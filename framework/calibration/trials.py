@@ -46,6 +46,7 @@ PRISM, DISC, HALF_DISC = "prism", "disc", "half_disc"
 SHAPES = {COMPRESSION: PRISM, CONFINED: PRISM, TENSION: PRISM, BRAZILIAN: DISC, BENDING: HALF_DISC}
 MEASURED = ("crack_initiation_lateral", "crack_damage")
 WHOLE = 0.995  #: of the longest course: a test that has its peak there has none
+LONGEST = 0.45  #: strain, of courses that similarity makes longer
 COURSES = {"peak_strain": "maximum_strain", "peak_deflection": "maximum_deflection"}
 
 Specimens = Callable[[int], Specimen]
@@ -81,7 +82,11 @@ def checked_specimens(given: Any, tests: Sequence[str]) -> dict[str, Specimens]:
 
 @attrs.frozen(eq=False)
 class TrialCase(metaclass=Checked):
-    """One test of a rock; the factors are the parameters by name, the test, its confinement and the seed."""
+    """One test of a rock; the factors are the parameters by name, the test, its confinement, a scale and the seed.
+
+    Strains of a rock that is ``scale`` times as strong are so many times larger, by similarity: where the specimen
+    stands for it, the course of the test ends where that of the rock would, divided by the scale.
+    """
 
     law: Any  #: or its class
     base: Mapping[str, Any]
@@ -90,8 +95,8 @@ class TrialCase(metaclass=Checked):
     tests: Mapping[str, LoadingProtocol]
     grains: float  #: times the modulus of the grains
 
-    def __call__(self, test: str, confinement: float, seed: int, **parameters: float) -> Run:
-        protocol: Any = self.tests[test]
+    def __call__(self, test: str, confinement: float, scale: float, seed: int, **parameters: float) -> Run:
+        protocol: Any = at_scale(self.tests[test], scale)
         if test == CONFINED:
             protocol = attrs.evolve(protocol, confinement=confinement)
         specimen = with_grains(self.specimens[SHAPES[test]](seed), self.grains)
@@ -103,6 +108,7 @@ class StudySimulator(Simulator):
 
     def __init__(self, case: TrialCase, pressures: Sequence[float], store: Any, **options: Any) -> None:
         self.case, self.pressures, self.store, self.options = case, tuple(pressures), store, options
+        self.weakest = 1.0  #: scale of tests without confinement, which tell only then how strong the rock is
         self.failures: list[Failure] = []
         self.cpu = 0.0
         self.points: dict[tuple[float, ...], int] = {}  #: those that were asked for, numbered
@@ -122,7 +128,8 @@ class StudySimulator(Simulator):
         for point, scale in zip(points, scales, strict=True):
             for test in tests:
                 levels = [_rounded(p / scale) for p in self.pressures] if test == CONFINED else [0.0]
-                cases += [{**point, "test": test, "confinement": level} for level in levels]
+                course = {"test": test, "scale": self._course(test, float(scale))}
+                cases += [{**point, **course, "confinement": level} for level in levels]
         cases = list({tuple(case.items()): case for case in cases}.values())
         if not cases:
             return {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
@@ -138,15 +145,17 @@ class StudySimulator(Simulator):
                     found[name][i, j] = self._value(name, rows, point, seed, float(scale))
         return found
 
+    def _course(self, test: str, scale: float) -> float:
+        """The scale at which a test ends."""
+        return scale if test == CONFINED else self.weakest
+
     def _rows(self, table: Table) -> dict[tuple, dict[str, Any]]:
         for key, cost in zip(table.cases, table.costs, strict=True):
             if key not in self.cases:
                 self.cases.add(key)
                 self.cpu += float(cost.get("cpu") or 0.0)
-        return {
-            (*(row[name] for name in self.names), row["test"], row["confinement"], row["seed"]): row
-            for row in table.rows
-        }
+        keys = (*self.names, "test", "scale", "confinement", "seed")
+        return {tuple(row[key] for key in keys): row for row in table.rows}
 
     def _value(
         self, name: str, rows: Mapping[tuple, Mapping[str, Any]], point: Mapping[str, float], seed: int, scale: float
@@ -154,8 +163,9 @@ class StudySimulator(Simulator):
         quantity = QUANTITIES[name]
 
         def column(test: str, confinement: float, which: str) -> float:
-            row = rows[(*(point[key] for key in self.names), test, confinement, seed)]
-            reason = _why_none(row, self.case.tests[test])
+            course = self._course(test, scale)
+            row = rows[(*(point[key] for key in self.names), test, course, confinement, seed)]
+            reason = _why_none(row, at_scale(self.case.tests[test], course))
             if reason:
                 failure = Failure(self.points[tuple(point.values())], seed, test, reason)
                 if failure not in self.failures:
@@ -173,14 +183,27 @@ class StudySimulator(Simulator):
         return line.friction_angle if name == "friction_angle" else line.cohesion
 
 
-def _why_none(row: Mapping[str, Any], test: LoadingProtocol) -> str:
+def at_scale(test: Any, scale: float) -> Any:
+    """The test with its course divided by the scale; where that is longer, with as many more samples."""
+    courses = {name: getattr(test, name) / scale for name in COURSES.values() if hasattr(test, name)}
+    if not courses or scale == 1:
+        return test
+    if "maximum_strain" in courses:
+        courses["maximum_strain"] = min(courses["maximum_strain"], LONGEST)
+    return attrs.evolve(test, **courses, samples=math.ceil(test.samples * max(1 / scale, 1)))
+
+
+def _why_none(row: Mapping[str, Any], test: Any) -> str:
     """Why a test gave no strength; empty if it did."""
     if row["status"] != "finished":
         return f"{row['status']}: {row['reason']}"
     for column, limit in COURSES.items():
         reached = row.get(column)
-        if reached is not None and reached >= WHOLE * getattr(test, limit):
-            return f"no peak up to the {limit.replace('_', ' ')} of {getattr(test, limit):g}"
+        if reached is None:
+            continue
+        whole = min(WHOLE, 1 - 2 / test.samples)  # the last sample comes before the end
+        if reached >= whole * getattr(test, limit):
+            return f"no peak up to the {limit.replace('_', ' ')} of {getattr(test, limit):.4g}"
     return ""
 
 
