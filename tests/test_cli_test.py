@@ -28,7 +28,7 @@ def done(tmp_path_factory):
 def test_a_run_prints_the_properties_and_writes_the_folder(done):
     result, folder = done
     assert result.exit_code == 0, result.output
-    assert re.search(r"^peak stress \(MPa\) +\d+\.\d\d$", result.output, re.M)
+    assert re.search(r"^peak stress \(MPa\) +> \d+\.\d\d$", result.output, re.M)
     assert re.search(r"^time step \(s\) +\d\.\d+e-0\d$", result.output, re.M)
     names = {"report.html", "summary.json", "curves.csv", "grains.pvd", "cracks.pvd", "config.toml"}
     assert names <= {file.name for file in folder.iterdir()}

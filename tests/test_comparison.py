@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 
 import attrs
 import numpy as np
@@ -12,6 +13,7 @@ from support import BRITTLE, PULL, STIFF, small_sample
 import grainlaw as gl
 from grainlaw.laws import Linear
 from grainlaw.runs.parallel import simulate_all
+from grainlaw.runs.samples import SampleComparison
 
 KEYS = {
     "peak_stress", "peak_strain", "apparent_modulus", "apparent_poisson", "modulus", "poisson", "tensile_cracks",
@@ -41,6 +43,18 @@ def test_comparison_is_a_mapping_that_prints_a_table(comparison):
     assert len({len(line) for line in lines}) == 1
     assert lines[2].split()[:3] == ["peak", "stress", "(MPa)"]
     assert lines[2].split()[-1] == f"{comparison['brittle'].summary['peak_stress'] / 1e6:.2f}"
+
+
+def test_the_peak_of_a_specimen_that_had_not_failed_is_open_in_every_table(comparison):
+    """Its strength is more than what was reached; that of the one that failed is as measured."""
+    whole, failed = (f"{result.summary['peak_stress'] / 1e6:.2f}" for result in comparison.results.values())
+    one, other = comparison["linear"], comparison["brittle"]
+    every = SampleComparison({("a", 1): one, ("a", 2): one, ("b", 1): other, ("b", 2): other})
+    for of in (comparison, every):
+        [line] = [line for line in str(of).splitlines() if line.startswith("peak stress")]
+        assert re.findall(r"> [\d.]+|[\d.]+", line) == [f"> {whole}", failed]
+    assert f"> {whole}" in one._repr_html_().replace("&gt;", ">")
+    assert f"> {failed}" not in other._repr_html_().replace("&gt;", ">")
 
 
 def test_summary_is_json_with_every_key(comparison, folder):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import attrs
 import click
@@ -33,7 +32,7 @@ from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
 from grainlaw.naming import aligned, shown
 from grainlaw.observation import Observer
-from grainlaw.results.certificate import marked
+from grainlaw.results.certificate import marked, reached
 from grainlaw.results.files import write_atomically
 from grainlaw.results.paraview import write_script
 from grainlaw.results.plot import require_bokeh, write_interactive
@@ -111,7 +110,7 @@ def test(
         result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=beside)
         if interactive:
             write_interactive(result, claim.path / INTERACTIVE, probe=probe)
-        click.echo(_table(result.summary))
+        click.echo(_table(result))
         if certify and not reason:
             click.echo(f"\n{_certified(name, result, chosen, claim)}")
         tell_certificate({name: result})
@@ -149,6 +148,8 @@ def _certified(name: str, result: Result, chosen: Configuration, claim: Claim) -
     return str(found)
 
 
-def _table(summary: Mapping[str, Any]) -> str:
-    rows = [(shown(name).heading, marked(name, [value], shown(name).text(value))) for name, value in summary.items()]
-    return aligned(rows)
+def _table(result: Result) -> str:
+    return aligned(
+        (shown(name).heading, marked(name, [value], reached(name, [result], shown(name).text(value))))
+        for name, value in result.summary.items()
+    )

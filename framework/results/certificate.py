@@ -1,10 +1,18 @@
-"""The certificate of a run: the most that its errors may be, and what to do if they are more."""
+"""The certificate of a run: the most that its errors may be, what to do if they are more, and whether it has a peak."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from grainlaw.columns import STRESS
+from grainlaw.naming import shown
+
+if TYPE_CHECKING:
+    from grainlaw.results.result import Result
 
 #: docs/theory.md, Measures
 LIMITS = {
@@ -24,3 +32,21 @@ def fails(name: str, value: Any) -> bool:
 def marked(name: str, values: Iterable[Any], text: str) -> str:
     """The text of a property in a table, with a word if it fails the certificate in one of the runs it is of."""
     return f"{text} {FAIL}" if any(fails(name, value) for value in values) else text
+
+
+def has_peak(result: Result) -> bool:
+    """Whether the stress fell after its peak; also where a test has none."""
+    stress = result.curves.get(STRESS, np.zeros(0))
+    return "peak_stress" not in result.summary or not len(stress) or int(np.argmax(stress)) < len(stress) - 1
+
+
+def reached(name: str, results: Iterable[Result], text: str) -> str:
+    """The text of a property; ``> 602.32`` for the peak of a specimen that had not failed: it bears more than that."""
+    is_open = name in ("peak_stress", "peak_strain") and not all(map(has_peak, results))
+    return f"> {text}" if is_open else text
+
+
+def texts(result: Result, names: Iterable[str]) -> dict[str, str]:
+    """Properties of a run as tables show them, by their headings; those that it has."""
+    there = [(name, shown(name), result.summary[name]) for name in names if name in result.summary]
+    return {look.heading: reached(name, [result], look.text(value)) for name, look, value in there}

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 def plot_cracks(result: Result, frame: int = -1, *, title: str | None = None, ax: Any = None) -> Figure:
     """Draw the cracks on the deformed specimen at one frame, counted from the end if negative.
 
-    Tensile cracks are thin and red, shear cracks thick and blue. Draws into the axes ``ax`` of matplotlib, if they are
-    given. Returns the figure. A result without frames shows its cracks on the outline of the specimen before the test.
-    Raises ParameterError for a frame that is not there.
+    Tensile cracks are thin and orange, shear cracks thick and blue. Draws into the axes ``ax`` of matplotlib, if they
+    are given. Returns the figure. A result without frames shows its cracks on the outline of the specimen before the
+    test. Raises ParameterError for a frame that is not there.
     """
     from grainlaw.results.figures.cracks import plot_cracks  # loads matplotlib, which takes longer than all the rest
 

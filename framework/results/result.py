@@ -14,8 +14,8 @@ from grainlaw.arguments import Checked
 from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy, work_done
 from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest
-from grainlaw.naming import shown
 from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
+from grainlaw.results.certificate import texts
 from grainlaw.results.data_frames import data_frame
 from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
@@ -162,14 +162,13 @@ class Result(metaclass=Checked):
         from grainlaw.results.archive import called, law_name
 
         facts = {"law": law_name(self.law), "test": called(self.protocol), "grains": str(self.specimen.grains.count)}
-        facts |= {shown(name).heading: shown(name).text(self.summary[name]) for name in FIRST if name in self.summary}
+        facts |= texts(self, FIRST)
         samples = max(map(len, self.curves.values()), default=0)
         counts = {"cracks": len(self.cracks), "samples": samples, "frames": len(self.frames)}
         return facts | {what: str(count) for what, count in counts.items()}
 
     def _html(self) -> str:
-        rest = {shown(name).heading: shown(name).text(value) for name, value in self.summary.items()}
-        return html_table((self._facts | rest).items(), caption="Result")
+        return html_table((self._facts | texts(self, self.summary)).items(), caption="Result")
 
     @property
     def mesh(self) -> Mesh:

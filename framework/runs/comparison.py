@@ -14,7 +14,7 @@ from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.results.certificate import marked
+from grainlaw.results.certificate import marked, reached
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
@@ -68,7 +68,11 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
     def _facts(self) -> dict[str, str]:
         peak, name = shown(FIRST), FIRST
         found = {law: result.summary.get(name) for law, result in self.results.items()}
-        texts = {law: f"{peak.text(value)} {peak.unit}" for law, value in found.items() if value is not None}
+        texts = {
+            law: f"{reached(name, [self.results[law]], peak.text(value))} {peak.unit}"
+            for law, value in found.items()
+            if value is not None
+        }
         rest = [law for law in self.results if law not in texts]
         failed = {"failed": ", ".join(self.failed)} if self.failed else {}
         return {"laws": str(len(self) + len(self.failed)), **failed, **texts, **dict.fromkeys(rest, "finished")}
@@ -87,7 +91,10 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         rows += [
             [
                 shown(n).heading,
-                *(marked(n, [s.get(n)], shown(n).text(s.get(n))) for s in self.summary.values()),
+                *(
+                    marked(n, [r.summary.get(n)], reached(n, [r], shown(n).text(r.summary.get(n))))
+                    for r in self.results.values()
+                ),
                 *("failed" for _ in self.failed),
             ]
             for n in TABLE

@@ -37,7 +37,7 @@ DPI = 110  #: of an animation
 
 
 def draw_cracks(axes: Axes, result: Result, frame: int = -1) -> None:
-    """Broken contact points on the deformed specimen: tensile thin and red, shear thick and blue.
+    """Broken contact points on the deformed specimen: tensile thin and orange, shear thick and blue.
 
     Without frames they are drawn on the outline of the specimen before the test.
     """

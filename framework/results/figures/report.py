@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import STRESS
 from grainlaw.contact import words_of
 from grainlaw.naming import THREE, Shown, shown
 from grainlaw.results.archive import READ, called
-from grainlaw.results.certificate import FAIL, LIMITS, fails
+from grainlaw.results.certificate import FAIL, LIMITS, fails, has_peak, reached
 from grainlaw.results.figures import html
 from grainlaw.results.figures.cracks import side_by_side
 from grainlaw.results.figures.report_figures import plot_report_curves
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
     from grainlaw.results.measure import Measure
     from grainlaw.results.result import Result
 
-CRACKS = "Broken contacts on the deformed specimens at one scale: tensile thin and red, shear thick and blue"
+CRACKS = "Broken contacts on the deformed specimens at one scale: tensile thin and orange, shear thick and blue"
 COST = ("steps", "time_step", "seconds", "mass_added")
 
 
@@ -93,7 +92,7 @@ def _parts(
     yield _properties(results)
     if "apparent_modulus" in first.summary:
         yield html.text("p", "E* and nu* are slopes as measured in the plane; E and nu are those of the rock.")
-    if not all(map(_has_peak, results.values())):
+    if not all(map(has_peak, results.values())):
         yield html.text("p", "> stands before the highest value of a specimen that had not failed.")
     yield html.text("h2", "Certificate")
     yield _certificate(results)
@@ -124,7 +123,7 @@ def _parts(
 def warnings_of(results: Mapping[str, Result]) -> Iterator[str]:
     """One line for each check of the certificate that has failed, or cannot be computed, and for what is cut short."""
     for name, result in results.items():
-        if not _has_peak(result):
+        if not has_peak(result):
             yield f"{name}: the highest stress is the last one; the specimen had not failed when the test ended."
         for measure, (limit, cure) in LIMITS.items():
             value = result.summary.get(measure, 0)
@@ -134,18 +133,18 @@ def warnings_of(results: Mapping[str, Result]) -> Iterator[str]:
                 yield f"{name}: the {shown(measure).words} is above its limit; {cure}."
 
 
-def _has_peak(result: Result) -> bool:
-    """Whether the stress fell after its peak; also where a test has none."""
-    stress = result.curves.get(STRESS, np.zeros(0))
-    return "peak_stress" not in result.summary or not len(stress) or int(np.argmax(stress)) < len(stress) - 1
-
-
 def _all_samples(samples: Samples, first: Result) -> Iterator[str]:
     """Means and ranges, and which sample the rest of the page is about."""
     summaries = {law: [result.summary for result in each.values()] for law, each in samples.items()}
     names = (name for name in first.summary if name not in (*LIMITS, *COST))
     rows = [
-        [shown(n).heading, *(_number(mean_and_range(shown(n).brief, each, n)) for each in summaries.values())]
+        [
+            shown(n).heading,
+            *(
+                _number(reached(n, samples[law].values(), mean_and_range(shown(n).brief, each, n)))
+                for law, each in summaries.items()
+            ),
+        ]
         for n in names
     ]
     yield html.text("h2", "Means and ranges of all samples")
@@ -168,9 +167,8 @@ def _properties(results: Mapping[str, Result]) -> str:
 
 
 def _property(result: Result, name: str) -> str:
-    """Three digits; a specimen that had not failed has no peak, which is more than what was reached."""
-    text = shown(name).brief.text(result.summary.get(name))
-    return f"> {text}" if name in ("peak_stress", "peak_strain") and not _has_peak(result) else text
+    """Three digits."""
+    return reached(name, [result], shown(name).brief.text(result.summary.get(name)))
 
 
 def _certificate(results: Mapping[str, Result]) -> str:
