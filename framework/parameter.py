@@ -16,6 +16,7 @@ from grainlaw.arguments import Checked, checked, is_number
 from grainlaw.messages import ParameterError, refusal, short
 
 LARGEST = 1e30  #: no quantity of mechanics is larger in SI; beyond it products overflow
+WITHOUT = "without"  #: key of what a part does not take
 
 
 class UnitWarning(UserWarning):
@@ -223,20 +224,22 @@ def grain_numbers() -> Any:
 
 
 @checked
-def part(kind: Any, default: Any) -> Any:
+def part(kind: Any, default: Any, without: type | None = None) -> Any:
     """Declare a part of a component, which must be a ``kind`` (an interface or an enumeration).
 
-    The default is an instance: ``closure: Closure = part(Closure, LinearClosure())``. Raises :class:`ParameterError`.
+    The default is an instance: ``closure: Closure = part(Closure, LinearClosure())``. ``without`` is a class of the
+    kind that does not fit here. Raises :class:`ParameterError`.
     """
 
     def check(component: Any, attribute: Any, value: Any) -> None:
-        if not isinstance(value, kind):
+        if not isinstance(value, kind) or (without and isinstance(value, without)):
+            but = f", and no {without.__name__}" if without else ""
             raise ParameterError(
                 f"{type(component).__name__}: {attribute.name} = {short(value)} is not allowed, "
-                f"it must be a {kind.__name__} such as {short(default)}"
+                f"it must be a {kind.__name__} such as {short(default)}{but}"
             )
 
-    return attrs.field(default=default, validator=check)
+    return attrs.field(default=default, validator=check, metadata={WITHOUT: without})
 
 
 @checked

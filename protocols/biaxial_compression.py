@@ -13,7 +13,7 @@ from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Adaptive, Loading
+from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import end_share, has_platens
@@ -63,7 +63,7 @@ class BiaxialCompression(LoadingProtocol):
 
     confinement: float = parameter("Pa", at_least=0)  #: pressure on both sides
     confining_ramp: float = parameter("s", default=2e-4)  #: time in which the confinement rises
-    loading: Loading = part(Loading, Adaptive())  #: how fast the platens approach each other
+    loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the platens approach each other
     platens: Platens = part(Platens, Platens.SMOOTH)  #: whether the ends may slide along the platens
     moving: Moving = part(Moving, Moving.TOP)  #: which platen moves, or both
     #: axial strain at which the test ends, if it has not failed

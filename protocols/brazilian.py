@@ -14,7 +14,7 @@ from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.condition import Curves, FailsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Adaptive, Loading
+from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import certificate, ends, size
@@ -35,7 +35,7 @@ class Brazilian(LoadingProtocol):
     bodies (see :func:`~grainlaw.geometry.between_platens`), these are moved and held instead.
     """
 
-    loading: Loading = part(Loading, Adaptive())  #: how fast the jaws approach each other
+    loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the jaws approach each other
     jaws: Platens = part(Platens, Platens.ROUGH)  #: whether the disc may slide along the jaws
     shape_factor: float = parameter("1", default=1.0)  #: of the stress in the middle: 1 for a narrow load
     maximum_strain: float = parameter("1", default=0.005, above=0, below=0.5)  #: approach over the diameter

@@ -11,7 +11,7 @@ from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.condition import AtRest, Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Adaptive, Loading
+from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.joint import joint_means, require_joint
@@ -35,7 +35,7 @@ class DirectShear(LoadingProtocol):
     normal_stress: float = parameter("Pa", at_least=0)  #: compression
     #: of a spring behind the upper platen; 0 keeps the normal stress constant
     normal_stiffness: float = parameter("Pa/m", default=0.0, at_least=0)
-    loading: Loading = part(Loading, Adaptive())  #: how fast the upper half moves
+    loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the upper half moves
     ramp: float = parameter("s", default=5e-5)  #: time in which the normal stress rises
     maximum_slip: float = parameter("m", default=50e-6)  #: of the platens against each other
     reverse_to: float = parameter("1", default=1.0, at_least=-1, at_most=1)  #: 1 does not reverse

@@ -24,7 +24,7 @@ from grainlaw.columns import (
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Adaptive, Loading
+from grainlaw.loading import Adaptive, Constant, Loading
 from grainlaw.memory import ROOM
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_number, part, whole_number
@@ -73,7 +73,7 @@ class Heating(LoadingProtocol):
     to: tuple[float, ...] = attrs.field(converter=_temperatures, metadata={"unit": "degC", "bounds": ""})
     test: LoadingProtocol | None = attrs.field(default=None, validator=_is_test)  #: what comes after it
     held: Held = part(Held, Held.BOTTOM)  #: what is held meanwhile
-    loading: Loading = part(Loading, Adaptive())  #: how fast the temperature changes
+    loading: Loading = part(Loading, Adaptive(), without=Constant)  #: how fast the temperature changes
     samples: int = whole_number(default=100, at_least=10)  #: from one temperature to the next
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 

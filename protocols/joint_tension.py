@@ -12,7 +12,7 @@ from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.condition import Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Adaptive, Loading
+from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.joint import joint_means, require_joint
@@ -30,7 +30,7 @@ class JointTension(LoadingProtocol):
     for 60 GPa and the cohesive crack of the paper) snap back: the joint softens faster than the platen moves.
     """
 
-    loading: Loading = part(Loading, Adaptive())  #: how fast the upper block moves
+    loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the upper block moves
     unload_at: float = parameter("m", default=5e-6)  #: opening of the joint
     maximum_opening: float = parameter("m", default=50e-6)  #: where pulling ends if the joint has not broken
     closing_pressure: float = parameter("Pa", default=10e6)  #: up to which the broken joint is pressed

@@ -11,7 +11,7 @@ import attrs
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Adaptive, Loading
+from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.bending import bending_stage, bending_summary, measure_bending, notch_depth, span
@@ -29,7 +29,7 @@ class SemiCircularBend(LoadingProtocol):
     support_left, support_right and notch.
     """
 
-    loading: Loading = part(Loading, Adaptive())  #: how fast the load moves
+    loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the load moves
     maximum_deflection: float = parameter("m", default=2e-4)  #: the test ends there if the load has not fallen
     stop_fraction: float = parameter("1", default=0.05, at_least=0, below=1)  #: of the peak load
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit

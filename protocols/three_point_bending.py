@@ -10,7 +10,7 @@ import attrs
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Adaptive, Loading
+from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.bending import bending_stage, bending_summary, ligament, measure_bending, span
@@ -26,7 +26,7 @@ class ThreePointBending(LoadingProtocol):
     flexural strength of the ligament, 3 P S/(2 h^2), and its fracture energy by the work of fracture.
     """
 
-    loading: Loading = part(Loading, Adaptive())  #: how fast the load moves
+    loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the load moves
     maximum_deflection: float = parameter("m", default=2e-4)  #: the test ends there if the load has not fallen
     stop_fraction: float = parameter("1", default=0.05, at_least=0, below=1)  #: of the peak load
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit

@@ -10,7 +10,7 @@ import attrs
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loading import Adaptive, Loading
+from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.platens import Moving, Platens, measure_between_platens, uniaxial_stage, uniaxial_summary
@@ -25,7 +25,7 @@ class UniaxialTension(LoadingProtocol):
     It ends at ``stop_fraction`` of the peak stress or at ``maximum_strain``.
     """
 
-    loading: Loading = part(Loading, Adaptive())  #: how fast the platens part
+    loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the platens part
     platens: Platens = part(Platens, Platens.SMOOTH)  #: whether the ends may slide along the platens
     moving: Moving = part(Moving, Moving.BOTH)  #: which platen moves, or both
     #: axial strain at which the test ends, if it has not failed

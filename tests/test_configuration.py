@@ -54,6 +54,7 @@ def test_a_template_is_the_configuration_with_units_bounds_and_names_to_choose_f
     assert configured("brazilian", tomllib.loads(text)).sections == configured("brazilian", {}).sections
     words = dict(re.findall(r"^(\w+) = .*?  +# (.*)$", text, re.M))
     assert words["tensile_strength"] == "Pa; above 0; f_t"
+    assert words["loading"].startswith("one of adaptive, constant;")
     assert words["jaws"] == "one of smooth, rough; whether the disc may slide along the jaws"
     assert set(choices(laws.Softening)) == set(words["softening"].partition(";")[0].removeprefix("one of ").split(", "))
     assert {field.name for field in attrs.fields(laws.CohesiveCrack)} <= set(words)

@@ -208,3 +208,12 @@ def test_a_loading_knows_the_unit_of_its_speed():
     seen = Pace(speed=2.0, unit="K/s", span=1.0, inertia=1.0, frequency=1e6, imbalance=1.0, least_imbalance=1.0)
     with pytest.raises(gl.AccuracyError, match=r"at 2 K/s$"):
         gl.Adaptive(rate=0.04).next(seen)
+
+
+def test_tests_refuse_loadings_of_another_kind():
+    with pytest.raises(
+        gl.ParameterError, match=r"UniaxialTension: loading = .* must be a Loading such as .* no HeatingRate"
+    ):
+        UniaxialTension(loading=gl.HeatingRate(rate=1.0))
+    with pytest.raises(gl.ParameterError, match=r"Heating: loading = .* must be a Loading such as .* no Constant"):
+        Heating(to=100, loading=gl.Constant(speed=0.1))

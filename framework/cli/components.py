@@ -20,7 +20,7 @@ import grainlaw.materials
 import grainlaw.protocols
 from grainlaw.declared import parameters_of
 from grainlaw.messages import nearest, short
-from grainlaw.parameter import ParameterError
+from grainlaw.parameter import WITHOUT, ParameterError
 from grainlaw.time_series import TimeSeries
 from grainlaw.unit_text import quantity, written
 
@@ -212,6 +212,7 @@ def explained(cls: type) -> dict[str, str]:
     """Each parameter's unit or names to choose from, what is allowed, and its meaning, in words."""
     kinds, found = _kinds(cls), {}
     varying = {field.name for field in attrs.fields(cls) if field.metadata.get("varies")}
+    without = {field.name: field.metadata.get(WITHOUT) for field in attrs.fields(cls)}
     for name, plain, allowed, _, meaning in parameters_of(cls):
         kind = KINDS.get(plain.removesuffix(" | None"), plain)
         if name in varying:
@@ -220,7 +221,8 @@ def explained(cls: type) -> dict[str, str]:
         if first is not None and (ready := instances(first)):
             kind = f"{plain}, or one of {', '.join([*ready, *choices(first)])}"
         elif first is not None:
-            kind = f"one of {', '.join(choices(first))}"
+            fit = [one for one, each in choices(first).items() if each is not without.get(name)]
+            kind = f"one of {', '.join(fit)}"
         elif any(issubclass(each, enum.Enum) for each in kinds.get(name, ())):
             kind, allowed = f"one of {allowed.lower().replace('_', '-')}", ""
         found[name] = "; ".join(words for words in (kind, allowed, meaning) if words)
