@@ -164,11 +164,14 @@ class Thing:
     def __call__(self, *arguments, **options):
         return self
 
+    def GetBounds(self):
+        return [0.0, 2.0, 0.0, 1.0, 0.0, 0.0]
+
 
 @pytest.fixture
 def paraview(monkeypatch):
     """The calls of paraview.simple that the script makes; what it colours must be in the files that it opens."""
-    seen = {"opened": [], "coloured": [], "moved": [], "saved": []}
+    seen = {"opened": [], "coloured": [], "moved": [], "named": [], "saved": []}
     simple = types.ModuleType("paraview.simple")
 
     def opened(FileName):
@@ -186,10 +189,11 @@ def paraview(monkeypatch):
 
     simple.PVDReader, simple.ColorBy = opened, coloured
     simple.Transform = simple.Threshold = lambda Input: seen["moved"].append(thing := Thing(after=Input)) or thing
+    simple.a3DText = lambda Text: seen["named"].append(Text) or Thing()
     simple.Show = lambda source, view: Thing(after=source)
     simple.SaveScreenshot = lambda file, view, **options: seen["saved"].append(file)
     for name in ("LoadPalette", "GetActiveViewOrCreate", "RenameSource", "Hide", "GetColorTransferFunction",
-                 "GetAnimationScene", "ResetCamera", "Render"):  # fmt: skip
+                 "GetScalarBar", "GetAnimationScene", "ResetCamera", "Render"):  # fmt: skip
         setattr(simple, name, lambda *arguments: Thing())
     simple.__all__ = [name for name in vars(simple) if not name.startswith("_")]
     package = types.ModuleType("paraview")
@@ -221,7 +225,14 @@ def test_the_script_of_a_comparison_shows_all_runs_beside_each_other(tmp_path, p
     shown(tmp_path / "moved" / NAME, monkeypatch)
     runs = {file.parent.name for file in paraview["opened"]}
     assert runs == {"linear_seed_1", "mohr-coulomb_seed_1", "linear_seed_2", "mohr-coulomb_seed_2"}
-    places = {tuple(thing.Transform.Translate) for thing in paraview["moved"] if "Transform" in vars(thing)}
+    assert set(paraview["named"]) == {
+        "linear, seed 1",
+        "mohr-coulomb, seed 1",
+        "linear, seed 2",
+        "mohr-coulomb, seed 2",
+    }
+    moved = [thing for thing in paraview["moved"] if thing.file and "Transform" in vars(thing)]
+    places = {tuple(thing.Transform.Translate) for thing in moved}
     assert len(places) == 4
     assert {place[:2] for place in places} == {(x, y) for x in (0.0, 1.3 * 0.02) for y in (0.0, 1.3 * 0.05)}
     assert not paraview["saved"]

@@ -45,11 +45,27 @@ def placed(source, name, column, row):
     return display
 
 
+def named(name, source, column, row):
+    """The name below a run, as wide as that or smaller."""
+    left, right, below = source.GetDataInformation().GetBounds()[:3]
+    text = a3DText(Text=name)
+    text.UpdatePipeline()
+    width = text.GetDataInformation().GetBounds()[1]
+    size = min((right - left) / width, 0.04 * HEIGHT)
+    label = Transform(Input=text)
+    label.Transform.Scale = [size, size, size]
+    label.Transform.Translate = [column * WIDTH + left, row * HEIGHT + below - 1.5 * size, 0.0]
+    RenameSource(name, label)
+    display = Show(label, view)
+    display.AmbientColor = display.DiffuseColor = [0.0, 0.0, 0.0]
+
+
 for row, runs in enumerate(RUNS):
     for column, (name, place) in enumerate(runs):
         grains = PVDReader(FileName=os.path.join(FOLDER, place, "grains.pvd"))
         display = placed(grains, name + ": grains", column, row)
         ColorBy(display, ("CELLS", "stress_2"))
+        named(name, grains, column, row)
         file = os.path.join(FOLDER, place, "cracks.pvd")
         if not os.path.exists(file):
             continue
@@ -65,6 +81,8 @@ for row, runs in enumerate(RUNS):
 
 stress = GetColorTransferFunction("stress_2")
 stress.RGBPoints = [LOWEST, 0.25, 0.25, 0.25, 0.0, 0.94, 0.92, 0.89]
+bar = GetScalarBar(stress, view)
+bar.Title, bar.ComponentTitle, bar.Visibility = "stress_2 (Pa)", "", 1
 mode = GetColorTransferFunction("mode")
 mode.RGBPoints = [0.0, 0.84, 0.37, 0.0, 0.499, 0.84, 0.37, 0.0, 0.501, 0.0, 0.45, 0.7, 1.0, 0.0, 0.45, 0.7]
 
@@ -75,7 +93,8 @@ view.InteractionMode = "2D"
 ResetCamera(view)
 Render(view)
 if len(sys.argv) > 1 and sys.argv[-1].endswith(".png"):
-    SaveScreenshot(sys.argv[-1], view, ImageResolution=[1600, 1200])
+    view.ViewSize = [1600, 1200]
+    SaveScreenshot(sys.argv[-1], view)
 '''
 
 
@@ -88,7 +107,8 @@ def write_script(folder: str | os.PathLike[str], rows: Sequence[Sequence[tuple[s
     results = [result for row in rows for *_, result in row]
     sizes = [np.ptp(result.specimen.grains.vertices, axis=0) for result in results]
     width, height = (ROOM * float(length) for length in np.max(sizes, axis=0))
-    lowest = min(float(np.quantile(principal(f.stress)[1], 0.05)) for result in results for f in result.frames)
+    of_each = [min(np.quantile(principal(f.stress)[1], 0.05) for f in result.frames) for result in results]
+    lowest = float(np.median(of_each))  # a law that does not break would leave no colours to the others
     places = ",".join(f"\n    {[(name, place) for name, place, _ in row]!r}" for row in rows)
     whole = Path(folder).resolve()
     text = SCRIPT.format(
