@@ -15,7 +15,7 @@ from grainlaw.cli import running
 from grainlaw.geometry import block, together
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.results.figures.report import warnings_of
+from grainlaw.results.certificate import warnings_of
 from grainlaw.workbench import endless
 
 PRESS = UniaxialCompression(loading=gl.Constant(speed=0.2), maximum_strain=2e-5, samples=10)

@@ -262,3 +262,18 @@ def test_measures_of_ones_own_are_part_of_the_key(tmp_path):
         open(__file__) as file,
     ):
         digest(Share(file))
+
+
+def test_cases_that_finished_are_doubted_where_the_specimen_had_not_failed(tmp_path):
+    table = tiny_study().run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    [(words, rows)] = [(words, rows) for words, rows in table.doubts.items() if "had not failed" in words]
+    stress = [np.asarray(table.run(k).curves["stress"]) for k in range(len(table))]
+    assert rows == [k for k, each in enumerate(stress) if each.argmax() == len(each) - 1]
+    assert {table.rows[k]["law"] for k in rows} >= {"linear"}
+    line = f"{len(rows)} of 4 cases: {words}"
+    assert line in str(table).splitlines()
+    assert line in table._repr_html_()
+    table.write_report(tmp_path / "report.html")
+    assert f"{line}." in (tmp_path / "report.html").read_text("utf-8")
+    kept = table.where(law="linear")
+    assert kept.doubts[words] == [0, 1]

@@ -29,6 +29,7 @@ from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
+from grainlaw.results.certificate import warnings_of
 from grainlaw.results.result import Result
 from grainlaw.runs.claim import Claim, claimed, tidy
 from grainlaw.runs.estimate import in_words
@@ -152,8 +153,6 @@ def finished(claim: Claim) -> None:
 
 def tell_certificate(results: Mapping[str, Result]) -> None:
     """Say what of the certificate fails, and what to do."""
-    from grainlaw.results.figures.report import warnings_of  # loads matplotlib
-
     for words in warnings_of(results):
         click.echo(f"Warning: {words}", err=True)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +39,25 @@ def has_peak(result: Result) -> bool:
     """Whether the stress fell after its peak; also where a test has none."""
     stress = result.curves.get(STRESS, np.zeros(0))
     return "peak_stress" not in result.summary or not len(stress) or int(np.argmax(stress)) < len(stress) - 1
+
+
+def doubts(result: Result) -> Iterator[str]:
+    """In words, each check of the certificate that has failed, or cannot be computed; and a test that was cut short."""
+    if not has_peak(result):
+        yield "the highest stress is the last one; the specimen had not failed when the test ended"
+    for measure, (limit, cure) in LIMITS.items():
+        value = result.summary.get(measure, 0)
+        if math.isnan(value):
+            yield f"the {shown(measure).words} cannot be computed, so the test has failed its certificate"
+        elif value > limit:
+            yield f"the {shown(measure).words} is above its limit; {cure}"
+
+
+def warnings_of(results: Mapping[str, Result]) -> Iterator[str]:
+    """The doubts about several runs, a line each."""
+    for name, result in results.items():
+        for words in doubts(result):
+            yield f"{name}: {words}."
 
 
 def reached(name: str, results: Iterable[Result], text: str) -> str:

@@ -26,6 +26,7 @@ from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.results.archive import to_bytes
+from grainlaw.results.certificate import doubts
 from grainlaw.results.files import without_nan
 from grainlaw.results.laboratory import Laboratory
 from grainlaw.results.measure import Measure
@@ -144,16 +145,17 @@ def _refused(error: Exception) -> dict[str, Any]:
 
 
 def _found(result: Result, measures: Sequence[Measure]) -> dict[str, Any]:
-    """The properties of a test, and what a laboratory measures; not what the clock says."""
+    """The properties of a test, doubts about them, and what a laboratory measures; not what the clock says."""
     summary = {name: value for name, value in result.summary.items() if name != "seconds"}
+    found = {"summary": summary, "doubts": list(doubts(result))}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
             properties = Laboratory(result, measures).properties if result.frames and result.curves else {}
         except Exception as error:  # a measure of the user's own, or a test that has not got far
-            return {"summary": summary, "measures": {}, "unmeasured": str(error)}
+            return {**found, "measures": {}, "unmeasured": str(error)}
     plain = {name: float(value) if isinstance(value, np.floating) else value for name, value in properties.items()}
-    return {"summary": summary, "measures": plain}
+    return {**found, "measures": plain}
 
 
 # --- what a worker is doing ------------------------------------------------------------------------------------------

@@ -31,17 +31,24 @@ MOST_EMPTY = 1_000_000  #: places of an array that may have no case
 
 
 def as_text(table: Table) -> str:
-    """Aligned rows, and the reasons of cases that failed."""
+    """Aligned rows, doubts about the cases that finished, and the reasons of those that failed."""
+    doubted = "".join(f"\n{words}" for words in doubts(table))
     reasons = "".join(
         f"\n{label(table.factors, row)}: {row['status']}, {row['reason']}" for row in table.failed[:LINES]
     )
-    return aligned(_texts(table), rule=True) + (f"\n{_more(table)}" if _more(table) else "") + reasons
+    return aligned(_texts(table), rule=True) + (f"\n{_more(table)}" if _more(table) else "") + doubted + reasons
+
+
+def doubts(table: Table) -> list[str]:
+    """What to doubt in the cases that finished, and in how many: ``3 of 30 cases: the highest stress is the last``."""
+    return [f"{len(rows)} of {len(table)} cases: {words}" for words, rows in table.doubts.items()]
 
 
 def as_html(table: Table) -> str:
     """The same rows for a notebook."""
     heads, *rows = _texts(table)
-    return html_table([*rows, *([[_more(table)]] if _more(table) else [])], heads)
+    last = [line for line in (_more(table), *doubts(table)) if line]
+    return html_table([*rows, *([line] for line in last)], heads)
 
 
 def _more(table: Table) -> str:

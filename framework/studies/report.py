@@ -18,6 +18,7 @@ from grainlaw.results.files import write_atomically
 from grainlaw.runs.estimate import in_words
 from grainlaw.runs.record import versions
 from grainlaw.studies import groups
+from grainlaw.studies.export import doubts
 from grainlaw.studies.figures import MOST_PATTERNS, plot_strip
 from grainlaw.studies.statistics import Listing, level
 from grainlaw.studies.store import STUDY
@@ -56,6 +57,8 @@ def _parts(title: str, table: Table, over: Sequence[str]) -> Iterator[str]:
     if table.failed:
         words = "What has failed counts in no mean and in no pair; the reasons are below, at Failures."
         yield html.text("p", words, "warning")
+    for words in doubts(table):
+        yield html.text("p", f"{words}.", "warning")
     yield html.text("h2", "Factors")
     yield html.table(_factors(table), ["factor", "levels", ""])
     if finished:

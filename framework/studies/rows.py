@@ -71,6 +71,15 @@ class Rows(metaclass=Checked):
         return [flat(row) for row in self._stored]
 
     @functools.cached_property
+    def doubts(self) -> dict[str, list[int]]:
+        """Numbers of finished rows that fail the certificate, or whose specimen had not failed, by what is doubted."""
+        found: dict[str, list[int]] = {}
+        for number, row in enumerate(self._stored):
+            for words in row.get("doubts") or () if row["status"] == FINISHED else ():
+                found.setdefault(words, []).append(number)
+        return found
+
+    @functools.cached_property
     def columns(self) -> tuple[str, ...]:
         """Names of all columns."""
         found = dict.fromkeys(name for row in self.rows for name in row)

@@ -18,7 +18,7 @@ import numpy as np
 from grainlaw.contact import words_of
 from grainlaw.naming import THREE, Shown, shown
 from grainlaw.results.archive import READ, called
-from grainlaw.results.certificate import FAIL, LIMITS, fails, has_peak, reached
+from grainlaw.results.certificate import FAIL, LIMITS, fails, has_peak, reached, warnings_of
 from grainlaw.results.figures import html
 from grainlaw.results.figures.cracks import side_by_side
 from grainlaw.results.figures.report_figures import plot_report_curves
@@ -118,19 +118,6 @@ def _parts(
     if files:
         yield html.text("h2", "Files")
         yield html.links(files)
-
-
-def warnings_of(results: Mapping[str, Result]) -> Iterator[str]:
-    """One line for each check of the certificate that has failed, or cannot be computed, and for what is cut short."""
-    for name, result in results.items():
-        if not has_peak(result):
-            yield f"{name}: the highest stress is the last one; the specimen had not failed when the test ended."
-        for measure, (limit, cure) in LIMITS.items():
-            value = result.summary.get(measure, 0)
-            if math.isnan(value):
-                yield f"{name}: the {shown(measure).words} cannot be computed, so the test has failed its certificate."
-            elif value > limit:
-                yield f"{name}: the {shown(measure).words} is above its limit; {cure}."
 
 
 def _all_samples(samples: Samples, first: Result) -> Iterator[str]:
