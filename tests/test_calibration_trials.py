@@ -3,6 +3,7 @@
 import attrs
 import numpy as np
 import pytest
+from formula_rocks import HIDDEN, FormulaRock, exact, targets_at
 from study_cases import refuse_to_run
 from support import ROCK, STIFF
 
@@ -171,6 +172,23 @@ def test_a_course_is_cut_where_that_of_the_rock_ends(tmp_path):
         found = simulated.values([POINT], ["cohesion"], [1], [scale])["cohesion"]
         assert np.isnan(found).all() == ends
     assert "no peak up to the maximum strain of 0.0002" in simulated.failures[0].reason
+
+
+def test_a_search_asks_for_long_courses_and_the_check_for_those_of_the_rock(tmp_path, monkeypatch):
+    asked, rock = [], FormulaRock()
+
+    def values(self, points, quantities, seeds, scales):
+        asked.append(self.weakest)
+        known = [name for name in quantities if name in exact(HIDDEN)]  # it has no moduli
+        unknown = {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
+        return unknown | rock.values(points, known, seeds, scales)
+
+    monkeypatch.setattr(StudySimulator, "values", values)
+    free = {"tensile_strength": (5 * MPa, 20 * MPa), "cohesion": (20 * MPa, 60 * MPa)}
+    targets = targets_at(HIDDEN, ("ucs", "tensile_strength"))
+    found = gl.calibrate(targets, BRITTLE, free, prism, store=tmp_path / "s", budget=20, quiet=True)
+    assert found.checks
+    assert asked == [pytest.approx(0.5)] * (len(asked) - 1) + [1.0]  # 5 over 10, the middle of the range
 
 
 def test_similar_rocks_have_similar_strengths(tmp_path):
