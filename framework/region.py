@@ -30,6 +30,8 @@ def _rings(rings: Iterable[Any]) -> tuple[np.ndarray, ...]:
         made = tuple(np.array(ring, dtype=float) for ring in rings)
     except (TypeError, ValueError):
         raise ParameterError("Region: holes must be arrays of float") from None
+    if not all(ring.ndim for ring in made):
+        raise refusal("Region: holes", rings, "a list with the corners (n, 2) m of each hole")
     for ring in made:
         ring.flags.writeable = False
     return made

@@ -14,7 +14,7 @@ from grainlaw.arguments import Checked
 from grainlaw.material import Elastic, Material, Rigid, knows_temperature, stiffness_of
 from grainlaw.memory import ROOM
 from grainlaw.mesh import Mesh, build_mesh
-from grainlaw.messages import short
+from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.short_form import in_one_line
 from grainlaw.tessellation import Tessellation
@@ -182,6 +182,11 @@ class Specimen(metaclass=Checked):
         """(z,) kg per metre of thickness."""
         density = np.empty(self.grains.count)
         for material, grains in self.materials:
+            if np.shape(material.density) not in ((), (len(grains),)):
+                raise refusal(
+                    f"{type(material).__name__}: density", material.density,
+                    f"a number, or an array with one entry for each of the {len(grains)} grains of the material",
+                )  # fmt: skip
             density[grains] = material.density
         return density[self.mesh.zone_grain] * self.mesh.zone_areas
 

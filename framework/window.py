@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked
-from grainlaw.parameter import checked_number, checked_points, checked_vector
+from grainlaw.messages import short
+from grainlaw.parameter import ParameterError, checked_number, checked_points, checked_vector
 from grainlaw.polygon import enclosed
 from grainlaw.tessellation import Tessellation
 
@@ -39,7 +40,14 @@ def within_polygon(corners: Any) -> Window:
 
 def window_mean(grains: Tessellation, stress: np.ndarray, window: Window) -> np.ndarray:
     """(3,) area mean of (g, 3) over the grains whose undeformed centroid lies in a window; nan if there is none."""
-    inside = window(grains.centroids)
+    try:
+        inside = np.asarray(window(grains.centroids))
+    except Exception as error:
+        raise ParameterError(f"window: {short(window)} cannot be asked: {type(error).__name__}: {error}") from error
+    if inside.shape != (grains.count,) or inside.dtype != bool:
+        raise ParameterError(
+            f"window: {short(window)} answers {short(inside)} for (n, 2) points, it must be an array of n True or False"
+        )
     if not inside.any():
         return np.full(3, np.nan)
     return np.average(stress[inside], axis=0, weights=grains.areas[inside])

@@ -11,7 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from grainlaw.arguments import checked
+from grainlaw.arguments import Checked, checked
 from grainlaw.geometry.cells.area_cells import grains_of
 from grainlaw.geometry.cells.centroid_fit import cells_at
 from grainlaw.geometry.cells.label_map import LabelMap, label_map
@@ -136,7 +136,7 @@ def _in_one_part_each(grains: Tessellation, owner: np.ndarray) -> np.ndarray:
 
 
 @attrs.frozen(eq=False)
-class LabelAgreement:
+class LabelAgreement(metaclass=Checked):
     """How well grains agree with a label map; index letter ``n``: of the labels, in rising order."""
 
     labels: np.ndarray  #: (n,)

@@ -11,6 +11,8 @@ from grainlaw.geometry.region import check_sizes
 from grainlaw.parameter import checked_whole_number
 from grainlaw.region import Region
 
+MOST_SIDES = 100_000  #: of a disc
+
 
 def _arc(radius: float, begin: float, end: float, longest: float) -> np.ndarray:
     """(n, 2) m, equally apart, counter-clockwise about the origin from one angle (degrees) up to, without, another."""
@@ -36,7 +38,7 @@ def disc(diameter: float, *, loaded: float = 20.0, flat: bool = True, sides: int
     """
     check_sizes("disc", diameter=diameter)
     check_sizes("disc", below=180, unit="degrees", loaded=loaded)
-    sides = checked_whole_number("disc: sides", sides, at_least=8)
+    sides = checked_whole_number("disc: sides", sides, at_least=8, at_most=MOST_SIDES)
     radius, half, step = diameter / 2, loaded / 2, 360 / sides
     jaw = loaded if flat else step
     return _ring(

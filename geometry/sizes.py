@@ -109,7 +109,7 @@ class Empirical(Sizes):
     weights: tuple[float, ...] | None = numbers("1", default=None)
 
     def __attrs_post_init__(self) -> None:
-        if min(self.diameters) <= 0:
+        if self.diameters is None or min(self.diameters) <= 0:
             raise refusal("Empirical: diameters", self.diameters, "above 0")
         if self.weights is not None and (len(self.weights) != len(self.diameters) or sum(self.weights) <= 0):
             raise refusal("Empirical: weights", self.weights, f"{len(self.diameters)} numbers, one for each diameter")

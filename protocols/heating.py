@@ -45,7 +45,7 @@ class Held(enum.Enum):
 
 
 def _temperatures(value: Any) -> tuple[float, ...]:
-    listed = value if isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, str) else (value,)
+    listed = value if isinstance(value, Sequence) and not isinstance(value, str) else np.atleast_1d(value).tolist()
     found = tuple(checked_number("Heating: to", entry, "°C") for entry in listed)
     if not found:
         raise refusal("Heating: to", value, "a temperature (°C), or several one after the other")

@@ -21,6 +21,7 @@ from grainlaw.material import Material, Rigid
 from grainlaw.messages import nearest, refusal, short
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.runs.simulation import LEAST_FACTOR
 from grainlaw.specimen import Specimen
 
 CONFIG = "config.toml"  #: in the folder of a run
@@ -35,7 +36,7 @@ def _yes_or_no(_: object, attribute: attrs.Attribute, value: object) -> None:
 class Numerics:
     """How a test is computed, and how much of it is kept."""
 
-    time_step_factor: float = parameter("1", default=1.0, above=0, at_most=1)  #: shortens the stable step
+    time_step_factor: float = parameter("1", default=1.0, at_least=LEAST_FACTOR, at_most=1)  #: shortens the stable step
     mass_scaling: float = parameter("1", default=1.0, at_least=1, at_most=100)  #: lengthens it, with heavier grains
     refinement: int = whole_number(default=0, at_least=0)  #: times that each zone is cut into four
     frames: int = whole_number(default=30, at_least=1)  #: pictures of the specimen that are kept

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import attrs
+import numpy as np
 
 from grainlaw.material import ABSOLUTE_ZERO, Material, Rows, material_arguments
 from grainlaw.materials.expansion import Expansion, as_expansion
@@ -60,10 +61,10 @@ class Thermal(Material):
 
     def __attrs_post_init__(self) -> None:
         low, high = self.temperatures
-        if not low <= self.reference <= high:
+        if not np.all((low <= self.reference) & (self.reference <= high)):
             raise ParameterError(
-                f"Thermal: reference = {self.reference:g} °C is not allowed, the expansion is known from {low:g} to "
-                f"{high:g} °C"
+                f"Thermal: reference = {short(self.reference)} °C is not allowed, the expansion is known from "
+                f"{low:g} to {high:g} °C"
             )
 
     density = property(lambda self: self.material.density)

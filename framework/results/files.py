@@ -41,6 +41,8 @@ def write_atomically(path: Path, write: Callable[[Path], object], *, shared: boo
     ``shared`` says that other processes may write the same file at the same time. Raises OSError, with the name of the
     file.
     """
+    if not path.name:
+        raise IsADirectoryError(errno.EISDIR, "a folder, not the name of a file", str(path))
     other = path.with_name(f".{path.stem}{f'.{os.getpid()}' if shared else ''}.part{path.suffix}")
     try:
         write(other)

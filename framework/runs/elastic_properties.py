@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 import scipy
 
-from grainlaw.arguments import checked
+from grainlaw.arguments import Checked, checked
 from grainlaw.contact import ContactLaw, Laws
 from grainlaw.engine.elastic import ElasticModel
 from grainlaw.engine.parts.laws import by_interface, laws_of_bonds, stiffness_of_points
@@ -31,7 +31,7 @@ BOUNDARIES: dict[str, Callable[[ElasticModel], np.ndarray]] = {
 
 
 @attrs.frozen(kw_only=True, eq=False)
-class ElasticProperties:
+class ElasticProperties(metaclass=Checked):
     """Elastic properties of a specimen; prints as a table."""
 
     apparent_modulus: float  #: Pa, of the plane problem, between smooth platens

@@ -11,6 +11,7 @@ import numpy as np
 from grainlaw.boundary_conditions import Drive
 from grainlaw.contact import ContactLaw, Laws
 from grainlaw.loading import Constant
+from grainlaw.messages import refusal
 from grainlaw.parameter import UnitWarning
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -42,7 +43,10 @@ def lowest_frequency(specimen: Specimen, law: Laws) -> float:
 
 
 def _each(law: Laws) -> Sequence[ContactLaw]:
-    return list(law.values()) if isinstance(law, Mapping) else [law]
+    laws = list(law.values()) if isinstance(law, Mapping) else [law]
+    if not laws:
+        raise refusal("law", law, "a law, or one for each kind of contact")
+    return laws
 
 
 def _contacts(specimen: Specimen, law: Laws) -> Iterator[str]:

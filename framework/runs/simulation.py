@@ -34,6 +34,8 @@ from grainlaw.runs.run_folder import RunFolder, checkpoint_of
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import Specimen
 
+LEAST_FACTOR = 1e-6  #: of the stable step: with less a run would not end
+
 
 @checked
 def simulate(
@@ -146,7 +148,7 @@ def _kept(run: Execution, folder: RunFolder) -> Result:
 
 
 def _check(factor: float, scaling: float) -> None:
-    if not is_number(factor) or not 0 < factor <= 1:
-        raise refusal("simulate: time_step_factor", factor, "above 0, at most 1")
+    if not is_number(factor) or not LEAST_FACTOR <= factor <= 1:
+        raise refusal("simulate: time_step_factor", factor, f"from {LEAST_FACTOR:g} to 1")
     if not is_number(scaling) or not 1 <= scaling <= 100:
         raise refusal("simulate: mass_scaling", scaling, "from 1 to 100")

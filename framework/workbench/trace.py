@@ -9,8 +9,10 @@ import numpy as np
 from grainlaw.arguments import checked
 from grainlaw.contact import ContactLaw
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError
+from grainlaw.parameter import ParameterError, checked_number
 from grainlaw.workbench.driver import Contact, Trace
+
+FARTHEST = 1e6  #: m, beyond it energies overflow
 
 
 @checked
@@ -27,8 +29,7 @@ def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False, t
             f"trace: opening of shape {ends[0].shape} and slip of shape {ends[1].shape} are not allowed, they must be "
             "numbers or (i,) arrays of equal length"
         )
-    if not (np.isfinite(time_step) and time_step >= 0):
-        raise refusal("trace: time_step", time_step, "a finite number of at least 0 (s)")
+    checked_number("trace: time_step", time_step, "s", at_least=0)
     points = np.stack(np.broadcast_arrays(*map(np.atleast_1d, ends)), axis=1)
     return Contact(law, compiled=compiled, raises=True, time_step=time_step).trace(points.tolist())
 
@@ -38,6 +39,6 @@ def _path(name: str, value: Any) -> np.ndarray:
         path = np.array(value, dtype=float)
     except (TypeError, ValueError, OverflowError):
         path = np.array(np.nan)
-    if not np.isfinite(path).all():
-        raise refusal(f"trace: {name}", value, "a finite number or an array of them (m)")
+    if not (np.abs(path) <= FARTHEST).all():
+        raise refusal(f"trace: {name}", value, f"a number of at most {FARTHEST:g} m or an array of them")
     return path

@@ -15,7 +15,7 @@ from grainlaw.compiler.batch import compile_material
 from grainlaw.material import Material, material_arguments, material_memory, stiffness_of, stress_answered
 from grainlaw.memory import ROOM, SCALARS, with_scalars
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError, parameters
+from grainlaw.parameter import ParameterError, checked_number, parameters
 
 Strain = Sequence[float]  #: exx, eyy, exy
 CONFINING = 10  #: increments in which the confinement of a path rises
@@ -146,9 +146,13 @@ def compress(material: Material, strain: Any, *, confinement: float = 0.0) -> Ma
     confinement.
     """
     zone = alone_material(material)
-    path = np.atleast_1d(np.array(strain, dtype=float))
-    if path.ndim != 1 or not np.isfinite(path).all():
-        raise refusal("compress: strain", strain, "a finite number or a (i,) array of them")
+    checked_number("compress: confinement", confinement, "Pa")
+    try:
+        path = np.atleast_1d(np.array(strain, dtype=float))
+    except (TypeError, ValueError):
+        path = np.full(1, np.nan)
+    if path.ndim != 1 or not path.size or not (np.abs(path) <= 1).all():
+        raise refusal("compress: strain", strain, "a number from -1 to 1 or a (i,) array of them")
     state, now = zone.start, np.zeros(3)
     for share in np.arange(1, CONFINING + 1) / CONFINING:
         now = kept(zone, state, now, np.array([-confinement, -confinement, 0.0]) * share, None)

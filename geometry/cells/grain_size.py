@@ -62,7 +62,8 @@ def grain_count(component: Any, region: Region) -> int:
                 f"{name}: grain_size = {component.grain_size:g} m is not allowed, it must be at most {extent:g} m, "
                 "the shorter extent of the region"
             )
-        count = max(1, round(region.area / component.grain_size**2))
+        area = max(component.grain_size**2, np.finfo(float).tiny)  # of a size that has no square
+        count = max(1, round(min(region.area / area, float(np.finfo(float).max))))
         given = f"grain_size = {component.grain_size:g} m, which makes {count} grains,"
     check_memory(name, given, count)
     return count

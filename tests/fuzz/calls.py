@@ -100,7 +100,7 @@ def callables() -> dict[str, object]:
     for package in PACKAGES:
         for name in package.__all__:
             value = getattr(package, name)
-            wanted = not isinstance(value, type) or not issubclass(value, (Exception, enum.Enum))
+            wanted = not isinstance(value, type) or not issubclass(value, (BaseException, enum.Enum))
             if wanted and (isinstance(value, type) or inspect.isfunction(value)):
                 found[f"{package.__name__}.{name}"] = value
     return found

@@ -8,9 +8,10 @@ from fuzz import calls, configurations
 from fuzz.limits import Case, fault_of
 
 import grainlaw as gl
-from grainlaw.geometry import Bricks, Voronoi, block, moved, polygon, rectangle, wall
+from grainlaw.geometry import Bricks, Empirical, LabelAgreement, Voronoi, block, disc, moved, polygon, rectangle, wall
 from grainlaw.laws import EvansMarathe, HordijkSoftening
-from grainlaw.protocols import BiaxialCompression
+from grainlaw.materials import ALBITE, Thermal
+from grainlaw.protocols import BiaxialCompression, Heating
 
 
 @pytest.fixture(autouse=True)
@@ -85,6 +86,23 @@ REFUSED = {
     "rock.youngs_modulus=1e300": tried("rock.youngs_modulus=1e300"),
     "law.kn=5e-324": tried("law.kn=5e-324"),
     "threads": tried("numerics.threads=129"),
+    "rock.density=[1,2]": tried("rock.density=[1,2]"),
+    "results: other names": lambda: (gl.ElasticProperties(1, modules=2), LabelAgreement(label=1)),
+    "grains of no area": lambda: Voronoi(grain_size=5e-324).tessellate(rectangle(1, 1)),
+    "compress: text": lambda: gl.compress(calls.ROCK, ""),
+    "compress: a list of confinements": lambda: gl.compress(calls.ROCK, 0.1, confinement=[0, 1]),
+    "compress: 1e300": lambda: gl.compress(calls.ROCK, 1e300),
+    "window: a class": lambda: gl.mean_stress(calls.result(), int),
+    "a step of no time": lambda: gl.hold(calls.specimen(), calls.BRITTLE, 1e6, time_step_factor=5e-324),
+    "no law": lambda: gl.certify(calls.specimen(), {}, calls.PRESS),
+    "trace: time_step": lambda: gl.trace(calls.BRITTLE, 0, 0, time_step=calls.ROCK),
+    "trace: 1e300 m": lambda: gl.trace(calls.BRITTLE, 1e300, 0),
+    "polygon: no corners": lambda: polygon(np.zeros((0, 2))),
+    "disc: 1e30 sides": lambda: disc(2, sides=10**30),
+    "region: holes": lambda: gl.Region(calls.SQUARE, "abcd", range(3)),
+    "heating: text": lambda: Heating(to=np.array("x")),
+    "thermal: reference": lambda: Thermal(material=calls.ROCK, expansion=ALBITE, reference=np.full(3, 1e6)),
+    "sizes: none": lambda: Empirical(diameters=None),
 }
 
 
