@@ -68,7 +68,7 @@ REFUSED = {
     "specimen": (lambda: gl.simulate(None, LINEAR, PRESS), "specimen = None is not allowed, it must be a Specimen"),
     "protocol": (lambda: run(protocol=None), "protocol = None is not allowed, it must be a LoadingProtocol"),
     "threads": (lambda: run(threads=0), "threads = 0 is not allowed, it must be a whole number from 1"),
-    "step factor": (lambda: run(time_step_factor=math.nan), "time_step_factor = nan .* above 0, at most 1"),
+    "step factor": (lambda: run(time_step_factor=math.nan), "time_step_factor = nan .* from 1e-06 to 1"),
     "mass scaling": (lambda: run(mass_scaling=0.5), "mass_scaling = 0.5 is not allowed, it must be from 1"),
     "frames": (lambda: run(frames=0), "count = 0 is not allowed, it must be a whole number, at least 1"),
     "no laws": (lambda: gl.compare(small_sample(5), {}, PRESS), "compare: laws is empty"),
