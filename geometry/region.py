@@ -58,7 +58,7 @@ def polygon(points: Any, names: str | Sequence[str] = "boundary", holes: Mapping
 def _corners(where: str, value: Any) -> np.ndarray:
     corners = checked_points(where, value)
     if len(corners) < 3:
-        raise refusal(where, value, "at least three points")
+        raise refusal(where, value, "at least 3 corners (x, y) in m")
     return corners
 
 

@@ -51,7 +51,7 @@ def page(thing):
 
 
 #: what prints as a line or a table of its own, which is made of its content
-OWN = (gl.Study,)
+OWN = (gl.Study, gl.ElasticProperties)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in EXPORTED if not inspect.isabstract(kind) and kind not in OWN])
