@@ -71,7 +71,7 @@ def test_shear_box_is_split_at_half_its_height() -> None:
     [
         (disc, {"diameter": 0}, r"disc: diameter = 0 m is not allowed, it must be a finite number above 0"),
         (disc, {"diameter": 1, "loaded": 180}, "disc: loaded = 180 degrees is not allowed, .* below 180"),
-        (disc, {"diameter": 1, "sides": 7}, "disc: sides = 7 is not allowed, it must be a whole number from 8 to 100000"),
+        (disc, {"diameter": 1, "sides": 7}, "disc: sides = 7 is not allowed, .* from 8 to 100000"),
         (shear_box, {"width": 1, "height": 1, "gap": -0.1}, "gap = -0.1 m is not allowed, .* at least 0"),
         (shear_box, {"width": 1, "height": 1, "gap": 1}, "gap = 1 m is not allowed, .* below 1"),
         (notched_beam, {"notch_depth": 1}, "notched_beam: notch_depth = 1 m is not allowed, .* below 1"),
