@@ -34,10 +34,15 @@ def opened(file, query="", wait=5000):
 
 def seen(file, picture, width, height=1600):
     """Write a picture of a page at a width (pixels), and give its grey values (height, width)."""
-    from matplotlib.image import imread
-
     command = [chromium(), *OPTIONS, f"--screenshot={picture}", f"--window-size={width},{height}", url(file)]
     subprocess.run(command, capture_output=True, timeout=120, check=True)
+    return greys(picture)
+
+
+def greys(picture):
+    """Grey values (height, width) of a picture."""
+    from matplotlib.image import imread
+
     return imread(picture)[..., :3].mean(axis=-1)
 
 
