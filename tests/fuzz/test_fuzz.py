@@ -15,8 +15,10 @@ from grainlaw.protocols import BiaxialCompression, Heating
 
 
 @pytest.fixture(autouse=True)
-def drawn_into_files(monkeypatch):
+def drawn_into_files(monkeypatch, tmp_path):
+    """Pictures are not shown, and a call that writes a file writes it here."""
     monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.mark.parametrize(("draw", "count"), [(calls.cases, 150), (configurations.cases, 50)], ids=["calls", "tests"])
