@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked
-from grainlaw.messages import refusal, short
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, checked_points
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.region import Region
@@ -46,24 +46,18 @@ def polygon(points: Any, names: str | Sequence[str] = "boundary", holes: Mapping
     ``names`` has the name of the side from each corner to the next, or one for all; ``holes`` has an outline for each
     name. Raises :class:`~grainlaw.parameter.ParameterError`.
     """
-    outline = _corners("polygon: points", points)
+    outline = checked_points("polygon: points", points)
     sides = (names,) * len(outline) if isinstance(names, str) else tuple(names)
     if _clockwise(outline) and len(sides) == len(outline):
         outline, sides = outline[::-1], (*sides[-2::-1], sides[-1])
-    rings = {name: _corners(f"polygon: hole {short(name)}", ring) for name, ring in (holes or {}).items()}
+    rings = {name: checked_points(f"polygon: hole {short(name)}", ring) for name, ring in (holes or {}).items()}
     clockwise = [ring if _clockwise(ring) else ring[::-1] for ring in rings.values()]
     return Region(outline, sides, clockwise, [(name,) * len(ring) for name, ring in rings.items()])
 
 
-def _corners(where: str, value: Any) -> np.ndarray:
-    corners = checked_points(where, value)
-    if len(corners) < 3:
-        raise refusal(where, value, "at least 3 corners (x, y) in m")
-    return corners
-
-
 def _clockwise(ring: np.ndarray) -> bool:
-    return bool(areas_and_centroids(ring.astype(float), np.array([0, len(ring)]))[0][0] < 0)
+    """Whether a ring runs clockwise; one of too few corners, which the region refuses, runs nowhere."""
+    return len(ring) > 2 and bool(areas_and_centroids(ring.astype(float), np.array([0, len(ring)]))[0][0] < 0)
 
 
 @checked
