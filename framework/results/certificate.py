@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -30,11 +30,6 @@ def fails(name: str, value: Any) -> bool:
     return name in LIMITS and isinstance(value, Real) and not value <= LIMITS[name][0]
 
 
-def marked(name: str, values: Iterable[Any], text: str) -> str:
-    """The text of a property in a table, with a word if it fails the certificate in one of the runs it is of."""
-    return f"{text} {FAIL}" if any(fails(name, value) for value in values) else text
-
-
 def has_peak(result: Result) -> bool:
     """Whether the stress fell after its peak; also where a test has none."""
     stress = result.curves.get(STRESS, np.zeros(0))
@@ -45,11 +40,13 @@ def doubts(result: Result) -> Iterator[str]:
     """In words, each check of the certificate that has failed, or cannot be computed; and a test that was cut short."""
     if not has_peak(result):
         yield "the highest stress is the last one; the specimen had not failed when the test ended"
-    for measure, (limit, cure) in LIMITS.items():
-        value = result.summary.get(measure, 0)
+    for measure, (_, cure) in LIMITS.items():
+        value: Any = result.summary.get(measure)
+        if not fails(measure, value):
+            continue
         if math.isnan(value):
             yield f"the {shown(measure).words} cannot be computed, so the test has failed its certificate"
-        elif value > limit:
+        else:
             yield f"the {shown(measure).words} is above its limit; {cure}"
 
 
@@ -64,6 +61,12 @@ def reached(name: str, results: Iterable[Result], text: str) -> str:
     """The text of a property; ``> 602.32`` for the peak of a specimen that had not failed: it bears more than that."""
     is_open = name in ("peak_stress", "peak_strain") and not all(map(has_peak, results))
     return f"> {text}" if is_open else text
+
+
+def marked(name: str, results: Collection[Result], text: str) -> str:
+    """The same with a word if the property fails the certificate in one of the runs that it is of."""
+    failed = any(fails(name, result.summary.get(name)) for result in results)
+    return f"{reached(name, results, text)}{f' {FAIL}' if failed else ''}"
 
 
 def texts(result: Result, names: Iterable[str]) -> dict[str, str]:

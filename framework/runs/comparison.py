@@ -91,10 +91,7 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         rows += [
             [
                 shown(n).heading,
-                *(
-                    marked(n, [r.summary.get(n)], reached(n, [r], shown(n).text(r.summary.get(n))))
-                    for r in self.results.values()
-                ),
+                *(marked(n, [r], shown(n).text(r.summary.get(n))) for r in self.results.values()),
                 *("failed" for _ in self.failed),
             ]
             for n in TABLE

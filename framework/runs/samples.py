@@ -13,7 +13,7 @@ from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.results.certificate import marked, reached
+from grainlaw.results.certificate import marked
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.samples import mean_and_range, means
@@ -61,17 +61,14 @@ class SampleComparison(metaclass=Checked):
         return {"laws": laws, "samples": samples}
 
     def __str__(self) -> str:
-        summaries = {law: [result.summary for result in each.values()] for law, each in self.by_law.items()}
-        runs = {law: each.values() for law, each in self.by_law.items()}
+        by_law = self.by_law
+        summaries = {law: [result.summary for result in each.values()] for law, each in by_law.items()}
         absent = [law for law in dict.fromkeys(law for law, _ in self.failed) if law not in summaries]
         rows = [["", *summaries, *absent]]
         for name in TABLE:
             look = shown(name)
             cells = (
-                marked(
-                    name, [one.get(name) for one in each], reached(name, runs[law], mean_and_range(look, each, name))
-                )
-                for law, each in summaries.items()
+                marked(name, by_law[law].values(), mean_and_range(look, each, name)) for law, each in summaries.items()
             )
             rows.append([look.heading, *cells, *("failed" for _ in absent)])
         reasons = (f"\n{in_words(test)} failed: {error}" for test, error in self.failed.items())
