@@ -33,7 +33,8 @@ def prism(seed):
 
 def simulator(folder, pressures=(), law=BRITTLE, tests=TESTS):
     case = TrialCase(law, {}, (), checked_specimens(prism, tests), checked_tests(tests), 1.0)
-    return StudySimulator(case, pressures, folder, workers=2, quiet=True)
+    powers = {"tensile_strength": 1, "cohesion": 1}
+    return StudySimulator(case, powers, pressures, folder, workers=2, quiet=True)
 
 
 # --- elastic constants -----------------------------------------------------------------------------------------------
@@ -124,16 +125,17 @@ def test_values_are_those_of_the_tests(tested):
         assert free[name][0, 1] == alone.summary["peak_stress"]
 
 
-def test_confinement_and_course_are_those_of_the_rock_a_point_stands_for(tested):
+def test_the_rock_itself_is_tested_under_confinement(tested):
+    """A point stands for a rock half as strong; its specimen and that rock would buckle at other loads."""
     _, free, confined = tested
-    law = attrs.evolve(BRITTLE, **POINT)
-    # 4 MPa and a strain of 0.004 for a rock half as strong
-    pressed = attrs.evolve(TESTS["confined"], confinement=8 * MPa, maximum_strain=0.008, samples=160)
-    peak = gl.simulate(prism(1), law, pressed, threads=1).summary["peak_stress"]
-    slope = (peak - free["ucs"][0, 0]) / (8 * MPa)
+    half = attrs.evolve(BRITTLE, **{name: value / 2 for name, value in POINT.items()})
+    pressed = attrs.evolve(TESTS["confined"], confinement=4 * MPa)
+    peak = gl.simulate(prism(1), half, pressed, threads=1).summary["peak_stress"]
+    ucs = free["ucs"][0, 0] / 2
+    slope = (peak - ucs) / (4 * MPa)
     angle = np.degrees(np.arcsin((slope - 1) / (slope + 1)))
     assert confined["friction_angle"][0, 0] == pytest.approx(angle)
-    assert confined["cohesion"][0, 0] == pytest.approx(free["ucs"][0, 0] / (2 * np.sqrt(slope)))
+    assert confined["cohesion"][0, 0] == pytest.approx(ucs / (2 * np.sqrt(slope)) / 0.5)
 
 
 def test_what_is_in_the_store_is_not_run_again(tested, monkeypatch):
@@ -165,13 +167,13 @@ def test_courses_are_long_enough_for_the_weakest_rock_a_point_stands_for(tested,
     assert found["tensile_strength"] == pytest.approx(free["tensile_strength"])
 
 
-def test_a_course_is_cut_where_that_of_the_rock_ends(tmp_path):
+def test_a_rock_that_is_too_strong_for_its_test_has_no_strength(tmp_path):
     """A stronger rock has its peak at a larger strain, perhaps beyond the end of its test."""
     simulated = simulator(tmp_path / "s", [4 * MPa])
     for scale, ends in ((1.0, False), (20.0, True)):
         found = simulated.values([POINT], ["cohesion"], [1], [scale])["cohesion"]
         assert np.isnan(found).all() == ends
-    assert "no peak up to the maximum strain of 0.0002" in simulated.failures[0].reason
+    assert "no peak up to the maximum strain of 0.004" in simulated.failures[0].reason
 
 
 def test_a_search_asks_for_long_courses_and_the_check_for_those_of_the_rock(tmp_path, monkeypatch):

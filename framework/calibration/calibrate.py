@@ -87,7 +87,7 @@ def calibrate(
     checked_whole_number("calibrate: budget", budget, at_least=parts * (len(first.groups) + 4))
     tell = _silent if quiet else _say
     case = TrialCase(first.law, first.base, first.ties, shapes, made, 1.0)
-    simulator = StudySimulator(case, targets.pressures, store, workers=workers, on=on, quiet=quiet)
+    simulator = StudySimulator(case, first.powers, targets.pressures, store, workers=workers, on=on, quiet=quiet)
     simulator.weakest = first.weakest
     names = [name for name in measured_by(wanted) if not QUANTITIES[name].is_elastic]
     if "confined" not in wanted:

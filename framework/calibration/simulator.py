@@ -43,6 +43,6 @@ class Simulator(metaclass=Checked):
     ) -> Values:  # fmt: skip
         """Quantities (SI) of points on specimens of these seeds.
 
-        ``scales`` tells of each point how many times stronger the rock is for which it stands: confinements are as many
-        times smaller.
+        ``scales`` tells of each point how many times stronger the rock is for which it stands: that rock is tested
+        under confinement, and values with the dimension of a stress are those of the rock over the scale.
         """

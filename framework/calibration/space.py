@@ -19,7 +19,7 @@ from grainlaw.parameter import ParameterError, checked_number
 #: Power of the strengths with which a parameter of a unit grows if the rock becomes stronger and stays as stiff:
 #: strains and displacements grow alike, times and lengths of the specimen do not.
 POWERS = {"Pa": 1, "J/m2": 2, "m": 1, "m/s": 1, "Pa/m": 0, "deg": 0, "1": 0, "s": 0, "1/s": 0, "kg/m3": 0}
-DIGITS = 5  #: of parameters that are tried: rounding of the last bits must not make other cases
+DIGITS = 5  #: of parameters that are tried
 MOST_REFUSED = 200  #: times as many points as are wanted
 
 
@@ -69,6 +69,11 @@ def law_with(law: Any, base: Mapping[str, Any], ties: Sequence[Tie], values: Map
     return made
 
 
+def rounded(value: float) -> float:
+    """A parameter that is tried: the last bits of its computation must not make another case."""
+    return float(f"{value:.{DIGITS}g}")
+
+
 @attrs.frozen(eq=False)
 class Space(metaclass=Checked):
     """Points are arrays (n, d) of the free parameters in SI; a share (0 to 1) of each range is a place.
@@ -85,6 +90,11 @@ class Space(metaclass=Checked):
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(free.name for free in self.free)
+
+    @property
+    def powers(self) -> dict[str, int]:
+        """By name, how each parameter follows one strength of similar rocks."""
+        return {free.name: free.power for free in self.free}
 
     @property
     def kind(self) -> type:
@@ -165,9 +175,8 @@ class Space(metaclass=Checked):
         ]
         if any(_has_size(field.metadata.get("unit"), value) for field, value in fixed):
             return None
-        by_power = {free.name: free.power for free in self.free}
         units = {field.name: POWERS.get(field.metadata.get("unit", "1")) for field in fields}
-        if any(units[tie.name] != by_power[tie.to] for tie in self.ties):
+        if any(units[tie.name] != self.powers[tie.to] for tie in self.ties):
             return None
         return stresses[0]
 
@@ -182,7 +191,7 @@ class Space(metaclass=Checked):
     def reference(self) -> float:
         """Value of the scale at which tests are made: the middle of its range."""
         assert self.scale is not None
-        return float(f"{math.sqrt(self.scale.low * self.scale.high):.{DIGITS}g}")
+        return rounded(math.sqrt(self.scale.low * self.scale.high))
 
     @property
     def weakest(self) -> float:
@@ -193,7 +202,7 @@ class Space(metaclass=Checked):
         """(n, d) the parameters of the same groups with a scale of one, rounded."""
         scales = self.scales(points)
         moved = np.column_stack([points[:, k] / scales**free.power for k, free in enumerate(self.free)])
-        return np.array([[float(f"{value:.{DIGITS}g}") for value in row] for row in moved]).reshape(moved.shape)
+        return np.array([[rounded(value) for value in row] for row in moved]).reshape(moved.shape)
 
     @property
     def groups(self) -> tuple[str, ...]:

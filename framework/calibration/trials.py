@@ -12,7 +12,7 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.calibration.elastic import with_grains
 from grainlaw.calibration.simulator import Failure, Simulator, Values
-from grainlaw.calibration.space import Tie, law_with
+from grainlaw.calibration.space import Tie, law_with, rounded
 from grainlaw.calibration.targets import (
     BENDING,
     BRAZILIAN,
@@ -84,8 +84,7 @@ def checked_specimens(given: Any, tests: Sequence[str]) -> dict[str, Specimens]:
 class TrialCase(metaclass=Checked):
     """One test of a rock; the factors are the parameters by name, the test, its confinement, a scale and the seed.
 
-    Strains of a rock that is ``scale`` times as strong are so many times larger, by similarity: where the specimen
-    stands for it, the course of the test ends where that of the rock would, divided by the scale.
+    The course is long enough for a rock ``scale`` times as strong, which breaks at so many times the strain.
     """
 
     law: Any  #: or its class
@@ -104,11 +103,18 @@ class TrialCase(metaclass=Checked):
 
 
 class StudySimulator(Simulator):
-    """Runs tests as cases of a study; what its store has is not run again."""
+    """Runs tests as cases of a study; what its store has is not run again.
 
-    def __init__(self, case: TrialCase, pressures: Sequence[float], store: Any, **options: Any) -> None:
-        self.case, self.pressures, self.store, self.options = case, tuple(pressures), store, options
-        self.weakest = 1.0  #: scale of tests without confinement, which tell only then how strong the rock is
+    Confined tests have the parameters of the rock itself: split specimens buckle by their strain, so that under
+    confinement similar rocks differ. ``powers`` are those of a strength which the parameters follow by similarity.
+    """
+
+    def __init__(
+        self, case: TrialCase, powers: Mapping[str, int], pressures: Sequence[float], store: Any, **options: Any
+    ) -> None:
+        self.case, self.powers, self.pressures = case, powers, tuple(pressures)
+        self.store, self.options = store, options
+        self.weakest = 1.0  #: scale for which courses of tests without confinement are long enough
         self.failures: list[Failure] = []
         self.cpu = 0.0
         self.points: dict[tuple[float, ...], int] = {}  #: those that were asked for, numbered
@@ -127,9 +133,8 @@ class StudySimulator(Simulator):
         self.names = tuple(points[0]) if points else ()
         for point, scale in zip(points, scales, strict=True):
             for test in tests:
-                levels = [_rounded(p / scale) for p in self.pressures] if test == CONFINED else [0.0]
-                course = {"test": test, "scale": self._course(test, float(scale))}
-                cases += [{**point, **course, "confinement": level} for level in levels]
+                levels = self.pressures if test == CONFINED else (0.0,)
+                cases += [{**self._tested(test, point, scale), "confinement": level} for level in levels]
         cases = list({tuple(case.items()): case for case in cases}.values())
         if not cases:
             return {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
@@ -145,9 +150,13 @@ class StudySimulator(Simulator):
                     found[name][i, j] = self._value(name, rows, point, seed, float(scale))
         return found
 
-    def _course(self, test: str, scale: float) -> float:
-        """The scale at which a test ends."""
-        return scale if test == CONFINED else self.weakest
+    def _tested(self, test: str, point: Mapping[str, float], scale: float) -> dict[str, Any]:
+        """What is tested for a point: under confinement the rock itself, else a similar one."""
+        if test != CONFINED:
+            return {**point, "test": test, "scale": self.weakest}
+        if scale != 1:
+            point = {name: rounded(value * scale ** self.powers[name]) for name, value in point.items()}
+        return {**point, "test": test, "scale": 1.0}
 
     def _rows(self, table: Table) -> dict[tuple, dict[str, Any]]:
         for key, cost in zip(table.cases, table.costs, strict=True):
@@ -163,9 +172,9 @@ class StudySimulator(Simulator):
         quantity = QUANTITIES[name]
 
         def column(test: str, confinement: float, which: str) -> float:
-            course = self._course(test, scale)
-            row = rows[(*(point[key] for key in self.names), test, course, confinement, seed)]
-            reason = _why_none(row, at_scale(self.case.tests[test], course))
+            tested = self._tested(test, point, scale)
+            row = rows[(*tested.values(), confinement, seed)]
+            reason = _why_none(row, at_scale(self.case.tests[test], tested["scale"]))
             if reason:
                 failure = Failure(self.points[tuple(point.values())], seed, test, reason)
                 if failure not in self.failures:
@@ -175,22 +184,22 @@ class StudySimulator(Simulator):
 
         if CONFINED not in quantity.tests:
             return column(quantity.tests[0], 0.0, quantity.column)
-        levels = [0.0, *(_rounded(p / scale) for p in self.pressures)]
-        peaks = [column(CONFINED if level else COMPRESSION, level, "peak_stress") for level in levels]
+        peaks = [scale * column(COMPRESSION, 0.0, "peak_stress")]
+        peaks += [column(CONFINED, level, "peak_stress") for level in self.pressures]
         if not np.isfinite(peaks).all():
             return math.nan
-        line = fit_mohr_coulomb(levels, peaks)
-        return line.friction_angle if name == "friction_angle" else line.cohesion
+        line = fit_mohr_coulomb([0.0, *self.pressures], peaks)
+        return line.friction_angle if name == "friction_angle" else line.cohesion / scale
 
 
 def at_scale(test: Any, scale: float) -> Any:
-    """The test with its course divided by the scale; where that is longer, with as many more samples."""
+    """The test with its course divided by the scale, and as many more samples."""
     courses = {name: getattr(test, name) / scale for name in COURSES.values() if hasattr(test, name)}
     if not courses or scale == 1:
         return test
     if "maximum_strain" in courses:
         courses["maximum_strain"] = min(courses["maximum_strain"], LONGEST)
-    return attrs.evolve(test, **courses, samples=math.ceil(test.samples * max(1 / scale, 1)))
+    return attrs.evolve(test, **courses, samples=math.ceil(test.samples / scale))
 
 
 def _why_none(row: Mapping[str, Any], test: Any) -> str:
@@ -205,7 +214,3 @@ def _why_none(row: Mapping[str, Any], test: Any) -> str:
         if reached >= whole * getattr(test, limit):
             return f"no peak up to the {limit.replace('_', ' ')} of {getattr(test, limit):.4g}"
     return ""
-
-
-def _rounded(pressure: float) -> float:
-    return float(f"{pressure:.4g}")

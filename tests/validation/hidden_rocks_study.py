@@ -58,7 +58,8 @@ def laboratory(number):
     """Targets from ten specimens of a hidden rock, with their standard errors."""
     case = TrialCase(LAW, {}, (), checked_specimens(specimen, TESTS), checked_tests(TESTS), 1.0)
     seeds = range(100 * (number + 1), 100 * (number + 1) + LABORATORY)
-    rock = StudySimulator(case, [PRESSURE], store().name, workers=1, quiet=True)
+    powers = space_of(LAW, FREE, {}, {}).powers
+    rock = StudySimulator(case, powers, [PRESSURE], store().name, workers=1, quiet=True)
     values = rock.values([hidden()[number]], TARGETS, seeds, np.ones(1))
     errors = {name: np.nanstd(each, ddof=1) / np.sqrt(np.isfinite(each).sum()) for name, each in values.items()}
     return {name: (float(np.nanmean(each)), float(errors[name])) for name, each in values.items()}
