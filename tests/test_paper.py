@@ -9,7 +9,7 @@ import pytest
 from command_line import invoke
 from study_rows import row, table_of
 
-from grainlaw.cli.paper_calibration import parameters, stored, targets_met
+from grainlaw.cli.paper_calibration import parameters, stored, targets_met, words_of
 from grainlaw.cli.paper_numbers import PAPER, Paper, contact_rows, cycle_work, macroscopic, statement
 from grainlaw.cli.paper_runs import BRITTLE, CONFINEMENTS, CONSISTENT, LEAST, LOCAL, PRINTED, RULES, SEEDS, study
 from grainlaw.cli.verify import Joint
@@ -88,8 +88,9 @@ def test_what_is_stored_is_told(paper):
         assert f"{met} of 6 targets" in said
         for each in answer["identifiability"]["parameters"]:
             undetermined = each["verdict"] == "not determined"
-            assert (each["name"].replace("_", " ") in said.partition(";")[2]) == undetermined
+            assert (words_of(each["name"]) in said.partition(";")[2]) == undetermined
     table = {words: cells for words, *cells in parameters(stored())}
+    assert "mode I energy" in table
     assert table["tensile strength"][0] == "13 MPa"
 
 

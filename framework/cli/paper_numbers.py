@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.cli.paper_calibration import words_of
 from grainlaw.cli.paper_runs import BREAKING, CONFINEMENTS, CONSISTENT, LOCAL, PRINTED, RULES, SEEDS
 from grainlaw.cli.verify import Joint, Row, softening
 from grainlaw.laws import BandisClosure, CohesiveCrack, TensionShear
@@ -172,7 +173,7 @@ def statement(paper: Paper) -> list[str]:
         checks = [each for each in answer.get("checks", ()) if each["target"]]
         missed = [each["name"].replace("_", " ") for each in checks if not each["is_met"]]
         known = answer.get("identifiability", {}).get("parameters", ())
-        unknown = [each["name"].replace("_", " ") for each in known if each["verdict"] == "not determined"]
+        unknown = [words_of(each["name"]) for each in known if each["verdict"] == "not determined"]
         found.append(
             f"{law}, calibrated: {len(checks) - len(missed)} of {len(checks)} targets are met on fresh seeds"
             + (f", not {', '.join(missed)}" if missed else "")
