@@ -189,7 +189,7 @@ class Space(metaclass=Checked):
 
     @property
     def reference(self) -> float:
-        """Value of the scale at which tests are made: the middle of its range."""
+        """Value of the scale at which tests without confinement are made: the middle of its range."""
         assert self.scale is not None
         return rounded(math.sqrt(self.scale.low * self.scale.high))
 

@@ -131,10 +131,14 @@ class StudySimulator(Simulator):
     ) -> Values:  # fmt: skip
         tests, cases = needed_tests(quantities), list[dict[str, Any]]()
         self.names = tuple(points[0]) if points else ()
-        for point, scale in zip(points, scales, strict=True):
-            for test in tests:
+        trials = [
+            {test: self._tested(test, point, float(scale)) for test in tests}
+            for point, scale in zip(points, scales, strict=True)
+        ]
+        for of_point in trials:
+            for test, tested in of_point.items():
                 levels = self.pressures if test == CONFINED else (0.0,)
-                cases += [{**self._tested(test, point, scale), "confinement": level} for level in levels]
+                cases += [{**tested, "confinement": level} for level in levels]
         cases = list({tuple(case.items()): case for case in cases}.values())
         if not cases:
             return {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
@@ -145,9 +149,10 @@ class StudySimulator(Simulator):
         for point in points:
             self.points.setdefault(tuple(point.values()), len(self.points))
         for i, (point, scale) in enumerate(zip(points, scales, strict=True)):
+            number = self.points[tuple(point.values())]
             for j, seed in enumerate(seeds):
                 for name in quantities:
-                    found[name][i, j] = self._value(name, rows, point, seed, float(scale))
+                    found[name][i, j] = self._value(name, rows, trials[i], number, seed, float(scale))
         return found
 
     def _tested(self, test: str, point: Mapping[str, float], scale: float) -> dict[str, Any]:
@@ -167,16 +172,18 @@ class StudySimulator(Simulator):
         return {tuple(row[key] for key in keys): row for row in table.rows}
 
     def _value(
-        self, name: str, rows: Mapping[tuple, Mapping[str, Any]], point: Mapping[str, float], seed: int, scale: float
-    ) -> float:
+        self, name: str, rows: Mapping[tuple, Mapping[str, Any]], trials: Mapping[str, Mapping[str, Any]], number: int,
+        seed: int, scale: float,
+    ) -> float:  # fmt: skip
+        """A quantity of the point of this number, from what is tested for it."""
         quantity = QUANTITIES[name]
 
         def column(test: str, confinement: float, which: str) -> float:
-            tested = self._tested(test, point, scale)
+            tested = trials[test]
             row = rows[(*tested.values(), confinement, seed)]
             reason = _why_none(row, at_scale(self.case.tests[test], tested["scale"]))
             if reason:
-                failure = Failure(self.points[tuple(point.values())], seed, test, reason)
+                failure = Failure(number, seed, test, reason)
                 if failure not in self.failures:
                     self.failures.append(failure)
             value = row.get(which)

@@ -25,6 +25,7 @@ FREE = {
     "tensile_strength": (3 * MPa, 12 * MPa), "cohesion": (12 * MPa, 40 * MPa), "friction_angle": (10, 35),
     "dilation_angle": (0, 5),
 }  # fmt: skip
+SPACE = space_of(LAW, FREE, {}, {})
 COURSE = {"samples": 200, "maximum_strain": 0.006, "stop_fraction": 0.7}
 TESTS = {
     "compression": UniaxialCompression(**COURSE), "confined": BiaxialCompression(confinement=0, **COURSE),
@@ -60,16 +61,14 @@ def store(number):
 @cache
 def hidden():
     """Points of the ranges, by the names of their parameters."""
-    rocks = space_of(LAW, FREE, {}, {})
-    return [rocks.mapping(point) for point in rocks.prior(COUNT, seed=2026)]
+    return [SPACE.mapping(point) for point in SPACE.prior(COUNT, seed=2026)]
 
 
 @cache
 def laboratory(number):
     """Targets from ten specimens of a hidden rock, with their standard errors."""
     case = TrialCase(LAW, {}, (), checked_specimens(specimens(number), TESTS), checked_tests(TESTS), 1.0)
-    powers = space_of(LAW, FREE, {}, {}).powers
-    rock = StudySimulator(case, powers, [PRESSURE], store(number), workers=1, quiet=True)
+    rock = StudySimulator(case, SPACE.powers, [PRESSURE], store(number), workers=1, quiet=True)
     values = rock.values([hidden()[number]], TARGETS, range(FIRST, FIRST + LABORATORY), np.ones(1))
     errors = {name: np.nanstd(each, ddof=1) / np.sqrt(np.isfinite(each).sum()) for name, each in values.items()}
     return {name: (float(np.nanmean(each)), float(errors[name])) for name, each in values.items()}
