@@ -18,6 +18,7 @@ TIME, STEP, STAGE = "time", "step", "stage"
 TENSILE_CRACKS, SHEAR_CRACKS, DAMAGED = "tensile_cracks", "shear_cracks", "damaged"
 UNBALANCED, MOTION = "unbalanced", "motion"
 LOADING_SPEED, VIBRATION, TEMPERATURE = "loading_speed", "vibration", "temperature"
+STABILITY, IMBALANCE = "stability", "imbalance"
 
 #: what they mean; the energies below are recorded in every test, too
 EVERY_TEST = {
@@ -31,6 +32,8 @@ EVERY_TEST = {
     LOADING_SPEED: "m/s, by which the speeds of all drives were multiplied, or K/s; 1 where a stage has no loading",
     TEMPERATURE: "°C, of the whole specimen",
     VIBRATION: "J per metre of thickness, kinetic energy of the motion beside the steady motion of the loading",
+    IMBALANCE: "sum of the forces on the specimen over the largest load, mean over a period; 0 without a loading",
+    STABILITY: "the last stability margin that was found: 1 as stiff as sound, 0 a peak or buckling; nan where none is",
     MOTION: "root of kinetic over stored energy, at most 1, 0 at rest; 1 while a load still changes",
 }
 

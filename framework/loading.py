@@ -30,6 +30,7 @@ class Pace(metaclass=Checked):
     stored: float = 0.0  #: J/m, energy in zones and contacts, the largest so far
     vibration: float = 0.0  #: J/m, kinetic energy of the motion beside the steady motion
     damaged: bool = False  #: whether any contact is damaged
+    soft: bool = False  #: whether a motion that has become soft is brought to its place after every sample
     released: float = 0.0  #: energy that vibration and damping have taken, over the work at the largest load
     imbalance: float = 0.0  #: sum of the forces on the specimen in this sample, over the largest load; 0 after the peak
     least_imbalance: float = 0.0  #: the least of the last ``RECENT`` samples; 0 while there were fewer
@@ -64,6 +65,7 @@ class Loading(metaclass=Checked):
     """
 
     ramp: float = 0.0  #: s, in which the speed rises from zero; without it a stage begins with the steady motion
+    settles: bool = False  #: whether a motion that is too soft to follow is brought to its place (docs/theory.md)
 
     @abstractmethod
     def first(self, pace: Pace) -> float:
@@ -144,6 +146,7 @@ class Adaptive(Loading):
     times that elsewhere. Where the release begins, and where a sample was not in balance, it is done again more slowly.
     """
 
+    settles = True
     imbalance: float = parameter("1", default=0.01, below=1)  #: of the forces on the ends, over the load
     rate: float = parameter("1", default=0.0015, below=0.05)  #: the load grows by it in 1/frequency, at failure
 
@@ -153,6 +156,7 @@ class Adaptive(Loading):
     def next(self, pace: Pace) -> tuple[float, bool]:
         fast = self.first(pace)
         slow = max(self.rate * pace.quick, LEAST * fast)
+        fast = min(fast, QUIET * slow) if pace.soft else fast
         limit = min(fast, slow * self._calm(pace), max(slow, self._still(pace)))
         if pace.speed > 2.0 * limit:
             return limit, True

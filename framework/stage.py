@@ -91,6 +91,8 @@ class Stage(metaclass=Checked):
     #: the stage ends when one of them is fulfilled, or when it has come to its temperature
     until: Sequence[Condition] = attrs.field(default=(), validator=_ends)
     interval: float = parameter("s")  #: time between samples; with a loading that at 1 m/s or 1 K/s, so m or K
+    #: into which a sample is divided in which contacts are damaged, so that a strength does not depend on ``interval``
+    pieces: int = whole_number(default=1, at_least=1)
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
     initial_velocity: np.ndarray | None = attrs.field(default=None, eq=False)  #: (i, 2) m/s added to the nodes
     gravity: tuple[float, float] = attrs.field(default=(0.0, 0.0), converter=_vector)  #: m/s2

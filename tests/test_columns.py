@@ -69,7 +69,7 @@ def test_pictures_name_the_columns_they_miss(pulled, tmp_path):
     with pytest.raises(gl.ParameterError, match=SAYS):
         comparison.write(tmp_path / "out")
     assert not (tmp_path / "out").exists()
-    table = table_of([row({"confinement": 0.0}, {"peak_stress": 1e6})], tmp_path / "study", [to_bytes(pulled)])
+    table = table_of([row({"confinement": 0.0}, {"strength": 1e6})], tmp_path / "study", [to_bytes(pulled)])
     with pytest.raises(gl.ParameterError, match=SAYS):
         gl.StrengthEnvelope(table).plot()
 

@@ -11,10 +11,10 @@ from grainlaw.specimen import Specimen
 TOUCHING = 1e-6  #: of the length of an edge
 
 
-def _zone_triplets(specimen: Specimen) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Stiffness of the undeformed zones: values (z, 6, 6) and the freedoms (z, 6) they couple."""
+def _zone_triplets(specimen: Specimen, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stiffness of zones with these nodes (i, 2): values (z, 6, 6) and the freedoms (z, 6) they couple."""
     mesh = specimen.mesh
-    gradients = shape_functions(mesh.nodes, mesh.zones)
+    gradients = shape_functions(nodes, mesh.zones)
     b, c, area = gradients[:3].T, gradients[3:6].T, gradients[6]
     operator = np.zeros((len(area), 3, 6))
     operator[:, 0, 0::2], operator[:, 1, 1::2] = b, c
@@ -23,10 +23,12 @@ def _zone_triplets(specimen: Specimen) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return triplets(values, mesh.zones)
 
 
-def _contact_triplets(specimen: Specimen, kn: np.ndarray, ks: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Stiffness of the contact points (2, c) with normal and shear stiffness (Pa/m)."""
+def _contact_triplets(
+    specimen: Specimen, nodes: np.ndarray, kn: np.ndarray, ks: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stiffness of the contact points (2, c) with normal and shear stiffness (Pa/m), on the edges of these nodes."""
     mesh = specimen.mesh
-    edges = mesh.interface_edges
+    edges = nodes[mesh.interfaces[:, 1]] - nodes[mesh.interfaces[:, 0]]
     lengths = np.hypot(*edges.T)
     tangent = edges / lengths[:, None]
     weight = specimen.contact_points.weights(lengths)
@@ -109,17 +111,23 @@ def shape_functions(nodes: np.ndarray, zones: np.ndarray) -> np.ndarray:
 
 
 def stiffness_matrix(
-    specimen: Specimen, kn: np.ndarray, ks: np.ndarray, rim: tuple[np.ndarray, float, float] | None = None
+    specimen: Specimen,
+    kn: np.ndarray,
+    ks: np.ndarray,
+    rim: tuple[np.ndarray, float, float] | None = None,
+    nodes: np.ndarray | None = None,
 ) -> scipy.sparse.csr_matrix:
     """Stiffness (N/m) of zones and contact points over node components (2 i); ``kn``, ``ks`` are (2, c) Pa/m.
 
-    ``rim`` holds edges (e, 2) that may come into contact, and the stiffness (Pa/m) of such contacts.
+    ``rim`` holds edges (e, 2) that may come into contact, and the stiffness (Pa/m) of such contacts. ``nodes`` (i, 2) m
+    are those of turned grains, if they have turned.
     """
-    parts = [_contact_triplets(specimen, kn, ks)]
+    nodes = specimen.mesh.nodes if nodes is None else nodes
+    parts = [_contact_triplets(specimen, nodes, kn, ks)]
     if rim is not None:
         parts.append(_edge_triplets(specimen, *rim))
     if not specimen.is_rigid:
-        parts.append(_zone_triplets(specimen))
+        parts.append(_zone_triplets(specimen, nodes))
     parts = [part for part in parts if len(part[0])] or parts  # one part is not copied
     values, rows, columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
     del parts
@@ -127,11 +135,14 @@ def stiffness_matrix(
     return scipy.sparse.coo_matrix((values, (rows, columns)), (size, size)).tocsr()
 
 
-def rigid_map(specimen: Specimen) -> scipy.sparse.csr_matrix:
-    """Displacement of node components (2 i) from grain translations and rotations (3 g: all x, all y, all angles)."""
+def rigid_map(specimen: Specimen, nodes: np.ndarray | None = None) -> scipy.sparse.csr_matrix:
+    """Displacement of node components (2 i) from grain translations and rotations (3 g: all x, all y, all angles).
+
+    ``nodes`` (i, 2) m are those of grains that have turned about their centroids.
+    """
     mesh = specimen.mesh
     count = len(mesh.first_node) - 1
-    arm = mesh.nodes - specimen.grains.centroids[mesh.node_grain]
+    arm = (mesh.nodes if nodes is None else nodes) - specimen.grains.centroids[mesh.node_grain]
     node, one = np.arange(len(mesh.nodes)), np.ones(len(mesh.nodes))
     rows = np.concatenate([2 * node, 2 * node + 1, 2 * node, 2 * node + 1])
     columns = np.concatenate([mesh.node_grain, mesh.node_grain + count] + [mesh.node_grain + 2 * count] * 2)

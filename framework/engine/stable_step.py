@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import scipy
@@ -127,21 +128,39 @@ class StableStep:
 
         As the laws declare it; what touches is taken to stick.
         """
-        matrix, contacts = self._matrix(self.state.stiffness[0], None), self.state.contacts
+        return self.sound()(self.state.mesh.nodes)
+
+    def sound(self) -> Callable[[np.ndarray], scipy.sparse.csr_matrix]:
+        """The same as a function of the nodes (i, 2) m, for grains that turn later; edges that touch now go on to."""
+        state, touching = self.state, self._touching_stiffness()
+
+        def with_nodes(nodes: np.ndarray) -> scipy.sparse.csr_matrix:
+            matrix = self._nodal(state.stiffness[0], None, nodes)
+            return state.grains.over_freedoms(matrix if touching is None else matrix + touching, nodes)
+
+        return with_nodes
+
+    def _touching_stiffness(self) -> scipy.sparse.csr_matrix | None:
+        """N/m over node components (2 i); None where there are no contacts."""
+        contacts = self.state.contacts
         if not len(contacts):
-            return matrix
+            return None
         arrays, groups = contacts.arrays, contacts.groups_of(contacts.books.keys)
         stiffness = np.array([[float(np.mean(k)) for k in group.law.stiffness] for group in contacts.groups])[groups]
         nodes = arrays.used[arrays.node]
         places = self.state.positions[nodes]
-        touching = touching_stiffness(places, nodes, stiffness[:, 0], stiffness[:, 1], len(self.state.mesh.nodes))
-        return matrix + self.state.grains.over_freedoms(touching)
+        return touching_stiffness(places, nodes, stiffness[:, 0], stiffness[:, 1], len(self.state.mesh.nodes))
 
     def _matrix(self, kn: np.ndarray, rim: tuple[np.ndarray, float, float] | None) -> scipy.sparse.csr_matrix:
         """Stiffness over the freedoms, in the order of :meth:`Grains.flat`, with contacts at the rim."""
-        bonds, grains = self.state.bonds, self.state.grains
+        return self.state.grains.over_freedoms(self._nodal(kn, rim, None))
+
+    def _nodal(
+        self, kn: np.ndarray, rim: tuple[np.ndarray, float, float] | None, nodes: np.ndarray | None
+    ) -> scipy.sparse.csr_matrix:
+        bonds = self.state.bonds
         rows = by_interface(bonds.order, np.stack([kn, bonds.stiffness[1]]))
-        return grains.over_freedoms(stiffness_matrix(self.state.specimen, rows[0], rows[1], rim))
+        return stiffness_matrix(self.state.specimen, rows[0], rows[1], rim, nodes)
 
     def _rim(self) -> tuple[np.ndarray, float, float] | None:
         """Edges that were never bonded, and the highest stiffness of the laws of their contacts."""

@@ -198,7 +198,7 @@ class State(PointReadings):
 
     def rotation(self, grain: int) -> float:
         """rad, counter-clockwise, of a grain since the specimen was made; if it deforms, from -pi to pi."""
-        return self.grains.rotation(grain, self.freedoms, self.positions)
+        return float(self.grains.rotations(self.freedoms, self.positions)[grain])
 
     def reaction(self, boundary: str) -> np.ndarray:
         """(2,) N per metre, reaction of the drives of a boundary, mean over the steps since the last sample."""
@@ -207,6 +207,11 @@ class State(PointReadings):
     def moved(self, boundary: str) -> np.ndarray:
         """(2,) m: mean displacement of a boundary, averaged over the steps since the last sample."""
         return self.boundaries.moved(boundary)
+
+    @property
+    def damage(self) -> float:
+        """Sum of the damage of all contact points: it grows whenever one of them is damaged."""
+        return float(self.memory("damage").sum())
 
     @property
     def kinetic_energy(self) -> float:

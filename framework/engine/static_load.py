@@ -2,34 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import attrs
 import numpy as np
 
 from grainlaw.boundary_conditions import Drive
 from grainlaw.compiler.batch import Compiled, compile_integrator
+from grainlaw.engine.coasting import Coasting
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.steady import factorised, unknowns
 from grainlaw.engine.stepping import OverlapError, advance
-from grainlaw.integration import Integrator
 from grainlaw.stage import Stage
 
 INCREMENTS, ITERATIONS = 10, 10  #: of the loads; at most in each of them
 BALANCED = 1e-6  #: largest unbalanced force over largest contact force
 FAR = 0.01  #: of the grain size: no correction of a static solution is larger
-
-
-@attrs.frozen
-class _Coasting(Integrator):
-    """Moves by the velocity that it is given, whatever the forces: they are balanced."""
-
-    def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
-        return velocity, -force
-
-    def stable_step(self, highest_frequency: float) -> float:
-        return 1 / highest_frequency
 
 
 def bring_under_load(state: State, stage: Stage, stability: StableStep) -> bool:
@@ -71,7 +57,7 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
     ramps = [one.lasts for one in stage.loads if not isinstance(one, Drive)]
     state.change_time_step((max(ramps, default=0.0) or stage.interval) / INCREMENTS)
     carry, matrix = unknowns(state, stability.stiffness(), stability.frequency)
-    factors, coasting = factorised(matrix), compile_integrator(_Coasting())
+    factors, coasting = factorised(matrix), compile_integrator(Coasting())
     f = state.freedoms.arrays
     drifts = _drifts(state)
     velocity, before = np.zeros_like(f.velocity), state.gravity.arrays.weight - state.new_weight

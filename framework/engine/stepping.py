@@ -34,8 +34,7 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int | Th
     pace = state.steady.pace
     temperatures = state.heat.course(times, state.time, pace)
     begin, end = times - state.began - state.time_step, times - state.began
-    columns = [state.boundaries.schedule(begin, end, pace), *state.fluids.schedule(begin, end), temperatures]
-    schedule = np.column_stack(columns)
+    schedule = schedule_of(state, begin, end, pace, temperatures)
     loops = integrator.loops or any(group.compiled.loops for group in (*state.bonds.groups, *state.contacts.groups))
     while True:
         count, some = threads.turn(steps - done) if isinstance(threads, ThreadCount) else (threads, steps - done)
@@ -59,6 +58,15 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int | Th
             state.search(state.displacement_at_forces())
         if done == steps:
             return
+
+
+def schedule_of(
+    state: State, begin: np.ndarray, end: np.ndarray, pace: float, temperatures: np.ndarray
+) -> np.ndarray:
+    """(t, columns) that the step takes, between times (t,) s of the stage; ``temperatures`` (t, 2) °C come last."""
+    return np.column_stack(
+        [state.boundaries.schedule(begin, end, pace), *state.fluids.schedule(begin, end), temperatures]
+    )
 
 
 def tell(state: State, **scalars: float) -> None:

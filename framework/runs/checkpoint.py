@@ -16,7 +16,7 @@ from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.results.files import Arrays, below, write_atomically
 
-FORMAT = 1  #: raise when a checkpoint of before could not be read any more
+FORMAT = 2  #: raise when a checkpoint of before could not be read any more
 
 
 @attrs.define(kw_only=True)
@@ -28,6 +28,7 @@ class Counters:
     first_step: int = 0  #: of the stage
     next_adapt: int = 0  #: step since the stage began
     halts: int = 0
+    pieces: int = 1  #: into which the next sample is divided, as contacts are being damaged
     supplied: float = 1e-300  #: J, largest external work so far, or that of giving all grains the platens' speed
     seconds: float = 0.0  #: in the time loop
     finished: bool = False

@@ -96,7 +96,8 @@ class Execution:
         self.goes_on = False
         while self.columns.count - self.at.first_sample < stage.sample_limit:
             moment = self.moment()
-            steps, began = self.loader.steps(stage), state.time
+            steps, began = self.loader.steps(stage, self.at.pieces), state.time
+            damage = state.damage if stage.pieces > 1 else 0.0
             start = time.perf_counter()
             try:
                 self._advance(stage, steps)
@@ -108,12 +109,18 @@ class Execution:
             with np.errstate(all="ignore"):  # the check finds numbers that are not finite
                 found = energies(state)
             self._check(found, moment, stage, steps)
+            grown = stage.pieces > 1 and state.damage != damage
+            if grown and self.at.pieces < stage.pieces:  # again, to see the load before it falls
+                self._return_to(moment)
+                self.at.pieces = stage.pieces
+                continue
             if not self.loader.accepts(stage, found, began):
                 self._return_to(moment)
                 self.loader.repeat(stage)
                 continue
             self._record(found)
             self.loader.go_on(stage)
+            self.at.pieces = max(stage.pieces if grown else 1, self.loader.pieces(stage))
             if self._observe(stage) >= 1:
                 self.at.finished = self.at.stage == len(self.stages) - 1
                 self.at.stage += not self.at.finished
@@ -134,7 +141,7 @@ class Execution:
         self.loader.begin(stage)
         at.supplied = max(at.supplied, least_work(state))
         state.take_back_half_a_step_of_gravity()
-        at.first_sample, at.first_step, at.next_adapt, at.halts = self.columns.count, state.steps, 0, 0
+        at.first_sample, at.first_step, at.next_adapt, at.halts, at.pieces = self.columns.count, state.steps, 0, 0, 1
 
     def _observe(self, stage: Stage) -> float:
         """Show the sample to all observers; returns the share of the stage that is done."""
@@ -199,7 +206,7 @@ class Execution:
     def _record(self, energies: dict[str, float]) -> None:
         state = self.state
         state.note_breaks()
-        own = {"stage": self.at.stage, **self.protocol.measure(state)}
+        own = {"stage": self.at.stage, **self.loader.columns, **self.protocol.measure(state)}
         self.columns.append({"time": state.time, "step": state.steps, **own, **row_of(state, energies)})
         state.new_sample()
 
@@ -229,9 +236,7 @@ class Execution:
         self.at = Counters(**{field.name: numbers[field.name] for field in attrs.fields(Counters)})
         stage = self.stages[self.at.stage]
         state.begin(stage)
-        state.began, state.time_step = numbers["began"], numbers["time_step"]
-        for name in ("allowed", "touching", "frequency"):
-            setattr(self.stability, name, numbers[name])
+        state.began = numbers["began"]
         self._return_to(found.moment(stage.integrator))
         self.loader.restore(numbers["loader"], stage)
         self.columns.fill(found.curves)
@@ -247,7 +252,12 @@ class Execution:
 
     def _return_to(self, moment: Moment) -> None:
         self.state.restore(moment.state)
-        self.integrator, self.before = moment.integrator, moment.before
+        self.integrator, self.before, numbers = moment.integrator, moment.before, moment.numbers
+        self.state.time_step, self.at.next_adapt, self.at.halts = (
+            numbers[name] for name in ("time_step", "next_adapt", "halts")
+        )
+        for name in ("allowed", "touching", "frequency"):
+            setattr(self.stability, name, numbers[name])
 
     # --- failure -----------------------------------------------------------------------------------------------------
 

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import attrs
 import numpy as np
 
-from grainlaw.columns import LOST, STORED, SUPPLIED, THERMAL
+from grainlaw.columns import IMBALANCE, LOST, STABILITY, STORED, SUPPLIED, THERMAL
 from grainlaw.condition import StageError
+from grainlaw.engine.margin import LARGEST, Margin
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.static_load import bring_under_load
 from grainlaw.engine.steady import steady_motion, stiffness_along
-from grainlaw.loading import RECENT, AccuracyError, Pace
+from grainlaw.loading import RECENT, AccuracyError, Loading, Pace
 from grainlaw.stage import Stage
 
 FADING = 5  #: periods of the steady motion, in which energy that was released fades by 1/e
@@ -24,6 +25,11 @@ HEATED = 0.01  #: of the energy that free strains would store if they were held,
 TINY = 1e-300
 STEPS = 10  #: of a sample, at least: the load grows by little in a step
 FALLEN = 0.95  #: of the largest load: below, a specimen has failed, and its imbalance counts no more
+ASKED = 1 / 100  #: of the span of a stage: the stability margin is asked for again after so much, and
+FARTHER = 0.15  #: of the way so far, while no contact is damaged; sooner where it falls by
+LOWER = 0.1  #: of it, and at every sample while the softest motion is settled: from a margin on that is below
+SOFT = 0.2
+SHORT, MOST = 0.004, 10  #: of the way so far: between two times that a motion is settled; pieces of a sample
 EXACT = 1e-7  #: to which the static solution is rounded, so that it does not depend on how it was solved
 
 
@@ -44,6 +50,15 @@ class _Seen:
     released: float = 0.0
     momentum: tuple[float, float] = (0.0, 0.0)
     imbalances: tuple[float, ...] = ()  #: of the last samples
+    #: s, and N s/m along both axes since the stage began, at the samples of the last period
+    impulses: tuple[tuple[float, float, float], ...] = ()
+    imbalance: float = 0.0  #: mean over that period
+    way: float = 0.0  #: m, of the drives so far
+    stability: float = math.nan  #: the last margin that was found
+    weakening: float = 0.0  #: 1/m, how fast the margin fell on the way to it
+    settled: float = 0.0  #: m, the way when the softest motion was settled last
+    asked: float = 0.0  #: m, the way when it was asked for
+    damaged: int = 0  #: contact points with damage at that time
 
 
 class Loader:
@@ -52,14 +67,22 @@ class Loader:
     def __init__(self, state: State, stability: StableStep) -> None:
         self._state, self._stability = state, stability
         self._seen, self._new, self._wanted = _Seen(), _Seen(), 1.0
+        #: N/m, of the specimen as it begins
+        self._sound = None if self._is_too_large() else stability.sound()
+        self._highest = stability.frequency  #: 1/s
+        self._margin: Margin | None = None  #: made when it is first asked for in a stage
+
+    def _is_too_large(self) -> bool:
+        return not len(self._state.bonds) or self._state.freedoms.arrays.mass.size > LARGEST
 
     def begin(self, stage: Stage) -> None:
         """Begin a stage: where it has a loading, with the steady motion in place of that of the stage before."""
         state, before = self._state, self._state.steady.velocity
-        field, pace = np.zeros_like(before), 1.0
+        field, pace, self._margin = np.zeros_like(before), 1.0, None
         if stage.loading is not None:
             field = self._static(stage)
             pace = stage.loading.first(self._pace())
+        self._new = self._seen if stage.loading is not None else _Seen()
         self._expect(stage)
         state.steady.begin(field, pace, state.time, rises=stage.loading is not None and stage.loading.ramp > 0)
         self._change(stage, before)
@@ -84,14 +107,15 @@ class Loader:
         span = stage.interval * stage.expected
         self._seen = _Seen(
             span=span, inertia=inertia, frequency=frequency, force=HEATED * along * span * bool(state.heat.sign),
-            fastest=stage.interval / (STEPS * state.time_step), supplied=math.nan, momentum=self._momentum(),
+            fastest=stage.interval / (stage.pieces * STEPS * state.time_step), supplied=math.nan,
+            momentum=self._momentum(),
         )  # fmt: skip
         return field
 
-    def steps(self, stage: Stage) -> int:
-        """Steps of the next sample."""
+    def steps(self, stage: Stage, pieces: int = 1) -> int:
+        """Steps of the next sample, or of one of the ``pieces`` into which it is divided."""
         pace, heat = self._state.steady.pace, self._state.heat
-        steps = max(1, round(stage.interval / pace / self._state.time_step))
+        steps = max(1, round(stage.interval / pieces / pace / self._state.time_step))
         if not heat.sign or heat.target is None:
             return steps
         left = math.ceil(abs(heat.target - heat.temperature) / pace / self._state.time_step)
@@ -104,7 +128,7 @@ class Loader:
         """
         if stage.loading is None:
             return True
-        self._new = self._look(energies, self._state.time - began)
+        self._new = self._ask_margin(stage.loading, self._look(energies, self._state.time - began))
         try:
             self._wanted, again = stage.loading.next(self._pace(self._new))
         except AccuracyError as error:
@@ -154,11 +178,56 @@ class Loader:
     def _damp(self, stage: Stage) -> None:
         self._state.steady.damp_beside(stage.integrator.beside_loading)
 
+    # --- how stable the specimen is ----------------------------------------------------------------------------------
+
+    @property
+    def columns(self) -> dict[str, float]:
+        """What is recorded of it at a sample that counts."""
+        return {STABILITY: self._new.stability, IMBALANCE: self._new.imbalance}
+
+    def pieces(self, stage: Stage) -> int:
+        """Into how many the next sample is divided, so that the load grows by little until a soft motion is settled."""
+        wanted = math.ceil(stage.interval / (SHORT * self._seen.way)) if self._seen.settled > 0 else 1
+        return min(wanted, MOST)
+
+    def _ask_margin(self, loading: Loading, seen: _Seen) -> _Seen:
+        """Find the margin, if it may have changed since it was asked for."""
+        state = self._state
+        if self._sound is None or not self._margin_is_due(seen):
+            return seen
+        damaged = self._damaged
+        if self._margin is None:
+            self._margin = Margin(state, self._sound, self._highest, seen.frequency)
+        guess = state.steady.books.softest
+        found = self._margin.find(guess if len(guess) else self._margin.first_guess())
+        if found is None:
+            return attrs.evolve(seen, asked=seen.way, damaged=damaged)
+        state.steady.soften(found.motion)
+        settled, slow = seen.settled, found.frequency * math.sqrt(max(found.margin, 0.0)) < seen.frequency
+        if loading.settles and slow and (found.margin < SOFT or settled):
+            settled = seen.way if self._margin.settle(found, seen.way - settled) else settled
+            seen = attrs.evolve(seen, momentum=self._momentum())
+        before = 1.0 if math.isnan(seen.stability) else seen.stability
+        weakening = max(before - found.margin, 0.0) / (seen.way - seen.asked)
+        return attrs.evolve(
+            seen, stability=found.margin, weakening=weakening, settled=settled, asked=seen.way, damaged=damaged
+        )
+
+    def _margin_is_due(self, seen: _Seen) -> bool:
+        farther = seen.way - seen.asked
+        if farther * seen.weakening > LOWER * max(seen.stability, LOWER):
+            return True
+        if seen.settled > 0:
+            return True
+        if farther < ASKED * seen.span:
+            return False
+        return farther >= FARTHER * seen.asked or math.isnan(seen.stability) or self._damaged > seen.damaged
+
     # --- what a loading sees ----------------------------------------------------------------------------------------
 
     @property
-    def _damaged(self) -> bool:
-        return bool((self._state.memory("damage") > 0).any())
+    def _damaged(self) -> int:
+        return int(np.count_nonzero(self._state.memory("damage") > 0))
 
     def _momentum(self) -> tuple[float, float]:
         x, y = np.sum(self._state.freedoms.arrays.mass[:2] * self._state.freedoms.arrays.velocity[:2], axis=1).tolist()
@@ -178,14 +247,26 @@ class Loader:
         faded = seen.released * math.exp(-time * seen.frequency / (2 * math.pi * FADING))
         now = state.boundaries.largest_load()
         load = max(seen.load, now)
-        change = max(abs(after - before) for after, before in zip(momentum, seen.momentum, strict=True))
+        gained = [after - before for after, before in zip(momentum, seen.momentum, strict=True)]
         fallen = now < FALLEN * load
-        imbalance = 0.0 if fallen or load == 0 else change / time / load
+        imbalance = 0.0 if fallen or load == 0 else max(map(abs, gained)) / time / load
+        impulses = self._impulses(seen, gained)
+        mean = max(abs(impulses[-1][k] - impulses[0][k]) for k in (1, 2)) / (impulses[-1][0] - impulses[0][0])
         return attrs.evolve(
             seen, stored=max(seen.stored, sum(energies[kind] for kind in STORED)), load=load, force=force,
             supplied=supplied, lost=lost, vibration=max(vibration - noise, 0.0), released=max(released, faded),
-            momentum=momentum, imbalances=(*seen.imbalances, imbalance)[-RECENT:],
+            momentum=momentum, impulses=impulses, imbalance=mean / load if load else 0.0, way=seen.way + travel,
+            imbalances=(*seen.imbalances, imbalance)[-RECENT:],
         )  # fmt: skip
+
+    def _impulses(self, seen: _Seen, gained: Sequence[float]) -> tuple[tuple[float, float, float], ...]:
+        """Those of the last period of the steady motion, which means do not depend on where samples end in it."""
+        now, start = self._state.time, (self._state.began, 0.0, 0.0)
+        _, x, y = seen.impulses[-1] if seen.impulses else start
+        found = [*(seen.impulses or (start,)), (now, x + gained[0], y + gained[1])]
+        while len(found) > 2 and found[1][0] <= now - 2 * math.pi / seen.frequency:
+            found.pop(0)
+        return tuple(tuple(one) for one in found)  # type: ignore[misc]
 
     def _pace(self, seen: _Seen | None = None) -> Pace:
         seen = seen or self._seen
@@ -193,7 +274,7 @@ class Loader:
         return Pace(
             speed=self._state.steady.pace, unit="m/s" if self._state.heat.target is None else "K/s",
             span=seen.span, inertia=seen.inertia, frequency=seen.frequency, fastest=seen.fastest,
-            stored=seen.stored, vibration=seen.vibration, damaged=self._damaged,
+            stored=seen.stored, vibration=seen.vibration, damaged=self._damaged > 0, soft=seen.settled > 0,
             released=seen.released, imbalance=last[-1] if last else 0.0,
             least_imbalance=min(last) if len(last) == RECENT else 0.0,
         )  # fmt: skip
@@ -202,9 +283,14 @@ class Loader:
 
     def save(self) -> dict[str, object]:
         """Numbers of a checkpoint."""
-        return attrs.asdict(self._seen)
+        return attrs.asdict(self._seen, recurse=False)
 
     def restore(self, numbers: Mapping[str, object], stage: Stage) -> None:
         """Go on from what ``save`` returned."""
-        self._seen = _Seen(**{name: tuple(v) if isinstance(v, list) else v for name, v in numbers.items()})  # type: ignore[arg-type]
+        self._seen = _Seen(**{name: _as_tuple(v) for name, v in numbers.items()})  # type: ignore[arg-type]
         self._expect(stage)
+
+
+def _as_tuple(value: object) -> object:
+    """A list, also of lists, as a file of numbers has it, in the form that it was saved in."""
+    return tuple(map(_as_tuple, value)) if isinstance(value, list) else value

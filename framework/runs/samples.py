@@ -13,7 +13,7 @@ from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.results.certificate import marked
+from grainlaw.results.certificate import marked, warnings_of
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.samples import mean_and_range, means
@@ -62,18 +62,16 @@ class SampleComparison(metaclass=Checked):
 
     def __str__(self) -> str:
         by_law = self.by_law
-        summaries = {law: [result.summary for result in each.values()] for law, each in by_law.items()}
-        absent = [law for law in dict.fromkeys(law for law, _ in self.failed) if law not in summaries]
-        rows = [["", *summaries, *absent]]
+        absent = [law for law in dict.fromkeys(law for law, _ in self.failed) if law not in by_law]
+        rows = [["", *by_law, *absent]]
         for name in TABLE:
             look = shown(name)
-            cells = (
-                marked(name, by_law[law].values(), mean_and_range(look, each, name)) for law, each in summaries.items()
-            )
+            cells = (marked(name, each.values(), mean_and_range(look, each.values(), name)) for each in by_law.values())
             rows.append([look.heading, *cells, *("failed" for _ in absent)])
-        reasons = (f"\n{in_words(test)} failed: {error}" for test, error in self.failed.items())
+        reasons = [f"{in_words(test)} failed: {error}" for test, error in self.failed.items()]
         seeds = ", ".join(map(str, dict.fromkeys(seed for _, seed in (*self.results, *self.failed))))
-        return f"{aligned(rows, rule=True)}\nmean (range) of the samples with the seeds {seeds}{''.join(reasons)}"
+        last = f"mean (range) of the samples with the seeds {seeds}"
+        return "\n".join([aligned(rows, rule=True), last, *reasons, *warnings_of(self.named)])
 
     def plot(self) -> Figure:
         """Mean stress-strain curves of all laws, with their ranges. Raises ParameterError as :class:`Comparison`."""

@@ -60,20 +60,24 @@ class DeformableGrains(Grains):
         )
         return centre, velocity
 
-    def rotation(self, grain: int, freedoms: Freedoms, positions: np.ndarray) -> float:
-        """The rigid rotation that fits the displacement of the nodes best, weighted by mass."""
-        mesh = self.specimen.mesh
-        nodes = np.flatnonzero(mesh.node_grain == grain)
-        mass = self.specimen.node_masses[nodes]
-        before, now = (p[nodes] - mass @ p[nodes] / mass.sum() for p in (mesh.nodes, positions))
-        along = mass @ (before * now).sum(axis=1)
-        across = mass @ (before[:, 0] * now[:, 1] - before[:, 1] * now[:, 0])
-        return float(np.arctan2(across, along))
+    def rotations(self, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        """The rigid rotations that fit the displacements of the nodes best, weighted by mass."""
+        mesh, mass = self.specimen.mesh, self.specimen.node_masses
+        of, count = mesh.node_grain, self.specimen.grains.count
+
+        def total(values: np.ndarray) -> np.ndarray:
+            return np.bincount(of, mass * values, count)
+
+        whole = total(np.ones(len(mass)))
+        (x, y), (p, q) = ((one - (total(one) / whole)[of] for one in each.T) for each in (mesh.nodes, positions))
+        return np.arctan2(total(x * q - y * p), total(x * p + y * q))
 
     def field(self, velocity: np.ndarray, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
         return velocity
 
-    def over_freedoms(self, matrix: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
+    def over_freedoms(
+        self, matrix: scipy.sparse.csr_matrix, nodes: np.ndarray | None = None
+    ) -> scipy.sparse.csr_matrix:
         return matrix
 
     def flat(self, rows: np.ndarray) -> np.ndarray:

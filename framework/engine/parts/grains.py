@@ -107,16 +107,21 @@ class Grains(Part, ABC):
         """Centres of mass (g, 2) m and their velocities (g, 2) m/s."""
 
     @abstractmethod
-    def rotation(self, grain: int, freedoms: Freedoms, positions: np.ndarray) -> float:
-        """rad, counter-clockwise, since the specimen was made; of a grain that deforms, from -pi to pi."""
+    def rotations(self, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        """(g,) rad, counter-clockwise, since the specimen was made; of grains that deform, from -pi to pi."""
 
     @abstractmethod
     def field(self, velocity: np.ndarray, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
         """Velocity (rows, n) of the freedoms that fits a velocity field (2, i) of the nodes best."""
 
     @abstractmethod
-    def over_freedoms(self, matrix: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
-        """Transform a stiffness matrix over node components (2 i) to the freedoms, in the order of ``flat``."""
+    def over_freedoms(
+        self, matrix: scipy.sparse.csr_matrix, nodes: np.ndarray | None = None
+    ) -> scipy.sparse.csr_matrix:
+        """Transform a stiffness matrix over node components (2 i) to the freedoms, in the order of ``flat``.
+
+        ``nodes`` (i, 2) m are those of grains that have turned about their centroids.
+        """
 
     @abstractmethod
     def flat(self, rows: np.ndarray) -> np.ndarray:

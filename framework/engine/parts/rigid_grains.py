@@ -78,8 +78,8 @@ class RigidGrains(Grains):
         f = freedoms.arrays
         return self.specimen.grains.centroids + f.displacement[:2].T, f.velocity[:2].T
 
-    def rotation(self, grain: int, freedoms: Freedoms, positions: np.ndarray) -> float:
-        return float(freedoms.arrays.displacement[2, grain])
+    def rotations(self, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        return freedoms.arrays.displacement[2]
 
     def nodes_at(self, displacement: np.ndarray) -> np.ndarray:
         x, y, angle = displacement[:, self.specimen.mesh.node_grain]
@@ -110,8 +110,10 @@ class RigidGrains(Grains):
         rows = x * fx, y * fy, (x * fy + y * fx) / 2
         return np.stack([np.bincount(of, row, grains.count) for row in rows], axis=1) / grains.areas[:, None]
 
-    def over_freedoms(self, matrix: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
-        carry = rigid_map(self.specimen)
+    def over_freedoms(
+        self, matrix: scipy.sparse.csr_matrix, nodes: np.ndarray | None = None
+    ) -> scipy.sparse.csr_matrix:
+        carry = rigid_map(self.specimen, nodes)
         return (carry.T @ matrix @ carry).tocsr()
 
     def flat(self, rows: np.ndarray) -> np.ndarray:

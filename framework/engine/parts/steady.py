@@ -1,4 +1,7 @@
-"""The steady motion of a stage: the velocities that go with its drives. What moves beside it is vibration."""
+"""The steady motion of a stage: the velocities that go with its drives. What moves beside it is vibration.
+
+With it is kept the softest motion, with which the search for the next stability margin begins.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,9 @@ class SteadyBooks(NamedTuple):
     share: Changing  #: (1,) of it that counts: 0 while a speed rises, then 1
     mark: Changing  #: (r, n) m, displacement from which the mean motion counts
     since: Changing  #: (1,) s, when that was
+    settled: Changing  #: (r, n) m, displacement when the softest motion was settled last, or the stage began
     temperature: Changing  #: (1,) °C, at that time
+    softest: Changing  #: (q,) the motion of the last stability margin; empty before there is one
 
 
 class Steady(Part):
@@ -29,12 +34,18 @@ class Steady(Part):
     def __init__(self, freedoms: Freedoms, heat: Heat) -> None:
         self._freedoms, self._heat = freedoms, heat
         zeros = np.zeros_like(freedoms.arrays.mass)
-        self.books = SteadyBooks(zeros, np.ones(1), np.ones(1), zeros.copy(), np.zeros(1), np.zeros(1))
+        self.books = SteadyBooks(
+            zeros, np.ones(1), np.ones(1), zeros.copy(), np.zeros(1), zeros.copy(), np.zeros(1), np.zeros(0)
+        )
 
     @property
     def pace(self) -> float:
         """By which the speeds of all drives are multiplied."""
         return float(self.books.pace[0])
+
+    def soften(self, motion: np.ndarray) -> None:
+        """Keep the motion (q,) of a stability margin."""
+        self.books = self.books._replace(softest=motion)
 
     @property
     def velocity(self) -> np.ndarray:
@@ -43,6 +54,8 @@ class Steady(Part):
 
     def begin(self, field: np.ndarray, pace: float, time: float, *, rises: bool) -> None:
         """A field (r, n) m/s, of another stage, which counts when its speed no longer ``rises``."""
+        self.soften(np.zeros(0))
+        self.books.settled[:] = self._freedoms.arrays.displacement
         self.books.field[:], self.books.pace[0] = field, pace
         self.rise(time, done=not rises)
 

@@ -1,0 +1,119 @@
+"""The stability margin: its value by theory, what it leaves alone, and columns that buckle at their load."""
+
+import sys
+from pathlib import Path
+
+import attrs
+import numpy as np
+import pytest
+from support import BRITTLE, ROCK, STIFF, small_sample
+
+import grainlaw as gl
+from grainlaw.engine.margin import Margin
+from grainlaw.engine.stable_step import StableStep
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.laws import Linear
+from grainlaw.protocols import BiaxialCompression, Platens, UniaxialCompression, UniaxialTension
+from grainlaw.results.certificate import doubts, fails
+
+sys.path.insert(0, str(Path(__file__).parent / "validation"))
+from first_failure_study import KN, KS, buckling_stress, column
+
+sys.path.pop(0)
+
+
+@attrs.frozen(kw_only=True)
+class Softening(gl.ContactLaw):
+    """Straight softening from the start of its damage on, elastic in shear."""
+
+    kn: float = gl.parameter("Pa/m")
+    ks: float = gl.parameter("Pa/m")
+    strength: float = gl.parameter("Pa")
+    fall: float = gl.parameter("Pa/m")
+    stiffness = property(lambda self: (self.kn, self.ks))
+
+    def traction(self, opening, slip, damage, widest):
+        peak = self.strength / self.kn
+        widest = max(widest, opening, peak)
+        damage = min((widest - peak) * self.fall / self.strength, 1.0)
+        secant = self.strength * (1 - damage) / widest
+        return (secant if opening > 0 else self.kn) * opening, self.ks * slip, damage, widest
+
+
+def pressed(bend, loading, samples=200):
+    test = UniaxialCompression(
+        platens=Platens.ROUGH, maximum_strain=0.008, stop_fraction=0, samples=samples, loading=loading
+    )
+    return gl.simulate(column(bend), Linear(kn=KN, ks=KS), test, detection=None)
+
+
+@pytest.mark.parametrize("bend", [0.001, 0.005])
+def test_a_bent_column_bears_its_buckling_load(bend):
+    """The eigenvalue of a chain of hinges, at the default pace; an elastic column bears it while it bends on."""
+    result = pressed(bend, gl.Adaptive())
+    assert result.curves["stress"].max() == pytest.approx(buckling_stress(), rel=0.02)
+    assert not any(fails(name, value) for name, value in result.summary.items())
+    assert result.summary["energy_error"] < 1e-3
+
+
+def test_the_margin_of_a_run_that_is_much_too_fast_points_to_the_buckling_load():
+    """It falls in a straight line with the load, from 1 to 0; the certificate fails when the load goes on to rise."""
+    result = pressed(0.001, gl.Constant(speed=0.6))
+    stress, margin = result.curves["stress"], result.curves["stability"]
+    assert stress.max() > 1.2 * buckling_stress()
+    early = (margin > 0.2) & (margin < 0.9)
+    slope, start = np.polyfit(stress[early], margin[early], 1)
+    assert start == pytest.approx(1.0, abs=0.01)
+    assert -start / slope == pytest.approx(buckling_stress(), rel=0.02)
+    assert margin[-1] < 0
+    assert fails("unstable_rise", result.summary["unstable_rise"])
+    assert any("the load rose above what the specimen can bear" in words for words in doubts(result))
+
+
+def test_a_softening_joint_between_two_blocks_has_the_margin_of_springs_in_series():
+    """Of the joint: (k - h)/(k + kn) with k = E/L of both blocks in series, and -h the slope of its softening."""
+    width, height, modulus, kn, fall = 4e-3, 40e-3, 50e9, 5e12, 0.6e12
+    rock = gl.Specimen(
+        Bricks(rows=2, columns=1).tessellate(rectangle(width, height)),
+        gl.Elastic(youngs_modulus=modulus, poissons_ratio=0.0, density=3000),
+    )
+    law = Softening(kn=kn, ks=kn, strength=10e6, fall=fall)
+    test = UniaxialTension(maximum_strain=4e-4, stop_fraction=0.6, samples=200)
+    curves = gl.simulate(rock, law, test).curves
+    blocks = modulus / height  # plane strain without a Poisson effect
+    softens = curves["damaged"] > 0
+    assert curves["stability"][~softens][1:-1] == pytest.approx(1.0, abs=0.01)
+    assert curves["stability"][softens][5:] == pytest.approx((blocks - fall) / (blocks + kn), abs=0.005)
+
+
+@pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])
+def test_a_sound_specimen_has_the_margin_1(material):
+    test = UniaxialCompression(maximum_strain=1e-4, samples=20)
+    margin = gl.simulate(small_sample(material=material), Linear(**STIFF), test).curves["stability"]
+    assert margin[1:] == pytest.approx(1.0, abs=0.01)
+
+
+def test_asking_for_the_margin_leaves_the_state_as_it_was():
+    """To the last bit, under pressure and a platen, with contacts that have replaced bonds."""
+
+    @attrs.define
+    class Asks(gl.Observer):
+        asked: int = 0
+
+        def observe(self, state, curves, stage, progress):
+            if stage.loading is None or len(curves["time"]) % 20 or len(curves["time"]) < 100:
+                return
+            step = StableStep(state)
+            margin = Margin(state, step.sound(), step.frequency, step.frequency / 30)
+            before = state.save()
+            margin.find(margin.first_guess())
+            after = state.save()
+            for part, rows in before.items():
+                for name, row in rows.items():
+                    assert np.array_equal(after[part][name], row, equal_nan=True), (part, name)
+            self.asked += 1
+
+    asks = Asks()
+    test = BiaxialCompression(confinement=5e6, stop_fraction=0.7)
+    gl.simulate(small_sample(), BRITTLE, test, observers=[asks])
+    assert asks.asked > 3
