@@ -5,7 +5,7 @@ from grainlaw.calibration.calibrate import calibrate
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.targets import Targets
 from grainlaw.compiler.batch import CompilationError
-from grainlaw.condition import AtRest, ComesTo, Condition, FailsTo, FallsTo, Reaches, StageError
+from grainlaw.condition import AtRest, ComesTo, Condition, Fails, FailsTo, FallsTo, Reaches, StageError
 from grainlaw.contact import ContactLaw
 from grainlaw.detection import Detection
 from grainlaw.engine.state import State
@@ -53,6 +53,7 @@ from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import ContactPoints, EndPoints, GaussPoints, InsetPoints, Specimen
 from grainlaw.stage import Ageing, Stage
+from grainlaw.strength import Until
 from grainlaw.studies.design import latin_hypercube, sobol
 from grainlaw.studies.envelope import (
     HoekBrownFit,
@@ -107,6 +108,7 @@ __all__ = [
     "EndPoints",
     "Entry",
     "ExecutorError",
+    "Fails",
     "FailsTo",
     "FailurePlane",
     "FallsTo",
@@ -174,6 +176,7 @@ __all__ = [
     "Traction",
     "Undamped",
     "UnitWarning",
+    "Until",
     "Window",
     "acoustic_events",
     "calibrate",

@@ -11,8 +11,9 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.columns import MOTION, SHEAR_CRACKS, STAGE, TENSILE_CRACKS, TIME, UNBALANCED, require
+from grainlaw.columns import DAMAGED, MOTION, SHEAR_CRACKS, STAGE, TENSILE_CRACKS, TIME, UNBALANCED, require
 from grainlaw.parameter import parameter
+from grainlaw.strength import borne
 
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
 
@@ -85,10 +86,30 @@ class FailsTo(Condition):
 
     def progress(self, curves: Curves) -> float:
         cracks = curves[TENSILE_CRACKS] + curves[SHEAR_CRACKS]
-        before = cracks[0] if curves[STAGE][0] > 0 else 0
-        if cracks[-1] == before:
+        if cracks[-1] == _left_before(curves, cracks):
             return 0.0
         return FallsTo(self.column, self.fraction).progress(curves)
+
+
+@attrs.frozen
+class Fails(Condition):
+    """A specimen has failed, :func:`grainlaw.strength.borne`, and a contact has been damaged in this stage."""
+
+    load: str  #: column of the curves
+    deformation: str  #: column of the curves
+
+    def progress(self, curves: Curves) -> float:
+        require("Fails", curves, self.load, self.deformation)
+        if curves[DAMAGED][-1] <= _left_before(curves, curves[DAMAGED]):
+            return 0.0
+        way = curves[self.deformation]
+        found = borne(curves[self.load], way - _left_before(curves, way), curves[STAGE])
+        return float(found is not None and found.failed)
+
+
+def _left_before(curves: Curves, values: np.ndarray) -> float:
+    """What a column (t,) had when this stage began: zero in the first."""
+    return float(values[0]) if curves[STAGE][0] > 0 else 0.0
 
 
 @attrs.frozen

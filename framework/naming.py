@@ -50,8 +50,9 @@ def three_digits(value: Any) -> str:
 
 
 NAMED = {
-    "peak_stress": Shown("peak stress", "MPa", 1e-6, ".2f"),
-    "peak_strain": Shown("strain at peak", "%", 1e2, ".4f"),
+    "strength": Shown("strength", "MPa", 1e-6, ".2f"),
+    "largest_stress": Shown("largest stress", "MPa", 1e-6, ".2f"),
+    "failure_strain": Shown("strain at failure", "%", 1e2, ".4f"),
     "apparent_modulus": Shown("E*", "GPa", 1e-9, ".2f"),
     "apparent_poisson": Shown("nu*", "", 1, ".3f"),
     "modulus": Shown("E", "GPa", 1e-9, ".2f"),
@@ -59,7 +60,8 @@ NAMED = {
     "tensile_cracks": Shown("tensile cracks", "", 1, ".0f"),
     "shear_cracks": Shown("shear cracks", "", 1, ".0f"),
     "kinetic_ratio": Shown("kinetic ratio", "", 1, ".1e"),
-    "platen_imbalance": Shown("platen imbalance", "%", 1e2, ".2f"),
+    "imbalance": Shown("imbalance", "%", 1e2, ".2f"),
+    "unstable_rise": Shown("rise while unstable", "%", 1e2, ".2f"),
     "energy_error": Shown("energy error", "", 1, ".1e"),
     "energy_made": Shown("energy made", "", 1, ".1e"),
     "steps": Shown("steps", "", 1, ".0f"),

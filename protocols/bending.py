@@ -8,11 +8,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from grainlaw.boundary_conditions import Drive
-from grainlaw.condition import Curves, FailsTo, Reaches
+from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.moduli import work
-from grainlaw.protocols.measures import certificate, size
-from grainlaw.protocols.platens import UntilFailure, refuse_platens, require_boundaries, sampling
+from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
+from grainlaw.protocols.platens import UntilFailure, failing, refuse_platens, require_boundaries, sampling
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
@@ -39,7 +39,7 @@ def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
             Drive(boundary="load", axis=0, speed=0.0, roller=True),
             *(Drive(boundary=support, axis=1, speed=0.0, roller=True) for support in SUPPORTS),
         ],
-        until=[Reaches("deflection", test.maximum_deflection), FailsTo("force", test.stop_fraction)],
+        until=[Reaches("deflection", test.maximum_deflection), *failing(test, "force", "deflection", after_break=True)],
         **sampling(test, test.maximum_deflection),
     )
 
@@ -67,15 +67,20 @@ def measure_bending(state: State) -> dict[str, float]:
 def bending_summary(
     curves: Curves, specimen: Specimen, name: str, strength: Callable[[float, Specimen], float]
 ) -> dict[str, Any]:
-    """Peak load (N/m), its deflection, the strength computed from it under ``name``, work of fracture, certificate."""
-    peak = int(np.argmax(curves["force"]))
-    force = float(curves["force"][peak])
+    """Load (N/m) at the first failure, its deflection, the strength computed from it under ``name``, and the rest.
+
+    The rest is the largest load and what would be computed from it, the work of fracture and the certificate.
+    """
+    found = failure_of(curves, "force", "deflection")
+    force, largest = strength_of(found, curves["force"])
     return {
-        "peak_force": force,
-        "peak_deflection": float(curves["deflection"][peak]),
+        "failure_force": force,
+        "failure_deflection": strength_of(found, curves["deflection"])[0],
         name: strength(force, specimen),
+        "largest_force": largest,
+        f"largest_{name}": strength(largest, specimen),
         "work_of_fracture": work_of_fracture(curves, specimen),
-        **certificate(curves, "force", ("force_top", "force_bottom")),
+        **certificate(curves, found, "force"),
     }
 
 

@@ -27,6 +27,7 @@ from grainlaw.protocols.platens import (
 )
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
+from grainlaw.strength import Until
 
 SAMPLES = 20  #: in each ramp
 MOST_CONFINING = 10_000  #: samples: a specimen that is not at rest by then has failed
@@ -68,6 +69,7 @@ class BiaxialCompression(LoadingProtocol):
     moving: Moving = part(Moving, Moving.TOP)  #: which platen moves, or both
     #: axial strain at which the test ends, if it has not failed
     maximum_strain: float = parameter("1", default=0.01, above=0, below=0.5)
+    until: Until = part(Until, Until.FALL)  #: whether the test ends at the first failure
     #: share of the peak stress at which the test ends
     stop_fraction: float = parameter("1", default=0.5, at_least=0, below=1)
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
@@ -114,10 +116,11 @@ class BiaxialCompression(LoadingProtocol):
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Peak stress, strain from the confined state on, moduli from the deviator, certificate."""
+        """Strength, strain from the confined state on, moduli from the deviator, certificate."""
         axial = np.flatnonzero(curves[STAGE] == curves[STAGE].max())
         confined = {name: curves[name][axial[0]] for name in (STRAIN, LATERAL_STRAIN)}
         part = {name: values[axial] for name, values in curves.items()}
         part |= {name: part[name] - value for name, value in confined.items()}
         summary = uniaxial_summary(part, specimen, -1.0, DEVIATOR)
-        return {"confinement": self.confinement, **summary, "peak_stress": summary["peak_stress"] + self.confinement}
+        stresses = {name: summary[name] + self.confinement for name in ("strength", "largest_stress")}
+        return {"confinement": self.confinement, **summary, **stresses}

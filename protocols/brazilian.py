@@ -7,20 +7,20 @@ from collections.abc import Sequence
 from typing import Any
 
 import attrs
-import numpy as np
 
 from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
-from grainlaw.condition import Curves, FailsTo, Reaches
+from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.measures import certificate, ends, size
-from grainlaw.protocols.platens import Platens, held_across, require_platens, sampling
+from grainlaw.protocols.measures import certificate, ends, failure_of, size, strength_of
+from grainlaw.protocols.platens import Platens, failing, held_across, require_platens, sampling
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
+from grainlaw.strength import Until
 from grainlaw.window import window_mean, within_circle
 
 
@@ -39,6 +39,7 @@ class Brazilian(LoadingProtocol):
     jaws: Platens = part(Platens, Platens.ROUGH)  #: whether the disc may slide along the jaws
     shape_factor: float = parameter("1", default=1.0)  #: of the stress in the middle: 1 for a narrow load
     maximum_strain: float = parameter("1", default=0.005, above=0, below=0.5)  #: approach over the diameter
+    until: Until = part(Until, Until.FALL)  #: whether the test ends at the first failure
     stop_fraction: float = parameter("1", default=0.9, at_least=0, below=1)  #: of the load at which it splits
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
@@ -55,7 +56,7 @@ class Brazilian(LoadingProtocol):
                     Drive(boundary="bottom", axis=1, speed=0.0),
                     *across,
                 ],
-                until=[Reaches(STRAIN, self.maximum_strain), FailsTo(STRESS, self.stop_fraction)],
+                until=[Reaches(STRAIN, self.maximum_strain), *failing(self, STRESS, STRAIN, after_break=True)],
                 **sampling(self, self.maximum_strain * size(specimen)[1]),
             )
         ]
@@ -83,11 +84,13 @@ class Brazilian(LoadingProtocol):
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Brazilian tensile strength, peak load, approach at it, and the certificate."""
-        peak = int(np.argmax(curves[STRESS]))
+        """Brazilian tensile strength, load and approach at it, the largest stress, and the certificate."""
+        found = failure_of(curves)
+        strength, largest = strength_of(found, curves[STRESS])
         return {
-            "peak_stress": float(curves[STRESS][peak]),
-            "peak_force": float(curves["force"][peak]),
-            "peak_strain": float(curves[STRAIN][peak]),
-            **certificate(curves),
+            "strength": strength,
+            "failure_force": strength_of(found, curves["force"])[0],
+            "failure_strain": strength_of(found, curves[STRAIN])[0],
+            "largest_stress": largest,
+            **certificate(curves, found),
         }

@@ -15,7 +15,7 @@ from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.joint import joint_means, require_joint
-from grainlaw.protocols.measures import certificate, end_share, ends, size
+from grainlaw.protocols.measures import certificate, end_share, ends, failure_of, size, strength_of
 from grainlaw.protocols.platens import require_platens
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -108,13 +108,15 @@ class DirectShear(LoadingProtocol):
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Largest shear stress, slip there (displacement in a box), stress at the end of shearing, certificate."""
-        peak, end = int(curves["shear_stress"].argmax()), int(curves["displacement"].argmax())
+        """Strength, slip there (displacement in a box), largest stress and that at the end of shearing, certificate."""
+        found, end = failure_of(curves, "shear_stress", "displacement"), int(curves["displacement"].argmax())
+        strength, largest = strength_of(found, curves["shear_stress"])
         return {
-            "peak_stress": float(curves["shear_stress"][peak]),
-            "peak_slip": float(curves["slip" if "slip" in curves else "displacement"][peak]),
+            "strength": strength,
+            "failure_slip": strength_of(found, curves["slip" if "slip" in curves else "displacement"])[0],
+            "largest_stress": largest,
             "residual_stress": float(curves["shear_stress"][end]),
-            **certificate(curves, "shear_stress", ("shear_stress_top", "shear_stress_bottom")),
+            **certificate(curves, found, "shear_stress"),
         }
 
 

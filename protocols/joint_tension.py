@@ -16,7 +16,7 @@ from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.joint import joint_means, require_joint
-from grainlaw.protocols.measures import certificate, size
+from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
 from grainlaw.protocols.platens import NO_TENSION, refuse_platens
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -84,12 +84,14 @@ class JointTension(LoadingProtocol):
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Largest tension, opening there, opening when the whole joint had broken (nan if it has not), certificate."""
-        top = int(curves["normal"].argmax())
+        """Tensile strength, opening there, opening when the whole joint had broken (nan if it has not), certificate."""
+        found = failure_of(curves, "normal", "opening")
+        strength, largest = strength_of(found, curves["normal"])
         broken = curves["opening"][curves["broken"] >= 1]
         return {
-            "peak_stress": float(curves["normal"][top]),
-            "peak_opening": float(curves["opening"][top]),
+            "strength": strength,
+            "failure_opening": strength_of(found, curves["opening"])[0],
+            "largest_stress": largest,
             "breaking_opening": float(broken[0]) if len(broken) else float("nan"),
-            **certificate(curves),
+            **certificate(curves, found, "normal"),
         }

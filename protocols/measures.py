@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from grainlaw import gauges
-from grainlaw.columns import LATERAL_STRAIN, STORED, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VIBRATION, energy
+from grainlaw.columns import (
+    IMBALANCE,
+    LATERAL_STRAIN,
+    STABILITY,
+    STAGE,
+    STORED,
+    STRAIN,
+    STRESS,
+    VIBRATION,
+    energy,
+)
 from grainlaw.engine.state import State
 from grainlaw.moduli import converted, slope
 from grainlaw.specimen import Specimen
+from grainlaw.strength import Borne, borne
 from grainlaw.window import window_mean, within_rectangle
 
 
@@ -82,6 +94,18 @@ def window_stress(state: State, share: float = 0.5) -> np.ndarray:
     return np.average(stress[rock], axis=0, weights=grains.areas[rock])
 
 
+def failure_of(curves: Mapping[str, np.ndarray], load: str = STRESS, deformation: str = STRAIN) -> Borne | None:
+    """The first failure by two columns, see :func:`grainlaw.strength.borne`; None where there is no load."""
+    return borne(curves[load], curves[deformation], curves[STAGE])
+
+
+def strength_of(found: Borne | None, values: np.ndarray) -> tuple[float, float]:
+    """A column (t,) at the first failure, nan where there is none, and at the largest load; such as the strength."""
+    if found is None:
+        return math.nan, math.nan
+    return float(values[found.at]) if found.failed else math.nan, float(values[found.largest])
+
+
 def elastic_moduli(
     curves: Mapping[str, np.ndarray],
     specimen: Specimen,
@@ -90,14 +114,14 @@ def elastic_moduli(
     low: float = 0.2,
     high: float = 0.5,
 ) -> dict[str, float]:
-    """Moduli by regression between two fractions of the peak of the column ``load`` (Pa), before it.
+    """Moduli by regression between two fractions of the strength in the column ``load`` (Pa), before it.
 
     ``sign`` is 1 where ``strain`` counts tension positive, -1 where it counts compression. ``apparent_modulus`` (Pa)
     and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are converted from plane
     strain, nu = nu*/(1 + nu*), E = E* (1 - nu^2), or equal to them in plane stress.
     """
-    stress = curves[load]
-    peak = int(np.argmax(stress))
+    stress, found = curves[load], failure_of(curves, load)
+    peak = 0 if found is None else found.at
     chosen = np.flatnonzero((stress[:peak] >= low * stress[peak]) & (stress[:peak] <= high * stress[peak]))
     if len(chosen) < 2:
         return dict.fromkeys(("apparent_modulus", "apparent_poisson", "modulus", "poisson"), float("nan"))
@@ -108,25 +132,25 @@ def elastic_moduli(
     return {"apparent_modulus": young, "apparent_poisson": poisson, "modulus": modulus, "poisson": true}
 
 
-def certificate(
-    curves: Mapping[str, np.ndarray], load: str = STRESS, ends: tuple[str, str] = (STRESS_TOP, STRESS_BOTTOM)
-) -> dict[str, float]:
-    """How quasi-static a test was, from a tenth of the peak of the column ``load`` up to the peak.
+def certificate(curves: Mapping[str, np.ndarray], found: Borne | None, load: str = STRESS) -> dict[str, float]:
+    """How quasi-static a test was, from a tenth of the load in the column ``load`` at its first failure up to it.
 
     ``kinetic_ratio``: largest ratio of the kinetic energy of vibration to the energy in zones and contacts.
-    ``platen_imbalance``: largest difference of the columns ``ends``, which have the unit of the load, over its peak.
-    nan without a peak.
+    ``imbalance``: largest sum of the forces on the specimen, mean over a period of its steady motion, over the load.
+    ``unstable_rise``: by how much of it the load has grown while the specimen was unstable. nan without a load.
     """
-    loads = curves[load]
-    peak = int(np.argmax(loads))
-    if not loads[peak] > 0:
-        return {"kinetic_ratio": float("nan"), "platen_imbalance": float("nan")}
-    rise = np.arange(np.argmax(loads >= 0.1 * loads[peak]), peak + 1)
+    if found is None:
+        return dict.fromkeys(("kinetic_ratio", "imbalance", "unstable_rise"), math.nan)
+    loads, at = curves[load], found.at
+    first = int(np.argmax(loads >= 0.1 * loads[at]))
+    rise = np.arange(first, max(at, first + 1))  # at the end of the sample of the failure it has begun
     kinetic, stored = curves[VIBRATION][rise], energy(curves, *STORED)[rise]
-    one, other = (curves[end][rise] for end in ends)
+    grown = np.diff(np.maximum.accumulate(loads[: at + 1]))
+    unstable = curves[STABILITY][: at + 1] < 0  # not where it is not known
     with np.errstate(over="ignore"):  # before anything is stored
         ratio = float(np.max(kinetic / np.maximum(stored, 1e-300)))
     return {
         "kinetic_ratio": ratio,
-        "platen_imbalance": float(np.max(np.abs(one - other)) / loads[peak]),
+        "imbalance": float(np.max(curves[IMBALANCE][rise])),
+        "unstable_rise": float(grown[unstable[1:] & unstable[:-1]].sum() / loads[at]),
     }

@@ -9,7 +9,7 @@ import numpy as np
 
 from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import LATERAL_STRAIN, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN
-from grainlaw.condition import Curves, FallsTo, Reaches
+from grainlaw.condition import Condition, Curves, Fails, FailsTo, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
 from grainlaw.loading import Loading
@@ -20,14 +20,18 @@ from grainlaw.protocols.measures import (
     certificate,
     elastic_moduli,
     ends,
+    failure_of,
     has_platens,
     lateral_strain,
     size,
+    strength_of,
     window_stress,
 )
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
+from grainlaw.strength import Until
 
+FINE = 400  #: samples of the whole way at least, where contacts are damaged: a peak is missed by half of one
 NO_TENSION = "tension does not pass the contact between two bodies; pull the specimen at its own ends, without platens"
 
 
@@ -55,6 +59,8 @@ class UntilFailure(Protocol):
     @property
     def loading(self) -> Loading: ...
     @property
+    def until(self) -> Until: ...
+    @property
     def stop_fraction(self) -> float: ...
     @property
     def samples(self) -> int: ...
@@ -73,13 +79,24 @@ class BetweenPlatens(UntilFailure, Protocol):
     def maximum_strain(self) -> float: ...
 
 
+def failing(test: UntilFailure, load: str, deformation: str, *, after_break: bool = False) -> list[Condition]:
+    """What ends a stage in which a specimen fails by two columns, beside the limit of its deformation.
+
+    A fall ``after_break`` counts only when a contact has broken.
+    """
+    if test.until is Until.FAILURE:
+        return [Fails(load, deformation)]
+    falls = FailsTo if after_break else FallsTo
+    return [falls(load, test.stop_fraction)] if test.stop_fraction else []
+
+
 def sampling(test: UntilFailure, travel: float) -> dict[str, Any]:
     """How a stage is loaded and sampled whose drives part or approach by at most ``travel`` (m)."""
     interval = travel / test.samples
-    expected = test.samples + test.loading.delay(interval)
+    expected, pieces = test.samples + test.loading.delay(interval), max(1, round(FINE / test.samples))
     return {
-        "loading": test.loading, "interval": interval, "expected": expected, "sample_limit": 2 * expected,
-        "integrator": test.integrator,
+        "loading": test.loading, "interval": interval, "expected": expected, "sample_limit": 20 * pieces * expected,
+        "pieces": pieces, "integrator": test.integrator,
     }  # fmt: skip
 
 
@@ -93,20 +110,22 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
         drives=platen_drives(sign, held_across(specimen, test.platens), test.moving),
         until=[
             Reaches(STRAIN, test.maximum_strain),
-            *([FallsTo(falls, test.stop_fraction)] if test.stop_fraction else []),
+            *failing(test, falls, STRAIN),
         ],
         **sampling(test, test.maximum_strain * size(specimen)[1]),
     )
 
 
 def uniaxial_summary(curves: Curves, specimen: Specimen, sign: float, load: str = STRESS) -> dict[str, Any]:
-    """Peak of the column ``load`` (Pa), moduli and certificate of a uniaxial test."""
-    peak = int(np.argmax(curves[load]))
+    """Strength by the column ``load`` (Pa), the largest stress, moduli and certificate of a uniaxial test."""
+    found = failure_of(curves, load)
+    strength, largest = strength_of(found, curves[load])
     return {
-        "peak_stress": float(curves[load][peak]),
-        "peak_strain": float(curves[STRAIN][peak]),
+        "strength": strength,
+        "failure_strain": strength_of(found, curves[STRAIN])[0],
+        "largest_stress": largest,
         **elastic_moduli(curves, specimen, sign, load),
-        **certificate(curves, load),
+        **certificate(curves, found, load),
     }
 
 

@@ -16,6 +16,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.bending import bending_stage, bending_summary, ligament, measure_bending, span
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
+from grainlaw.strength import Until
 
 
 @attrs.frozen(kw_only=True)
@@ -28,6 +29,7 @@ class ThreePointBending(LoadingProtocol):
 
     loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the load moves
     maximum_deflection: float = parameter("m", default=2e-4)  #: the test ends there if the load has not fallen
+    until: Until = part(Until, Until.FALL)  #: whether the test ends at the first failure
     stop_fraction: float = parameter("1", default=0.05, at_least=0, below=1)  #: of the peak load
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping

@@ -16,6 +16,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.platens import Moving, Platens, measure_between_platens, uniaxial_stage, uniaxial_summary
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
+from grainlaw.strength import Until
 
 
 @attrs.frozen(kw_only=True)
@@ -30,6 +31,7 @@ class UniaxialTension(LoadingProtocol):
     moving: Moving = part(Moving, Moving.BOTH)  #: which platen moves, or both
     #: axial strain at which the test ends, if it has not failed
     maximum_strain: float = parameter("1", default=0.001, above=0, below=0.5)
+    until: Until = part(Until, Until.FALL)  #: whether the test ends at the first failure
     #: share of the peak stress at which the test ends
     stop_fraction: float = parameter("1", default=0.1, at_least=0, below=1)
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit

@@ -40,7 +40,7 @@ class Quantity:
         return self.name in ("youngs_modulus", "poissons_ratio")
 
 
-def _strength(name: str, words: str, tests: Sequence[str], column: str = "peak_stress", power: int = 1) -> Quantity:
+def _strength(name: str, words: str, tests: Sequence[str], column: str = "strength", power: int = 1) -> Quantity:
     return Quantity(name, Shown(words, "MPa", 1e-6, ".2f"), "Pa", tuple(tests), column, power)
 
 

@@ -30,24 +30,24 @@ from grainlaw.protocols import BiaxialCompression, Brazilian, SemiCircularBend, 
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.parallel import Run
 from grainlaw.specimen import Specimen
+from grainlaw.strength import Until
 from grainlaw.studies.envelope import fit_mohr_coulomb
 from grainlaw.studies.study import Study
 from grainlaw.studies.table import Table
 
-#: Strength is all that a calibration asks of a test: it ends soon after the peak.
+#: Strength is all that a calibration asks of a test: it ends there.
 USUAL: dict[str, LoadingProtocol] = {
-    COMPRESSION: UniaxialCompression(stop_fraction=0.7),
-    CONFINED: BiaxialCompression(confinement=0, stop_fraction=0.7),
-    TENSION: UniaxialTension(stop_fraction=0.5),
-    BRAZILIAN: Brazilian(),
-    BENDING: SemiCircularBend(stop_fraction=0.5),
+    COMPRESSION: UniaxialCompression(until=Until.FAILURE),
+    CONFINED: BiaxialCompression(confinement=0, until=Until.FAILURE),
+    TENSION: UniaxialTension(until=Until.FAILURE),
+    BRAZILIAN: Brazilian(until=Until.FAILURE),
+    BENDING: SemiCircularBend(until=Until.FAILURE),
 }
 PRISM, DISC, HALF_DISC = "prism", "disc", "half_disc"
 SHAPES = {COMPRESSION: PRISM, CONFINED: PRISM, TENSION: PRISM, BRAZILIAN: DISC, BENDING: HALF_DISC}
 MEASURED = ("crack_initiation_lateral", "crack_damage")
-WHOLE = 0.995  #: of the longest course: a test that has its peak there has none
 LONGEST = 0.45  #: strain, of courses that similarity makes longer
-COURSES = {"peak_strain": "maximum_strain", "peak_deflection": "maximum_deflection"}
+COURSES = {"failure_strain": "maximum_strain", "failure_deflection": "maximum_deflection"}
 
 Specimens = Callable[[int], Specimen]
 
@@ -191,8 +191,8 @@ class StudySimulator(Simulator):
 
         if CONFINED not in quantity.tests:
             return column(quantity.tests[0], 0.0, quantity.column)
-        peaks = [scale * column(COMPRESSION, 0.0, "peak_stress")]
-        peaks += [column(CONFINED, level, "peak_stress") for level in self.pressures]
+        peaks = [scale * column(COMPRESSION, 0.0, "strength")]
+        peaks += [column(CONFINED, level, "strength") for level in self.pressures]
         if not np.isfinite(peaks).all():
             return math.nan
         line = fit_mohr_coulomb([0.0, *self.pressures], peaks)
@@ -214,10 +214,6 @@ def _why_none(row: Mapping[str, Any], test: Any) -> str:
     if row["status"] != "finished":
         return f"{row['status']}: {row['reason']}"
     for column, limit in COURSES.items():
-        reached = row.get(column)
-        if reached is None:
-            continue
-        whole = min(WHOLE, 1 - 2 / test.samples)  # the last sample comes before the end
-        if reached >= whole * getattr(test, limit):
-            return f"no peak up to the {limit.replace('_', ' ')} of {getattr(test, limit):.4g}"
+        if column in row and (row[column] is None or math.isnan(row[column])):
+            return f"no failure up to the {limit.replace('_', ' ')} of {getattr(test, limit):.4g}"
     return ""

@@ -20,7 +20,6 @@ from grainlaw.cli.running import (
     portable_option,
     progress_bars,
     refusing,
-    tell_certificate,
     threads_option,
     writing_to,
 )
@@ -121,7 +120,6 @@ def compare(
         record = {"sample": first.sections["sample"], "versions": versions()}
         comparison.write_report(claim.path / "report.html", record=record, files=linked(claim.path))
         click.echo(comparison)
-        tell_certificate(comparison.named if isinstance(comparison, SampleComparison) else comparison.results)
         finished(claim)
     if comparison.failed:
         count, what = len(comparison.failed) + len(comparison.results), "laws" if len(numbers) == 1 else "runs"

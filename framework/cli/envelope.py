@@ -23,6 +23,7 @@ from grainlaw.protocols import BiaxialCompression
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.record import described, recorded
 from grainlaw.specimen import Specimen
+from grainlaw.strength import Until
 from grainlaw.studies.envelope import StrengthEnvelope
 from grainlaw.studies.store import Store
 from grainlaw.studies.study import Study
@@ -44,7 +45,9 @@ class EnvelopeCase:
         return Voronoi(grains=self.grains, seed=seed)
 
     def test(self, confinement: float) -> BiaxialCompression:
-        return BiaxialCompression(confinement=confinement, loading=self.loading, maximum_strain=self.maximum_strain)
+        return BiaxialCompression(
+            confinement=confinement, loading=self.loading, maximum_strain=self.maximum_strain, until=Until.FAILURE
+        )
 
     def __call__(self, seed: int, confinement: float) -> Run:
         grains = self.tessellator(seed).tessellate(rectangle(self.width, self.height))
@@ -69,9 +72,9 @@ def envelope(
     *, law: str, confinement: str, seeds: str, grains: int | None, speed: float | None, max_strain: float, out: Path,
     threads: Threads, quick: bool,
 ) -> None:  # fmt: skip
-    """Compress a rock specimen under several confinements, and fit Mohr-Coulomb and Hoek-Brown to the peaks.
+    """Compress a rock specimen under several confinements, and fit Mohr-Coulomb and Hoek-Brown to the strengths.
 
-    Writes envelope.png and summary.json: confinement, peak_stress, cohesion, friction_angle (degrees), ucs, slope, and
+    Writes envelope.png and summary.json: confinement, strength, cohesion, friction_angle (degrees), ucs, slope, and
     their 95 % intervals. The specimen and the parameters are those of a published study (docs/validation.md).
 
     The folder holds a study: what is finished is kept, and the same call goes on. A call with other options adds its

@@ -49,13 +49,13 @@ class Paper:
     def peaks(self, law: str, seed: int) -> np.ndarray:
         """(k, 2) confinement and peak stress (Pa)."""
         rows = self.table.where(law=law, damping=LOCAL, seed=seed).rows
-        known = [(row["confinement"], row["peak_stress"]) for row in rows if row.get("peak_stress") is not None]
+        known = [(row["confinement"], row["strength"]) for row in rows if row.get("strength") is not None]
         return np.array(known, dtype=float).reshape(-1, 2)
 
     def by_damping(self, law: str) -> dict[str, float]:
         """Strength (Pa) of the first specimen by the damping."""
         rows = self.table.where(law=law, confinement=0.0, seed=SEEDS[0]).rows
-        return {row["damping"]: float(row["peak_stress"]) for row in rows if row.get("peak_stress") is not None}
+        return {row["damping"]: float(row["strength"]) for row in rows if row.get("strength") is not None}
 
 
 # --- one contact -----------------------------------------------------------------------------------------------------
@@ -124,7 +124,7 @@ def macroscopic(paper: Paper) -> list[list[str]]:
     unknown, e = math.nan, paper.elastic
     add("E* (GPa)", unknown, e.apparent_modulus, range_of("apparent_modulus", GPa, ".2f"), GPa, ".2f")
     add("nu*", unknown, e.apparent_poisson, range_of("apparent_poisson", 1, ".3f"), 1, ".3f")
-    add("UCS (MPa)", unknown, unknown, range_of("peak_stress", MPa, ".1f"), MPa, ".1f")
+    add("UCS (MPa)", unknown, unknown, range_of("strength", MPa, ".1f"), MPa, ".1f")
     add("UCS by the line (MPa)", PAPER["ucs"], unknown, fitted("ucs", MPa, ".1f"), MPa, ".2f")
     add("slope of the line", PAPER["slope"], unknown, fitted("slope", 1, ".2f"), 1, ".2f")
     add("cohesion (MPa)", PAPER["cohesion"], unknown, fitted("cohesion", MPa, ".1f"), MPa, ".2f")

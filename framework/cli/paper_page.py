@@ -71,7 +71,7 @@ def _sample(paper: Paper) -> Iterator[str]:
     ]
     if shown:
         yield html.picture(free.plot_cracks(shown), "Cracks at the end, seed 1: tensile thin, shear thick")
-    yield html.table(_compressions(paper), ["law", "seed", "UCS (MPa)", "strain at peak (%)", "tensile", "shear"])
+    yield html.table(_compressions(paper), ["law", "seed", "UCS (MPa)", "strain at failure (%)", "tensile", "shear"])
     yield html.text("h2", "Fig. 9: strength over confinement; Eqs. (13) and (14)")
     yield html.picture(_envelope(paper), "Peaks under 0 to 4 MPa, and the lines through them")
     head, *rows = macroscopic(paper)
@@ -86,8 +86,8 @@ def _compressions(paper: Paper) -> Iterator[Sequence[str]]:
                 yield law, str(row["seed"]), f"{row['status']}: {row['reason']}", "", "", ""
                 continue
             cracks = (f"{row[name]:.0f}" for name in ("tensile_cracks", "shear_cracks"))
-            strength = f"{row['peak_stress'] / MPa:.1f}" if law != ELASTIC else "does not break"
-            yield law, str(row["seed"]), strength, f"{row['peak_strain'] * 100:.3f}", *cracks
+            strength = f"{row['strength'] / MPa:.1f}" if law != ELASTIC else "does not break"
+            yield law, str(row["seed"]), strength, f"{row['failure_strain'] * 100:.3f}", *cracks
 
 
 def _flutter(paper: Paper) -> Iterator[str]:
@@ -139,7 +139,7 @@ def _envelope(paper: Paper) -> Figure:
     label = f"paper: c = {PAPER['cohesion'] / MPa} MPa, phi = {PAPER['friction_angle']} deg"
     axes.plot(along / MPa, (PAPER["ucs"] + PAPER["slope"] * along) / MPa, "k--", label=label)
     axes.set_xlabel("confinement (MPa)")
-    axes.set_ylabel("peak stress (MPa)")
+    axes.set_ylabel("strength (MPa)")
     axes.set_ylim(bottom=0)
     axes.grid(alpha=0.25)
     axes.legend(frameon=False, fontsize=9)

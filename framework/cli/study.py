@@ -169,7 +169,7 @@ def table(chosen: StudyFile, folder: Path, *, csv: Path | None, parquet: Path | 
 
 @study.command()
 @file_options
-@click.option("--column", default="peak_stress", show_default=True, help="Column of the table.")
+@click.option("--column", default="strength", show_default=True, help="Column of the table.")
 @click.option("--to", type=click.Path(path_type=Path), help="File to write.  [default: COLUMN.png in the folder]")
 def plot(chosen: StudyFile, folder: Path, *, column: str, to: Path | None) -> None:
     """Draw a column: each case, and means with their intervals."""

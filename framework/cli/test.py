@@ -32,7 +32,7 @@ from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
 from grainlaw.naming import aligned, shown
 from grainlaw.observation import Observer
-from grainlaw.results.certificate import marked
+from grainlaw.results.certificate import marked, text_of
 from grainlaw.results.files import write_atomically
 from grainlaw.results.paraview import write_script
 from grainlaw.results.plot import require_bokeh, write_interactive
@@ -150,5 +150,5 @@ def _certified(name: str, result: Result, chosen: Configuration, claim: Claim) -
 
 def _table(result: Result) -> str:
     return aligned(
-        (shown(name).heading, marked(name, [result], shown(name).text(value))) for name, value in result.summary.items()
+        (shown(name).heading, marked(name, [result], text_of(name, shown(name), result))) for name in result.summary
     )

@@ -1,4 +1,4 @@
-"""The certificate of a run: the most that its errors may be, what to do if they are more, and whether it has a peak."""
+"""The certificate of a run: the most that its errors may be, what to do if they are more, and what is no strength."""
 
 from __future__ import annotations
 
@@ -7,22 +7,26 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from grainlaw.columns import STRESS
-from grainlaw.naming import shown
+from grainlaw.columns import DAMAGED
+from grainlaw.contact import ContactLaw, memory_names
+from grainlaw.naming import Shown, shown
 
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
+SLOWER = "load more slowly: loading=gl.Adaptive(rate=0.0005), or --set test.loading.rate=0.0005"
 #: docs/theory.md, Measures
 LIMITS = {
-    "kinetic_ratio": (0.01, "the test was not quasi-static: load more slowly, with a lower rate or speed"),
-    "platen_imbalance": (0.02, "waves ran through the specimen: load more slowly, with a lower rate or speed"),
-    "energy_error": (0.005, "the time steps were too long: lower the time_step_factor"),
+    "kinetic_ratio": (0.01, f"the test was not quasi-static; {SLOWER}"),
+    "imbalance": (0.01, f"the load was not in balance; {SLOWER}"),
+    "unstable_rise": (0.03, f"the load rose above what the specimen can bear, which was unstable; {SLOWER}"),
+    "energy_error": (0.005, "the time steps were too long: time_step_factor=0.5"),
     "energy_made": (1e-4, "intact contacts made energy: the law may flutter, and the strength depend on the damping"),
 }
 FAIL = "FAIL"
+#: properties that are read at the first failure, and the largest of the same quantity, which there may be later
+STRENGTHS = {"strength": "largest_stress", "failure_force": "largest_force"}
+HIGHER = 0.01  #: of the strength: a largest stress that is said to be above it
 
 
 def fails(name: str, value: Any) -> bool:
@@ -30,24 +34,41 @@ def fails(name: str, value: Any) -> bool:
     return name in LIMITS and isinstance(value, Real) and not value <= LIMITS[name][0]
 
 
-def has_peak(result: Result) -> bool:
-    """Whether the stress fell after its peak; also where a test has none."""
-    stress = result.curves.get(STRESS, np.zeros(0))
-    return "peak_stress" not in result.summary or not len(stress) or int(np.argmax(stress)) < len(stress) - 1
+def has_failed(result: Result) -> bool:
+    """Whether the specimen has failed; also where a test has no strength."""
+    return not any(math.isnan(result.summary[name]) for name in STRENGTHS if name in result.summary)
+
+
+def can_fail(result: Result) -> bool:
+    """Whether a contact was damaged, or could have been: a law that counts no damage does not break."""
+    damaged = result.curves.get(DAMAGED, ())
+    laws = result.law.values() if isinstance(result.law, Mapping) else (result.law,)
+    counts = any(isinstance(law, ContactLaw) and "damage" in memory_names(law) for law in laws)
+    return counts or bool(len(damaged) and damaged[-1] > 0)
 
 
 def doubts(result: Result) -> Iterator[str]:
-    """In words, each check of the certificate that has failed, or cannot be computed; and a test that was cut short."""
-    if not has_peak(result):
-        yield "the highest stress is the last one; the specimen had not failed when the test ended"
+    """In words, each check of the certificate that has failed, or cannot be computed; and what is no strength."""
+    summary = result.summary
+    if not has_failed(result) and can_fail(result):
+        yield "the specimen had not failed when the test ended"
+    for name, largest in STRENGTHS.items():
+        if summary.get(largest, -math.inf) > (1 + HIGHER) * summary.get(name, math.nan):
+            yield (
+                f"after its first failure the specimen bore more than its strength, its {shown(largest).words} is that "
+                "of what was left of it"
+            )
     for measure, (_, cure) in LIMITS.items():
-        value: Any = result.summary.get(measure)
+        value: Any = summary.get(measure)
         if not fails(measure, value):
             continue
         if math.isnan(value):
             yield f"the {shown(measure).words} cannot be computed, so the test has failed its certificate"
         else:
             yield f"the {shown(measure).words} is above its limit; {cure}"
+    asked = getattr(getattr(result.protocol, "loading", None), "imbalance", math.inf)
+    if asked < summary.get("imbalance", 0.0) <= LIMITS["imbalance"][0]:
+        yield f"the imbalance of {asked:g} that was asked for was not had before the failure; {SLOWER}"
 
 
 def warnings_of(results: Mapping[str, Result]) -> Iterator[str]:
@@ -57,19 +78,32 @@ def warnings_of(results: Mapping[str, Result]) -> Iterator[str]:
             yield f"{name}: {words}."
 
 
-def reached(name: str, results: Iterable[Result], text: str) -> str:
-    """The text of a property; ``> 602.32`` for the peak of a specimen that had not failed: it bears more than that."""
-    is_open = name in ("peak_stress", "peak_strain") and not all(map(has_peak, results))
-    return f"> {text}" if is_open else text
+def text_of(name: str, look: Shown, result: Result) -> str:
+    """A property as text; ``> 602.32`` for the strength of a specimen that had not failed: it bears more than that."""
+    return f"> {look.text(least_of(name, result))}" if is_open(name, result) else look.text(result.summary.get(name))
+
+
+def is_open(name: str, result: Result) -> bool:
+    """Whether a strength is not known because the specimen, which could have, had not failed."""
+    value = result.summary.get(name)
+    return name in STRENGTHS and isinstance(value, Real) and math.isnan(value) and can_fail(result)
+
+
+def least_of(name: str, result: Result) -> Any:
+    """A property; of a strength that is not known the largest stress, which it is above."""
+    return result.summary.get(STRENGTHS[name] if is_open(name, result) else name)
 
 
 def marked(name: str, results: Collection[Result], text: str) -> str:
-    """The same with a word if the property fails the certificate in one of the runs that it is of."""
+    """A text of a property, with a word if it fails the certificate in one of the runs that it is of."""
     failed = any(fails(name, result.summary.get(name)) for result in results)
-    return f"{reached(name, results, text)}{f' {FAIL}' if failed else ''}"
+    return f"{text}{f' {FAIL}' if failed else ''}"
 
 
 def texts(result: Result, names: Iterable[str]) -> dict[str, str]:
     """Properties of a run as tables show them, by their headings; those that it has."""
-    there = [(name, shown(name), result.summary[name]) for name in names if name in result.summary]
-    return {look.heading: reached(name, [result], look.text(value)) for name, look, value in there}
+    return {
+        shown(name).heading: marked(name, [result], text_of(name, shown(name), result))
+        for name in names
+        if name in result.summary
+    }

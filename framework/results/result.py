@@ -15,7 +15,7 @@ from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, ener
 from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest
 from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
-from grainlaw.results.certificate import texts
+from grainlaw.results.certificate import doubts, texts
 from grainlaw.results.data_frames import data_frame
 from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from grainlaw.results.measure import Measure
 
 
-FIRST = ("peak_stress", "peak_strain", "strength", "toughness")  #: what is shown first of a summary
+FIRST = ("strength", "failure_strain", "flexural_strength", "toughness")  #: what is shown first of a summary
 
 
 class Named(dict[str, Any]):
@@ -168,7 +168,8 @@ class Result(metaclass=Checked):
         return facts | {what: str(count) for what, count in counts.items()}
 
     def _html(self) -> str:
-        return html_table((self._facts | texts(self, self.summary)).items(), caption="Result")
+        rows = [*(self._facts | texts(self, self.summary)).items(), *(("doubt", words) for words in doubts(self))]
+        return html_table(rows, caption="Result")
 
     @property
     def mesh(self) -> Mesh:

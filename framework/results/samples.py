@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from grainlaw.naming import Shown
+from grainlaw.results.certificate import is_open, least_of
 from grainlaw.results.result import Result
 
 Samples = Mapping[str, Mapping[int, Result]]  #: results by law, and by the seed of the sample
@@ -20,14 +21,18 @@ def means(summaries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {name: float(np.mean([summary[name] for summary in summaries])) for name in shared}
 
 
-def mean_and_range(look: Shown, summaries: Sequence[Mapping[str, Any]], name: str) -> str:
-    """``3.00 (2.00 to 5.00)``; the mean alone where all are shown alike, a dash where one does not exist."""
-    found = [summary.get(name) for summary in summaries]
+def mean_and_range(look: Shown, results: Collection[Result], name: str) -> str:
+    """``3.00 (2.00 to 5.00)``; the mean alone where all are shown alike, a dash where one does not exist.
+
+    ``> `` before it where one is only known to be above a value.
+    """
+    found = [least_of(name, result) for result in results]
     values = np.array([value if _is_number(value) else np.nan for value in found], dtype=float)
     if not len(values) or np.isnan(values).any():
         return "-"
+    above = "> " if any(is_open(name, result) for result in results) else ""
     mean, low, high = (look.text(float(v)) for v in (values.mean(), values.min(), values.max()))
-    return mean if low == high else f"{mean} ({low} to {high})"
+    return above + (mean if low == high else f"{mean} ({low} to {high})")
 
 
 def _is_number(value: Any) -> bool:

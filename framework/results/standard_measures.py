@@ -102,7 +102,7 @@ def thresholds() -> list[Standard]:
 
 
 def ratios() -> list[Standard]:
-    """The thresholds over the peak: CI/UCS and CD/UCS where nothing confines the specimen."""
+    """The thresholds over the strength: CI/UCS and CD/UCS where nothing confines the specimen."""
 
     def over_peak(name: str) -> Callable[[Laboratory], float]:
         return lambda lab: lab.value(name) / peak_of(lab)

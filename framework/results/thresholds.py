@@ -10,6 +10,7 @@ import numpy as np
 from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRESS, TIME, VOLUMETRIC_STRAIN
 from grainlaw.moduli import slope
 from grainlaw.parameter import ParameterError
+from grainlaw.strength import borne_in
 
 NAN = float("nan")
 
@@ -53,10 +54,11 @@ def path_to_peak(curves: Mapping[str, np.ndarray]) -> Path:
     """
     stress = curves.get(STRESS, np.array([]))
     load = curves.get(DEVIATOR, stress)
-    if not len(stress) or not load.max() > 0:
+    found = borne_in(curves) if len(stress) else None
+    if found is None:
         none = np.zeros(0)
         return Path(none, none, none, NAN)
-    peak = int(np.argmax(load))
+    peak = found.at
     stage = curves[STAGE]
     first = int(np.argmax(stage == stage[np.argmax(load >= 0.5 * load[peak])]))
     highest = np.maximum.accumulate(load[first : peak + 1])
@@ -158,7 +160,10 @@ def stress_at_share(curves: Mapping[str, np.ndarray], time: np.ndarray, count: n
     stress = curves.get(STRESS)
     if stress is None or not len(stress) or not len(time):
         return NAN
-    peak = curves[TIME][np.argmax(curves.get(DEVIATOR, stress))]
+    found = borne_in(curves)
+    if found is None:
+        return NAN
+    peak = curves[TIME][found.at]
     at_peak = np.interp(peak, time, count)
     if not at_peak > 0:
         return NAN

@@ -17,7 +17,7 @@ from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
 
-PEAKS = ("peak_stress", "peak_force")
+STRENGTHS = ("strength", "failure_force")
 
 
 @attrs.frozen(kw_only=True)
@@ -25,23 +25,23 @@ class QuasiStaticLimit(metaclass=Checked):
     """A strength at two speeds, and what slower runs tend to if the excess is proportional to the speed."""
 
     name: str  #: of the summary's entry
-    peak: float  #: at the speed of the test (Pa, or N/m)
+    strength: float  #: at the speed of the test (Pa, or N/m); nan if the specimen did not fail
     slower: float  #: at half of it
 
     @property
     def limit(self) -> float:
         """Richardson's extrapolation to no speed."""
-        return 2 * self.slower - self.peak
+        return 2 * self.slower - self.strength
 
     @property
     def error(self) -> float:
-        """Of the limit: the difference of the two peaks. What breaks first differs by chance, too."""
-        return abs(self.peak - self.slower)
+        """Of the limit: the difference of the two strengths. What breaks first differs by chance, too."""
+        return abs(self.strength - self.slower)
 
     def __str__(self) -> str:
-        what, share = shown(self.name), abs(self.peak / self.limit - 1)
+        what, share = shown(self.name), abs(self.strength / self.limit - 1)
         words = (
-            f"{what.text(value)} {what.unit}".strip() for value in (self.peak, self.slower, self.limit, self.error)
+            f"{what.text(value)} {what.unit}".strip() for value in (self.strength, self.slower, self.limit, self.error)
         )
         return "{}, at half the speed {}: quasi-static limit {}, give or take {}".format(*words) + f" ({share:.1%} off)"
 
@@ -78,7 +78,7 @@ def certify_result(result: Result, law: Laws, **options: Any) -> QuasiStaticLimi
 
 def limit_of(result: Result, other: Result) -> QuasiStaticLimit:
     """From a result and that at half the speed."""
-    for name in PEAKS:
+    for name in STRENGTHS:
         if name in result.summary:
-            return QuasiStaticLimit(name=name, peak=result.summary[name], slower=other.summary[name])
-    raise ParameterError(f"certify: {type(result.protocol).__name__} measures no {' or '.join(PEAKS)}")
+            return QuasiStaticLimit(name=name, strength=result.summary[name], slower=other.summary[name])
+    raise ParameterError(f"certify: {type(result.protocol).__name__} measures no {' or '.join(STRENGTHS)}")

@@ -14,7 +14,7 @@ from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.results.certificate import marked, reached
+from grainlaw.results.certificate import marked, text_of, warnings_of
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 #: rows of the table that a comparison prints
 TABLE = (
-    "peak_stress", "peak_strain", "apparent_modulus", "apparent_poisson", "modulus", "poisson", "tensile_cracks",
-    "shear_cracks", "kinetic_ratio", "platen_imbalance", "energy_error", "energy_made",
+    "strength", "failure_strain", "largest_stress", "apparent_modulus", "apparent_poisson", "modulus", "poisson",
+    "tensile_cracks", "shear_cracks", "kinetic_ratio", "imbalance", "unstable_rise", "energy_error", "energy_made",
     "steps", "seconds",
 )  # fmt: skip
 
 
-FIRST = "peak_stress"  #: what is shown of each law in one line
+FIRST = "strength"  #: what is shown of each law in one line
 
 
 @attrs.frozen(eq=False)
@@ -67,11 +67,10 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
     @property
     def _facts(self) -> dict[str, str]:
         peak, name = shown(FIRST), FIRST
-        found = {law: result.summary.get(name) for law, result in self.results.items()}
         texts = {
-            law: f"{reached(name, [self.results[law]], peak.text(value))} {peak.unit}"
-            for law, value in found.items()
-            if value is not None
+            law: f"{text_of(name, peak, result)} {peak.unit}"
+            for law, result in self.results.items()
+            if name in result.summary
         }
         rest = [law for law in self.results if law not in texts]
         failed = {"failed": ", ".join(self.failed)} if self.failed else {}
@@ -80,18 +79,19 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
     def _html(self) -> str:
         heads, *rows = self._rows()
         failed = [(name, "failed", str(error)) for name, error in self.failed.items()]
-        return html_table(rows, heads) + (html_table(failed) if failed else "")
+        doubted = [("doubt", words) for words in warnings_of(self.results)]
+        return html_table(rows, heads) + "".join(html_table(each) for each in (failed, doubted) if each)
 
     def __str__(self) -> str:
-        reasons = (f"\n{name} failed: {error}" for name, error in self.failed.items())
-        return aligned(self._rows(), rule=True) + "".join(reasons)
+        reasons = [f"{name} failed: {error}" for name, error in self.failed.items()]
+        return "\n".join([aligned(self._rows(), rule=True), *reasons, *warnings_of(self.results)])
 
     def _rows(self) -> list[list[str]]:
         rows = [["", *self.results, *self.failed]]
         rows += [
             [
                 shown(n).heading,
-                *(marked(n, [r], shown(n).text(r.summary.get(n))) for r in self.results.values()),
+                *(marked(n, [r], text_of(n, shown(n), r)) for r in self.results.values()),
                 *("failed" for _ in self.failed),
             ]
             for n in TABLE

@@ -1,4 +1,4 @@
-"""Strength of a rock over confinement: strength criteria fitted to the peaks of a study."""
+"""Strength of a rock over confinement: criteria fitted to the strengths of a study."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from grainlaw.studies.table import Table
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
 
-PEAK = "peak_stress"
+STRENGTH = "strength"
 CONFIDENCE = 0.95
 Interval = tuple[float, float]
 
 
 @attrs.frozen(kw_only=True)
 class MohrCoulombFit(metaclass=Checked):
-    """Peak stress = ucs + slope * confinement by least squares, with the angle and the cohesion that follow from it.
+    """Strength = ucs + slope * confinement by least squares, with the angle and the cohesion that follow from it.
 
     phi = asin((m - 1)/(m + 1)), c = b (1 - sin phi)/(2 cos phi) with the slope m and the intercept b. Intervals (95 %)
     are Student's for slope and intercept; those of the angle and the cohesion follow by the first-order propagation of
@@ -49,7 +49,7 @@ class MohrCoulombFit(metaclass=Checked):
 
 @attrs.frozen(kw_only=True)
 class HoekBrownFit(metaclass=Checked):
-    """Peak stress = s3 + sqrt(m s_ci s3 + s_ci^2) for intact rock.
+    """Strength = s3 + sqrt(m s_ci s3 + s_ci^2) for intact rock.
 
     Hoek and Brown 1980, Empirical strength criterion for rock masses, J. Geotech. Eng. 106, 1013-1035. By least
     squares of (s1 - s3)^2 on s3, whose intercept is s_ci^2 and whose slope is m s_ci.
@@ -63,9 +63,9 @@ class HoekBrownFit(metaclass=Checked):
 
 
 @checked
-def fit_mohr_coulomb(confinement: Sequence[float], peak_stress: Sequence[float]) -> MohrCoulombFit:
-    """Fit peaks (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements."""
-    m, b, spread = _line(*_pairs("fit_mohr_coulomb", confinement, peak_stress))
+def fit_mohr_coulomb(confinement: Sequence[float], strength: Sequence[float]) -> MohrCoulombFit:
+    """Fit strengths (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements."""
+    m, b, spread = _line(*_pairs("fit_mohr_coulomb", confinement, strength))
     angle, c = _angle_and_cohesion(m.value, b.value)
     root = math.sqrt(m.value) if m.value > 0 else math.nan
     by_slope, by_ucs = -b.value / (4 * root**3), 1 / (2 * root)  # c = b / (2 sqrt(m))
@@ -89,12 +89,12 @@ def _angle_and_cohesion(slope: float, ucs: float) -> tuple[float, float]:
 
 
 @checked
-def fit_hoek_brown(confinement: Sequence[float], peak_stress: Sequence[float]) -> HoekBrownFit:
-    """Fit peaks (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements.
+def fit_hoek_brown(confinement: Sequence[float], strength: Sequence[float]) -> HoekBrownFit:
+    """Fit strengths (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements.
 
-    nan where the peaks fall so steeply that s_ci^2 is negative.
+    nan where the strengths fall so steeply that s_ci^2 is negative.
     """
-    x, y = _pairs("fit_hoek_brown", confinement, peak_stress)
+    x, y = _pairs("fit_hoek_brown", confinement, strength)
     slope, square, spread = _line(x, (y - x) ** 2)
     ucs = math.sqrt(square.value) if square.value > 0 else math.nan
     m = slope.value / ucs
@@ -128,12 +128,12 @@ class _Spread:
 _Line = tuple[_Coefficient, _Coefficient, _Spread]
 
 
-def _pairs(name: str, confinement: Any, peak_stress: Any) -> tuple[np.ndarray, np.ndarray]:
+def _pairs(name: str, confinement: Any, strength: Any) -> tuple[np.ndarray, np.ndarray]:
     """(k,) Pa each."""
-    x, y = np.asarray(confinement, dtype=float), np.asarray(peak_stress, dtype=float)
+    x, y = np.asarray(confinement, dtype=float), np.asarray(strength, dtype=float)
     if len(x) != len(y) or len(np.unique(x)) < 2 or not np.isfinite([x, y]).all():
         raise ParameterError(
-            f"{name}: {len(x)} confinements and {len(y)} peak stresses are not allowed, there must be a finite peak "
+            f"{name}: {len(x)} confinements and {len(y)} strengths are not allowed, there must be a finite one "
             "for each confinement, and two different confinements"
         )
     return x, y
@@ -154,9 +154,9 @@ def _line(x: np.ndarray, y: np.ndarray) -> _Line:
 
 @attrs.frozen(eq=False)
 class StrengthEnvelope(metaclass=Checked):
-    """Peaks over confinement, and the criteria fitted to all of them, from the table of a study.
+    """Strengths over confinement, and the criteria fitted to all of them, from the table of a study.
 
-    The confinement (Pa) is a factor of the study, and its tests have a ``peak_stress``. All cases that came to their
+    The confinement (Pa) is a factor of the study, and its tests have a ``strength``. All cases that came to their
     end count, whatever their other factors: choose them with :meth:`~grainlaw.Table.where`. Raises
     ParameterError for a table without these.
     """
@@ -170,38 +170,39 @@ class StrengthEnvelope(metaclass=Checked):
                 raise ParameterError(
                     f"StrengthEnvelope: {self.confinement} = {short(level)} is not allowed, it must be a number (Pa)"
                 )
-        if self._finished and PEAK not in self.table.quantities:
-            raise ParameterError(f"StrengthEnvelope: the table has no column {PEAK}: its tests do not measure it")
+        if self._finished and STRENGTH not in self.table.quantities:
+            raise ParameterError(f"StrengthEnvelope: the table has no column {STRENGTH}: its tests do not measure it")
 
     @property
     def _finished(self) -> list[int]:
         return [k for k in range(len(self.table)) if self.table.is_finished(k)]
 
     @property
-    def peaks(self) -> np.ndarray:
-        """(k, 2) confinement and peak stress (Pa) of each test that came to its end."""
+    def strengths(self) -> np.ndarray:
+        """(k, 2) confinement and strength (Pa) of each test whose specimen has failed."""
         rows = (self.table.rows[k] for k in self._finished)
-        return np.array([(row[self.confinement], row.get(PEAK)) for row in rows], dtype=float).reshape(-1, 2)
+        found = np.array([(row[self.confinement], row.get(STRENGTH)) for row in rows], dtype=float).reshape(-1, 2)
+        return found[np.isfinite(found[:, 1])]
 
     @property
     def can_be_fitted(self) -> bool:
-        """Whether tests at two different confinements have come to their end."""
-        return len(np.unique(self.peaks[:, 0])) > 1
+        """Whether specimens have failed at two different confinements."""
+        return len(np.unique(self.strengths[:, 0])) > 1
 
     @property
     def mohr_coulomb(self) -> MohrCoulombFit:
         """The straight line."""
-        return fit_mohr_coulomb(*self.peaks.T)
+        return fit_mohr_coulomb(*self.strengths.T)
 
     @property
     def hoek_brown(self) -> HoekBrownFit:
         """The parabola."""
-        return fit_hoek_brown(*self.peaks.T)
+        return fit_hoek_brown(*self.strengths.T)
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Confinements, their mean peaks, and both fits, by name (SI, angles in degrees); the rows of all tests."""
-        confinement, peak = self.peaks.T
+        """Confinements, their mean strengths, and both fits, by name (SI, angles in degrees); the rows of all tests."""
+        confinement, strength = self.strengths.T
         fits: dict[str, Any] = {}
         if self.can_be_fitted:
             fits = {**attrs.asdict(self.mohr_coulomb), "hoek_brown": attrs.asdict(self.hoek_brown)}
@@ -209,7 +210,7 @@ class StrengthEnvelope(metaclass=Checked):
         levels = np.unique(confinement)
         return {
             "confinement": levels.tolist(),
-            PEAK: [float(peak[confinement == p].mean()) for p in levels],
+            STRENGTH: [float(strength[confinement == p].mean()) for p in levels],
             **fits,
             "tests": list(tests),
             "failed": self.table.failed,
@@ -231,7 +232,7 @@ class StrengthEnvelope(metaclass=Checked):
         return "\n".join(rows)
 
     def plot(self) -> Figure:
-        """Stress-strain curves of the stored runs, and peaks over confinement with both fits."""
+        """Stress-strain curves of the stored runs, and strengths over confinement with both fits."""
         from grainlaw.studies.envelope_figure import plot_envelope
 
         return plot_envelope(self)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def plot_envelope(envelope: StrengthEnvelope) -> Figure:
-    """Stress-strain curves by confinement, and peaks over confinement with the criteria fitted to them."""
+    """Stress-strain curves by confinement, and strengths over confinement with the criteria fitted to them."""
     table = envelope.table
     results = {k: table.run(k) for k in range(len(table)) if table.is_finished(k)}
     require_stress_and_strain(results)
@@ -27,7 +27,7 @@ def plot_envelope(envelope: StrengthEnvelope) -> Figure:
     others = rest(table, envelope.confinement)
     samples = {k: tuple(table.rows[k][name] for name in others) for k in results}
     styles = dict(zip(dict.fromkeys(samples.values()), itertools.cycle(("-", "--", ":")), strict=False))
-    confinements = [float(p) for p in np.unique(envelope.peaks[:, 0])]
+    confinements = [float(p) for p in np.unique(envelope.strengths[:, 0])]
     for k, result in results.items():
         p, first = float(table.rows[k][envelope.confinement]), samples[k] == next(iter(styles))
         strain, stress = result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6
@@ -37,7 +37,7 @@ def plot_envelope(envelope: StrengthEnvelope) -> Figure:
         left.plot(strain, stress, styles[samples[k]], linewidth=1.3, label=label, **look)
     label_stress_and_strain(left)
     left.legend(title="confinement", frameon=False)
-    x, y = envelope.peaks.T / 1e6
+    x, y = envelope.strengths.T / 1e6
     line, parabola = envelope.mohr_coulomb, envelope.hoek_brown
     at = np.linspace(0, max(x), 100)
     right.plot(x, y, "o", color="0.2", markersize=5)
@@ -47,7 +47,7 @@ def plot_envelope(envelope: StrengthEnvelope) -> Figure:
     label = f"Hoek-Brown: m = {parabola.m:.1f}, UCS = {ucs:.1f} MPa"
     right.plot(at, at + np.sqrt(np.maximum(parabola.m * ucs * at + ucs**2, 0)), "--", color=VERMILLION, label=label)
     right.set_xlabel("confinement (MPa)")
-    right.set_ylabel("peak stress (MPa)")
+    right.set_ylabel("strength (MPa)")
     right.set_ylim(bottom=0)
     right.legend(frameon=False, loc="lower right")
     right.grid(alpha=0.25)

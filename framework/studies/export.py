@@ -25,7 +25,15 @@ if TYPE_CHECKING:
 
 
 #: columns that are printed if the table has them
-PRINTED = ("peak_stress", "peak_strain", "apparent_modulus", "crack_damage", "tensile_cracks", "shear_cracks")
+PRINTED = (
+    "strength",
+    "failure_strain",
+    "largest_stress",
+    "apparent_modulus",
+    "crack_damage",
+    "tensile_cracks",
+    "shear_cracks",
+)
 LINES = 40  #: rows that are printed
 MOST_EMPTY = 1_000_000  #: places of an array that may have no case
 

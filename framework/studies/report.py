@@ -18,7 +18,7 @@ from grainlaw.results.files import write_atomically
 from grainlaw.runs.estimate import in_words
 from grainlaw.runs.record import versions
 from grainlaw.studies import groups
-from grainlaw.studies.export import doubts
+from grainlaw.studies.export import PRINTED, doubts
 from grainlaw.studies.figures import MOST_PATTERNS, plot_strip
 from grainlaw.studies.statistics import Listing, level
 from grainlaw.studies.store import STUDY
@@ -30,9 +30,17 @@ LEVELS = 12  #: levels of a factor that are written out
 MOST_GROUPS = 24  #: groups of which means are written
 MOST_CURVES = 300  #: runs that are read for the picture of curves
 REASONS = 100  #: cases that failed and are listed
-MAIN = ("peak_stress", "peak_strain", "apparent_modulus", "crack_damage", "tensile_cracks", "shear_cracks")
 #: not properties of the rock
-CERTIFICATE = ("kinetic_ratio", "platen_imbalance", "energy_error", "energy_made", "steps", "time_step", "mass_added")
+CERTIFICATE = (
+    "kinetic_ratio",
+    "imbalance",
+    "unstable_rise",
+    "energy_error",
+    "energy_made",
+    "steps",
+    "time_step",
+    "mass_added",
+)
 STRIP = "A point for each case, the same seed at the same place; mean and its interval (95 %)"
 PAIRED = (
     "Each pair is equal in all but {factor}: the same {over}. The interval (95 %) is that of the mean difference; "
@@ -152,7 +160,7 @@ def _is_named(table: Table, factor: str) -> bool:
 
 def _main(table: Table) -> list[str]:
     known = [name for name in table.quantities if not np.isnan(table[name]).all()]
-    return [name for name in MAIN if name in known] or [name for name in known if name not in CERTIFICATE][:3]
+    return [name for name in PRINTED if name in known] or [name for name in known if name not in CERTIFICATE][:3]
 
 
 def _factors(table: Table) -> list[list[str]]:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 class Table(Rows):
     """Rows of a study in the order of its cases: factors, status, and the properties of each test (SI).
 
-    Prints as a table. ``table["peak_stress"]`` is a column, nan for cases that failed. It holds nothing of the clock or
+    Prints as a table. ``table["strength"]`` is a column, nan for cases that failed. It holds nothing of the clock or
     of the machine: the same cases give the same table wherever and in whatever order they ran.
     """
 
@@ -138,7 +138,7 @@ class Table(Rows):
     def means(self, *by: str) -> By:
         """Mean, deviation and 95 % interval of each quantity, of the cases with equal levels of the factors ``by``.
 
-        ``table.means("law")["peak_stress"]``. Raises ParameterError for a name that is no factor.
+        ``table.means("law")["strength"]``. Raises ParameterError for a name that is no factor.
         """
         self._check_factors("means", *by)
         return By(self.quantities, lambda name: self._listing(name, groups.means(self, name, by)))

@@ -16,6 +16,7 @@ from grainlaw.parameter import ParameterError
 from grainlaw.results.archive import law_name
 from grainlaw.results.figures.cracks import count_below, draw_cracks
 from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE
+from grainlaw.strength import borne_in
 
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
@@ -30,13 +31,17 @@ def require_stress_and_strain(results: Mapping[Any, Result]) -> None:
 
 
 def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
-    """Axial stress over axial strain, the peak marked."""
+    """Axial stress over axial strain; a full mark at the strength, an open one at a largest stress above it."""
     require_stress_and_strain(results)
     for k, (name, result) in enumerate(results.items()):
         strain, stress = result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6
-        peak = [int(np.argmax(stress))] if len(result.cracks) else []
-        look: dict[str, Any] = {"color": color(k), "linestyle": style(k), "marker": marker(k), "markevery": peak}
-        axes.plot(strain, stress, label=name, linewidth=1.6, markersize=6, **look)
+        found = borne_in(result.curves)
+        failed = found is not None and found.failed
+        look: dict[str, Any] = {"color": color(k), "marker": marker(k), "markersize": 6}
+        at = [found.at] if found and failed else []
+        axes.plot(strain, stress, label=name, linewidth=1.6, linestyle=style(k), markevery=at, **look)
+        if found and failed and stress[found.largest] > stress[found.at]:
+            axes.plot(strain[found.largest], stress[found.largest], linestyle="none", fillstyle="none", **look)
     label_stress_and_strain(axes)
     axes.legend(frameon=False)
 

@@ -18,7 +18,7 @@ import numpy as np
 from grainlaw.contact import words_of
 from grainlaw.naming import THREE, Shown, shown
 from grainlaw.results.archive import READ, called
-from grainlaw.results.certificate import FAIL, LIMITS, fails, has_peak, reached, warnings_of
+from grainlaw.results.certificate import FAIL, LIMITS, fails, has_failed, text_of, warnings_of
 from grainlaw.results.figures import html
 from grainlaw.results.figures.cracks import side_by_side
 from grainlaw.results.figures.report_figures import plot_report_curves
@@ -92,8 +92,8 @@ def _parts(
     yield _properties(results)
     if "apparent_modulus" in first.summary:
         yield html.text("p", "E* and nu* are slopes as measured in the plane; E and nu are those of the rock.")
-    if not all(map(has_peak, results.values())):
-        yield html.text("p", "> stands before the highest value of a specimen that had not failed.")
+    if not all(map(has_failed, results.values())):
+        yield html.text("p", "> stands before the largest stress of a specimen that had not failed.")
     yield html.text("h2", "Certificate")
     yield _certificate(results)
     if first.curves:
@@ -122,20 +122,16 @@ def _parts(
 
 def _all_samples(samples: Samples, first: Result) -> Iterator[str]:
     """Means and ranges, and which sample the rest of the page is about."""
-    summaries = {law: [result.summary for result in each.values()] for law, each in samples.items()}
     names = (name for name in first.summary if name not in (*LIMITS, *COST))
     rows = [
         [
             shown(n).heading,
-            *(
-                _number(reached(n, samples[law].values(), mean_and_range(shown(n).brief, each, n)))
-                for law, each in summaries.items()
-            ),
+            *(_number(mean_and_range(shown(n).brief, each.values(), n)) for each in samples.values()),
         ]
         for n in names
     ]
     yield html.text("h2", "Means and ranges of all samples")
-    yield html.table(rows, ["", *summaries])
+    yield html.table(rows, ["", *samples])
     yield html.picture(plot_samples(samples), "Mean curves with the range of the samples, and broken contact points")
     seeds = dict.fromkeys(seed for each in samples.values() for seed in each)
     this = next(seed for each in samples.values() for seed, result in each.items() if result is first)
@@ -155,7 +151,7 @@ def _properties(results: Mapping[str, Result]) -> str:
 
 def _property(result: Result, name: str) -> str:
     """Three digits."""
-    return reached(name, [result], shown(name).brief.text(result.summary.get(name)))
+    return text_of(name, shown(name).brief, result)
 
 
 def _certificate(results: Mapping[str, Result]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -15,6 +15,7 @@ from grainlaw.columns import (
     EVERY_TEST,
     LATERAL_STRAIN,
     SHEAR_CRACKS,
+    STABILITY,
     STRAIN,
     STRESS,
     TENSILE_CRACKS,
@@ -26,6 +27,7 @@ from grainlaw.drawing.palette import color, marker, style
 from grainlaw.naming import shown
 from grainlaw.results.figures.curves import EVERY
 from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE
+from grainlaw.strength import LOADS, borne_in
 
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
@@ -61,6 +63,8 @@ def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     curves = next(iter(results.values())).curves
     along = course(curves)
     panels = [*_panels(curves, along), Panel(along, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")]
+    if any(np.isfinite(result.curves.get(STABILITY, np.zeros(0))).any() for result in results.values()):
+        panels.append(Panel(along, [STABILITY]))
     if len(results) == 1:  # those of several laws cannot be told apart
         panels.append(Panel(along, [ENERGY + name for name in ENERGIES], "energy"))
     rows = (len(panels) + 1) // 2
@@ -93,6 +97,7 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
             )
             x, y = (result.curves[c] * shown(c).factor for c in (panel.over, column))
             axes.plot(x, y, linestyle=style(j), linewidth=1.3, label=label or None, **look)
+            _mark_strength(axes, panel, column, result, look["color"])
     axes.set_xlabel(shown(panel.over).heading)
     axes.set_ylabel(attrs.evolve(shown(panel.columns[0]), words=panel.words).heading if many else shown(column).heading)
     axes.grid(alpha=0.25)
@@ -101,13 +106,24 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
         axes.legend(frameon=False, fontsize="small", loc="upper left" if cut else "best")
 
 
+def _mark_strength(axes: Axes, panel: Panel, column: str, result: Result, paint: Any) -> None:
+    """A full mark at the first failure, an open one at a largest load above it."""
+    found = borne_in(result.curves) if (column, panel.over) in LOADS else None
+    if found is None or not found.failed:
+        return
+    for at, filling in ((found.at, "full"), (found.largest, "none")):
+        x, y = (result.curves[name][at] * shown(name).factor for name in (panel.over, column))
+        axes.plot(x, y, "o", color=paint, fillstyle=filling, markersize=6)
+
+
 def _fit_before_peak(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> bool:
     """Where strains after the peak are far larger than before, show those before, and say what is cut off."""
     if panel.over != STRAIN or LATERAL_STRAIN not in panel.columns:
         return False
     before, every = [], []
     for result in results.values():
-        peak = int(np.argmax(result.curves[STRESS])) + 1
+        found = borne_in(result.curves)
+        peak = 1 + (found.at if found else 0)
         for column in panel.columns:
             values = result.curves[column] * shown(column).factor
             before.append((values[:peak].min(), values[:peak].max()))
@@ -119,5 +135,5 @@ def _fit_before_peak(axes: Axes, panel: Panel, results: Mapping[str, Result]) ->
     if cut:
         axes.set_ylim(max(least, low - 0.1 * room), min(most, high + 0.6 * room))
         words = shown(panel.over)
-        axes.set_title(f"up to the peak; then to {most:.3g} {words.unit}", fontsize="small")
+        axes.set_title(f"up to the strength; then to {most:.3g} {words.unit}", fontsize="small")
     return cut

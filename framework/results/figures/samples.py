@@ -20,6 +20,7 @@ from grainlaw.results.figures.curves import (
 )
 from grainlaw.results.result import Result
 from grainlaw.results.samples import Samples
+from grainlaw.strength import borne_in
 
 
 def plot_samples(samples: Samples) -> Figure:
@@ -39,15 +40,16 @@ def plot_samples(samples: Samples) -> Figure:
         _draw_peaks(upper, list(results.values()), k)
     label_stress_and_strain(upper)
     upper.set_xlabel("")
-    upper.legend(frameon=False, title="mean and range of the peaks", alignment="left")
+    upper.legend(frameon=False, title="mean and range of the strengths", alignment="left")
     label_cracks_and_strain(lower)
     return figure
 
 
 def _draw_peaks(axes: Axes, results: list[Result], k: int) -> None:
-    if not all(len(result.cracks) for result in results):
+    found = [borne_in(result.curves) for result in results]
+    places = [each.at for each in found if each is not None and each.failed]
+    if len(places) < len(results):
         return
-    places = [int(np.argmax(result.curves[STRESS])) for result in results]
     strain, stress = (
         np.array([result.curves[name][at] * factor for result, at in zip(results, places, strict=True)])
         for name, factor in ((STRAIN, 100), (STRESS, 1e-6))

@@ -1,0 +1,73 @@
+"""Strength: the first failure of a specimen, one definition for all tests (docs/strength.md)."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+
+import attrs
+import numpy as np
+
+from grainlaw.columns import DEVIATOR, STAGE, STRAIN, STRESS
+
+WITHIN = 0.02  #: of the deformation: a load that has not grown while this has grown by so much has failed,
+GROWTH = 0.001  #: that is by less than this share of it;
+FALL = 0.05  #: and so has one that has fallen by this share
+LEAST = 0.1  #: of the largest load: what happens below is no failure, such as the first wave of a platen
+
+#: columns of the load and of the deformation that strength is read from, in the order in which they are looked for
+LOADS = (
+    (DEVIATOR, STRAIN),
+    (STRESS, STRAIN),
+    ("shear_stress", "displacement"),
+    ("force", "deflection"),
+)
+
+
+class Until(enum.Enum):
+    """When a test ends that loads a specimen until it fails."""
+
+    FALL = enum.auto()  #: when the load has fallen to the stop_fraction of the largest
+    FAILURE = enum.auto()  #: at the first failure; what is left is not loaded on
+
+
+@attrs.frozen(kw_only=True)
+class Borne:
+    """What a specimen has borne, as numbers of samples."""
+
+    failed: bool  #: whether it has failed
+    at: int  #: the largest load up to the first failure, or of all if there is none
+    largest: int  #: the largest load of all
+
+
+def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne | None:
+    """The first failure in a record of (t,) samples; None where no load is above zero.
+
+    The deformation counts from the beginning of the stage in which the load first reaches a tenth of its largest. What
+    has been unloaded counts again from where it was: of the deformation only what is new. A load falls within a stage.
+    """
+    if not len(load) or not load.max() > 0:
+        return None
+    largest = int(np.argmax(load))
+    first = int(np.argmax(stage == stage[np.argmax(load >= LEAST * load[largest])]))
+    way = deformation[first:] - (deformation[first - 1] if first else 0.0)
+    highest = np.maximum.accumulate(load[first:])
+    fresh = np.flatnonzero(way >= np.maximum.accumulate(np.append(0.0, way))[:-1])
+    before = np.interp(way[fresh] / (1 + WITHIN), np.append(0.0, way[fresh]), np.append(0.0, highest[fresh]))
+    stopped = fresh[highest[fresh] <= (1 + GROWTH) * before]
+    is_new = np.append(True, load[first:][1:] > highest[:-1])
+    top = np.maximum.accumulate(np.where(is_new, np.arange(len(way)), 0))  # where it was the highest for the first time
+    fallen = np.flatnonzero((load[first:] <= (1 - FALL) * highest) & (stage[first:] == stage[first:][top]))
+    failed = np.concatenate([stopped, fallen])
+    failed = failed[highest[failed] >= LEAST * load[largest]]
+    if not len(failed):
+        return Borne(failed=False, at=largest, largest=largest)
+    return Borne(failed=True, at=first + int(top[failed.min()]), largest=largest)
+
+
+def borne_in(curves: Mapping[str, np.ndarray]) -> Borne | None:
+    """The same by the columns of a run, the first of ``LOADS`` that it has; None where it has none of them."""
+    for load, deformation in LOADS:
+        if load in curves and deformation in curves:
+            return borne(curves[load], curves[deformation], curves[STAGE])
+    return None
