@@ -30,9 +30,9 @@ def table_of(rows, folder, runs=()):
 def peaks(values, folder, names=("law", "seed")):
     """A table of peak stresses (Pa) by the levels of two factors; None for a case that was refused."""
     rows = [
-        row(dict(zip(names, key, strict=True)), {"peak_stress": value})
+        row(dict(zip(names, key, strict=True)), {"strength": value})
         if value is not None
-        else row(dict(zip(names, key, strict=True)), {"peak_stress": 1e12}, "unstable", "it broke")
+        else row(dict(zip(names, key, strict=True)), {"strength": 1e12}, "unstable", "it broke")
         for key, value in values.items()
     ]
     return table_of(rows, folder)

@@ -67,9 +67,9 @@ def test_signatures_stay_readable():
 
 def test_a_name_that_a_result_does_not_have_is_answered_with_those_it_has():
     result = gl.simulate(small_sample(4), BRITTLE, attrs.evolve(PULL, maximum_strain=1e-5, samples=10))
-    with pytest.raises(KeyError, match=r"no 'peak_stres'; did you mean 'peak_stress'\? .*are: peak_stress"):
-        result.summary["peak_stres"]
-    with pytest.raises(KeyError, match=r"there is no 'ucs' .*peak_stress, peak_strain"):
+    with pytest.raises(KeyError, match=r"no 'strenght'; did you mean 'strength'\? .*are: strength"):
+        result.summary["strenght"]
+    with pytest.raises(KeyError, match=r"there is no 'ucs' .*strength, failure_strain"):
         result.summary["ucs"]
     with pytest.raises(KeyError, match="did you mean 'stress'"):
         result.curves["stres"]

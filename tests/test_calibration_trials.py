@@ -122,7 +122,7 @@ def test_values_are_those_of_the_tests(tested):
     law = attrs.evolve(BRITTLE, **POINT)
     for name, test in (("ucs", "compression"), ("tensile_strength", "tension")):
         alone = gl.simulate(prism(2), law, TESTS[test], threads=1)
-        assert free[name][0, 1] == alone.summary["peak_stress"]
+        assert free[name][0, 1] == alone.summary["strength"]
 
 
 def test_the_rock_itself_is_tested_under_confinement(tested):
@@ -130,7 +130,7 @@ def test_the_rock_itself_is_tested_under_confinement(tested):
     _, free, confined = tested
     half = attrs.evolve(BRITTLE, **{name: value / 2 for name, value in POINT.items()})
     pressed = attrs.evolve(TESTS["confined"], confinement=4 * MPa)
-    peak = gl.simulate(prism(1), half, pressed, threads=1).summary["peak_stress"]
+    peak = gl.simulate(prism(1), half, pressed, threads=1).summary["strength"]
     ucs = free["ucs"][0, 0] / 2
     slope = (peak - ucs) / (4 * MPa)
     angle = np.degrees(np.arcsin((slope - 1) / (slope + 1)))
@@ -153,7 +153,7 @@ def test_a_test_without_a_peak_has_no_strength(tmp_path):
     assert np.isnan(simulated.values([POINT], ["tensile_strength"], [1], [1.0])["tensile_strength"]).all()
     [failure] = simulated.failures
     assert (failure.test, failure.seed) == ("tension", 1)
-    assert "no peak up to the maximum strain of 5e-05" in failure.reason
+    assert "no failure up to the maximum strain of 5e-05" in failure.reason
 
 
 def test_courses_are_long_enough_for_the_weakest_rock_a_point_stands_for(tested, tmp_path):
@@ -173,7 +173,7 @@ def test_a_rock_that_is_too_strong_for_its_test_has_no_strength(tmp_path):
     for scale, ends in ((1.0, False), (20.0, True)):
         found = simulated.values([POINT], ["cohesion"], [1], [scale])["cohesion"]
         assert np.isnan(found).all() == ends
-    assert "no peak up to the maximum strain of 0.004" in simulated.failures[0].reason
+    assert "no failure up to the maximum strain of 0.004" in simulated.failures[0].reason
 
 
 def test_a_search_asks_for_long_courses_and_the_check_for_those_of_the_rock(tmp_path, monkeypatch):
@@ -205,7 +205,7 @@ def test_similar_rocks_have_similar_strengths(tmp_path):
             law, tensile_strength=s * 9 * MPa, cohesion=s * 20 * MPa, mode_i_energy=s * s * 8, mode_ii_energy=s * s * 16
         )
         test = UniaxialCompression(samples=200, maximum_strain=0.003 * s, stop_fraction=0.7)
-        peaks.append(gl.simulate(prism(1), similar, test, threads=1).summary["peak_stress"])
+        peaks.append(gl.simulate(prism(1), similar, test, threads=1).summary["strength"])
     assert peaks[1] / peaks[0] == pytest.approx(times, rel=0.002)
 
 

@@ -63,7 +63,7 @@ def test_a_file_says_what_is_looked_for(tmp_path):
     assert (given["seeds"], given["budget"], given["also"]) == (4, 10, ("brazilian_strength",))
     assert given["law"].friction_angle == 25
     assert given["tests"]["compression"].maximum_strain == pytest.approx(0.004)
-    assert given["tests"]["compression"].stop_fraction == 0.7  # the usual one of a calibration
+    assert given["tests"]["compression"].until is gl.Until.FAILURE  # the usual one of a calibration
     assert (asked.specimens["prism"](3).grains.count, asked.specimens["disc"](1).grains.count) == (20, 30)
     one, other = (asked.specimens["prism"](seed).grains.centroids for seed in (1, 2))
     assert abs(one - other).max() > 1e-4

@@ -28,7 +28,7 @@ def done(tmp_path_factory):
 def test_a_run_prints_the_properties_and_writes_the_folder(done):
     result, folder = done
     assert result.exit_code == 0, result.output
-    assert re.search(r"^peak stress \(MPa\) +> \d+\.\d\d$", result.output, re.M)
+    assert re.search(r"^strength \(MPa\) +> \d+\.\d\d$", result.output, re.M)
     assert re.search(r"^time step \(s\) +\d\.\d+e-0\d$", result.output, re.M)
     names = {"report.html", "summary.json", "curves.csv", "grains.pvd", "cracks.pvd", "config.toml"}
     assert names <= {file.name for file in folder.iterdir()}
@@ -176,4 +176,4 @@ def test_a_law_of_ones_own_runs_with_its_parameters_and_parts(tmp_path):
     record = json.loads((tmp_path / "run.json").read_text())
     assert record["configuration"]["law"]["type"] == reference
     assert record["configuration"]["law"]["kn"] == "100 TPa/m"
-    assert content["properties"]["peak_stress"] == pytest.approx(4e6, rel=0.01)
+    assert content["properties"]["strength"] == pytest.approx(4e6, rel=0.01)

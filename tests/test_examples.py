@@ -22,7 +22,7 @@ def test_compare_laws(example, tmp_path, monkeypatch, capsys):
     for name in ("curves", "cracks"):
         assert (folder / f"{name}.png").stat().st_size > 10_000
     said = capsys.readouterr().out
-    assert all(heading in said for heading in ("peak stress (MPa)", "lost opening (J/m)", "lost slip (J/m)"))
+    assert all(heading in said for heading in ("strength (MPa)", "lost opening (J/m)", "lost slip (J/m)"))
     table = study.study(study.LAWS, quick=True).table(folder)
     assert list(table["law"]) == list(study.LAWS)
 

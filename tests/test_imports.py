@@ -206,16 +206,6 @@ def test_what_takes_long_to_load_is_loaded_where_it_is_used():
         assert done.stdout.split() == []
 
 
-HOUSE = Path(__file__).parents[1]
-FILES = [*MODULES.values(), *HOUSE.joinpath("tests").rglob("*.py"), *HOUSE.joinpath("docs").rglob("*.py")]
-
-
-@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
-def test_files_are_small(file):
-    """Sources, tests and the examples of the documents."""
-    assert len(file.read_text(encoding="utf-8").splitlines()) <= 300
-
-
 @pytest.mark.parametrize("package", ["grainlaw", *(f"grainlaw.{name}" for name in COMPONENTS)])
 def test_public_names_are_declared(package):
     loaded = importlib.import_module(package)

@@ -133,7 +133,7 @@ def test_each_half_of_the_load_passes_to_its_support(region, test, sections):
     assert not [name for name in curves if "stress" in name]  # a force is none
     after = curves["force"] >= 0.1 * curves["force"].max()
     differ = np.abs(curves["force_top"] - curves["force_bottom"])[after].max()
-    assert result.summary["platen_imbalance"] == pytest.approx(differ / result.summary["peak_force"])
+    assert result.summary["imbalance"] < max(differ / result.summary["largest_force"], 1e-6)  # a mean over a period
 
 
 def test_zones_bend_as_a_slender_beam_does():
@@ -169,8 +169,9 @@ def test_toughness_of_a_half_disc():
         specimen, LINEAR, SemiCircularBend(loading=gl.Constant(speed=0.02), maximum_deflection=6e-6, samples=50)
     )
     found = result.summary
-    expected = shape_factor(0.4, 0.6) * found["peak_force"] * np.sqrt(np.pi * 8 * mm) / (40 * mm)
-    assert found["toughness"] == pytest.approx(expected, rel=1e-9)
+    expected = shape_factor(0.4, 0.6) * found["largest_force"] * np.sqrt(np.pi * 8 * mm) / (40 * mm)
+    assert found["largest_toughness"] == pytest.approx(expected, rel=1e-9)
+    assert np.isnan(found["toughness"])  # springs do not break
     assert result.curves["mouth"][-1] > 0
 
 

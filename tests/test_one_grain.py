@@ -76,7 +76,7 @@ def test_two_rigid_blocks_slide_with_friction():
     """As a rigid sample starts: the first sample of its press is one step."""
     test = DirectShear(normal_stress=1e5, loading=gl.Constant(speed=1e-3), maximum_slip=40e-6)
     result = gl.simulate(blocks(RIGID, rows=2), LAW, test)
-    assert result.summary["peak_stress"] == pytest.approx(1e5 * np.tan(np.radians(30)), rel=0.01)
+    assert result.summary["strength"] == pytest.approx(1e5 * np.tan(np.radians(30)), rel=0.01)
     assert result.summary["energy_error"] < 1e-10
 
 

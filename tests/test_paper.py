@@ -44,11 +44,11 @@ def paper(tmp_path):
             for seed in SEEDS:
                 factors = {"law": law, "damping": LOCAL, "confinement": p, "seed": seed}
                 peak = ucs[law] + (seed - 2) * MPa + slope[law] * p
-                found = {"peak_stress": peak, "apparent_modulus": 53 * GPa, "apparent_poisson": 0.28}
+                found = {"strength": peak, "apparent_modulus": 53 * GPa, "apparent_poisson": 0.28}
                 failed = law == BRITTLE and seed == 3 and p > 3 * MPa
                 rows.append(row(factors, {}, "unstable", "too fast") if failed else row(factors, found))
     factors = {"law": PRINTED, "damping": LEAST, "confinement": 0.0, "seed": 1}
-    rows.append(row(factors, {"peak_stress": 50 * MPa}))
+    rows.append(row(factors, {"strength": 50 * MPa}))
     joint = Joint([("", math.nan, 2.0, 2.01)], [], None, None, {})
     elastic = ElasticProperties(
         apparent_modulus=53.1 * GPa, apparent_poisson=0.281, modulus=51 * GPa, poisson=0.22, stiffness=np.eye(3),

@@ -93,8 +93,8 @@ def test_titles_and_records_are_text_not_tags(page):
 
 
 def test_properties_have_units(page, result):
-    assert page.rows["peak stress (MPa)"] == [[f"> {result.summary['peak_stress'] / 1e6:.3g}"]]  # it had not failed
-    assert page.rows["strain at peak (%)"] == [[f"> {result.summary['peak_strain'] * 100:.3g}"]]
+    assert page.rows["strength (MPa)"] == [[f"> {result.summary['largest_stress'] / 1e6:.3g}"]]  # it had not failed
+    assert page.rows["strain at failure (%)"] == [["-"]]
     assert page.rows["E (GPa)"] == [[f"{result.summary['modulus'] / 1e9:.3g}"]]
     named = {shown(name).heading for name in result.summary}
     assert named <= set(page.rows)
@@ -147,9 +147,9 @@ def test_rounding_is_no_energy_and_has_no_row_of_digits(tmp_path):
 def test_a_peak_that_was_passed_is_no_bound(broken, tmp_path):
     broken.write_report(tmp_path / "report.html")
     page = Page(tmp_path / "report.html")
-    assert page.rows["peak stress (MPa)"] == [[f"{broken.summary['peak_stress'] / 1e6:.3g}"]]
+    assert page.rows["strength (MPa)"] == [[f"{broken.summary['strength'] / 1e6:.3g}"]]
     assert len(page.images) == 3
-    ratio = broken.laboratory.properties["crack_initiation_count"] / broken.summary["peak_stress"]
+    ratio = broken.laboratory.properties["crack_initiation_count"] / broken.summary["strength"]
     assert 0 < ratio <= 1
     assert page.rows["CI/UCS, 1 % of the cracks at the peak"][0][0] == f"{ratio:.3g}"
 
@@ -185,7 +185,7 @@ def test_three_digits():
 
 
 def test_a_test_that_ends_before_failure_says_so(page):
-    assert "the highest stress is the last one" in page.text
+    assert "the specimen had not failed when the test ended" in page.text
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(1.0, "pass"), (1.01, "FAIL")])
@@ -220,8 +220,8 @@ def test_laws_stand_side_by_side(tmp_path):
     comparison = gl.compare(small_sample(), {"stiff": Linear(**STIFF), "Mohr & Coulomb": MohrCoulomb(**STRONG)}, SHORT)
     comparison.write_report(tmp_path / "report.html")
     page = Page(tmp_path / "report.html")
-    peaks = [f"> {r.summary['peak_stress'] / 1e6:.3g}" for r in comparison.values()]
-    assert page.rows["peak stress (MPa)"] == [peaks]
+    above = comparison["Mohr & Coulomb"].summary["largest_stress"]
+    assert page.rows["strength (MPa)"] == [["-", f"> {above / 1e6:.3g}"]]  # what cannot break has no strength
     assert "Mohr & Coulomb (MohrCoulomb)" in page.text
     assert page.rows["kn"] == [["105 TPa/m"]] * 2
 
@@ -277,7 +277,7 @@ def test_figures_show_the_recorded_numbers(result):
     ("name", "value", "heading", "text"),
     [
         ("confinement", 4e6, "confinement (MPa)", "4.00"),
-        ("peak_slip", 1.25e-6, "peak slip (µm)", "1.25"),
+        ("failure_slip", 1.25e-6, "failure slip (µm)", "1.25"),
         ("lateral_strain", -0.001, "lateral strain (%)", "-0.1000"),
         ("secant_modulus", 60e9, "secant modulus (GPa)", "60.00"),
         ("fracture_toughness", 1.5e6, "fracture toughness (MPa √m)", "1.500"),
@@ -287,7 +287,7 @@ def test_figures_show_the_recorded_numbers(result):
         ("unloading_moduli", [50e9, float("nan")], "unloading moduli (GPa)", "50.00, -"),
         ("anything", 0.25, "anything", "0.25"),
         ("anything", "words", "anything", "words"),
-        ("peak_stress", None, "peak stress (MPa)", "-"),
+        ("strength", None, "strength (MPa)", "-"),
     ],
 )
 def test_names_tell_how_they_are_shown(name, value, heading, text):

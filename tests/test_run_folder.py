@@ -79,7 +79,7 @@ def test_a_summary_is_written_while_the_run_goes_on(tmp_path, monkeypatch):
     assert seen[-1]["properties"]["steps"] == result.curves["step"][-2]
     last = json.loads((tmp_path / "summary.json").read_text())
     assert "incomplete" not in last
-    assert last["properties"]["peak_stress"] == result.summary["peak_stress"]
+    assert last["properties"]["strength"] == result.summary["strength"]
 
 
 def test_the_record_says_what_decides_the_results(tmp_path):

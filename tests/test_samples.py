@@ -2,6 +2,7 @@
 
 import csv
 import json
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -37,10 +38,12 @@ def test_means_and_ranges_by_hand():
     three = [{"load": load, "count": 2, "all": [1, 2]} for load in (1.0, 4.0, 10.0)]
     assert means(three) == {"load": 5.0, "count": 2.0}
     look = Shown("load", "", 10.0, ".1f")
+    three = [SimpleNamespace(summary=summary, curves={}, law=None) for summary in three]
+    nothing = SimpleNamespace(summary={"load": float("nan")}, curves={}, law=None)
     assert mean_and_range(look, three, "load") == "50.0 (10.0 to 100.0)"
     assert mean_and_range(look, three, "count") == "20.0"
     assert mean_and_range(look, three, "all") == mean_and_range(look, three, "none") == "-"
-    assert mean_and_range(look, [*three, {"load": float("nan")}], "load") == "-"
+    assert mean_and_range(look, [*three, nothing], "load") == "-"
     assert np.isnan(means([{"load": 1.0}, {"load": float("nan")}])["load"])
 
 
@@ -55,17 +58,17 @@ def test_each_run_is_that_of_one_sample(found):
 def test_the_table_has_means_and_ranges(found):
     lines = str(found).splitlines()
     assert lines[0].split() == ["linear", "brittle"]
-    peaks = np.array([found.results["brittle", seed].summary["peak_stress"] for seed in (1, 7)]) / 1e6
+    peaks = np.array([found.results["brittle", seed].summary["strength"] for seed in (1, 7)]) / 1e6
     assert peaks[0] != peaks[1]
     assert lines[2].endswith(f" {peaks.mean():.2f} ({peaks.min():.2f} to {peaks.max():.2f})")
-    assert lines[-1] == "mean (range) of the samples with the seeds 1, 7"
+    assert "mean (range) of the samples with the seeds 1, 7" in lines
 
 
 def test_files_hold_means_and_each_sample(found, folder):
     content = json.loads((folder / "summary.json").read_text())
     assert content["seeds"] == [1, 7]
     for law in LAWS:
-        for name in ("peak_stress", "steps", "tensile_cracks"):
+        for name in ("largest_stress", "steps", "tensile_cracks"):
             both = [content["samples"][seed][law][name] for seed in ("1", "7")]
             assert both == [found.results[law, seed].summary[name] for seed in (1, 7)]
             assert content["laws"][law][name] == pytest.approx(sum(both) / 2, rel=1e-12)
@@ -83,7 +86,7 @@ def test_the_report_begins_with_all_samples(found, folder):
     page = (folder / "report.html").read_text()
     assert "Means and ranges of all samples" in page
     assert "The samples are those of the seeds 1, 7; what follows is of seed 1." in page
-    peaks = np.array([found.results["brittle", seed].summary["peak_stress"] for seed in (1, 7)]) / 1e6
+    peaks = np.array([found.results["brittle", seed].summary["strength"] for seed in (1, 7)]) / 1e6
     texts = [f"{value:.3g}" for value in (peaks.mean(), peaks.min(), peaks.max())]
     both = texts[0] if texts[1] == texts[2] else f"{texts[0]} ({texts[1]} to {texts[2]})"
     assert f'<td class="number">{both}</td>' in page
@@ -101,8 +104,8 @@ def test_a_run_that_fails_leaves_the_others(found, tmp_path):
         observers=lambda run: [Fails()] if run == ("brittle", 1) else [],
     )  # fmt: skip
     assert set(bad.results) == {("linear", 1), ("linear", 7), ("brittle", 7)}
-    assert str(bad).splitlines()[-1] == "brittle, seed 1 failed: it broke"
-    assert bad.summary["laws"]["brittle"]["peak_stress"] == found.results["brittle", 7].summary["peak_stress"]
+    assert "brittle, seed 1 failed: it broke" in str(bad).splitlines()
+    assert bad.summary["laws"]["brittle"]["strength"] == found.results["brittle", 7].summary["strength"]
     bad.write(tmp_path)
     assert json.loads((tmp_path / "summary.json").read_text())["failed"] == {"brittle, seed 1": "it broke"}
     bad.write_report(tmp_path / "report.html")

@@ -19,7 +19,10 @@ def mixed(tmp_path):
     """Factors of texts and of numbers, a quantity that one case lacks, and a case that failed."""
     keys = list(itertools.product(("A", "B"), (1.25e7, 1.3e7), (1, 2)))
     rows = [
-        row(dict(zip(("law", "strength", "seed"), k, strict=True)), {"peak_stress": 1e8 / 3 * k[2] + k[1], "steps": 7})
+        row(
+            dict(zip(("law", "strength", "seed"), k, strict=True)),
+            {"largest_stress": 1e8 / 3 * k[2] + k[1], "steps": 7},
+        )
         for k in keys[:-1]
     ]
     failed = row(dict(zip(("law", "strength", "seed"), keys[-1], strict=True)), {}, "refused", 'a "quoted",\nreason')
@@ -29,8 +32,12 @@ def mixed(tmp_path):
 def test_pandas_has_numbers_where_the_table_has(mixed):
     frame = mixed.to_pandas()
     assert list(frame.columns) == list(mixed.columns)
-    assert (frame["seed"].dtype.kind, frame["strength"].dtype.kind, frame["peak_stress"].dtype.kind) == ("i", "f", "f")
-    assert np.array_equal(frame["peak_stress"], mixed["peak_stress"], equal_nan=True)
+    assert (frame["seed"].dtype.kind, frame["strength"].dtype.kind, frame["largest_stress"].dtype.kind) == (
+        "i",
+        "f",
+        "f",
+    )
+    assert np.array_equal(frame["largest_stress"], mixed["largest_stress"], equal_nan=True)
     assert frame["reason"].iloc[-1] == 'a "quoted",\nreason'
 
 
@@ -39,9 +46,9 @@ def test_csv_is_read_again_with_the_same_bits(mixed, tmp_path):
     with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as file:
         head, *rows = csv.reader(file)
     assert head == list(mixed.columns)
-    column = [r[head.index("peak_stress")] for r in rows]
+    column = [r[head.index("largest_stress")] for r in rows]
     assert [float(text) if text else math.nan for text in column] == pytest.approx(
-        mixed["peak_stress"].tolist(), rel=0, abs=0, nan_ok=True
+        mixed["largest_stress"].tolist(), rel=0, abs=0, nan_ok=True
     )
     assert rows[-1][head.index("reason")] == 'a "quoted",\nreason'
 
@@ -63,8 +70,8 @@ def test_xarray_has_the_factors_as_axes(mixed):
     assert dict(data.sizes) == {"law": 2, "strength": 2, "seed": 2}
     for k in range(len(mixed) - 1):
         place = {name: mixed[name][k] for name in mixed.factors}
-        assert float(data["peak_stress"].sel(place)) == mixed["peak_stress"][k]
-    assert np.isnan(float(data["peak_stress"].sel(law="B", strength=1.3e7, seed=2)))
+        assert float(data["largest_stress"].sel(place)) == mixed["largest_stress"][k]
+    assert np.isnan(float(data["largest_stress"].sel(law="B", strength=1.3e7, seed=2)))
 
 
 def test_cases_that_would_fill_an_array_with_nothing_are_refused(tmp_path):
@@ -89,5 +96,5 @@ def test_without_a_library_it_says_which(mixed, monkeypatch, tmp_path, name, cal
     with pytest.raises(gl.ParameterError, match=message):
         call(mixed, tmp_path)
     assert not list(tmp_path.glob("*parquet"))
-    assert len(mixed.means("law")["peak_stress"]) == 2  # the rest is as before
+    assert len(mixed.means("law")["largest_stress"]) == 2  # the rest is as before
     mixed.write_csv(tmp_path / "t.csv")

@@ -37,7 +37,7 @@ def table(tmp_path_factory, run):
     rows, runs = [], []
     for k, key in enumerate(itertools.product(LAWS, SIZES, SEEDS)):
         factors = dict(zip(("law", "strength", "seed"), key, strict=True))
-        summary = {"peak_stress": 1e8 + 1e6 * k + 1e5 * rng.random(), "tensile_cracks": 10 + k, "steps": 7}
+        summary = {"largest_stress": 1e8 + 1e6 * k + 1e5 * rng.random(), "tensile_cracks": 10 + k, "steps": 7}
         rows.append(row(factors, summary, measures={"failure_plane_angle": 1.0}))
         runs.append(
             to_bytes(attrs.evolve(run, curves=run.curves | {"stress": run.curves["stress"] * (k + 1)}), frames=False)
@@ -54,21 +54,21 @@ def points(axes, marker):
 
 
 def test_a_strip_shows_all_cases_and_their_means(table):
-    axes = table.plot("peak_stress").axes[0]
+    axes = table.plot("largest_stress").axes[0]
     shown = np.sort(np.concatenate(points(axes, "o"))[:, 1])
-    assert shown == pytest.approx(np.sort(table["peak_stress"][:-1]) / 1e6)
-    means = [each.mean / 1e6 for each in table.means("law", "strength")["peak_stress"]]
+    assert shown == pytest.approx(np.sort(table["largest_stress"][:-1]) / 1e6)
+    means = [each.mean / 1e6 for each in table.means("law", "strength")["largest_stress"]]
     assert [each[0, 1] for each in points(axes, "D")] == pytest.approx(means)
     bars = [c.get_segments()[0][:, 1] for c in axes.collections if isinstance(c, LineCollection)]
-    for drawn, each in zip(bars, table.means("law", "strength")["peak_stress"], strict=True):
+    for drawn, each in zip(bars, table.means("law", "strength")["largest_stress"], strict=True):
         assert drawn == pytest.approx(np.array(each.interval) / 1e6)
-    assert axes.get_ylabel() == "peak stress (MPa)"
+    assert axes.get_ylabel() == "largest stress (MPa)"
     assert [label.get_text().split("\n")[-1] for label in axes.get_xticklabels()] == ["n = 4"] * 3 + ["n = 3 of 4"]
     assert {text.get_text() for text in axes.texts} == set(LAWS)
 
 
 def test_a_seed_lies_at_the_same_place_in_each_strip(table):
-    axes = table.plot("peak_stress", by="law", over=("strength", "seed")).axes[0]
+    axes = table.plot("largest_stress", by="law", over=("strength", "seed")).axes[0]
     one, other = points(axes, "o")
     assert one[:7, 0] + 1 == pytest.approx(other[:, 0])
     assert len(set(one[:, 0])) == 8
@@ -84,8 +84,8 @@ def test_one_case_in_a_group_has_a_mean_and_no_interval(tmp_path):
 
 
 def test_lines_join_pairs_and_the_title_says_the_difference(table):
-    axes = table.plot_paired("peak_stress", "law").axes[0]
-    found = table.paired("law")["peak_stress"]
+    axes = table.plot_paired("largest_stress", "law").axes[0]
+    found = table.paired("law")["largest_stress"]
     lines = [np.array(line.get_ydata()) for line in axes.lines if line.get_marker() == "None"]
     assert len(lines) == sum(each.count for each in found) == 7
     assert np.mean([y[1] - y[0] for y in lines[:4]]) == pytest.approx(found[0].mean / 1e6)
@@ -162,7 +162,7 @@ def test_crack_patterns_have_one_scale(table, run):
 def test_specimens_of_two_sizes_have_one_scale(run, tmp_path):
     low = gl.simulate(small_sample(12, height=20 * mm), BRITTLE, attrs.evolve(PULL, samples=10))
     runs = [to_bytes(each, frames=False) for each in (run, low)]
-    table = table_of([row({"height": h}, {"peak_stress": 1.0}) for h in (40 * mm, 20 * mm)], tmp_path / "s", runs)
+    table = table_of([row({"height": h}, {"largest_stress": 1.0}) for h in (40 * mm, 20 * mm)], tmp_path / "s", runs)
     figure = table.plot_cracks(over=(), cases=[{"height": 40 * mm}, {"height": 20 * mm}])
     figure.draw_without_rendering()
     scales = [(a.transData.transform((10, 10)) - a.transData.transform((0, 0))).tolist() for a in figure.axes]
@@ -183,8 +183,8 @@ def test_a_scale_bar_is_round_and_as_long_as_it_says(width, length):
 
 
 @pytest.mark.parametrize("draw", [
-    lambda t, ax: t.plot("peak_stress", ax=ax),
-    lambda t, ax: t.plot_paired("peak_stress", "law", ax=ax),
+    lambda t, ax: t.plot("largest_stress", ax=ax),
+    lambda t, ax: t.plot_paired("largest_stress", "law", ax=ax),
     lambda t, ax: t.plot_curves("law", ax=ax),
     lambda t, ax: t.plot_cracks([{"law": LAWS[0], "strength": 10e6, "seed": 1}], ax=[ax]),
 ])  # fmt: skip
@@ -198,9 +198,9 @@ def test_axes_that_are_given_are_drawn_on(table, draw):
 @pytest.mark.parametrize(("draw", "message"), [
     (lambda t: t.plot("peak"), "no quantity 'peak'"),
     (lambda t: t.plot("status"), "no quantity 'status'"),
-    (lambda t: t.plot("peak_stress", by="lw"), "no factor 'lw'"),
-    (lambda t: t.plot("peak_stress", ax=3), "ax = 3"),
-    (lambda t: t.plot_paired("peak_stress", "seed"), "each factor only once"),
+    (lambda t: t.plot("largest_stress", by="lw"), "no factor 'lw'"),
+    (lambda t: t.plot("largest_stress", ax=3), "ax = 3"),
+    (lambda t: t.plot_paired("largest_stress", "seed"), "each factor only once"),
     (lambda t: t.plot_curves(y="force"), "no column 'force'"),
     (lambda t: t.plot_curves(by="laws"), "no factor 'laws'"),
     (lambda t: t.plot_cracks([]), f"0 cases.*1 to {MOST_PATTERNS}"),
@@ -230,11 +230,11 @@ def test_the_report_holds_what_the_table_says(table, tmp_path):
     assert "16 cases: 15 finished, 1 failed." in page.text
     assert "too <strong>" in page.text  # as text, not as a tag
     assert page.rows["law"][0] == ["Mohr-Coulomb, cohesive crack", "2 levels"]
-    for each in table.means("law", "strength")["peak_stress"]:
+    for each in table.means("law", "strength")["largest_stress"]:
         name = f"{each.group['law']}, {each.group['strength'] / 1e6:g}"
         low, high = (f"{end / 1e6:.2f}" for end in each.interval)
         assert page.rows[name][0][:3] == [str(each.count), f"{each.mean / 1e6:.2f}", f"{low} to {high}"]
-    first = table.paired("law")["peak_stress"][0]
+    first = table.paired("law")["largest_stress"][0]
     assert page.rows["10"][0][:3] == ["cohesive crack - Mohr-Coulomb", "4", f"{first.mean / 1e6:.2f}"]
     assert "57.3 ± 0" in page.rows["failure plane angle (deg)"][0]
     assert page.rows["CPU time of all cases"] == [["24 s"]]  # 16 of 1.5 s
@@ -245,14 +245,14 @@ def test_the_report_holds_what_the_table_says(table, tmp_path):
 def test_a_report_of_points_without_seeds(tmp_path):
     """As many groups as cases: means are those of all, and there are no pairs; rows without runs have no pictures."""
     points = [{"strength": 1e6 * k, "energy": 3.0 * k} for k in range(1, 40)]
-    table = table_of([row(point, {"peak_stress": 2 * point["strength"]}) for point in points], tmp_path / "s")
+    table = table_of([row(point, {"largest_stress": 2 * point["strength"]}) for point in points], tmp_path / "s")
     table.write_report(tmp_path / "r.html")
     page = Page(tmp_path / "r.html")
     assert page.rows["strength (MPa)"] == [["1 to 39", "39 levels"]]
     assert page.rows["all"][0][:2] == ["39", "40.00"]
     assert "Paired" not in page.text
     assert len(page.images) == 1
-    named = [row({"law": law, **point}, {"peak_stress": 1e6}) for law in LAWS for point in points]
+    named = [row({"law": law, **point}, {"largest_stress": 1e6}) for law in LAWS for point in points]
     table_of(named, tmp_path / "t").write_report(tmp_path / "r.html")
     assert Page(tmp_path / "r.html").rows["cohesive crack"][0][:2] == ["39", "1.00"]  # by what has few levels
     with pytest.raises(gl.ParameterError, match="no factor 'seed'"):

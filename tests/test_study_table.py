@@ -33,7 +33,7 @@ def drawn():
 
 
 def test_pairs_are_those_of_students_paired_test(drawn, tmp_path):
-    found = peaks(drawn, tmp_path / "s").paired("law")["peak_stress"]
+    found = peaks(drawn, tmp_path / "s").paired("law")["strength"]
     assert [entry.levels for entry in found] == [("A", "B"), ("A", "C"), ("B", "C")]
     for entry in found:
         first, second = (np.array([drawn[name, seed] for seed in range(8)]) for name in entry.levels)
@@ -47,7 +47,7 @@ def test_pairs_are_those_of_students_paired_test(drawn, tmp_path):
 
 
 def test_an_interval_is_that_of_students_test_of_one_sample(drawn, tmp_path):
-    for entry in peaks(drawn, tmp_path / "s").means("law")["peak_stress"]:
+    for entry in peaks(drawn, tmp_path / "s").means("law")["strength"]:
         values = np.array([drawn[entry.group["law"], seed] for seed in range(8)])
         theirs = stats.ttest_1samp(values, 0).confidence_interval(0.95)
         assert entry.interval == pytest.approx(tuple(theirs), rel=1e-9)
@@ -69,12 +69,12 @@ def test_one_sample_and_none_have_no_interval():
 
 def test_means_of_groups_are_those_of_pandas(drawn, tmp_path):
     table = peaks(drawn, tmp_path / "s")
-    theirs = table.to_pandas().groupby("law", sort=False)["peak_stress"].agg(["count", "mean", "std"])
-    ours = {e.group["law"]: (e.count, e.mean, e.deviation) for e in table.means("law")["peak_stress"]}
+    theirs = table.to_pandas().groupby("law", sort=False)["strength"].agg(["count", "mean", "std"])
+    ours = {e.group["law"]: (e.count, e.mean, e.deviation) for e in table.means("law")["strength"]}
     assert list(ours) == list(theirs.index)
     for name, numbers in ours.items():
         assert numbers == pytest.approx(tuple(theirs.loc[name]))
-    whole = table.means()["peak_stress"]
+    whole = table.means()["strength"]
     assert [(e.count, e.group) for e in whole] == [(24, {})]
     assert whole[0].mean == pytest.approx(np.mean(list(drawn.values())))
 
@@ -142,7 +142,7 @@ def test_samples_that_cannot_be_told_are_refused(fields, width):
 @given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=6), st.floats(-1e6, 1e6))
 def test_the_difference_of_shifted_samples_is_the_shift(tmp_path_factory, values, shift):
     samples = {("A", k): v for k, v in enumerate(values)} | {("B", k): v + shift for k, v in enumerate(values)}
-    (entry,) = peaks(samples, tmp_path_factory.mktemp("s") / "s").paired("law")["peak_stress"]
+    (entry,) = peaks(samples, tmp_path_factory.mktemp("s") / "s").paired("law")["strength"]
     assert entry.mean == pytest.approx(shift, abs=1e-8)
     assert entry.deviation == pytest.approx(0, abs=1e-8)
     low, high = entry.interval
@@ -172,11 +172,11 @@ def test_what_failed_leaves_pairs_and_means(tmp_path):
     table = peaks(
         {("A", 0): 1.0, ("A", 1): 2.0, ("A", 2): None, ("B", 0): 5.0, ("B", 1): None, ("B", 2): 9.0}, tmp_path
     )
-    (entry,) = table.paired("law")["peak_stress"]
+    (entry,) = table.paired("law")["strength"]
     assert (entry.count, entry.mean, entry.unpaired) == (1, 4.0, 2)
-    assert [e.mean for e in table.means("law")["peak_stress"]] == [1.5, 7.0]  # not what unstable runs had by then
-    assert np.isnan(table["peak_stress"][[2, 4]]).all()
-    assert table.rows[2]["peak_stress"] == 1e12  # but it can be looked at
+    assert [e.mean for e in table.means("law")["strength"]] == [1.5, 7.0]  # not what unstable runs had by then
+    assert np.isnan(table["strength"][[2, 4]]).all()
+    assert table.rows[2]["strength"] == 1e12  # but it can be looked at
     table.write_csv(tmp_path / "t.csv")
     assert "1000000" not in (tmp_path / "t.csv").read_text("utf-8") + str(table)
     assert [(case["law"], case["status"], case["reason"]) for case in table.failed] == [
@@ -196,14 +196,14 @@ def test_a_table_without_rows(tmp_path):
     table = table_of([], tmp_path / "s")
     assert (len(table), table.quantities, table.failed, len(table.means())) == (0, [], [], 0)
     assert "status" in str(table)
-    assert str(Listing("peak_stress", [])) == "there is nothing to say of peak_stress"
+    assert str(Listing("strength", [])) == "there is nothing to say of strength"
 
 
 # --- names -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("call", "message"), [
-    (lambda t: t["peak_stres"], "peak_stress"),
+    (lambda t: t["strenght"], "strength"),
     (lambda t: t.means("lw"), "no factor 'lw'.*'law'"),
     (lambda t: t.paired("law", over="sed"), "no factor 'sed'.*'seed'"),
     (lambda t: t.paired("seed"), "each factor only once"),

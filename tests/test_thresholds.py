@@ -96,7 +96,8 @@ def test_drops_before_the_peak_and_what_follows_it_do_not_count():
     lateral = lateral_of(load)
     lateral[150:200] += 1e-3
     lateral[-201:] += 5e-3
-    path = path_to_peak(curves_of(load, lateral))
+    stage = np.repeat([0, 1, 2], [150, 50, len(load) - 200])  # unloaded, as a stage of its own does
+    path = path_to_peak(curves_of(load, lateral, stage))
     assert np.array_equal(path.load, LOAD)
     assert crack_damage(path) == pytest.approx(80 * MPA)
     assert initiation_by_lateral_strain(path) == pytest.approx(40 * MPA)

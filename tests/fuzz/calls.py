@@ -80,7 +80,7 @@ def right() -> dict[str, tuple]:
         "kind": (gl.Damping, int), "default": (gl.Undamped(), 3), "levels": ((1e-4, 2e-4),), "holes": ((), {}),
         "friction_angle": (50,), "residual_friction_angle": (5,), "dilation_angle": (5,), 
         "confinement": ([0, 1, 2, 3], 1),
-        "peak_stress": ([1, 3, 4, 6],), "bodies": ((),), "through": ((0.0, 0.0),), "places": ([(0, 0)],), 
+        "strength": ([1, 3, 4, 6],), "bodies": ((),), "through": ((0.0, 0.0),), "places": ([(0, 0)],), 
         "frame": (-1, 0),
         "observers": ((),), "detection": (gl.Detection(), None), "kn": (1e14,), "ks": (9e13,), 
         "tensile_strength": (13e6,),

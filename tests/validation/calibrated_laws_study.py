@@ -73,16 +73,16 @@ class Fall(gl.Measure):
 
 MEASURES = [
     *gl.MEASURES.values(), Fall(),
-    ratio("initiation", "CI over UCS", "crack_initiation_lateral", "peak_stress"),
-    ratio("damage", "CD over UCS", "crack_damage", "peak_stress"),
+    ratio("initiation", "CI over UCS", "crack_initiation_lateral", "strength"),
+    ratio("damage", "CD over UCS", "crack_damage", "strength"),
     ratio("tensile_share", "share of the length of cracks", "tensile_length", "tensile_length", "shear_length"),
     ratio("slip_share", "share of the energy lost", "lost_slip", "lost_opening", "lost_slip"),
 ]  # fmt: skip
 
 ROWS = {  # words: test, column, factor, digits
-    "UCS (MPa), a target": ("compression", "peak_stress", 1 / MPa, ".1f"),
-    "direct tension (MPa), a target": ("tension", "peak_stress", 1 / MPa, ".2f"),
-    "Brazilian strength (MPa)": ("Brazilian", "peak_stress", 1 / MPa, ".2f"),
+    "UCS (MPa), a target": ("compression", "strength", 1 / MPa, ".1f"),
+    "direct tension (MPa), a target": ("tension", "strength", 1 / MPa, ".2f"),
+    "Brazilian strength (MPa)": ("Brazilian", "strength", 1 / MPa, ".2f"),
     "toughness of the half disc (MPa √m)": ("half disc", "toughness", 1 / MPa, ".2f"),
     "CI over UCS": ("compression", "initiation", 1, ".2f"),
     "CD over UCS": ("compression", "damage", 1, ".2f"),

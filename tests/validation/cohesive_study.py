@@ -32,7 +32,7 @@ def reading(law):
     return (
         *strength(found),
         f"{max(one['kinetic_ratio'] for one in found):.0e}",
-        f"{max(one['platen_imbalance'] for one in found) * 100:.1f} %",
+        f"{max(one['imbalance'] for one in found) * 100:.1f} %",
     )
 
 
@@ -46,8 +46,8 @@ def evenness(relaxation):
     return (
         f"{areas.std() / areas.mean():.2f}",
         each((brittle[seed]["apparent_modulus"] / GPa for seed in samples), ".2f"),
-        each((brittle[seed]["peak_stress"] / MPa for seed in samples), ".1f"),
-        each((cohesive[seed]["peak_stress"] / MPa for seed in samples), ".1f"),
+        each((brittle[seed]["strength"] / MPa for seed in samples), ".1f"),
+        each((cohesive[seed]["strength"] / MPa for seed in samples), ".1f"),
     )
 
 

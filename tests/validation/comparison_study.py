@@ -16,7 +16,7 @@ from compare_laws import LAWS, study
 from take_apart import VARIANTS
 
 COLUMNS = {  # heading: column, unit, digits
-    "peak (MPa)": ("peak_stress", MPa, ".1f"), "strain at peak (%)": ("peak_strain", 0.01, ".3f"),
+    "peak (MPa)": ("strength", MPa, ".1f"), "strain at peak (%)": ("failure_strain", 0.01, ".3f"),
     "E* (GPa)": ("apparent_modulus", GPa, ".2f"), "tensile cracks": ("tensile_cracks", 1, ".0f"),
     "shear cracks": ("shear_cracks", 1, ".0f"), "lost in opening (J/m)": ("lost_opening", 1, ".1f"),
     "lost in slip (J/m)": ("lost_slip", 1, ".1f"),

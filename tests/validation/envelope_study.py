@@ -44,7 +44,7 @@ def tested(law):
 def peaks(confinement):
     row = []
     for law in NAMES:
-        found = tested(law).where(confinement=confinement * MPa)["peak_stress"] / MPa
+        found = tested(law).where(confinement=confinement * MPa)["strength"] / MPa
         row += [each(found, ".1f"), f"{np.mean(found):.1f}"]
     return row
 
@@ -76,7 +76,7 @@ def pooled(law):
         f"{np.mean(slopes):.2f} ({np.mean(slopes) - half:.2f} to {np.mean(slopes) + half:.2f})",
         f"{parabola.m:.1f} ({low:.1f} to {high:.1f})",
         f"{table['kinetic_ratio'].max():.0e}",
-        f"{table['platen_imbalance'].max() * 100:.1f} %",
+        f"{table['imbalance'].max() * 100:.1f} %",
     )
 
 

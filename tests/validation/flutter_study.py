@@ -71,9 +71,9 @@ def load(name, damping):
     except AccuracyError:
         return ("not in balance", "", "", "")
     return (
-        f"{one['peak_stress'] / MPa:.1f}",
+        f"{one['strength'] / MPa:.1f}",
         f"{one['kinetic_ratio']:.0e}",
-        f"{one['platen_imbalance'] * 100:.1f} %",
+        f"{one['imbalance'] * 100:.1f} %",
         f"{one['energy_made']:.0e}",
     )
 

@@ -24,7 +24,7 @@ def row(law, temperature):
     found = result.summary
     return (
         str(found.get("thermal_cracks", 0)),
-        f"{found['peak_stress'] / MPa:.0f}",
+        f"{found['strength'] / MPa:.0f}",
         f"{found['apparent_modulus'] / GPa:.0f}",
         f"{found.get('heating_kinetic_ratio', 0):.0e}",
         f"{found['energy_error']:.0e}",

@@ -83,7 +83,7 @@ def measured(*cases):
 
 def strengths(law, seed, **options):
     compression, tension, brazilian = measured(*(Case(test, law, seed, **options) for test in TESTS))
-    ucs, direct, split = (one["peak_stress"] / MPa for one in (compression, tension, brazilian))
+    ucs, direct, split = (one["strength"] / MPa for one in (compression, tension, brazilian))
     moduli = (one["apparent_modulus"] / GPa for one in (compression, tension))
     return (
         f"{ucs:.1f}", f"{direct:.2f}", f"{split:.2f}", f"{split / direct:.2f}", f"{ucs / direct:.1f}",
@@ -93,7 +93,7 @@ def strengths(law, seed, **options):
 
 def thresholds(law, seed, **options):
     (compression,) = measured(Case("compression", law, seed, **options))
-    return [f"{compression[name] / compression['peak_stress']:.2f}" for name in THRESHOLDS.values()] + [
+    return [f"{compression[name] / compression['strength']:.2f}" for name in THRESHOLDS.values()] + [
         compression["cracks"]
     ]
 
@@ -103,8 +103,8 @@ def quasi_static(test, law):
     (half,), found = measured(Case(test, law, 1, half=True)), measured(*(Case(test, law, seed) for seed in SEEDS))
     return (
         f"{max(one['kinetic_ratio'] for one in found):.0e}",
-        f"{max(one['platen_imbalance'] for one in found) * 100:.1f} %",
-        f"{(half['peak_stress'] / found[0]['peak_stress'] - 1) * 100:+.1f} %",
+        f"{max(one['imbalance'] for one in found) * 100:.1f} %",
+        f"{(half['strength'] / found[0]['strength'] - 1) * 100:+.1f} %",
     )
 
 
@@ -114,13 +114,13 @@ def split(law, seed):
     return (
         f"{disc['off'] / mm:.1f}",
         f"{disc['middle'] / MPa:.1f}",
-        f"{disc['middle'] / direct['peak_stress']:.2f}",
+        f"{disc['middle'] / direct['strength']:.2f}",
         f"{disc['left'] / MPa:.1f}",
     )
 
 
 def size(diameter):
-    return [f"{one['peak_stress'] / MPa:.1f}" for one in measured(*(
+    return [f"{one['strength'] / MPa:.1f}" for one in measured(*(
         Case("Brazilian", law, 1, diameter=diameter) for law in NAMES
     ))]  # fmt: skip
 

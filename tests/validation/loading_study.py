@@ -48,11 +48,11 @@ KINDS = {
 
 
 def peak(found):
-    return found["peak_stress"] / MPa if "peak_stress" in found else found["peak_force"] / 1e3
+    return found["strength"] / MPa if "strength" in found else found["failure_force"] / 1e3
 
 
 def cell(found):
-    return f"{peak(found):.4g}, {found['steps'] / 1000:,.0f}, {found['platen_imbalance'] * 100:.2g} %"
+    return f"{peak(found):.4g}, {found['steps'] / 1000:,.0f}, {found['imbalance'] * 100:.2g} %"
 
 
 def cost(name, seed, given, before):

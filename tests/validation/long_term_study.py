@@ -46,7 +46,7 @@ def crushed(seed):
 def strengths():
     """Pa, by seed."""
     table = run(gl.Study(crushed, seed=SEEDS), "strengths")
-    return {seed: float(table.where(seed=seed)["peak_stress"][0]) for seed in SEEDS}
+    return {seed: float(table.where(seed=seed)["strength"][0]) for seed in SEEDS}
 
 
 def case(growth, stress, seed):

@@ -32,7 +32,7 @@ def row(size, pressure, seeds=SEEDS, shares=(1.0,)):
     width = np.ptp(found[0][0].specimen.grains.region.bounds[:, 0])
     moved = [abs(drift(result, result.frames[-1])) / width * 100 for result, _ in found]
     return (
-        each((result.summary["peak_stress"] / MPa for result, _ in found), ".0f"),
+        each((result.summary["strength"] / MPa for result, _ in found), ".0f"),
         each((one / MPa for one in left), ".1f"),
         f"{rankine(pressure, LAW.residual_friction_angle) / MPa:.1f}",
         each((mobilised(one, pressure) for one in left), ".0f") if pressure else "-",

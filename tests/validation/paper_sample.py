@@ -32,10 +32,10 @@ STRENGTH = ("peak (MPa)", "mean", "strain at peak (%)", "tensile + shear")
 
 def strength(summaries: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
     """Cells of a row: peaks of several samples, their mean, the strains there, and the cracks by mode."""
-    peaks = [one["peak_stress"] / MPa for one in summaries]
+    peaks = [one["strength"] / MPa for one in summaries]
     return (
         each(peaks, ".1f"),
         f"{np.mean(peaks):.1f}",
-        each((one["peak_strain"] * 100 for one in summaries), ".3f"),
+        each((one["failure_strain"] * 100 for one in summaries), ".3f"),
         each(f"{one['tensile_cracks']} + {one['shear_cracks']}" for one in summaries),
     )

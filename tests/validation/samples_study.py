@@ -34,7 +34,7 @@ def tested(*laws):
 
 
 def mean(law):
-    [found] = tested(law).means()["peak_stress"]
+    [found] = tested(law).means()["strength"]
     low, high = (end / MPa for end in found.interval)
     return f"{found.mean / MPa:.1f}", f"{low:.1f} to {high:.1f}", f"{found.deviation / MPa:.1f}", *["-"] * 5
 
@@ -42,8 +42,8 @@ def mean(law):
 def pair(one, other):
     """The difference, and what would be known of it without pairs."""
     table = tested(other, one)
-    [found] = table.paired("law")["peak_stress"]
-    peaks = [table.where(law=law)["peak_stress"] / MPa for law in (one, other)]
+    [found] = table.paired("law")["strength"]
+    peaks = [table.where(law=law)["strength"] / MPa for law in (one, other)]
     low, high = (end / MPa for end in found.interval)
     yield from (f"{found.mean / MPa:.1f}", f"{low:.1f} to {high:.1f}", f"{found.deviation / MPa:.1f}")
     yield from (f"{100 * found.share:+.1f} %", f"{found.higher} of {found.count}", f"{found.p_value:.2g}")
@@ -51,7 +51,7 @@ def pair(one, other):
 
 
 def joined(file):
-    tested(*LAWS).plot_paired("peak_stress", "law").savefig(file, dpi=110)
+    tested(*LAWS).plot_paired("strength", "law").savefig(file, dpi=110)
 
 
 ROWS = {law: partial(mean, law) for law in LAWS} | {f"{a} - {b}": partial(pair, a, b) for a, b in PAIRS}

@@ -33,7 +33,7 @@ def row(test=TEST, time_step_factor=1.0, **options):
     return (
         *strength(found),
         each((one["kinetic_ratio"] for one in found), ".0e"),
-        each((one["platen_imbalance"] * 100 for one in found), ".1f") + " %",
+        each((one["imbalance"] * 100 for one in found), ".1f") + " %",
     )
 
 

@@ -1,0 +1,143 @@
+"""The first failure: what counts as one, and what does not."""
+
+import itertools
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support import BRITTLE, ROCK, STRONG, small_sample
+
+import grainlaw as gl
+from grainlaw.geometry import Voronoi, disc, rectangle
+from grainlaw.laws import CohesiveCrack, Linear
+from grainlaw.protocols import BiaxialCompression, Brazilian, UniaxialCompression, UniaxialTension
+from grainlaw.results.certificate import doubts, has_failed
+from grainlaw.strength import Borne, borne
+from grainlaw.units import MPa
+
+COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
+
+
+def found(way, load, stage=None):
+    way, load = np.asarray(way, dtype=float), np.asarray(load, dtype=float)
+    return borne(load, way, np.zeros(len(way)) if stage is None else np.asarray(stage))
+
+
+def course(*corners, samples=2001):
+    """Straight lines between (deformation, load), sampled evenly from the first step on."""
+    x, y = np.transpose(corners)
+    way = np.linspace(x[0], x[-1], samples)[1:]
+    return way, np.interp(way, x, y)
+
+
+def test_a_load_that_grows_to_the_end_is_no_strength():
+    way, load = course((0, 0), (1, 100))
+    assert found(way, load) == Borne(failed=False, at=len(load) - 1, largest=len(load) - 1)
+    assert found(way, -load) is None
+    assert found([], []) is None
+
+
+def test_a_load_that_falls_by_a_twentieth_has_failed_at_once():
+    way, load = course((0, 0), (1, 100), (1.001, 60), (1.01, 60.2))
+    assert found(way, load).failed
+    assert load[found(way, load).at] == pytest.approx(100, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("course_after", "strength"),
+    [
+        ([(1.003, 99), (1.013, 100), (2, 198)], 198),  # a crack: it is as stiff as before, and soon bears more
+        ([(1.01, 97), (1.5, 120), (2, 150)], 100),  # pieces: it takes 6 % more deformation to bear as much again
+        ([(1.021, 100.05), (2, 150)], 100.05),  # a plateau
+        ([(1.015, 100), (2, 196)], 196),  # a shorter one
+    ],
+)
+def test_a_failure_is_a_load_that_does_not_grow_while_the_deformation_grows_by_2_percent(course_after, strength):
+    way, load = course((0, 0), (1, 100), *course_after, (2.05, 0), samples=20001)
+    assert found(way, load).failed
+    assert load[found(way, load).at] == pytest.approx(strength, rel=2e-3)
+    assert load[found(way, load).largest] == load.max()
+
+
+def test_waves_at_the_beginning_are_no_failure():
+    way, load = course((0, 0), (0.04, 8), (0.05, 0), (0.06, 8), (1, 100), (1.1, 0))
+    assert load[found(way, load).at] == pytest.approx(100, rel=2e-3)
+
+
+def test_loops_of_unloading_are_no_failure():
+    corners = [(0, 0), (0.5, 50), (0.2, 5), (0.5, 49.9), (1, 100), (0.7, 10), (1, 99), (1.2, 120), (1.3, 60)]
+    parts = [course(a, b, samples=200) for a, b in itertools.pairwise(corners)]
+    way, load = np.concatenate(parts, axis=1)
+    stage = np.repeat(np.arange(len(parts)), 199)
+    assert load[found(way, load, stage).at] == pytest.approx(120, rel=2e-3)
+    assert load[found(way, load).at] == pytest.approx(50, rel=2e-3)  # falls within one stage are falls
+
+
+@given(st.floats(1e-9, 1e9), st.floats(1e-9, 1e9), st.integers(1, 12))
+def test_it_does_not_depend_on_units_nor_on_how_dense_samples_are(unit, length, every):
+    way, load = course((0, 0), (0.7, 70), (0.703, 69.7), (1, 98), (1.03, 96), (2, 150), (2.2, 30), samples=6001)
+    way, load = way[every - 1 :: every], load[every - 1 :: every]
+    here = found(way * length, load * unit)
+    assert here == found(way, load)
+    assert load[here.at] == pytest.approx(98, rel=5e-3)
+
+
+TESTS = [
+    (UniaxialCompression(samples=300), BRITTLE),
+    (UniaxialTension(samples=300), BRITTLE),
+    (BiaxialCompression(confinement=5 * MPa, samples=300), COHESIVE),
+]
+
+
+@pytest.mark.parametrize(("test", "law"), TESTS)
+def test_a_test_that_ends_at_the_failure_finds_the_same_strength(test, law):
+    rock = small_sample(60)
+    whole = gl.simulate(rock, law, test)
+    short = gl.simulate(rock, law, attrs.evolve(test, until=gl.Until.FAILURE))
+    assert short.summary["strength"] == whole.summary["strength"]
+    assert short.summary["failure_strain"] == whole.summary["failure_strain"]
+    assert len(short.curves["stress"]) < len(whole.curves["stress"])
+    assert has_failed(short)
+    load = short.curves.get("deviator", short.curves["stress"])
+    assert short.summary["strength"] == pytest.approx(load.max() + getattr(test, "confinement", 0))
+
+
+def test_what_has_not_failed_has_no_strength():
+    rock = small_sample(20)
+    sound = gl.simulate(rock, Linear(kn=1e14, ks=1e14), UniaxialCompression(samples=20, maximum_strain=1e-3))
+    assert np.isnan(sound.summary["strength"])
+    assert "strength (MPa)" in str(gl.compare(rock, {"linear": Linear(kn=1e14, ks=1e14)}, sound.protocol))
+    assert list(doubts(sound)) == []  # nothing can break
+    bent = gl.simulate(rock, CohesiveCrack(**STRONG, mode_i_energy=15, mode_ii_energy=30), UniaxialCompression(
+        samples=100, maximum_strain=3e-3))  # fmt: skip
+    assert bent.curves["damaged"][-1] > 0
+    assert np.isnan(bent.summary["strength"])
+    assert list(doubts(bent)) == ["the specimen had not failed when the test ended"]
+    assert f"&gt; {bent.summary['largest_stress'] / MPa:.2f}" in bent._repr_html_()
+
+
+def test_a_largest_stress_above_the_strength_is_a_doubt():
+    """120 grains under 5 MPa: a fall by 4 % at 191 MPa, then columns of grains that interlock."""
+    grains = Voronoi(grains=120, seed=1).tessellate(rectangle(20e-3, 50e-3))
+    result = gl.simulate(gl.Specimen(grains, ROCK), BRITTLE, BiaxialCompression(confinement=5 * MPa))
+    assert result.summary["strength"] == pytest.approx(191.1 * MPa, rel=0.01)
+    if result.summary["largest_stress"] > 1.01 * result.summary["strength"]:  # what is left is chaotic
+        assert any("bore more than its strength" in words for words in doubts(result))
+
+
+@pytest.mark.parametrize("samples", [100, 250])
+def test_a_strength_does_not_depend_on_the_number_of_samples(samples):
+    rock = small_sample(60)
+    usual, few = (gl.simulate(rock, BRITTLE, UniaxialCompression(samples=n)) for n in (1000, samples))
+    assert few.summary["strength"] == pytest.approx(usual.summary["strength"], rel=0.01)
+    assert len(few.curves["stress"]) < len(usual.curves["stress"])
+
+
+def test_a_disc_is_read_by_its_load():
+    rock = gl.Specimen(Voronoi(grains=60, seed=1).tessellate(disc(20e-3)), ROCK)
+    result = gl.simulate(rock, BRITTLE, Brazilian(until=gl.Until.FAILURE))
+    at = int(np.argmax(result.curves["force"]))
+    assert result.summary["failure_force"] == result.curves["force"][at]
+    assert result.summary["strength"] == result.curves["stress"][at]
