@@ -51,7 +51,7 @@ def main(laws, name):
     options = parser.parse_args()
     table = study(laws, options.quick).run(options.out)
     means = table.means("law")
-    print(table, means["peak_stress"], means["lost_opening"], means["lost_slip"], sep="\n\n")
+    print(table, means["strength"], means["lost_opening"], means["lost_slip"], sep="\n\n")
     table.plot_curves("law").savefig(options.out / "curves.png", dpi=100)
     table.plot_cracks(columns=5).savefig(options.out / "cracks.png", dpi=100)
 

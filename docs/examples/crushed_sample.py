@@ -124,7 +124,7 @@ def main():
     curves, summary = result.curves, result.summary
     size = float(np.median(np.sqrt(result.specimen.grains.areas)))
     left = residual(curves)
-    print(f"peak {summary['peak_stress'] / MPa:.2f} MPa, residual {left / MPa:.2f} MPa")
+    print(f"peak {summary['strength'] / MPa:.2f} MPa, residual {left / MPa:.2f} MPa")
     if confined:
         angle = LAW.residual_friction_angle
         print(f"residual of a sample of {angle:g} degrees {rankine(confined, angle) / MPa:.2f} MPa (Rankine)")
@@ -133,7 +133,7 @@ def main():
         print(f"it has moved sideways by {abs(drift(result, result.frames[-1])) / width:.2f} of its width")
     print(f"energy error {summary['energy_error']:.1e}")
     print(f"deepest mean overlap {watcher.deepest * 1e6:.1f} um, {watcher.deepest / size:.1e} of the grain size")
-    print(f"platen imbalance {summary['platen_imbalance']:.1e} before the peak, {imbalance(curves):.2f} after it")
+    print(f"imbalance {summary['imbalance']:.1e} before the peak, {imbalance(curves):.2f} after it")
     print(f"{len(fragments(result))} fragments, {watcher.handed_over} of {len(result.interfaces)} bonds handed over")
     print(f"{watcher.contacts} contacts at most, {watcher.searches} searches, {summary['seconds']:.0f} s")
     picture(result).savefig(options.out / "crushed_sample.png", dpi=100)

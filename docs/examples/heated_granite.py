@@ -58,7 +58,7 @@ def main():
     given = words.parse_args()
     table = study(given.temperatures, given.seeds, given.grains).run(given.folder)
     for row in range(len(table["temperature"])):
-        heated, strength, modulus = (table[name][row] for name in ("temperature", "peak_stress", "apparent_modulus"))
+        heated, strength, modulus = (table[name][row] for name in ("temperature", "strength", "apparent_modulus"))
         print(f"{table['law'][row]:8} {heated:6.0f} °C  UCS {strength / MPa:5.1f} MPa  E {modulus / GPa:5.1f} GPa")
 
 

@@ -21,7 +21,7 @@ def case(law, seed):
 
 if __name__ == "__main__":
     table = gl.Study(case, law=LAWS, seed=range(1, 21)).run("law-study")
-    print(table.means("law")["peak_stress"], table.paired("law")["peak_stress"], sep="\n\n")
-    table.plot_paired("peak_stress", "law").savefig("law_study.png", dpi=110)
+    print(table.means("law")["strength"], table.paired("law")["strength"], sep="\n\n")
+    table.plot_paired("strength", "law").savefig("law_study.png", dpi=110)
     table.write_csv("law_study.csv")
     table.write_report("law-study.html", title="Three laws on twenty samples")

@@ -65,7 +65,7 @@ def study(laws, seeds, grains):
 
 def rows(table, law):
     """Cells of the table of a law: means, and the range over the samples."""
-    peak = table["peak_stress"]
+    peak = table["strength"]
     cracks = table["tensile_cracks"] + table["shear_cracks"]
     for texture in TEXTURES:
         of = [(table["law"] == law) & (table["texture"] == texture) & (table["test"] == test) for test in TESTS]

@@ -48,7 +48,7 @@ figure
 joint = gl.Specimen(Bricks(rows=2).tessellate(rectangle(20 * mm, 8 * mm)), rock)
 pressure = np.array([2, 6, 10]) * MPa
 strength = [
-    gl.simulate(joint, law, DirectShear(normal_stress=p), frames=1).summary["peak_stress"]
+    gl.simulate(joint, law, DirectShear(normal_stress=p), frames=1).summary["strength"]
     for p in pressure
 ]
 slope, cohesion = np.polyfit(pressure, strength, 1)

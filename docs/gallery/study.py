@@ -39,19 +39,19 @@ table
 
 # %%
 # The strengths of one sample are joined by a line: the samples are the same under both laws.
-figure = table.plot_paired("peak_stress", "law")
+figure = table.plot_paired("strength", "law")
 figure
 
 # %%
 # Their difference, with its interval of confidence. Pairs know more than two groups would.
-difference = table.paired("law")["peak_stress"]
+difference = table.paired("law")["strength"]
 print(difference)
 
 # %%
 # **Check.** The interval is that of Student's paired t.
 from scipy.stats import ttest_1samp
 
-strength = {law: table.where(law=law)["peak_stress"] for law in laws}
+strength = {law: table.where(law=law)["strength"] for law in laws}
 change = strength["cohesive crack"] - strength["Mohr-Coulomb"]
 low, high = ttest_1samp(change, 0).confidence_interval()
 print(
