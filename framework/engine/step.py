@@ -52,7 +52,7 @@ class Team(NamedTuple):
 
     threads: int
     meeting: np.ndarray
-    pause: int  #: address of a function that yields the core
+    pauses: barrier.Pauses
 
 
 class Chunk(NamedTuple):
@@ -107,7 +107,7 @@ def _steps(thread, team, parts, chunk):
         press_fluids(parts.fluids, nodes, schedule, thread)
         if searching:
             tally[thread, LEAVING] = leaving
-        barrier.wait(team.meeting, team.threads, team.pause)  # forces of all bonds, contacts and pressures
+        barrier.wait(team.meeting, team.threads, team.pauses)  # forces of all bonds, contacts and pressures
         # Read now: another thread may write them again before the next barrier.
         leaving, deep = _sum(tally, LEAVING), _sum(tally, DEEP)
         if thread == 0 and step < chunk.steps - 1:  # no thread asks a material before the next barrier
@@ -123,7 +123,7 @@ def _steps(thread, team, parts, chunk):
         for column in range(velocities.shape[0]):
             velocities[column] = schedule[column]
         if parts.platens.column.shape[0] > 0:
-            barrier.wait(team.meeting, team.threads, team.pause)  # forces on all of a platen's freedoms
+            barrier.wait(team.meeting, team.threads, team.pauses)  # forces on all of a platen's freedoms
             move_platens(
                 parts.platens, parts.drives, freedoms, schedule, velocities, chunk.integrator, chunk.parameters, thread
             )
@@ -134,14 +134,14 @@ def _steps(thread, team, parts, chunk):
         place_corners(parts.grains, nodes, freedoms, thread)
         if searching:
             follow_nodes(contacts, nodes, thread)
-        barrier.wait(team.meeting, team.threads, team.pause)
+        barrier.wait(team.meeting, team.threads, team.pauses)
         # All threads read the same: nodes that have moved are counted again only after the next barrier.
         if searching and leaving + deep + _sum(tally, MOVED) > 0:
             return step + 1
     return chunk.steps
 
 
-_pause = functools.cache(barrier.pause_address)
+_pauses = functools.cache(barrier.pauses)
 
 
 def run(threads: int, parts: Parts, chunk: Chunk) -> int:
@@ -150,7 +150,7 @@ def run(threads: int, parts: Parts, chunk: Chunk) -> int:
     The interpreter lock is released meanwhile. Returns how many steps were done (``contacts.tally`` says why fewer).
     """
     loop: Any = compiled(_steps, "the time loop, once: this takes up to half a minute")
-    team = Team(threads, np.zeros(barrier.SIZE, dtype=np.int64), _pause())
+    team = Team(threads, np.zeros(barrier.SIZE, dtype=np.int64), _pauses())
     helpers = [threading.Thread(target=loop, args=(k, team, parts, chunk)) for k in range(1, threads)]
     for helper in helpers:
         helper.start()

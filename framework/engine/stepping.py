@@ -60,9 +60,7 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int | Th
             return
 
 
-def schedule_of(
-    state: State, begin: np.ndarray, end: np.ndarray, pace: float, temperatures: np.ndarray
-) -> np.ndarray:
+def schedule_of(state: State, begin: np.ndarray, end: np.ndarray, pace: float, temperatures: np.ndarray) -> np.ndarray:
     """(t, columns) that the step takes, between times (t,) s of the stage; ``temperatures`` (t, 2) °C come last."""
     return np.column_stack(
         [state.boundaries.schedule(begin, end, pace), *state.fluids.schedule(begin, end), temperatures]
