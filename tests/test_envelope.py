@@ -89,7 +89,7 @@ LAWS = {"brittle": MohrCoulomb(**STRONG), "linear": Linear(**STIFF)}
 
 
 def pressed(law, seed, confinement):
-    test = BiaxialCompression(confinement=confinement, maximum_strain=0.004, samples=200)
+    test = BiaxialCompression(confinement=confinement, maximum_strain=0.006, samples=200)
     return gl.Run(small_sample(20, seed=seed), LAWS[law], test)
 
 
