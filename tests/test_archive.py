@@ -266,7 +266,7 @@ def test_a_material_of_another_version_is_named(content):
         from_bytes(rewritten(content, "about", about(content, material={"type": "Plastic", "parameters": {}})))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(data=st.data())
 def test_a_damaged_file_is_refused_or_read_as_it_was(content, data):
     """What a bit changes that no checksum covers, such as a date in the archive, changes nothing that is read."""

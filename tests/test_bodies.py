@@ -158,7 +158,7 @@ def test_block_refuses(values, message: str) -> None:
         block(**values)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     turn=st.floats(-360, 360),
     by=st.tuples(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4)),

@@ -44,7 +44,7 @@ def outline_areas(grains):
 
 
 @pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS)
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(cells=FILLINGS, count=st.integers(1, 25), seed=st.integers(0, 10**6))
 def test_cells_tile_any_region_and_keep_the_grains(region, cells, count, seed):
     grains = Voronoi(grains=count, seed=seed)
@@ -55,7 +55,7 @@ def test_cells_tile_any_region_and_keep_the_grains(region, cells, count, seed):
     assert outline_areas(made) == pytest.approx(whole.areas, rel=1e-9)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(cells=FILLINGS, seed=st.integers(0, 10**6))
 def test_every_cell_lies_in_its_grain(cells, seed):
     whole = Hexagonal(grains=20).tessellate(REGIONS["rectangle"])

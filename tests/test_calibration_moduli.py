@@ -5,7 +5,7 @@ import math
 import attrs
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import grainlaw as gl
@@ -36,7 +36,6 @@ def cracking(softer, wider, steeper):
     return measure
 
 
-@settings(deadline=None)
 @given(st.floats(0, 0.5), st.floats(0, 0.08), st.floats(0, 1.5))
 def test_the_test_has_the_moduli_that_are_wanted(softer, wider, steeper):
     measure = cracking(softer, wider, steeper)

@@ -68,7 +68,6 @@ def test_a_collision_keeps_the_energy_with_the_step_unless_another_is_given(mate
     assert energy[-1] == pytest.approx(energy[0], rel=1e-3)
 
 
-@settings(deadline=None)
 @given(angle=st.floats(-3.1, 3.1), stretch=st.floats(0.9, 1.1), x=st.floats(-5, 5))
 def test_rotation_of_a_grain_that_deforms(angle, stretch, x):
     state = State(gl.Specimen(moved(box(1, 2), turn=20), SOFT), LAW)
@@ -122,7 +121,7 @@ joints = st.builds(
 
 
 @pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(sets=st.lists(joints, min_size=1, max_size=3))
 def test_joints_tile_a_region(region, sets):
     made = JointSets(sets=sets).tessellate(region)
@@ -131,7 +130,7 @@ def test_joints_tile_a_region(region, sets):
     assert_sides_complete(made)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(sets=st.lists(joints, min_size=1, max_size=3))
 def test_every_edge_inside_lies_on_a_joint(sets):
     made = JointSets(sets=sets, merge=0).tessellate(REGIONS["rectangle"])

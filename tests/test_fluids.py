@@ -89,7 +89,7 @@ def flooded(mesh, ends, broken, boundary):
         at |= {place[ends[p % count, p // count]] for p in found}
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(1, 1000), st.floats(0.2, 0.9), st.sampled_from(SIDES), st.integers(0, 1))
 def test_a_fluid_reaches_what_a_flood_reaches(seed, share, boundary, refinement):
     specimen = small_sample(25, refinement=refinement)

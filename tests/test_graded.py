@@ -35,7 +35,7 @@ def test_size_by_hand():
     assert CORNER.at(np.array([(0.3, 0.4), (0, 0), (1, 1)])) == pytest.approx([0.07, 0.02, 0.1])
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(seed=st.integers(0, 99), spread=st.sampled_from([0, 0.4]), finest=st.sampled_from([0.02, 0.03]))
 def test_grains_have_the_size_of_their_place(seed, spread, finest):
     """In rings round the place as many grains as the integral of 1 / size^2 over them: to 10 %, or 3 of Poisson's."""

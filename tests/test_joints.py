@@ -42,7 +42,7 @@ def length_of(grains, name):
 
 
 @pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(network=networks, tessellator=st.sampled_from(TESSELLATORS))
 def test_traces_cut_grains_that_tile(region, network, tessellator):
     made = Jointed(tessellator, network).tessellate(region)
@@ -52,7 +52,7 @@ def test_traces_cut_grains_that_tile(region, network, tessellator):
     assert set(made.parent) <= set(tessellator.tessellate(region).parent)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(height=st.floats(0.1, 2.9), dip=st.floats(-0.5, 0.5), tessellator=st.sampled_from(TESSELLATORS[:3]))
 def test_a_trace_through_the_whole_region_is_straight_and_whole(height, dip, tessellator):
     """It would be shorter were a part of it missing, and longer were it bent."""

@@ -32,7 +32,7 @@ def by_label(grains):
     return np.bincount(grains.parent, grains.areas)[1:]
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(count=st.integers(1, 20), seed=st.integers(1, 1000), height=st.sampled_from([0.01, 0.02]))
 def test_drawn_grains_come_back_with_their_areas(count, seed, height):
     grains = Voronoi(grains=count, seed=seed).tessellate(rectangle(0.02, height))
@@ -46,7 +46,7 @@ def test_drawn_grains_come_back_with_their_areas(count, seed, height):
     assert abs(agreement.area_errors).max() < 0.01
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(count=st.integers(2, 20), seed=st.integers(1, 1000))
 def test_drawn_cells_come_back_with_their_centroids(count, seed):
     """Voronoi cells are power cells, which areas and centroids decide, until short edges are merged."""
@@ -60,7 +60,7 @@ def test_drawn_cells_come_back_with_their_centroids(count, seed):
     assert label_agreement(made, image, pixel, fill=True).share > 0.98
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(count=st.integers(2, 12), seed=st.integers(1, 1000))
 def test_fine_cells_have_the_label_of_most_of_their_pixels(count, seed):
     grains = Voronoi(grains=count, seed=seed).tessellate(rectangle(0.02, 0.02))

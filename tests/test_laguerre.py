@@ -29,7 +29,7 @@ CONCAVE = {"beam": BEAM, "semi-disc": BEND, "holed": HOLED, "L": ELL}
 deviations = st.floats(0, 0.7)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     region=st.sampled_from(list(CONVEX.values())),
     grains=st.one_of(st.integers(1, 4), st.integers(5, 200)),
@@ -52,7 +52,7 @@ def test_areas_are_as_asked(region, grains, deviation, seed, relaxation, merge) 
     assert_sides_complete(fit.tessellation)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(width=st.floats(1e-6, 1e3), slenderness=st.floats(0.05, 20), grains=st.integers(1, 60), seed=st.integers(0, 99))
 def test_any_rectangle_is_tiled(width, slenderness, grains, seed) -> None:
     fit = Laguerre(grains=grains, seed=seed).fit(rectangle(width, width * slenderness))
@@ -61,7 +61,7 @@ def test_any_rectangle_is_tiled(width, slenderness, grains, seed) -> None:
     assert fit.largest_after <= 0.02
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     region=st.sampled_from(list(CONCAVE.values())),
     grains=st.integers(1, 150),
@@ -112,7 +112,7 @@ def test_equal_weights_are_voronoi(region: Region) -> None:
     assert power.centroids() == pytest.approx(voronoi.centroids())
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 999), grains=st.integers(2, 80))
 def test_a_point_belongs_to_the_least_power(seed: int, grains: int) -> None:
     """Areas by counting points, told from the definition alone."""
@@ -169,7 +169,7 @@ def test_even_grains_have_equal_areas_and_seeds_at_centroids(seed: int) -> None:
     assert fit.circularity.mean() > 0.83 > 0.72 > free.circularity.mean()
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(wanted=st.floats(0.7, 0.81), seed=st.integers(0, 99), deviation=st.floats(0.1, 0.5))
 def test_circularity_is_as_asked(wanted: float, seed: int, deviation: float) -> None:
     sizes = Lognormal(deviation=deviation)
@@ -192,7 +192,7 @@ def test_circularity_out_of_reach_is_told() -> None:
         Laguerre(grains=80, circularity=0.2).tessellate(rectangle(1, 1))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(scale=st.floats(1e-4, 1e4), x=st.floats(-50, 50), y=st.floats(-50, 50))
 def test_grains_move_and_grow_with_their_region(scale: float, x: float, y: float) -> None:
     maker = Laguerre(grains=60, relaxation=2)

@@ -95,7 +95,7 @@ def follow(history, folder):
         assert_is_as_written(loader, folder, normal, shear)
 
 
-CALM = {"deadline": None, "suppress_health_check": list(HealthCheck), "database": None}
+CALM = {"suppress_health_check": list(HealthCheck), "database": None}
 
 
 @settings(max_examples=6, derandomize=True, **CALM)

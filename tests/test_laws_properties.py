@@ -188,7 +188,7 @@ def test_fracture_energies_as_declared(law):
 
 
 @every_law
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=1, max_size=6))
 def test_finite_for_any_finite_input(law, points):
     opening, slip = zip(*points, strict=True)

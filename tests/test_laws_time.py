@@ -126,7 +126,7 @@ def test_the_load_of_a_point_is_that_at_which_it_would_fail():
     assert little.fatigue.tolist() == [0.0] * 9
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.floats(0.05, 1.0), st.floats(0.01, 1.0), st.floats(0, 1e6))
 def test_growth_takes_strength_and_gives_none(share, load, time):
     for growth in (CharlesGrowth(exponent=12), ExponentialGrowth(activation=20)):

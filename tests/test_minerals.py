@@ -39,14 +39,14 @@ def compositions():
     return parts.filter(lambda p: min(p) >= 0.05 * sum(p)).map(lambda p: {f"m{k}": x / sum(p) for k, x in enumerate(p)})
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(fractions=compositions(), seed=st.integers(0, 10**6), count=st.integers(150, 500))
 def test_fractions_are_met_to_a_thousandth(fractions, seed, count):
     made = Minerals(Voronoi(grains=count, seed=seed), fractions, seed=seed).tessellate(REGION)
     assert shares_of(made) == pytest.approx(fractions, abs=1e-3)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), clustering=st.floats(0.5, 1.7), last=st.floats(0.3, 0.5))
 def test_clustering_is_as_asked_and_fractions_stay(seed, clustering, last):
     fractions = {"a": 0.2, "b": 0.8 - last, "c": last}
@@ -56,7 +56,7 @@ def test_clustering_is_as_asked_and_fractions_stay(seed, clustering, last):
     assert shares_of(made) == pytest.approx(fractions, abs=1e-3)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_more_clustering_makes_more_like_boundary(seed):
     asked = (0.6, 0.8, 1.2, 1.6, 2.0)

@@ -27,7 +27,7 @@ def scattered(region: Region, count: int, random: np.random.Generator) -> np.nda
     return seeds[region.contains(seeds)][:count]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     region=st.sampled_from(list(REGIONS.values())),
     count=st.integers(2, 150),
@@ -106,7 +106,7 @@ def test_another_order_of_the_seeds() -> None:
     assert np.array_equal(order[other.other[inner]], diagram.other[inner])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     region=st.sampled_from([*CONVEX.values(), *CONCAVE.values()]),
     grains=st.integers(2, 150),

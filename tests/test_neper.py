@@ -59,7 +59,7 @@ def test_a_side_has_the_name_of_its_domain_edge(tmp_path):
     assert set(read(tmp_path, tess(south="base")).boundary_names) == {"base", "right", "top", "left"}
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     region=st.sampled_from([rectangle(0.05, 0.1), disc(1.0), BEAM, polygon([(0, 0), (3, 1), (2, 4)], "rim")]),
     seed=st.integers(1, 1000), minerals=st.integers(1, 3), size=st.integers(1, 4),

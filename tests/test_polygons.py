@@ -30,7 +30,7 @@ def drawn(grains):
     return rings
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(region=REGIONS, seed=st.integers(1, 1000), size=st.sampled_from([1e-4, 1.0, 1e3]), given_region=st.booleans())
 def test_drawn_grains_come_back(region, seed, size, given_region):
     """In any order, either way round, from any corner; BEAM has corners where only one grain turns."""
@@ -48,7 +48,7 @@ def test_drawn_grains_come_back(region, seed, size, given_region):
         assert set(made.boundary_names) == set(region.names)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(1, 1000), share=st.floats(0.01, 0.45))
 def test_corners_nearer_than_the_tolerance_are_one(seed, share):
     grains = Voronoi(grains=25, seed=seed, merge=0.3).tessellate(rectangle(1, 1))
@@ -63,7 +63,7 @@ def test_corners_nearer_than_the_tolerance_are_one(seed, share):
     assert set(made.region.boundary_names) == {"bottom", "right", "top", "left"}
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(region=REGIONS, seed=st.integers(1, 1000))
 def test_concave_grains_are_cut_into_cells_of_one_grain(region, seed):
     """Two neighbours drawn as one grain are concave, mostly."""

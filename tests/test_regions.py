@@ -67,7 +67,7 @@ def star_shaped(draw: st.DrawFn) -> Region:
 
 
 @every
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(region=star_shaped(), grains=st.one_of(st.integers(1, 4), st.integers(5, 120)))
 def test_grains_fill_any_region(tessellator: type, region: Region, grains: int) -> None:
     made = tessellator(grains=grains).tessellate(region)
@@ -101,7 +101,7 @@ def test_hexagons_fill_regions_of_near_coincidences(
     assert_sides_complete(made)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     region=star_shaped(),
     seed=st.integers(0, 99),

@@ -77,7 +77,7 @@ def pairs_of(edges, grain, reach, cell):
 place = st.integers(-200, 200).map(lambda k: k / 16)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     st.lists(st.tuples(place, place, place, place).filter(lambda e: e[:2] != e[2:]), min_size=2, max_size=14),
     st.sampled_from([0.2, 1.1, 5.3]),

@@ -61,7 +61,7 @@ def assert_as_asked(grains, made, region):
             assert np.sort(mine) == pytest.approx(np.sort(areas[phase == k]) * region.area, rel=0.02)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(seed=st.integers(0, 10**6), count=st.integers(60, 300))
 def test_each_mineral_has_its_sizes(seed, count):
     made = minerals(count, seed)
@@ -71,7 +71,7 @@ def test_each_mineral_has_its_sizes(seed, count):
     assert_as_asked(grains, made, REGION)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(seed=st.integers(0, 10**6), clustering=st.floats(0.75, 1.4))
 def test_clustering_is_as_asked_and_sizes_stay(seed, clustering):
     made = minerals(250, seed, clustering)
@@ -80,7 +80,7 @@ def test_clustering_is_as_asked_and_sizes_stay(seed, clustering):
     assert clustering_of(grains) == pytest.approx(clustering, rel=0.02)
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(region=star_shaped(), seed=st.integers(0, 99))
 def test_in_any_region(region, seed):
     made = minerals(120, seed)

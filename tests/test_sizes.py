@@ -34,7 +34,7 @@ def test_draws_are_areas_and_repeat(sizes: Sizes) -> None:
     assert np.array_equal(first, second)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(deviation=st.floats(0.02, 1), seed=st.integers(0, 99))
 def test_diameters_are_lognormal(deviation: float, seed: int) -> None:
     """Mean 1 and the deviation asked for: sigma^2 = ln(1 + deviation^2) and scale exp(-sigma^2 / 2)."""
@@ -69,7 +69,7 @@ def test_classes_are_drawn_by_weight() -> None:
     assert (alike == 4).mean() == pytest.approx(0.5, abs=0.01)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(quartz=st.floats(0.05, 0.6), mica=st.floats(0.05, 0.35), count=st.integers(3, 400), seed=st.integers(0, 99))
 def test_phases_have_their_fractions_exactly(quartz: float, mica: float, count: int, seed: int) -> None:
     fractions = {"quartz": quartz, "mica": mica, "feldspar": 1 - quartz - mica}

@@ -138,7 +138,7 @@ def test_samples_that_cannot_be_told_are_refused(fields, width):
 # --- properties ------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=6), st.floats(-1e6, 1e6))
 def test_the_difference_of_shifted_samples_is_the_shift(tmp_path_factory, values, shift):
     samples = {("A", k): v for k, v in enumerate(values)} | {("B", k): v + shift for k, v in enumerate(values)}

@@ -34,7 +34,7 @@ def test_all_tessellators_are_tried() -> None:
 
 
 @every
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     width=st.floats(1e-6, 1e3),
     slenderness=st.floats(0.02, 50),
@@ -222,7 +222,7 @@ def test_memory_is_what_the_system_tells(monkeypatch) -> None:
     assert Voronoi(grains=5).tessellate(rectangle(1, 1)).count == 5
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(width=st.floats(1e-6, 1e3), slenderness=st.floats(0.02, 50), rows=st.integers(1, 7), columns=st.integers(1, 7))
 def test_bricks_are_equal_and_in_rows(width: float, slenderness: float, rows: int, columns: int) -> None:
     made = Bricks(rows=rows, columns=columns).tessellate(rectangle(width, width * slenderness))

@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 import pytest
 from command_line import invoke
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from support import ROCK, STIFF
 
@@ -100,7 +100,6 @@ def test_integral_of_a_series_is_that_of_its_lines(steps, values, ends):
     assert last - first == pytest.approx(exact, abs=1e-9 * 1e3 * 10)
 
 
-@settings(deadline=None)
 @given(st.integers(1, 40), st.floats(1e-3, 1))
 def test_means_over_steps_add_up(count, step):
     series = gl.TimeSeries([0, 0.3, 0.3, 2.0, 7.0], [1.0, 5.0, -2.0, 3.0, 3.0])

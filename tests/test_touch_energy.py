@@ -80,7 +80,7 @@ def contact_forces(edges, cotangent=(0, 0, 0, 0)):
     return np.stack([on_a - end_a, end_a, start_b, -on_a - start_b])
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(
     turn=st.floats(-1.3, 1.3),
     length=st.floats(0.2, 2.0),

@@ -101,7 +101,7 @@ def thrown(first, second, height, spin, friction, **options):
     return motion, before, run
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(polygons(), polygons(), st.floats(-0.4, 0.4), st.floats(-2, 2), st.sampled_from([0.0, 30.0, 60.0]))
 def test_bodies_of_any_shape_keep_momentum_and_the_ledger(first, second, height, spin, friction):
     motion, before, run = thrown(first, second, height, spin, friction)

@@ -140,7 +140,7 @@ def test_dashpots_of_any_size_leave_the_stable_step_as_it_is(speed):
     assert moved < 1e-3 if speed == 1e9 else moved > 0
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(
     angle=st.floats(0, 360), young=st.floats(1e9, 1e11), ratio=st.floats(0.2, 5.0), foliation=st.floats(0, 180),
 )  # fmt: skip
