@@ -18,8 +18,9 @@ LEAST = 0.1  #: of the largest load: what happens below is no failure, such as t
 #: columns of the load and of the deformation that strength is read from, in the order in which they are looked for
 LOADS = (
     (DEVIATOR, STRAIN),
-    (STRESS, STRAIN),
     ("shear_stress", "displacement"),
+    ("normal", "opening"),
+    (STRESS, STRAIN),
     ("force", "deflection"),
 )
 

@@ -11,7 +11,7 @@ import click
 from grainlaw.cli.law_copy import copied
 from grainlaw.cli.law_file import find_law_and_files
 from grainlaw.cli.lists import numbers_of, seeds_of
-from grainlaw.cli.running import contents, portable_option, refusing, tell_certificate, threads_option
+from grainlaw.cli.running import contents, portable_option, refusing, threads_option
 from grainlaw.cli.study import ending
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
 from grainlaw.compiler.cache import is_portable
@@ -111,12 +111,6 @@ def envelope(
         found = StrengthEnvelope(table)
         found.write(out, {"seeds": numbers, "parameters": parameters})
         click.echo(found)
-        rows = [k for k in range(len(table)) if table.is_finished(k)]
-        tell_certificate({_name(table.rows[k]): table.run(k) for k in rows})
         click.echo(f"\n{contents(out)}")
     if table.failed:
         raise click.ClickException(f"{len(table.failed)} of {len(table)} tests failed")
-
-
-def _name(row: dict[str, Any]) -> str:
-    return f"{row['confinement'] / MPa:g} MPa, seed {row['seed']}"

@@ -18,7 +18,7 @@ import numpy as np
 from grainlaw.contact import words_of
 from grainlaw.naming import THREE, Shown, shown
 from grainlaw.results.archive import READ, called
-from grainlaw.results.certificate import FAIL, LIMITS, fails, has_failed, text_of, warnings_of
+from grainlaw.results.certificate import FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
 from grainlaw.results.figures import html
 from grainlaw.results.figures.cracks import side_by_side
 from grainlaw.results.figures.report_figures import plot_report_curves
@@ -92,7 +92,7 @@ def _parts(
     yield _properties(results)
     if "apparent_modulus" in first.summary:
         yield html.text("p", "E* and nu* are slopes as measured in the plane; E and nu are those of the rock.")
-    if not all(map(has_failed, results.values())):
+    if any(can_fail(result) and not has_failed(result) for result in results.values()):
         yield html.text("p", "> stands before the largest stress of a specimen that had not failed.")
     yield html.text("h2", "Certificate")
     yield _certificate(results)
