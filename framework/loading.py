@@ -147,8 +147,8 @@ class Adaptive(Loading):
     """
 
     settles = True
-    imbalance: float = parameter("1", default=0.01, below=1)  #: of the forces on the ends, over the load
-    rate: float = parameter("1", default=0.0015, below=0.05)  #: the load grows by it in 1/frequency, at failure
+    imbalance: float = parameter("1", default=0.01, above=0, below=1)  #: of the forces on the ends, over the load
+    rate: float = parameter("1", default=0.0015, above=0, below=0.05)  #: growth of the load in 1/frequency, at failure
 
     def first(self, pace: Pace) -> float:
         return min(WHOLE * self.rate * pace.frequency * pace.span, pace.fastest)

@@ -60,27 +60,34 @@ class Saturated(LoadingProtocol):
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_boundaries(specimen, "Saturated", *self.boundaries)
         stages = list(self.test.stages(specimen))
-        covered = {one.boundary for stage in stages for one in stage.pressures}
-        covered |= {one.boundary for stage in stages for one in stage.drives if not is_roller(one)}
+        pressed = self._pressed(stages)
         first = stages.pop(0) if _loads(stages[0]) and any(map(_moves, stages)) else self._saturate(stages[0])
         ramp = max((one.ramp for one in first.loads), default=0.0) or self.ramp
         rising, steady = (
             [
-                FluidPressure(boundary=name, pressure=self.pressure, ramp=time, cracks_only=name in covered)
+                FluidPressure(boundary=name, pressure=self.pressure, ramp=time, cracks_only=name not in pressed)
                 for name in self.boundaries
             ]
             for time in (ramp, 0.0)
         )
-        _check_held(specimen, first, [name for name in self.boundaries if name not in covered])
-        return [attrs.evolve(first, fluids=rising), *(attrs.evolve(stage, fluids=steady) for stage in stages)]
+        _check_held(specimen, first, pressed)
+        return [_with(first, rising), *(_with(stage, steady) for stage in stages)]
+
+    def _pressed(self, stages: Sequence[Stage]) -> list[str]:
+        """Boundaries that the fluid presses: those that the test neither moves nor presses."""
+        covered = {one.boundary for stage in stages for one in stage.pressures}
+        covered |= {one.boundary for stage in stages for one in stage.drives if not is_roller(one)}
+        return [name for name in self.boundaries if name not in covered]
 
     def _saturate(self, stage: Stage) -> Stage:
-        """A stage before ``stage`` in which its drives rest, or hold no force, until the specimen rests."""
-        return Stage(
-            name=SATURATE, drives=[_at_start(one) for one in stage.drives],
-            pressures=[attrs.evolve(one, pressure=one.at(0.0), ramp=0.0) for one in stage.pressures],
-            gravity=stage.gravity, fixed=stage.fixed, integrator=stage.integrator, static=True,
-            until=[AtRest(1e-4)], interval=self.ramp / SAMPLES, sample_limit=MOST,
+        """What is imposed by ``stage`` before it, until the specimen rests: its drives rest, or hold no force."""
+        pressures = [attrs.evolve(one, pressure=one.at(0.0), ramp=0.0) for one in stage.pressures]
+        tractions = [attrs.evolve(one, factor=one.at(0.0), ramp=0.0) for one in stage.tractions]
+        return attrs.evolve(
+            stage, name=SATURATE, drives=[_at_start(one) for one in stage.drives], pressures=pressures,
+            tractions=tractions, loading=None, temperature=None, initial_velocity=None, ageing=None, pieces=1,
+            expected=None, static=not stage.quiet, until=[AtRest(1e-4)], interval=self.ramp / SAMPLES,
+            sample_limit=MOST,
         )  # fmt: skip
 
     def measure(self, state: State) -> dict[str, float]:
@@ -93,10 +100,19 @@ class Saturated(LoadingProtocol):
         return counted_after(self.test, curves, first, _stages_before(curves))
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Of the test, with the pressure of the fluid and the contact points that it has reached."""
+        """Of the test, with the pressure of the fluid and the contact points that it has reached.
+
+        Where it presses both sides, it is the ``confinement`` under which strengths are.
+        """
         found = {"fluid_pressure": self.pressure, "wet": int(curves[WET][-1])}
+        if {"left", "right"} <= set(self._pressed(self.test.stages(specimen))):
+            found["confinement"] = self.pressure
         after = after_stages(curves, _stages_before(curves))
         return {**found, **self.test.summary(after, specimen)} if len(after[STAGE]) else found
+
+
+def _with(stage: Stage, fluids: Sequence[FluidPressure]) -> Stage:
+    return attrs.evolve(stage, fluids=[*stage.fluids, *fluids])
 
 
 def _check_held(specimen: Specimen, stage: Stage, pressed: Sequence[str]) -> None:

@@ -203,6 +203,29 @@ def test_a_test_under_a_fluid_begins_from_its_own_strain_and_breaks_at_the_effec
     assert found["wet"] == len(result.cracks) >= 2
 
 
+def test_what_a_test_imposes_stays_in_a_fluid():
+    """Before it too: rock under a stress far away, one side quiet, with weight and fluid of its own."""
+    far = gl.Traction(boundary="top", stress=(0, -1e6, 0), ramp=1e-5)
+    load = {
+        "drives": [FLOOR], "tractions": [far], "quiet": [gl.Quiet(boundary="right")], "gravity": (0, -9.81),
+        "fixed": (3,), "fluids": [fluid("top", 2e6)],
+    }  # fmt: skip
+    test = Saturated(test=Loads(loads=(load,)), pressure=5e6)
+    first, own = test.stages(small_sample(20))
+    assert first.tractions == [gl.Traction(boundary="top", stress=(0, -1e6, 0), factor=0.0)]
+    assert own.tractions == [far]
+    for stage in (first, own):
+        assert [one.boundary for one in stage.fluids] == ["top", "left", "right"]
+        assert all(getattr(stage, name) == load[name] for name in ("drives", "quiet", "gravity", "fixed"))
+
+
+def test_a_strength_between_sides_that_a_fluid_presses_names_its_confinement():
+    specimen = small_sample(20)
+    pressed, found = Saturated(pressure=5e6), {"stage": np.zeros(1), "wet": np.zeros(1), "saturates": np.ones(1)}
+    assert pressed.summary(found, specimen)["confinement"] == 5e6
+    assert "confinement" not in attrs.evolve(pressed, boundaries=("left",)).summary(found, specimen)
+
+
 # --- as every part of a run ------------------------------------------------------------------------------------------
 
 
