@@ -173,9 +173,7 @@ def test_loading_is_checked():
     with pytest.raises(gl.ParameterError, match=r"Adaptive: rate = 0\.5 is not allowed"):
         gl.Adaptive(rate=0.5)
     for without_end in ("rate", "imbalance"):
-        with pytest.raises(
-            gl.ParameterError, match=f"Adaptive: {without_end} = 0 is not allowed, it must be .* above 0"
-        ):
+        with pytest.raises(gl.ParameterError, match=f"Adaptive: {without_end} = 0 is not allowed"):
             gl.Adaptive(**{without_end: 0})
     with pytest.raises(gl.ParameterError, match=r"loading = 0\.05 is not allowed"):
         UniaxialTension(loading=0.05)

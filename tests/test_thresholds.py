@@ -15,6 +15,7 @@ from grainlaw.results.thresholds import (
     initiation_by_lateral_strain,
     path_to_peak,
     secant_constants,
+    strains_disagree,
     stress_at_share,
     tangent_constants,
 )
@@ -46,6 +47,22 @@ def test_constants_of_a_kinked_curve():
     assert tangent_constants(path, centre=0.2) == pytest.approx((E, 0.25))
     assert secant_constants(path) == pytest.approx((E, 16 / 50))  # 10 + 0.6 x 10 at 50 MPa
     assert secant_constants(path, 0.2) == pytest.approx((E, 0.25))
+
+
+@pytest.mark.parametrize("sign", [1, -1])  # of the test's strain: it is told from the lateral one
+def test_strains_are_enough_without_their_sum(sign):
+    bare = {name: values for name, values in KINKED.items() if name != "volumetric_strain"}
+    path = path_to_peak(bare | {"strain": sign * bare["strain"]})
+    assert path.axial == pytest.approx(path_to_peak(KINKED).axial)
+    assert tangent_constants(path) == pytest.approx((E, 0.6))
+    assert not strains_disagree(bare)
+
+
+def test_a_wrong_column_of_strains_is_a_doubt():
+    """The change of area in place of its own sum: a modulus of 185 GPa for 54 came of it."""
+    assert not strains_disagree(KINKED)
+    assert strains_disagree(KINKED | {"volumetric_strain": 0 * LOAD})
+    assert strains_disagree(KINKED | {"strain": KINKED["strain"] / 100})
 
 
 def test_conversion_from_plane_strain():

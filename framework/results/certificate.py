@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from grainlaw.columns import DAMAGED
 from grainlaw.contact import ContactLaw, memory_names
 from grainlaw.naming import Shown, shown
+from grainlaw.results.thresholds import strains_disagree
 
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
@@ -66,6 +67,11 @@ def doubts(result: Result) -> Iterator[str]:
             yield f"the {shown(measure).words} cannot be computed, so the test has failed its certificate"
         else:
             yield f"the {shown(measure).words} is above its limit; {cure}"
+    if strains_disagree(result.curves):
+        yield (
+            "the axial strain by volumetric_strain and lateral_strain is not the column strain: one of the three is "
+            "wrong, and moduli with it"
+        )
     asked = getattr(getattr(result.protocol, "loading", None), "imbalance", math.inf)
     if asked < summary.get("imbalance", 0.0) <= LIMITS["imbalance"][0]:
         yield f"the imbalance of {asked:g} that was asked for was not had before the failure; {SLOWER}"

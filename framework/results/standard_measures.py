@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
-from grainlaw.columns import LATERAL_STRAIN, STRESS, TIME, VOLUMETRIC_STRAIN
+from grainlaw.columns import LATERAL_STRAIN, STRESS, TIME
 from grainlaw.moduli import converted
 from grainlaw.results.measure import Measure
 from grainlaw.results.thresholds import (
@@ -48,7 +48,7 @@ GUTENBERG = "Gutenberg and Richter (1956)"
 AKI = "Aki (1965)"
 MARDIA = "Mardia and Jupp (2000)"
 
-STRAINS = (STRESS, LATERAL_STRAIN, VOLUMETRIC_STRAIN)  #: axial strain is the difference of the last two
+STRAINS = (STRESS, LATERAL_STRAIN)  #: and the axial strain, see :class:`Path`
 
 Constants = Callable[[Path], tuple[float, float]]
 

@@ -7,24 +7,28 @@ from collections.abc import Mapping
 import attrs
 import numpy as np
 
-from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRESS, TIME, VOLUMETRIC_STRAIN
+from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS, TIME, VOLUMETRIC_STRAIN
 from grainlaw.moduli import slope
 from grainlaw.parameter import ParameterError
 from grainlaw.strength import borne_in
 
 NAN = float("nan")
+TWOFOLD = 2  #: axial strains of two columns that differ by more than this are not those of one specimen
 
 
 @attrs.frozen(eq=False)
 class Path:
     """The path to the peak: samples with a higher load than all before them, in the stage that leads to the peak.
 
-    Strains count extension positive, from the start of that stage; nan where a test does not record them.
+    Strains count extension positive, from the start of that stage; nan where a test does not record them. The axial
+    one is the volumetric less the lateral one or, where a test records no volumetric strain, ``strain`` with the sign
+    against the lateral one.
     """
 
     load: np.ndarray  #: (t,) Pa, beyond the confinement
     axial: np.ndarray  #: (t,)
     lateral: np.ndarray  #: (t,)
+    strain: np.ndarray  #: (t,) as the test records it, of either sign
     confinement: float  #: Pa; the axial stress is the load plus this
 
     @property
@@ -57,20 +61,29 @@ def path_to_peak(curves: Mapping[str, np.ndarray]) -> Path:
     found = borne_in(curves) if len(stress) else None
     if found is None:
         none = np.zeros(0)
-        return Path(none, none, none, NAN)
+        return Path(none, none, none, none, NAN)
     peak = found.at
     stage = curves[STAGE]
     first = int(np.argmax(stage == stage[np.argmax(load >= 0.5 * load[peak])]))
     highest = np.maximum.accumulate(load[first : peak + 1])
     chosen = first + np.flatnonzero(np.r_[True, highest[1:] > highest[:-1]])
-    lateral = curves.get(LATERAL_STRAIN, np.full(len(load), NAN))
-    axial = curves.get(VOLUMETRIC_STRAIN, np.full(len(load), NAN)) - lateral
-    return Path(
-        load=load[chosen],
-        axial=axial[chosen] - axial[first],
-        lateral=lateral[chosen] - lateral[first],
-        confinement=float(stress[peak] - load[peak]),
+    none = np.full(len(load), NAN)
+    lateral, area, strain = (
+        curves.get(name, none)[chosen] - curves.get(name, none)[first]
+        for name in (LATERAL_STRAIN, VOLUMETRIC_STRAIN, STRAIN)
     )
+    axial = area - lateral if VOLUMETRIC_STRAIN in curves else -np.copysign(strain, lateral[-1])
+    return Path(
+        load=load[chosen], axial=axial, lateral=lateral, strain=strain, confinement=float(stress[peak] - load[peak])
+    )
+
+
+def strains_disagree(curves: Mapping[str, np.ndarray]) -> bool:
+    """Whether the axial strain of :func:`path_to_peak` is not that of the column ``strain``, at half of the peak."""
+    path = path_to_peak(curves)
+    half = path.between(0.5, 1.0)[:1]
+    axial, strain = np.abs(path.axial[half]), np.abs(path.strain[half])
+    return bool(np.any(axial > TWOFOLD * strain) or np.any(strain > TWOFOLD * axial))
 
 
 def tangent_constants(path: Path, centre: float = 0.5, width: float = 0.2) -> tuple[float, float]:
