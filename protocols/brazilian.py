@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import attrs
+import numpy as np
 
 from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
@@ -14,6 +15,7 @@ from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
+from grainlaw.messages import ParameterError
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import certificate, ends, failure_of, size, strength_of
@@ -22,6 +24,20 @@ from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.strength import Until
 from grainlaw.window import window_mean, within_circle
+
+NEAREST, FARTHEST = 0.8, 1.05  #: of half of the width: the rim of a disc from its middle, also where jaws are wide
+
+
+def _require_disc(specimen: Specimen, test: str) -> None:
+    """Raise ParameterError unless the specimen is round: 2 P/(pi D) is the stress in no other."""
+    region = specimen.grains.region
+    low, high = region.bounds
+    distance = np.hypot(*(region.outline - (low + high) / 2).T) / (size(specimen)[0] / 2)
+    if distance.min() < NEAREST or distance.max() > FARTHEST:
+        raise ParameterError(
+            f"{test}: the specimen is no disc: its rim is {distance.min():.2f} to {distance.max():.2f} times half of "
+            "its width from its middle; make it with grainlaw.geometry.disc"
+        )
 
 
 @attrs.frozen(kw_only=True)
@@ -46,6 +62,7 @@ class Brazilian(LoadingProtocol):
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_platens(specimen, type(self).__name__)
+        _require_disc(specimen, type(self).__name__)
         held = held_across(specimen, self.jaws) is Platens.ROUGH
         across = [Drive(boundary=jaw, axis=0, speed=0.0) for jaw in ("top", "bottom") if held]
         return [

@@ -237,6 +237,7 @@ def test_cycles_of_grains_that_slide_lose_work():
         (rectangle(10 * mm, 20 * mm), DirectShear(normal_stress=0), "it must have two, one on the other"),
         (semi_disc(20 * mm, notch_depth=4 * mm, notch_width=1 * mm, span=12 * mm, bearing=2 * mm), Brazilian(),
          "no boundary named top, only bottom, load, notch"),
+        (rectangle(20 * mm, 20 * mm), Brazilian(), "no disc: its rim is 1.41 to 1.41 times half of its width"),
     ],
 )  # fmt: skip
 def test_a_specimen_that_does_not_fit_is_refused(region, test, says):
