@@ -85,7 +85,8 @@ def parameter(
 
     Without a bound the value must be above 0; ``above=-math.inf`` allows either sign, ``infinite=True`` infinity. A
     contact law and its parts may be given an array, one entry per contact point. Outside of
-    what is ``usual`` (lowest, highest) it warns (:class:`UnitWarning`). Raises :class:`ParameterError`.
+    what is ``usual`` (lowest, highest; 0 is, where it is allowed) it warns (:class:`UnitWarning`). Raises
+    :class:`ParameterError`.
     """
     if at_least is above is at_most is below is None:
         above = 0.0
@@ -100,7 +101,7 @@ def parameter(
                     f"{type(component).__name__}: {attribute.name} = {entry:g}{measured} is not allowed, "
                     f"it must be {bounds}{bounds.why_not(entry)}"
                 )
-            if usual and not usual[0] <= entry <= usual[1]:
+            if usual and entry and not usual[0] <= entry <= usual[1]:
                 words = f"{type(component).__name__}: {attribute.name} = {entry:g}{measured} is unusual"
                 range_ = f"usual are {usual[0]:g} to {usual[1]:g}{measured}"
                 warnings.warn(UnitWarning(f"{words}, {range_}: is the unit right?"), stacklevel=5)
@@ -129,6 +130,11 @@ def parameter(
         metadata={"unit": unit, "bounds": bounds},
         eq=attrs.cmp_using(eq=np.array_equal),
     )
+
+
+def angle_of_friction(default: Any = attrs.NOTHING) -> Any:
+    """Declare an angle of friction in degrees; one that looks like radians warns."""
+    return parameter("deg", default=default, at_least=0, below=90, usual=(2, 90))
 
 
 def _takes_arrays(cls: type) -> bool:

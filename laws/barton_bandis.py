@@ -14,7 +14,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.laws.closure import Closure
 from grainlaw.laws.friction import slid
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, parameter
+from grainlaw.parameter import ParameterError, angle_of_friction, parameter
 
 
 @attrs.frozen(kw_only=True)
@@ -28,7 +28,7 @@ class Roughness(metaclass=Checked):
 
     jrc: float = parameter("1", at_least=0, at_most=20)  #: joint roughness coefficient
     jcs: float = parameter("Pa")  #: joint wall compressive strength
-    residual_friction_angle: float = parameter("deg", at_least=0, below=90)  #: of the smooth, weathered surface
+    residual_friction_angle: float = angle_of_friction()  #: of the smooth, weathered surface
 
     def friction_angle(self, normal_stress: Any) -> Any:
         """Degrees at a normal stress (Pa), (B4); above 70 it is refused, as the criterion is not meant for it."""
@@ -71,7 +71,7 @@ class BartonBandis(ContactLaw):
 
     kn: float = parameter("Pa/m")  #: normal stiffness, of the closure at its start
     ks: float = parameter("Pa/m")  #: shear stiffness
-    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi
+    friction_angle: float = angle_of_friction()  #: phi
     #: psi: slip under pressure opens the joint by its tangent
     dilation_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
     dilation_end: float = parameter("m", default=math.inf, above=0, infinite=True)  #: slip up to which it dilates

@@ -12,7 +12,7 @@ from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, parameter, part
+from grainlaw.parameter import ParameterError, angle_of_friction, parameter, part
 
 
 @attrs.frozen(kw_only=True)
@@ -29,7 +29,7 @@ class BilinearMixedMode(ContactLaw):
     ks: float = parameter("Pa/m")  #: shear stiffness
     tensile_strength: float = parameter("Pa")  #: f_t
     cohesion: float = parameter("Pa")  #: c, shear strength
-    residual_friction_angle: float = parameter("deg", at_least=0, below=90)  #: friction of the broken contact
+    residual_friction_angle: float = angle_of_friction()  #: friction of the broken contact
     mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak; published is G_I + f_t^2 / (2 kn)
     mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak; published is G_II + c^2 / (2 ks)
     eta: float = parameter("1", default=2.0, at_least=0.25, at_most=7.75)  #: Benzeggagh-Kenane; k/4

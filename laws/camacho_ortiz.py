@@ -10,7 +10,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
-from grainlaw.parameter import parameter, part
+from grainlaw.parameter import angle_of_friction, parameter, part
 
 
 @attrs.frozen(kw_only=True)
@@ -26,7 +26,7 @@ class CamachoOrtiz(ContactLaw):
     ks: float = parameter("Pa/m")  #: shear stiffness
     tensile_strength: float = parameter("Pa")  #: f_t
     cohesion: float = parameter("Pa")  #: c, shear strength: beta f_t
-    residual_friction_angle: float = parameter("deg", at_least=0, below=90)  #: friction of the broken contact
+    residual_friction_angle: float = angle_of_friction()  #: friction of the broken contact
     mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak
     mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak: kappa G_I
     closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure

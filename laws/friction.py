@@ -8,7 +8,7 @@ import attrs
 
 from grainlaw.contact import ContactLaw
 from grainlaw.laws.closure import Closure, LinearClosure
-from grainlaw.parameter import parameter, part
+from grainlaw.parameter import angle_of_friction, parameter, part
 
 
 def slid(stiffness: float, slip: float, anchor: float, strength: float, hardening: float = 0.0) -> float:
@@ -31,7 +31,7 @@ class Friction(ContactLaw):
 
     kn: float = parameter("Pa/m")  #: normal stiffness
     ks: float = parameter("Pa/m")  #: shear stiffness
-    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi of the faces
+    friction_angle: float = angle_of_friction()  #: phi of the faces
     closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
 
     @property

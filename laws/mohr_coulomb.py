@@ -9,7 +9,7 @@ import attrs
 from grainlaw.checks import not_above, not_beyond_apex
 from grainlaw.contact import ContactLaw
 from grainlaw.laws.friction import slid
-from grainlaw.parameter import parameter
+from grainlaw.parameter import angle_of_friction, parameter
 
 
 @attrs.frozen(kw_only=True)
@@ -29,13 +29,13 @@ class MohrCoulomb(ContactLaw):
     ks: float = parameter("Pa/m")  #: shear stiffness
     tensile_strength: float = parameter("Pa", at_least=0)  #: f_t
     cohesion: float = parameter("Pa", at_least=0)  #: c, shear strength under no pressure
-    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi, before it has broken
+    friction_angle: float = angle_of_friction()  #: phi, before it has broken
     #: tension that the broken contact still bears
     residual_tensile_strength: float = parameter("Pa", default=0.0, at_least=0)
     #: shear that the broken contact bears under no pressure
     residual_cohesion: float = parameter("Pa", default=0.0, at_least=0)
     #: friction of the broken contact
-    residual_friction_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
+    residual_friction_angle: float = angle_of_friction(default=0.0)
     #: slip of the broken contact under pressure opens it by its tangent
     dilation_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
 

@@ -14,7 +14,7 @@ from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY, joined
 from grainlaw.laws.softening import EvansMarathe, Softening
-from grainlaw.parameter import parameter, part
+from grainlaw.parameter import angle_of_friction, parameter, part
 
 
 class Unloading(enum.IntEnum):
@@ -38,8 +38,8 @@ class MunjizaJoint(ContactLaw):
     ks: float = parameter("Pa/m")  #: shear stiffness at the origin
     tensile_strength: float = parameter("Pa")  #: f_t
     cohesion: float = parameter("Pa", at_least=0)  #: c, shear strength under no pressure
-    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi, of the intact contact
-    residual_friction_angle: float = parameter("deg", at_least=0, below=90)  #: friction of the broken contact
+    friction_angle: float = angle_of_friction()  #: phi, of the intact contact
+    residual_friction_angle: float = angle_of_friction()  #: friction of the broken contact
     mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak
     mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak
     softening: Softening = part(Softening, EvansMarathe())  #: shape of the softening branches

@@ -13,7 +13,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
-from grainlaw.parameter import parameter, part
+from grainlaw.parameter import angle_of_friction, parameter, part
 from grainlaw.vector_math import exp_bounded, exp_unit
 
 END = 8.0  #: n + t at the break
@@ -41,7 +41,7 @@ class XuNeedleman(ContactLaw):
     ks: float = parameter("Pa/m")  #: shear stiffness at the start
     tensile_strength: float = parameter("Pa")  #: f_t
     cohesion: float = parameter("Pa")  #: c, shear strength without opening
-    residual_friction_angle: float = parameter("deg", at_least=0, below=90)  #: friction of the broken contact
+    residual_friction_angle: float = angle_of_friction()  #: friction of the broken contact
     closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
     #: what slip does to the tension
     coupling: Coupling = attrs.field(default=Coupling.VAN_DEN_BOSCH, validator=kind_of_default)

@@ -14,7 +14,7 @@ import grainlaw as gl
 from grainlaw.cli import running
 from grainlaw.geometry import block, together
 from grainlaw.laws import MohrCoulomb
-from grainlaw.protocols import UniaxialCompression
+from grainlaw.protocols import BiaxialCompression, Saturated, UniaxialCompression
 from grainlaw.results.certificate import warnings_of
 from grainlaw.workbench import endless
 
@@ -43,11 +43,25 @@ def test_numbers_in_other_units_are_told_with_the_usual_range():
 def test_contacts_too_soft_for_their_grains_are_told():
     soft, *_ = told(lambda: run(MohrCoulomb(**STRONG | {"kn": 105, "ks": 95})))
     assert "MohrCoulomb: a normal stiffness of 105 Pa/m is unusual between grains of" in soft
-    assert "usual are 9e+09 to 9e+16 Pa/m" in soft  # 1e-3 and 1e4 times 72 GPa (uniaxial strain) over 8.2 mm
+    assert "usual are 9e+10 to 9e+16 Pa/m" in soft  # 1e-2 and 1e4 times 72 GPa (uniaxial strain) over 8.2 mm
     rigid = small_sample(12, material=gl.Rigid(density=3000))
     wide, *_ = told(lambda: gl.simulate(rigid, MohrCoulomb(**STRONG | {"kn": 1e9, "ks": 1e9}), PRESS))
     assert "open by 0.013 m before they break are unusual" in wide  # 13 MPa over 1 GPa/m
     assert told(run) == []
+
+
+def test_an_angle_of_friction_in_radians_is_told():
+    (words,) = told(lambda: MohrCoulomb(**STRONG | {"friction_angle": 0.7, "residual_friction_angle": 0}))
+    assert words.startswith("MohrCoulomb: friction_angle = 0.7 deg is unusual, usual are 2 to 90 deg")
+    assert told(lambda: MohrCoulomb(**STRONG | {"residual_friction_angle": 0})) == []
+
+
+@pytest.mark.parametrize("test", [BiaxialCompression(confinement=1e-3), Saturated(pressure=1e-3)])
+def test_a_pressure_that_rounding_swallows_is_refused(test):
+    with pytest.raises(
+        gl.ParameterError, match=r"0\.001 Pa on the boundary \w+ is not allowed, .* 0 or at least 0\.1 Pa"
+    ):
+        run(test=test)
 
 
 def test_a_speed_near_that_of_waves_is_told_and_the_certificate_has_failed():

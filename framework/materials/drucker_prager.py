@@ -11,7 +11,7 @@ import attrs
 from grainlaw.checks import not_above
 from grainlaw.material import Material, Rows
 from grainlaw.materials.isotropic import bulk_modulus, equivalent, in_plane_strain, shear_modulus, stored
-from grainlaw.parameter import parameter, part
+from grainlaw.parameter import angle_of_friction, parameter, part
 
 TINY = 1e-300  # Pa: keeps the share of an unsheared stress from being 0/0
 
@@ -37,7 +37,7 @@ class DruckerPrager(Material):
     poissons_ratio: float = parameter("1", above=-1.0, below=0.5)  #: nu
     density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
     cohesion: float = parameter("Pa")  #: c
-    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi
+    friction_angle: float = angle_of_friction()  #: phi
     #: psi; friction_angle makes the flow associated
     dilation_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
     cone: Cone = part(Cone, Cone.PLANE_STRAIN)  #: which cone stands for the hexagon of Mohr and Coulomb

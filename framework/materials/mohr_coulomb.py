@@ -11,7 +11,7 @@ import numpy as np
 from grainlaw.checks import not_above, not_beyond_apex
 from grainlaw.material import Material, Rows
 from grainlaw.materials.isotropic import bulk_modulus, equivalent, in_plane_strain, shear_modulus, stored
-from grainlaw.parameter import parameter
+from grainlaw.parameter import angle_of_friction, parameter
 
 TINY = 1e-200  # Pa2: keeps the direction of a stress without shear from being 0/0
 
@@ -33,12 +33,12 @@ class MohrCoulombPlastic(Material):
     density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
     tensile_strength: float = parameter("Pa", at_least=0)  #: f_t, the largest principal stress
     cohesion: float = parameter("Pa", at_least=0)  #: c
-    friction_angle: float = parameter("deg", at_least=0, below=90)  #: phi
+    friction_angle: float = angle_of_friction()  #: phi
     #: psi; friction_angle makes the flow associated
     dilation_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
     residual_tensile_strength: float = parameter("Pa", default=0.0, at_least=0)  #: after softening
     residual_cohesion: float = parameter("Pa", default=0.0, at_least=0)  #: after softening
-    residual_friction_angle: float = parameter("deg", default=0.0, at_least=0, below=90)  #: after softening
+    residual_friction_angle: float = angle_of_friction(default=0.0)  #: after softening
     softening_strain: float = parameter("1", default=math.inf, infinite=True)  #: none without one
 
     def __attrs_post_init__(self) -> None:

@@ -8,16 +8,17 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive
+from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.contact import ContactLaw, Laws
 from grainlaw.loading import Constant
 from grainlaw.messages import refusal
-from grainlaw.parameter import UnitWarning
+from grainlaw.parameter import ParameterError, UnitWarning
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
-CONTACTS = (1e-3, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
+CONTACTS = (1e-2, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
 OPENING = 0.1  #: of the grain size: the most that a contact usually opens before it breaks
+FELT = 100  #: times what rounding of positions makes of stresses at contacts: least load that comes to rest
 SPEED = 0.02  #: of the speed of waves: the fastest usual loading
 
 
@@ -25,6 +26,19 @@ def warn_of_scales(specimen: Specimen, law: Laws, stages: Sequence[Stage]) -> No
     """Warn (:class:`UnitWarning`) of contacts too soft or stiff for their grains, and of boundaries too fast."""
     for words in (*_contacts(specimen, law), *_speeds(specimen, law, stages)):
         warnings.warn(UnitWarning(words), stacklevel=4)
+
+
+def refuse_lost_loads(specimen: Specimen, law: Laws, stages: Sequence[Stage]) -> None:
+    """Raise ParameterError for a pressure so small that contacts do not feel it: their openings are not that exact."""
+    stiffest = max(float(np.max(one.stiffness[0])) for one in _each(law))
+    least = FELT * stiffest * float(np.finfo(float).eps * np.hypot(*np.ptp(specimen.mesh.nodes, axis=0)))
+    for stage in stages:
+        for load in (*stage.pressures, *stage.fluids, *(one for one in stage.drives if isinstance(one, Hold))):
+            if isinstance(load.level, float) and 0 < abs(load.level) < least:
+                raise ParameterError(
+                    f"stage '{stage.name}': {load.level:.3g} Pa on the boundary {load.boundary} is not allowed, it "
+                    f"must be 0 or at least {least:.1g} Pa: less is lost in the rounding of positions"
+                )
 
 
 def scales(specimen: Specimen, law: Laws) -> tuple[float, float, float]:

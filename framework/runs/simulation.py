@@ -28,7 +28,7 @@ from grainlaw.runs.claim import Folder, claimed
 from grainlaw.runs.estimate import check_memory
 from grainlaw.runs.execution import Execution
 from grainlaw.runs.first_questions import ask_first_questions
-from grainlaw.runs.plausibility import warn_of_scales
+from grainlaw.runs.plausibility import refuse_lost_loads, warn_of_scales
 from grainlaw.runs.progress import Watcher, told
 from grainlaw.runs.run_folder import RunFolder, checkpoint_of
 from grainlaw.runs.stopping import Stop, Stopped
@@ -99,6 +99,7 @@ def simulate(
             )
         if stage.temperature is not None:
             specimen.check_temperature(f"Stage '{stage.name}': temperature", stage.temperature)
+    refuse_lost_loads(specimen, law, stages)
     warn_of_scales(specimen, law, stages)
     check_memory(specimen, frames)
     stop, watching = stop or Stop(), list(observers)
