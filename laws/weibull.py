@@ -8,11 +8,14 @@ from typing import Any, TypeVar
 
 import attrs
 import numpy as np
+from scipy.special import log_ndtr
 
 from grainlaw.arguments import Checked
 from grainlaw.contact import ContactLaw, keys_of_bonds
 from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.specimen import Specimen
+
+WAVES = 1000  #: of random direction, length and phase, whose sum is a normal field (Shinozuka and Deodatis 1991)
 
 AnyLaws = TypeVar("AnyLaws", ContactLaw, Mapping[Any, ContactLaw])
 
@@ -21,18 +24,36 @@ AnyLaws = TypeVar("AnyLaws", ContactLaw, Mapping[Any, ContactLaw])
 class WeibullField(metaclass=Checked):
     """Strength that differs between contacts by a random factor of mean 1 (Weibull 1951, doi:10.1115/1.4010337).
 
-    An interface has one factor, whatever its length, at both contact points and for all ``names``. It depends on the
-    specimen and the seed alone, so that the weak contacts are the same under every law and for every modulus.
+    An edge between two grains has one factor, whatever its length, at all its contact points and for all ``names``. It
+    depends on the grains and the seed alone, so that the weak contacts are the same under every law, for every modulus
+    and in every mesh. With a ``correlation_length`` it is a function of place, of the middle of the edge: places that
+    are nearer to each other than that are weak or strong together. Otherwise each edge has its own, whatever its place.
     """
 
     modulus: float = parameter("1")  #: m; the smaller, the more scatter
     seed: int = whole_number(default=1, at_least=0)  #: of the random numbers
     names: tuple[str, ...] = ("tensile_strength", "cohesion")  #: what is multiplied
+    #: distance at which the correlation of the normal field behind the factors has fallen to 1/e, exp(-(r/l)^2)
+    correlation_length: float = parameter("m", default=0.0, at_least=0)
 
     def factors(self, specimen: Specimen) -> np.ndarray:
         """(c,) one for each interface of the mesh."""
-        draws = np.random.default_rng(self.seed).standard_exponential(len(specimen.mesh.interfaces))
-        return draws ** (1 / self.modulus) / math.gamma(1 + 1 / self.modulus)
+        pieces = 2**specimen.refinement  # of an edge between two grains, one after another
+        draws = self._exponential(specimen, pieces) ** (1 / self.modulus) / math.gamma(1 + 1 / self.modulus)
+        return np.repeat(draws, pieces)
+
+    def _exponential(self, specimen: Specimen, pieces: int) -> np.ndarray:
+        """(e,) numbers of the exponential distribution, one for each edge between two grains."""
+        mesh, dice = specimen.mesh, np.random.default_rng(self.seed)
+        count = len(mesh.interfaces) // pieces
+        if not self.correlation_length:
+            return dice.standard_exponential(count)
+        middles = mesh.nodes[mesh.interfaces[:, :2]].reshape(count, -1, 2).mean(axis=1)
+        waves = dice.normal(size=(WAVES, 2)) * math.sqrt(2) / self.correlation_length
+        field = np.zeros(count)
+        for wave, phase in zip(waves, dice.uniform(0, 2 * math.pi, WAVES), strict=True):
+            field += np.cos(middles @ wave + phase)
+        return -log_ndtr(-field * math.sqrt(2 / WAVES))
 
     def scatter(self, laws: AnyLaws, specimen: Specimen) -> AnyLaws:
         """The same law, or mapping of laws, with a value for each contact point in place of ``names``.

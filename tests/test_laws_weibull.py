@@ -6,6 +6,7 @@ import math
 import attrs
 import numpy as np
 import pytest
+from scipy.special import ndtri
 from support import ROCK, STRONG, small_sample
 
 import grainlaw as gl
@@ -64,6 +65,42 @@ def test_the_seed_is_the_field(rock):
     # The same contacts are weak for every modulus: factors are powers of the same draws.
     smooth = WeibullField(modulus=16, seed=3).factors(rock)
     assert np.array_equal(np.argsort(first), np.argsort(smooth))
+
+
+@pytest.mark.parametrize("length", [0.0, 5 * mm])
+def test_the_field_is_the_same_in_every_mesh(rock, length):
+    """By place: an edge of two grains keeps its factor however often it is cut."""
+    field, grains = WeibullField(modulus=4, correlation_length=length), rock.grains
+    coarse = field.factors(rock)
+    for refinement in (1, 2):
+        fine = gl.Specimen(grains, ROCK, refinement=refinement)
+        a, b = (mesh.nodes[mesh.interfaces[:, :2]].mean(axis=1) for mesh in (rock.mesh, fine.mesh))
+        ends = rock.mesh.nodes[rock.mesh.interfaces[:, :2]]
+        reach = np.hypot(*(ends[:, 1] - ends[:, 0]).T) / 2
+        same = (rock.mesh.interface_grains[:, None] == fine.mesh.interface_grains).all(axis=2)
+        far = np.hypot(*(a[:, None] - b).transpose(2, 0, 1))
+        owner = np.argmax(same & (far < reach[:, None]), axis=0)
+        assert np.array_equal(np.bincount(owner), np.full(len(coarse), 2**refinement))
+        assert field.factors(fine) == pytest.approx(coarse[owner], rel=1e-9)
+
+
+@pytest.mark.parametrize("length", [0.05, 0.1])
+def test_the_correlation_length_is_that_of_the_field(bricks, length):
+    """The normal scores of the factors: 1/e at that distance, exp(-(r/l)^2) at others; each of them is Weibull's."""
+    mesh, dice = bricks.mesh, np.random.default_rng(0)
+    at = mesh.nodes[mesh.interfaces[:, :2]].mean(axis=1)
+    first, second = dice.integers(0, len(at), (2, 200_000))
+    distance = np.hypot(*(at[first] - at[second]).T) / length
+    found, means = [], []
+    for seed in range(20):
+        factors = WeibullField(modulus=5, seed=seed, correlation_length=length).factors(bricks)
+        scores = ndtri(-np.expm1(-((factors * math.gamma(1.2)) ** 5)))
+        products = scores[first] * scores[second]
+        found.append([products[abs(distance - r) < 0.1].mean() for r in (0.5, 1, 2)])
+        means.append((scores**2).mean())
+    error = 4 * math.sqrt(math.pi / 20) * length  # of the mean of 20 fields, of so many independent places each
+    assert np.mean(means) == pytest.approx(1, abs=error)
+    assert np.mean(found, axis=0) == pytest.approx(np.exp(-np.square([0.5, 1, 2])), abs=error)
 
 
 def test_both_points_and_all_names_have_one_factor(rock):
