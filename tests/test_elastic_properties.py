@@ -69,13 +69,15 @@ def test_every_contact_has_the_stiffness_of_its_own_law():
 
 def test_a_rim_that_holds_every_contact_leaves_the_rock():
     """All corners of a column lie on its rim: under a uniform strain no contact opens or slips."""
-    found, rock = (gl.elastic_properties(column(rows), LAW).stiffness for rows in (4, 1))
+    found, rock = (gl.elastic_properties(column(rows), LAW, boundary="kinematic").stiffness for rows in (4, 1))
     assert found == pytest.approx(rock, rel=1e-9, abs=1)
 
 
 def test_rigid_blocks_are_their_contacts():
     found = gl.elastic_properties(column(5, RIGID), LAW)
     assert (found.apparent_modulus, found.apparent_poisson) == pytest.approx((LAW.kn * HEIGHT / 4, 0), rel=1e-9)
+    assert found.stiffness[1, 1] == pytest.approx(LAW.kn * HEIGHT / 4, rel=1e-9)
+    assert found.stiffness[0].tolist() == [np.inf, 0, 0]  # nothing strains across it
 
 
 # --- the run ---------------------------------------------------------------------------------------------------------
@@ -138,7 +140,7 @@ def test_it_takes_less_than_a_second(large):
 def test_it_prints_as_a_table_with_units():
     text = str(gl.elastic_properties(column(1), LAW))
     assert f"E* (GPa)  {PLANE_E * 1e-9:.2f}" in text
-    assert "stiffness (GPa), kinematic boundary" in text
+    assert "stiffness (GPa), static boundary" in text
     assert text.splitlines()[-1].split() == ["xy", "0.000", "0.000", f"{SHEAR * 1e-9:.3f}"]
 
 

@@ -20,7 +20,7 @@ from grainlaw.runs.record import origin
 @click.command()
 @model_options
 @click.option(
-    "--boundary", type=click.Choice(list(BOUNDARIES)), default="kinematic", show_default=True,
+    "--boundary", type=click.Choice(list(BOUNDARIES)), default="static", show_default=True,
     help="What the rim follows in the stiffness tensor: a uniform strain or a uniform stress.",
 )  # fmt: skip
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="JSON file to write.")

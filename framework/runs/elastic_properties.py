@@ -54,14 +54,14 @@ class ElasticProperties(metaclass=Checked):
 
 @checked
 def elastic_properties(
-    specimen: Specimen, law: Laws, *, boundary: str = "kinematic", state: State | None = None
+    specimen: Specimen, law: Laws, *, boundary: str = "static", state: State | None = None
 ) -> ElasticProperties:
     """Elastic properties of a rectangular specimen: those of uniaxial compression, and its stiffness tensor.
 
     Contact points are springs with the stiffness that their law declares; or, at a ``state`` of a run of this specimen
     and law (from an observer), with the tangent that they have there: see docs/theory.md. The ``boundary`` of the
-    stiffness tensor is "kinematic", a uniform strain imposed on the whole rim, or "static", a uniform stress; of grains
-    that deform they are the stiffest and the softest answer. Modulus and Poisson's ratio are those that
+    stiffness tensor is "static", a uniform stress on the whole rim, or "kinematic", a uniform strain; of grains that
+    deform they are the softest and the stiffest answer. Modulus and Poisson's ratio are those that
     :class:`~grainlaw.protocols.UniaxialCompression` would measure between smooth platens.
 
     Raises :class:`ParameterError` for a specimen whose rim is not top, bottom, left and right with flat ends, or whose
