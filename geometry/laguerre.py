@@ -18,6 +18,7 @@ from grainlaw.parameter import ParameterError, checked_number, parameter, part, 
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator
 
+AT_ONCE, MOST = 1_000_000, 1_000_000_000  #: points that graded grains are chosen from: in one piece, and in all
 ROUNDEST = math.pi / math.sqrt(12)  #: circularity of regular hexagons, the roundest grains that fill the plane
 SUM = 0.01  #: of the area of the region: so far from it may the sum of given areas be
 
@@ -110,11 +111,18 @@ def graded_points(region: Region, size: Graded, random: np.random.Generator) -> 
 
     Raises ParameterError for more than the memory holds.
     """
-    count = max(1, round(region.area / size.size**2))
-    check_memory("Laguerre", f"grain_size.size = {size.size:g} m, which makes {count} points to choose from,", count)
-    points = scattered(region, count, random)
-    chosen = random.random(count) < (size.size / size.at(points)) ** 2
-    return points[chosen] if chosen.any() else points[:1]
+    left, found, first = max(1, round(min(region.area / size.size**2, 2.0 * MOST))), [np.empty((0, 2))], None
+    if left > MOST:
+        raise refusal("Laguerre: grain_size.size", size.size, f"at least {math.sqrt(region.area / MOST):.2g} m here")
+    while left > 0:
+        points = scattered(region, min(left, AT_ONCE), random)
+        first = points[:1] if first is None else first
+        found.append(points[random.random(len(points)) < (size.size / size.at(points)) ** 2])
+        left -= len(points)
+        count = sum(map(len, found))
+        check_memory("Laguerre", f"grain_size.size = {size.size:g} m, which makes more than {count} grains,", count)
+    chosen = np.concatenate(found)
+    return chosen if len(chosen) or first is None else first
 
 
 def drawn(sizes: Sizes, count: int, random: np.random.Generator) -> np.ndarray:

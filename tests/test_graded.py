@@ -22,6 +22,7 @@ from grainlaw.geometry import (
     rectangle,
     write_geo,
 )  # fmt: skip
+from grainlaw.geometry.laguerre import graded_points
 from grainlaw.parameter import ParameterError
 
 REGION = rectangle(1, 2)
@@ -52,6 +53,21 @@ def test_grains_have_the_size_of_their_place(seed, spread, finest):
         wanted = np.trapezoid(np.pi / 2 * r / size**2, r)
         found = np.sum((away >= near) & (away < far))
         assert found == pytest.approx(wanted, abs=max(0.1 * wanted, 3 * np.sqrt(wanted)))
+
+
+def test_a_large_region_round_fine_grains_is_filled():
+    """Points to choose from, three million here, need no room: grains count, as the integral of 1 / size^2."""
+    graded = Graded(place=[(10, 10)], size=0.012, growth=0.1, largest=0.5)
+    points = graded_points(rectangle(20, 20), graded, np.random.default_rng(1))
+    away = np.hypot(*(points - 10).T)
+    for near, far in ((0, 1), (1, 9)):
+        r = np.linspace(near, far, 20_001)
+        wanted = np.trapezoid(2 * np.pi * r / np.minimum(0.012 + 0.1 * r, 0.5) ** 2, r)
+        assert np.sum((away >= near) & (away < far)) == pytest.approx(wanted, abs=3 * np.sqrt(wanted))
+    with pytest.raises(
+        ParameterError, match=r"size = 1e-06 is not allowed, it must be at least 0\.00063 m here"
+    ):
+        Laguerre(grain_size=Graded(place=[(0, 0)], size=1e-6, growth=0.1, largest=0.5)).tessellate(rectangle(20, 20))
 
 
 def test_fine_grains_at_the_tip_of_a_notch():
