@@ -67,6 +67,7 @@ NAMED = {
     "steps": Shown("steps", "", 1, ".0f"),
     "seconds": Shown("seconds", "", 1, ".1f"),
     "time_step": Shown("time step", "s", 1, ".3e"),
+    "without_static_solution": Shown("static stages brought under their loads in motion", "", 1, ".0f"),
     "mass_added": Shown("mass added", "%", 1e2, ".3g"),
     AGED: Shown("time passed in jumps", "s"),
     JUMPS: Shown("jumps", "", 1, ".0f"),

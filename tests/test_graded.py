@@ -64,9 +64,7 @@ def test_a_large_region_round_fine_grains_is_filled():
         r = np.linspace(near, far, 20_001)
         wanted = np.trapezoid(2 * np.pi * r / np.minimum(0.012 + 0.1 * r, 0.5) ** 2, r)
         assert np.sum((away >= near) & (away < far)) == pytest.approx(wanted, abs=3 * np.sqrt(wanted))
-    with pytest.raises(
-        ParameterError, match=r"size = 1e-06 is not allowed, it must be at least 0\.00063 m here"
-    ):
+    with pytest.raises(ParameterError, match=r"size = 1e-06 is not allowed, it must be at least 0\.00063 m here"):
         Laguerre(grain_size=Graded(place=[(0, 0)], size=1e-6, growth=0.1, largest=0.5)).tessellate(rectangle(20, 20))
 
 

@@ -114,6 +114,7 @@ def test_the_specimen_comes_to_rest_where_motion_would_bring_it(law, material):
     assert still.curves["unbalanced"][0] < 1e-6
     assert still.curves["motion"][0] < 1e-8
     assert still.summary["energy_error"] < 1e-6
+    assert "without_static_solution" not in still.summary
 
 
 @pytest.mark.parametrize(
@@ -126,8 +127,11 @@ def test_the_specimen_comes_to_rest_where_motion_would_bring_it(law, material):
     ids=["weak", "one breaks", "cohesionless"],
 )
 def test_without_one_equilibrium_it_is_brought_there_in_motion(law):
+    """And the summary says so."""
     specimen = small_sample()
-    same(*(gl.simulate(specimen, law, Confinement(static=static)) for static in (True, False)))
+    still, moved = (gl.simulate(specimen, law, Confinement(static=static)) for static in (True, False))
+    assert still.summary.pop("without_static_solution") == 1
+    same(still, moved)
 
 
 def column(rows=8, material=ROCK):
@@ -169,6 +173,7 @@ def test_a_weight_that_breaks_bonds_comes_in_motion():
     weak, up = attrs.evolve(SOFT, tensile_strength=0.1 * MPa), Weight(gravity=-GRAVITY, until=gl.Reaches("time", 5e-3))
     runs = [gl.simulate(column(4), weak, attrs.evolve(up, static=static)) for static in (True, False)]
     assert len(runs[0].cracks) > 0
+    assert runs[0].summary.pop("without_static_solution") == 1
     same(*runs)
 
 

@@ -29,6 +29,7 @@ class Counters:
     next_adapt: int = 0  #: step since the stage began
     halts: int = 0
     pieces: int = 1  #: into which the next sample is divided, as contacts are being damaged
+    without_static: int = 0  #: static stages whose loads had no static solution
     supplied: float = 1e-300  #: J, largest external work so far, or that of giving all grains the platens' speed
     seconds: float = 0.0  #: in the time loop
     finished: bool = False

@@ -138,7 +138,7 @@ class Execution:
         state.begin(stage)
         self.integrator, self.before = stage.integrator, None
         state.change_time_step(self._time_step(stage))
-        self.loader.begin(stage)
+        at.without_static += not self.loader.begin(stage)
         at.supplied = max(at.supplied, least_work(state))
         state.take_back_half_a_step_of_gravity()
         at.first_sample, at.first_step, at.next_adapt, at.halts, at.pieces = self.columns.count, state.steps, 0, 0, 1
@@ -294,7 +294,10 @@ class Execution:
 
     def _result_with(self, frames: list[Frame]) -> Result:
         curves, seconds = self.columns.since(0), self.at.seconds
-        return Result.from_run(self.state, self.law, self.protocol, curves, frames, seconds)
+        result = Result.from_run(self.state, self.law, self.protocol, curves, frames, seconds)
+        if self.at.without_static:
+            result.summary["without_static_solution"] = self.at.without_static
+        return result
 
     def _summary_so_far(self) -> dict[str, Any]:
         """Properties as far as the test has got; none where it has not got far enough for them."""

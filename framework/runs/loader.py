@@ -75,8 +75,11 @@ class Loader:
     def _is_too_large(self) -> bool:
         return not len(self._state.bonds) or self._state.freedoms.arrays.mass.size > LARGEST
 
-    def begin(self, stage: Stage) -> None:
-        """Begin a stage: where it has a loading, with the steady motion in place of that of the stage before."""
+    def begin(self, stage: Stage) -> bool:
+        """Begin a stage: where it has a loading, with the steady motion in place of that of the stage before.
+
+        False where loads that should be static have no static solution, so that the specimen moves under them.
+        """
         state, before = self._state, self._state.steady.velocity
         field, pace, self._margin = np.zeros_like(before), 1.0, None
         if stage.loading is not None:
@@ -86,8 +89,7 @@ class Loader:
         self._expect(stage)
         state.steady.begin(field, pace, state.time, rises=stage.loading is not None and stage.loading.ramp > 0)
         self._change(stage, before)
-        if stage.static:
-            bring_under_load(state, stage, self._stability)
+        return not stage.static or bring_under_load(state, stage, self._stability)
 
     def _expect(self, stage: Stage) -> None:
         """Note when the stage usually ends."""
