@@ -45,8 +45,8 @@ def outcomes(settings, chosen):
     """Tests that fail."""
     with tempfile.TemporaryDirectory() as cache:
         done = subprocess.run(
-            [sys.executable, "-m", "pytest", "-rfE", "-k", "not threads", *chosen], env=os.environ | settings | {"GRAINLAW_CACHE": cache},
-            capture_output=True, text=True, cwd=HERE.parent,
+            [sys.executable, "-m", "pytest", "-rfE", "-k", "not threads", *chosen],
+            env=os.environ | settings | {"GRAINLAW_CACHE": cache}, capture_output=True, text=True, cwd=HERE.parent,
         )  # fmt: skip
     lines = done.stdout.strip().splitlines()
     print(lines[-1], flush=True)
