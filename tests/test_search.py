@@ -223,8 +223,8 @@ def test_sides_of_a_corner_that_come_to_face_each_other_begin_without_a_force(wa
     assert moved(0.2) == (WAITING, 0, 0)
     state, offset, length = moved(0.08)
     assert (state, offset > 0.02, length) == (HELD, True, 0)
-    assert moved(0.08)[2] == 0
-    assert moved(0.081)[2] > 0
+    assert moved(0.08)[2] == pytest.approx(0, abs=1e-12)  # of 1: processors round it in different ways
+    assert moved(0.081)[2] > 1e-6
 
 
 @pytest.mark.parametrize("make", [corner_on_face, pile])
