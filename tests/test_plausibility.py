@@ -59,7 +59,7 @@ def test_an_angle_of_friction_in_radians_is_told():
 @pytest.mark.parametrize("test", [BiaxialCompression(confinement=1e-3), Saturated(pressure=1e-3)])
 def test_a_pressure_that_rounding_swallows_is_refused(test):
     with pytest.raises(
-        gl.ParameterError, match=r"0\.001 Pa on the boundary \w+ is not allowed, .* 0 or at least 0\.1 Pa"
+        gl.ParameterError, match=r"0\.001 Pa on the boundary \w+ is not allowed, .* 0 or at least 0\.01 Pa"
     ):
         run(test=test)
 

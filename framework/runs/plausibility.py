@@ -18,7 +18,7 @@ from grainlaw.stage import Stage
 
 CONTACTS = (1e-2, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
 OPENING = 0.1  #: of the grain size: the most that a contact usually opens before it breaks
-FELT = 100  #: times what rounding of positions makes of stresses at contacts: least load that comes to rest
+FELT = 10  #: times what rounding of positions makes of stresses at contacts: least load that comes to rest
 SPEED = 0.02  #: of the speed of waves: the fastest usual loading
 
 
