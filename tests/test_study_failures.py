@@ -15,6 +15,7 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialCompression
+from grainlaw.runs import reach
 from grainlaw.runs.reach import Unknown, digest
 from grainlaw.runs.stopping import Stop
 from grainlaw.studies import store as stores
@@ -262,6 +263,12 @@ def test_measures_of_ones_own_are_part_of_the_key(tmp_path):
         open(__file__) as file,
     ):
         digest(Share(file))
+
+
+def test_measures_of_ones_own_are_known_to_a_grainlaw_that_was_installed(monkeypatch):
+    """Beside its sources it is no library of others, in site-packages it looked like one."""
+    monkeypatch.setattr(reach, "release", lambda module: "grainlaw 1.0" if module.startswith("grainlaw.") else None)
+    assert digest(Share(2)) == digest(Share(2)) != digest(Share(3))
 
 
 def test_cases_that_finished_are_doubted_where_the_specimen_had_not_failed(tmp_path):

@@ -244,7 +244,13 @@ class _Hasher:
 def _is_plain(kind: type) -> bool:
     """Whether its objects hold nothing but their attributes: no base of it is a library's, and it has no slots."""
     bases = [base for base in kind.__mro__ if base not in (object, ABC)]
-    return not any(is_standard(base) or release(base.__module__) or vars(base).get("__slots__") for base in bases)
+    return not any(is_standard(base) or _is_library(base) or vars(base).get("__slots__") for base in bases)
+
+
+def _is_library(kind: type) -> bool:
+    """Whether a class is of an installed package other than grainlaw."""
+    file = getattr(sys.modules.get(kind.__module__), "__file__", None)
+    return not is_grainlaw(file) and release(kind.__module__) is not None
 
 
 def _made_by_attrs(file: str) -> bool:
