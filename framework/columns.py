@@ -42,7 +42,8 @@ EVERY_TEST = {
 SUPPLIED = "external"  #: the work of boundaries, pressures and gravity, and the energy the specimen started with
 KINETIC = "kinetic"
 #: strain energy of the zones, and the work on contacts: what they store, and what fracture and friction take
-STORED = ("zones", "contacts_normal", "contacts_shear")
+CONTACTS = ("contacts_normal", "contacts_shear")
+STORED = ("zones", *CONTACTS)
 #: what the stored energy of the zones has lost by changes of temperature, the work of stresses on the free thermal
 #: strain; below 0 where heating has stored energy
 THERMAL = "zones_thermal"

@@ -64,6 +64,7 @@ NAMED = {
     "unstable_rise": Shown("rise while unstable", "%", 1e2, ".2f"),
     "energy_error": Shown("energy error", "", 1, ".1e"),
     "energy_made": Shown("energy made", "", 1, ".1e"),
+    "energy_returned": Shown("energy returned", "", 1, ".1e"),
     "steps": Shown("steps", "", 1, ".0f"),
     "seconds": Shown("seconds", "", 1, ".1f"),
     "time_step": Shown("time step", "s", 1, ".3e"),

@@ -12,6 +12,7 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, block, moved, rectangle
 from grainlaw.laws import BandisClosure, BartonBandis, Friction, MohrCoulomb
 from grainlaw.protocols import DirectShear, FreeMotion
+from grainlaw.units import mm
 
 DOWN = (0.0, -GRAVITY)
 
@@ -255,3 +256,46 @@ def ridden(law, material, damping):
     way = np.column_stack([curves["x_1"] - curves["x_1"][0], curves["y_1"] - curves["y_1"][0]])
     way, lifted, move = -way @ along, way @ up, curves["stage"] == 1
     return way, lifted, 2 * np.polyfit(curves["time"][move] - curves["time"][move][0], way[move], 2)[0]
+
+
+# --- bricks that are shaken ------------------------------------------------------------------------------------------
+
+UNDAMPED = gl.CentralDifference(damping=gl.Undamped())
+
+
+@attrs.frozen(kw_only=True)
+class Shaken(gl.LoadingProtocol):
+    """Nodes that are thrown in all directions, or apart, between ends that are held, or free."""
+
+    speed: float = 1.0  #: m/s, or 1/s of the strain
+    duration: float = 2e-5
+    apart: bool = False
+    integrator: gl.Integrator = UNDAMPED
+
+    def stages(self, specimen):
+        places = specimen.mesh.nodes - specimen.mesh.nodes.mean(axis=0)
+        thrown = np.random.default_rng(1).normal(size=places.shape)
+        ends = [gl.Drive(boundary=end, axis=axis, speed=0.0) for end in ("bottom", "top") for axis in (0, 1)]
+        return [
+            gl.Stage(
+                name="shake", drives=[] if self.apart else ends, until=[gl.Reaches("time", self.duration)],
+                interval=self.duration / 20, integrator=self.integrator,
+                initial_velocity=self.speed * (places * [1, 0] if self.apart else thrown),
+            )
+        ]  # fmt: skip
+
+    def measure(self, state):
+        return {}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+def bricks(rows=8, columns=5, size=(25 * mm, 20 * mm)):
+    return gl.Specimen(Bricks(rows=rows, columns=columns).tessellate(rectangle(*size)), ROCK)
+
+
+def taken(result):
+    """(t,) J that contacts have taken so far, over what was put in."""
+    curves = result.curves
+    return (curves["energy_contacts_normal"] + curves["energy_contacts_shear"]) / curves["energy_external"].max()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from grainlaw.columns import CONTACTS
+from grainlaw.engine.ledger import energies
 from grainlaw.engine.state import State
 
 
@@ -36,10 +38,15 @@ def fastest(state: State) -> str:
         return f"the energy balance does not close; grain {grain} moves at {speed:.4g} m/s"
     p = int(np.argmax(np.hypot(state.opening, state.slip)))
     a, b = _grains_at(state, p)
+    works = energies(state)
+    if np.nanmin([works[kind] for kind in CONTACTS]) < 0:
+        cause = "contacts that open and close within a step, which gave back more energy than they took"
+    else:
+        cause = "a time step that is too long for a law stiffer than its `stiffness` says"
     return (
         f"the energy balance does not close; grain {grain} moves at {speed:.4g} m/s, and contact point {p} "
-        f"between grains {a} and {b} has opened by {state.opening[p]:.4g} m; likely cause: a time step that is too "
-        "long for a law stiffer than its `stiffness` says; lower the integrator's safety, or see the law with gl.trace"
+        f"between grains {a} and {b} has opened by {state.opening[p]:.4g} m; likely cause: {cause}; lower the "
+        "integrator's safety, or see the law with gl.trace"
     )
 
 

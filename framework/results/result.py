@@ -11,7 +11,8 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.columns import SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy, work_done
+from grainlaw.columns import CONTACTS, SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy, work_done
+from grainlaw.contact import ContactLaw, memory_names
 from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest
 from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
@@ -131,6 +132,7 @@ class Result(metaclass=Checked):
             "mass_added": state.mass_added,
             "energy_error": energy_error(curves) if curves else 0.0,
             "energy_made": energy_made(curves, frames, state.contact_lengths) if curves else 0.0,
+            "energy_returned": energy_returned(curves, law, state) if curves else 0.0,
         }
         cracks = _cracks(state)
         if state.specimen.grains.is_breakable:
@@ -276,6 +278,23 @@ def energy_made(curves: Mapping[str, np.ndarray], frames: Sequence[Frame], lengt
     """Largest energy that intact contacts, ``lengths`` (p,) m, had made in a frame, over the largest work."""
     made = max(float(frame.bonds["made"] @ lengths) for frame in frames)
     return made / max(work_done(curves), made, 1e-300)
+
+
+def energy_returned(curves: Mapping[str, np.ndarray], law: Laws, state: State) -> float:
+    """Energy that contacts have given back beyond the work done on them, over the largest work.
+
+    The larger of two: that of contact points of bonds, each by itself, at the end; and the most of all contacts
+    together. In opening and in slip by themselves, because friction hides what openings make; together where a law
+    lifts its faces, for slip then pays for the opening.
+    """
+    laws = law.values() if isinstance(law, Mapping) else (law,)
+    together = any("dilation" in memory_names(one) for one in laws if isinstance(one, ContactLaw))
+    kinds = (CONTACTS,) if together else tuple((kind,) for kind in CONTACTS)
+    most = max(-float(np.min(energy(curves, *kind))) for kind in kinds)
+    works = state.bonds.work * state.contact_lengths * ~np.tile(state.replaced, 2)
+    works = works.sum(axis=0, keepdims=True) if together else works
+    returned = max(0.0, most, -float(np.minimum(works, 0.0).sum()))
+    return returned / max(work_done(curves), returned, 1e-300)
 
 
 def _cracks(state: State) -> Cracks:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 TABLE = (
     "strength", "failure_strain", "largest_stress", "apparent_modulus", "apparent_poisson", "modulus", "poisson",
     "tensile_cracks", "shear_cracks", "kinetic_ratio", "imbalance", "unstable_rise", "energy_error", "energy_made",
-    "steps", "seconds",
+    "energy_returned", "steps", "seconds",
 )  # fmt: skip
 
 

@@ -37,6 +37,7 @@ CERTIFICATE = (
     "unstable_rise",
     "energy_error",
     "energy_made",
+    "energy_returned",
     "steps",
     "time_step",
     "mass_added",
