@@ -22,6 +22,7 @@ from grainlaw.integration import (
     Motion,
     Relaxation,
     Undamped,
+    VibrationDamping,
 )
 from grainlaw.loading import AccuracyError, Adaptive, Constant, HeatingRate, Loading, Pace
 from grainlaw.material import Elastic, Material, Plane, Rigid
@@ -177,6 +178,7 @@ __all__ = [
     "Undamped",
     "UnitWarning",
     "Until",
+    "VibrationDamping",
     "Window",
     "acoustic_events",
     "calibrate",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import attrs
 import numpy as np
@@ -26,6 +26,9 @@ class StageError(RuntimeError):
 
 class Condition(metaclass=Checked):
     """When a stage ends."""
+
+    #: whether it waits for the specimen to come to rest, so that only the end of the way there counts
+    waits_for_rest: ClassVar[bool] = False
 
     @abstractmethod
     def progress(self, curves: Curves) -> float:
@@ -121,6 +124,7 @@ class AtRest(Condition):
     moment of its reversal.
     """
 
+    waits_for_rest: ClassVar[bool] = True
     ratio: float = parameter("1", default=1e-5)  #: of both measures
 
     def progress(self, curves: Curves) -> float:

@@ -14,11 +14,19 @@ from grainlaw.parameter import parameter, part, whole_number
 
 
 class Damping(metaclass=Checked):
-    """A force against the motion of one freedom."""
+    """A force that takes energy from the motion of one freedom."""
 
     @abstractmethod
-    def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
-        """Damping force (N) from the unbalanced force (N), velocity (m/s), mass (kg) and time step (s)."""
+    def force(self, force: Any, change: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
+        """Damping force (N) from scalars.
+
+        They are the unbalanced force (N) and its change since the step before (N), the velocity (m/s), the mass (kg)
+        and the time step (s).
+        """
+
+    def seeking_rest(self) -> Damping:
+        """What damps instead in a stage that waits for rest, where only its end counts."""
+        return self
 
     @property
     def step_factor(self) -> float:
@@ -30,25 +38,48 @@ class Damping(metaclass=Checked):
 class Undamped(Damping):
     """No damping: for waves."""
 
-    def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
+    def force(self, force: Any, change: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
         return 0.0
 
 
 @attrs.frozen(kw_only=True)
-class LocalDamping(Damping):
-    """A fraction of the unbalanced force, against the velocity (Cundall 1987); UDEC's local damping."""
+class _ShareOfForce(Damping):
+    """A damping force that is a fraction of the unbalanced force."""
 
     fraction: float = parameter("1", default=0.8, at_least=0, below=1)  #: of the unbalanced force
 
-    def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
+    @property
+    def step_factor(self) -> float:
+        # The fastest mode reverses at every step, its velocity always against its force, and the force with it. The
+        # damping force then adds to that force: the mode has 1 + fraction times its stiffness.
+        return 1 / math.sqrt(1 + self.fraction)
+
+
+@attrs.frozen(kw_only=True)
+class LocalDamping(_ShareOfForce):
+    """A fraction of the unbalanced force, against the velocity (Cundall 1987); UDEC's local damping."""
+
+    def force(self, force: Any, change: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
         resistance = self.fraction * abs(force)
         return -resistance if velocity > 0 else (resistance if velocity < 0 else 0.0)
 
-    @property
-    def step_factor(self) -> float:
-        # The fastest mode reverses at every step, its velocity always against its force. The damping force then adds to
-        # that force: the mode has 1 + fraction times its stiffness.
-        return 1 / math.sqrt(1 + self.fraction)
+
+@attrs.frozen(kw_only=True)
+class VibrationDamping(_ShareOfForce):
+    """A fraction of the unbalanced force, with its change: damps what vibrates, and not what drifts.
+
+    In a vibration the force changes against the velocity, so that this is local damping of it. A motion that goes on
+    under a small or a constant force - creep, a fall, a load that moves - feels nothing. It is the part of the combined
+    damping of Cundall (1987) that does not see the velocity. A stage that waits for rest takes local damping, which
+    stops what drifts, too.
+    """
+
+    def force(self, force: Any, change: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
+        resistance = self.fraction * abs(force)
+        return resistance if change > 0 else (-resistance if change < 0 else 0.0)
+
+    def seeking_rest(self) -> Damping:
+        return LocalDamping(fraction=self.fraction)
 
 
 @attrs.frozen(kw_only=True)
@@ -57,7 +88,7 @@ class MassDamping(Damping):
 
     coefficient: float = parameter("1/s", at_least=0)  #: force over mass and velocity
 
-    def force(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
+    def force(self, force: Any, change: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
         middle = (velocity + 0.5 * time_step * force / mass) / (1 + 0.5 * time_step * self.coefficient)
         return -self.coefficient * mass * middle
 
@@ -84,7 +115,7 @@ class Integrator(metaclass=Checked):
 
         @attrs.frozen(kw_only=True)
         class Free(gl.Integrator):
-            def step(self, force, velocity, mass, time_step):
+            def step(self, force, change, velocity, mass, time_step):
                 return velocity + force / mass * time_step, 0.0
 
             def stable_step(self, highest_frequency):
@@ -95,8 +126,11 @@ class Integrator(metaclass=Checked):
     """
 
     @abstractmethod
-    def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
-        """New velocity (m/s) and damping force (N), from scalars; compiled, like a contact law."""
+    def step(self, force: Any, change: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
+        """New velocity (m/s) and damping force (N), from scalars; compiled, like a contact law.
+
+        ``change`` (N) is that of the unbalanced force since the step before.
+        """
 
     def move(self, displacement: Any, velocity: Any, time_step: Any) -> Any:
         """New displacement (m), from scalars, at the new or imposed velocity (m/s); compiled with ``step``.
@@ -117,27 +151,43 @@ class Integrator(metaclass=Checked):
         """
         return self, False
 
+    def seeking_rest(self) -> Integrator:
+        """The integrator of a stage that waits for rest."""
+        return self
+
     beside_loading: bool = False  #: whether ``step`` sees the velocity beside the steady motion of a stage's loading
     burst: int = 0  #: steps between calls of ``adapt``; 0 never calls it
+
+
+def _usual_safety(integrator: CentralDifference) -> float:
+    return 0.3 if isinstance(integrator.damping, Undamped) else 0.9
 
 
 @attrs.frozen(kw_only=True)
 class CentralDifference(Integrator):
     """Explicit central differences, Eq. (9); with the fraction ``safety`` of the stable step, Eq. (10).
 
-    Where a stage has a loading, damping acts on the motion ``beside_loading``, or, if that is False, on all motion.
+    It is 0.9, and 0.3 without damping, for contacts that open and close within a longer step make energy that nothing
+    takes out. Where no bond can break, 0.9 is as good.
+
+    Where a stage has a loading, a damping that sees the velocity sees that ``beside_loading``, or, if that is False,
+    all of it.
     """
 
-    damping: Damping = part(Damping, LocalDamping())  #: what takes energy out
-    safety: float = parameter("1", default=0.9, above=0, at_most=1)  #: share of the stable time step that is used
+    damping: Damping = part(Damping, VibrationDamping())  #: what takes energy out
+    #: share of the stable time step that is used
+    safety: float = parameter("1", default=attrs.Factory(_usual_safety, takes_self=True), above=0, at_most=1)
     beside_loading: bool = part(bool, True)  #: whether damping leaves the steady motion of a loading alone
 
-    def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
-        resistance = self.damping.force(force, velocity, mass, time_step)
+    def step(self, force: Any, change: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
+        resistance = self.damping.force(force, change, velocity, mass, time_step)
         return velocity + (force + resistance) * (time_step / mass), resistance
 
     def stable_step(self, highest_frequency: float) -> float:
         return self.safety * self.damping.step_factor * 2 / highest_frequency
+
+    def seeking_rest(self) -> Integrator:
+        return attrs.evolve(self, damping=self.damping.seeking_rest())
 
 
 class Relaxation(metaclass=Checked):
@@ -178,8 +228,8 @@ class DynamicRelaxation(Integrator):
     burst: int = whole_number(default=10, at_least=1)  #: steps between two choices of the damping
     damping: MassDamping = part(MassDamping, MassDamping(coefficient=0.0))  #: of the present burst
 
-    def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
-        resistance = self.damping.force(force, velocity, mass, time_step)
+    def step(self, force: Any, change: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
+        resistance = self.damping.force(force, change, velocity, mass, time_step)
         return velocity + (force + resistance) * (time_step / mass), resistance
 
     def stable_step(self, highest_frequency: float) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from grainlaw.arguments import Checked, fits
 from grainlaw.boundary_conditions import Drive, FluidPressure, Hold, Pressure, Quiet, Traction, is_roller
 from grainlaw.columns import ENERGY, MOTION, SUPPLIED, TEMPERATURE, UNBALANCED
-from grainlaw.condition import AtRest, ComesTo, Condition, Curves
+from grainlaw.condition import ComesTo, Condition, Curves
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Constant, HeatingRate, Loading
 from grainlaw.material import ABSOLUTE_ZERO
@@ -135,7 +135,7 @@ class Stage(metaclass=Checked):
     def _check_functions(self) -> None:
         """Refuse to wait for the end of a load that is a function of time, of which it is not known."""
         endless = next((one for one in self.loads if math.isinf(one.lasts)), None)
-        if endless is not None and (self.static or any(isinstance(end, AtRest) for end in self.until)):
+        if endless is not None and (self.static or any(end.waits_for_rest for end in self.until)):
             what = "static" if self.static else "AtRest"
             raise ParameterError(
                 f"Stage '{self.name}': {what} needs loads of which it is known when they no longer change, that of the "
@@ -184,6 +184,12 @@ class Stage(metaclass=Checked):
     def loads(self) -> list[Imposed]:
         """All that is imposed on boundaries at a level."""
         return [*self.drives, *self.pressures, *self.tractions, *self.fluids]
+
+    @property
+    def moved_by(self) -> Integrator:
+        """The integrator, in its form for a stage that waits for rest where this one does."""
+        waits = self.ageing is not None or any(end.waits_for_rest for end in self.until)
+        return self.integrator.seeking_rest() if waits and self.loading is None else self.integrator
 
     @property
     def ends(self) -> list[Condition]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import attrs
 import numpy as np
@@ -40,6 +40,7 @@ class IntactAtRest(Condition):
     Contact points without cohesion, such as joints, do not count as bonds: they may slip into place.
     """
 
+    waits_for_rest: ClassVar[bool] = True
     rest: AtRest
     confinement: float  #: Pa
 

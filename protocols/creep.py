@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import attrs
 import numpy as np
@@ -40,6 +40,7 @@ NEARLY = 0.99  #: progress of a test of which the time has passed, until the spe
 class Bears(Condition):
     """At rest under the load; the test ends with an error if the specimen fails before."""
 
+    waits_for_rest: ClassVar[bool] = True
     rest: AtRest
     load: float  #: Pa
     largest: float  #: strain

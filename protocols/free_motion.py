@@ -61,8 +61,8 @@ class FreeMotion(LoadingProtocol):
     velocity: Mapping[int, tuple[float, float]] = attrs.field(factory=dict, converter=_velocities)  #: m/s, by grain
     tracked: Sequence[int] = grain_numbers()  #: grains whose motion is recorded
     samples: int = whole_number(default=200, at_least=2)  #: in the time duration
-    #: A third of the stable step: an impact takes some thirty steps, and bodies part as fast as they met, to 0.1 %.
-    integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped(), safety=0.3))
+    #: At a third of the stable step an impact takes some thirty steps, and bodies part as fast as they met, to 0.1 %.
+    integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped()))
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         for name in ("fixed", "velocity", "tracked"):

@@ -200,7 +200,7 @@ def test_a_traction_without_slip_is_refused():
 def test_an_integrator_that_returns_one_number_is_refused():
     @attrs.frozen
     class Short(gl.Integrator):
-        def step(self, force, velocity, mass, time_step):
+        def step(self, force, change, velocity, mass, time_step):
             return velocity
 
         def stable_step(self, highest_frequency):
@@ -213,7 +213,7 @@ def test_an_integrator_that_returns_one_number_is_refused():
 def test_an_integrator_that_moves_to_two_places_is_refused():
     @attrs.frozen
     class Two(gl.Integrator):
-        def step(self, force, velocity, mass, time_step):
+        def step(self, force, change, velocity, mass, time_step):
             return velocity, 0.0
 
         def move(self, displacement, velocity, time_step):

@@ -137,7 +137,7 @@ class Stiffer(gl.ContactLaw):
 class Hasty(gl.Integrator):
     """Three times the stable step."""
 
-    def step(self, force, velocity, mass, time_step):
+    def step(self, force, change, velocity, mass, time_step):
         return velocity + force / mass * time_step, 0.0
 
     def stable_step(self, highest_frequency):

@@ -134,7 +134,8 @@ def test_damping_of_all_motion_drags_the_load():
     """Where bonds break, it takes the sign of the load's own motion: the end that moves carries more, on the mean."""
     press = attrs.evolve(CRUSH, loading=gl.Constant(speed=0.2), stop_fraction=0.9)
     drag = []
-    for integrator in (gl.CentralDifference(), gl.CentralDifference(beside_loading=False)):
+    local = gl.LocalDamping()
+    for integrator in (gl.CentralDifference(damping=local), gl.CentralDifference(damping=local, beside_loading=False)):
         curves = gl.simulate(small_sample(), BRITTLE, attrs.evolve(press, integrator=integrator)).curves
         damaged = slice(int(np.argmax(curves["damaged"] > 0)), int(np.argmax(curves["stress"])))
         drag.append(np.mean((curves["stress_top"] - curves["stress_bottom"])[damaged]) / curves["stress"].max())

@@ -129,7 +129,7 @@ def crushed():
     """A sample crushed under a membrane, with 1, 2 and 3 threads; whether each membrane was laid anew."""
     test = BiaxialCompression(
         confinement=5 * MPa, maximum_strain=0.03, stop_fraction=0, samples=150, loading=gl.Constant(speed=0.5),
-        integrator=gl.CentralDifference(beside_loading=False),
+        integrator=gl.CentralDifference(damping=gl.LocalDamping(), beside_loading=False),
     )  # fmt: skip
     return [gl.simulate(small_sample(), COHESIVE, test, threads=threads) for threads in (1, 2, 3)]
 

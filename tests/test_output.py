@@ -151,7 +151,7 @@ def test_cracks_of_a_result(broken):
         assert cracks.length[k] == pytest.approx(lengths[shared], rel=1e-12)
         edge = broken.mesh.interface_edges[shared[0]]
         turn = cracks.orientation[k] - np.arctan2(edge[1], edge[0])
-        assert abs(np.sin(turn)) < 1e-3
+        assert abs(np.sin(turn)) < 0.01  # grains have turned since
     # Pulled along y: what opens lies across.
     across = np.average(np.abs(np.sin(cracks.orientation)), weights=cracks.opening.clip(0) + 1e-30)
     assert across < np.sin(np.radians(45))

@@ -121,7 +121,8 @@ def test_what_has_not_failed_has_no_strength():
 def test_a_largest_stress_above_the_strength_is_a_doubt():
     """120 grains under 5 MPa: a fall by 4 % at 191 MPa, then columns of grains that interlock."""
     grains = Voronoi(grains=120, seed=1).tessellate(rectangle(20e-3, 50e-3))
-    result = gl.simulate(gl.Specimen(grains, ROCK), BRITTLE, BiaxialCompression(confinement=5 * MPa))
+    local = gl.CentralDifference(damping=gl.LocalDamping())
+    result = gl.simulate(gl.Specimen(grains, ROCK), BRITTLE, BiaxialCompression(confinement=5 * MPa), integrator=local)
     assert result.summary["strength"] == pytest.approx(191.1 * MPa, rel=0.01)
     if result.summary["largest_stress"] > 1.01 * result.summary["strength"]:  # what is left is chaotic
         assert any("bore more than its strength" in words for words in doubts(result))

@@ -153,7 +153,7 @@ def test_what_expands_freely_does_not_vibrate():
     specimen = small_sample(grains=12, material=Thermal(material=PLANE_STRESS, expansion=ALPHA))
     result = heated(specimen, Held.BOTTOM)
     assert result.curves["energy_zones"].max() < 1e-5 * result.curves["energy_kinetic"].max()
-    assert result.summary["heating_kinetic_ratio"] < 1e-6
+    assert result.summary["heating_kinetic_ratio"] < 1e-5  # that of the start
 
 
 def test_only_what_breaks_in_a_stage_ends_it():

@@ -53,7 +53,8 @@ def run(grains, width, height, confinement=0.0, strain=0.05, law=LAW, seed=1, **
     # After failure loose pieces lie between membrane and rock. All motion is damped, or the pressure would shoot them.
     test = BiaxialCompression(
         confinement=confinement, maximum_strain=strain, stop_fraction=0.0, samples=2000,
-        loading=gl.Constant(speed=0.05), integrator=gl.CentralDifference(beside_loading=False),
+        loading=gl.Constant(speed=0.05),
+        integrator=gl.CentralDifference(damping=gl.LocalDamping(), beside_loading=False),
     )  # fmt: skip
     return gl.simulate(rock, law, test, observers=[watcher], frames=60, **options), watcher
 

@@ -10,7 +10,7 @@ import attrs
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE
 from grainlaw.contact import ContactLaw
 from grainlaw.geometry import Voronoi, rectangle
-from grainlaw.integration import CentralDifference, MassDamping
+from grainlaw.integration import CentralDifference, LocalDamping, MassDamping
 from grainlaw.laws import CohesiveCrack, PrePeak, Residual, SofteningLength
 from grainlaw.protocols import BiaxialCompression, UniaxialCompression
 from grainlaw.runs.parallel import Run
@@ -35,7 +35,7 @@ RULES: dict[str, ContactLaw] = {
 BREAKING = (PRINTED, CONSISTENT, BRITTLE)  #: the laws of Figs. 8 and 9
 LOCAL = "local 0.8"
 DAMPINGS = {
-    LOCAL: None,  # that of the test
+    LOCAL: CentralDifference(damping=LocalDamping()),  # as in UDEC
     "mass 1e5 1/s": CentralDifference(damping=MassDamping(coefficient=1e5)),
     "mass 3e4 1/s": CentralDifference(damping=MassDamping(coefficient=3e4)),
     "mass 1e4 1/s": CentralDifference(damping=MassDamping(coefficient=1e4)),

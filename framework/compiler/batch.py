@@ -34,7 +34,7 @@ from grainlaw.memory import SCALARS, only_memory, only_scalars
 
 __all__ = ["CompilationError", "Compiled", "compile_integrator", "compile_law", "compile_material"]
 
-ABI = 6  #: raise when components are compiled differently
+ABI = 7  #: raise when components are compiled differently
 
 
 class _Writer:
@@ -112,26 +112,27 @@ def batch(parameters, fields, field_stride, memory, memory_stride, {", ".join(en
 def _integrator_source(writer: _Writer) -> str:
     p = [f"p{i}" for i in range(writer.numbers)]
     return f"""
-def inner({", ".join([*p, "time_step"])}, force, velocity, displacement, mass, free, imposed, loss):
+def inner({", ".join([*p, "time_step"])}, force, earlier, velocity, displacement, mass, free, imposed, loss):
     for c in range(force.shape[0]):
         before = velocity[c]
         steady = free[c] * imposed[c]
-        after, damping = step({writer.expression}, force[c], before - steady, mass[c], time_step)
+        after, damping = step({writer.expression}, force[c], force[c] - earlier[c], before - steady, mass[c], time_step)
+        earlier[c] = force[c]
         after = free[c] * after + imposed[c]
         velocity[c] = after
         displacement[c] = move({writer.expression}, displacement[c], after, time_step)
         loss[c] -= free[c] * damping * 0.5 * (before + after) * time_step
 
-def batch(parameters, force, velocity, displacement, mass, free, imposed, loss, n):
+def batch(parameters, force, earlier, velocity, displacement, mass, free, imposed, loss, n):
     P = carray(parameters, ({len(p) + 1},))
     inner({", ".join(f"P[{i}]" for i in range(len(p) + 1))},
-          carray(force, (n,)), carray(velocity, (n,)), carray(displacement, (n,)), carray(mass, (n,)),
-          carray(free, (n,)), carray(imposed, (n,)), carray(loss, (n,)))
+          carray(force, (n,)), carray(earlier, (n,)), carray(velocity, (n,)), carray(displacement, (n,)),
+          carray(mass, (n,)), carray(free, (n,)), carray(imposed, (n,)), carray(loss, (n,)))
 """
 
 
 _POINTER = nb.CPointer(nb.float64)
-_INTEGRATOR_SIGNATURE = (*(_POINTER,) * 8, nb.int64)
+_INTEGRATOR_SIGNATURE = (*(_POINTER,) * 9, nb.int64)
 
 
 @attrs.frozen(eq=False)
@@ -234,7 +235,7 @@ def compile_integrator(integrator: Any, before: Compiled | None = None) -> Compi
     numbers = None if before is None else other_numbers(before.structure, integrator)
     if before is not None and numbers is not None:
         return attrs.evolve(before, numbers=np.array(numbers))
-    return _compile(integrator, (_Scalar("step", 4, 2), _Scalar("move", 3, 1)), None, _INTEGRATOR_SIGNATURE, 1)
+    return _compile(integrator, (_Scalar("step", 5, 2), _Scalar("move", 3, 1)), None, _INTEGRATOR_SIGNATURE, 1)
 
 
 @functools.cache

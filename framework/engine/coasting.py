@@ -13,7 +13,7 @@ from grainlaw.integration import Integrator
 class Coasting(Integrator):
     """Moves by the velocity that it is given, whatever the forces."""
 
-    def step(self, force: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
+    def step(self, force: Any, change: Any, velocity: Any, mass: Any, time_step: Any) -> tuple[Any, Any]:
         return velocity, -force
 
     def stable_step(self, highest_frequency: float) -> float:

@@ -100,6 +100,7 @@ class State(PointReadings):
         """Impose what a stage prescribes from now on; the work done so far stays in the ledger."""
         self.stage, self.began = stage.name, self.clock.begin_stage()
         self.new_weight = self.gravity.begin(stage.gravity, self.time_step)
+        self.freedoms.arrays.earlier[:] += self.new_weight
         before = self.displacement_at_forces()
         self.boundaries.impose(stage.imposed, stage.pressures, stage.fixed, stage.tractions, stage.quiet, before)
         self.fluids.begin(stage.fluids, before)

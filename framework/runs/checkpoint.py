@@ -16,7 +16,7 @@ from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.results.files import Arrays, below, write_atomically
 
-FORMAT = 2  #: raise when a checkpoint of before could not be read any more
+FORMAT = 3  #: raise when a checkpoint of before could not be read any more
 
 
 @attrs.define(kw_only=True)

@@ -65,7 +65,7 @@ class Execution:
         self.recorder, self.watching = FrameRecorder(FrameClock(frames)), list(observers)
         self.observers = kept(observers)  #: of which a checkpoint keeps what they have
         self.columns, self.at, state.stages = CurveTable(), Counters(), len(stages)
-        self.integrator: Integrator = stages[0].integrator
+        self.integrator: Integrator = stages[0].moved_by
         self.before: Motion | None = None  #: the motion that the integrator has seen last
         self.compiled: tuple[Integrator, Compiled] | None = None  #: the integrator of the last steps
         self.most_steps = max(1, CALL // len(state.mesh.zones))
@@ -136,7 +136,7 @@ class Execution:
     def _begin(self, stage: Stage) -> None:
         state, at = self.state, self.at
         state.begin(stage)
-        self.integrator, self.before = stage.integrator, None
+        self.integrator, self.before = stage.moved_by, None
         state.change_time_step(self._time_step(stage))
         at.without_static += not self.loader.begin(stage)
         at.supplied = max(at.supplied, least_work(state))
@@ -237,7 +237,7 @@ class Execution:
         stage = self.stages[self.at.stage]
         state.begin(stage)
         state.began = numbers["began"]
-        self._return_to(found.moment(stage.integrator))
+        self._return_to(found.moment(stage.moved_by))
         self.loader.restore(numbers["loader"], stage)
         self.columns.fill(found.curves)
         names = [name for name, _ in found.observers]

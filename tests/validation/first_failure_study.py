@@ -44,8 +44,20 @@ def specimen(seed, **options):
     return gl.Specimen(grains, ROCK, **options)
 
 
-def loading(confinement, slow, **options):
+DAMPINGS = {
+    "none": gl.Undamped(),
+    "vibration, 0.4": gl.VibrationDamping(fraction=0.4),
+    "**vibration, 0.8**": gl.VibrationDamping(),
+    "mass, 1e5 per s": gl.MassDamping(coefficient=1e5),
+    "local, 0.1": gl.LocalDamping(fraction=0.1),
+    "local, 0.4": gl.LocalDamping(fraction=0.4),
+    "local, 0.8": gl.LocalDamping(fraction=0.8),
+}
+
+
+def loading(confinement, slow, damping="**vibration, 0.8**", **options):
     """Of this confinement (MPa); it ends when the load has fallen by a tenth, to try several definitions on it."""
+    options["integrator"] = gl.CentralDifference(damping=DAMPINGS[damping])
     options = {"loading": gl.Adaptive(rate=gl.Adaptive().rate / slow), "stop_fraction": 0.9, **options}
     if not confinement:
         return UniaxialCompression(**options)
@@ -172,6 +184,15 @@ def change(**changed):
     return cells
 
 
+def damped(name):
+    cells = []
+    for law in LAWS:
+        for confinement in (0, 10):
+            found = records(law, confinement, 1, FEW, (("damping", name),))
+            cells += [f"{strengths(found).mean():.1f}", f"{np.mean([one.summary['steps'] for one in found]):,.0f}"]
+    return cells
+
+
 # --- what follows -----------------------------------------------------------------------------------------------------
 
 
@@ -262,6 +283,11 @@ TABLES = [
         page=PAGE, name="numerics of strengths",
         columns=("changed", *(f"{law}, {p} MPa{what}" for law in LAWS for p in (0, 10) for what in ("", ": largest"))),
         rows={name: partial(change, **changed) for name, changed in CHANGES.items()}, checked=("100 samples",),
+    ),
+    Table(
+        page=PAGE, name="damping of strengths",
+        columns=("damping", *(f"{law}, {p} MPa{what}" for law in LAWS for p in (0, 10) for what in ("", ": steps"))),
+        rows={name: partial(damped, name) for name in DAMPINGS}, checked=("**vibration, 0.8**",),
     ),
     Table(
         page=PAGE, name="angles",

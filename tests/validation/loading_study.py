@@ -20,7 +20,7 @@ from grainlaw.runs.parallel import Run
 from grainlaw.units import MPa
 
 MOHR_COULOMB, CRACK = LAWS["mohr-coulomb"], LAWS["cohesive-crack"]
-PLAIN = gl.CentralDifference(beside_loading=False)
+PLAIN = gl.CentralDifference(damping=gl.LocalDamping(), beside_loading=False)
 #: test, seed, what it is given, speed and ramp at which it was loaded before
 TESTS = [
     ("uniaxial-compression", 1, {}, (0.05, 0.0)),
@@ -32,6 +32,7 @@ TESTS = [
 ]
 RATES = (0.006, 0.003, 0.0015, 0.00075)
 DAMPINGS = {
+    "vibration, 0.8": gl.VibrationDamping(),
     "local, 0.8": gl.LocalDamping(fraction=0.8), "local, 0.4": gl.LocalDamping(fraction=0.4),
     "local, 0.1": gl.LocalDamping(fraction=0.1), "mass, 3e4 per s": gl.MassDamping(coefficient=3e4),
 }  # fmt: skip

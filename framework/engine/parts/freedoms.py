@@ -44,6 +44,7 @@ class FreedomArrays(NamedTuple):
     """Rows (r) of nodes or rigid grains (n)."""
 
     force: Changing  #: (r, n) N, or N m for rotations
+    earlier: Changing  #: (r, n) the same, of the step before
     velocity: Changing  #: (r, n) m/s, of the moment half a step before the displacement
     displacement: Changing  #: (r, n) m, or rad
     mass: Constant  #: (r, n) kg, or kg m2
@@ -71,8 +72,9 @@ def integrate(freedoms, integrator, parameters, thread):
         call(
             integrator,
             (
-                parameters, freedoms.force[row].ctypes.data + offset, freedoms.velocity[row].ctypes.data + offset,
-                freedoms.displacement[row].ctypes.data + offset, freedoms.mass[row].ctypes.data + offset,
+                parameters, freedoms.force[row].ctypes.data + offset, freedoms.earlier[row].ctypes.data + offset,
+                freedoms.velocity[row].ctypes.data + offset, freedoms.displacement[row].ctypes.data + offset,
+                freedoms.mass[row].ctypes.data + offset,
                 freedoms.free[row].ctypes.data + offset, freedoms.imposed[row].ctypes.data + offset,
                 freedoms.loss[row].ctypes.data + offset, last - first,
             ),
@@ -87,8 +89,9 @@ class Freedoms(Part):
     ) -> None:
         ones, zeros = np.ones(mass.shape), np.zeros(mass.shape)
         self._bounds = bounds
+        none = [zeros.copy() for _ in range(3)]
         self.arrays = FreedomArrays(
-            force, zeros.copy(), displacement, mass, ones, zeros.copy(), zeros.copy(), np.zeros(2, dtype=np.int64)
+            force, none[0], zeros.copy(), displacement, mass, ones, none[1], none[2], np.zeros(2, dtype=np.int64)
         )
         self.books = FreedomBooks(np.zeros(1), np.zeros(1), zeros.copy(), np.zeros(1, dtype=np.int64))
 

@@ -23,6 +23,7 @@ class PlatenArrays(NamedTuple):
     column: Constant  #: (k,) column of the schedule with the force, and column of the velocity for driven freedoms
     stiffness: Constant  #: (k,) N/m of a spring that pulls back to the position at the start of the stage
     force: Changing  #: (threads, k) N; this and the following rows have the form of freedoms
+    earlier: Changing  #: N
     velocity: Changing  #: m/s
     displacement: Changing  #: m
     mass: Changing  #: kg
@@ -32,7 +33,7 @@ class PlatenArrays(NamedTuple):
     share: Scratch
 
 
-MOTION = ("force", "velocity", "displacement", "mass", "free", "imposed", "loss")
+MOTION = ("force", "earlier", "velocity", "displacement", "mass", "free", "imposed", "loss")
 
 
 @njit(**OPTIONS)
@@ -51,9 +52,9 @@ def move_platens(platens, drives, freedoms, schedule, velocities, integrator, pa
     call(
         integrator,
         (
-            parameters, force.ctypes.data, platens.velocity[thread].ctypes.data, displacement.ctypes.data,
-            platens.mass[thread].ctypes.data, platens.free[thread].ctypes.data, platens.imposed[thread].ctypes.data,
-            platens.loss[thread].ctypes.data, platens.column.shape[0],
+            parameters, force.ctypes.data, platens.earlier[thread].ctypes.data, platens.velocity[thread].ctypes.data,
+            displacement.ctypes.data, platens.mass[thread].ctypes.data, platens.free[thread].ctypes.data,
+            platens.imposed[thread].ctypes.data, platens.loss[thread].ctypes.data, platens.column.shape[0],
         ),
     )  # fmt: skip
     for k in range(platens.column.shape[0]):
