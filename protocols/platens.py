@@ -31,7 +31,7 @@ from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.strength import Until
 
-FINE = 400  #: samples of the whole way at least, where contacts are damaged: a peak is missed by half of one
+FINE = 800  #: samples of the whole way at least, where contacts are damaged: a peak is missed by up to two
 NO_TENSION = "tension does not pass the contact between two bodies; pull the specimen at its own ends, without platens"
 
 

@@ -102,7 +102,7 @@ def test_the_speed_is_high_at_first_and_low_when_bonds_break():
     curves = gl.simulate(small_sample(), BRITTLE, CRUSH).curves
     speed, peak = curves["loading_speed"], borne_in(curves).at
     assert curves["damaged"][0] == 0
-    assert speed[peak + 1] < speed[0] / 10  # where the load falls
+    assert speed[peak : peak + 5].min() < speed[0] / 10  # where the load falls
 
 
 @pytest.mark.parametrize(
