@@ -10,7 +10,7 @@ import numpy as np
 
 from grainlaw.columns import DEVIATOR, STAGE, STRAIN, STRESS
 
-WITHIN = 0.02  #: of the deformation: a load that has not grown while this has grown by so much has failed,
+WITHIN = 0.01  #: of the deformation: a load that has not grown while this has grown by so much has failed,
 GROWTH = 0.001  #: that is by less than this share of it;
 FALL = 0.05  #: and so has one that has fallen by this share
 LEAST = 0.1  #: of the largest load: what happens below is no failure, such as the first wave of a platen
@@ -45,7 +45,8 @@ def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne
     """The first failure in a record of (t,) samples; None where no load is above zero.
 
     The deformation counts from the beginning of the stage in which the load first reaches a tenth of its largest. What
-    has been unloaded counts again from where it was: of the deformation only what is new. A load falls within a stage.
+    has been unloaded counts again from where it was: of the deformation only what is new. Loads of different stages are
+    not compared: a loop of unloading may take some of the load for good.
     """
     if not len(load) or not load.max() > 0:
         return None
@@ -54,16 +55,29 @@ def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne
     way = deformation[first:] - (deformation[first - 1] if first else 0.0)
     highest = np.maximum.accumulate(load[first:])
     fresh = np.flatnonzero(way >= np.maximum.accumulate(np.append(0.0, way))[:-1])
-    before = np.interp(way[fresh] / (1 + WITHIN), np.append(0.0, way[fresh]), np.append(0.0, highest[fresh]))
-    stopped = fresh[highest[fresh] <= (1 + GROWTH) * before]
+    stopped = [_stopped(part, way, load[first:]) for part in np.split(fresh, _begin(stage[first:][fresh]))]
     is_new = np.append(True, load[first:][1:] > highest[:-1])
     top = np.maximum.accumulate(np.where(is_new, np.arange(len(way)), 0))  # where it was the highest for the first time
     fallen = np.flatnonzero((load[first:] <= (1 - FALL) * highest) & (stage[first:] == stage[first:][top]))
-    failed = np.concatenate([stopped, fallen])
+    failed = np.concatenate([*stopped, fallen])
     failed = failed[highest[failed] >= LEAST * load[largest]]
     if not len(failed):
         return Borne(failed=False, at=largest, largest=largest)
     return Borne(failed=True, at=first + int(top[failed.min()]), largest=largest)
+
+
+def _begin(stage: np.ndarray) -> np.ndarray:
+    """Where a stage begins after another."""
+    return np.flatnonzero(np.diff(stage)) + 1
+
+
+def _stopped(samples: np.ndarray, way: np.ndarray, load: np.ndarray) -> np.ndarray:
+    """Those of the samples of a stage at which the load has not grown for so much of the deformation."""
+    reached, highest = way[samples], np.maximum.accumulate(load[samples])
+    if not len(samples) or samples[0] == 0:  # it begins without a load
+        reached, highest = np.append(0.0, reached), np.append(0.0, highest)
+    before = np.interp(way[samples] / (1 + WITHIN), reached, highest, left=-np.inf)
+    return samples[highest[-len(samples) :] <= (1 + GROWTH) * before] if len(samples) else samples
 
 
 def borne_in(curves: Mapping[str, np.ndarray]) -> Borne | None:

@@ -48,13 +48,13 @@ def test_a_load_that_falls_by_a_twentieth_has_failed_at_once():
 @pytest.mark.parametrize(
     ("course_after", "strength"),
     [
-        ([(1.003, 99), (1.013, 100), (2, 198)], 198),  # a crack: it is as stiff as before, and soon bears more
+        ([(1.001, 99.6), (1.005, 100), (2, 198)], 198),  # a crack: it is as stiff as before, and soon bears more
         ([(1.01, 97), (1.5, 120), (2, 150)], 100),  # pieces: it takes 6 % more deformation to bear as much again
-        ([(1.021, 100.05), (2, 150)], 100.05),  # a plateau
-        ([(1.015, 100), (2, 196)], 196),  # a shorter one
+        ([(1.011, 100.05), (2, 150)], 100.05),  # a plateau
+        ([(1.007, 100), (2, 196)], 196),  # a shorter one
     ],
 )
-def test_a_failure_is_a_load_that_does_not_grow_while_the_deformation_grows_by_2_percent(course_after, strength):
+def test_a_failure_is_a_load_that_does_not_grow_while_the_deformation_grows_by_1_percent(course_after, strength):
     way, load = course((0, 0), (1, 100), *course_after, (2.05, 0), samples=20001)
     assert found(way, load).failed
     assert load[found(way, load).at] == pytest.approx(strength, rel=2e-3)
@@ -77,7 +77,7 @@ def test_loops_of_unloading_are_no_failure():
 
 @given(st.floats(1e-9, 1e9), st.floats(1e-9, 1e9), st.integers(1, 12))
 def test_it_does_not_depend_on_units_nor_on_how_dense_samples_are(unit, length, every):
-    way, load = course((0, 0), (0.7, 70), (0.703, 69.7), (1, 98), (1.03, 96), (2, 150), (2.2, 30), samples=6001)
+    way, load = course((0, 0), (0.7, 70), (0.702, 69.8), (1, 98), (1.03, 96), (2, 150), (2.2, 30), samples=6001)
     way, load = way[every - 1 :: every], load[every - 1 :: every]
     here = found(way * length, load * unit)
     assert here == found(way, load)

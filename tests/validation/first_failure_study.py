@@ -129,8 +129,8 @@ DEFINITIONS = {
     "before a fall by 3 %": after_a_fall(0.03),
     "before a fall by 5 %": after_a_fall(0.05),
     "no growth within 0.5 %": not_grown(0.005),
-    "no growth within 1 %": not_grown(0.01),
-    "**no growth within 2 %**": not_grown(0.02),
+    "**no growth within 1 %**": not_grown(0.01),
+    "no growth within 2 %": not_grown(0.02),
     "no growth within 3 %": not_grown(0.03),
     "no growth within 5 %": not_grown(0.05),
 }
