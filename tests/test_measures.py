@@ -78,14 +78,14 @@ def test_a_measure_of_a_user_stands_in_the_table_with_unit_and_source(result, tm
 
 def test_a_measure_may_be_found_from_others(result):
     class Ratio(gl.Measure):
-        name, meaning, asked = "ratio", "CI over CD", 0
+        name, meaning, asked = "ratio", "CI over the onset of damage", 0
 
         def find(self, laboratory):
             Ratio.asked += 1
-            return laboratory.value("crack_initiation_count") / laboratory.value("crack_damage")
+            return laboratory.value("crack_initiation_count") / laboratory.value("damage_onset")
 
     laboratory = gl.Laboratory(result, [Ratio()])
-    ratio = result.laboratory.value("crack_initiation_count") / result.laboratory.value("crack_damage")
+    ratio = result.laboratory.value("crack_initiation_count") / result.laboratory.value("damage_onset")
     assert laboratory.properties == {"ratio": ratio}
     assert laboratory.value("ratio") == ratio
     assert Ratio.asked == 1  # found once

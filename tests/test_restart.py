@@ -135,7 +135,7 @@ def test_a_stopped_run_goes_on_with_the_same_bits(case, tmp_path, monkeypatch):
 def test_a_run_that_is_stopped_again_and_again_comes_to_the_same_end(tmp_path, monkeypatch):
     specimen, law, protocol, _ = CASES["contacts after failure"]
     whole = gl.simulate(specimen, law, protocol)
-    for _ in range(30):
+    for _ in range(100):
         stop = Stop()
         with monkeypatch.context() as patch:
             Calls(patch, stop, 12)
