@@ -248,16 +248,3 @@ def settle(r, k):
         kept, left = 0.0, 0.0
     now = WAITING if state != CLOSED and stands == BESIDE else (HELD if left > 0 or kept > 0 else APART)
     return now, left, kept
-
-
-def edges_of(t, rows, contact):
-    """Fill all ``rows`` (n, ...) with the edges and angles of contacts, chunk by chunk; called from Python."""
-    for n in range(rows.shape[0]):
-        gather_edges(t, rows[n], contact[n * BLOCK : (n + 1) * BLOCK])
-        gather_angles(t, rows[n], contact[n * BLOCK : (n + 1) * BLOCK])
-
-
-def overlaps_of(rows):
-    """:func:`overlaps` of all ``rows``; called from Python."""
-    for n in range(rows.shape[0]):
-        overlaps(rows[n], BLOCK)

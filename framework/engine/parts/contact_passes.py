@@ -22,11 +22,12 @@ from grainlaw.engine.parts.contact_rows import (
     LOW_PRESSURE, MEMORY, NEW_LIFT, NORMAL, OFFSET, OPENED, OPENING, OPENING_WORK, OVERLAP, ROW, SHARE_A, SHARE_B,
     SHEAR, SHEAR_FORCE, SLID, SLIP, SLIP_WORK, SPRING, STATE, TOUCH, TWIST, TX, TY,
 )  # fmt: skip
-from grainlaw.engine.parts.contact_table import CLOSED
+from grainlaw.engine.parts.contact_table import CLOSED, HELD, WAITING
 from grainlaw.engine.parts.laws import LANES
 
 u32 = np.uint32
 EVEN = 1e-6  #: of the pressure: a law that answers so near carries the force
+HALVINGS, REFINED = 60, 3  #: of the interval that contains an offset; steps of Newton's method for a slip
 ROUNDS = 8  #: in which a law is asked for the opening at which it does; one whose closure does not stiffen in none
 MOVED, DEEP, ACTIVE, LEAVING = range(4)  #: columns of the tally of each thread
 
@@ -284,3 +285,69 @@ def follow_nodes(t, nodes, thread):
         x, y = x - t.searched[0, k], y - t.searched[1, k]
         count += x * x + y * y > room * room
     t.tally[thread, MOVED] = count
+
+
+@njit(**PASS)
+def _press(t, g, r, count, begin):
+    """Let law ``g`` answer on trial with the offsets in the rows that ``begin``."""
+    trial = MEMORY + t.memory.shape[0] * ROW
+    exchange.copy(r, begin, OFFSET, count)
+    geometry.overlaps(r, count)
+    for k in range(count):
+        r[OPENING + k] = r[LIFT + k] - r[OVERLAP + k] if r[LENGTH + k] > 0 else 0.0
+    exchange.copy(r, MEMORY, trial, trial - MEMORY)
+    _answer(t, g, r, count, OPENING, trial)
+
+
+def take_over(t, before, g, r, contact, force, slip, memory):
+    """Let new contacts (c,) of law ``g`` begin with nodal forces (2, 4, c) of bonds, their slip (c,) and memory (m, c).
+
+    Bisection finds the offset for which the normal force along the contact's own normal is the same, and Newton's
+    method the slip for which the shear force is. ``before`` is the table with nodes where these forces belong. Called
+    from Python, for at most ``BLOCK`` contacts.
+    """
+    count, row, trial = contact.shape[0], t.laws.dilation[g], MEMORY + t.memory.shape[0] * ROW
+    geometry.gather_edges(before, r, contact)
+    geometry.gather_angles(before, r, contact)
+    for k in range(count):
+        most = 4 * t.largest_overlap[contact[k]]
+        r[LARGEST + k], r[SLIP + k], r[LOW + k], r[HIGH + k] = math.inf, slip[k], -most, most
+        r[FX + k], r[FY + k] = force[0, 0, k] + force[0, 1, k], force[1, 0, k] + force[1, 1, k]
+        for m in range(memory.shape[0]):
+            r[MEMORY + m * ROW + k] = memory[m, k]
+        r[LIFT + k] = memory[row, k] if row >= 0 else 0.0
+    for _ in range(HALVINGS):
+        for k in range(count):
+            r[ASKED + k] = 0.5 * (r[LOW + k] + r[HIGH + k])
+        _press(t, g, r, count, ASKED)
+        for k in range(count):
+            normal = r[FX + k] * r[TY + k] - r[FY + k] * r[TX + k]
+            if r[LENGTH + k] > 0 and min(r[NORMAL + k], 0.0) * r[LENGTH + k] <= normal:
+                r[LOW + k] = r[ASKED + k]
+            else:
+                r[HIGH + k] = r[ASKED + k]
+    _press(t, g, r, count, LOW)
+    for _ in range(REFINED):
+        for k in range(count):
+            shear = r[FX + k] * r[TX + k] + r[FY + k] * r[TY + k]
+            target = shear / r[LENGTH + k] if r[LENGTH + k] > 0 else 0.0
+            r[SLIP + k] += (target - r[SHEAR + k]) * t.compliance[g]
+        exchange.copy(r, MEMORY, trial, trial - MEMORY)
+        _answer(t, g, r, count, OPENING, trial)
+    _answer(t, g, r, count, OPENING, MEMORY)
+    for k in range(count):
+        c, lift = contact[k], r[MEMORY + row * ROW + k] if row >= 0 else 0.0
+        normal = r[FX + k] * r[TY + k] - r[FY + k] * r[TX + k]
+        if row >= 0:  # also for faces that do not touch at this moment
+            t.memory[row, c] = lift
+        if not (r[LENGTH + k] > 0 and normal < 0):
+            t.offset[c] = max(r[HIGH + k], 0.0) if normal >= 0 else t.offset[c]
+            t.state[c] = HELD if t.offset[c] > 0 or lift > 0 else WAITING
+            continue
+        t.state[c], t.opening[c], t.offset[c], t.overlap[c] = CLOSED, r[OPENING + k], r[OFFSET + k], r[OVERLAP + k]
+        t.length[c], t.tangent_x[c], t.tangent_y[c] = r[LENGTH + k], r[TX + k], r[TY + k]
+        t.share_a[c], t.slip[c], t.normal[c], t.shear[c] = r[SHARE_A + k], r[SLIP + k], r[NORMAL + k], r[SHEAR + k]
+        t.force_x[0, c], t.force_x[1, c], t.force_x[2, c] = r[FX + k], force[0, 1, k], force[0, 2, k]
+        t.force_y[0, c], t.force_y[1, c], t.force_y[2, c] = r[FY + k], force[1, 1, k], force[1, 2, k]
+        for m in range(memory.shape[0]):
+            t.memory[m, c] = r[MEMORY + m * ROW + k]
