@@ -6,6 +6,7 @@ from pathlib import Path
 import attrs
 import numpy as np
 import pytest
+import scipy
 from support import BRITTLE, ROCK, STIFF, small_sample
 
 import grainlaw as gl
@@ -117,3 +118,33 @@ def test_asking_for_the_margin_leaves_the_state_as_it_was():
     test = BiaxialCompression(confinement=5e6, stop_fraction=0.7)
     gl.simulate(small_sample(), BRITTLE, test, observers=[asks])
     assert asks.asked > 3
+
+
+def test_the_margin_is_the_lowest_eigenvalue_of_an_unsymmetric_stiffness():
+    """As LAPACK finds it, where that of the symmetric part is far below: a sound stiffness with freedoms that slide."""
+
+    @attrs.define
+    class Asks(gl.Observer):
+        found: list = attrs.field(factory=list)
+
+        def observe(self, state, curves, stage, progress):
+            if self.found or stage.loading is None:
+                return
+            step = StableStep(state)
+            margin = Margin(state, step.sound(), step.frequency, step.frequency / 30)
+            sound, random = margin._sound.toarray(), np.random.default_rng(3)
+            now = sound.copy()
+            for k, lost in zip(random.choice(len(now), 12, replace=False), np.linspace(0.1, 0.3, 12), strict=True):
+                now[k, k] -= lost * sound[k, k]
+                now[k, (k + 2) % len(now)] += 0.5 * sound[k, k]  # as a shear force that follows the normal force
+            found = margin._lowest(lambda motion: now @ motion, [margin.first_guess()])
+            values = scipy.linalg.eig(now, sound, right=False)
+            symmetric = scipy.linalg.eigh((now + now.T) / 2, sound, eigvals_only=True)
+            self.found = [found and found.margin, values.real.min(), symmetric[0]]
+
+    asks = Asks()
+    test = UniaxialCompression(maximum_strain=1e-5, samples=10)
+    gl.simulate(small_sample(12), Linear(**STIFF), test, observers=[asks])
+    found, lowest, of_symmetric = asks.found
+    assert found == pytest.approx(lowest, abs=0.01)
+    assert of_symmetric < lowest - 0.2

@@ -27,11 +27,12 @@ from grainlaw.engine.stepping import advance, schedule_of
 TRIAL = 2e-10  #: of the specimen's size: largest displacement of a trial motion
 AHEAD = 300  #: times that: how far ahead on its way the specimen is when trial motions begin
 FREE = 1e-3  #: of the frequency of the steady motion: below, a motion that nothing resists counts as sound
-EXACT = 0.02  #: residual of the eigenvalue, in the norm of K0: its own error is about the square of it
+EXACT = 0.01  #: residual of the eigenvalue, in the norm of K0
 MOST = 16  #: trial motions; a margin that is not found with them is not known
 FARTHEST = 0.05  #: of the grain size: largest displacement by which a soft motion is brought to its place at once
 INCREMENTS = 10  #: steps in which it is moved: the work of contacts that open or close on the way is that of steps
-TURNED = 2e-3  #: rad, to which angles of grains are rounded: the sound stiffness turns with them
+TURNED = 2e-3  #: rad, to which angles of grains are rounded: the sound stiffness turns with them, and
+ROUGHLY = 0.05  #: rad, for its factors, which only have to guide the search
 KNEE = 0.4  #: of the mean velocity where a motion has just begun: sqrt(2) - 1
 LITTLE = 1e-3  #: least margin by which the first trial of that is found
 BALANCED, TRIALS = 0.01, 16  #: of the force on the motion: what may be left of it; in so many trials
@@ -63,7 +64,8 @@ class Margin:
         steady_frequency: float,
     ) -> None:
         self._state, self._sound_with = state, sound
-        self._frequencies, self._angles = (highest_frequency, steady_frequency), np.zeros(0)
+        self._highest_frequency, self._steady_frequency = highest_frequency, steady_frequency
+        self._angles = self._rough_angles = np.full(len(state.specimen.grains.centroids), np.nan)
         self._coasting = compile_integrator(Coasting())
         low, high = state.specimen.grains.region.bounds
         self._trial = TRIAL * float(np.max(high - low))
@@ -75,27 +77,28 @@ class Margin:
         Otherwise a motion that turns a turned grain would seem to strain it. Angles are rounded, so that this is rare,
         and depends on nothing but the present state.
         """
+        angles = self._state.grains.rotations(self._state.freedoms, self._state.positions)
+        finely, roughly = (np.round(angles / unit) * unit for unit in (TURNED, ROUGHLY))
+        if not np.array_equal(finely, self._angles):
+            self._angles, self._sound = finely, self._turned(finely)
+        if not np.array_equal(roughly, self._rough_angles):
+            self._rough_angles, self._factors = roughly, factorised(self._turned(roughly))
+
+    def _turned(self, angles: np.ndarray) -> scipy.sparse.csc_matrix:
+        """Stiffness of the sound specimen over the unknowns, with grains turned by angles (g,) rad."""
         state, mesh = self._state, self._state.mesh
-        angles = np.round(state.grains.rotations(state.freedoms, state.positions) / TURNED) * TURNED
-        if np.array_equal(angles, self._angles):
-            return
-        self._angles = angles
         cosine, sine = np.cos(angles)[mesh.node_grain], np.sin(angles)[mesh.node_grain]
         centre = state.specimen.grains.centroids[mesh.node_grain]
         x, y = (mesh.nodes - centre).T
         turned = centre + np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
-        self._factorise(self._sound_with(turned if angles.any() else mesh.nodes))
-
-    def _factorise(self, stiffness: scipy.sparse.csr_matrix) -> None:
-        state, (highest_frequency, steady_frequency) = self._state, self._frequencies
-        carry, matrix = unknowns(state, stiffness, highest_frequency)
+        stiffness = self._sound_with(turned if angles.any() else mesh.nodes)
+        carry, matrix = unknowns(state, stiffness, self._highest_frequency)
         self._carry, self._gather = carry, carry.T.tocsr()
         self._mass = self._gather @ state.grains.flat(state.freedoms.arrays.mass)
         # Motions that nothing resists, as a slide along smooth platens, get the same little stiffness in both matrices.
-        little = (FREE * steady_frequency) ** 2 * self._mass
-        self._free = little + LOOSE * highest_frequency**2 * self._mass
-        self._sound = scipy.sparse.csc_matrix(matrix + scipy.sparse.diags(little))
-        self._factors = factorised(self._sound)
+        little = (FREE * self._steady_frequency) ** 2 * self._mass
+        self._free = little + LOOSE * self._highest_frequency**2 * self._mass
+        return scipy.sparse.csc_matrix(matrix + scipy.sparse.diags(little))
 
     @property
     def unknowns(self) -> int:
@@ -173,9 +176,13 @@ class Margin:
         return size * self._size(motion)
 
     def _lowest(self, tangent: Any, starts: list[np.ndarray]) -> Found | None:
-        """Davidson's method: the space grows by the residual, on which the inverse of K0 has acted."""
-        basis = np.zeros((self.unknowns, MOST))
+        """Davidson's method: the space grows by the residual, on which the inverse of K0 has acted.
+
+        Friction makes the tangent unsymmetric: of a pair of complex eigenvalues the real part counts.
+        """
+        basis = np.zeros((self.unknowns, MOST), order="F")
         sound, now, count = np.zeros_like(basis), np.zeros_like(basis), 0  # K0 and K(u) times the basis
+        projected = np.zeros((MOST, MOST))
         while count < MOST:
             new = starts.pop(0)
             for _ in range(2):
@@ -186,20 +193,21 @@ class Margin:
                 basis[:, count], sound[:, count] = new / np.sqrt(energy), resisted / np.sqrt(energy)
                 now[:, count] = tangent(basis[:, count])
                 count += 1
+                projected[:count, count - 1] = basis[:, :count].T @ now[:, count - 1]
+                projected[count - 1, :count] = basis[:, count - 1] @ now[:, :count]
             if starts:
                 continue
-            small = basis[:, :count].T @ now[:, :count]
-            if not np.isfinite(small).all():
+            if not np.isfinite(projected).all():
                 return None
-            values, shares = np.linalg.eigh((small + small.T) / 2)
-            residual = now[:, :count] @ shares[:, 0] - values[0] * (sound[:, :count] @ shares[:, 0])
+            values, vectors = np.linalg.eig(projected[:count, :count])
+            lowest = int(np.argmin(values.real))
+            value, shares = values[lowest], vectors[:, lowest]
+            residual = (now[:, :count] @ shares - value * (sound[:, :count] @ shares)).real
             following = self._factors.solve(residual)
             if residual @ following <= EXACT**2:
-                motion = basis[:, :count] @ shares[:, 0]
-                return Found(
-                    margin=float(values[0]), frequency=float(1 / np.sqrt(motion @ (self._mass * motion))),
-                    motion=motion,
-                )  # fmt: skip
+                motion = basis[:, :count] @ (shares.real / np.linalg.norm(shares.real))
+                frequency = float(1 / np.sqrt(motion @ (self._mass * motion)))
+                return Found(margin=float(value.real), frequency=frequency, motion=motion)
             starts.append(following)
         return None
 

@@ -43,6 +43,7 @@ class _Seen:
     fastest: float = math.inf
     stored: float = 0.0
     load: float = 0.0  #: N/m, the largest so far
+    fallen: bool = False  #: whether the load is well below it now: the specimen has failed
     force: float = 0.0  #: N/m, the largest work over travel so far
     supplied: float = 0.0  #: J/m
     lost: float = 0.0  #: J/m, in vibration and damping
@@ -189,7 +190,8 @@ class Loader:
 
     def pieces(self, stage: Stage) -> int:
         """Into how many the next sample is divided, so that the load grows by little until a soft motion is settled."""
-        wanted = math.ceil(stage.interval / (SHORT * self._seen.way)) if self._seen.settled > 0 else 1
+        soft = self._seen.settled > 0 and not self._seen.fallen
+        wanted = math.ceil(stage.interval / (SHORT * self._seen.way)) if soft else 1
         return min(wanted, MOST)
 
     def _ask_margin(self, loading: Loading, seen: _Seen) -> _Seen:
@@ -216,6 +218,8 @@ class Loader:
         )
 
     def _margin_is_due(self, seen: _Seen) -> bool:
+        if seen.fallen:
+            return False
         farther = seen.way - seen.asked
         if farther * seen.weakening > LOWER * max(seen.stability, LOWER):
             return True
@@ -255,9 +259,10 @@ class Loader:
         impulses = self._impulses(seen, gained)
         mean = max(abs(impulses[-1][k] - impulses[0][k]) for k in (1, 2)) / (impulses[-1][0] - impulses[0][0])
         return attrs.evolve(
-            seen, stored=max(seen.stored, sum(energies[kind] for kind in STORED)), load=load, force=force,
-            supplied=supplied, lost=lost, vibration=max(vibration - noise, 0.0), released=max(released, faded),
-            momentum=momentum, impulses=impulses, imbalance=mean / load if load else 0.0, way=seen.way + travel,
+            seen, stored=max(seen.stored, sum(energies[kind] for kind in STORED)), load=load, fallen=fallen,
+            force=force, supplied=supplied, lost=lost, vibration=max(vibration - noise, 0.0),
+            released=max(released, faded), momentum=momentum, impulses=impulses,
+            imbalance=mean / load if load else 0.0, way=seen.way + travel,
             imbalances=(*seen.imbalances, imbalance)[-RECENT:],
         )  # fmt: skip
 
