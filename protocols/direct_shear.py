@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import attrs
+import numpy as np
 
 from grainlaw.boundary_conditions import Drive, Hold
+from grainlaw.columns import STAGE
 from grainlaw.condition import AtRest, Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
@@ -19,6 +21,8 @@ from grainlaw.protocols.measures import certificate, end_share, ends, failure_of
 from grainlaw.protocols.platens import require_platens
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
+
+SHEARS = 1  #: number of the stage that shears, after that which presses
 
 
 @attrs.frozen(kw_only=True)
@@ -109,7 +113,8 @@ class DirectShear(LoadingProtocol):
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Strength, slip there (displacement in a box), largest stress and that at the end of shearing, certificate."""
-        found, end = failure_of(curves, "shear_stress", "displacement"), int(curves["displacement"].argmax())
+        found = failure_of(curves, "shear_stress", "displacement")
+        end = int(np.flatnonzero(curves[STAGE] == SHEARS)[-1]) if SHEARS in curves[STAGE] else -1
         strength, largest = strength_of(found, curves["shear_stress"])
         return {
             "strength": strength,

@@ -25,6 +25,8 @@ from grainlaw.specimen import Specimen
 from grainlaw.strength import Borne, borne
 from grainlaw.window import window_mean, within_rectangle
 
+FEWEST = 3  #: samples of a rising load by which a certificate can be judged
+
 
 def size(specimen: Specimen) -> tuple[float, float]:
     """Width and height (m) of the region."""
@@ -137,12 +139,13 @@ def certificate(curves: Mapping[str, np.ndarray], found: Borne | None, load: str
 
     ``kinetic_ratio``: largest ratio of the kinetic energy of vibration to the energy in zones and contacts.
     ``imbalance``: largest sum of the forces on the specimen, mean over a period of its steady motion, over the load.
-    ``unstable_rise``: by how much of it the load has grown while the specimen was unstable. nan without a load.
+    ``unstable_rise``: by how much of it the load has grown while the specimen was unstable. nan without a load, and
+    where fewer than ``FEWEST`` samples show how it rose.
     """
-    if found is None:
+    loads, at = curves[load], 0 if found is None else found.at
+    first = int(np.argmax(loads >= 0.1 * loads[at])) if found is not None else 0
+    if at - first < FEWEST:
         return dict.fromkeys(("kinetic_ratio", "imbalance", "unstable_rise"), math.nan)
-    loads, at = curves[load], found.at
-    first = int(np.argmax(loads >= 0.1 * loads[at]))
     rise = np.arange(first, max(at, first + 1))  # at the end of the sample of the failure it has begun
     kinetic, stored = curves[VIBRATION][rise], energy(curves, *STORED)[rise]
     grown = np.diff(np.maximum.accumulate(loads[: at + 1]))

@@ -1,5 +1,6 @@
 """Conservation, objectivity and exactness of the engine, against theory."""
 
+import attrs
 import numpy as np
 import pytest
 from support import ROCK, STIFF, STRONG, advance, nodal_forces, small_sample, static_solution
@@ -197,3 +198,25 @@ def test_a_restored_state_is_the_saved_one(material):
     state.restore(saved)
     assert np.array_equal(state.grain_stress(), stress)
     assert energies(state) == ledger
+
+
+@attrs.frozen
+class StepByStep(gl.LoadingProtocol):
+    """A sample after each step, which pulls."""
+
+    def stages(self, specimen):
+        pull, hold = (gl.Drive(boundary=name, axis=1, speed=v) for name, v in (("top", 1.0), ("bottom", 0.0)))
+        return [gl.Stage(name="pull", drives=[pull, hold], until=[gl.Reaches("step", 5)], interval=1e-15)]
+
+    def measure(self, state):
+        return {"displacement": state.moved("top")[1]}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+def test_displacements_of_boundaries_are_those_at_the_forces():
+    """The first forces act before anything has moved: half a step ahead, a strain would not be that of its stress."""
+    found = gl.simulate(small_sample(12), Linear(**STIFF), StepByStep())
+    expected = np.arange(5) * found.summary["time_step"]
+    assert found.curves["displacement"] == pytest.approx(expected, rel=1e-9, abs=1e-20)

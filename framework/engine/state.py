@@ -206,8 +206,8 @@ class State(PointReadings):
         return self.boundaries.reaction(boundary)
 
     def moved(self, boundary: str) -> np.ndarray:
-        """(2,) m: mean displacement of a boundary, averaged over the steps since the last sample."""
-        return self.boundaries.moved(boundary)
+        """(2,) m: mean displacement of a boundary where forces act, averaged over the steps since the last sample."""
+        return self.boundaries.moved(boundary, self.displacement_at_forces())
 
     @property
     def damage(self) -> float:

@@ -143,19 +143,23 @@ class Boundaries(Part):
                 result[drive.axis] = driven.total[driven.column == column].sum() / steps
         return result
 
-    def _mean_displacement(self, boundary: str) -> np.ndarray:
-        return self._nodes.arrays.displacement.T[self._mesh.boundaries[boundary]].mean(axis=0)
+    def _mean(self, boundary: str, displacement: np.ndarray) -> np.ndarray:
+        found: np.ndarray = displacement.T[self._mesh.boundaries[boundary]].mean(axis=0)
+        return found
 
-    def moved(self, boundary: str) -> np.ndarray:
-        """(2,) m: mean displacement of a boundary, averaged over the steps since the last sample."""
-        return (self.books.start[self._number[boundary]] + self._mean_displacement(boundary)) / 2
+    def moved(self, boundary: str, at_forces: np.ndarray) -> np.ndarray:
+        """(2,) m: mean displacement of a boundary, averaged over the forces since the last sample.
+
+        Nodes are displaced by ``at_forces`` (2, i) m at the last of them.
+        """
+        return (self.books.start[self._number[boundary]] + self._mean(boundary, at_forces)) / 2
 
     def new_sample(self) -> None:
         """Begin a new interval over which means are taken."""
         self.driven.arrays.total[:] = 0.0
         self.books.samples[0] = 0
         for name, k in self._number.items():
-            self.books.start[k] = self._mean_displacement(name)
+            self.books.start[k] = self._mean(name, self._nodes.arrays.displacement)
 
     def forces_on_rigid_nodes(self) -> np.ndarray:
         """(2, i) N on the nodes of rigid grains: a grain's reaction, spread evenly over its nodes on the boundary."""
