@@ -217,6 +217,14 @@ def memory_names(law: ContactLaw) -> tuple[str, ...]:
     return only_memory(law_arguments(law))
 
 
+def dilates(law: ContactLaw) -> bool:
+    """Whether slip lifts the faces of a law: it has a ``dilation`` in its memory, and no ``dilation_angle`` of 0."""
+    inner = getattr(law, "law", None)
+    if isinstance(inner, ContactLaw):
+        return dilates(inner)
+    return "dilation" in memory_names(law) and bool(np.any(getattr(law, "dilation_angle", 1.0)))
+
+
 def answered(law: ContactLaw, names: tuple[str, ...], answer: Any) -> tuple[float, ...]:
     """What ``traction`` of a law with a memory of these ``names`` returned, as floats. Raises TypeError."""
     return as_floats(law, "traction", "normal and shear traction", 2, names, answer)

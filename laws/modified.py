@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import attrs
-import numpy as np
 
-from grainlaw.contact import ContactLaw, law_arguments, memory_names
+from grainlaw.contact import ContactLaw, dilates, law_arguments, memory_names
 from grainlaw.laws.closure import LinearClosure
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError
@@ -70,7 +69,7 @@ def refuse_what_does_not_scale(component: Any) -> None:
     name = type(law).__name__
     if not isinstance(getattr(law, "closure", LinearClosure()), LinearClosure):
         raise ParameterError(f"{own}: law = {name} is not allowed with a closure that stiffens, give a LinearClosure")
-    if "dilation" in memory_names(law) and np.any(getattr(law, "dilation_angle", 1.0)):
+    if dilates(law):
         raise ParameterError(f"{own}: law = {name} is not allowed with dilation, give dilation_angle = 0")
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked
 from grainlaw.columns import CONTACTS, SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy, work_done
-from grainlaw.contact import ContactLaw, memory_names
+from grainlaw.contact import ContactLaw, dilates
 from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest
 from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
@@ -288,7 +288,7 @@ def energy_returned(curves: Mapping[str, np.ndarray], law: Laws, state: State) -
     lifts its faces, for slip then pays for the opening.
     """
     laws = law.values() if isinstance(law, Mapping) else (law,)
-    together = any("dilation" in memory_names(one) for one in laws if isinstance(one, ContactLaw))
+    together = any(dilates(one) for one in laws if isinstance(one, ContactLaw))
     kinds = (CONTACTS,) if together else tuple((kind,) for kind in CONTACTS)
     most = max(-float(np.min(energy(curves, *kind))) for kind in kinds)
     works = state.bonds.work * state.contact_lengths * ~np.tile(state.replaced, 2)
