@@ -5,6 +5,7 @@ Sphinx itself is not asked here: `tests/release/new_user.py` and the continuous 
 
 import ast
 import re
+import runpy
 import subprocess
 import sys
 from collections import Counter
@@ -15,6 +16,7 @@ from release.built_site import broken_links, from_the_network
 
 import grainlaw as gl
 from grainlaw import geometry, laws, materials, protocols
+from grainlaw.results.certificate import LIMITS, fails
 
 DOCS = Path(__file__).parents[1] / "docs"
 GALLERY = sorted(DOCS.glob("gallery/*.py"))
@@ -103,3 +105,18 @@ def test_the_site_without_its_gallery(tmp_path):
     pytest.importorskip("sphinx_gallery", reason="pip install grainlaw[docs]")
     options = ["-q", "-W", "-D", "plot_gallery=0", "-d", tmp_path / "trees"]
     subprocess.run([sys.executable, "-m", "sphinx", *options, DOCS, tmp_path / "site"], check=True, capture_output=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", GALLERY, ids=lambda file: file.stem)
+def test_an_example_of_the_gallery_runs_and_passes_its_certificate(example, monkeypatch, tmp_path):
+    """Its own check is an assertion in it."""
+    monkeypatch.chdir(tmp_path)
+    made = runpy.run_path(str(example)).values()
+    results = [one for one in made if isinstance(one, gl.Result)]
+    for comparison in (one for one in made if isinstance(one, gl.Comparison)):
+        results += comparison.values()
+    failed = [name for result in results for name, value in result.summary.items() if fails(name, value)]
+    for table in (one for one in made if isinstance(one, gl.Table)):
+        failed += [name for name in LIMITS if name in table.columns for value in table[name] if fails(name, value)]
+    assert not failed

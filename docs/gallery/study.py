@@ -26,7 +26,7 @@ laws = {
     "Mohr-Coulomb": MohrCoulomb(**even),
     "cohesive crack": CohesiveCrack(**even, mode_i_energy=5, mode_ii_energy=10),
 }
-pull = UniaxialTension(loading=gl.Constant(speed=0.1), maximum_strain=6e-4, samples=100)
+pull = UniaxialTension(maximum_strain=6e-4)
 
 
 def case(law, seed):
