@@ -41,7 +41,7 @@ def test_every_place_has_its_table(study):
     assert [found for table in tables for found in table.differences({})] == []
     for table in tables:
         assert set(table.firm) <= set(table.columns)
-        assert set(table.checked) <= set(table.rows)
+        assert set(table.checked or ()) <= set(table.rows)
 
 
 @pytest.fixture

@@ -1,0 +1,105 @@
+"""What strengths converge to over zones and contact points: the tables of docs/convergence.md.
+
+    python tests/validation/convergence_study.py [--only NAMES] [--write | --check]
+
+300 grains of 31 x 78 mm, the bonds of the README, up to the first failure. Finished tests are kept in out/convergence,
+so that a study that is stopped goes on. All of it takes some two hours of two cores, most of them the tests with zones
+cut three times.
+"""
+
+import functools
+from functools import partial
+
+from first_failure_study import LAWS, ROCK
+from scipy.stats import ttest_1samp
+from study_tables import DOCS, Table, main
+
+import grainlaw as gl
+from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.protocols import BiaxialCompression, UniaxialCompression
+from grainlaw.units import MPa, mm
+
+KEPT = DOCS.parent / "out" / "convergence"
+SEEDS = range(1, 11)
+POINTS = {"Gauss": gl.GaussPoints(), "inset": gl.InsetPoints(inset=0.15 * mm), "ends": gl.EndPoints()}
+FINEST = 3
+GROUPS = {f"{law}, {p} MPa": (law, p) for law in LAWS for p in (0, 10)}
+
+
+def case(law, confinement, points, refinement, seed):
+    grains = Voronoi(grains=300, seed=seed).tessellate(rectangle(31.1 * mm, 77.8 * mm))
+    rock = gl.Specimen(grains, ROCK, contact_points=POINTS[points], refinement=refinement)
+    if not confinement:
+        return gl.Run(rock, LAWS[law], UniaxialCompression(until=gl.Until.FAILURE))
+    test = BiaxialCompression(confinement=confinement * MPa, maximum_strain=0.02, until=gl.Until.FAILURE)
+    return gl.Run(rock, LAWS[law], test)
+
+
+@functools.cache
+def column(name, law, confinement, points, refinement):
+    """(s,) of a table, by seed."""
+    study = gl.Study(
+        case, law=[law], confinement=[confinement], points=[points], refinement=[refinement], seed=list(SEEDS)
+    )
+    table = study.run(KEPT / f"{law}-{confinement}-{points}-{refinement}".replace(" ", "-"))
+    assert not table.failed, table.failed
+    return table[name]
+
+
+def strengths(*group):
+    """(s,) MPa, by seed."""
+    return column("strength", *group) / MPa
+
+
+def ratio(values, others):
+    """Mean of the ratios of the same specimens, with the 95 % interval of Student's paired t."""
+    ratios = values / others
+    low, high = ttest_1samp(ratios, 1).confidence_interval()
+    return f"{ratios.mean():.3f} ({low:.3f} to {high:.3f})"
+
+
+def over_finest(points, refinement):
+    for group in GROUPS.values():
+        found = strengths(*group, points, refinement)
+        yield f"{found.mean():.1f} ± {found.std(ddof=1):.1f}"
+        yield ratio(found, strengths(*group, "Gauss", FINEST))
+
+
+def between_points(points, refinement):
+    for group in GROUPS.values():
+        yield ratio(strengths(*group, points, refinement), strengths(*group, "Gauss", refinement))
+
+
+def price(refinement):
+    """Steps, and steps times zones over those of uncut zones: what the step costs goes with them."""
+    for group in GROUPS.values():
+        steps, usual = (column("steps", *group, "Gauss", k).mean() for k in (refinement, 0))
+        yield f"{steps:,.0f}"
+        yield f"{4**refinement * steps / usual:.1f}"
+
+
+PAGE = DOCS / "convergence.md"
+TABLES = [
+    Table(
+        page=PAGE, name="zones",
+        columns=("zones", *(f"{group}{what}" for group in GROUPS for what in (" (MPa)", ": over the finest"))),
+        rows={f"cut {k} times": partial(over_finest, "Gauss", k) for k in range(FINEST + 1)}, checked=None,
+    ),
+    Table(
+        page=PAGE, name="contact points",
+        columns=("points, zones", *GROUPS),
+        rows={
+            f"{points}, cut {k} times": partial(between_points, points, k)
+            for points in ("inset", "ends") for k in range(FINEST)
+        },
+        checked=("ends, cut 0 times",),
+    ),
+    Table(
+        page=PAGE, name="price",
+        columns=("zones", *(f"{group}{what}" for group in GROUPS for what in (": steps", ": work"))),
+        rows={f"cut {k} times": partial(price, k) for k in range(FINEST + 1)}, checked=("cut 0 times",),
+    ),
+]  # fmt: skip
+
+if __name__ == "__main__":
+    main(TABLES)
