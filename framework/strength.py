@@ -73,11 +73,13 @@ def _begin(stage: np.ndarray) -> np.ndarray:
 
 def _stopped(samples: np.ndarray, way: np.ndarray, load: np.ndarray) -> np.ndarray:
     """Those of the samples of a stage at which the load has not grown for so much of the deformation."""
+    if not len(samples):
+        return samples
     reached, highest = way[samples], np.maximum.accumulate(load[samples])
-    if not len(samples) or samples[0] == 0:  # it begins without a load
+    if samples[0] == 0:  # it begins without a load
         reached, highest = np.append(0.0, reached), np.append(0.0, highest)
     before = np.interp(way[samples] / (1 + WITHIN), reached, highest, left=-np.inf)
-    return samples[highest[-len(samples) :] <= (1 + GROWTH) * before] if len(samples) else samples
+    return samples[highest[-len(samples) :] <= (1 + GROWTH) * before]
 
 
 def borne_in(curves: Mapping[str, np.ndarray]) -> Borne | None:

@@ -258,7 +258,7 @@ PAGE = DOCS / "validation.md"
 
 
 def shaken(safety):
-    """Energy of motion and of springs over what was put in, after 0.2 ms; friction of 0 and of 30 degrees."""
+    """Energy of motion and of grains over what was put in, after 0.2 ms; friction of 0 and of 30 degrees."""
     cells = []
     for angle in (0, 30):
         test = Shaken(duration=2e-4, integrator=attrs.evolve(UNDAMPED, safety=safety))
