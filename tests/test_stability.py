@@ -148,3 +148,29 @@ def test_the_margin_is_the_lowest_eigenvalue_of_an_unsymmetric_stiffness():
     found, lowest, of_symmetric = asks.found
     assert found == pytest.approx(lowest, abs=0.01)
     assert of_symmetric < lowest - 0.2
+
+
+def test_one_softened_freedom_is_found_from_a_smooth_motion():
+    """A motion of the whole specimen has hardly any of it, so that its residual is small, too."""
+
+    @attrs.define
+    class Asks(gl.Observer):
+        found: list = attrs.field(factory=list)
+
+        def observe(self, state, curves, stage, progress):
+            if self.found or stage.loading is None:
+                return
+            step = StableStep(state)
+            margin = Margin(state, step.sound(), step.frequency, step.frequency / 30)
+            now = margin._sound.toarray()
+            k = len(now) // 2
+            now[k, k] *= 0.7
+            found = margin._lowest(lambda motion: now @ motion, [margin.first_guess()])
+            self.found = [found.margin, scipy.linalg.eigh(now, margin._sound.toarray(), eigvals_only=True)[0]]
+
+    asks = Asks()
+    test = UniaxialCompression(maximum_strain=1e-5, samples=10)
+    gl.simulate(small_sample(60), Linear(**STIFF), test, observers=[asks])
+    found, lowest = asks.found
+    assert lowest < 0.8
+    assert found == pytest.approx(lowest, abs=0.01)

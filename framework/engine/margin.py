@@ -27,7 +27,8 @@ from grainlaw.engine.stepping import advance, schedule_of
 TRIAL = 2e-10  #: of the specimen's size: largest displacement of a trial motion
 AHEAD = 300  #: times that: how far ahead on its way the specimen is when trial motions begin
 FREE = 1e-3  #: of the frequency of the steady motion: below, a motion that nothing resists counts as sound
-EXACT = 0.01  #: residual of the eigenvalue, in the norm of K0
+EXACT = 0.01  #: residual of the eigenvalue, in the norm of K0, and
+SETTLED, SINCE = 0.01, 3  #: by how much it may have changed over so many spaces: what has softened may be small
 MOST = 16  #: trial motions; a margin that is not found with them is not known
 FARTHEST = 0.05  #: of the grain size: largest displacement by which a soft motion is brought to its place at once
 INCREMENTS = 10  #: steps in which it is moved: the work of contacts that open or close on the way is that of steps
@@ -182,7 +183,7 @@ class Margin:
         """
         basis = np.zeros((self.unknowns, MOST), order="F")
         sound, now, count = np.zeros_like(basis), np.zeros_like(basis), 0  # K0 and K(u) times the basis
-        projected = np.zeros((MOST, MOST))
+        projected, found = np.zeros((MOST, MOST)), [math.inf] * SINCE
         while count < MOST:
             new = starts.pop(0)
             for _ in range(2):
@@ -204,7 +205,8 @@ class Margin:
             value, shares = values[lowest], vectors[:, lowest]
             residual = (now[:, :count] @ shares - value * (sound[:, :count] @ shares)).real
             following = self._factors.solve(residual)
-            if residual @ following <= EXACT**2:
+            found = [*found[1:], float(value.real)]
+            if residual @ following <= EXACT**2 and max(found) - min(found) <= SETTLED:
                 motion = basis[:, :count] @ (shares.real / np.linalg.norm(shares.real))
                 frequency = float(1 / np.sqrt(motion @ (self._mass * motion)))
                 return Found(margin=float(value.real), frequency=frequency, motion=motion)
