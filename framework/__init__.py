@@ -1,6 +1,5 @@
 """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
-from grainlaw.boundary_conditions import Drive, FluidPressure, Hold, Pressure, Quiet, Traction
 from grainlaw.calibration.calibrate import calibrate
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.targets import Targets
@@ -25,6 +24,18 @@ from grainlaw.integration import (
     VibrationDamping,
 )
 from grainlaw.loading import AccuracyError, Adaptive, Constant, HeatingRate, Loading, Pace
+from grainlaw.loads import (
+    Drive,
+    Fixed,
+    FluidPressure,
+    Gravity,
+    Heat,
+    Hold,
+    InitialVelocity,
+    Pressure,
+    Quiet,
+    Traction,
+)
 from grainlaw.material import Elastic, Material, Plane, Rigid
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, UnitWarning, parameter, parameters, part
@@ -53,7 +64,7 @@ from grainlaw.runs.parallel import Run
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import ContactPoints, EndPoints, GaussPoints, InsetPoints, Specimen
-from grainlaw.stage import Ageing, Stage
+from grainlaw.stage import Ageing, Load, Stage
 from grainlaw.strength import Until
 from grainlaw.studies.design import latin_hypercube, sobol
 from grainlaw.studies.envelope import (
@@ -113,21 +124,26 @@ __all__ = [
     "FailsTo",
     "FailurePlane",
     "FallsTo",
+    "Fixed",
     "FluidPressure",
     "Flutter",
     "Fragments",
     "Frame",
     "FrameRecorder",
     "GaussPoints",
+    "Gravity",
+    "Heat",
     "HeatingRate",
     "HoekBrownFit",
     "Hold",
+    "InitialVelocity",
     "InsetPoints",
     "InstabilityError",
     "Integrator",
     "Interaction",
     "KineticRelaxation",
     "Laboratory",
+    "Load",
     "Loading",
     "LoadingProtocol",
     "LocalDamping",

@@ -27,7 +27,7 @@ class LoadingProtocol(metaclass=Checked):
                 drives = [gl.Drive(boundary="top", axis=1, speed=self.speed),
                           gl.Drive(boundary="bottom", axis=1, speed=0)]
                 end = gl.Reaches("displacement", 1e-4 * (high - low)[1])
-                return [gl.Stage(name="pull", drives=drives, until=[end], interval=1e-5)]
+                return [gl.Stage(name="pull", loads=drives, until=[end], interval=1e-5)]
 
             def measure(self, state):
                 return {"displacement": state.moved("top")[1], "force": state.reaction("top")[1]}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from types import FunctionType
 from typing import Any
@@ -154,63 +153,3 @@ def rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray:
     with np.errstate(over="ignore"):  # a ramp of next to nothing
         x = np.clip(time / ramp, 0, 1)
     return start + (end - start) * x**3 * (10 - 15 * x + 6 * x**2)
-
-
-class Imposed(metaclass=Checked):
-    """What a stage imposes on a boundary: a ``level`` that may change with time.
-
-    A level that is a number rises from ``start`` in the time ``ramp``, smoothly.
-    """
-
-    boundary: str
-    start: float
-    ramp: float
-
-    @property
-    @abstractmethod
-    def level(self) -> Varying:
-        """The number, the points in time or the function."""
-
-    def __attrs_post_init__(self) -> None:
-        if not isinstance(self.level, float) and (self.start or self.ramp):
-            raise ParameterError(
-                f"{type(self).__name__}: start = {self.start:g} and ramp = {self.ramp:g} s are not allowed beside "
-                f"{short(self.level)}, which says itself how it changes with time"
-            )
-
-    def course(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """(n,) levels of steps from ``begin`` to ``end`` (n,) s since the stage began.
-
-        What changes with time counts by its mean over the step: so a boundary moves by the integral of its speed, and a
-        force gives the integral of itself as momentum, of a ``TimeSeries`` exactly.
-        """
-        level = self.level
-        if isinstance(level, TimeSeries):
-            found: np.ndarray = (level.integral(end) - level.integral(begin)) / (end - begin)
-            return found
-        if not callable(level):
-            return rise(end, self.ramp, self.start, level)
-        fields = attrs.fields(type(self))  # type: ignore[arg-type]
-        field = next(field for field in fields if "varies" in field.metadata)
-        where, bounds = f"{type(self).__name__} of {self.boundary}: {field.name}", field.metadata["varies"]
-        at = [(begin + share * (end - begin)).tolist() for share in GAUSS]
-        return np.array([[value_of(where, level, time, bounds) for time in times] for times in at]).mean(axis=0)
-
-    def at(self, time: float) -> float:
-        """The level at a time (s) since the stage began."""
-        level = self.level
-        return float(level(time) if callable(level) else rise(np.array(time), self.ramp, self.start, level))
-
-    @property
-    def lasts(self) -> float:
-        """s, until when the level changes; infinite for a function."""
-        if isinstance(self.level, TimeSeries):
-            return max(float(self.level.times[-1]), 0.0)
-        return math.inf if callable(self.level) else self.ramp
-
-    @property
-    def largest(self) -> float:
-        """The largest size of the level; 0 for a function, of which that is not known."""
-        if isinstance(self.level, TimeSeries):
-            return float(np.abs(self.level.values).max())
-        return 0.0 if callable(self.level) else abs(self.level)

@@ -7,9 +7,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive
 from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
+from grainlaw.loads import Drive
 from grainlaw.moduli import work
 from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
 from grainlaw.protocols.platens import UntilFailure, failing, refuse_platens, require_boundaries, sampling
@@ -34,7 +34,7 @@ def bending_stage(test: BetweenRollers, specimen: Specimen) -> Stage:
     )
     return Stage(
         name="bend",
-        drives=[
+        loads=[
             Drive(boundary="load", axis=1, speed=-1.0, roller=True),
             Drive(boundary="load", axis=0, speed=0.0, roller=True),
             *(Drive(boundary=support, axis=1, speed=0.0, roller=True) for support in SUPPORTS),

@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive, Hold, Pressure
 from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
+from grainlaw.loads import Drive, Hold, Pressure
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import end_share, has_platens
@@ -80,7 +80,7 @@ class BiaxialCompression(LoadingProtocol):
         axial = uniaxial_stage(self, specimen, "axial", -1.0, falls=DEVIATOR)
         if self.confinement == 0:
             return [axial]
-        axial = attrs.evolve(axial, pressures=self._sides(0.0))
+        axial = attrs.evolve(axial, loads=[*axial.loads, *self._sides(0.0)])
         return [self._confine(specimen), axial]
 
     def _sides(self, ramp: float) -> list[Pressure]:
@@ -92,12 +92,12 @@ class BiaxialCompression(LoadingProtocol):
         bodies = ("top", "bottom") if has_platens(specimen) else ()
         return Stage(
             name="confine",
-            drives=[
+            loads=[
                 Hold(boundary="top", axis=1, stress=stress, ramp=self.confining_ramp),
                 Drive(boundary="bottom", axis=1, speed=0.0),
                 *(Drive(boundary=platen, axis=0, speed=0.0) for platen in bodies),
+                *self._sides(self.confining_ramp),
             ],
-            pressures=self._sides(self.confining_ramp),
             until=[IntactAtRest(AtRest(1e-4), self.confinement)],
             interval=self.confining_ramp / SAMPLES,
             static=True,

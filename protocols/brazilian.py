@@ -9,12 +9,12 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
+from grainlaw.loads import Drive
 from grainlaw.messages import ParameterError
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
@@ -68,7 +68,7 @@ class Brazilian(LoadingProtocol):
         return [
             Stage(
                 name="split",
-                drives=[
+                loads=[
                     Drive(boundary="top", axis=1, speed=-1.0),
                     Drive(boundary="bottom", axis=1, speed=0.0),
                     *across,

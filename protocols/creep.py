@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive, Hold, Pressure
 from grainlaw.columns import (
     AGED,
     AGED_LOSS,
@@ -24,6 +23,7 @@ from grainlaw.columns import (
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loads import Drive, Hold, Pressure
 from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import end_share
@@ -135,14 +135,14 @@ class Creep(LoadingProtocol):
         ramp = 0.0 if name == "creep" else self.ramp
         return Stage(
             name=name,
-            drives=[
+            loads=[
                 Hold(boundary="top", axis=1, stress=-end * share, start=-start * share, ramp=ramp),
                 Drive(boundary="bottom", axis=1, speed=0.0),
                 *(Drive(boundary=end_, axis=0, speed=0.0) for end_ in ("top", "bottom") if lateral),
-            ],
-            pressures=[
-                Pressure(boundary=side, pressure=self.confinement, ramp=self.ramp if confining else 0.0)
-                for side in sides
+                *(
+                    Pressure(boundary=side, pressure=self.confinement, ramp=self.ramp if confining else 0.0)
+                    for side in sides
+                ),
             ],
             interval=self.ramp / SAMPLES,
             static=confining,

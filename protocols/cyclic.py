@@ -9,10 +9,10 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import SHEAR_CRACKS, STAGE, STRAIN, STRESS, TENSILE_CRACKS
 from grainlaw.condition import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
+from grainlaw.loads import Drive
 from grainlaw.messages import short
 from grainlaw.moduli import work
 from grainlaw.parameter import ParameterError, parameter, part
@@ -47,13 +47,11 @@ class Cyclic(LoadingProtocol):
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         *before, main = self.test.stages(specimen)
-        back = [drive.reversed() if isinstance(drive, Drive) else drive for drive in main.drives]
+        back = [load.reversed() if isinstance(load, Drive) else load for load in main.loads]
         stages = list(before)
         for number, level in enumerate(self.levels, 1):
             load = attrs.evolve(main, name=f"load {number}", until=[Reaches(self.displacement, level), *main.until])
-            unload = attrs.evolve(
-                main, name=f"unload {number}", drives=back, until=[FallsTo(self.load, self.unload_to)]
-            )
+            unload = attrs.evolve(main, name=f"unload {number}", loads=back, until=[FallsTo(self.load, self.unload_to)])
             stages += [load, unload]
         return [*stages, main]
 

@@ -8,12 +8,12 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.columns import STAGE
 from grainlaw.condition import AtRest, Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
+from grainlaw.loads import Drive, Hold
 from grainlaw.parameter import parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.joint import joint_means, require_joint
@@ -55,7 +55,7 @@ class DirectShear(LoadingProtocol):
         stages = [
             Stage(
                 name="press",
-                drives=[press, *self._across(specimen, 0.0)],
+                loads=[press, *self._across(specimen, 0.0)],
                 until=[AtRest(1e-4) if self.normal_stress > 0 else Reaches("time", self.ramp)],
                 interval=self.ramp,
                 integrator=self.integrator,
@@ -72,7 +72,7 @@ class DirectShear(LoadingProtocol):
         press = Hold(boundary="top", axis=1, stress=stress, ramp=0.0, stiffness=stiffness)
         return Stage(
             name=name,
-            drives=[press, *self._across(specimen, sign)],
+            loads=[press, *self._across(specimen, sign)],
             until=[until],
             loading=self.loading,
             interval=self.resolution,

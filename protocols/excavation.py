@@ -8,10 +8,10 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.boundary_conditions import Traction
 from grainlaw.condition import AtRest, Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loads import Traction
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.platens import require_boundaries
@@ -50,10 +50,10 @@ class Excavation(LoadingProtocol):
         end = [AtRest(self.rest)]
         return [
             Stage(
-                name="stress", tractions=rising, until=end, interval=interval, integrator=self.integrator, static=True
+                name="stress", loads=rising, until=end, interval=interval, integrator=self.integrator, static=True
             ),
             Stage(
-                name="excavate", tractions=[*far, rim], until=end, interval=interval, integrator=self.integrator,
+                name="excavate", loads=[*far, rim], until=end, interval=interval, integrator=self.integrator,
                 expected=2 * self.samples,
             ),
         ]  # fmt: skip

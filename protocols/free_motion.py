@@ -12,6 +12,7 @@ import numpy as np
 from grainlaw.condition import Condition, Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
+from grainlaw.loads import Fixed, Gravity, InitialVelocity
 from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
@@ -73,15 +74,19 @@ class FreeMotion(LoadingProtocol):
         move = Stage(
             name="move", until=[_Lasts(self.settle, self.duration)], interval=self.duration / self.samples,
             expected=self.samples,
-            integrator=self.integrator, gravity=self.gravity, fixed=self.fixed,
-            initial_velocity=thrown[specimen.mesh.node_grain],
+            integrator=self.integrator,
+            loads=[
+                Gravity(acceleration=self.gravity), Fixed(grains=self.fixed),
+                InitialVelocity(velocity=thrown[specimen.mesh.node_grain]),
+            ],
         )  # fmt: skip
         if not self.settle:
             return [move]
         damped = CentralDifference(damping=LocalDamping())
         settle = attrs.evolve(
             move, name="settle", until=[_Lasts(0.0, self.settle)], interval=self.settle / self.samples,
-            integrator=damped, fixed=[*self.fixed, *self.velocity], initial_velocity=None,
+            integrator=damped,
+            loads=[Gravity(acceleration=self.gravity), Fixed(grains=[*self.fixed, *self.velocity])],
         )  # fmt: skip
         return [settle, move]
 

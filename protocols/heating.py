@@ -10,7 +10,6 @@ import attrs
 import numpy as np
 
 from grainlaw import gauges
-from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import (
     KINETIC,
     SHEAR_CRACKS,
@@ -25,6 +24,7 @@ from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, Constant, Loading
+from grainlaw.loads import Drive, Heat
 from grainlaw.memory import ROOM
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_number, part, whole_number
@@ -88,7 +88,7 @@ class Heating(LoadingProtocol):
             interval = abs(temperature - before) / self.samples
             heating.append(
                 Stage(
-                    name=name, temperature=temperature, drives=drives, loading=self.loading, interval=interval,
+                    name=name, loads=[*drives, Heat(to=temperature)], loading=self.loading, interval=interval,
                     expected=self.samples, sample_limit=100 * self.samples, integrator=self.integrator,
                 )
             )  # fmt: skip

@@ -7,12 +7,12 @@ from typing import Any
 
 import attrs
 
-from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.condition import Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
+from grainlaw.loads import Drive
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.joint import joint_means, require_joint
@@ -61,7 +61,7 @@ class JointTension(LoadingProtocol):
         held = [Drive(boundary=side, axis=0, speed=0.0) for side in ("bottom", "top")]
         return Stage(
             name=name,
-            drives=[pull, Drive(boundary="bottom", axis=1, speed=0.0), *held],
+            loads=[pull, Drive(boundary="bottom", axis=1, speed=0.0), *held],
             until=until,
             loading=self.loading,
             interval=self.resolution,

@@ -9,10 +9,10 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive, Quiet, Traction
 from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, Integrator, Undamped
+from grainlaw.loads import Drive, Quiet, Traction
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_number, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
@@ -92,7 +92,7 @@ class PlaneWave(LoadingProtocol):
         quiet = [Quiet(boundary=name) for name in self.quiet]
         return [
             Stage(
-                name="wave", drives=drives, tractions=tractions, quiet=quiet, until=[Reaches("time", self.duration)],
+                name="wave", loads=[*drives, *tractions, *quiet], until=[Reaches("time", self.duration)],
                 interval=self.duration / self.samples, expected=self.samples, integrator=self.integrator,
             )
         ]  # fmt: skip

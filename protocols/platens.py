@@ -7,12 +7,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import LATERAL_STRAIN, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN
 from grainlaw.condition import Condition, Curves, Fails, FailsTo, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
 from grainlaw.loading import Loading
+from grainlaw.loads import Drive
 from grainlaw.parameter import ParameterError
 from grainlaw.protocols.measures import (
     axial_strain,
@@ -107,7 +107,7 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
         refuse_platens(specimen, type(test).__name__, NO_TENSION)
     return Stage(
         name=name,
-        drives=platen_drives(sign, held_across(specimen, test.platens), test.moving),
+        loads=platen_drives(sign, held_across(specimen, test.platens), test.moving),
         until=[
             Reaches(STRAIN, test.maximum_strain),
             *failing(test, falls, STRAIN),

@@ -8,10 +8,10 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive, FluidPressure, Hold, is_roller
 from grainlaw.columns import SATURATES, STAGE, WET
 from grainlaw.condition import AtRest, Curves
 from grainlaw.engine.state import State
+from grainlaw.loads import BoundaryLoad, Drive, Driven, FluidPressure, Hold, Pressure, Quiet
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
@@ -19,7 +19,7 @@ from grainlaw.protocols.platens import require_boundaries
 from grainlaw.protocols.preliminary import after_stages, counted_after
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Stage
+from grainlaw.stage import Load, Stage
 
 SATURATE = "saturate"  #: name of the stage before a test
 SAMPLES = 20  #: in its ramp
@@ -62,7 +62,7 @@ class Saturated(LoadingProtocol):
         stages = list(self.test.stages(specimen))
         pressed = self._pressed(stages)
         first = stages.pop(0) if _loads(stages[0]) and any(map(_moves, stages)) else self._saturate(stages[0])
-        ramp = max((one.ramp for one in first.loads), default=0.0) or self.ramp
+        ramp = max(_ramps(first), default=0.0) or self.ramp
         rising, steady = (
             [
                 FluidPressure(boundary=name, pressure=self.pressure, ramp=time, cracks_only=name not in pressed)
@@ -75,19 +75,16 @@ class Saturated(LoadingProtocol):
 
     def _pressed(self, stages: Sequence[Stage]) -> list[str]:
         """Boundaries that the fluid presses: those that the test neither moves nor presses."""
-        covered = {one.boundary for stage in stages for one in stage.pressures}
-        covered |= {one.boundary for stage in stages for one in stage.drives if not is_roller(one)}
+        covered = {one.boundary for stage in stages for one in stage.of(Pressure)}
+        covered |= {one.boundary for stage in stages for one in stage.of(Driven) if not one.roller}
         return [name for name in self.boundaries if name not in covered]
 
     def _saturate(self, stage: Stage) -> Stage:
         """What is imposed by ``stage`` before it, until the specimen rests: its drives rest, or hold no force."""
-        pressures = [attrs.evolve(one, pressure=one.at(0.0), ramp=0.0) for one in stage.pressures]
-        tractions = [attrs.evolve(one, factor=one.at(0.0), ramp=0.0) for one in stage.tractions]
         return attrs.evolve(
-            stage, name=SATURATE, drives=[_at_start(one) for one in stage.drives], pressures=pressures,
-            tractions=tractions, loading=None, temperature=None, initial_velocity=None, ageing=None, pieces=1,
-            expected=None, static=not stage.quiet, until=[AtRest(1e-4)], interval=self.ramp / SAMPLES,
-            sample_limit=MOST,
+            stage, name=SATURATE, loads=[load for load in map(_at_start, stage.loads) if load is not None],
+            loading=None, ageing=None, pieces=1, expected=None, static=not stage.of(Quiet), until=[AtRest(1e-4)],
+            interval=self.ramp / SAMPLES, sample_limit=MOST,
         )  # fmt: skip
 
     def measure(self, state: State) -> dict[str, float]:
@@ -112,7 +109,7 @@ class Saturated(LoadingProtocol):
 
 
 def _with(stage: Stage, fluids: Sequence[FluidPressure]) -> Stage:
-    return attrs.evolve(stage, fluids=[*stage.fluids, *fluids])
+    return attrs.evolve(stage, loads=[*stage.loads, *fluids])
 
 
 def _check_held(specimen: Specimen, stage: Stage, pressed: Sequence[str]) -> None:
@@ -121,7 +118,7 @@ def _check_held(specimen: Specimen, stage: Stage, pressed: Sequence[str]) -> Non
     for axis, name in enumerate("xy"):
         sides = [np.diff(mesh.nodes[mesh.boundary_edges[one]], axis=1)[:, 0, 1 - axis] for one in pressed]
         push, whole = (abs(sum(map(np.sum, sides))), sum(np.sum(np.abs(side)) for side in sides))
-        if push > ROUNDING * whole and not any(one.axis == axis for one in stage.drives):
+        if push > ROUNDING * whole and not any(one.axis == axis for one in stage.of(Driven)):
             raise ParameterError(
                 f"Saturated: boundaries: the fluid on {' and '.join(pressed)} pushes the specimen along {name}, where "
                 "the test holds nothing; name the boundary on the other side, too"
@@ -133,18 +130,20 @@ def _stages_before(curves: Curves) -> int:
 
 
 def _moves(stage: Stage) -> bool:
-    return any(isinstance(one, Drive) and one.speed for one in stage.drives)
+    return any(drive.moves for drive in stage.of(Drive))
 
 
 def _loads(stage: Stage) -> bool:
     """Whether a stage brings stresses on a specimen and nothing else."""
-    ramps = [one.ramp for one in stage.loads]
-    return any(ramps) and not _moves(stage) and stage.temperature is None
+    return any(_ramps(stage)) and not any(load.moves for load in stage.loads)
 
 
-def _at_start(one: Drive | Hold) -> Drive | Hold:
-    if isinstance(one, Hold):
-        return attrs.evolve(one, stress=one.at(0.0), ramp=0.0)
-    if one.speed and not one.roller:
-        return Hold(boundary=one.boundary, axis=one.axis, stress=0.0)
-    return attrs.evolve(one, speed=0.0, start=0.0)
+def _ramps(stage: Stage) -> list[float]:
+    return [load.ramp for load in stage.of(BoundaryLoad)]
+
+
+def _at_start(load: Load) -> Load | None:
+    if isinstance(load, Drive) and load.moves:
+        rests = attrs.evolve(load, speed=0.0, start=0.0, ramp=0.0)
+        return rests if load.roller else Hold(boundary=load.boundary, axis=load.axis, stress=0.0)
+    return load.at_start()

@@ -45,8 +45,11 @@ class Motion:
         self.integrator = gl.CentralDifference(damping=damping or gl.Undamped(), safety=safety)
         stable = StableStep(self.state)
         self.stage = gl.Stage(
-            name="motion", drives=drives, until=[gl.Reaches("time", 1)], interval=1, integrator=self.integrator,
-            gravity=gravity, fixed=fixed, initial_velocity=None if velocity is None else velocity(specimen),
+            name="motion", until=[gl.Reaches("time", 1)], interval=1, integrator=self.integrator,
+            loads=[
+                *drives, gl.Gravity(acceleration=gravity), gl.Fixed(grains=fixed),
+                *([] if velocity is None else [gl.InitialVelocity(velocity=velocity(specimen))]),
+            ],
         )  # fmt: skip
         self.state.begin(self.stage)
         self.state.time_step = stable.step(self.integrator)

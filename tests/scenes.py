@@ -276,11 +276,12 @@ class Shaken(gl.LoadingProtocol):
         places = specimen.mesh.nodes - specimen.mesh.nodes.mean(axis=0)
         thrown = np.random.default_rng(1).normal(size=places.shape)
         ends = [gl.Drive(boundary=end, axis=axis, speed=0.0) for end in ("bottom", "top") for axis in (0, 1)]
+        velocity = self.speed * (places * [1, 0] if self.apart else thrown)
         return [
             gl.Stage(
-                name="shake", drives=[] if self.apart else ends, until=[gl.Reaches("time", self.duration)],
+                name="shake", loads=[*([] if self.apart else ends), gl.InitialVelocity(velocity=velocity)],
+                until=[gl.Reaches("time", self.duration)],
                 interval=self.duration / 20, integrator=self.integrator,
-                initial_velocity=self.speed * (places * [1, 0] if self.apart else thrown),
             )
         ]  # fmt: skip
 

@@ -48,6 +48,16 @@ def small_sample(grains=40, seed=1, width=20 * mm, height=40 * mm, material=ROCK
     return gl.Specimen(Voronoi(grains=grains, seed=seed).tessellate(rectangle(width, height)), material, **options)
 
 
+def impose(state, loads):
+    """Begin a stage of loads."""
+    state.begin(gl.Stage(name="loads", loads=loads, until=[gl.Reaches("time", 1)], interval=1))
+
+
+def with_quiet(stage, *boundaries):
+    """A stage with other quiet boundaries."""
+    return attrs.evolve(stage, loads=[*(one for one in stage.loads if not isinstance(one, gl.Quiet)), *boundaries])
+
+
 def advance(state, steps=1, time_step=1e-30, integrator=None, threads=1):
     """Let the engine do steps on a state by itself, without driven boundaries; undamped if not told otherwise."""
     state.time_step = time_step

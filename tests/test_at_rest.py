@@ -29,9 +29,9 @@ class Rest(gl.LoadingProtocol):
         held = [gl.Drive(boundary="bottom", axis=axis, speed=0.0) for axis in {1, self.axis}]
         if self.axis == 0:
             held.append(gl.Drive(boundary="top", axis=1, speed=0.0))
-        return [gl.Stage(name="rest", drives=[load, *held], until=[gl.AtRest(self.ratio)], interval=self.interval,
-                         integrator=self.integrator, sample_limit=5000,
-                         initial_velocity=np.tile([self.drift, 0.0], (len(specimen.mesh.nodes), 1)))]  # fmt: skip
+        drift = gl.InitialVelocity(velocity=np.tile([self.drift, 0.0], (len(specimen.mesh.nodes), 1)))
+        return [gl.Stage(name="rest", loads=[load, *held, drift], until=[gl.AtRest(self.ratio)], interval=self.interval,
+                         integrator=self.integrator, sample_limit=5000)]  # fmt: skip
 
     def measure(self, state):
         return {"moved": -float(state.displacement[state.mesh.boundaries["top"], self.axis].mean()),

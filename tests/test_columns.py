@@ -25,7 +25,7 @@ class Pull(gl.LoadingProtocol):
 
     def stages(self, specimen):
         drives = [gl.Drive(boundary="top", axis=1, speed=0.1), gl.Drive(boundary="bottom", axis=1, speed=0)]
-        return [gl.Stage(name="pull", drives=drives, until=[self.until], interval=1e-6)]
+        return [gl.Stage(name="pull", loads=drives, until=[self.until], interval=1e-6)]
 
     def measure(self, state):
         return {"force": state.reaction("top")[1]} if self.force else {}

@@ -30,7 +30,7 @@ class Stretch(gl.LoadingProtocol):
 
     def stages(self, specimen):
         rim = [gl.Traction(boundary=name, stress=self.stress, ramp=1e-9) for name in specimen.mesh.boundaries]
-        return [gl.Stage(name="stretch", tractions=rim, until=[gl.AtRest()], interval=1e-9, static=True)]
+        return [gl.Stage(name="stretch", loads=rim, until=[gl.AtRest()], interval=1e-9, static=True)]
 
     def measure(self, state):
         return {}

@@ -40,8 +40,8 @@ class HeldTension(gl.LoadingProtocol):
         ageing = gl.Ageing(duration=self.duration, largest_growth=self.largest_growth, ratio=1e-6)
         ends = [gl.Reaches("broken", 1), gl.Reaches("aged", self.duration)]
         return [
-            gl.Stage(name="pull", drives=[rise, *held], until=[gl.AtRest(1e-6)], static=True, **common),
-            gl.Stage(name="hold", drives=[hold, *held], until=ends, ageing=ageing, **common),
+            gl.Stage(name="pull", loads=[rise, *held], until=[gl.AtRest(1e-6)], static=True, **common),
+            gl.Stage(name="hold", loads=[hold, *held], until=ends, ageing=ageing, **common),
         ]
 
     def measure(self, state):

@@ -20,7 +20,7 @@ class Crash(gl.LoadingProtocol):
         thrown = each(*[(self.speed, 0)] * (specimen.grains.count - 1), (0, 0))
         return [gl.Stage(name="crash", until=[gl.Reaches("time", 0.05)], interval=1e-3,
                          integrator=gl.CentralDifference(damping=gl.Undamped(), safety=0.9),
-                         initial_velocity=thrown(specimen))]  # fmt: skip
+                         loads=[gl.InitialVelocity(velocity=thrown(specimen))])]  # fmt: skip
 
     def measure(self, state):
         return {"speed": float(state.velocity[0, 0])}

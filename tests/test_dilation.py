@@ -102,7 +102,7 @@ class _PressAndRelease(gl.LoadingProtocol):
 
         def stage(name, start, stress):
             top = gl.Hold(boundary="top", axis=1, stress=-stress, start=-start, ramp=2e-4)
-            return gl.Stage(name=name, drives=[top, bottom], until=[gl.Reaches(name, 3e-4)], interval=2e-6)
+            return gl.Stage(name=name, loads=[top, bottom], until=[gl.Reaches(name, 3e-4)], interval=2e-6)
 
         return [stage("pressed", 0.0, 200e6), stage("released", 200e6, 1e6)]
 
@@ -140,7 +140,7 @@ class _SlideLiftAndPress(gl.LoadingProtocol):
                 else gl.Drive(boundary="box", axis=1, speed=speed)
             )  # fmt: skip
             return gl.Stage(
-                name=name, drives=[up, gl.Drive(boundary="box", axis=0, speed=across)], fixed=[0],
+                name=name, loads=[up, gl.Drive(boundary="box", axis=0, speed=across), gl.Fixed(grains=[0])],
                 until=[gl.Reaches(column, limit)], interval=1e-3,
             )  # fmt: skip
 

@@ -29,14 +29,18 @@ FLOOR = gl.Drive(boundary="bottom", axis=1, speed=0.0)
 
 @attrs.frozen(kw_only=True)
 class Loads(gl.LoadingProtocol):
-    """Stages of drives, pressures and fluids, each until it is at rest."""
+    """A stage for each list of loads, until it is at rest."""
 
     loads: tuple = ()
     ratio: float = 1e-4
+    limit: int = 100_000
 
     def stages(self, specimen):
         until = [gl.AtRest(self.ratio)]
-        return [gl.Stage(name=f"load {k}", until=until, interval=1e-5, **load) for k, load in enumerate(self.loads)]
+        return [
+            gl.Stage(name=f"load {k}", until=until, interval=1e-5, loads=loads, sample_limit=self.limit)
+            for k, loads in enumerate(self.loads)
+        ]
 
     def measure(self, state):
         wet, length = state.fluid_pressure > 0, state.contact_lengths
@@ -109,7 +113,7 @@ def test_half_a_bond_is_pressed_where_it_is_broken():
     (left,) = np.flatnonzero(specimen.mesh.nodes[nodes[:2], 0] < 1e-9)  # which end of the joint is at the left
     state.bonds.arrays.memory[group.row("damage"), left] = 1.0
     both = tuple(gl.FluidPressure(boundary=side, pressure=5e6, cracks_only=True) for side in ("left", "right"))
-    state.begin(gl.Stage(name="wet", fluids=both, until=[gl.AtRest()], interval=1e-6))
+    state.begin(gl.Stage(name="wet", loads=both, until=[gl.AtRest()], interval=1e-6))
     advance(state)
     force = state.nodes.arrays.force.T
     near, far = 0.5 + 0.5 / np.sqrt(3), 0.5 - 0.5 / np.sqrt(3)
@@ -125,7 +129,7 @@ def test_a_crack_that_joins_two_fluids_has_the_higher_pressure():
     state = gl.State(two_bricks(), JOINT)
     fluids = (gl.FluidPressure(boundary="left", pressure=2e6), gl.FluidPressure(boundary="right", pressure=1e6))
     for order in (fluids, fluids[::-1]):
-        state.begin(gl.Stage(name="wet", fluids=order, until=[gl.AtRest()], interval=1e-6))
+        state.begin(gl.Stage(name="wet", loads=order, until=[gl.AtRest()], interval=1e-6))
         assert state.fluid_pressure.tolist() == [2e6, 2e6]
     state.begin(gl.Stage(name="dry", until=[gl.AtRest()], interval=1e-6))
     assert not state.fluid_pressure.any()
@@ -139,8 +143,8 @@ def test_a_crack_that_joins_two_fluids_has_the_higher_pressure():
 def test_a_closed_joint_bears_the_effective_stress(material, pressure):
     """Held by 10 MPa, with a fluid in it: the joint opens by p / kn, and the blocks do not feel it."""
     specimen = gl.Specimen(Bricks(rows=2).tessellate(rectangle(10e-3, 4e-3)), material)
-    dry = {"drives": [FLOOR, pressed(10e6)]}
-    wet = {"drives": [FLOOR, pressed(10e6, ramp=0.0)], "fluids": [fluid("left", pressure, cracks_only=True)]}
+    dry = [FLOOR, pressed(10e6)]
+    wet = [FLOOR, pressed(10e6, ramp=0.0), fluid("left", pressure, cracks_only=True)]
     result = gl.simulate(specimen, JOINT, Loads(loads=(dry, wet)))
     found, stage = result.summary, result.curves["stage"]
     rise = result.curves["top_y"][-1] - result.curves["top_y"][stage == 0][-1]
@@ -153,13 +157,10 @@ def test_a_closed_joint_bears_the_effective_stress(material, pressure):
 
 @pytest.mark.parametrize(("pressure", "opens"), [(9.9e6, False), (10.1e6, True)])
 def test_a_joint_opens_when_the_fluid_bears_more_than_presses_on_it(pressure, opens):
-    dry = {"drives": [FLOOR, pressed(10e6)]}
-    wet = {
-        "drives": [FLOOR, pressed(10e6, ramp=0.0)], "fluids": [fluid("left", pressure, cracks_only=True)],
-        "sample_limit": 10,
-    }  # fmt: skip
+    dry = [FLOOR, pressed(10e6)]
+    wet = [FLOOR, pressed(10e6, ramp=0.0), fluid("left", pressure, cracks_only=True)]
     try:
-        found = gl.simulate(two_bricks(), JOINT, Loads(loads=(dry, wet))).summary
+        found = gl.simulate(two_bricks(), JOINT, Loads(loads=(dry, wet), limit=10)).summary
     except gl.StageError as error:  # nothing holds it
         found = error.result.summary
     assert (found["opening"] > 0) == opens
@@ -178,7 +179,7 @@ def test_a_broken_joint_slides_at_the_friction_of_its_effective_stress():
 def test_grains_in_a_fluid_are_pressed_alike_from_all_sides():
     """A free block of four bricks; its joints are whole and dry, so that they close by p / kn."""
     specimen = gl.Specimen(Bricks(rows=2, columns=2).tessellate(rectangle(4e-3, 4e-3)), ROCK)
-    all_around = {"fluids": [fluid(side) for side in SIDES]}
+    all_around = [fluid(side) for side in SIDES]
     found = gl.simulate(specimen, Linear(**STIFF), Loads(loads=(all_around,))).summary
     strain = -5e6 * (1.25 * 0.5 / 60e9 + 1 / STIFF["kn"] / 4e-3)
     assert found["right_x"] - found["left_x"] == pytest.approx(strain * 4e-3, rel=1e-3)
@@ -203,20 +204,22 @@ def test_a_test_under_a_fluid_begins_from_its_own_strain_and_breaks_at_the_effec
     assert found["wet"] == len(result.cracks) >= 2
 
 
+@attrs.frozen
+class Unknown(gl.Load):
+    """Something that a user imposes."""
+
+
 def test_what_a_test_imposes_stays_in_a_fluid():
     """Before it too: rock under a stress far away, one side quiet, with weight and fluid of its own."""
     far = gl.Traction(boundary="top", stress=(0, -1e6, 0), ramp=1e-5)
-    load = {
-        "drives": [FLOOR], "tractions": [far], "quiet": [gl.Quiet(boundary="right")], "gravity": (0, -9.81),
-        "fixed": (3,), "fluids": [fluid("top", 2e6)],
-    }  # fmt: skip
-    test = Saturated(test=Loads(loads=(load,)), pressure=5e6)
+    stays = [FLOOR, gl.Quiet(boundary="right"), gl.Gravity(), gl.Fixed(grains=[3]), Unknown()]
+    test = Saturated(test=Loads(loads=([far, *stays, fluid("top", 2e6)],)), pressure=5e6)
     first, own = test.stages(small_sample(20))
-    assert first.tractions == [gl.Traction(boundary="top", stress=(0, -1e6, 0), factor=0.0)]
-    assert own.tractions == [far]
+    assert first.of(gl.Traction) == [gl.Traction(boundary="top", stress=(0, -1e6, 0), factor=0.0)]
+    assert own.of(gl.Traction) == [far]
     for stage in (first, own):
-        assert [one.boundary for one in stage.fluids] == ["top", "left", "right"]
-        assert all(getattr(stage, name) == load[name] for name in ("drives", "quiet", "gravity", "fixed"))
+        assert [one.boundary for one in stage.of(gl.FluidPressure)] == ["top", "left", "right"]
+        assert [one for one in stage.loads if not isinstance(one, (gl.Traction, gl.FluidPressure))] == stays
 
 
 def test_a_strength_between_sides_that_a_fluid_presses_names_its_confinement():
@@ -237,7 +240,7 @@ def test_the_ledger_closes_where_a_fluid_comes_and_goes_in_motion():
     state.time_step = 2e-8
     gaps, works = [], []
     for k, fluids in enumerate(stages):
-        state.begin(gl.Stage(name=str(k), drives=[FLOOR], fluids=fluids, until=[gl.AtRest()], interval=1))
+        state.begin(gl.Stage(name=str(k), loads=[FLOOR, *fluids], until=[gl.AtRest()], interval=1))
         for _ in range(12):
             advance(state, 50, 2e-8)
             state.let_fluids_follow()
@@ -265,7 +268,7 @@ def test_a_wet_sample_that_falls_to_pieces_has_the_same_bits_for_any_number_of_t
 
 def test_paraview_is_told_the_pressure_on_each_wet_point(tmp_path):
     """Points of a joint have no damage, and are there because they are wet."""
-    load = {"drives": [FLOOR, pressed(10e6)], "fluids": [fluid("left", 4e6, cracks_only=True)]}
+    load = [FLOOR, pressed(10e6), fluid("left", 4e6, cracks_only=True)]
     gl.simulate(two_bricks(), JOINT, Loads(loads=(load,)), observers=[VtkWriter(tmp_path, count=2)])
     last = pyvista.read(sorted(tmp_path.glob("cracks_*.vtu"))[-1])
     assert last.cell_data["fluid_pressure"] == pytest.approx([4e6, 4e6])
@@ -279,8 +282,8 @@ def test_a_configuration_has_tests_in_a_fluid():
     assert made.protocol == Saturated(test=BiaxialCompression(confinement=10e6), pressure=5e6, boundaries=("left",))
     assert configured("saturated", made.sections, quick=True).protocol == made.protocol
     confine, axial = made.protocol.stages(made.specimen)  # it rises with the confinement, behind the membrane
-    assert [(one.pressure, one.ramp, one.cracks_only) for one in confine.fluids] == [(5e6, 2e-4, True)]
-    assert [(one.pressure, one.ramp, one.cracks_only) for one in axial.fluids] == [(5e6, 0.0, True)]
+    assert [(one.pressure, one.ramp, one.cracks_only) for one in confine.of(gl.FluidPressure)] == [(5e6, 2e-4, True)]
+    assert [(one.pressure, one.ramp, one.cracks_only) for one in axial.of(gl.FluidPressure)] == [(5e6, 0.0, True)]
 
 
 # --- bad input -------------------------------------------------------------------------------------------------------
@@ -289,13 +292,13 @@ def test_a_configuration_has_tests_in_a_fluid():
 @pytest.mark.parametrize(
     ("load", "message"),
     [
-        ({"fluids": [fluid("left"), fluid("left", 1e6)]}, r"'left' has two fluids"),
-        ({"fluids": [fluid("bottom")], "drives": [FLOOR]}, r"'bottom' has a drive, .* cracks_only=True"),
+        ([fluid("left"), fluid("left", 1e6)], r"'left' has two fluids"),
+        ([fluid("bottom"), FLOOR], r"'bottom' has a drive, .* cracks_only=True"),
         (
-            {"fluids": [fluid("left")], "pressures": [gl.Pressure(boundary="left", pressure=1e6)]},
+            [fluid("left"), gl.Pressure(boundary="left", pressure=1e6)],
             r"'left' has a pressure behind a membrane, .* cracks_only=True",
         ),
-        ({"fluids": [fluid("hole")]}, r"FluidPressure: boundary = 'hole' is not one of the specimen's: bottom, left"),
+        ([fluid("hole")], r"FluidPressure: boundary = 'hole' is not one of the specimen's: bottom, left"),
     ],
 )
 def test_fluids_that_cannot_be_are_refused(load, message):

@@ -73,7 +73,7 @@ class PartAndReturn(gl.LoadingProtocol):
             drives += [gl.Drive(boundary="top", axis=k, speed=way / self.turn) for k, way in enumerate((x, y))]
             column = "x" if x else ("down" if y < 0 else "up")
             until = [gl.Reaches(column, abs(x) + abs(y))]
-            return gl.Stage(name=name, drives=drives, until=until, interval=self.turn / 1000)
+            return gl.Stage(name=name, loads=drives, until=until, interval=self.turn / 1000)
 
         return [
             stage("lift", 0, self.lift), stage("aside", self.aside, 0), stage("down", 0, -self.lift - self.press),

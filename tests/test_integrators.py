@@ -123,7 +123,7 @@ class Pulled(gl.LoadingProtocol):
         pull = gl.Traction(boundary="top", stress=(0.0, 1e6, 0.0), ramp=self.ramp)
         ground = gl.Drive(boundary="bottom", axis=1, speed=0.0)
         return [gl.Stage(
-            name="pull", drives=[ground], tractions=[pull], until=[gl.Reaches("time", 2.4e-4)], interval=1e-6
+            name="pull", loads=[ground, pull], until=[gl.Reaches("time", 2.4e-4)], interval=1e-6
         )]  # fmt: skip
 
     def measure(self, state):
@@ -169,9 +169,9 @@ class Settle(gl.LoadingProtocol):
             return [gl.Drive(boundary="bottom", axis=1, speed=0), gl.Drive(boundary="top", axis=1, speed=speed)]
 
         return [
-            gl.Stage(name="press", drives=drives(-0.5), until=[gl.Reaches("time", 1e-5)], interval=1e-6),
+            gl.Stage(name="press", loads=drives(-0.5), until=[gl.Reaches("time", 1e-5)], interval=1e-6),
             gl.Stage(
-                name="rest", drives=drives(0.0), until=[gl.AtRest(1e-7)], interval=1e-5,
+                name="rest", loads=drives(0.0), until=[gl.AtRest(1e-7)], interval=1e-5,
                 integrator=self.integrator, sample_limit=2000,
             ),
         ]  # fmt: skip

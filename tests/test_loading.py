@@ -60,7 +60,7 @@ def test_the_static_solution_of_a_column_is_that_of_springs_in_series():
     @attrs.frozen
     class Press(gl.LoadingProtocol):
         def stages(self, specimen):
-            return [gl.Stage(name="press", drives=[*ends, *sides], loading=gl.Constant(speed=speed), interval=1e-8,
+            return [gl.Stage(name="press", loads=[*ends, *sides], loading=gl.Constant(speed=speed), interval=1e-8,
                              expected=2, until=[gl.Reaches("time", 1e-9)])]  # fmt: skip
 
         def measure(self, state):
@@ -162,14 +162,14 @@ def test_loading_is_checked():
     stage = {"name": "load", "until": [gl.Reaches("time", 1)], "interval": 1e-6, "loading": gl.Adaptive()}
     moving, still = (gl.Drive(boundary="top", axis=1, speed=speed) for speed in (1.0, 0.0))
     with pytest.raises(gl.ParameterError, match="Stage 'load': a loading needs expected"):
-        gl.Stage(**stage, drives=[moving])
+        gl.Stage(**stage, loads=[moving])
     with pytest.raises(gl.ParameterError, match="Stage 'load': a loading needs a drive whose speed is not 0"):
-        gl.Stage(**stage, drives=[still], expected=10)
+        gl.Stage(**stage, loads=[still], expected=10)
     heats = gl.HeatingRate(rate=1e5)
     with pytest.raises(gl.ParameterError, match="not allowed without a temperature"):
-        gl.Stage(**stage | {"loading": heats}, drives=[moving], expected=10)
+        gl.Stage(**stage | {"loading": heats}, loads=[moving], expected=10)
     with pytest.raises(gl.ParameterError, match=r"must be one in K/s .* such as Adaptive\(\) or HeatingRate"):
-        gl.Stage(**stage | {"loading": gl.Constant(speed=0.1)}, temperature=60, expected=10)
+        gl.Stage(**stage | {"loading": gl.Constant(speed=0.1)}, loads=[gl.Heat(to=60)], expected=10)
     assert heats.slower() == gl.HeatingRate(rate=5e4)
     with pytest.raises(gl.ParameterError, match=r"Adaptive: rate = 0\.5 is not allowed"):
         gl.Adaptive(rate=0.5)

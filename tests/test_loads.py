@@ -3,10 +3,11 @@
 import attrs
 import numpy as np
 import pytest
-from support import ROCK, STIFF, advance, small_sample
+from support import ROCK, STIFF, advance, impose, small_sample
 
 import grainlaw as gl
 from grainlaw.columns import ENERGY, SPENT, SUPPLIED
+from grainlaw.engine.parts.part import Part
 from grainlaw.engine.state import State
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
@@ -17,16 +18,15 @@ ACROSS = 0.25 / 0.75  # lateral over axial strain
 
 @attrs.frozen(kw_only=True)
 class Loads(gl.LoadingProtocol):
-    """One stage, from drives and pressures, until the specimen is at rest."""
+    """One stage until the specimen is at rest."""
 
-    drives: tuple = ()
-    pressures: tuple = ()
+    loads: tuple = ()
     least: float = 3e-5
     rest: float = 1.0  # N on any freedom
 
     def stages(self, specimen):
         until = [gl.Reaches("settled", 1.0)]
-        return [gl.Stage(name="load", drives=self.drives, pressures=self.pressures, until=until, interval=1e-6)]
+        return [gl.Stage(name="load", loads=self.loads, until=until, interval=1e-6)]
 
     def measure(self, state):
         low, high = specimen_size(state)
@@ -61,7 +61,7 @@ HELD = gl_drive("bottom")
 
 
 def test_a_platen_presses_with_its_stress():
-    load = Loads(drives=(HELD, gl.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5)))
+    load = Loads(loads=(HELD, gl.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5)))
     result = gl.simulate(block(), Linear(**STIFF), load)
     found = result.summary
     assert found["y"] == pytest.approx(-10e6 / ALONG, rel=1e-3)
@@ -78,7 +78,7 @@ def test_a_platen_moves_as_one():
     grains = attrs.evolve(grains, phase=np.array([0, 1]))
     soft = gl.Elastic(youngs_modulus=20e9, poissons_ratio=0.0, density=2600)
     specimen = gl.Specimen(grains, {0: attrs.evolve(soft, youngs_modulus=60e9), 1: soft})
-    load = Loads(drives=(HELD, gl.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5)))
+    load = Loads(loads=(HELD, gl.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5)))
     result = gl.simulate(specimen, Linear(**STIFF), load)
     top = specimen.mesh.boundaries["top"]
     assert np.ptp(result.frames[-1].displacement[top, 1]) < 1e-18
@@ -88,7 +88,7 @@ def test_a_platen_moves_as_one():
 def test_a_spring_on_a_platen_takes_its_share():
     stiffness = ALONG / 4e-3  # as stiff as the block
     hold = gl.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5, stiffness=stiffness)
-    found = gl.simulate(block(), Linear(**STIFF), Loads(drives=(HELD, hold))).summary
+    found = gl.simulate(block(), Linear(**STIFF), Loads(loads=(HELD, hold))).summary
     assert found["moved"] == pytest.approx(-10e6 / (2 * stiffness), rel=1e-3)
     assert found["top"] == pytest.approx(-5e6 * 4e-3, rel=2e-3)
 
@@ -96,7 +96,7 @@ def test_a_spring_on_a_platen_takes_its_share():
 @pytest.mark.parametrize("rows", [1, 3])
 def test_pressure_on_the_sides(rows):
     sides = tuple(gl.Pressure(boundary=side, pressure=10e6, ramp=2e-5) for side in ("left", "right"))
-    result = gl.simulate(block(rows=rows), Linear(**STIFF), Loads(drives=(HELD,), pressures=sides))
+    result = gl.simulate(block(rows=rows), Linear(**STIFF), Loads(loads=(HELD, *sides)))
     assert result.summary["x"] == pytest.approx(-10e6 / ALONG, rel=2e-3)
     assert result.summary["energy_error"] < 1e-3
     assert result.curves["energy_external"][-1] == pytest.approx(0.5 * 10e6**2 / ALONG * 16e-6, rel=0.05)
@@ -106,7 +106,7 @@ def test_pressure_on_the_sides(rows):
 def test_pressure_on_an_end(rows):
     """Its work is half of pressure times strain times volume, and the ledger closes."""
     top = gl.Pressure(boundary="top", pressure=10e6, ramp=2e-5)
-    result = gl.simulate(block(rows=rows), Linear(**STIFF), Loads(drives=(HELD,), pressures=(top,)))
+    result = gl.simulate(block(rows=rows), Linear(**STIFF), Loads(loads=(HELD, top)))
     modulus = 1 / (1 / ALONG + (rows - 1) / (STIFF["kn"] * 4e-3))
     assert result.summary["y"] == pytest.approx(-10e6 / modulus, rel=2e-3)
     assert result.summary["energy_error"] < 1e-3
@@ -118,13 +118,13 @@ def test_pressure_all_round_a_free_specimen_leaves_it_where_it_is():
     specimen = small_sample(15)
     state = State(specimen, Linear(**STIFF))
     pressures = [gl.Pressure(boundary=side, pressure=10e6) for side in ("left", "right", "top", "bottom")]
-    state.boundaries.impose([], pressures)
+    impose(state, pressures)
     place = specimen.mesh.nodes
     bent = np.stack([place[:, 1] * 0.3 - 5 * place[:, 0] ** 2, -0.2 * place[:, 0] + 4 * place[:, 1] ** 2], axis=1)
     state.nodes.arrays.displacement[:] = bent.T
     advance(state)
     force = state.nodes.arrays.force.T.copy()
-    state.boundaries.impose([], [])
+    impose(state, [])
     advance(state)
     inside = force - state.nodes.arrays.force.T
     x, y = (place + bent).T
@@ -138,7 +138,7 @@ def test_pressure_follows_the_side():
     """A quarter turn carries the force along."""
     specimen = block()
     state = State(specimen, Linear(**STIFF))
-    state.boundaries.impose([], [gl.Pressure(boundary="top", pressure=10e6)])
+    impose(state, [gl.Pressure(boundary="top", pressure=10e6)])
     x, y = specimen.mesh.nodes.T
     state.nodes.arrays.displacement[:] = np.array([-y - x, x - y])  # (x, y) to (-y, x)
     advance(state)
@@ -150,7 +150,7 @@ def test_loads_are_the_same_for_any_number_of_threads(material):
     specimen = small_sample(12, material=material)
     sides = tuple(gl.Pressure(boundary=side, pressure=2e6, ramp=1e-5) for side in ("left", "right"))
     drives = (HELD, gl_drive("bottom", axis=0), gl.Hold(boundary="top", axis=1, stress=-5e6, ramp=1e-5))
-    load = Loads(drives=drives, pressures=sides, least=2e-5)
+    load = Loads(loads=(*drives, *sides), least=2e-5)
     runs = [gl.simulate(specimen, Linear(**STIFF), load, threads=threads) for threads in (1, 2, 3)]
     for run in runs[1:]:
         for name, curve in runs[0].curves.items():
@@ -161,10 +161,9 @@ def test_loads_are_the_same_for_any_number_of_threads(material):
 
 @pytest.mark.parametrize("load", [gl.Hold(boundary="lid", axis=1, stress=1e6), gl.Pressure(boundary="lid", pressure=1)])
 def test_unknown_boundary(load):
-    imposed = {"drives": (load,)} if isinstance(load, gl.Hold) else {"pressures": (load,)}
     says = rf"{type(load).__name__}: boundary = 'lid' .* bottom, left, right, top"
     with pytest.raises(gl.ParameterError, match=says):
-        gl.simulate(block(), Linear(**STIFF), Loads(**imposed))
+        gl.simulate(block(), Linear(**STIFF), Loads(loads=(load,)))
 
 
 @attrs.frozen(kw_only=True)
@@ -176,7 +175,7 @@ class InParts(gl.LoadingProtocol):
         pressure = gl.Pressure(boundary="top", pressure=10e6)
         return [
             gl.Stage(
-                name=f"part {k}", drives=[held], pressures=[pressure], until=[gl.Reaches("time", (k + 1) * 1e-6)],
+                name=f"part {k}", loads=[held, pressure], until=[gl.Reaches("time", (k + 1) * 1e-6)],
                 interval=2.5e-7, integrator=undamped,
             )
             for k in range(6)
@@ -194,3 +193,36 @@ def test_the_ledger_knows_the_work_of_a_pressure_between_stages():
     supplied = curves[ENERGY + SUPPLIED]
     gap = supplied - sum(curves[ENERGY + name] for name in SPENT)
     assert np.abs(gap).max() < 1e-6 * np.abs(supplied).max()
+
+
+def test_what_a_part_forgets_when_a_stage_begins_stays_in_the_ledger():
+    """A part of a load of one's own that says nothing of its past: 5 J are supplied in each of three stages."""
+
+    class Forgetful(Part):
+        takes, had = (gl.Gravity,), 0.0
+
+        def begin(self, imposed, at):
+            self.had = 0.0
+
+        def energy(self, time_step):
+            return {SUPPLIED: self.had}
+
+    state = State(small_sample(4), Linear(**STIFF))
+    state.gravity = Forgetful()
+    for _ in range(3):
+        impose(state, [])
+        state.gravity.had = 5.0
+    assert sum(part.energy(0.0).get(SUPPLIED, 0.0) for part in (state.gravity, state.ended)) == 15.0
+
+
+def test_a_load_that_no_part_takes_is_refused():
+    @attrs.frozen
+    class Magnet(gl.Load):
+        """Of one's own."""
+
+    class Pull(InParts):
+        def stages(self, specimen):
+            return [gl.Stage(name="pull", loads=[Magnet()], until=[gl.Reaches("time", 1e-6)], interval=1e-6)]
+
+    with pytest.raises(gl.ParameterError, match="Magnet: no part of the engine takes this load, only Driven, Fixed"):
+        gl.simulate(small_sample(4), Linear(**STIFF), Pull())

@@ -206,7 +206,7 @@ class StepByStep(gl.LoadingProtocol):
 
     def stages(self, specimen):
         pull, hold = (gl.Drive(boundary=name, axis=1, speed=v) for name, v in (("top", 1.0), ("bottom", 0.0)))
-        return [gl.Stage(name="pull", drives=[pull, hold], until=[gl.Reaches("step", 5)], interval=1e-15)]
+        return [gl.Stage(name="pull", loads=[pull, hold], until=[gl.Reaches("step", 5)], interval=1e-15)]
 
     def measure(self, state):
         return {"displacement": state.moved("top")[1]}

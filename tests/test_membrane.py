@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support import ROCK, STIFF, STRONG, advance, small_sample
+from support import ROCK, STIFF, STRONG, advance, impose, small_sample
 from test_restart import same
 
 import grainlaw as gl
@@ -77,14 +77,14 @@ def confined(displacement):
     """A sheet of 5 x 5 square grains between platens, under pressure; its forces (i, 2) N after a displacement."""
     sheet = Bricks(rows=5, columns=5).tessellate(rectangle(5 * SIDE, 5 * SIDE))
     state = State(gl.Specimen(sheet, ROCK), Linear(**STIFF))
-    state.boundaries.impose(ENDS, SIDES)
+    impose(state, [*ENDS, *SIDES])
     place, grain = state.mesh.nodes, state.mesh.node_grain
     moved = displacement(place, grain)
     state.nodes.arrays.displacement[:] = moved.T
     forces = []
     for pressures in (SIDES, []):
-        state.boundaries.impose(ENDS, pressures)
-        state.boundaries.follow_rim(state.nodes.arrays.displacement)
+        impose(state, [*ENDS, *pressures])
+        state.let_membranes_follow()
         advance(state)
         forces.append(state.nodes.arrays.force.T.copy())
     return place + moved, grain, forces[0] - forces[1]

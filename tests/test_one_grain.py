@@ -26,15 +26,13 @@ def blocks(material, rows=1):
 class Imposed(gl.LoadingProtocol):
     """Something for a hundredth of a second."""
 
-    drives: tuple = ()
-    pressures: tuple = ()
-    fixed: tuple = ()
+    loads: tuple = ()
     velocity: tuple = (0.0, 0.0)
 
     def stages(self, specimen):
         velocity = np.tile(np.array(self.velocity), (len(specimen.mesh.nodes), 1))
-        return [gl.Stage(name="only", drives=self.drives, pressures=self.pressures, fixed=self.fixed,
-                         initial_velocity=velocity, until=[gl.Reaches("time", 0.01)], interval=1e-4,
+        return [gl.Stage(name="only", loads=[*self.loads, gl.InitialVelocity(velocity=velocity)],
+                         until=[gl.Reaches("time", 0.01)], interval=1e-4,
                          integrator=CentralDifference(damping=Undamped()))]  # fmt: skip
 
     def measure(self, state):
@@ -58,9 +56,9 @@ def test_a_grain_falls_as_galileo_says(material):
 @pytest.mark.parametrize("load", ["pressure", "force"])
 def test_a_sudden_load_on_a_grain_at_rest_is_no_instability(material, load):
     """The first sample is one step: all energies cancel to rounding, and no work has been done yet."""
-    loads = {"pressure": {"pressures": (gl.Pressure(boundary="bottom", pressure=1e4),)},
-             "force": {"drives": (gl.Hold(boundary="bottom", axis=1, stress=1e4),)}}[load]  # fmt: skip
-    result = gl.simulate(blocks(material), LAW, Imposed(**loads))
+    imposed = {"pressure": gl.Pressure(boundary="bottom", pressure=1e4),
+             "force": gl.Hold(boundary="bottom", axis=1, stress=1e4)}[load]  # fmt: skip
+    result = gl.simulate(blocks(material), LAW, Imposed(loads=(imposed,)))
     moved = 1e4 * SIDE / MASS * result.curves["time"][-1] ** 2 / 2
     assert result.curves["y"][-1] == pytest.approx(moved, rel=0.02)
     assert result.summary["energy_error"] < 1e-10
@@ -68,7 +66,7 @@ def test_a_sudden_load_on_a_grain_at_rest_is_no_instability(material, load):
 
 @both
 def test_a_held_grain_that_is_thrown_stays(material):
-    result = gl.simulate(blocks(material), LAW, Imposed(fixed=(0,), velocity=(1.0, 1.0)))
+    result = gl.simulate(blocks(material), LAW, Imposed(loads=(gl.Fixed(grains=[0]),), velocity=(1.0, 1.0)))
     assert result.curves["y"][-1] == 0
 
 
@@ -91,7 +89,7 @@ def test_a_rigid_grain_between_platens_is_refused():
 
 def test_a_rigid_grain_may_lie_on_two_boundaries_that_move_alike():
     drives = tuple(gl.Drive(boundary=name, axis=0, speed=0.5) for name in ("left", "right"))
-    result = gl.simulate(blocks(RIGID), LAW, Imposed(drives=drives))
+    result = gl.simulate(blocks(RIGID), LAW, Imposed(loads=drives))
     assert result.curves["x"][-1] == pytest.approx(0.5 * result.curves["time"][-1], rel=0.02)
 
 

@@ -22,8 +22,8 @@ ENDS = [gl.Drive(boundary="bottom", axis=1, speed=0.0), gl.Drive(boundary="top",
 NEVER = [gl.Reaches("time", 1.0)]
 
 
-def stage(**imposed):
-    return gl.Stage(name="load", until=NEVER, interval=1e-6, **imposed)
+def stage(*loads):
+    return gl.Stage(name="load", until=NEVER, interval=1e-6, loads=loads)
 
 
 def pile():
@@ -34,32 +34,35 @@ def pile():
 
 PILE = pile()
 CASES = {
-    "driven": (small_sample(), WEAK, stage(drives=ENDS), 4e-8),
-    "rigid": (small_sample(material=gl.Rigid(density=3100)), WEAK, stage(drives=ENDS), 4e-8),
-    "refined": (small_sample(12, refinement=1), MohrCoulomb(**STRONG), stage(drives=ENDS), 2e-8),
-    "yielding": (small_sample(material=YIELDING), WEAK, stage(drives=ENDS), 4e-8),
+    "driven": (small_sample(), WEAK, stage(*ENDS), 4e-8),
+    "rigid": (small_sample(material=gl.Rigid(density=3100)), WEAK, stage(*ENDS), 4e-8),
+    "refined": (small_sample(12, refinement=1), MohrCoulomb(**STRONG), stage(*ENDS), 2e-8),
+    "yielding": (small_sample(material=YIELDING), WEAK, stage(*ENDS), 4e-8),
     "pressed": (
         small_sample(), WEAK,
-        stage(drives=ENDS, pressures=[gl.Pressure(boundary=side, pressure=5e6) for side in ("left", "right")]), 4e-8,
+        stage(*ENDS, *(gl.Pressure(boundary=side, pressure=5e6) for side in ("left", "right"))), 4e-8,
     ),
     "waves": (
         small_sample(), WEAK,
         stage(
-            drives=ENDS[:1], quiet=[gl.Quiet(boundary=side) for side in ("left", "right", "top")],
-            tractions=[gl.Traction(boundary="top", stress=(0, -5e6, 1e6), factor=[(0, 0), (1e-6, 1)])],
+            ENDS[0], *(gl.Quiet(boundary=side) for side in ("left", "right", "top")),
+            gl.Traction(boundary="top", stress=(0, -5e6, 1e6), factor=[(0, 0), (1e-6, 1)]),
         ), 4e-8,
     ),
     "held": (
         small_sample(), WEAK,
-        stage(drives=[ENDS[0], gl.Hold(boundary="top", axis=1, stress=-5e6, stiffness=1e12)]), 4e-8,
+        stage(ENDS[0], gl.Hold(boundary="top", axis=1, stress=-5e6, stiffness=1e12)), 4e-8,
     ),
     "wet": (
         small_sample(), WEAK,
-        stage(drives=ENDS, fluids=[gl.FluidPressure(boundary=side, pressure=5e6) for side in ("left", "right")]), 4e-8,
+        stage(*ENDS, *(gl.FluidPressure(boundary=side, pressure=5e6) for side in ("left", "right"))), 4e-8,
     ),
     "falling": (
         PILE, Friction(kn=1e9, ks=1e9, friction_angle=30),
-        stage(gravity=(0, -GRAVITY), fixed=[0], initial_velocity=np.tile((0.0, -0.5), (len(PILE.mesh.nodes), 1))), 1e-4,
+        stage(
+            gl.Gravity(acceleration=(0, -GRAVITY)), gl.Fixed(grains=[0]),
+            gl.InitialVelocity(velocity=np.tile((0.0, -0.5), (len(PILE.mesh.nodes), 1))),
+        ), 1e-4,
     ),
 }  # fmt: skip
 

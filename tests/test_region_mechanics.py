@@ -41,7 +41,7 @@ class Pull(gl.LoadingProtocol):
         drives = [gl.Drive(boundary=self.upper, axis=1, speed=0.05), gl.Drive(boundary=self.lower, axis=1, speed=0)]
         drives += [gl.Drive(boundary=name, axis=0, speed=0) for name in (self.upper, self.lower)]
         end = gl.Reaches("displacement", 1e-4 * height)
-        return [gl.Stage(name="pull", drives=drives, until=[end], interval=1e-5)]
+        return [gl.Stage(name="pull", loads=drives, until=[end], interval=1e-5)]
 
     def measure(self, state):
         names = self.upper, self.lower

@@ -245,7 +245,7 @@ def test_a_test_of_ones_own_has_its_columns_drawn(tmp_path):
     class Pull(gl.LoadingProtocol):
         def stages(self, specimen):
             drives = [gl.Drive(boundary="top", axis=1, speed=0.1), gl.Drive(boundary="bottom", axis=1, speed=0)]
-            return [gl.Stage(name="pull", drives=drives, until=[gl.Reaches("time", 1e-5)], interval=1e-6)]
+            return [gl.Stage(name="pull", loads=drives, until=[gl.Reaches("time", 1e-5)], interval=1e-6)]
 
         def measure(self, state):
             return {"force": state.reaction("top")[1]}

@@ -60,15 +60,15 @@ def test_a_column_is_as_long_as_theory_says():
     assert curves["step"][0] < 200
 
 
-@pytest.mark.parametrize("load", [
-    {"pressures": [gl.Pressure(boundary=side, pressure=1 * MPa) for side in ("top", "bottom")]},
-    {"tractions": [gl.Traction(boundary=side, stress=(0, -1 * MPa, 0)) for side in ("top", "bottom")]},
+@pytest.mark.parametrize("loads", [
+    [gl.Pressure(boundary=side, pressure=1 * MPa) for side in ("top", "bottom")],
+    [gl.Traction(boundary=side, stress=(0, -1 * MPa, 0)) for side in ("top", "bottom")],
 ])  # fmt: skip
-def test_of_the_work_of_a_load_at_once_half_is_stored_and_half_is_lost(load):
+def test_of_the_work_of_a_load_at_once_half_is_stored_and_half_is_lost(loads):
     class AtOnce(Confinement):
         def stages(self, specimen):
             (stage,) = super().stages(specimen)
-            return [attrs.evolve(stage, **{"pressures": [], "drives": []} | load)]
+            return [attrs.evolve(stage, loads=loads)]
 
     curves = gl.simulate(small_sample(12), BRITTLE, AtOnce()).curves
     stored = curves["energy_zones"][-1] + curves["energy_contacts_normal"][-1] + curves["energy_contacts_shear"][-1]
@@ -88,7 +88,8 @@ class Weight(gl.LoadingProtocol):
         floor = gl.Drive(boundary="bottom", axis=1, speed=0.0)
         return [
             gl.Stage(
-                name="weigh", drives=[floor], gravity=(0, -self.gravity), until=[self.until], interval=1e-3,
+                name="weigh", loads=[floor, gl.Gravity(acceleration=(0, -self.gravity))],
+                until=[self.until], interval=1e-3,
                 static=self.static, integrator=gl.DynamicRelaxation(),
             )
         ]  # fmt: skip
@@ -185,4 +186,4 @@ def test_any_number_of_threads_gives_the_same_bits():
 def test_a_static_stage_moves_nothing_at_a_speed():
     pull = gl.Drive(boundary="top", axis=1, speed=0.1)
     with pytest.raises(gl.ParameterError, match="Stage 'pull': static is for gravity, platens"):
-        gl.Stage(name="pull", drives=[pull], until=[gl.AtRest()], interval=1e-4, static=True)
+        gl.Stage(name="pull", loads=[pull], until=[gl.AtRest()], interval=1e-4, static=True)

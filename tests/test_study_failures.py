@@ -44,7 +44,7 @@ class Endless(gl.LoadingProtocol):
     def stages(self, specimen):
         press = gl.Drive(boundary="top", axis=1, speed=-0.1)
         hold = gl.Drive(boundary="bottom", axis=1, speed=0.0)
-        return [gl.Stage(name="wait", drives=[press, hold], until=[gl.Reaches("time", 1.0)], interval=1e-6,
+        return [gl.Stage(name="wait", loads=[press, hold], until=[gl.Reaches("time", 1.0)], interval=1e-6,
                          sample_limit=3)]  # fmt: skip
 
     def measure(self, state):

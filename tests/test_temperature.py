@@ -40,7 +40,7 @@ def heated(specimen, held, law=STRONG, to=20 + WARMER, test=None, **options):
 def per_kelvin(specimen, law, drives=()):
     """(i, 2) m/K of the nodes, of the static solution that a stage begins with."""
     state = State(specimen, law)
-    state.begin(gl.Stage(name="heat", temperature=21, drives=drives, loading=SLOW, interval=0.1, expected=10))
+    state.begin(gl.Stage(name="heat", loads=[*drives, gl.Heat(to=21)], loading=SLOW, interval=0.1, expected=10))
     stable = StableStep(state)
     return state.grains.nodes_at(steady_motion(state, stable.stiffness(), stable.frequency)).T
 
@@ -277,8 +277,8 @@ class Flat(gl.Material):
         (lambda: Heating(to=()), "a temperature"),
         (lambda: Heating(to=(60, 60)), "each must differ from the last"),
         (lambda: Heating(to=60, test=Heating(to=80)), "Heating: test"),
-        (lambda: gl.Stage(name="heat", temperature=60, interval=1.0), "it must be one in K/s without a ramp"),
-        (lambda: gl.Stage(name="heat", temperature=-300, interval=1.0), "Stage: temperature = -300 °C"),
+        (lambda: gl.Stage(name="heat", loads=[gl.Heat(to=60)], interval=1.0), "it must be one in K/s without a ramp"),
+        (lambda: gl.Heat(to=-300), "Heat: to = -300 degC"),
         (lambda: heated(small_sample(grains=2), Held.BOTTOM), "no material of the specimen depends on the temperature"),
         (lambda: heated(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ)), Held.BOTTOM, to=1200), "to 1000 °C"),
     ],

@@ -32,7 +32,7 @@ class Moves(gl.LoadingProtocol):
 
     def stages(self, specimen):
         imposed = gl.Drive(boundary="top", axis=1, speed=self.speed)
-        return [gl.Stage(name="move", drives=[imposed], until=[gl.Reaches("time", self.lasts)], interval=1e-7)]
+        return [gl.Stage(name="move", loads=[imposed], until=[gl.Reaches("time", self.lasts)], interval=1e-7)]
 
     def measure(self, state):
         return {"moved": float(state.displacement[state.mesh.boundaries["top"], 1].mean()), "exact": state.time}
@@ -120,7 +120,7 @@ def test_a_force_gives_its_integral_as_momentum():
             push = gl.Traction(boundary="top", stress=(0, 0, 1e6), factor=self.speed)
             free = gl.CentralDifference(damping=gl.Undamped())
             end = gl.Reaches("time", self.lasts)
-            return [gl.Stage(name="push", tractions=[push], until=[end], interval=1e-7, integrator=free)]
+            return [gl.Stage(name="push", loads=[push], until=[end], interval=1e-7, integrator=free)]
 
         def measure(self, state):
             return {
@@ -195,13 +195,13 @@ def test_a_ramp_beside_a_series_is_refused():
 def test_a_loading_needs_speeds_that_are_numbers():
     drive = gl.Drive(boundary="top", axis=1, speed=TRIANGLE)
     with pytest.raises(gl.ParameterError, match="that of the boundary top changes with time by itself"):
-        gl.Stage(name="s", drives=[drive], loading=gl.Adaptive(), until=[NEVER], interval=1e-6, expected=10)
+        gl.Stage(name="s", loads=[drive], loading=gl.Adaptive(), until=[NEVER], interval=1e-6, expected=10)
 
 
 def test_to_wait_for_rest_under_a_function_is_refused():
     push = gl.Pressure(boundary="top", pressure=lambda time: 1e6)
     with pytest.raises(gl.ParameterError, match=r"AtRest needs loads .* top is a function of time"):
-        gl.Stage(name="s", pressures=[push], until=[AtRest()], interval=1e-6)
+        gl.Stage(name="s", loads=[push], until=[AtRest()], interval=1e-6)
 
 
 def test_a_test_in_loops_cannot_reverse_a_series():
@@ -209,8 +209,8 @@ def test_a_test_in_loops_cannot_reverse_a_series():
     class Other(UniaxialCompression):
         def stages(self, specimen):
             (stage,) = super().stages(specimen)
-            drives = [attrs.evolve(drive, speed=TRIANGLE) for drive in stage.drives]
-            return [attrs.evolve(stage, drives=drives, loading=None)]
+            drives = [attrs.evolve(drive, speed=TRIANGLE) for drive in stage.loads]
+            return [attrs.evolve(stage, loads=drives, loading=None)]
 
     with pytest.raises(gl.ParameterError, match=r"Drive: speed = TimeSeries.* is not allowed here"):
         Cyclic(test=Other(), levels=(1e-4,)).stages(block())

@@ -19,7 +19,7 @@ class Moves(gl.LoadingProtocol):
     drives: list = attrs.field()
 
     def stages(self, specimen):
-        return [gl.Stage(name="move", drives=self.drives, until=[gl.Reaches("time", 1e-5)], interval=1e-6)]
+        return [gl.Stage(name="move", loads=self.drives, until=[gl.Reaches("time", 1e-5)], interval=1e-6)]
 
     def measure(self, state):
         return {}
@@ -38,18 +38,18 @@ def test_a_wave_after_a_stage_lasts_as_long_as_it_should():
 
 
 @pytest.mark.parametrize(
-    ("stage", "words"),
+    ("loads", "words"),
     [
-        ({"quiet": [gl.Quiet(boundary="top")] * 2}, "boundary = 'top' is quiet twice"),
+        ([gl.Quiet(boundary="top")] * 2, "boundary = 'top' is quiet twice"),
         (
-            {"quiet": [gl.Quiet(boundary="top")], "drives": [gl.Hold(boundary="top", axis=1, stress=0.0)]},
+            [gl.Quiet(boundary="top"), gl.Hold(boundary="top", axis=1, stress=0.0)],
             "boundary = 'top' is quiet and has a platen",
         ),
     ],
 )
-def test_a_quiet_boundary_is_so_once_and_free(stage, words):
+def test_a_quiet_boundary_is_so_once_and_free(loads, words):
     with pytest.raises(gl.ParameterError, match=words):
-        gl.Stage(name="wave", until=[gl.Reaches("time", 1e-5)], interval=1e-6, **stage)
+        gl.Stage(name="wave", until=[gl.Reaches("time", 1e-5)], interval=1e-6, loads=loads)
 
 
 def test_waves_need_grains_that_deform_and_their_own_mass():

@@ -6,12 +6,10 @@ import pytest
 from bars import GLUED, P_SPEED, ROCK, S_SPEED, bar, bell
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support import STIFF, small_sample
+from support import STIFF, impose, small_sample, with_quiet
 
 import grainlaw as gl
 from grainlaw.columns import ENERGY, SPENT
-from grainlaw.engine.parts.boundaries import check_boundaries
-from grainlaw.engine.parts.quiet import QuietBoundaries
 from grainlaw.engine.state import State
 from grainlaw.geometry import block, moved
 from grainlaw.laws import Linear
@@ -106,7 +104,7 @@ def test_speeds_of_the_rock_as_a_whole():
         def stages(self, specimen):
             (stage,) = super().stages(specimen)
             quiet = [gl.Quiet(boundary="right", p_speed=speed, s_speed=speed / 2)]
-            return [attrs.evolve(stage, quiet=quiet)] if self.samples > 300 else [stage]
+            return [with_quiet(stage, *quiet)] if self.samples > 300 else [stage]
 
     back = {}
     for samples in (301, 300):
@@ -131,7 +129,7 @@ def test_dashpots_of_any_size_leave_the_stable_step_as_it_is(speed):
             (stage,) = super().stages(specimen)
             quiet = [gl.Quiet(boundary=side, p_speed=speed, s_speed=speed) for side in ("right", "top")]
             whole = gl.CentralDifference(damping=gl.Undamped(), safety=1.0)
-            return [attrs.evolve(stage, quiet=quiet, integrator=whole)]
+            return [attrs.evolve(with_quiet(stage, *quiet), integrator=whole)]
 
     result = gl.simulate(small_sample(12), Linear(**STIFF), Dashpots(stress=bell(5e-6, -1e6), duration=4e-5), frames=1)
     assert ledger_gap(result) < 1e-6
@@ -153,8 +151,8 @@ def test_dashpots_are_the_root_of_density_times_acoustic_tensor(angle, young, ra
     )  # fmt: skip
     specimen = gl.Specimen(_turned_block(angle), material)
     state = State(specimen, Linear(**STIFF))
-    part = QuietBoundaries(specimen, [gl.Quiet(boundary="side")], state.freedoms, state.nodes.arrays.displacement)
-    a = part.arrays
+    impose(state, [gl.Quiet(boundary="side")])
+    a = state.quiet.arrays
     found = np.array([[a.xx[0], a.xy[0]], [a.xy[0], a.yy[0]]]) / 0.5  # half a side of 1 m for each of its nodes
     edge = specimen.mesh.boundary_edges["side"][0]
     along = np.subtract(*specimen.mesh.nodes[edge[::-1]])
@@ -188,11 +186,11 @@ def test_a_new_stage_closes_the_ledger_too():
             (stage,) = super().stages(specimen)
             slower = attrs.evolve(self.integrator, safety=0.5)
             push = [gl.Traction(boundary="right", stress=(0, 0, 1e6), factor=[(0, 0), (1e-5, 1)])]
-            more = [gl.Quiet(boundary="left"), *stage.quiet]
+            more = [gl.Quiet(boundary="left"), *stage.of(gl.Quiet), *push, *stage.of(gl.Drive)]
             later = [gl.Reaches("time", 2 * self.duration)]
             return [
                 stage,
-                attrs.evolve(stage, name="on", tractions=push, quiet=more, integrator=slower, until=later),
+                attrs.evolve(stage, name="on", loads=more, integrator=slower, until=later),
             ]
 
     test = Twice(stress=bell(44e-6, -1e6), gauges=(MIDDLE,), duration=30e-6, samples=30)
@@ -209,8 +207,8 @@ def test_a_uniform_stress_all_round_is_in_equilibrium():
     specimen, stress = small_sample(15), (3e6, -8e6, 2e6)
     state = State(specimen, Linear(**STIFF))
     sides = [gl.Traction(boundary=name, stress=stress) for name in specimen.mesh.boundaries]
-    state.begin(gl.Stage(name="s", tractions=sides, until=[gl.Reaches("time", 1.0)], interval=1e-6))
-    a = state.boundaries.loaded.arrays
+    state.begin(gl.Stage(name="s", loads=sides, until=[gl.Reaches("time", 1.0)], interval=1e-6))
+    a = state.tractions.arrays
     force, place = np.stack([a.full_x, a.full_y], axis=1), specimen.mesh.nodes[a.node]
     scale = 1e7 * 20e-3
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * scale
@@ -232,7 +230,7 @@ class Stressed(gl.LoadingProtocol):
             gl.Traction(boundary=name, stress=self.stress, ramp=0.0 if self.static else 5e-5)
             for name in specimen.mesh.boundaries
         ]
-        return [gl.Stage(name="load", tractions=sides, until=[gl.AtRest(1e-4)], interval=2e-6, static=self.static)]
+        return [gl.Stage(name="load", loads=sides, until=[gl.AtRest(1e-4)], interval=2e-6, static=self.static)]
 
     def measure(self, state):
         areas = state.specimen.grains.areas
@@ -274,9 +272,9 @@ def test_bad_values_are_refused(make, words):
 
 def test_rigid_grains_have_no_quiet_boundary():
     with pytest.raises(gl.ParameterError, match="Quiet: boundary = 'right' is of rigid grains"):
-        QuietBoundaries(bar(4, material=gl.Rigid(density=2700)), [gl.Quiet(boundary="right")], None, None)
+        gl.Quiet(boundary="right").check_specimen(bar(4, material=gl.Rigid(density=2700)))
 
 
 def test_unknown_boundaries_are_refused():
     with pytest.raises(gl.ParameterError, match="Quiet: boundary = 'lid'"):
-        check_boundaries(bar(4), [gl.Quiet(boundary="lid")])
+        gl.Quiet(boundary="lid").check_specimen(bar(4))

@@ -18,7 +18,7 @@ def energies(state: State) -> dict[str, float]:
 
     Velocities are those half a step later: half a step of power is subtracted from their kinetic energy.
     """
-    f, driven = state.freedoms.arrays, state.boundaries.driven.arrays
+    f, driven = state.freedoms.arrays, state.drives.arrays
     supplied = float(np.sum(driven.reaction * f.velocity[driven.row, driven.place]))
     # The reaction of a drive cancels the other forces unless its velocity changes.
     power = float(np.sum(f.force * f.velocity)) + supplied
@@ -38,7 +38,7 @@ def energies(state: State) -> dict[str, float]:
 
 def least_work(state: State) -> float:
     """J, by which a run is judged at least: all grains at the speed of the drives, or rounding of gravity's work."""
-    fastest = state.steady.pace * float(np.abs(state.boundaries.speeds).max(initial=0.0))
+    fastest = state.steady.pace * float(np.abs(state.imposed.speeds).max(initial=0.0))
     size, weight = float(np.hypot(*np.ptp(state.mesh.nodes, axis=0))), float(np.abs(state.gravity.arrays.weight).sum())
     return max(0.5 * float(state.freedoms.arrays.mass[0].sum()) * fastest**2, ROUNDING * size * weight)
 
@@ -54,7 +54,7 @@ def unbalanced(state: State) -> float:
     normal = np.minimum(contacts.normal[closed], 0.0)
     forces = np.append(forces, np.hypot(normal, contacts.shear[closed]) * contacts.length[closed])
     forces = np.append(forces, state.fluids.forces)
-    forces = forces if len(forces) else state.boundaries.driven.arrays.reaction
+    forces = forces if len(forces) else state.drives.arrays.reaction
     scale = float(np.mean(np.abs(forces))) if len(forces) else 0.0
     return float(np.mean(np.abs(state.freedoms.arrays.force[:2][free]))) / scale if scale > 0 else 1.0
 
@@ -65,7 +65,7 @@ def motion(state: State, energy: Mapping[str, float]) -> float:
     1 while a load of the stage still changes: a specimen that follows a slow load is always near equilibrium. The
     specimen may drift as a whole along an axis on which nothing is driven; this does not count.
     """
-    if state.time - state.began < max(state.boundaries.lasts, state.fluids.lasts):
+    if state.time - state.began < state.imposed.lasts:
         return 1.0
     stored = sum(energy[name] for name in STORED)
     kinetic = max(state.kinetic_energy - _drift(state), 0.0)
@@ -75,5 +75,5 @@ def motion(state: State, energy: Mapping[str, float]) -> float:
 def _drift(state: State) -> float:
     """J, kinetic energy of the mean velocity along axes in which no freedom is driven."""
     mass, velocity = state.freedoms.arrays.mass, state.freedoms.arrays.velocity
-    free = [axis for axis in (0, 1) if not np.any(state.boundaries.driven.arrays.row == axis)]
+    free = [axis for axis in (0, 1) if not np.any(state.drives.arrays.row == axis)]
     return sum(0.5 * float(mass[axis] @ velocity[axis]) ** 2 / float(mass[axis].sum()) for axis in free)

@@ -120,7 +120,7 @@ class Margin:
         """
         self._turn()
         state = self._state
-        steady, platens = state.steady.books.field, state.boundaries.platens.arrays
+        steady, platens = state.steady.books.field, state.platens.arrays
         scale = self._trial * AHEAD / max(self._size_of(steady), 1e-300)
         ahead, springs = steady * scale, np.append(platens.stiffness, np.zeros(self.unknowns - len(platens.column)))
         with _Trials(state, self._coasting) as trials:
@@ -297,7 +297,7 @@ class _Trials:
         return found
 
     def _give_platens(self, velocity: np.ndarray) -> None:
-        at, platens = self._state.boundaries.driven.arrays, self._parts.platens
+        at, platens = self._state.drives.arrays, self._parts.platens
         for k, column in enumerate(platens.column.tolist()):
             first = int(np.flatnonzero(at.column == column)[0])
             platens.velocity[:, k] = velocity[at.row[first], at.place[first]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from operator import is_not
 from typing import Any
 
@@ -15,20 +16,29 @@ from grainlaw.engine.parts.breaks import Breaks
 from grainlaw.engine.parts.clock import Clock
 from grainlaw.engine.parts.contacts import Contacts
 from grainlaw.engine.parts.deformable_grains import DeformableGrains
+from grainlaw.engine.parts.drives import Drives
+from grainlaw.engine.parts.ended import Ended
 from grainlaw.engine.parts.every_zone import EveryZone
 from grainlaw.engine.parts.fluids import Fluids
 from grainlaw.engine.parts.freedoms import Nodes
-from grainlaw.engine.parts.gravity import Gravity
-from grainlaw.engine.parts.heat import Heat
+from grainlaw.engine.parts.gravity import Weight
+from grainlaw.engine.parts.heat import EvenTemperature
+from grainlaw.engine.parts.imposed import Imposed
 from grainlaw.engine.parts.material_zones import MaterialZones
-from grainlaw.engine.parts.part import Part, Split
+from grainlaw.engine.parts.part import Moment, Part, Split
+from grainlaw.engine.parts.platens import Platens
+from grainlaw.engine.parts.pressures import Pressures
+from grainlaw.engine.parts.quiet import QuietBoundaries
 from grainlaw.engine.parts.rigid_grains import RigidGrains
 from grainlaw.engine.parts.steady import Steady
+from grainlaw.engine.parts.tractions import Tractions
 from grainlaw.engine.parts.zones import Zones
 from grainlaw.engine.point_readings import PointReadings
 from grainlaw.engine.step import Parts
+from grainlaw.loads import InitialVelocity
+from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Stage
+from grainlaw.stage import Load, Stage
 
 Saved = dict[str, dict[str, np.ndarray]]  #: by part and name
 
@@ -48,11 +58,15 @@ class State(PointReadings):
         self.freedoms = self.grains.freedoms(self.nodes)
         self.zones, self.materials = Zones(specimen), MaterialZones(specimen)
         self.every_zone, self.bonds = EveryZone(specimen, self.zones, self.materials), Bonds(specimen, laws, detection)
-        self.boundaries = Boundaries(self.grains, self.nodes, self.freedoms)
-        self.fluids = Fluids(specimen, self.bonds)
-        self.gravity = Gravity(self.freedoms, self.grains.true_mass())
+        self.imposed = Imposed(self.mesh)
+        self.drives = Drives(self.grains, self.freedoms)
+        self.platens = Platens(self.mesh, self.drives, self.freedoms)
+        self.pressures, self.tractions = Pressures(specimen), Tractions(self.mesh)
+        self.quiet, self.fluids = QuietBoundaries(specimen, self.freedoms), Fluids(specimen, self.bonds)
+        self.gravity = Weight(self.freedoms, self.grains.true_mass())
+        self.boundaries, self.ended = Boundaries(self.mesh, self.nodes, self.drives), Ended()
         self.contacts = Contacts(self.grains, laws, detection, self.bonds.ends)
-        self.clock, self.breaks, self.heat = Clock(), Breaks(2 * len(self.bonds)), Heat(self.materials)
+        self.clock, self.breaks, self.heat = Clock(), Breaks(2 * len(self.bonds)), EvenTemperature(self.materials)
         self.steady = Steady(self.freedoms, self.heat)
         self._shared: tuple[int, list[Any], Parts] | None = None
         self.search(self.displacement_at_forces())
@@ -61,10 +75,11 @@ class State(PointReadings):
     def parts(self) -> dict[str, Part]:
         """All parts by name, in the order in which the ledger adds them up."""
         return {
-            **self.boundaries.parts, "fluids": self.fluids, "gravity": self.gravity, "nodes": self.nodes,
-            "freedoms": self.freedoms, "grains": self.grains, "zones": self.zones, "materials": self.materials,
-            "bonds": self.bonds, "contacts": self.contacts, "clock": self.clock, "breaks": self.breaks,
-            "steady": self.steady, "heat": self.heat,
+            "drives": self.drives, "pressures": self.pressures, "tractions": self.tractions, "quiet": self.quiet,
+            "platens": self.platens, "boundaries": self.boundaries, "ended": self.ended, "fluids": self.fluids,
+            "gravity": self.gravity, "nodes": self.nodes, "freedoms": self.freedoms, "grains": self.grains,
+            "zones": self.zones, "materials": self.materials, "bonds": self.bonds, "contacts": self.contacts,
+            "clock": self.clock, "breaks": self.breaks, "steady": self.steady, "heat": self.heat,
         }  # fmt: skip
 
     def shared(self, threads: int) -> Parts:
@@ -97,34 +112,54 @@ class State(PointReadings):
     # --- boundary conditions ---------------------------------------------------------------------------------------
 
     def begin(self, stage: Stage) -> None:
-        """Impose what a stage prescribes from now on; the work done so far stays in the ledger."""
+        """Impose the loads of a stage from now on; what has been supplied and lost so far stays in the ledger.
+
+        Raises :class:`ParameterError` for a load that the specimen cannot bear, or that no part brings on it.
+        """
+        stage.check_specimen(self.specimen)
+        self._check_taken(stage.loads)
         self.stage, self.began = stage.name, self.clock.begin_stage()
-        self.new_weight = self.gravity.begin(stage.gravity, self.time_step)
-        self.freedoms.arrays.earlier[:] += self.new_weight
-        before = self.displacement_at_forces()
-        self.boundaries.impose(stage.imposed, stage.pressures, stage.fixed, stage.tractions, stage.quiet, before)
-        self.fluids.begin(stage.fluids, before)
-        self.heat.begin(stage.temperature)
-        self.give_velocity(stage.initial_velocity)
+        self.imposed = Imposed(self.mesh, stage.imposed)
+        at = Moment(self.time_step, self.displacement_at_forces())
+        for part in self.parts.values():
+            had = part.energy(self.time_step) if part.takes else {}
+            ended = part.end(self.nodes.arrays.displacement)
+            part.begin(self.imposed, at)
+            has = part.energy(self.time_step) if part.takes else {}
+            self.ended.take({kind: had[kind] - has[kind] + ended.get(kind, 0.0) for kind in had})
+        for push in self.imposed.of(InitialVelocity):
+            self.give_velocity(push.velocity)
+
+    def _check_taken(self, loads: Sequence[Load]) -> None:
+        taken: tuple[type[Load], ...] = (
+            InitialVelocity,
+            *(kind for part in self.parts.values() for kind in part.takes),
+        )
+        for load in loads:
+            if not isinstance(load, taken):
+                names = ", ".join(sorted(kind.__name__ for kind in taken))
+                raise ParameterError(f"{type(load).__name__}: no part of the engine takes this load, only {names}")
 
     def take_back_half_a_step_of_gravity(self) -> None:
         """Velocities are those half a step before the stage begins: take half a step of its new weight from them."""
         f = self.freedoms.arrays
-        gain = self.time_step * f.free * self.new_weight / f.mass
+        gain = self.time_step * f.free * self.gravity.new / f.mass
         f.velocity[:] -= gain / 2
         # The kinetic energy is half the mass times the product of the velocities half a step before and after.
         self.freedoms.books.given[0] -= float(np.sum(f.mass * gain**2)) / 8
 
-    def give_velocity(self, velocity: np.ndarray | None) -> None:
+    def give_velocity(self, velocity: np.ndarray) -> None:
         """Add a velocity field (i, 2) m/s; rigid grains take its mean and spin, fixed grains nothing."""
-        if velocity is None:
-            return
         self.change_velocity(self.grains.field(np.asarray(velocity, dtype=float).T, self.freedoms, self.positions))
 
     def change_velocity(self, rows: np.ndarray) -> None:
         """Add velocities (r, n) to the freedoms, and to platens with them; the energy is recorded."""
         self.freedoms.change_velocity(rows, self.time_step)
-        self.boundaries.platens.follow(self.boundaries.driven, rows)
+        self.platens.follow(rows)
+
+    def let_membranes_follow(self) -> None:
+        """Lay membranes anew where the rim has parted."""
+        self.pressures.follow_rim(self.nodes.arrays.displacement, self.displacement_at_forces())
 
     def let_fluids_follow(self) -> None:
         """Let fluids enter what has broken."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.engine.coasting import Coasting
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.steady import factorised, unknowns
 from grainlaw.engine.stepping import OverlapError, advance
+from grainlaw.loads import Drive
 from grainlaw.stage import Stage
 
 INCREMENTS, ITERATIONS = 10, 10  #: of the loads; at most in each of them
@@ -43,7 +43,7 @@ def bring_under_load(state: State, stage: Stage, stability: StableStep) -> bool:
         return False
     state.change_velocity(-state.freedoms.arrays.velocity)
     state.change_time_step(time_step)
-    state.new_weight[:] = 0.0  # it is balanced: at rest half a step ago, too
+    state.gravity.new[:] = 0.0  # it is balanced: at rest half a step ago, too
     state.new_sample()
     return True
 
@@ -60,8 +60,8 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
     factors, coasting = factorised(matrix), compile_integrator(Coasting())
     f = state.freedoms.arrays
     drifts = _drifts(state)
-    velocity, before = np.zeros_like(f.velocity), state.gravity.arrays.weight - state.new_weight
-    weights = [before + share * state.new_weight for share in np.arange(INCREMENTS + 1) / INCREMENTS]
+    velocity, before = np.zeros_like(f.velocity), state.gravity.arrays.weight - state.gravity.new
+    weights = [before + share * state.gravity.new for share in np.arange(INCREMENTS + 1) / INCREMENTS]
     state.gravity.raise_to(weights[0], state.time_step)
     for weight in weights[1:]:
         start, carried = state.save(), state.gravity.arrays
@@ -71,7 +71,7 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
             there = state.save()
             _step(state, coasting, np.zeros_like(velocity))  # finds the forces where the first has moved it
             force = carry.T @ state.grains.flat(f.force)
-            force[: len(state.boundaries.platens)] = state.boundaries.platens.arrays.force[0]
+            force[: len(state.platens)] = state.platens.arrays.force[0]
             largest = float(np.max(np.hypot(state.normal, state.shear) * state.contact_lengths))
             if np.abs(force).max() <= BALANCED * largest:
                 state.restore(there)
@@ -91,7 +91,7 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
 
 def _drifts(state: State) -> list[np.ndarray]:
     """Motions (r, n) of the specimen as a whole that nothing holds: along an axis, and, if along both, its rotation."""
-    driven, count = state.boundaries.driven.arrays, len(state.mesh.nodes)
+    driven, count = state.drives.arrays, len(state.mesh.nodes)
     free = [axis for axis in (0, 1) if not (driven.row == axis).any()]
     fields = [np.eye(2)[:, axis, None] * np.ones(count) for axis in free]
     if len(free) == 2:

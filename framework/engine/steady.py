@@ -19,8 +19,8 @@ def steady_motion(state: State, stiffness: scipy.sparse.csr_matrix, highest_freq
     least kinetic energy: the inertia that is added for it counts nowhere else. One sparse factorisation: 0.04 s for 755
     grains of 9,264 freedoms, 1.3 s for 7,550.
     """
-    driven, imposed = state.boundaries.driven.arrays, np.zeros_like(state.freedoms.arrays.mass)
-    imposed[driven.row, driven.place] = np.append(state.boundaries.speeds, 0.0)[driven.column]
+    driven, imposed = state.drives.arrays, np.zeros_like(state.freedoms.arrays.mass)
+    imposed[driven.row, driven.place] = state.imposed.speeds[driven.column]
     given = state.grains.flat(imposed)
     carry, matrix = unknowns(state, stiffness, highest_frequency)
     return state.grains.unflat(given + carry @ solve(matrix, carry.T @ (_heated(state) - stiffness @ given)))
@@ -42,7 +42,7 @@ def unknowns(
 ) -> tuple[scipy.sparse.csr_matrix, scipy.sparse.csc_matrix]:
     """How the freedoms follow what is to be found, platens under a force and then free freedoms; stiffness of these."""
     f, flat = state.freedoms.arrays, state.grains.flat
-    driven, platens = state.boundaries.driven.arrays, state.boundaries.platens.arrays
+    driven, platens = state.drives.arrays, state.platens.arrays
     place = np.full(f.mass.shape, -1.0)
     place[driven.row, driven.place] = driven.column
     column = flat(place)

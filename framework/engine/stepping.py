@@ -62,9 +62,7 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int | Th
 
 def schedule_of(state: State, begin: np.ndarray, end: np.ndarray, pace: float, temperatures: np.ndarray) -> np.ndarray:
     """(t, columns) that the step takes, between times (t,) s of the stage; ``temperatures`` (t, 2) °C come last."""
-    return np.column_stack(
-        [state.boundaries.schedule(begin, end, pace), *state.fluids.schedule(begin, end), temperatures]
-    )
+    return np.column_stack([state.imposed.schedule(begin, end, pace), temperatures])
 
 
 def tell(state: State, **scalars: float) -> None:
@@ -84,5 +82,5 @@ def _run(state: State, threads: int, chunk: step.Chunk, loops: bool) -> tuple[in
         done = interruptible(lambda: step.run(threads, parts, chunk)) if loops else step.run(threads, parts, chunk)
     finally:
         tell(state, time_step=SCALARS["time_step"])  # who asks a law between steps does so outside of time
-    state.boundaries.platens.take_back(parts.platens)
+    state.platens.take_back(parts.platens)
     return done, parts.contacts.tally.sum(axis=0).tolist()

@@ -9,6 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, checked
+from grainlaw.loads import FluidPressure, Pressure, Traction
 from grainlaw.material import Elastic
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_vector, parameter
@@ -94,7 +95,7 @@ def check_ring(where: str, result: Result, frame: Frame, tip: CrackTip) -> None:
 def _loaded(result: Result) -> set[str]:
     """Boundaries on which stages of the test put pressures or stresses; none of a test that is only recorded."""
     stages = result.protocol.stages(result.specimen) if isinstance(result.protocol, LoadingProtocol) else ()
-    loads = (load for stage in stages for load in (*stage.pressures, *stage.tractions, *stage.fluids))
+    loads = (load for stage in stages for load in stage.of(Pressure, Traction, FluidPressure))
     return {load.boundary for load in loads if not getattr(load, "cracks_only", False)}
 
 

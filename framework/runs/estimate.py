@@ -11,11 +11,11 @@ import attrs
 import numpy as np
 import psutil
 
-from grainlaw.boundary_conditions import Drive
 from grainlaw.contact import Laws, memory_names
 from grainlaw.engine.stability import stiffness_matrix
 from grainlaw.engine.state import State
 from grainlaw.loading import Adaptive
+from grainlaw.loads import Drive
 from grainlaw.runs.plausibility import lowest_frequency
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -139,7 +139,7 @@ def _ruled_by(stages: Sequence[Stage], specimen: Specimen, time_step: float, fre
             f"its time step of {time_step:.2g} s is that of an edge of {lengths.min():.2g} m between the grains {a} "
             f"and {b} (their mean is {lengths.mean():.2g} m); merge short edges"
         )
-    drives = [drive for drive in longest.imposed if isinstance(drive, Drive)]
+    drives = [load for load in longest.imposed if isinstance(load, Drive)]
     ramp, speed = (max((getattr(drive, name) for drive in drives), default=0.0) for name in ("ramp", "largest"))
     speed *= 1.0 if longest.loading is None else (longest.expected or 0) * longest.interval / duration
     if ramp > duration / 4:

@@ -23,6 +23,7 @@ from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, advance
 from grainlaw.engine.thread_count import ThreadCount
 from grainlaw.integration import Integrator, Motion
+from grainlaw.loads import FluidPressure
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
@@ -166,13 +167,13 @@ class Execution:
         """Do ``steps``; integrator and time step change at steps counted from the stage's start, not at samples."""
         state, at = self.state, self.at
         end, look = state.steps + steps, self.stability.look
-        flow = FLOW if stage.fluids else look
+        flow = FLOW if stage.of(FluidPressure) else look
         while state.steps < end:
             self.stop.check()
             since = state.steps - at.first_step
             if since % look == 0:
                 self.loader.look(stage)
-                state.boundaries.follow_rim(state.displacement_at_forces())
+                state.let_membranes_follow()
                 if since and self.stability.has_changed():
                     state.change_time_step(self._time_step(stage))
             if since % flow == 0:

@@ -9,13 +9,13 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, checked
-from grainlaw.boundary_conditions import Drive
 from grainlaw.columns import DAMAGED, KINETIC, STAGE, STRESS, TIME, energy
 from grainlaw.condition import Condition, Curves, FailsTo, Reaches, StageError
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, DynamicRelaxation, MassDamping, Undamped
+from grainlaw.loads import Drive, InitialVelocity
 from grainlaw.parameter import parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.runs.plausibility import scales
@@ -104,20 +104,21 @@ class _HeldStill(LoadingProtocol):
         push = np.random.default_rng(0).normal(size=specimen.mesh.nodes.shape) * PUSH * self.wave_speed
         return [
             Stage(
-                name="press", drives=self._drives(speed, transit), interval=transit / 25, sample_limit=25 * 10 * PRESS,
+                name="press", loads=self._drives(speed, transit), interval=transit / 25, sample_limit=25 * 10 * PRESS,
                 until=[Reaches(STRESS, self.stress), FailsTo(STRESS, 0.5)],
             ),
             Stage(
-                name="rest", drives=self._drives(), until=[_Samples(10)], interval=REST * transit / 10,
+                name="rest", loads=self._drives(), until=[_Samples(10)], interval=REST * transit / 10,
                 integrator=DynamicRelaxation(),  # damps the slow modes
             ),
             Stage(
-                name="calm", drives=self._drives(), until=[_Samples(10)], interval=CALM * transit / 10,
+                name="calm", loads=self._drives(), until=[_Samples(10)], interval=CALM * transit / 10,
                 integrator=CentralDifference(damping=MassDamping(coefficient=QUIET * self.wave_speed / size)),
             ),
             Stage(
-                name="hold", drives=self._drives(), until=[_Samples(SAMPLES)], interval=self.duration / SAMPLES,
-                integrator=CentralDifference(damping=Undamped(), safety=0.6), initial_velocity=push,
+                name="hold", loads=[*self._drives(), InitialVelocity(velocity=push)],
+                until=[_Samples(SAMPLES)], interval=self.duration / SAMPLES,
+                integrator=CentralDifference(damping=Undamped(), safety=0.6),
             ),
         ]  # fmt: skip
 

@@ -88,7 +88,7 @@ class Loader:
             pace = stage.loading.first(self._pace())
         self._new = self._seen if stage.loading is not None else _Seen()
         self._expect(stage)
-        state.steady.begin(field, pace, state.time, rises=stage.loading is not None and stage.loading.ramp > 0)
+        state.steady.start(field, pace, state.time, rises=stage.loading is not None and stage.loading.ramp > 0)
         self._change(stage, before)
         return not stage.static or bring_under_load(state, stage, self._stability)
 
@@ -162,7 +162,7 @@ class Loader:
             changed = not steady.rises
         else:
             period = 2 * math.pi / self._seen.frequency
-            changed = steady.follow(state.boundaries.driven, state.boundaries.speeds, state.time, period)
+            changed = steady.follow(state.drives, state.imposed.speeds, state.time, period)
         if changed:
             self._damp(stage)
 

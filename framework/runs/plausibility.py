@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.contact import ContactLaw, Laws
 from grainlaw.loading import Constant
+from grainlaw.loads import Drive, FluidPressure, Hold, Pressure
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, UnitWarning
 from grainlaw.specimen import Specimen
@@ -33,7 +33,7 @@ def refuse_lost_loads(specimen: Specimen, law: Laws, stages: Sequence[Stage]) ->
     stiffest = max(float(np.max(one.stiffness[0])) for one in _each(law))
     least = FELT * stiffest * float(np.finfo(float).eps * np.hypot(*np.ptp(specimen.mesh.nodes, axis=0)))
     for stage in stages:
-        for load in (*stage.pressures, *stage.fluids, *(one for one in stage.drives if isinstance(one, Hold))):
+        for load in stage.of(Pressure, FluidPressure, Hold):
             if isinstance(load.level, float) and 0 < abs(load.level) < least:
                 raise ParameterError(
                     f"stage '{stage.name}': {load.level:.3g} Pa on the boundary {load.boundary} is not allowed, it "
@@ -87,8 +87,7 @@ def _contacts(specimen: Specimen, law: Laws) -> Iterator[str]:
 def _speeds(specimen: Specimen, law: Laws, stages: Sequence[Stage]) -> Iterator[str]:
     speeds = {
         drive.boundary: drive.largest * (1.0 if stage.loading is None else stage.loading.speed)
-        for stage in stages for drive in stage.drives
-        if isinstance(drive, Drive) and isinstance(stage.loading, Constant | None)
+        for stage in stages for drive in stage.of(Drive) if isinstance(stage.loading, Constant | None)
     }  # fmt: skip
     boundary = max(speeds, key=lambda name: speeds[name], default="")
     usual = SPEED * scales(specimen, law)[1]

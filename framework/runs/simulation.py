@@ -12,11 +12,11 @@ from grainlaw.condition import StageError
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.ageing import check_ageing
-from grainlaw.engine.parts.boundaries import check_boundaries
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
 from grainlaw.integration import Integrator
+from grainlaw.loads import Quiet
 from grainlaw.messages import refusal
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
@@ -91,14 +91,12 @@ def simulate(
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
     for stage in stages:
-        check_boundaries(specimen, [*stage.loads, *stage.quiet])
-        if stage.quiet and mass_scaling > 1:
+        stage.check_specimen(specimen)
+        if stage.of(Quiet) and mass_scaling > 1:
             raise ParameterError(
                 f"simulate: mass_scaling = {mass_scaling:g} is not allowed with quiet boundaries: waves in heavier "
                 "grains are slower"
             )
-        if stage.temperature is not None:
-            specimen.check_temperature(f"Stage '{stage.name}': temperature", stage.temperature)
     refuse_lost_loads(specimen, law, stages)
     warn_of_scales(specimen, law, stages)
     check_memory(specimen, frames)

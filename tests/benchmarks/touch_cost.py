@@ -106,7 +106,10 @@ def pour(count, steps, threads, skin):
     integrator = gl.CentralDifference(damping=gl.Undamped(), safety=0.8)
     state.begin(
         gl.Stage(
-            name="pour", until=[gl.Reaches("time", 1)], interval=1, gravity=(0, -9.81), fixed=range(total - 3, total)
+            name="pour",
+            until=[gl.Reaches("time", 1)],
+            interval=1,
+            loads=[gl.Gravity(), gl.Fixed(grains=range(total - 3, total))],
         )
     )
     state.time_step = StableStep(state).step(integrator)

@@ -27,7 +27,7 @@ class Pull(gl.LoadingProtocol):
 
     def stages(self, specimen):
         rim = [gl.Traction(boundary=name, stress=(0, STRESS, 0), ramp=1e-9) for name in specimen.mesh.boundaries]
-        return [gl.Stage(name="pull", tractions=rim, until=[gl.AtRest()], interval=1e-9, static=True)]
+        return [gl.Stage(name="pull", loads=rim, until=[gl.AtRest()], interval=1e-9, static=True)]
 
     def measure(self, state):
         return {}
@@ -44,7 +44,7 @@ class Bend(Pull):
         load = gl.Hold(boundary="load", axis=1, stress=-STRESS, ramp=1e-9)
         rollers = [("load", 0), ("support_left", 1), ("support_right", 1)]
         drives = [load, *(gl.Drive(boundary=name, axis=axis, speed=0.0, roller=True) for name, axis in rollers)]
-        return [gl.Stage(name="bend", drives=drives, until=[gl.AtRest()], interval=1e-9, static=True)]
+        return [gl.Stage(name="bend", loads=drives, until=[gl.AtRest()], interval=1e-9, static=True)]
 
 
 def solved(width, height, size, law, angle=0.0):

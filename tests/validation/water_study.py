@@ -37,7 +37,7 @@ class Pressurize(gl.LoadingProtocol):
         water = gl.FluidPressure(boundary="left", pressure=PRESSURE, ramp=2e-5, cracks_only=True)
         return [
             gl.Stage(
-                name="pressurize", drives=drives, pressures=far, fluids=[water], until=[gl.AtRest(1e-4)], interval=2e-5,
+                name="pressurize", loads=[*drives, *far, water], until=[gl.AtRest(1e-4)], interval=2e-5,
                 integrator=gl.DynamicRelaxation(),
             )
         ]  # fmt: skip

@@ -18,6 +18,7 @@ from grainlaw.protocols import Excavation, PlaneWave, Wave
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from bars import GLUED, P_SPEED, ROCK, S_SPEED, bar, bell
+from support import with_quiet
 
 PAGE, SIZE = DOCS / "waves.md", 10e-3
 SPEED = {Wave.P: P_SPEED, Wave.S: S_SPEED}
@@ -38,7 +39,7 @@ def reflected(wave, bricks, soft=False):
         def stages(self, specimen):
             (stage,) = super().stages(specimen)
             known = {"p_speed": speed, "s_speed": speed} if soft else {}
-            return [attrs.evolve(stage, quiet=[gl.Quiet(boundary="right", **known)])]
+            return [with_quiet(stage, gl.Quiet(boundary="right", **known))]
 
     test = Pulse(
         stress=bell(duration, -1e6), wave=wave, gauges=(length / 2,), samples=800,
@@ -134,7 +135,7 @@ class Kirsch(gl.LoadingProtocol):
         loads = [
             gl.Traction(boundary=name, stress=(FAR_X, FAR_Y, 0), factor=factor) for name, factor in factors.items()
         ]
-        return [gl.Stage(name="load", tractions=loads, until=[gl.AtRest(1e-3)], interval=1e-10, static=True)]
+        return [gl.Stage(name="load", loads=loads, until=[gl.AtRest(1e-3)], interval=1e-10, static=True)]
 
     def measure(self, state):
         mesh = state.mesh

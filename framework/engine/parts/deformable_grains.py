@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
 from grainlaw.engine.parts.grains import GrainArrays, Grains
+from grainlaw.loads import Driven
 from grainlaw.specimen import Specimen
 
 
@@ -40,9 +40,7 @@ class DeformableGrains(Grains):
     def of_grains(self, grains: np.ndarray) -> np.ndarray:
         return np.flatnonzero(np.isin(self.specimen.mesh.node_grain, grains))
 
-    def check_drive(
-        self, drives: Sequence[Drive | Hold], column: int, before: Sequence[tuple[int | None, int]]
-    ) -> None:
+    def check_drive(self, drive: Driven, before: Sequence[tuple[Driven | None, int]]) -> None:
         """No conflict: a node on two boundaries follows the later drive, as its grain can deform."""
 
     def nodes_at(self, displacement: np.ndarray) -> np.ndarray:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.grains import Grains
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts.imposed import STILL, Imposed
+from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Scratch, Split
+from grainlaw.loads import Driven, Fixed
 
 
 class DriveArrays(NamedTuple):
@@ -43,31 +44,42 @@ def impose(drives, freedoms, velocities, time_step, thread):
 
 
 class Drives(Part):
-    """Freedoms on driven boundaries, and those of ``fixed`` grains, which take the column after those of the drives."""
+    """Freedoms on driven boundaries, and those of fixed grains."""
 
-    def __init__(self, grains: Grains, freedoms: Freedoms, drives: Sequence[Drive | Hold], fixed: Sequence[int]):
-        self._freedoms = freedoms
-        mesh, still = grains.specimen.mesh, len(drives)
+    takes = (Driven, Fixed)
+
+    def __init__(self, grains: Grains, freedoms: Freedoms) -> None:
+        self._grains, self._freedoms = grains, freedoms
+        self._drive({})
+
+    def begin(self, imposed: Imposed, at: Moment) -> None:
+        mesh, grains = self._grains.specimen.mesh, self._grains
         held: dict[tuple[int, int], int] = {}
-        for column, drive in enumerate(drives):
-            roller = isinstance(drive, Drive) and drive.roller
-            nodes = mesh.middle(drive.boundary) if roller else mesh.boundaries[drive.boundary]
+        by_column: dict[int, Driven] = {}
+        for drive in imposed.of(Driven):
+            column = imposed.column(drive)
+            nodes = mesh.middle(drive.boundary) if drive.roller else mesh.boundaries[drive.boundary]
             places = grains.of_nodes(nodes).tolist()
-            grains.check_drive(drives, column, [(held.get((drive.axis, place)), place) for place in places])
+            before = [by_column.get(held.get((drive.axis, place), STILL)) for place in places]
+            grains.check_drive(drive, list(zip(before, places, strict=True)))
+            by_column[column] = drive
             held.update({(drive.axis, place): column for place in places})
-            if not roller:  # a platen along the edge of a rigid grain keeps it from turning
-                held.update({(row, place): still for row in grains.turning for place in places})
-        grains.specimen.check_grain_numbers("Stage: fixed", fixed)
+            if not drive.roller:  # a platen along the edge of a rigid grain keeps it from turning
+                held.update({(row, place): STILL for row in grains.turning for place in places})
+        fixed = [grain for each in imposed.of(Fixed) for grain in each.grains]
         places = grains.of_grains(np.asarray(fixed, dtype=int)).tolist()
-        held.update({(row, place): still for place in places for row in range(len(freedoms.arrays.mass))})
-        rows = sorted(held, key=lambda place: (place[1], place[0]))
+        held.update({(row, place): STILL for place in places for row in range(len(self._freedoms.arrays.mass))})
+        self._drive(held)
+
+    def _drive(self, held: Mapping[tuple[int, int], int]) -> None:
+        """Let freedoms, by row and place, follow columns of the schedule."""
+        rows, free = sorted(held, key=lambda place: (place[1], place[0])), self._freedoms.arrays.free
         row, at = np.array(rows, dtype=np.int64).reshape(-1, 2).T.copy()
         columns = np.array([held[key] for key in rows], dtype=np.int64)
         none = np.zeros(len(rows))
         self.arrays = DriveArrays(row, at, columns, none, none.copy(), none.copy(), np.zeros(2, dtype=np.int64))
-        freedoms.arrays.free[:] = 1.0
-        freedoms.arrays.imposed[:] = 0.0
-        freedoms.arrays.free[row, at] = 0.0
+        free[:], self._freedoms.arrays.imposed[:] = 1.0, 0.0
+        free[row, at] = 0.0
 
     def share(self, split: Split) -> np.ndarray:
         return np.searchsorted(self.arrays.place, self._freedoms.share(split))

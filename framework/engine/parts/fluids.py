@@ -6,29 +6,27 @@ point, on either grain, or an edge of the rim.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from grainlaw.boundary_conditions import FluidPressure
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.bonds import Bonds
-from grainlaw.engine.parts.boundaries import check_boundaries
 from grainlaw.engine.parts.connection import Connection
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts.imposed import STILL, Imposed
+from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Scratch, Split
+from grainlaw.loads import FluidPressure
 from grainlaw.specimen import Specimen
 
-AFTER = 2  #: columns of the schedule that come after those of fluids: temperatures
-DRY = 0
+DRY = STILL
 FLOW = 50  #: steps after which a fluid enters what has broken: a wave crosses a few grains meanwhile
 
 
 class FluidArrays(NamedTuple):
     """Faces (f) that a fluid may wet, in the order of their first nodes; none before the first fluid is imposed."""
 
-    column: Changing  #: (f,) of the pressure in the schedule, counted from its end; ``DRY`` without one
+    column: Changing  #: (f,) of the schedule with the pressure; ``DRY`` without one
     node: Constant  #: (2, f) ends of the edge, the grain on the left
     edge_x: Constant  #: (f,) m, undeformed, from the first end to the second
     edge_y: Constant
@@ -58,7 +56,7 @@ def press_fluids(fluids, nodes, schedule, thread):
         column = fluids.column[f]
         if column != DRY or px[f] != 0 or py[f] != 0:  # a face that has just dried has half a step of work to come
             i, j, w = first[f], second[f], fluids.weight[f]
-            p = fluids.fraction[f] * schedule[schedule.shape[0] + column] if column != DRY else 0.0
+            p = fluids.fraction[f] * schedule[column] if column != DRY else 0.0
             force_x = -p * (edge_y[f] + uy[j] - uy[i])
             force_y = p * (edge_x[f] + ux[j] - ux[i])
             x, y = (1 - w) * ux[i] + w * ux[j], (1 - w) * uy[i] + w * uy[j]
@@ -70,12 +68,15 @@ def press_fluids(fluids, nodes, schedule, thread):
             nodal_y[j] += w * force_y
 
 
-class Fluids(Part):
+class Fluids(PointForces):
     """The fluids of the present stage, the faces that they wet, and the work of all since the run began."""
+
+    takes = (FluidPressure,)
 
     def __init__(self, specimen: Specimen, bonds: Bonds) -> None:
         self._specimen, self._mesh, self._bonds = specimen, specimen.mesh, bonds
         self.imposed: list[FluidPressure] = []
+        self._columns = np.array([DRY])
         self._connection: Connection | None = None
         self._pieces: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         self._lay(none=True)
@@ -106,8 +107,12 @@ class Fluids(Part):
     def share(self, split: Split) -> np.ndarray:
         return np.searchsorted(self.arrays.node[0], split.node)
 
-    def energy(self, time_step: float) -> dict[str, float]:
-        return {"external": float(self.arrays.work.sum())}
+    def points(self, displacement: np.ndarray) -> np.ndarray:
+        (i, j), w = self.arrays.node, self.arrays.weight
+        return (1 - w) * displacement[:, i] + w * displacement[:, j]
+
+    def end(self, displacement: np.ndarray) -> dict[str, float]:
+        return {}  # a face that dries has half a step of work to come, and keeps it
 
     @property
     def forces(self) -> np.ndarray:
@@ -121,30 +126,20 @@ class Fluids(Part):
             self._lay(none=not len(saved["column"]))
         super().restore(saved)
 
-    def begin(self, imposed: Sequence[FluidPressure], before: np.ndarray) -> None:
-        """Impose the fluids of another stage; ``before`` (2, i) m is the displacement at the last forces.
-
-        Raises :class:`ParameterError` for a boundary that the specimen does not have.
-        """
-        check_boundaries(self._specimen, imposed)
-        if imposed and not len(self.arrays.column):
+    def begin(self, imposed: Imposed, at: Moment) -> None:
+        self.imposed = imposed.of(FluidPressure)
+        self._columns = np.array([DRY, *map(imposed.column, self.imposed)])
+        if self.imposed and not len(self.arrays.column):
             self._lay(none=False)
-        self.imposed = list(imposed)
-        self._flow(0.0, before)
+        self._flow(0.0, at.at_forces)
 
     def follow(self, time: float, before: np.ndarray) -> None:
-        """Let fluids enter what has broken, at a time (s) since the stage began; ``before`` as in ``begin``."""
+        """Let fluids enter what has broken, at a time (s) since the stage began.
+
+        ``before`` (2, i) m is the displacement at the last forces.
+        """
         if self.imposed:
             self._flow(time, before)
-
-    def schedule(self, begin: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-        """Columns (t,) Pa of steps between times (s) since the stage began; ``AFTER`` columns come after them."""
-        return [one.course(begin, end) for one in self.imposed]
-
-    @property
-    def lasts(self) -> float:
-        """s since the stage began, until when pressures change."""
-        return max((one.lasts for one in self.imposed), default=0.0)
 
     def at_points(self, time: float) -> np.ndarray:
         """(p,) Pa on the faces of contact points, at a time (s) since the stage began; 0 where dry."""
@@ -159,11 +154,9 @@ class Fluids(Part):
         fluid = self._reached(time)
         self.books.fluid[:] = fluid
         number = np.concatenate([fluid, fluid, self._on_rim()])[self._face]
-        column = np.where(number == DRY, DRY, number - 1 - len(self.imposed) - AFTER)
-        a = self.arrays
+        a, column = self.arrays, self._columns[number]
         new = np.flatnonzero((a.column == DRY) & (column != DRY) & (a.force_x == 0) & (a.force_y == 0))
-        (i, j), w = a.node[:, new], a.weight[new]
-        a.moved_x[new], a.moved_y[new] = (1 - w) * before[:, i] + w * before[:, j]
+        a.moved_x[new], a.moved_y[new] = self.points(before)[:, new]
         a.column[:] = column
 
     def _on_rim(self) -> np.ndarray:

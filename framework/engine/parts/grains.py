@@ -11,10 +11,10 @@ import numpy as np
 import scipy
 from numba import njit
 
-from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
 from grainlaw.engine.parts.part import Constant, Part, Scratch
+from grainlaw.loads import Driven
 from grainlaw.specimen import Specimen
 
 
@@ -89,10 +89,8 @@ class Grains(Part, ABC):
         """Places (n) of the freedoms that move these grains."""
 
     @abstractmethod
-    def check_drive(
-        self, drives: Sequence[Drive | Hold], column: int, before: Sequence[tuple[int | None, int]]
-    ) -> None:
-        """Raise :class:`ParameterError` where a drive contradicts one of those ``before`` it on the same place."""
+    def check_drive(self, drive: Driven, before: Sequence[tuple[Driven | None, int]]) -> None:
+        """Raise :class:`ParameterError` where a drive contradicts one ``before`` it on the same place."""
 
     @abstractmethod
     def nodes_at(self, displacement: np.ndarray) -> np.ndarray:

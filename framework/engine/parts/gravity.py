@@ -9,7 +9,9 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts.imposed import Imposed
+from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Scratch, Split
+from grainlaw.loads import Gravity
 
 
 class GravityArrays(NamedTuple):
@@ -20,10 +22,10 @@ class GravityArrays(NamedTuple):
 
 
 class GravityBooks(NamedTuple):
-    """What is recorded between stages."""
+    """What is recorded when the weight changes."""
 
-    since: Changing  #: (r, n) m, displacement from which the work of the present stage counts
-    done: Changing  #: (1,) J, in earlier stages
+    since: Changing  #: (r, n) m, displacement from which the work of the present weight counts
+    done: Changing  #: (1,) J, of those before in this stage
 
 
 @njit(**OPTIONS)
@@ -36,26 +38,29 @@ def add_weight(gravity, freedoms, thread):
                 freedoms.force[row, n] += gravity.weight[row, n]
 
 
-class Gravity(Part):
+class Weight(Part):
     """The weight of all freedoms; without gravity the step skips it."""
+
+    takes = (Gravity,)
 
     def __init__(self, freedoms: Freedoms, true_mass: np.ndarray) -> None:
         self._freedoms, self._mass = freedoms, true_mass
         zeros = np.zeros(freedoms.arrays.mass.shape)
         self.arrays = GravityArrays(zeros, np.zeros(2, dtype=np.int64))
+        self.new = zeros.copy()  #: (r, n) N that the present stage has added
         self.books = GravityBooks(freedoms.arrays.displacement.copy(), np.zeros(1))
 
     def share(self, split: Split) -> np.ndarray:
         return self._freedoms.share(split) if self.arrays.weight.any() else super().share(split)
 
-    def begin(self, acceleration: tuple[float, float], time_step: float) -> np.ndarray:
-        """Impose an acceleration (m/s2) from now on; returns by how much the weights (r, n) N have changed."""
-        self.books.done[0] += self._work(time_step)
-        self.books.since[:] = self._freedoms.displacement_at_forces(time_step)
+    def begin(self, imposed: Imposed, at: Moment) -> None:
+        self.books.done[0] = 0.0
+        self.books.since[:] = self._freedoms.displacement_at_forces(at.time_step)
         before, weight = self.arrays.weight, np.zeros_like(self.arrays.weight)
-        weight[:2] = np.array(acceleration)[:, None] * self._mass
-        self.arrays = self.arrays._replace(weight=weight)
-        return weight - before
+        for gravity in imposed.of(Gravity):
+            weight[:2] += np.array(gravity.acceleration)[:, None] * self._mass
+        self.arrays, self.new = self.arrays._replace(weight=weight), weight - before
+        self._freedoms.arrays.earlier[:] += self.new
 
     def raise_to(self, weight: np.ndarray, time_step: float) -> None:
         """Impose another weight (r, n) N between two steps of a specimen that goes from equilibrium to equilibrium.
@@ -74,7 +79,7 @@ class Gravity(Part):
         return {"external": float(self.books.done[0]) + self._work(time_step)}
 
     def _work(self, time_step: float) -> float:
-        """J since the present stage began, until the last forces."""
+        """J of the present weight, until the last forces."""
         if not self.arrays.weight.any():
             return 0.0
         return float(np.sum(self.arrays.weight * (self._freedoms.displacement_at_forces(time_step) - self.books.since)))

@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grainlaw.engine.parts.imposed import Imposed
 from grainlaw.engine.parts.material_zones import MaterialZones
-from grainlaw.engine.parts.part import Changing, Part
+from grainlaw.engine.parts.part import Changing, Moment, Part
+from grainlaw.loads import Heat
 from grainlaw.memory import ROOM
 
 
@@ -20,8 +22,10 @@ class HeatBooks(NamedTuple):
     rate: Changing  #: (1,) K/s
 
 
-class Heat(Part):
+class EvenTemperature(Part):
     """Temperature. That of a step is the same to the last digit, however many steps are done in one call."""
+
+    takes = (Heat,)
 
     def __init__(self, materials: MaterialZones) -> None:
         self._materials = materials
@@ -38,9 +42,8 @@ class Heat(Part):
         """1 where the stage heats, -1 where it cools, 0 where the temperature stays."""
         return 0 if self.target is None else int(np.sign(self.target - self.temperature))
 
-    def begin(self, target: float | None) -> None:
-        """Another stage, with its own ``target`` (°C)."""
-        self.target = target
+    def begin(self, imposed: Imposed, at: Moment) -> None:
+        self.target = next((heat.to for heat in imposed.of(Heat)), None)
         self.books.rate[0] = 0.0
 
     def course(self, times: np.ndarray, now: float, pace: float) -> np.ndarray:

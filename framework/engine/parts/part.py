@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import functools
+from abc import abstractmethod
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
+
+from grainlaw.engine.parts.imposed import Imposed
+from grainlaw.stage import Load
 
 Constant = Annotated[np.ndarray, "constant"]  #: built when the model or a stage begins
 Changing = Annotated[np.ndarray, "changing"]  #: steps change it: saved and restored
@@ -18,6 +22,13 @@ class Split(NamedTuple):
     threads: int
     grain: np.ndarray
     node: np.ndarray
+
+
+class Moment(NamedTuple):
+    """When a stage begins."""
+
+    time_step: float  #: s
+    at_forces: np.ndarray  #: (2, i) m, displacement at the last forces; the present one where nothing moves
 
 
 class NoRows(NamedTuple):
@@ -37,8 +48,12 @@ class Part:
     passes over them that the step calls, and a class that builds them from a specimen. What only Python needs is in a
     second named tuple, ``books``. The last field of ``arrays`` is ``share``, (threads + 1,) bounds of what each thread
     works on.
+
+    A part that ``takes`` loads of some classes begins anew with each stage: ``State.begin`` asks it to ``end`` and then
+    to ``begin``. What ``energy`` says less afterwards has been supplied, or lost, in stages before, and is kept.
     """
 
+    takes: tuple[type[Load], ...] = ()  #: classes of loads that it brings on the specimen
     arrays: Any = NoRows()
     books: Any = NoRows()
 
@@ -46,8 +61,18 @@ class Part:
         """(threads + 1,) bounds of what each thread works on; no thread has a share unless a part says otherwise."""
         return np.zeros(split.threads + 1, dtype=np.int64)
 
+    def begin(self, imposed: Imposed, at: Moment) -> None:
+        """Take up what a stage imposes from now on."""
+
     def energy(self, time_step: float) -> dict[str, float]:
         """J per metre of thickness by kind, at the moment of the last forces."""
+        return {}
+
+    def end(self, displacement: np.ndarray) -> dict[str, float]:
+        """J by kind that ``energy`` will not count: of the last forces, which end here, on the motion since.
+
+        Nodes are displaced by (2, i) m. See :func:`half_step_work`.
+        """
         return {}
 
     def shared(self, split: Split) -> Any:
@@ -73,6 +98,22 @@ class Part:
                     other[name] = copy.copy()
             if other:
                 setattr(self, where, rows._replace(**other))
+
+
+class PointForces(Part):
+    """Forces on points: ``arrays`` have ``force_x`` and ``force_y``, ``moved_x`` and ``moved_y``, and ``work``."""
+
+    kind, sign = "external", 1.0  #: of the energy that their work is
+
+    @abstractmethod
+    def points(self, displacement: np.ndarray) -> np.ndarray:
+        """(2, n) m, how far the points have moved where nodes are displaced by (2, i) m."""
+
+    def energy(self, time_step: float) -> dict[str, float]:
+        return {self.kind: self.sign * float(self.arrays.work.sum())}
+
+    def end(self, displacement: np.ndarray) -> dict[str, float]:
+        return {self.kind: self.sign * half_step_work(self.arrays, self.points(displacement))}
 
 
 def half_step_work(arrays: Any, moved: np.ndarray) -> float:

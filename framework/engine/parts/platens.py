@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Freedoms
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
-from grainlaw.specimen import Specimen
+from grainlaw.engine.parts.imposed import Imposed
+from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Scratch, Split
+from grainlaw.loads import Hold
+from grainlaw.mesh import Mesh
 
 
 class PlatenArrays(NamedTuple):
@@ -62,29 +62,38 @@ def move_platens(platens, drives, freedoms, schedule, velocities, integrator, pa
 
 
 class Platens(Part):
-    """The platens of a stage, each with the mass and the momentum of the freedoms on its boundary."""
+    """The platens of a stage under a force, whose freedoms the drives hold."""
 
-    def __init__(self, specimen: Specimen, drives: Sequence[Drive | Hold], driven: Drives, freedoms: Freedoms) -> None:
-        self._freedoms = freedoms
-        holds = [(column, drive) for column, drive in enumerate(drives) if isinstance(drive, Hold)]
-        lengths, f = specimen.mesh.boundary_lengths, freedoms.arrays
+    def __init__(self, mesh: Mesh, drives: Drives, freedoms: Freedoms) -> None:
+        self._mesh, self._drives, self._freedoms = mesh, drives, freedoms
+        self._imposed = Imposed(mesh)
+        self.take_up()
+
+    def begin(self, imposed: Imposed, at: Moment) -> None:
+        self._imposed = imposed
+        self.take_up()
+
+    def take_up(self) -> None:
+        """Give each platen the mass and the momentum of the freedoms on its boundary."""
+        f, driven, lengths = self._freedoms.arrays, self._drives.arrays, self._mesh.boundary_lengths
+        holds = [(self._imposed.column(hold), hold) for hold in self._imposed.of(Hold)]
         rows = {name: np.zeros((1, len(holds))) for name in MOTION}
         for k, (column, _) in enumerate(holds):
-            mine = driven.arrays.column == column
-            place = driven.arrays.row[mine], driven.arrays.place[mine]
+            mine = driven.column == column
+            place = driven.row[mine], driven.place[mine]
             rows["velocity"][0, k] = np.average(f.velocity[place], weights=f.mass[place])
             rows["mass"][0, k] = f.mass[place].sum()
         rows["free"][:] = 1.0
         self.arrays = PlatenArrays(
             column=np.array([column for column, _ in holds], dtype=np.int64),
-            stiffness=np.array([drive.stiffness * lengths[drive.boundary] for _, drive in holds]),
+            stiffness=np.array([hold.stiffness * lengths[hold.boundary] for _, hold in holds]),
             **rows,
             share=np.zeros(2, dtype=np.int64),
         )
 
-    def follow(self, driven: Drives, change: np.ndarray) -> None:
+    def follow(self, change: np.ndarray) -> None:
         """Add to each platen's velocity the mean of what was added to its freedoms, ``change`` (r, n) m/s."""
-        at, mass = driven.arrays, self._freedoms.arrays.mass
+        at, mass = self._drives.arrays, self._freedoms.arrays.mass
         for k, column in enumerate(self.arrays.column.tolist()):
             mine = at.column == column
             place = at.row[mine], at.place[mine]

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 from numba import njit
 
-from grainlaw.boundary_conditions import Drive, Hold, Pressure
 from grainlaw.compiler.cache import OPTIONS
+from grainlaw.engine.parts.imposed import Imposed
 from grainlaw.engine.parts.membrane import membrane
-from grainlaw.engine.parts.part import Changing, Part, Scratch, Split, half_step_work
+from grainlaw.engine.parts.part import Changing, Moment, PointForces, Scratch, Split, half_step_work
+from grainlaw.loads import Driven, Pressure
 from grainlaw.specimen import Specimen
 
 PARTED = 0.05  #: of the grain size: how far the rim may part, and nodes may move, until membranes are laid anew
@@ -72,32 +72,34 @@ def gather_pressures(pressures, nodes, thread):
             fy[j] += 0.5 * y
 
 
-class Pressures(Part):
-    """The pressures of a stage; their columns of the schedule come after those of drives and fixed grains."""
+class Pressures(PointForces):
+    """The pressures of a stage, on membranes between its driven boundaries."""
 
-    def __init__(
-        self,
-        specimen: Specimen,
-        drives: Sequence[Drive | Hold],
-        pressures: Sequence[Pressure],
-        displacement: np.ndarray,
-    ) -> None:
+    takes = (Pressure,)
+
+    def __init__(self, specimen: Specimen) -> None:
         mesh = self._mesh = specimen.mesh
-        self._first_column, self._room = len(drives) + 1, PARTED * specimen.grains.grain_size
-        self._gap = WIDE * specimen.grains.grain_size
+        self._room, self._gap = (share * specimen.grains.grain_size for share in (PARTED, WIDE))
+        self._near = SAME * specimen.grains.grain_size
+        self._begin(Imposed(mesh), np.zeros((2, len(mesh.nodes))))
+
+    def begin(self, imposed: Imposed, at: Moment) -> None:
+        self._begin(imposed, at.at_forces)
+
+    def _begin(self, imposed: Imposed, before: np.ndarray) -> None:
+        mesh, pressures = self._mesh, imposed.of(Pressure)
         self._pressed = [pressure.boundary for pressure in pressures]
-        self._driven = {drive.boundary for drive in drives} - set(self._pressed)
+        self._columns = np.array([imposed.column(pressure) for pressure in pressures], dtype=np.int64)
+        self._driven = {drive.boundary for drive in imposed.of(Driven)} - set(self._pressed)
         edges = [mesh.boundary_edges[boundary] for boundary in self._pressed]
         pressed = np.repeat(np.arange(len(edges)), [len(e) for e in edges])
         node = np.concatenate([np.zeros((0, 2), dtype=np.int64), *edges])
         order = np.argsort(node[:, 0], kind="stable")
         rim = np.unique(node)
-        near = scipy.spatial.cKDTree(mesh.nodes[rim]).query_pairs(
-            SAME * specimen.grains.grain_size, output_type="ndarray"
-        )
+        near = scipy.spatial.cKDTree(mesh.nodes[rim]).query_pairs(self._near, output_type="ndarray")
         self._joined = rim[near]  #: (n, 2) nodes of neighbours on the undeformed rim
         self.books = PressureBooks(np.zeros((2, 0)), np.zeros(1))
-        self._lay(node[order], pressed[order], displacement)
+        self._lay(node[order], pressed[order], before)
 
     def _lay(self, node: np.ndarray, pressed: np.ndarray, displacement: np.ndarray) -> None:
         """Let membranes be ``node`` (e, 2), each under one of the pressures ``pressed`` (e,)."""
@@ -106,20 +108,19 @@ class Pressures(Part):
         middle = displacement[:, node].mean(axis=1)
         count = node.shape[1]
         self.arrays = PressureArrays(
-            pressed + self._first_column, node, vector[0].copy(), vector[1].copy(), np.zeros(count), np.zeros(count),
+            self._columns[pressed], node, vector[0].copy(), vector[1].copy(), np.zeros(count), np.zeros(count),
             middle[0].copy(), middle[1].copy(), np.zeros(count), np.zeros(2, dtype=np.int64),
         )  # fmt: skip
 
     def share(self, split: Split) -> np.ndarray:
         return np.searchsorted(self.arrays.node[0], split.node)
 
-    @property
-    def work(self) -> float:
-        """J, of all pressures since the stage began."""
-        return float(self.books.done[0]) + float(self.arrays.work.sum())
-
     def energy(self, time_step: float) -> dict[str, float]:
-        return {"external": self.work}
+        return {self.kind: float(self.books.done[0]) + float(self.arrays.work.sum())}
+
+    def points(self, displacement: np.ndarray) -> np.ndarray:
+        middle: np.ndarray = displacement[:, self.arrays.node].mean(axis=1)
+        return middle
 
     def follow_rim(self, displacement: np.ndarray, before: np.ndarray) -> None:
         """Lay membranes anew where the rim has parted; ``before`` (2, i) m is the displacement at the last forces."""
@@ -128,13 +129,9 @@ class Pressures(Part):
         node = self._membrane(displacement)
         nearest = self._nearest(node)
         node, nearest = node[nearest >= 0], nearest[nearest >= 0]
-        done = self.books.done + self.arrays.work.sum() + self.last_work(displacement)
+        done = self.books.done + self.arrays.work.sum() + half_step_work(self.arrays, self.points(displacement))
         self.books = PressureBooks(displacement.copy(), done)
         self._lay(node, nearest, before)
-
-    def last_work(self, displacement: np.ndarray) -> float:
-        """J, when membranes or stages end, of nodes that are displaced by (2, i) m: see :func:`half_step_work`."""
-        return half_step_work(self.arrays, displacement[:, self.arrays.node].mean(axis=1))
 
     def _has_changed(self, displacement: np.ndarray) -> bool:
         if not np.isfinite(displacement).all():  # the check of the energies reports where the run became unstable

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from grainlaw.boundary_conditions import Quiet
 from grainlaw.columns import ABSORBED
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split, half_step_work
-from grainlaw.parameter import ParameterError
+from grainlaw.engine.parts.imposed import Imposed
+from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Scratch, Split
+from grainlaw.loads import Quiet
 from grainlaw.specimen import Specimen
 
 
@@ -56,23 +55,29 @@ def absorb(quiet, freedoms, time_step, thread):
         force[1, i] += y
 
 
-class QuietBoundaries(Part):
-    """The quiet boundaries of a stage; ``before`` (2, i) m is the displacement at the last forces.
+class QuietBoundaries(PointForces):
+    """The quiet boundaries of a stage."""
 
-    Raises :class:`ParameterError` for rigid grains, which carry no waves.
-    """
+    takes, kind, sign = (Quiet,), ABSORBED, -1.0
 
-    def __init__(self, specimen: Specimen, quiet: Sequence[Quiet], freedoms: Freedoms, before: np.ndarray) -> None:
-        if quiet and specimen.is_rigid:
-            raise ParameterError(f"Quiet: boundary = {quiet[0].boundary!r} is of rigid grains, which carry no waves")
-        mesh, total = specimen.mesh, np.zeros((len(specimen.mesh.nodes), 3))
-        for each in quiet:
+    def __init__(self, specimen: Specimen, freedoms: Freedoms) -> None:
+        self._specimen, self._freedoms = specimen, freedoms
+        self._lay(np.zeros(0, dtype=np.int64), np.zeros((3, 0)), np.zeros((2, 0)))
+
+    def begin(self, imposed: Imposed, at: Moment) -> None:
+        mesh = self._specimen.mesh
+        total = np.zeros((len(mesh.nodes), 3))
+        for each in imposed.of(Quiet):
             edges = mesh.boundary_edges[each.boundary]
-            length, dashpots = _dashpots(specimen, edges, each)
+            length, dashpots = _dashpots(self._specimen, edges, each)
             np.add.at(total, edges.ravel(), np.repeat(dashpots * length[:, None] / 2, 2, axis=0))
         node = np.flatnonzero(total.any(axis=1))
-        free_x, free_y = freedoms.arrays.free[:2, node] if len(node) else np.zeros((2, 0))
-        (xx, yy, xy), count = total[node].T, len(node)
+        self._lay(node, total[node].T, at.at_forces)
+
+    def _lay(self, node: np.ndarray, dashpots: np.ndarray, before: np.ndarray) -> None:
+        """Let dashpots (3, n) N s/m be on nodes (n,), where they are free."""
+        free_x, free_y = self._freedoms.arrays.free[:2, node] if len(node) else np.zeros((2, 0))
+        (xx, yy, xy), count = dashpots, len(node)
         self.arrays = QuietArrays(
             node, xx * free_x, yy * free_y, xy * free_x * free_y, np.zeros(count), np.zeros(count),
             before[0, node], before[1, node], np.zeros(count), np.zeros(2, dtype=np.int64),
@@ -81,12 +86,8 @@ class QuietBoundaries(Part):
     def share(self, split: Split) -> np.ndarray:
         return np.searchsorted(self.arrays.node, split.node)
 
-    def energy(self, time_step: float) -> dict[str, float]:
-        return {ABSORBED: -float(self.arrays.work.sum())}
-
-    def last_work(self, displacement: np.ndarray) -> float:
-        """J, when the stage ends, of nodes that are displaced by (2, i) m: see :func:`half_step_work`."""
-        return half_step_work(self.arrays, displacement[:, self.arrays.node])
+    def points(self, displacement: np.ndarray) -> np.ndarray:
+        return displacement[:, self.arrays.node]
 
 
 def _dashpots(specimen: Specimen, edges: np.ndarray, quiet: Quiet) -> tuple[np.ndarray, np.ndarray]:

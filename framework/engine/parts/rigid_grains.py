@@ -8,11 +8,11 @@ import attrs
 import numpy as np
 import scipy
 
-from grainlaw.boundary_conditions import Drive, Hold
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
 from grainlaw.engine.parts.grains import GrainArrays, Grains
 from grainlaw.engine.parts.part import Split
 from grainlaw.engine.stability import rigid_map
+from grainlaw.loads import Driven
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
@@ -58,16 +58,13 @@ class RigidGrains(Grains):
     def of_grains(self, grains: np.ndarray) -> np.ndarray:
         return grains
 
-    def check_drive(
-        self, drives: Sequence[Drive | Hold], column: int, before: Sequence[tuple[int | None, int]]
-    ) -> None:
+    def check_drive(self, drive: Driven, before: Sequence[tuple[Driven | None, int]]) -> None:
         """A rigid grain on two boundaries cannot strain, so that both must move it alike."""
-        drive = drives[column]
         for other, grain in before:
-            if other is not None and attrs.evolve(drives[other], boundary=drive.boundary) != drive:
+            if other is not None and attrs.evolve(other, boundary=drive.boundary) != drive:  # type: ignore[misc]
                 raise ParameterError(
                     f"{type(drive).__name__}: boundary = {drive.boundary!r} is not allowed, rigid grain {grain} lies "
-                    f"on {drives[other].boundary!r} too, which is moved differently along the same axis"
+                    f"on {other.boundary!r} too, which is moved differently along the same axis"
                 )
 
     def _arms(self, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:

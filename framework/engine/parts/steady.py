@@ -11,7 +11,7 @@ import numpy as np
 
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Freedoms
-from grainlaw.engine.parts.heat import Heat
+from grainlaw.engine.parts.heat import EvenTemperature
 from grainlaw.engine.parts.part import Changing, Part
 
 
@@ -31,7 +31,7 @@ class SteadyBooks(NamedTuple):
 class Steady(Part):
     """The steady motion: at first that of the static solution, then the mean of the motion over some time."""
 
-    def __init__(self, freedoms: Freedoms, heat: Heat) -> None:
+    def __init__(self, freedoms: Freedoms, heat: EvenTemperature) -> None:
         self._freedoms, self._heat = freedoms, heat
         zeros = np.zeros_like(freedoms.arrays.mass)
         self.books = SteadyBooks(
@@ -52,7 +52,7 @@ class Steady(Part):
         """(r, n) m/s."""
         return self.pace * self.books.share[0] * self.books.field
 
-    def begin(self, field: np.ndarray, pace: float, time: float, *, rises: bool) -> None:
+    def start(self, field: np.ndarray, pace: float, time: float, *, rises: bool) -> None:
         """A field (r, n) m/s, of another stage, which counts when its speed no longer ``rises``."""
         self.soften(np.zeros(0))
         self.books.settled[:] = self._freedoms.arrays.displacement
@@ -76,13 +76,13 @@ class Steady(Part):
     def follow(self, driven: Drives, speeds: np.ndarray, time: float, least: float) -> bool:
         """If ``least`` (s) have passed, take the mean motion of this time for the steady motion; whether they have.
 
-        ``speeds`` (d,) m/s are those of the drives; the mean is divided by how far they have moved, or by the change of
-        the temperature.
+        ``speeds`` (columns,) m/s are those of the schedule; the mean is divided by how far drives have moved, or by the
+        change of the temperature.
         """
         if time - self.books.since[0] < least:
             return False
         moved, at = self._freedoms.arrays.displacement - self.books.mark, driven.arrays
-        wanted = np.append(speeds, 0.0)[at.column]
+        wanted = speeds[at.column]
         if self._heat.target is None:
             travel = float(np.sum(moved[at.row, at.place] * wanted) / np.sum(wanted**2))
         else:

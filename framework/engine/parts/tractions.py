@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from grainlaw.boundary_conditions import Traction
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split, half_step_work
+from grainlaw.engine.parts.imposed import Imposed
+from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Scratch, Split
+from grainlaw.loads import Traction
 from grainlaw.mesh import Mesh
 
 
@@ -43,15 +43,19 @@ def load(tractions, nodes, schedule, thread):
         fy[i] += y
 
 
-class Tractions(Part):
-    """The tractions of a stage, from the column ``first`` of the schedule on.
+class Tractions(PointForces):
+    """The tractions of a stage."""
 
-    ``before`` (2, i) m is the displacement at the last forces.
-    """
+    takes = (Traction,)
 
-    def __init__(self, mesh: Mesh, tractions: Sequence[Traction], first: int, before: np.ndarray) -> None:
+    def __init__(self, mesh: Mesh) -> None:
+        self._mesh = mesh
+        self._lay(np.zeros((0, 4)), np.zeros((2, 0)))
+
+    def begin(self, imposed: Imposed, at: Moment) -> None:
+        mesh = self._mesh
         rows: list[np.ndarray] = [np.zeros((0, 4))]
-        for column, traction in enumerate(tractions, first):
+        for traction in imposed.of(Traction):
             edges = mesh.boundary_edges[traction.boundary]
             along = mesh.nodes[edges[:, 1]] - mesh.nodes[edges[:, 0]]
             xx, yy, xy = traction.stress
@@ -59,9 +63,12 @@ class Tractions(Part):
             half = outward @ np.array([[xx, xy], [xy, yy]]) / 2
             node, place = np.unique(edges, return_inverse=True)
             force = np.stack([np.bincount(place.ravel(), np.repeat(row, 2), len(node)) for row in half.T], axis=1)
-            rows.append(np.column_stack([np.full(len(node), column), node, force]))
+            rows.append(np.column_stack([np.full(len(node), imposed.column(traction)), node, force]))
         table = np.concatenate(rows)
-        table = table[np.argsort(table[:, 1], kind="stable")]
+        self._lay(table[np.argsort(table[:, 1], kind="stable")], at.at_forces)
+
+    def _lay(self, table: np.ndarray, before: np.ndarray) -> None:
+        """Let column, node and full force be those of the rows (n, 4) of a table."""
         node, count = table[:, 1].astype(np.int64), len(table)
         self.arrays = TractionArrays(
             table[:, 0].astype(np.int64), node, table[:, 2].copy(), table[:, 3].copy(), np.zeros(count),
@@ -71,9 +78,5 @@ class Tractions(Part):
     def share(self, split: Split) -> np.ndarray:
         return np.searchsorted(self.arrays.node, split.node)
 
-    def energy(self, time_step: float) -> dict[str, float]:
-        return {"external": float(self.arrays.work.sum())}
-
-    def last_work(self, displacement: np.ndarray) -> float:
-        """J, when the stage ends, of nodes that are displaced by (2, i) m: see :func:`half_step_work`."""
-        return half_step_work(self.arrays, displacement[:, self.arrays.node])
+    def points(self, displacement: np.ndarray) -> np.ndarray:
+        return displacement[:, self.arrays.node]

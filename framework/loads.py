@@ -1,0 +1,394 @@
+"""What a stage may impose: motions, forces, pressures, tractions, fluids, quiet boundaries, gravity, temperature."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.arguments import is_number
+from grainlaw.columns import TEMPERATURE
+from grainlaw.condition import ComesTo, Condition
+from grainlaw.loading import Constant, HeatingRate
+from grainlaw.material import ABSOLUTE_ZERO
+from grainlaw.messages import short
+from grainlaw.parameter import ParameterError, checked_number, checked_vector, grain_numbers, parameter, part
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Load, Stage
+from grainlaw.time_series import GAUSS, TimeSeries, Varying, rise, value_of, varying
+
+
+def _is_axis(drive: Driven, attribute: attrs.Attribute, value: int) -> None:
+    if not is_number(value, int) or value not in (0, 1):
+        raise ParameterError(
+            f"{type(drive).__name__}: axis = {short(value)} is not allowed, it must be 0 (along x) or 1 (along y)"
+        )
+
+
+def _stress(value: Any) -> tuple[float, float, float]:
+    xx, yy, xy = checked_vector("Traction: stress", value, "Pa", ("xx", "yy", "xy")).tolist()
+    return xx, yy, xy
+
+
+def _acceleration(value: Any) -> tuple[float, float]:
+    x, y = checked_vector("Gravity: acceleration", value, "m/s2").tolist()
+    return x, y
+
+
+def _speed() -> Any:
+    def convert(value: Any, component: Any, attribute: Any) -> float | None:
+        return None if value is None else checked_number(f"Quiet: {attribute.name}", value, "m/s", above=0)
+
+    converter = attrs.Converter(convert, takes_self=True, takes_field=True)
+    return attrs.field(default=None, converter=converter, metadata={"unit": "m/s"})
+
+
+class BoundaryLoad(Load):
+    """What a stage imposes on a boundary: a level that may change with time.
+
+    The level is the field that is declared by ``varying``. One that is a number rises from ``start`` in the time
+    ``ramp``, smoothly.
+    """
+
+    boundary: str
+    start: float
+    ramp: float
+
+    def __attrs_post_init__(self) -> None:
+        if not isinstance(self.level, float) and (self.start or self.ramp):
+            raise ParameterError(
+                f"{type(self).__name__}: start = {self.start:g} and ramp = {self.ramp:g} s are not allowed beside "
+                f"{short(self.level)}, which says itself how it changes with time"
+            )
+
+    def check(self, stage: Stage) -> None:
+        if math.isinf(self.lasts) and (stage.static or any(end.waits_for_rest for end in stage.until)):
+            what = "static" if stage.static else "AtRest"
+            raise ParameterError(
+                f"Stage '{stage.name}': {what} needs loads of which it is known when they no longer change, that of "
+                f"the boundary {self.boundary} is a function of time: give it as a TimeSeries"
+            )
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        check_boundary(self, specimen)
+
+    @property
+    def level(self) -> Varying:
+        """The number, the points in time or the function."""
+        level: Varying = getattr(self, _field(type(self)).name)
+        return level
+
+    def schedule(self, begin: np.ndarray, end: np.ndarray, pace: float, length: float) -> np.ndarray:
+        """(n,) of steps from ``begin`` to ``end`` (n,) s since the stage began: what the part imposes, by step.
+
+        ``pace`` is that of the loading, ``length`` (m) that of the boundary.
+        """
+        return self.course(begin, end)
+
+    def course(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """(n,) levels of steps from ``begin`` to ``end`` (n,) s since the stage began.
+
+        What changes with time counts by its mean over the step: so a boundary moves by the integral of its speed, and a
+        force gives the integral of itself as momentum, of a ``TimeSeries`` exactly.
+        """
+        level = self.level
+        if isinstance(level, TimeSeries):
+            found: np.ndarray = (level.integral(end) - level.integral(begin)) / (end - begin)
+            return found
+        if not callable(level):
+            return rise(end, self.ramp, self.start, level)
+        field = _field(type(self))
+        where, bounds = f"{type(self).__name__} of {self.boundary}: {field.name}", field.metadata["varies"]
+        at = [(begin + share * (end - begin)).tolist() for share in GAUSS]
+        return np.array([[value_of(where, level, time, bounds) for time in times] for times in at]).mean(axis=0)
+
+    def at(self, time: float) -> float:
+        """The level at a time (s) since the stage began."""
+        level = self.level
+        return float(level(time) if callable(level) else rise(np.array(time), self.ramp, self.start, level))
+
+    def at_start(self) -> Load | None:
+        found: Load = attrs.evolve(  # type: ignore[misc]
+            self, **{_field(type(self)).name: self.at(0.0)}, start=0.0, ramp=0.0
+        )
+        return found
+
+    @property
+    def lasts(self) -> float:
+        if isinstance(self.level, TimeSeries):
+            return max(float(self.level.times[-1]), 0.0)
+        return math.inf if callable(self.level) else self.ramp
+
+    @property
+    def largest(self) -> float:
+        """The largest size of the level; 0 for a function, of which that is not known."""
+        if isinstance(self.level, TimeSeries):
+            return float(np.abs(self.level.values).max())
+        return 0.0 if callable(self.level) else abs(self.level)
+
+
+@functools.cache
+def _field(kind: type) -> attrs.Attribute[Any]:
+    """The field of a load that is declared by ``varying``."""
+    return next(field for field in attrs.fields(kind) if "varies" in field.metadata)
+
+
+def check_boundary(load: Any, specimen: Specimen) -> None:
+    """Raise :class:`ParameterError` for a load on a boundary that a specimen does not have."""
+    if load.boundary not in specimen.mesh.boundaries:
+        names = ", ".join(sorted(specimen.mesh.boundaries))
+        raise ParameterError(
+            f"{type(load).__name__}: boundary = {load.boundary!r} is not one of the specimen's: {names}"
+        )
+
+
+class Driven(BoundaryLoad):
+    """A boundary whose nodes move by the same amount along one axis: at a given speed, or under a force."""
+
+    axis: int
+    roller: bool = False  #: whether only its middle is driven
+
+
+@attrs.frozen(kw_only=True)
+class Drive(Driven):
+    """A boundary that is moved: the velocity of all its nodes along one axis, or of its middle alone (a ``roller``).
+
+    A roller lets the boundary turn: it drives only the node nearest to the middle; if several grains meet there, the
+    node of each.
+    """
+
+    boundary: str  #: name of the boundary
+    axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
+    speed: Varying = varying("m/s")  #: with its sign; a number, or one that changes with time
+    start: float = parameter("m/s", default=0.0, above=-math.inf)  #: at first; ``speed`` after the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the speed changes
+    roller: bool = part(bool, False)  #: whether only the middle is driven, so that the boundary can turn
+
+    @property
+    def moves(self) -> bool:
+        return self.speed != 0
+
+    def check(self, stage: Stage) -> None:
+        super().check(stage)
+        if stage.static and self.moves:
+            raise _not_static(stage)
+        if self.moves and isinstance(stage.loading, HeatingRate):
+            raise ParameterError(
+                f"Stage '{stage.name}': loading = {stage.loading!r} is not allowed without a temperature to go to"
+            )
+        if stage.loading is not None and not isinstance(self.speed, float):
+            raise ParameterError(
+                f"Stage '{stage.name}': a loading multiplies speeds that are numbers; that of the boundary "
+                f"{self.boundary} changes with time by itself"
+            )
+
+    def schedule(self, begin: np.ndarray, end: np.ndarray, pace: float, length: float) -> np.ndarray:
+        return self.course(begin, end) * pace
+
+    def with_ramp(self, ramp: float) -> Load:
+        return attrs.evolve(self, ramp=ramp)
+
+    def reversed(self) -> Drive:
+        """The same at the opposite speed. Raises :class:`ParameterError` for a speed that changes with time."""
+        if not isinstance(self.speed, float):
+            raise ParameterError(f"Drive: speed = {short(self.speed)} is not allowed here, it must be a number (m/s)")
+        return attrs.evolve(self, speed=-self.speed)
+
+
+def _not_static(stage: Stage) -> ParameterError:
+    loads = "gravity, platens under a force, pressures and tractions"
+    return ParameterError(f"Stage '{stage.name}': static is for {loads}")
+
+
+@attrs.frozen(kw_only=True)
+class Hold(Driven):
+    """A boundary under a force: a platen whose nodes all move by the same amount along one axis.
+
+    ``stress`` is the force over the undeformed length of the boundary, positive along the axis. A spring of
+    ``stiffness`` (constant normal stiffness) pulls the platen back to its place at the start of the stage.
+    """
+
+    boundary: str  #: name of the boundary
+    axis: int = attrs.field(validator=_is_axis)  #: 0 along x, 1 along y
+    stress: Varying = varying("Pa")  #: force over undeformed length, positive along the axis
+    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``stress`` after the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the stress changes
+    #: of a spring that pulls the platen back to its place
+    stiffness: float = parameter("Pa/m", default=0.0, at_least=0)
+
+    def schedule(self, begin: np.ndarray, end: np.ndarray, pace: float, length: float) -> np.ndarray:
+        return self.course(begin, end) * length
+
+
+@attrs.frozen(kw_only=True)
+class Pressure(BoundaryLoad):
+    """A pressure on a boundary, normal to it also when it deforms, like that of a fluid behind a thin membrane."""
+
+    boundary: str  #: name of the boundary
+    pressure: Varying = varying("Pa")  #: pressing inwards
+    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``pressure`` after ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the pressure changes
+
+
+@attrs.frozen(kw_only=True)
+class Traction(BoundaryLoad):
+    """The forces on a boundary of a uniform stress beyond it: times its normal, per undeformed length.
+
+    They keep their direction, also where the boundary turns. ``stress=(0, 0, sxy)`` shears a boundary along x or y;
+    on the rim of an opening it is what the rock held that was there. ``factor`` multiplies it, as a pulse does.
+    """
+
+    boundary: str  #: name of the boundary
+    #: xx, yy, xy, tension positive
+    stress: tuple[float, float, float] = attrs.field(converter=_stress, metadata={"unit": "Pa"})
+    factor: Varying = varying("1", 1.0)  #: by which it is multiplied
+    start: float = parameter("1", default=0.0, above=-math.inf)  #: at first; ``factor`` after the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the factor changes
+
+
+@attrs.frozen(kw_only=True)
+class Quiet(Load):
+    """A boundary that waves leave as if the rock went on: dashpots (Lysmer and Kuhlemeyer 1969).
+
+    They resist with density times speed of P waves along the normal and of S waves across it, so that what meets the
+    boundary head on does not come back. The speeds are those of the boundary's grains unless they are given: of many
+    grains with soft contacts waves are slower, see ``gl.elastic_properties``.
+    """
+
+    boundary: str  #: name of the boundary
+    p_speed: float | None = _speed()  #: of P waves in the rock as a whole
+    s_speed: float | None = _speed()  #: of S waves
+
+    def __attrs_post_init__(self) -> None:
+        if (self.p_speed is None) != (self.s_speed is None):
+            raise ParameterError("Quiet: p_speed and s_speed must be given together, or neither of them")
+
+    def check(self, stage: Stage) -> None:
+        if stage.static:
+            raise ParameterError(f"Stage '{stage.name}': a static stage has no waves; let a stage after it be quiet")
+        where = f"Stage '{stage.name}': boundary = {self.boundary!r}"
+        if sum(one.boundary == self.boundary for one in stage.of(Quiet)) > 1:
+            raise ParameterError(f"{where} is quiet twice, it can be so once")
+        if any(one.boundary == self.boundary for one in stage.of(Hold)):
+            raise ParameterError(f"{where} is quiet and has a platen under a force: let a Traction give the force")
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        check_boundary(self, specimen)
+        if specimen.is_rigid:
+            raise ParameterError(f"Quiet: boundary = {self.boundary!r} is of rigid grains, which carry no waves")
+
+
+@attrs.frozen(kw_only=True)
+class FluidPressure(BoundaryLoad):
+    """The pressure of a fluid at a boundary, which also fills the cracks that are connected with it.
+
+    It presses on the boundary and on both faces of every broken contact point, open or closed, that others connect with
+    it: the same pressure everywhere, at once, as in slow loading of drained rock. Points without tensile strength count
+    as broken. Where a crack joins two fluids, the higher pressure fills it.
+    """
+
+    boundary: str  #: name of the boundary at which the fluid is
+    pressure: Varying = varying("Pa", at_least=0)  #: in the fluid
+    start: float = parameter("Pa", default=0.0, at_least=0)  #: at first; ``pressure`` after ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the pressure changes
+    cracks_only: bool = False  #: whether the boundary itself bears none of it, as under a membrane or a platen
+
+    def check(self, stage: Stage) -> None:
+        super().check(stage)
+        where = f"Stage '{stage.name}': boundary = {self.boundary!r}"
+        if sum(one.boundary == self.boundary for one in stage.of(FluidPressure)) > 1:
+            raise ParameterError(f"{where} has two fluids, it can have one")
+        held = {one.boundary: "a drive" for one in stage.of(Driven) if not one.roller}
+        held |= {one.boundary: "a pressure behind a membrane" for one in stage.of(Pressure)}
+        if self.boundary in held and not self.cracks_only:
+            raise ParameterError(
+                f"{where} has {held[self.boundary]}, so that a fluid can only be in the cracks behind it: give it "
+                "cracks_only=True"
+            )
+
+
+@attrs.frozen(kw_only=True)
+class Gravity(Load):
+    """The weight of all grains."""
+
+    acceleration: tuple[float, float] = attrs.field(
+        default=(0.0, -9.81), converter=_acceleration, metadata={"unit": "m/s2"}
+    )  #: m/s2, along x and y
+
+
+@attrs.frozen(kw_only=True)
+class Fixed(Load):
+    """Grains that neither move nor turn."""
+
+    grains: Sequence[int] = grain_numbers()  #: their numbers
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        specimen.check_grain_numbers("Fixed: grains", self.grains)
+
+
+@attrs.frozen(kw_only=True)
+class InitialVelocity(Load):
+    """A velocity that is added to the nodes when the stage begins; rigid grains take its mean and spin.
+
+    Fixed grains and boundaries that are moved keep theirs.
+    """
+
+    velocity: np.ndarray = attrs.field(eq=False, metadata={"unit": "m/s"})  #: (i, 2) m/s, by node
+
+    def check(self, stage: Stage) -> None:
+        if stage.static:
+            raise _not_static(stage)
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        if np.shape(self.velocity) != specimen.mesh.nodes.shape:
+            raise ParameterError(
+                f"InitialVelocity: velocity has the shape {np.shape(self.velocity)}, it must be (nodes, 2), here "
+                f"{specimen.mesh.nodes.shape}"
+            )
+
+    def at_start(self) -> Load | None:
+        return None
+
+
+@attrs.frozen(kw_only=True)
+class Heat(Load):
+    """A temperature, the same everywhere, to which the loading of the stage heats or cools; its speed is 1 K/s.
+
+    The stage ends when it has come to it. Boundaries are held meanwhile, or loaded by stresses.
+    """
+
+    to: float = parameter("degC", at_least=ABSOLUTE_ZERO)  #: temperature at the end of the stage
+
+    def check(self, stage: Stage) -> None:
+        where = f"Stage '{stage.name}'"
+        if len(stage.of(Heat)) > 1:
+            raise ParameterError(f"{where}: it has {len(stage.of(Heat))} temperatures to come to, it can have one")
+        if stage.loading is None or stage.loading.ramp or isinstance(stage.loading, Constant):
+            wanted = "one in K/s without a ramp, such as Adaptive() or HeatingRate(rate=...)"
+            raise ParameterError(
+                f"{where}: loading = {stage.loading!r} is not allowed for a temperature of {self.to:g} °C, it must be "
+                f"{wanted}"
+            )
+        if stage.static or any(one.moves for one in stage.loads if one is not self):
+            raise ParameterError(
+                f"{where}: a stage with a temperature holds its boundaries, or loads them by stresses; move them in a "
+                "stage of its own"
+            )
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        specimen.check_temperature("Heat: to", self.to)
+
+    @property
+    def moves(self) -> bool:
+        return True
+
+    @property
+    def ends(self) -> Sequence[Condition]:
+        return [ComesTo(TEMPERATURE, self.to)]
+
+    def at_start(self) -> Load | None:
+        return None
