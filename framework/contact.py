@@ -154,14 +154,33 @@ def strange_keys(laws: Laws, phases: Iterable[int | str], kinds: Iterable[str]) 
     return strange
 
 
-def declared_stiffness(law: ContactLaw) -> Any:
-    """What a law says of its stiffness. Raises :class:`ParameterError` where its property fails."""
+def each_law(laws: Laws) -> list[ContactLaw]:
+    """One law, or all of a mapping."""
+    return [laws] if isinstance(laws, ContactLaw) else list(laws.values())
+
+
+def declared_stiffness(law: ContactLaw) -> tuple[Any, Any]:
+    """What a law says of its stiffness, normal and shear (Pa/m), each a number or one for each contact.
+
+    Raises :class:`ParameterError` where its property fails, and where they are not positive and finite.
+    """
     try:
-        return law.stiffness
+        given = law.stiffness
     except Exception as error:
         raise ParameterError(
             f"{type(law).__name__}.stiffness cannot be found: {type(error).__name__}: {error}"
         ) from error
+    try:
+        normal, shear = given
+        fine = all(np.all(np.isfinite(k) & (np.asarray(k) > 0)) for k in (normal, shear))
+    except (TypeError, ValueError):
+        fine = False
+    if not fine:
+        raise ParameterError(
+            f"{type(law).__name__}.stiffness = {short(given)} is not allowed, it must be two positive finite "
+            "numbers (Pa/m), normal and shear"
+        )
+    return normal, shear
 
 
 def keys_of_bonds(specimen: Specimen, laws: Mapping[Any, ContactLaw]) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from support import state_of
 
 import grainlaw as gl
 from grainlaw.columns import KINETIC, SPENT, STORED, SUPPLIED
@@ -41,7 +42,7 @@ class Motion:
         damping=None, safety=0.9, threads=1,
     ):  # fmt: skip
         specimen = gl.Specimen(grains, material)
-        self.state, self.threads = State(specimen, law, detection or gl.Detection()), threads
+        self.state, self.threads = state_of(specimen, law, detection or gl.Detection()), threads
         self.integrator = gl.CentralDifference(damping=damping or gl.Undamped(), safety=safety)
         stable = StableStep(self.state)
         self.stage = gl.Stage(

@@ -7,7 +7,9 @@ from scipy.sparse.linalg import spsolve
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator
 from grainlaw.engine import stepping
+from grainlaw.engine.model import Model
 from grainlaw.engine.stability import stiffness_matrix
+from grainlaw.engine.state import State
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import UniaxialTension
@@ -46,6 +48,11 @@ HILLERBORG = Hillerborg(**STIFF, strength=13e6, energy=50)
 def small_sample(grains=40, seed=1, width=20 * mm, height=40 * mm, material=ROCK, **options):
     """A few Voronoi grains."""
     return gl.Specimen(Voronoi(grains=grains, seed=seed).tessellate(rectangle(width, height)), material, **options)
+
+
+def state_of(specimen, laws, detection=None):
+    """A specimen before its first step."""
+    return State(Model(specimen, laws, detection))
 
 
 def impose(state, loads):

@@ -8,7 +8,7 @@ import pytest
 import pyvista
 from command_line import SMALL, invoke
 from every_material import MOHR
-from support import ROCK, STIFF, small_sample
+from support import ROCK, STIFF, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
@@ -68,7 +68,7 @@ def test_a_missing_constant_is_told():
 
 
 def test_plastic_strain_is_in_frames_and_files(tmp_path):
-    state = gl.State(small_sample(material=MOHR), Linear(**STIFF))
+    state = state_of(small_sample(material=MOHR), Linear(**STIFF))
     state.materials.arrays.memory[-1, :] = np.arange(len(state.mesh.zones))
     frame = take_frame(state)
     assert np.array_equal(unpacked(packed(frame)).zones["plastic_strain"], np.arange(len(state.mesh.zones)))

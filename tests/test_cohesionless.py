@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from support import STIFF, STRONG, small_sample
+from support import STIFF, STRONG, small_sample, state_of
 
 import grainlaw as gl
-from grainlaw.engine.state import State
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BartonBandis, CohesiveCrack, Friction, Linear, LinearClosure, MohrCoulomb
 from grainlaw.protocols import BiaxialCompression
@@ -68,7 +67,7 @@ def test_level_joints_are_no_weakness():
     ids=lambda value: type(value).__name__,
 )
 def test_what_holds_without_pressure_is_bonded(law, bonded):
-    (group,) = State(small_sample(10), law).bonds.groups
+    (group,) = state_of(small_sample(10), law).bonds.groups
     assert (group.cohesive == bonded).all()
 
 
@@ -76,5 +75,5 @@ def test_bonds_are_told_from_joints_point_by_point():
     sample = small_sample(10)
     cohesion = np.where(np.arange(2 * len(sample.mesh.interfaces)) % 2, 1e6, 0.0)
     law = MohrCoulomb(**STIFF, tensile_strength=0, cohesion=cohesion, friction_angle=30)
-    (group,) = State(sample, law).bonds.groups
+    (group,) = state_of(sample, law).bonds.groups
     assert np.count_nonzero(group.cohesive) == np.count_nonzero(cohesion)

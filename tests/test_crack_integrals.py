@@ -5,6 +5,7 @@ import re
 import attrs
 import numpy as np
 import pytest
+from support import state_of
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, disc, notched_beam, rectangle, semi_disc
@@ -63,9 +64,9 @@ def tip(x, y, direction=0.0, inner=3 * mm, outer=6 * mm):
 def at(specimen, displacement):
     """A result whose one frame has the displacement (i, 2) m."""
     law = {"crack": OPEN, ...: GLUE}
-    state = gl.State(specimen, law)
+    state = state_of(specimen, law)
     frame = attrs.evolve(take_frame(state), displacement=displacement)
-    return gl.Result.from_run(state, law, Stretch(), {}, [frame], 0.0)
+    return gl.Result.from_run(state, Stretch(), {}, [frame], 0.0)
 
 
 def williams_motion(place, above, one, two):

@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 import pytest
 from bodies import FACES, GRAVITY, Motion, box
-from support import BRITTLE, HILLERBORG, ROCK, STIFF, STRONG, nodal_forces, small_sample
+from support import BRITTLE, HILLERBORG, ROCK, STIFF, STRONG, nodal_forces, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.engine.tangents import stiffness_of_contacts
@@ -151,7 +151,7 @@ JOINT = Friction(**STIFF, friction_angle=30)
 
 def at(specimen, law, *, closure=0.0, slip=0.0):
     """Two blocks, the upper one pressed down and pushed to the right: properties under a uniform stress."""
-    state, moved = gl.State(specimen, law), np.zeros((len(specimen.mesh.nodes), 2))
+    state, moved = state_of(specimen, law), np.zeros((len(specimen.mesh.nodes), 2))
     moved[specimen.mesh.node_grain == 1] = slip, -closure
     nodal_forces(state, moved)
     return np.linalg.inv(gl.elastic_properties(specimen, law, boundary="static", state=state).stiffness)
@@ -184,7 +184,7 @@ def test_a_softening_bond_counts_as_it_unloads():
 
 def test_the_first_state_is_the_declared_stiffness():
     specimen = small_sample()
-    fresh = gl.elastic_properties(specimen, BRITTLE, state=gl.State(specimen, BRITTLE))
+    fresh = gl.elastic_properties(specimen, BRITTLE, state=state_of(specimen, BRITTLE))
     declared = gl.elastic_properties(specimen, BRITTLE)
     assert fresh.apparent_modulus == pytest.approx(declared.apparent_modulus, rel=1e-6)
     assert fresh.stiffness == pytest.approx(declared.stiffness, rel=1e-6, abs=1e3)
@@ -214,7 +214,7 @@ def test_a_closed_contact_without_a_bond_is_a_spring_along_its_length():
 def test_what_has_no_answer_is_refused():
     specimen, disc_of_grains = column(2), gl.Specimen(Hexagonal(grain_size=8 * mm).tessellate(disc(40 * mm)), ROCK)
     apart = gl.Specimen(together(box(1, 1, name="lower"), box(1, 1, bottom=1, name="upper")), ROCK)
-    other = gl.State(column(2), LAW)
+    other = state_of(column(2), LAW)
     for arguments, words in [
         ((disc_of_grains, LAW), "specimen is not allowed, its boundaries are"),
         ((apart, LAW), "specimen is not allowed, its boundaries are"),

@@ -9,6 +9,7 @@ import pytest
 from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
+from grainlaw.engine.model import Model
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
@@ -99,7 +100,7 @@ def test_times_are_said_as_people_say_them(seconds, words):
 
 
 def work(specimen, law, test):
-    return expected_work(specimen, law, test.stages(specimen))
+    return expected_work(Model(specimen, law), test.stages(specimen))
 
 
 def test_runs_are_put_in_the_order_in_which_they_take_long():

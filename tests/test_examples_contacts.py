@@ -11,11 +11,10 @@ from bodies import GRAVITY, RIGID, SOFT, box
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
-from support import STRONG
+from support import STRONG, state_of
 from tiling import assert_sides_complete, assert_tiles
 
 import grainlaw as gl
-from grainlaw.engine.state import State
 from grainlaw.geometry import JointSet, JointSets, moved, polygon, rectangle, together
 from grainlaw.laws import Friction, MohrCoulomb
 from grainlaw.parameter import ParameterError
@@ -70,7 +69,7 @@ def test_a_collision_keeps_the_energy_with_the_step_unless_another_is_given(mate
 
 @given(angle=st.floats(-3.1, 3.1), stretch=st.floats(0.9, 1.1), x=st.floats(-5, 5))
 def test_rotation_of_a_grain_that_deforms(angle, stretch, x):
-    state = State(gl.Specimen(moved(box(1, 2), turn=20), SOFT), LAW)
+    state = state_of(gl.Specimen(moved(box(1, 2), turn=20), SOFT), LAW)
     turn = np.array([(np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))])
     nodes = state.mesh.nodes
     state.nodes.arrays.displacement[:] = (nodes @ (stretch * turn).T + (x, -x) - nodes).T

@@ -11,6 +11,7 @@ from test_laws_properties import LAWS
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_law
+from grainlaw.engine.model import Model
 from grainlaw.laws import Linear, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialTension
 from grainlaw.runs import first_questions
@@ -29,7 +30,7 @@ def test_every_law_answers_in_milliseconds(law):
     for _ in range(3):
         first_questions._answered.clear()
         start = time.perf_counter()
-        ask_first_questions(law)
+        ask_first_questions(Model(None, law))
         times.append(time.perf_counter() - start)
     assert min(times) < 0.1  # some ms on an idle machine
 
@@ -81,7 +82,7 @@ def test_a_law_that_no_run_can_trust_is_refused(respond, words):
 def test_answers_that_differ_are_shown_both():
     """A function that says something else to the interpreter: there is no honest law that does."""
     law = law_of(f"{K}, {S}")
-    ask_first_questions(law)
+    ask_first_questions(Model(None, law))
     first_questions._answered.clear()
     compiled = compile_law(law)
     type(law).traction = law_of(f"{K}, {S} * (1 + 1e-11)").traction.__func__
@@ -94,7 +95,7 @@ def test_answers_that_differ_are_shown_both():
 )
 def test_a_stiffness_that_is_not_two_positive_numbers_is_refused(stiffness):
     with pytest.raises(gl.ParameterError, match=r"Own\.stiffness = .* is not allowed, it must be two positive finite"):
-        ask_first_questions(law_of(f"{K}, {S}", stiffness))
+        ask_first_questions(Model(None, law_of(f"{K}, {S}", stiffness)))
 
 
 SOUND = {
@@ -110,19 +111,19 @@ SOUND = {
 
 @pytest.mark.parametrize("law", SOUND.values(), ids=SOUND)
 def test_a_sound_law_is_not_refused(law):
-    ask_first_questions(law)
+    ask_first_questions(Model(None, law))
 
 
 def test_memory_may_be_what_is_left_of_larger_numbers():
     """Its last digits differ between the interpreter and code in which products are added without rounding."""
-    ask_first_questions(law_of(f"{K}, {S}, {S} + 1e7 - self.k * (slip + opening)", memory="left"))
+    ask_first_questions(Model(None, law_of(f"{K}, {S}, {S} + 1e7 - self.k * (slip + opening)", memory="left")))
 
 
 def test_all_laws_of_a_run_are_asked():
     """Those of pairs of phases, and the one of contacts that are no bonds."""
     sound, wrong = Linear(**STIFF), law_of(f"2 * {K}, {S}")
     with pytest.raises(gl.ParameterError, match=r"^Own: at"):
-        ask_first_questions({(0, 0): sound, (0, 1): wrong})
+        ask_first_questions(Model(None, {(0, 0): sound, (0, 1): wrong}))
     for law in (wrong, {(0, 0): wrong}):
         with pytest.raises(gl.ParameterError, match=r"^Own: at"):
             gl.simulate(small_sample(5), sound, UniaxialTension(), detection=gl.Detection(law=law))
@@ -131,10 +132,10 @@ def test_all_laws_of_a_run_are_asked():
 def test_a_law_of_different_contacts_is_asked_as_one():
     specimen = small_sample(5)
     law = WeibullField(modulus=5.0).scatter(MohrCoulomb(**STRONG), specimen)
-    ask_first_questions(law)
+    ask_first_questions(Model(None, law))
     assert len(first_questions._answered) == 1
     with pytest.raises(gl.ParameterError, match=r"stiffness = .* two positive"):
-        ask_first_questions(law_of(f"{K}, {S}", (np.array([1e14, -1.0]), 1e14)))
+        ask_first_questions(Model(None, law_of(f"{K}, {S}", (np.array([1e14, -1.0]), 1e14))))
 
 
 def test_a_law_is_asked_once_for_its_numbers(monkeypatch):
@@ -142,5 +143,5 @@ def test_a_law_is_asked_once_for_its_numbers(monkeypatch):
     monkeypatch.setattr(first_questions._Questions, "ask", lambda self: asked.append(self.law))
     one, other = MohrCoulomb(**STRONG), MohrCoulomb(**STRONG | {"cohesion": 28e6})
     for law in (one, one, other, one, MohrCoulomb(**STRONG)):
-        ask_first_questions(law)
+        ask_first_questions(Model(None, law))
     assert asked == [one, other]

@@ -6,7 +6,7 @@ import pytest
 import pyvista
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support import ROCK, STIFF, STRONG, advance, small_sample
+from support import ROCK, STIFF, STRONG, advance, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
@@ -107,7 +107,7 @@ def test_a_fluid_reaches_what_a_flood_reaches(seed, share, boundary, refinement)
 def test_half_a_bond_is_pressed_where_it_is_broken():
     """By hand, two bricks of 10 mm: at a Gauss point the force p L / 2 goes to the ends by 0.7887 and 0.2113 of it."""
     specimen = two_bricks()
-    state = gl.State(specimen, MohrCoulomb(**STRONG))
+    state = state_of(specimen, MohrCoulomb(**STRONG))
     (group,) = state.bonds.groups
     nodes = specimen.mesh.interfaces[0]
     (left,) = np.flatnonzero(specimen.mesh.nodes[nodes[:2], 0] < 1e-9)  # which end of the joint is at the left
@@ -126,7 +126,7 @@ def test_half_a_bond_is_pressed_where_it_is_broken():
 
 
 def test_a_crack_that_joins_two_fluids_has_the_higher_pressure():
-    state = gl.State(two_bricks(), JOINT)
+    state = state_of(two_bricks(), JOINT)
     fluids = (gl.FluidPressure(boundary="left", pressure=2e6), gl.FluidPressure(boundary="right", pressure=1e6))
     for order in (fluids, fluids[::-1]):
         state.begin(gl.Stage(name="wet", loads=order, until=[gl.AtRest()], interval=1e-6))
@@ -235,7 +235,7 @@ def test_a_strength_between_sides_that_a_fluid_presses_names_its_confinement():
 def test_the_ledger_closes_where_a_fluid_comes_and_goes_in_motion():
     """Three stages that end in the middle of a motion: in a fluid, without, in another; then Eq. (12) step by step."""
     specimen = small_sample(20)
-    state = gl.State(specimen, Friction(**STIFF, friction_angle=20), None)
+    state = state_of(specimen, Friction(**STIFF, friction_angle=20), None)
     stages = [[fluid("left"), fluid("top", 2e6)], [], [fluid("right", 3e6)]]
     state.time_step = 2e-8
     gaps, works = [], []

@@ -3,7 +3,7 @@
 import attrs
 import numpy as np
 import pytest
-from support import ROCK, STIFF, STRONG, Hillerborg, nodal_forces, small_sample
+from support import ROCK, STIFF, STRONG, Hillerborg, nodal_forces, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.engine.dissipation import balance
@@ -26,7 +26,7 @@ def blocks(height=4e-3):
 def joint_after(law, *places, steps=400):
     """State of a joint taken straight from place to place (opening, slip), m."""
     specimen = blocks()
-    state = gl.State(specimen, law)
+    state = state_of(specimen, law)
     upper = specimen.mesh.node_grain == 1
     start = np.zeros(2)
     for end in np.array(places):

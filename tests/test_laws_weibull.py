@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 import pytest
 from scipy.special import ndtri
-from support import ROCK, STRONG, small_sample
+from support import ROCK, STRONG, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_law
@@ -134,7 +134,7 @@ def test_laws_for_pairs_of_phases_have_the_same_field(rock):
     strong = attrs.evolve(BRITTLE, tensile_strength=20e6)
     laws = {(1, 0): BRITTLE, (0, 0): strong, (1, 1): BRITTLE, (1, 2): strong}
     field = WeibullField(modulus=5)
-    state = gl.State(mixed, field.scatter(laws, mixed))
+    state = state_of(mixed, field.scatter(laws, mixed))
     factors = field.factors(mixed)[state.bonds.order]
     assert [group.size > 0 for group in state.bonds.groups] == [True, True, True, False]
     for group, law in zip(state.bonds.groups[:3], laws.values(), strict=False):
@@ -157,7 +157,7 @@ def test_what_no_contact_may_have_is_refused(rock):
     with pytest.raises(gl.ParameterError, match="no parameter closure"):
         attrs.evolve(field, names=("closure",)).scatter(LAWS[1], rock)
     with pytest.raises(gl.ParameterError, match="contact points"):
-        gl.State(small_sample(grains=20), field.scatter(BRITTLE, rock))
+        state_of(small_sample(grains=20), field.scatter(BRITTLE, rock))
 
 
 def test_what_scatters_together_stays_allowed(rock):

@@ -3,12 +3,11 @@
 import attrs
 import numpy as np
 import pytest
-from support import ROCK, STIFF, advance, impose, small_sample
+from support import ROCK, STIFF, advance, impose, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.columns import ENERGY, SPENT, SUPPLIED
 from grainlaw.engine.parts.part import Part
-from grainlaw.engine.state import State
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 
@@ -116,7 +115,7 @@ def test_pressure_on_an_end(rows):
 def test_pressure_all_round_a_free_specimen_leaves_it_where_it_is():
     """No resultant and no moment, however the specimen is turned and bent."""
     specimen = small_sample(15)
-    state = State(specimen, Linear(**STIFF))
+    state = state_of(specimen, Linear(**STIFF))
     pressures = [gl.Pressure(boundary=side, pressure=10e6) for side in ("left", "right", "top", "bottom")]
     impose(state, pressures)
     place = specimen.mesh.nodes
@@ -137,7 +136,7 @@ def test_pressure_all_round_a_free_specimen_leaves_it_where_it_is():
 def test_pressure_follows_the_side():
     """A quarter turn carries the force along."""
     specimen = block()
-    state = State(specimen, Linear(**STIFF))
+    state = state_of(specimen, Linear(**STIFF))
     impose(state, [gl.Pressure(boundary="top", pressure=10e6)])
     x, y = specimen.mesh.nodes.T
     state.nodes.arrays.displacement[:] = np.array([-y - x, x - y])  # (x, y) to (-y, x)
@@ -207,7 +206,7 @@ def test_what_a_part_forgets_when_a_stage_begins_stays_in_the_ledger():
         def energy(self, time_step):
             return {SUPPLIED: self.had}
 
-    state = State(small_sample(4), Linear(**STIFF))
+    state = state_of(small_sample(4), Linear(**STIFF))
     state.gravity = Forgetful()
     for _ in range(3):
         impose(state, [])

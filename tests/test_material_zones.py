@@ -3,14 +3,13 @@
 import attrs
 import numpy as np
 import pytest
-from support import BRITTLE, PULL, ROCK, STIFF, nodal_forces, small_sample
+from support import BRITTLE, PULL, ROCK, STIFF, nodal_forces, small_sample, state_of
 from test_determinism import assert_same_bits
 from toy_materials import ALIKE, CUBIC, YIELDING, each_its_own
 
 import grainlaw as gl
 from grainlaw.engine.ledger import energies
 from grainlaw.engine.parts.material_passes import BLOCK
-from grainlaw.engine.state import State
 from grainlaw.laws import Linear
 
 MIXED = {0: ROCK, 1: CUBIC, 2: YIELDING}
@@ -34,7 +33,7 @@ def test_a_material_alike_gives_the_same_run():
 
 def test_forces_are_the_gradient_of_the_energy_without_isotropy():
     """At rotations and strains that are not small; the sum of moments is zero only with the turn of the stress."""
-    state = State(small_sample(12, material=CUBIC), Linear(**STIFF))
+    state = state_of(small_sample(12, material=CUBIC), Linear(**STIFF))
     rng = np.random.default_rng(3)
     place = rng.normal(size=(len(state.mesh.nodes), 2)) * 2e-4
 
@@ -64,7 +63,7 @@ def test_the_ledger_closes_with_what_the_material_dissipates():
 def test_shear_beyond_the_strength_dissipates_strength_times_plastic_strain():
     """One grain sheared: the stress stays at the strength, the rest of the work is lost."""
     specimen = gl.Specimen(small_sample(1).grains, YIELDING)
-    state = State(specimen, Linear(**STIFF))
+    state = state_of(specimen, Linear(**STIFF))
     for angle in np.linspace(0, 4e-4, 201):
         nodal_forces(state, np.stack([angle * specimen.mesh.nodes[:, 1], 0 * specimen.mesh.nodes[:, 1]], axis=1))
     state.every_zone.known = None
@@ -99,7 +98,7 @@ def test_a_grain_has_its_own_parameter():
     """Zones of each grain yield at the strength of that grain."""
     material = each_its_own(YIELDING, "strength", 40)
     specimen = small_sample(material=material)
-    state = State(specimen, Linear(kn=1e20, ks=1e20))
+    state = state_of(specimen, Linear(kn=1e20, ks=1e20))
     x, y = specimen.mesh.nodes.T
     nodal_forces(state, np.stack([4e-4 * y, 0 * x], axis=1))
     shear = state.every_zone.mean_stress(state.zone_state()[0])[:, 2]
@@ -108,7 +107,7 @@ def test_a_grain_has_its_own_parameter():
 
 def test_each_material_of_a_mixture_answers_for_its_grains():
     specimen = mixed()
-    state = State(specimen, Linear(**STIFF))
+    state = state_of(specimen, Linear(**STIFF))
     x, y = specimen.mesh.nodes.T
     nodal_forces(state, np.stack([2e-4 * x, 1e-4 * y], axis=1))
     stress = state.zone_state()[0]
@@ -121,7 +120,7 @@ def test_each_material_of_a_mixture_answers_for_its_grains():
 
 
 def test_a_restored_state_has_the_memory_of_the_material():
-    state = State(small_sample(material=YIELDING), Linear(**STIFF))
+    state = state_of(small_sample(material=YIELDING), Linear(**STIFF))
     x, y = state.mesh.nodes.T
     nodal_forces(state, np.stack([4e-4 * y, 0 * x], axis=1))
     saved, ledger = state.save(), energies(state)

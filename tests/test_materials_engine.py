@@ -4,11 +4,10 @@ import attrs
 import numpy as np
 import pytest
 from every_material import GRAIN, MATERIALS, SCHIST, compliance_along_y
-from support import BRITTLE, PULL, STIFF, nodal_forces, small_sample
+from support import BRITTLE, PULL, STIFF, nodal_forces, small_sample, state_of
 from test_determinism import assert_same_bits
 
 import grainlaw as gl
-from grainlaw.engine.state import State
 from grainlaw.laws import Linear
 
 EVERY = pytest.mark.parametrize("name", MATERIALS)
@@ -27,7 +26,7 @@ def strained(state, gradient, steps=10):
 def test_patch(name):
     """A uniform strain gives every zone the stress of one zone alone, and inner nodes no force."""
     specimen = gl.Specimen(small_sample(1).grains, MATERIALS[name], refinement=2)
-    state = State(specimen, Linear(**STIFF))
+    state = state_of(specimen, Linear(**STIFF))
     forces = strained(state, STRAIN)
     path = np.outer(np.arange(1, 11) / 10, [STRAIN[0, 0], STRAIN[1, 1], STRAIN[0, 1]])
     expected = gl.trace_material(MATERIALS[name], *path.T).stress[-1]
@@ -40,7 +39,7 @@ def test_patch(name):
 
 @EVERY
 def test_a_turned_sample_feels_no_change_of_stress(name):
-    state = State(small_sample(12, material=MATERIALS[name]), Linear(**STIFF))
+    state = state_of(small_sample(12, material=MATERIALS[name]), Linear(**STIFF))
     strained(state, STRAIN)
     for _ in range(60):  # a softening material takes the strength of the step before: until that is the same
         forces = nodal_forces(state, state.displacement.copy())

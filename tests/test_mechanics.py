@@ -3,12 +3,11 @@
 import attrs
 import numpy as np
 import pytest
-from support import ROCK, STIFF, STRONG, advance, nodal_forces, small_sample, static_solution
+from support import ROCK, STIFF, STRONG, advance, nodal_forces, small_sample, state_of, static_solution
 
 import grainlaw as gl
 from grainlaw.engine.ledger import energies
 from grainlaw.engine.stability import highest_frequency, stiffness_matrix
-from grainlaw.engine.state import State
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
@@ -19,7 +18,7 @@ COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
 def random_state(law, material=ROCK, amplitude=3e-6, **options):
     """A state whose grains have been shaken hard enough to damage contacts."""
     specimen = small_sample(material=material, **options)
-    state = State(specimen, law)
+    state = state_of(specimen, law)
     rng = np.random.default_rng(5)
     if specimen.is_rigid:
         state.freedoms.arrays.displacement[:] = rng.normal(size=state.freedoms.arrays.displacement.shape) * amplitude
@@ -55,7 +54,7 @@ def test_forces_have_no_resultant_and_no_moment(law, points):
 
 @pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])
 def test_free_motion_keeps_momentum_and_energy(material):
-    state = State(small_sample(material=material), Linear(**STIFF))
+    state = state_of(small_sample(material=material), Linear(**STIFF))
     rng = np.random.default_rng(2)
     state.freedoms.arrays.velocity[:] = rng.normal(size=state.freedoms.arrays.velocity.shape) * 0.5
     step = 5e-9  # positions and velocities live half a step apart: what is compared differs by that
@@ -92,7 +91,7 @@ def test_a_rotated_damaged_sample_feels_no_stress_change(law):
 
 def test_forces_are_the_gradient_of_the_stored_energy():
     """Virtual work, also at rotations and openings that are not small."""
-    state = State(small_sample(12), Linear(**STIFF))
+    state = state_of(small_sample(12), Linear(**STIFF))
     rng = np.random.default_rng(3)
     place = rng.normal(size=(len(state.mesh.nodes), 2)) * 2e-4
 
@@ -112,7 +111,7 @@ def test_patch_is_uniform_with_very_stiff_contacts():
     strain = 1e-7
     specimen = small_sample(30)
     displacement, free = static_solution(specimen, 1e20, 1e20, strain)
-    state = State(specimen, Linear(kn=1e20, ks=1e20))
+    state = state_of(specimen, Linear(kn=1e20, ks=1e20))
     forces = nodal_forces(state, displacement).ravel()
     stress = state.zone_state()[0]
     exact = -60e9 / (1 - 0.25**2) * strain  # plane strain, free sides
@@ -124,14 +123,14 @@ def test_patch_is_uniform_with_very_stiff_contacts():
 def test_engine_rests_at_the_static_solution():
     specimen = small_sample(30)
     displacement, free = static_solution(specimen, *STIFF.values(), 1e-7)
-    forces = nodal_forces(State(specimen, Linear(**STIFF)), displacement).ravel()
+    forces = nodal_forces(state_of(specimen, Linear(**STIFF)), displacement).ravel()
     assert np.abs(forces[free]).max() < 1e-5 * np.abs(forces).max()
 
 
 def test_plane_stress_modulus():
     rock = gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.25, density=3100, plane=gl.Plane.STRESS)
     specimen = small_sample(30, material=rock)
-    state = State(specimen, Linear(kn=1e20, ks=1e20))
+    state = state_of(specimen, Linear(kn=1e20, ks=1e20))
     nodal_forces(state, static_solution(specimen, 1e20, 1e20, 1e-7)[0])
     assert state.zone_state()[0][:, 1].mean() == pytest.approx(-60e9 * 1e-7, rel=1e-5)
 
@@ -140,7 +139,7 @@ def test_bricks_in_series_follow_the_composite_modulus():
     """1/E_eff = 1/E' + 1/(k_n h): joints across the load, 3 mm apart."""
     specimen = gl.Specimen(Bricks(rows=10, columns=3).tessellate(rectangle(9e-3, 30e-3)), ROCK)
     displacement, _ = static_solution(specimen, *STIFF.values(), 1e-6)
-    state = State(specimen, Linear(**STIFF))
+    state = state_of(specimen, Linear(**STIFF))
     nodal_forces(state, displacement)
     rows, rock = 10, 60e9 / (1 - 0.25**2)
     modulus = 1 / (1 / rock + (rows - 1) / (STIFF["kn"] * 30e-3))
@@ -161,7 +160,7 @@ def test_highest_frequency_is_that_of_a_dense_eigenproblem():
 def test_stable_step_is_the_limit(damping, safety):
     """Just below the limit the highest mode stays, just above it grows."""
     specimen = small_sample(6)
-    state = State(specimen, Linear(**STIFF))
+    state = state_of(specimen, Linear(**STIFF))
     count = len(specimen.mesh.interfaces)
     matrix = stiffness_matrix(specimen, np.full((2, count), STIFF["kn"]), np.full((2, count), STIFF["ks"]))
     frequency = highest_frequency(matrix, np.repeat(specimen.node_masses, 2))

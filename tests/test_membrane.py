@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from support import ROCK, STIFF, STRONG, advance, impose, small_sample
+from support import ROCK, STIFF, STRONG, advance, impose, small_sample, state_of
 from test_restart import same
 
 import grainlaw as gl
 from grainlaw.engine.parts.membrane import membrane
-from grainlaw.engine.state import State
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Linear
 from grainlaw.protocols import BiaxialCompression
@@ -76,7 +75,7 @@ def test_a_membrane_ends_at_platens_and_does_not_enter_between_them():
 def confined(displacement):
     """A sheet of 5 x 5 square grains between platens, under pressure; its forces (i, 2) N after a displacement."""
     sheet = Bricks(rows=5, columns=5).tessellate(rectangle(5 * SIDE, 5 * SIDE))
-    state = State(gl.Specimen(sheet, ROCK), Linear(**STIFF))
+    state = state_of(gl.Specimen(sheet, ROCK), Linear(**STIFF))
     impose(state, [*ENDS, *SIDES])
     place, grain = state.mesh.nodes, state.mesh.node_grain
     moved = displacement(place, grain)

@@ -3,6 +3,7 @@
 import attrs
 import numpy as np
 import pytest
+from support import state_of
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
@@ -95,7 +96,7 @@ def test_a_rigid_grain_may_lie_on_two_boundaries_that_move_alike():
 
 def test_nodes_of_a_rigid_grain_that_turns_move_about_its_centre():
     """v + w x r, with r on the turned grain: the nodes are where they were, turned by a quarter."""
-    state = gl.State(blocks(RIGID), LAW)
+    state = state_of(blocks(RIGID), LAW)
     state.freedoms.arrays.displacement[2, 0] = np.pi / 2
     state.nodes.arrays.displacement[:] = state.grains.nodes_at(state.freedoms.arrays.displacement)
     state.freedoms.arrays.velocity[:, 0] = 2.0, -3.0, 5.0  # m/s, m/s, rad/s

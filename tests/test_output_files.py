@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import pyvista
 from command_line import invoke
-from support import PULL, ROCK, STRONG, nodal_forces, small_sample
+from support import PULL, ROCK, STRONG, nodal_forces, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.laws import CohesiveCrack
@@ -70,7 +70,7 @@ def test_zones_have_their_own_stress_of_which_grains_have_the_mean(made):
 def test_stress_of_zones_follows_from_their_strain(plane):
     """By Hooke's law in three dimensions, also where grains have turned; nothing across, or no stress there."""
     specimen = small_sample(6, material=attrs.evolve(ROCK, plane=plane))
-    state, nodes = gl.State(specimen, LAW), specimen.mesh.nodes
+    state, nodes = state_of(specimen, LAW), specimen.mesh.nodes
     field = 1e-3 * np.sin(nodes @ np.array([[40.0, 90.0], [70.0, -30.0]])) * 0.02
     field += nodes @ np.array([[0, 0.3], [-0.3, 0]])  # a turn, and a stretch that stays small beside it
     nodal_forces(state, field)

@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 import pytest
 from bodies import GRAVITY, RIGID, box, turned
-from support import ROCK, STIFF, STRONG, small_sample
+from support import ROCK, STIFF, STRONG, small_sample, state_of
 from toy_materials import YIELDING
 
 import grainlaw as gl
@@ -69,7 +69,7 @@ CASES = {
 
 def run(case, steps, threads=1):
     specimen, law, load, time_step = CASES[case]
-    state = gl.State(specimen, law, gl.Detection())
+    state = state_of(specimen, law, gl.Detection())
     state.begin(load)
     state.time_step = time_step
     go(state, steps, threads)
@@ -168,12 +168,12 @@ def test_shares_cover_everything_once(case, threads):
 
 
 def test_a_part_that_a_model_has_none_of_has_no_share():
-    state = gl.State(small_sample(), WEAK)
+    state = state_of(small_sample(), WEAK)
     split = Split(2, np.array([0, 20, 40]), state.mesh.first_node[[0, 20, 40]])
     assert not state.gravity.share(split).any()
     assert not state.grains.share(split).any()
     assert not state.contacts.share(split).any()
-    rigid = gl.State(small_sample(material=gl.Rigid(density=3100)), WEAK)
+    rigid = state_of(small_sample(material=gl.Rigid(density=3100)), WEAK)
     assert rigid.zones.arrays.corner.shape == (3, 0)
     assert not rigid.zones.share(split).any()
 
@@ -184,7 +184,7 @@ def test_two_minerals_of_different_laws_keep_their_memory():
     phase = np.arange(specimen.grains.count) % 2
     mixed = gl.Specimen(attrs.evolve(specimen.grains, phase=phase), {0: ROCK, 1: ROCK})
     laws = {(0, 0): MohrCoulomb(**STRONG), (0, 1): WEAK, (1, 1): Friction(**STIFF, friction_angle=20)}
-    state = gl.State(mixed, laws)
+    state = state_of(mixed, laws)
     place = mixed.mesh.nodes
     state.nodes.arrays.displacement[:] = (place * [1e-3, 2e-3]).T
     state.time_step = 1e-30

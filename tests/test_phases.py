@@ -7,7 +7,7 @@ from support import BRITTLE, ROCK, STRONG
 
 import grainlaw as gl
 from grainlaw.contact import law_between
-from grainlaw.engine.parts.laws import laws_of_bonds
+from grainlaw.engine.model import laws_of_bonds
 from grainlaw.geometry import Bricks, rectangle, together
 from grainlaw.laws import Linear, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialTension

@@ -6,7 +6,7 @@ import pytest
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_law
-from grainlaw.engine.parts.contact_laws import broken_memory
+from grainlaw.engine.model import broken_memory
 from grainlaw.geometry import Bricks, Voronoi, rectangle
 from grainlaw.laws import (
     BandisClosure,

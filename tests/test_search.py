@@ -7,7 +7,7 @@ import pytest
 from bodies import FACES, GRAVITY, RIGID, SOFT, Motion, box, each, together, turned
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support import ROCK, STRONG
+from support import ROCK, STRONG, state_of
 
 import grainlaw as gl
 from grainlaw.compiler.entry import compiled
@@ -184,7 +184,7 @@ def pair(i, j, k, m, table):
 @pytest.fixture
 def waiting():
     """A table of one contact that was just found, of faces with friction; they live as long as the test."""
-    state = gl.State(gl.Specimen(together(box(1, 1), box(1, 1, 2)), RIGID), FACES, gl.Detection())
+    state = state_of(gl.Specimen(together(box(1, 1), box(1, 1, 2)), RIGID), FACES, gl.Detection())
     table = state.contacts._empty(1)
     yield table._replace(  # noqa: PT022 - the state lives on
         laws=table.laws._replace(first=np.array([0]), last=np.array([1])),
@@ -265,7 +265,7 @@ def test_acute_corners_are_known_by_their_angles():
     corners = np.array([(0, 0), (1, 0), (0.9397, 0.5425)])  # sin 70 / sin 80 of the base away, at 30 degrees
     turn = np.array([[np.cos(0.4), -np.sin(0.4)], [np.sin(0.4), np.cos(0.4)]])
     grains = together(block((corners @ turn.T + (0, 3)).tolist(), "triangle"), box(1, 1))
-    table = gl.State(gl.Specimen(grains, RIGID), FACES, gl.Detection()).contacts
+    table = state_of(gl.Specimen(grains, RIGID), FACES, gl.Detection()).contacts
     for node in np.unique(table.edges):
         cotangent = table._cotangents()[node]
         angle = corner_angle(table, node)

@@ -7,11 +7,10 @@ import attrs
 import numpy as np
 import pytest
 from every_material import MOHR, SCHIST
-from support import small_sample
+from support import small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.engine.stable_step import StableStep
-from grainlaw.engine.state import State
 from grainlaw.engine.steady import steady_motion
 from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import Linear, MohrCoulomb
@@ -39,7 +38,7 @@ def heated(specimen, held, law=STRONG, to=20 + WARMER, test=None, **options):
 
 def per_kelvin(specimen, law, drives=()):
     """(i, 2) m/K of the nodes, of the static solution that a stage begins with."""
-    state = State(specimen, law)
+    state = state_of(specimen, law)
     state.begin(gl.Stage(name="heat", loads=[*drives, gl.Heat(to=21)], loading=SLOW, interval=0.1, expected=10))
     stable = StableStep(state)
     return state.grains.nodes_at(steady_motion(state, stable.stiffness(), stable.frequency)).T

@@ -3,7 +3,7 @@
 import attrs
 import numpy as np
 import pytest
-from support import advance, small_sample
+from support import advance, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_law
@@ -85,7 +85,7 @@ def test_a_law_without_a_part_of_that_name_is_refused():
 
 
 def test_a_run_tells_its_time_step():
-    state = gl.State(small_sample(12), Dashpot(law=SOFT, viscosity=1e3))
+    state = state_of(small_sample(12), Dashpot(law=SOFT, viscosity=1e3))
     advance(state, 7, time_step=1e-9)
     assert state.memory("age") == pytest.approx(np.full(len(state.opening), 7e-9), rel=1e-9)
     assert not any(group.compiled.numbers[-1] for group in state.bonds.groups)  # between steps no time passes
@@ -104,7 +104,7 @@ def test_a_material_that_names_the_time_step():
         def energy(self, exx, eyy, exy, age):
             return 0.5 * self.modulus * (exx * exx + eyy * eyy + 4 * exy * exy)
 
-    state = gl.State(small_sample(12, material=Ageing(density=2600.0, modulus=1e10)), SOFT)
+    state = state_of(small_sample(12, material=Ageing(density=2600.0, modulus=1e10)), SOFT)
     advance(state, 5, time_step=1e-9)
     assert state.materials.memory("age") == pytest.approx(np.full(len(state.mesh.zones), 5e-9), rel=1e-9)
 
@@ -129,7 +129,7 @@ def test_a_law_that_names_what_only_materials_get_is_refused(name):
     within = Dashpot(law=law, viscosity=1.0)
     for wrong in (law, within):
         with pytest.raises(gl.ParameterError, match=rf"traction: the argument {name} is not allowed.*gets time_step"):
-            gl.State(small_sample(12), wrong)
+            state_of(small_sample(12), wrong)
 
 
 def test_an_energy_that_names_the_time_step_is_refused():
@@ -142,4 +142,4 @@ def test_an_energy_that_names_the_time_step_is_refused():
     with pytest.raises(
         gl.ParameterError, match=r"Slow\.energy: the argument time_step is not allowed.*temperature and"
     ):
-        gl.State(small_sample(12, material=slow), SOFT)
+        state_of(small_sample(12, material=slow), SOFT)

@@ -6,11 +6,10 @@ import pytest
 from bars import GLUED, P_SPEED, ROCK, S_SPEED, bar, bell
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support import STIFF, impose, small_sample, with_quiet
+from support import STIFF, impose, small_sample, state_of, with_quiet
 
 import grainlaw as gl
 from grainlaw.columns import ENERGY, SPENT
-from grainlaw.engine.state import State
 from grainlaw.geometry import block, moved
 from grainlaw.laws import Linear
 from grainlaw.materials import TransverselyIsotropic
@@ -150,7 +149,7 @@ def test_dashpots_are_the_root_of_density_times_acoustic_tensor(angle, young, ra
         density=2700,
     )  # fmt: skip
     specimen = gl.Specimen(_turned_block(angle), material)
-    state = State(specimen, Linear(**STIFF))
+    state = state_of(specimen, Linear(**STIFF))
     impose(state, [gl.Quiet(boundary="side")])
     a = state.quiet.arrays
     found = np.array([[a.xx[0], a.xy[0]], [a.xy[0], a.yy[0]]]) / 0.5  # half a side of 1 m for each of its nodes
@@ -205,7 +204,7 @@ def test_a_new_stage_closes_the_ledger_too():
 def test_a_uniform_stress_all_round_is_in_equilibrium():
     """On every side of any polygon: no resultant and no moment; inside it is the stress."""
     specimen, stress = small_sample(15), (3e6, -8e6, 2e6)
-    state = State(specimen, Linear(**STIFF))
+    state = state_of(specimen, Linear(**STIFF))
     sides = [gl.Traction(boundary=name, stress=stress) for name in specimen.mesh.boundaries]
     state.begin(gl.Stage(name="s", loads=sides, until=[gl.Reaches("time", 1.0)], interval=1e-6))
     a = state.tractions.arrays

@@ -9,7 +9,8 @@ import click
 from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.shown import write_shown
 from grainlaw.cli.table1 import LAWS, law_named
-from grainlaw.runs.record import described, fingerprints, own_sources
+from grainlaw.engine.model import prepared
+from grainlaw.runs.record import described, own_sources
 from grainlaw.workbench.characteristics import characteristics
 from grainlaw.workbench.plot import plot_law
 
@@ -29,6 +30,6 @@ def law(*, law: str, out: Path) -> None:
         table, figure = characteristics(chosen), plot_law(chosen)
     except (LawReferenceError, TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None
-    record = {"law": described(chosen), "fingerprint": fingerprints(chosen), "sources": own_sources(chosen)}
+    record = {"law": described(chosen), "fingerprint": prepared(chosen).compiled.key, "sources": own_sources(chosen)}
     where = write_shown(out, "law", law, figure, record)
     click.echo(f"{table}\n\n{where}")

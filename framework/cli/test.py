@@ -28,6 +28,7 @@ from grainlaw.cli.sections import gathered, toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
 from grainlaw.condition import StageError
+from grainlaw.engine.model import Model
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
 from grainlaw.naming import aligned, shown
@@ -82,7 +83,7 @@ def test(
             click.echo(template(name, sections, quick), nl=False)
             return
         chosen = configured(name, sections, quick)
-        ask_first_questions(chosen.law)
+        ask_first_questions(Model(chosen.specimen, chosen.law))
         if certify:
             slower(chosen.protocol)
         if interactive:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from grainlaw.columns import FATIGUE
 from grainlaw.condition import Curves, StageError
-from grainlaw.contact import Laws, law_arguments
+from grainlaw.contact import each_law, law_arguments
 from grainlaw.engine.dissipation import stored
+from grainlaw.engine.model import Model
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 from grainlaw.memory import SCALARS
@@ -22,10 +23,9 @@ SHORTEST = 1e-15  #: of the duration: the first jump is longer, or the bonds do 
 NEARLY = 0.9  #: of the largest growth: near enough
 
 
-def check_ageing(laws: Laws, stages: Sequence[Stage]) -> None:
+def check_ageing(model: Model, stages: Sequence[Stage]) -> None:
     """Raise :class:`ParameterError` for a stage in which time passes, if no law ages."""
-    each = laws.values() if isinstance(laws, Mapping) else [laws]
-    names = [law_arguments(law) for law in each if any(stage.ageing for stage in stages)]
+    names = [law_arguments(law) for law in each_law(model.laws) if any(stage.ageing for stage in stages)]
     if names and not any({FATIGUE, "time_step"} <= {*own} for own in names):
         raise ParameterError(
             f"ageing: no bond ages, give them a law that takes time_step and has a {FATIGUE} in its memory, such as "

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.contact import Laws
-from grainlaw.detection import Detection
+from grainlaw.engine.model import Model
 from grainlaw.engine.parts.bonds import Bonds
 from grainlaw.engine.parts.boundaries import Boundaries
 from grainlaw.engine.parts.breaks import Breaks
@@ -37,7 +36,6 @@ from grainlaw.engine.point_readings import PointReadings
 from grainlaw.engine.step import Parts
 from grainlaw.loads import InitialVelocity
 from grainlaw.parameter import ParameterError
-from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
 
 Saved = dict[str, dict[str, np.ndarray]]  #: by part and name
@@ -49,7 +47,8 @@ class State(PointReadings):
     Letters as in :class:`~grainlaw.mesh.Mesh`; ``p`` contact points: the first points of all bonds, then the second.
     """
 
-    def __init__(self, specimen: Specimen, laws: Laws, detection: Detection | None = None) -> None:
+    def __init__(self, model: Model) -> None:
+        specimen, detection, self.model = model.specimen, model.detection, model
         self.specimen, self.mesh = specimen, specimen.mesh
         self.stage, self.began, self.time_step, self.mass_added = "", 0.0, 0.0, 0.0
         self.usual_end, self.stages = 0.0, 1  #: s, when the present stage usually ends, 0 if unknown; of the test
@@ -57,7 +56,8 @@ class State(PointReadings):
         self.grains = RigidGrains(specimen) if specimen.is_rigid else DeformableGrains(specimen)
         self.freedoms = self.grains.freedoms(self.nodes)
         self.zones, self.materials = Zones(specimen), MaterialZones(specimen)
-        self.every_zone, self.bonds = EveryZone(specimen, self.zones, self.materials), Bonds(specimen, laws, detection)
+        self.every_zone = EveryZone(specimen, self.zones, self.materials)
+        self.bonds = Bonds(specimen, *model.bonds, detection)
         self.imposed = Imposed(self.mesh)
         self.drives = Drives(self.grains, self.freedoms)
         self.platens = Platens(self.mesh, self.drives, self.freedoms)
@@ -65,7 +65,7 @@ class State(PointReadings):
         self.quiet, self.fluids = QuietBoundaries(specimen, self.freedoms), Fluids(specimen, self.bonds)
         self.gravity = Weight(self.freedoms, self.grains.true_mass())
         self.boundaries, self.ended = Boundaries(self.mesh, self.nodes, self.drives), Ended()
-        self.contacts = Contacts(self.grains, laws, detection, self.bonds.ends)
+        self.contacts = Contacts(self.grains, model.contacts, detection, self.bonds.ends)
         self.clock, self.breaks, self.heat = Clock(), Breaks(2 * len(self.bonds)), EvenTemperature(self.materials)
         self.steady = Steady(self.freedoms, self.heat)
         self._shared: tuple[int, list[Any], Parts] | None = None

@@ -12,7 +12,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked
 from grainlaw.columns import CONTACTS, SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy, work_done
-from grainlaw.contact import ContactLaw, dilates
+from grainlaw.contact import dilates, each_law
 from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest
 from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
@@ -115,7 +115,6 @@ class Result(metaclass=Checked):
     def from_run(
         cls,
         state: State,
-        law: Laws,
         protocol: LoadingProtocol,
         curves: dict[str, np.ndarray],
         frames: list[Frame],
@@ -132,13 +131,13 @@ class Result(metaclass=Checked):
             "mass_added": state.mass_added,
             "energy_error": energy_error(curves) if curves else 0.0,
             "energy_made": energy_made(curves, frames, state.contact_lengths) if curves else 0.0,
-            "energy_returned": energy_returned(curves, law, state) if curves else 0.0,
+            "energy_returned": energy_returned(curves, state) if curves else 0.0,
         }
         cracks = _cracks(state)
         if state.specimen.grains.is_breakable:
             summary["transgranular_cracks"] = int(cracks.inside.sum())
         interfaces = state.bonds.ends
-        return cls(state.specimen, law, protocol, Curves(curves), summary, cracks, frames, interfaces)
+        return cls(state.specimen, state.model.laws, protocol, Curves(curves), summary, cracks, frames, interfaces)
 
     def frame(self, where: str, number: int) -> Frame:
         """One of the frames, counted from the end if negative. Raises ParameterError, which begins with ``where``."""
@@ -280,15 +279,14 @@ def energy_made(curves: Mapping[str, np.ndarray], frames: Sequence[Frame], lengt
     return made / max(work_done(curves), made, 1e-300)
 
 
-def energy_returned(curves: Mapping[str, np.ndarray], law: Laws, state: State) -> float:
+def energy_returned(curves: Mapping[str, np.ndarray], state: State) -> float:
     """Energy that contacts have given back beyond the work done on them, over the largest work.
 
     The larger of two: that of contact points of bonds, each by itself, at the end; and the most of all contacts
     together. In opening and in slip by themselves, because friction hides what openings make; together where a law
     lifts its faces, for slip then pays for the opening.
     """
-    laws = law.values() if isinstance(law, Mapping) else (law,)
-    together = any(dilates(one) for one in laws if isinstance(one, ContactLaw))
+    together = any(map(dilates, each_law(state.model.laws)))
     kinds = (CONTACTS,) if together else tuple((kind,) for kind in CONTACTS)
     most = max(-float(np.min(energy(curves, *kind))) for kind in kinds)
     works = state.bonds.work * state.contact_lengths * ~np.tile(state.replaced, 2)

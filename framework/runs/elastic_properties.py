@@ -10,9 +10,10 @@ import numpy as np
 import scipy
 
 from grainlaw.arguments import Checked, checked
-from grainlaw.contact import ContactLaw, Laws
+from grainlaw.contact import ContactLaw, Laws, declared_stiffness
 from grainlaw.engine.elastic import ElasticModel
-from grainlaw.engine.parts.laws import by_interface, laws_of_bonds, stiffness_of_points
+from grainlaw.engine.model import laws_of_bonds
+from grainlaw.engine.parts.laws import by_interface, stiffness_of_points
 from grainlaw.engine.state import State
 from grainlaw.engine.tangents import stiffness_of_bonds, stiffness_of_contacts
 from grainlaw.gauges import lateral_strain
@@ -20,7 +21,6 @@ from grainlaw.messages import refusal, short
 from grainlaw.moduli import converted
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
-from grainlaw.runs.first_questions import check_stiffness
 from grainlaw.specimen import Specimen
 
 SIDES = ("bottom", "left", "right", "top")
@@ -90,8 +90,7 @@ def elastic_properties(
 def _declared(order: np.ndarray, sizes: Sequence[tuple[ContactLaw, int]]) -> np.ndarray:
     """(2, 2, c) Pa/m, kn and ks of both points of each bond, in the order of the mesh."""
     for law, size in sizes:
-        check_stiffness(law)
-        for value in law.stiffness:
+        for value in declared_stiffness(law):
             if np.shape(value) not in ((), (2 * size,)):
                 raise ParameterError(
                     f"{type(law).__name__}: stiffness has {np.size(value)} entries, "

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import attrs
 import numpy as np
 import psutil
 
-from grainlaw.contact import Laws, memory_names
+from grainlaw.contact import each_law, memory_names
+from grainlaw.engine.model import Model
 from grainlaw.engine.stability import stiffness_matrix
 from grainlaw.engine.state import State
 from grainlaw.loading import Adaptive
@@ -80,19 +81,19 @@ def _time(stage: Stage, frequency: float) -> float:
     return span if stage.loading is None else stage.loading.usual(span, frequency)
 
 
-def expected_work(specimen: Specimen, laws: Laws, stages: Sequence[Stage]) -> tuple[float, bool, int]:
+def expected_work(model: Model, stages: Sequence[Stage]) -> tuple[float, bool, int]:
     """How long a run takes beside others, to put them in order: larger for what takes longer.
 
     First zones times steps, with Gershgorin's bound of the highest frequency. Of equal ones a specimen that never
     breaks is tested to the end, quickly where the loading is adaptive, and a law that remembers more takes longer.
     """
-    each = list(laws.values()) if isinstance(laws, Mapping) else [laws]
+    specimen, each = model.specimen, each_law(model.laws)
     kn, ks = (max(float(np.max(law.stiffness[k])) for law in each) for k in (0, 1))
     points = np.ones((2, len(specimen.mesh.interfaces)))
     rows = abs(stiffness_matrix(specimen, kn * points, ks * points)).sum(axis=1)
     squared = float(np.max(np.ravel(rows) / np.repeat(specimen.node_masses, 2)))
     step = 2 / math.sqrt(squared) if squared > 0 else math.inf
-    steps = expected_steps(stages, step, lowest_frequency(specimen, laws))
+    steps = expected_steps(stages, step, lowest_frequency(model))
     memory = [memory_names(law) for law in each]
     breaks, quick = any("damage" in names for names in memory), any(isinstance(s.loading, Adaptive) for s in stages)
     return steps * len(specimen.mesh.zones), breaks == quick, max(map(len, memory))
@@ -107,9 +108,9 @@ def estimate(steps: float, zones: int, do: Callable[[int], None]) -> Estimate:
     return Estimate(steps, steps * (time.perf_counter() - start) / count)
 
 
-def warn_of_cost(state: State, laws: Laws, stages: Sequence[Stage], do: Callable[[int], None]) -> None:
+def warn_of_cost(state: State, stages: Sequence[Stage], do: Callable[[int], None]) -> None:
     """Warn of a run that takes long, before it begins: from a probe whose steps, done with ``do``, are taken back."""
-    zones, frequency = len(state.mesh.zones), lowest_frequency(state.specimen, laws)
+    zones, frequency = len(state.mesh.zones), lowest_frequency(state.model)
     steps = expected_steps(stages, state.time_step, frequency)
     if steps * zones > QUICK:
         saved = state.save()

@@ -13,7 +13,6 @@ import numpy as np
 from grainlaw.columns import SPENT, SUPPLIED, THERMAL
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.condition import StageError
-from grainlaw.contact import Laws
 from grainlaw.engine.ageing import age_at_rest
 from grainlaw.engine.diagnosis import fastest, first_fault
 from grainlaw.engine.ledger import ROUNDING, energies, least_work
@@ -49,7 +48,6 @@ class Execution:
     def __init__(
         self,
         state: State,
-        law: Laws,
         protocol: LoadingProtocol,
         stages: Sequence[Stage],
         *,
@@ -61,7 +59,7 @@ class Execution:
         stop: Stop,
         folder: RunFolder | None,
     ) -> None:
-        self.state, self.law, self.protocol, self.stages = state, law, protocol, stages
+        self.state, self.protocol, self.stages = state, protocol, stages
         self.threads, self.factor, self.stop, self.folder = threads, factor, stop, folder
         self.recorder, self.watching = FrameRecorder(FrameClock(frames)), list(observers)
         self.observers = kept(observers)  #: of which a checkpoint keeps what they have
@@ -93,7 +91,7 @@ class Execution:
             self._begin(stage)
         self._steps(0)  # compiles, so that the clock measures the time loop alone
         if not self.goes_on and not self.columns.count:
-            warn_of_cost(state, self.law, self.stages, self._steps)
+            warn_of_cost(state, self.stages, self._steps)
         self.goes_on = False
         while self.columns.count - self.at.first_sample < stage.sample_limit:
             moment = self.moment()
@@ -295,7 +293,7 @@ class Execution:
 
     def _result_with(self, frames: list[Frame]) -> Result:
         curves, seconds = self.columns.since(0), self.at.seconds
-        result = Result.from_run(self.state, self.law, self.protocol, curves, frames, seconds)
+        result = Result.from_run(self.state, self.protocol, curves, frames, seconds)
         if self.at.without_static:
             result.summary["without_static_solution"] = self.at.without_static
         return result

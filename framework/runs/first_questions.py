@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-import attrs
 import numpy as np
 
-from grainlaw.compiler.batch import Compiled, compile_law
-from grainlaw.contact import ContactLaw, Laws, check_laws, declared_stiffness
-from grainlaw.detection import Detection
-from grainlaw.engine.parts.contact_laws import uniform
-from grainlaw.messages import short
+from grainlaw.compiler.batch import Compiled
+from grainlaw.contact import ContactLaw
+from grainlaw.engine.model import Model
 from grainlaw.parameter import ParameterError
 from grainlaw.workbench.driver import Contact, run_together
 from grainlaw.workbench.endless import refuse_endless
@@ -26,45 +21,21 @@ HIGHEST = 1e9  #: Pa, by the declared stiffness: larger closures are not tried
 _answered: set[tuple] = set()  #: laws that have passed: everything that the answers depend on
 
 
-def ask_first_questions(laws: Laws, detection: Detection | None = None) -> None:
+def ask_first_questions(model: Model) -> None:
     """Raise :class:`ParameterError` for a law that gives wrong runs; done once for each law with its parameters.
 
     The law is evaluated along short paths of one contact, interpreted and compiled: the tractions must be equal and
     finite, and must not grow faster with opening and slip than the declared stiffness. Where parameters differ from
     contact to contact, their means are used. Raises CompilationError too.
     """
-    check_laws("law", laws)
-    for given in (laws, None if detection is None else detection.law):
-        for law in given.values() if isinstance(given, Mapping) else (given,):
-            if law is not None:
-                _ask(law)
-
-
-def _ask(law: ContactLaw) -> None:
-    check_stiffness(law)
-    one: ContactLaw = uniform(law) if attrs.has(type(law)) else law
-    compiled = compile_law(one)
-    key = compiled.key, compiled.numbers.tobytes(), tuple(map(float, one.stiffness))
-    if key not in _answered:
-        refuse_endless(one, compiled)
-        with np.errstate(all="ignore"):
-            _Questions(one, compiled).ask()
-        _answered.add(key)
-
-
-def check_stiffness(law: ContactLaw) -> None:
-    """Two positive numbers, at every contact."""
-    given = declared_stiffness(law)
-    try:
-        normal, shear = given
-        fine = all(np.all(np.isfinite(k) & (np.asarray(k) > 0)) for k in (normal, shear))
-    except (TypeError, ValueError):
-        fine = False
-    if not fine:
-        raise ParameterError(
-            f"{type(law).__name__}.stiffness = {short(given)} is not allowed, it must be two positive finite "
-            "numbers (Pa/m), normal and shear"
-        )
+    for one in model.each:
+        law, compiled = one.law, one.compiled
+        key = compiled.key, compiled.numbers.tobytes(), tuple(map(float, law.stiffness))
+        if key not in _answered:
+            refuse_endless(law, compiled)
+            with np.errstate(all="ignore"):
+                _Questions(law, compiled).ask()
+            _answered.add(key)
 
 
 def _paths(kn: float) -> dict[str, np.ndarray]:

@@ -13,6 +13,7 @@ from grainlaw.columns import DAMAGED, KINETIC, STAGE, STRESS, TIME, energy
 from grainlaw.condition import Condition, Curves, FailsTo, Reaches, StageError
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
+from grainlaw.engine.model import Model
 from grainlaw.engine.state import State
 from grainlaw.integration import CentralDifference, DynamicRelaxation, MassDamping, Undamped
 from grainlaw.loads import Drive, InitialVelocity
@@ -148,7 +149,7 @@ def hold(
     sides too, for grains without bonds; ``duration`` (s) is that of holding, some 12,000 steps by default. Raises as
     :func:`simulate`, and :class:`StageError` for a specimen that fails before the stress is reached.
     """
-    modulus, wave_speed, size = scales(specimen, law)
+    modulus, wave_speed, size = scales(Model(specimen, law))
     test = _HeldStill(
         stress=stress, modulus=modulus, wave_speed=wave_speed, confined=confined,
         duration=HOLD * size / wave_speed if duration is None else duration,

@@ -8,6 +8,7 @@ import numpy as np
 
 from grainlaw.arguments import checked
 from grainlaw.compiler.batch import compile_integrator
+from grainlaw.engine.model import Model
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import advance
 from grainlaw.integration import CentralDifference, Undamped
@@ -61,7 +62,7 @@ def objectivity(bench: MaterialBench) -> Finding | None:
     expected = bench.zone.trace(points).stress
     scale = float(np.abs(expected).max())
     for angle in map(math.radians, ANGLES):
-        state = State(specimen, {})
+        state = State(Model(specimen, {}))
         for i, (xx, yy, xy) in enumerate(points.tolist()):
             turned = angle * i / len(points)
             c, s = math.cos(turned), math.sin(turned)

@@ -14,6 +14,7 @@ from grainlaw.arguments import Checked
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
+from grainlaw.engine.model import Model
 from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
 from grainlaw.integration import Integrator
 from grainlaw.observation import Observer
@@ -47,6 +48,11 @@ class Run(metaclass=Checked):
     mass_scaling: float = attrs.field(default=1.0, kw_only=True)  #: factor by which added mass lengthens the time step
 
     @property
+    def model(self) -> Model:
+        """The specimen with its laws."""
+        return Model(self.specimen, self.law, self.detection)
+
+    @property
     def options(self) -> dict[str, Any]:
         """The options of :func:`simulate`."""
         names = ("detection", "integrator", "time_step_factor", "mass_scaling")
@@ -55,7 +61,7 @@ class Run(metaclass=Checked):
     def key(self, frames: int = 30) -> str:
         """Hex SHA-256 of all that decides the result."""
         options = {**self.options, "frames": frames}
-        return str(of_run(self.specimen, self.law, self.protocol, options)["key"])
+        return str(of_run(self.model, self.protocol, options)["key"])
 
     def simulate(self, **options: Any) -> Result:
         """Run it; ``options`` are further ones of :func:`simulate`."""
@@ -162,9 +168,11 @@ def _all(
 
 def _longest_first(runs: Mapping[Key, Run], options: Mapping[str, Any]) -> list[Key]:
     """So that the last runs are short, and no core waits long for another."""
-    for run in runs.values():
-        ask_first_questions(run.law, options.get("detection", run.detection))  # a law that is no law has no stiffness
-    work = {key: expected_work(r.specimen, r.law, r.protocol.stages(r.specimen)) for key, r in runs.items()}
+    given = {name: options[name] for name in ("detection",) if name in options}
+    models = {key: attrs.evolve(run, **given).model for key, run in runs.items()}
+    for model in models.values():  # a law that is no law has no stiffness
+        ask_first_questions(model)
+    work = {key: expected_work(models[key], run.protocol.stages(run.specimen)) for key, run in runs.items()}
     return sorted(runs, key=work.__getitem__, reverse=True)
 
 

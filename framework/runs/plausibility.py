@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from grainlaw.contact import ContactLaw, Laws
+from grainlaw.contact import each_law
+from grainlaw.engine.model import Model
 from grainlaw.loading import Constant
 from grainlaw.loads import Drive, FluidPressure, Hold, Pressure
-from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, UnitWarning
-from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
 CONTACTS = (1e-2, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
@@ -22,16 +21,16 @@ FELT = 10  #: times what rounding of positions makes of stresses at contacts: le
 SPEED = 0.02  #: of the speed of waves: the fastest usual loading
 
 
-def warn_of_scales(specimen: Specimen, law: Laws, stages: Sequence[Stage]) -> None:
+def warn_of_scales(model: Model, stages: Sequence[Stage]) -> None:
     """Warn (:class:`UnitWarning`) of contacts too soft or stiff for their grains, and of boundaries too fast."""
-    for words in (*_contacts(specimen, law), *_speeds(specimen, law, stages)):
+    for words in (*_contacts(model), *_speeds(model, stages)):
         warnings.warn(UnitWarning(words), stacklevel=4)
 
 
-def refuse_lost_loads(specimen: Specimen, law: Laws, stages: Sequence[Stage]) -> None:
+def refuse_lost_loads(model: Model, stages: Sequence[Stage]) -> None:
     """Raise ParameterError for a pressure so small that contacts do not feel it: their openings are not that exact."""
-    stiffest = max(float(np.max(one.stiffness[0])) for one in _each(law))
-    least = FELT * stiffest * float(np.finfo(float).eps * np.hypot(*np.ptp(specimen.mesh.nodes, axis=0)))
+    stiffest = max(float(np.max(one.stiffness[0])) for one in each_law(model.laws))
+    least = FELT * stiffest * float(np.finfo(float).eps * np.hypot(*np.ptp(model.specimen.mesh.nodes, axis=0)))
     for stage in stages:
         for load in stage.of(Pressure, FluidPressure, Hold):
             if isinstance(load.level, float) and 0 < abs(load.level) < least:
@@ -41,31 +40,25 @@ def refuse_lost_loads(specimen: Specimen, law: Laws, stages: Sequence[Stage]) ->
                 )
 
 
-def scales(specimen: Specimen, law: Laws) -> tuple[float, float, float]:
+def scales(model: Model) -> tuple[float, float, float]:
     """Modulus (Pa) of grains and contacts in series, wave speed (m/s), grain size (m)."""
+    specimen = model.specimen
     size = specimen.grains.grain_size
-    softness = 1 / (size * float(np.mean([np.mean(one.stiffness[0]) for one in _each(law)])))
+    softness = 1 / (size * float(np.mean([np.mean(one.stiffness[0]) for one in each_law(model.laws)])))
     if not specimen.is_rigid:
         softness += 1 / float(np.median(specimen.zone_stiffness[:, 0, 0]))
     density = float(specimen.node_masses.sum() / specimen.grains.areas.sum())
     return 1 / softness, math.sqrt(1 / (softness * density)), size
 
 
-def lowest_frequency(specimen: Specimen, law: Laws) -> float:
+def lowest_frequency(model: Model) -> float:
     """1/s, about: of waves along the longer side, one end held."""
-    return math.pi / 2 * scales(specimen, law)[1] / float(np.max(np.ptp(specimen.mesh.nodes, axis=0)))
+    return math.pi / 2 * scales(model)[1] / float(np.max(np.ptp(model.specimen.mesh.nodes, axis=0)))
 
 
-def _each(law: Laws) -> Sequence[ContactLaw]:
-    laws = list(law.values()) if isinstance(law, Mapping) else [law]
-    if not laws:
-        raise refusal("law", law, "a law, or one for each kind of contact")
-    return laws
-
-
-def _contacts(specimen: Specimen, law: Laws) -> Iterator[str]:
-    size = specimen.grains.grain_size
-    for one in _each(law):
+def _contacts(model: Model) -> Iterator[str]:
+    specimen, size = model.specimen, model.specimen.grains.grain_size
+    for one in each_law(model.laws):
         name, kn = type(one).__name__, float(np.mean(one.stiffness[0]))
         if not specimen.is_rigid:
             modulus = float(np.median(specimen.zone_stiffness[:, 0, 0]))
@@ -84,13 +77,13 @@ def _contacts(specimen: Specimen, law: Laws) -> Iterator[str]:
             )
 
 
-def _speeds(specimen: Specimen, law: Laws, stages: Sequence[Stage]) -> Iterator[str]:
+def _speeds(model: Model, stages: Sequence[Stage]) -> Iterator[str]:
     speeds = {
         drive.boundary: drive.largest * (1.0 if stage.loading is None else stage.loading.speed)
         for stage in stages for drive in stage.of(Drive) if isinstance(stage.loading, Constant | None)
     }  # fmt: skip
     boundary = max(speeds, key=lambda name: speeds[name], default="")
-    usual = SPEED * scales(specimen, law)[1]
+    usual = SPEED * scales(model)[1]
     if speeds and speeds[boundary] > usual:
         yield (
             f"the boundary {boundary} moves at {speeds[boundary]:.4g} m/s, which is unusual: at most "

@@ -25,12 +25,10 @@ import attrs
 import numpy as np
 
 import grainlaw
-from grainlaw.compiler.batch import compile_law
 from grainlaw.compiler.cache import is_portable
 from grainlaw.compiler.numba_private import processor
 from grainlaw.condition import StageError
-from grainlaw.contact import Laws
-from grainlaw.engine.parts.contact_laws import uniform
+from grainlaw.engine.model import Model
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.protocol import LoadingProtocol
@@ -132,18 +130,19 @@ def _specimen(specimen: Specimen) -> dict[str, Any]:
     }
 
 
-def of_run(specimen: Specimen, law: Laws, protocol: LoadingProtocol, options: Mapping[str, Any]) -> dict[str, Any]:
+def of_run(model: Model, protocol: LoadingProtocol, options: Mapping[str, Any]) -> dict[str, Any]:
     """What decides the results of a run, and their ``key``: its SHA-256.
 
     The law counts with its fingerprint, that of its compiled code, and so do other components that are not grainlaw's
     with all that their code reaches: where only comments are edited, the run is the same.
     """
+    specimen, law = model.specimen, model.laws
     judged = (protocol, specimen.material, specimen.contact_points, *options.values())  # a law is, by its fingerprint
     content = {
         "format": FORMAT,
         "engine": {"version": versions()["grainlaw"], "sources": sources_hash("cli/"), "portable": is_portable()},
         "specimen": _specimen(specimen),
-        "law": described(law) | {"fingerprint": fingerprints(law)},
+        "law": described(law) | {"fingerprint": model.fingerprints},
         "protocol": described(protocol),
         "options": {name: described(value) if attrs.has(type(value)) else value for name, value in options.items()},
         "sources": {kind.__qualname__: _code(kind) for kind in _own(*judged) if isinstance(kind, type)},
@@ -172,13 +171,6 @@ def _code(kind: type | FunctionType) -> str:
         return digest(kind)
     except Unknown:
         return hashlib.sha256(_source(kind)[1].encode()).hexdigest()
-
-
-def fingerprints(law: Laws) -> Any:
-    """The fingerprint of a law's code, or those of several by their phases."""
-    if isinstance(law, Mapping):
-        return {str(phases): fingerprints(each) for phases, each in law.items()}
-    return compile_law(uniform(law)).key
 
 
 def own_sources(*components: Any) -> dict[str, dict[str, str]]:

@@ -12,6 +12,7 @@ from grainlaw.condition import StageError
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.ageing import check_ageing
+from grainlaw.engine.model import Model
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
@@ -85,9 +86,10 @@ def simulate(
         raise ParameterError(f"simulate: every = {every!r} s is not allowed, it must be at least 0")
     if checkpoint is None and (restart or overwrite):
         raise ParameterError("simulate: restart and overwrite need a checkpoint, the folder of the run")
-    ask_first_questions(law, detection)
+    model = Model(specimen, law, detection)
+    ask_first_questions(model)
     stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
-    check_ageing(law, stages)
+    check_ageing(model, stages)
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
     for stage in stages:
@@ -97,8 +99,8 @@ def simulate(
                 f"simulate: mass_scaling = {mass_scaling:g} is not allowed with quiet boundaries: waves in heavier "
                 "grains are slower"
             )
-    refuse_lost_loads(specimen, law, stages)
-    warn_of_scales(specimen, law, stages)
+    refuse_lost_loads(model, stages)
+    warn_of_scales(model, stages)
     check_memory(specimen, frames)
     stop, watching = stop or Stop(), list(observers)
     options = {
@@ -108,7 +110,7 @@ def simulate(
 
     def execution(folder: RunFolder | None) -> Execution:
         return Execution(
-            State(specimen, law, detection), law, protocol, stages,
+            State(model), protocol, stages,
             threads=ThreadCount(cores) if shared == AUTO else shared, factor=time_step_factor,
             scaling=mass_scaling, observers=watching, frames=frames, stop=stop, folder=folder,
         )  # fmt: skip
@@ -122,7 +124,7 @@ def simulate(
         claim = stack.enter_context(claimed(checkpoint, restart=restart, overwrite=overwrite))
         stack.enter_context(stop.by_signals())
         about = {**claim.about, "threads": shared if isinstance(shared, int) else AUTO}
-        what = record.of_run(specimen, law, protocol, options)
+        what = record.of_run(model, protocol, options)
         found = checkpoint_of(claim.path, what["key"]) if claim.restart else None
         stack.enter_context(record.recorded(claim.path, {**about, **what}))
         folder = RunFolder(claim.path, every, what["key"])

@@ -85,8 +85,9 @@ def built(case: Callable[..., Run], given: Mapping[str, Any]) -> Run:
 def compiled(run: Run) -> None:
     """Compile all that a run needs, so that it is in the cache. Raises as the run would."""
     stages = run.protocol.stages(run.specimen)
-    ask_first_questions(run.law, run.detection)
-    state = State(run.specimen, run.law, run.detection)
+    model = run.model
+    ask_first_questions(model)
+    state = State(model)
     for stage in stages:
         integrator = run.integrator or stage.integrator
         advance(state, compile_integrator(integrator), 0)

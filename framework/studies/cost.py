@@ -69,14 +69,15 @@ def probe(run: Run) -> tuple[float, float]:
     """CPU time (s) and bytes of a run, from the time of some steps and of one sample."""
     began = time.process_time()
     stages = run.protocol.stages(run.specimen)
-    state = State(run.specimen, run.law, run.detection)
+    model = run.model
+    state = State(model)
     state.begin(stages[0])
     integrator = run.integrator or stages[0].integrator
     state.time_step = run.time_step_factor * StableStep(state, run.mass_scaling).step(integrator)
     compiled = compile_integrator(integrator)
     advance(state, compiled, 0)
     start = time.process_time() - began
-    steps = expected_steps(stages, state.time_step, lowest_frequency(run.specimen, run.law))
+    steps = expected_steps(stages, state.time_step, lowest_frequency(model))
     stepping = estimate(steps, len(state.mesh.zones), lambda count: advance(state, compiled, count)).seconds
     began = time.process_time()
     for _ in range(3):

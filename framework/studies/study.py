@@ -148,7 +148,7 @@ class Study(metaclass=Checked):
                 tried.add(task.case)
                 try:
                     run = recipe.run(task.factors)
-                    warn_of_scales(run.specimen, run.law, list(run.protocol.stages(run.specimen)))
+                    warn_of_scales(run.model, list(run.protocol.stages(run.specimen)))
                     if compile_too and (kind := _kind(run)) not in laws:
                         compiled(run)
                         laws.add(kind)

@@ -52,6 +52,7 @@ def step_cost(grains, rounds=5):
     from support import ROCK, STRONG, advance
 
     import grainlaw as gl
+    from grainlaw.engine.model import Model
     from grainlaw.engine.state import State
     from grainlaw.geometry import Voronoi, rectangle
     from grainlaw.laws import CohesiveCrack
@@ -60,7 +61,7 @@ def step_cost(grains, rounds=5):
     begin = time.perf_counter()
     specimen = gl.Specimen(Voronoi(grains=grains, seed=1).tessellate(rectangle(50e-3 * scale, 125e-3 * scale)), ROCK)
     law = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
-    state = State(specimen, law)
+    state = State(Model(specimen, law))
     made = time.perf_counter() - begin
     steps = max(20, 1_000_000 // grains)
     advance(state, steps, 1e-12, gl.CentralDifference())

@@ -18,6 +18,7 @@ from support import ROCK, STIFF, nodal_forces
 
 import grainlaw as gl
 from grainlaw.compiler.cache import OPTIONS
+from grainlaw.engine.model import Model
 from grainlaw.engine.parts.material_passes import add_material_forces
 from grainlaw.engine.parts.zones import add_zone_forces
 from grainlaw.engine.state import State
@@ -59,7 +60,7 @@ def main():
     cases, states = {}, []
     for name, one in materials.items():
         for strain in (5e-4, 5e-3) if name in ("Drucker-Prager", "Mohr-Coulomb") else (5e-4,):
-            state = State(gl.Specimen(grains, one), Linear(**STIFF))
+            state = State(Model(gl.Specimen(grains, one), Linear(**STIFF)))
             nodal_forces(state, (state.mesh.nodes - state.mesh.nodes.mean(axis=0)) * [0.28 * strain, -strain])
             parts = state.shared(1)
             run, zones = (elastic, parts.zones) if one is ROCK else (material, parts.materials)

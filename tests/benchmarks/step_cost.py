@@ -20,6 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from support import ROCK, STIFF, STRONG, advance
 
 import grainlaw as gl
+from grainlaw.engine.model import Model
 from grainlaw.engine.parts import bond_passes, zones
 from grainlaw.engine.state import State
 from grainlaw.geometry import Voronoi, rectangle
@@ -42,7 +43,7 @@ def cpu(function, repeats=1):
 
 def loaded(specimen, law, strain):
     """A state under homogeneous compression, or beyond its peak: pulled apart and pressed at random."""
-    state = State(specimen, law)
+    state = State(Model(specimen, law))
     place = specimen.mesh.nodes - specimen.mesh.nodes.mean(axis=0)
     state.nodes.arrays.displacement[:] = (place * [0.28 * strain, -strain]).T
     if strain > 0.005:

@@ -20,6 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from support import ROCK, STRONG, advance
 
 import grainlaw as gl
+from grainlaw.engine.model import Model
 from grainlaw.engine.state import State
 from grainlaw.engine.thread_count import ThreadCount, cores
 from grainlaw.geometry import Voronoi, rectangle
@@ -44,7 +45,7 @@ def neighbours(count):
 def sample(grains):
     scale = (grains / 755) ** 0.5
     specimen = gl.Specimen(Voronoi(grains=grains, seed=1).tessellate(rectangle(50e-3 * scale, 125e-3 * scale)), ROCK)
-    return State(specimen, CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300), gl.Detection())
+    return State(Model(specimen, CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300), gl.Detection()))
 
 
 def seconds(state, steps, threads):

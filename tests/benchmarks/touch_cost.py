@@ -22,6 +22,7 @@ import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator
 from grainlaw.engine import stepping
 from grainlaw.engine.ledger import energies
+from grainlaw.engine.model import Model
 from grainlaw.engine.parts.contact_table import APART
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
@@ -41,7 +42,7 @@ def whole_specimen(rounds):
     """Seconds of a step without detection and with it, on the 755-grain sample before its peak."""
     specimen = gl.Specimen(Voronoi(grains=755, seed=1).tessellate(rectangle(50e-3, 125e-3)), ROCK)
     law = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
-    states = [State(specimen, law, detection) for detection in (None, gl.Detection())]
+    states = [State(Model(specimen, law, detection)) for detection in (None, gl.Detection())]
     damped = gl.CentralDifference()
     place = specimen.mesh.nodes - specimen.mesh.nodes.mean(axis=0)
     for state in states:
@@ -58,7 +59,7 @@ def pack(count, gap):
     loose = 0.03
     grains = apart(Hexagonal(grains=count).tessellate(rectangle(width, width / 2)), loose * size)
     law = Friction(kn=1e10, ks=1e10, friction_angle=30)
-    state = State(gl.Specimen(grains, gl.Rigid(density=2600)), law, gl.Detection(damping=0.2))
+    state = State(Model(gl.Specimen(grains, gl.Rigid(density=2600)), law, gl.Detection(damping=0.2)))
     centre = state.grain_motion()[0]
     spacing = np.sqrt(2 / np.sqrt(3))  # of the centres of hexagons, over the root of their area
     shift = -(loose - gap) / spacing * (centre - centre.mean(axis=0))
@@ -102,7 +103,7 @@ def pour(count, steps, threads, skin):
     specimen = gl.Specimen(together(grains, *walls), gl.Rigid(density=2600))
     total = specimen.grains.count
     law = Friction(kn=1e10, ks=1e10, friction_angle=30)
-    state = State(specimen, law, gl.Detection(damping=0.2, skin=skin))
+    state = State(Model(specimen, law, gl.Detection(damping=0.2, skin=skin)))
     integrator = gl.CentralDifference(damping=gl.Undamped(), safety=0.8)
     state.begin(
         gl.Stage(

@@ -19,6 +19,7 @@ import grainlaw.geometry
 import grainlaw.laws
 import grainlaw.materials
 import grainlaw.protocols
+from grainlaw.engine.model import Model
 from grainlaw.geometry import JointSet, Voronoi, rectangle
 from grainlaw.laws import EvansMarathe, Linear, LinearClosure, Roughness
 from grainlaw.protocols import UniaxialCompression
@@ -151,7 +152,7 @@ def odd(dice: random.Random) -> object:
 def used(made: object) -> None:
     """What a component is made for, where that takes no time."""
     if isinstance(made, gl.ContactLaw) and not _has_arrays(made):
-        ask_first_questions(made)
+        ask_first_questions(Model(specimen(), made))
     elif isinstance(made, gl.Tessellator):
         made.tessellate(rectangle(1, 1))
     elif isinstance(made, gl.LoadingProtocol):

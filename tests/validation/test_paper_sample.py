@@ -5,10 +5,9 @@ Expected values come from elasticity and from an independent prototype of the sa
 
 import numpy as np
 import pytest
-from support import ROCK, STIFF, STRONG, nodal_forces, static_solution
+from support import ROCK, STIFF, STRONG, nodal_forces, state_of, static_solution
 
 import grainlaw as gl
-from grainlaw.engine.state import State
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import Platens, UniaxialCompression
@@ -48,7 +47,7 @@ def test_soft_shear_springs_against_statics(ratio):
     law = Linear(kn=kn, ks=ratio * kn)
     found = gl.simulate(specimen, law, UniaxialCompression(maximum_strain=1e-3, samples=200)).summary
     displacement, _ = static_solution(specimen, kn, ratio * kn, strain)
-    state = State(specimen, law)
+    state = state_of(specimen, law)
     nodal_forces(state, displacement)
     modulus = -np.average(state.zone_state()[0][:, 1], weights=specimen.mesh.zone_areas) / strain
     assert found["apparent_modulus"] == pytest.approx(modulus, rel=0.002)

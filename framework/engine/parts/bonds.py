@@ -13,14 +13,12 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.entry import compiled
-from grainlaw.contact import Laws
 from grainlaw.detection import Detection
 from grainlaw.engine.parts import bond_passes as passes
 from grainlaw.engine.parts.laws import (
     LANES,
     LawGroup,
     LawTable,
-    bond_groups,
     is_unbonded,
     respond,
     stiffness_of_points,
@@ -158,9 +156,10 @@ def _motion_of_points(bonds, ends, displacement, opening, slip):
 class Bonds(Part):
     """All bonds, in the order of their laws (``order``), undeformed and without load at first."""
 
-    def __init__(self, specimen: Specimen, laws: Laws, detection: Detection | None) -> None:
-        mesh = specimen.mesh
-        self.order, self.groups = bond_groups(specimen, laws)
+    def __init__(
+        self, specimen: Specimen, order: np.ndarray, groups: list[LawGroup], detection: Detection | None
+    ) -> None:
+        mesh, self.order, self.groups = specimen.mesh, order, groups
         self.ends = mesh.interfaces[self.order]  #: (c, 4) nodes
         count = len(self.order)
         edges = mesh.interface_edges[self.order]

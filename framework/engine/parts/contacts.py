@@ -7,20 +7,19 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from grainlaw.compiler.entry import compiled
-from grainlaw.contact import Laws
 from grainlaw.detection import Detection
 from grainlaw.engine.parts import contact_search
-from grainlaw.engine.parts.contact_laws import contact_groups
 from grainlaw.engine.parts.contact_neighbours import Neighbours
 from grainlaw.engine.parts.contact_rows import BLOCK, rows_of
 from grainlaw.engine.parts.contact_table import HELD, KEPT, WAITING, ContactArrays, no_contacts
 from grainlaw.engine.parts.grains import Grains
-from grainlaw.engine.parts.laws import table_of
+from grainlaw.engine.parts.laws import LawGroup, table_of
 from grainlaw.engine.parts.part import Changing, Part, Split
 
 
@@ -40,12 +39,14 @@ class Contacts(Part):
 
     Edges are numbered: those of bonds on grain A, the same on grain B, then those on the rim of the specimen. Only
     exposed edges take part: the rim, and edges of bonds that were handed over. Without a ``detection`` there are none.
+    ``pairs`` are the laws of phases that can meet.
     """
 
-    def __init__(self, grains: Grains, laws: Laws, detection: Detection | None, bonded: np.ndarray) -> None:
+    def __init__(
+        self, grains: Grains, pairs: Mapping[tuple[int, int], LawGroup], detection: Detection | None, bonded: np.ndarray
+    ) -> None:
         specimen, mesh, self.detection = grains.specimen, grains.specimen.mesh, detection
         rim = np.concatenate([np.zeros((0, 2), dtype=np.int64), *mesh.boundary_edges.values()])
-        pairs = {} if detection is None else contact_groups(specimen, laws, detection)
         self.groups = list(pairs.values())
         self._origin = np.ascontiguousarray(mesh.nodes.T)
         self.edges = np.concatenate([bonded[:, [0, 1]], bonded[:, [3, 2]], np.unique(rim, axis=0)])

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import attrs
 import numpy as np
 from numba import njit
 
-from grainlaw.compiler.batch import Compiled, compile_law
+from grainlaw.compiler.batch import Compiled
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
-from grainlaw.contact import ContactLaw, Laws, check_laws, declared_stiffness, keys_of_bonds
+from grainlaw.contact import ContactLaw, declared_stiffness
 from grainlaw.engine.parts.part import Constant
-from grainlaw.specimen import Specimen
 
 #: A law is called for a multiple of so many contact points, except for the last of its group: the compiler may round
 #: the few that do not fill a vector differently, and which these are must not depend on where threads and tables begin.
@@ -146,32 +145,6 @@ def memory_of(law: Compiled) -> int:
     return len(law.memory) or 1
 
 
-def bond_groups(specimen: Specimen, laws: Laws) -> tuple[np.ndarray, list[LawGroup]]:
-    """Order of the bonds in which those of each law are consecutive, and the groups of the laws.
-
-    Raises :class:`ParameterError` for an object that is not a law, and for a pair of phases without one.
-    """
-    order, sizes = laws_of_bonds(specimen, laws)
-    groups, first = [], 0
-    for law, size in sizes:
-        compiled = compile_law(law, 2 * size)
-        groups.append(LawGroup(law, compiled, np.zeros(memory_of(compiled)), first, first + size))
-        first += size
-    return order, groups
-
-
-def laws_of_bonds(specimen: Specimen, laws: Laws) -> tuple[np.ndarray, list[tuple[ContactLaw, int]]]:
-    """Order of the bonds in which those of each law are consecutive, and the laws with their numbers of bonds.
-
-    Raises :class:`ParameterError` as :func:`bond_groups` does.
-    """
-    check_laws("law", laws)
-    count = len(specimen.mesh.interfaces)
-    if isinstance(laws, ContactLaw):
-        return np.arange(count), [(laws, count)]
-    return _by_phases(specimen, laws)
-
-
 def stiffness_of_points(sizes: Iterable[tuple[ContactLaw, int]]) -> np.ndarray:
     """(2, p) Pa/m: kn and ks of the first response, as the laws of so many bonds each declare them."""
     rows = [np.zeros((2, 2, 0))]
@@ -185,9 +158,3 @@ def by_interface(order: np.ndarray, rows: np.ndarray) -> np.ndarray:
     result = np.empty((len(rows), 2, len(order)))
     result[:, :, order] = rows.reshape(len(rows), 2, -1)
     return result
-
-
-def _by_phases(specimen: Specimen, laws: Mapping[Any, ContactLaw]) -> tuple[np.ndarray, list[tuple[ContactLaw, int]]]:
-    each = keys_of_bonds(specimen, laws)
-    sizes = np.bincount(each, minlength=len(laws))
-    return np.argsort(each, kind="stable"), list(zip(laws.values(), sizes.tolist(), strict=True))
