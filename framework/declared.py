@@ -108,27 +108,36 @@ def _meanings(kind: type) -> dict[str, str]:
 
 
 def _comments(kind: type) -> dict[str, str]:
-    lines = linecache.getlines(_file(kind))
-    try:
-        tree = ast.parse("".join(lines))
-    except SyntaxError:
-        return {}
-    bodies = [node.body for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name == kind.__name__]
+    _, lines, node = written(kind)
     found = {}
-    for node in bodies[-1] if bodies else ():
-        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-            for line in {node.lineno, node.end_lineno or node.lineno}:
+    for each in node.body if node else ():
+        if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name):
+            for line in {each.lineno, each.end_lineno or each.lineno}:
                 if comment := COMMENT.search(lines[line - 1]):
-                    found[node.target.id] = comment[1]
-            if node.target.id not in found and (above := ABOVE.match(lines[node.lineno - 2])):
-                found[node.target.id] = above[1]
+                    found[each.target.id] = comment[1]
+            if each.target.id not in found and (above := ABOVE.match(lines[each.lineno - 2])):
+                found[each.target.id] = above[1]
     return found
 
 
-def _file(kind: type) -> str:
-    """Where a class is written; of one in a notebook, the name of its cell."""
-    codes = (each.__code__ for each in vars(kind).values() if isinstance(each, types.FunctionType))
-    module = sys.modules.get(kind.__module__)
-    file = getattr(module, "__file__", None)
-    own = (code.co_filename for code in codes if not code.co_filename.startswith("<attrs"))
-    return str(file or next(own, ""))
+def file_of(kind: type) -> str:
+    """Where a class is written: the file of its module, or of its methods, of one in a notebook the name of its cell.
+
+    A module that is loaded need not be that of the class: files of laws are executed under names that they share.
+    """
+    methods = [each for each in vars(kind).values() if isinstance(each, types.FunctionType)]
+    files = (method.__code__.co_filename for method in methods if method.__module__ == kind.__module__)
+    own = next((file for file in files if not file.startswith("<attrs")), "")
+    return own or str(getattr(sys.modules.get(kind.__module__), "__file__", None) or "")
+
+
+def written(kind: type) -> tuple[str, list[str], ast.ClassDef | None]:
+    """File of a class, its lines, and where in them the class is defined; None where that cannot be read."""
+    file = file_of(kind)
+    lines = linecache.getlines(file)
+    try:
+        tree = ast.parse("".join(lines))
+    except (SyntaxError, ValueError):  # edited since it was loaded
+        return file, lines, None
+    found = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name == kind.__name__]
+    return file, lines, found[-1] if found else None

@@ -15,7 +15,7 @@ from grainlaw import geometry, laws, protocols
 from grainlaw.arguments import Checked
 from grainlaw.engine.model import Model
 from grainlaw.messages import refusal, short
-from grainlaw.runs.reach import digest
+from grainlaw.runs.identity import digest
 from grainlaw.runs.record import of_run
 from grainlaw.short_form import MOST, MOST_OF_LAW
 

@@ -111,7 +111,9 @@ def _refuse_chance(value: Any, where: str) -> None:
         )
 
 
-class _Hasher:
+class Hasher:
+    """Feeds a hash with code and values; what compiled code may hold, and nothing else."""
+
     def __init__(self) -> None:
         self.hash = hashlib.sha256()
         self.seen: dict[int, tuple[int, Any]] = {}  #: number by id, and the function, which keeps the id its own
@@ -128,14 +130,14 @@ class _Hasher:
             self.word(*_number(thing))
         elif isinstance(thing, np.generic) or type(thing) in (np.ndarray, np.memmap):
             array = np.ascontiguousarray(thing)
+            if array.dtype.hasobject:
+                raise NotCompilable(f"{where} is an array of objects")
             self.word(type(thing).__name__, array.dtype.descr, np.shape(thing))
             self.hash.update(array.tobytes())
         elif isinstance(thing, (tuple, list)):
             self.word(type(thing).__name__, getattr(thing, "_fields", ""), len(thing))
             for entry in map(python_function, thing):
-                if isinstance(entry, types.FunctionType):
-                    raise NotCompilable(f"{where}: give functions names of their own, not a {type(thing).__name__}")
-                self.feed(entry, where)
+                self.entry(entry, f"{where}: give functions names of their own, not a {type(thing).__name__}", where)
         elif isinstance(thing, types.ModuleType):
             self.word("module", is_standard(thing), thing.__name__)
         elif isinstance(thing, nb.Type) and is_standard(type(thing)):
@@ -149,11 +151,26 @@ class _Hasher:
         elif isinstance(thing, type):
             self.kind(thing, where)
         else:
-            reason = f": {_COMPILED_APART}" if callable(thing) else ""
-            raise NotCompilable(
-                f"{where}: compiled code may use functions, modules and constants as globals, "
-                f"not {type(thing).__name__}{reason}"
-            )
+            self.other(thing, where)
+
+    def entry(self, entry: Any, refusal: str, where: str) -> None:
+        """Of a tuple or list."""
+        if isinstance(entry, types.FunctionType):
+            raise NotCompilable(refusal)
+        self.feed(entry, where)
+
+    def other(self, thing: Any, where: str) -> None:
+        """What is neither code nor a constant."""
+        reason = f": {_COMPILED_APART}" if callable(thing) else ""
+        raise NotCompilable(
+            f"{where}: compiled code may use functions, modules and constants as globals, "
+            f"not {type(thing).__name__}{reason}"
+        )
+
+    def named(self, value: Any, where: str) -> None:
+        """What code names."""
+        _refuse_chance(value, where)
+        self.feed(value, where)
 
     def kind(self, kind: Any, where: str) -> None:
         """A user's class: an enumeration or a named tuple."""
@@ -182,9 +199,8 @@ class _Hasher:
         for value in (*defaults, *named.values()):
             self.feed(value, f"{where}: default")
         for name, value in references(function):
-            _refuse_chance(value, f"{where}.{name}")
             self.word(name)
-            self.feed(value, f"{where}.{name}")
+            self.named(value, f"{where}.{name}")
 
 
 def _number(thing: Any) -> tuple[str, str]:
@@ -199,7 +215,7 @@ def fingerprint(*functions: Any, extra: Any = ()) -> str:
     ``extra`` holds constants. Raises :class:`NotCompilable` for a global that is neither function, module nor
     constant.
     """
-    hasher = _Hasher()
+    hasher = Hasher()
     hasher.word(VERSIONS)
     hasher.feed(extra, "extra")
     for function in functions:

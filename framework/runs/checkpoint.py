@@ -13,7 +13,7 @@ import numpy as np
 from grainlaw.engine.state import Saved
 from grainlaw.integration import Integrator, Motion
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError
+from grainlaw.parameter import ParameterError, parameters
 from grainlaw.results.files import Arrays, below, write_atomically
 
 FORMAT = 3  #: raise when a checkpoint of before could not be read any more
@@ -77,7 +77,8 @@ def save(
         arrays |= {f"observers/{k}/{name}": row for name, row in observer.save().items()}
     about = {
         "format": FORMAT, "key": key, "made_with": made_with, "numbers": moment.numbers,
-        "integrator": numbers_of(moment.integrator), "observers": [type(each).__name__ for each in observers],
+        "integrator": {"type": type(moment.integrator).__name__, **parameters(moment.integrator)},
+        "observers": [type(each).__name__ for each in observers],
     }  # fmt: skip
     arrays["about"] = np.array(json.dumps(about, default=float))
     write_atomically(file, lambda path: _write(path, arrays))
@@ -112,27 +113,19 @@ def load(file: Path) -> Checkpoint:
     )  # fmt: skip
 
 
-def numbers_of(component: Any) -> dict[str, Any]:
-    """The numbers of a component and of its parts, by name, with the names of their classes."""
-    found: dict[str, Any] = {"type": type(component).__qualname__}
-    for field in attrs.fields(type(component)):
-        value = getattr(component, field.name)
-        if attrs.has(type(value)):
-            found[field.name] = numbers_of(value)
-        elif isinstance(value, (int, float)):
-            found[field.name] = value
-    return found
-
-
 def with_numbers(component: Any, numbers: Mapping[str, Any]) -> Any:
-    """The same component with other numbers. Raises :class:`ParameterError` for one of another class."""
-    kind = type(component).__qualname__
+    """The same component with the numbers of another, as :func:`parameters` gives them.
+
+    Raises :class:`ParameterError` for one of another class.
+    """
+    kind = type(component).__name__
     if numbers["type"] != kind:
         raise ParameterError(f"the checkpoint has a {numbers['type']} where the run has a {kind}")
     values = {}
     for field in attrs.fields(type(component)):
-        if field.init and field.name in numbers:
-            own = getattr(component, field.name)
-            given = numbers[field.name]
-            values[field.alias] = with_numbers(own, given) if isinstance(given, Mapping) else given
+        own = getattr(component, field.name)
+        if field.init and attrs.has(type(own)):
+            values[field.alias] = with_numbers(own, numbers[field.name])
+        elif field.init and isinstance(own, (int, float)):
+            values[field.alias] = numbers[field.name]
     return attrs.evolve(component, **values)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import functools
 import hashlib
 import inspect
@@ -28,6 +27,7 @@ import grainlaw
 from grainlaw.compiler.cache import is_portable
 from grainlaw.compiler.numba_private import processor
 from grainlaw.condition import StageError
+from grainlaw.declared import written
 from grainlaw.engine.model import Model
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.parameter import ParameterError, parameters
@@ -35,7 +35,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import warn, without_nan
 from grainlaw.results.tables import write_json
 from grainlaw.runs.claim import RUN
-from grainlaw.runs.reach import Unknown, digest
+from grainlaw.runs.identity import digest
 from grainlaw.runs.sources import sources_hash
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
@@ -133,8 +133,8 @@ def _specimen(specimen: Specimen) -> dict[str, Any]:
 def of_run(model: Model, protocol: LoadingProtocol, options: Mapping[str, Any]) -> dict[str, Any]:
     """What decides the results of a run, and their ``key``: its SHA-256.
 
-    The law counts with its fingerprint, that of its compiled code, and so do other components that are not grainlaw's
-    with all that their code reaches: where only comments are edited, the run is the same.
+    The law counts with its fingerprint, that of its compiled code, and other components of the user's own with the text
+    of their modules: where only comments are edited, the run is the same.
     """
     specimen, law = model.specimen, model.laws
     judged = (protocol, specimen.material, specimen.contact_points, *options.values())  # a law is, by its fingerprint
@@ -145,8 +145,8 @@ def of_run(model: Model, protocol: LoadingProtocol, options: Mapping[str, Any]) 
         "law": described(law) | {"fingerprint": model.fingerprints},
         "protocol": described(protocol),
         "options": {name: described(value) if attrs.has(type(value)) else value for name, value in options.items()},
-        "sources": {kind.__qualname__: _code(kind) for kind in _own(*judged) if isinstance(kind, type)},
-        "functions": [_code(kind) for each in judged for kind in _kinds(each) if isinstance(kind, FunctionType)],
+        "sources": {kind.__qualname__: digest(kind) for kind in _own(*judged) if isinstance(kind, type)},
+        "functions": [digest(kind) for each in judged for kind in _kinds(each) if isinstance(kind, FunctionType)],
     }
     text = json.dumps(without_nan(content), sort_keys=True, default=_exact)
     key = hashlib.sha256(text.encode()).hexdigest()
@@ -163,14 +163,6 @@ def _exact(value: Any) -> Any:
     if isinstance(value, (set, frozenset)):
         return sorted(json.dumps(without_nan(entry), sort_keys=True, default=_exact) for entry in value)
     return repr(value)
-
-
-def _code(kind: type | FunctionType) -> str:
-    """Hash of the code of a class or function; of its source where the code holds what cannot be hashed."""
-    try:
-        return digest(kind)
-    except Unknown:
-        return hashlib.sha256(_source(kind)[1].encode()).hexdigest()
 
 
 def own_sources(*components: Any) -> dict[str, dict[str, str]]:
@@ -192,25 +184,15 @@ def _own(*components: Any) -> list[type | FunctionType]:
 
 
 def _source(kind: type | FunctionType) -> tuple[str, str]:
-    """File and text of a class, by the code of its methods: the file of a law need not be a loaded module.
-
-    Empty where there is none that can be read.
-    """
+    """File and text of a class or function. Empty where there is none that can be read."""
     if isinstance(kind, FunctionType):
         rows = linecache.getlines(kind.__code__.co_filename)[kind.__code__.co_firstlineno - 1 :]
         return kind.__code__.co_filename, "".join(inspect.getblock(rows)) if rows else ""
-    codes = [entry.__code__ for entry in vars(kind).values() if isinstance(entry, FunctionType)]
-    for file in dict.fromkeys(code.co_filename for code in codes if not code.co_filename.startswith("<attrs")):
-        text = "".join(linecache.getlines(file))
-        try:
-            tree = ast.parse(text)
-        except (SyntaxError, ValueError):  # edited since it was loaded
-            continue
-        for node in ast.walk(tree):
-            if isinstance(node, ast.ClassDef) and node.name == kind.__name__:
-                first = min((decorator.lineno for decorator in node.decorator_list), default=node.lineno)
-                return file, "\n".join(text.splitlines()[first - 1 : node.end_lineno]) + "\n"
-    return "", ""
+    file, lines, node = written(kind)
+    if node is None:
+        return "", ""
+    first = min((decorator.lineno for decorator in node.decorator_list), default=node.lineno)
+    return file, "".join(lines[first - 1 : node.end_lineno])
 
 
 def _kinds(component: Any) -> Iterator[type | FunctionType]:

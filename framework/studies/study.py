@@ -23,9 +23,9 @@ from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
+from grainlaw.runs.identity import Unknown, digest, fingerprint_of, own_modules
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.plausibility import warn_of_scales
-from grainlaw.runs.reach import Unknown, digest, fingerprint_of, own_modules
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.cost import StudyCost, cost_of
