@@ -34,7 +34,7 @@ def prism(seed):
 def simulator(folder, pressures=(), law=BRITTLE, tests=TESTS):
     case = TrialCase(law, {}, (), checked_specimens(prism, tests), checked_tests(tests), 1.0)
     powers = {"tensile_strength": 1, "cohesion": 1}
-    return StudySimulator(case, powers, pressures, folder, workers=2, quiet=True)
+    return StudySimulator(case, powers, pressures, folder, workers=2, progress=False)
 
 
 # --- elastic constants -----------------------------------------------------------------------------------------------
@@ -188,7 +188,7 @@ def test_a_search_asks_for_long_courses_and_the_check_for_those_of_the_rock(tmp_
     monkeypatch.setattr(StudySimulator, "values", values)
     free = {"tensile_strength": (5 * MPa, 20 * MPa), "cohesion": (20 * MPa, 60 * MPa)}
     targets = targets_at(HIDDEN, ("ucs", "tensile_strength"))
-    found = gl.calibrate(targets, BRITTLE, free, prism, store=tmp_path / "s", budget=20, quiet=True)
+    found = gl.calibrate(targets, BRITTLE, free, prism, store=tmp_path / "s", budget=20, progress=False)
     assert found.checks
     assert asked == [pytest.approx(0.5)] * (len(asked) - 1) + [1.0]  # 5 over 10, the middle of the range
 

@@ -144,22 +144,6 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     assert (tmp_path / "taken").read_text() == "a file"
 
 
-def test_the_progress_fits_a_terminal_of_80_columns():
-    from rich.console import Console
-
-    from grainlaw.cli.running import progress_bars
-
-    progress = progress_bars()
-    progress.add_task("cohesive-crack", total=1.0, stage="compression", strain=" 0.5000 %", stress="  250.0 MPa",
-                      left="about 3.25 min")  # fmt: skip
-    console = Console(width=80, record=True, file=open("/dev/null", "w"))
-    console.print(progress.get_renderable())
-    lines = console.export_text().splitlines()
-    assert len(lines) == 1
-    for word in ("cohesive-crack", "compression", "0.5000 %", "250.0 MPa", "0%", "about 3.25 min"):
-        assert word in lines[0]
-
-
 def test_a_law_is_shown_as_table_and_picture(tmp_path):
     result = invoke("law", "mohr-coulomb", "--out", tmp_path / "new")
     assert result.exit_code == 0, result.output

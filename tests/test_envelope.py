@@ -95,7 +95,7 @@ def pressed(law, seed, confinement):
 
 def test_a_study_over_confinement(tmp_path):
     study = gl.Study(pressed, law=["brittle", "linear"], seed=[1, 2], confinement=[0, 5e6])
-    table = study.run(tmp_path, workers=2, quiet=True)
+    table = study.run(tmp_path, workers=2, progress=False)
     found = gl.StrengthEnvelope(table.where(law="brittle"))
     assert found.strengths[:, 0].tolist() == [0, 5e6, 0, 5e6]
     alone = pressed("brittle", 2, 5e6).simulate()

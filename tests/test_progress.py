@@ -1,81 +1,113 @@
-"""The line that says how far a run is: on a terminal and in a notebook, not elsewhere, and nothing of it stays."""
+"""Bars that say how far runs are: on a terminal and in a notebook, not elsewhere; what stays of them."""
 
+import io
 import logging
+import sys
+import time
 from types import SimpleNamespace
 
 import attrs
 import numpy as np
 import pytest
+from study_cases import tiny_study
 from support import BRITTLE, PULL, STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.laws import Linear
 from grainlaw.runs import progress
+from grainlaw.runs.progress import Progress
 
 SHORT = attrs.evolve(PULL, samples=20)
 
 
-class Terminal:
+class Terminal(io.StringIO):
     """Keeps what is written."""
 
-    def __init__(self, is_terminal=True):
-        self.is_terminal, self.texts = is_terminal, []
+    is_terminal = True
 
     def isatty(self):
         return self.is_terminal
-
-    def write(self, text):
-        self.texts.append(text)
-
-    def flush(self):
-        pass
 
 
 @pytest.fixture
 def terminal(monkeypatch):
     monkeypatch.setattr(progress, "OFTEN", 0.0)
+    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setenv("TERM", "xterm")
     stream = Terminal()
-    monkeypatch.setattr(progress, "sys", SimpleNamespace(stdout=Terminal(False), stderr=stream))
+    monkeypatch.setattr(progress, "sys", SimpleNamespace(stdout=io.StringIO(), stderr=stream))
     return stream
 
 
-def test_a_terminal_sees_how_far_a_run_is(terminal):
+def test_a_terminal_sees_how_far_a_run_is_and_nothing_of_it_stays(terminal):
     gl.simulate(small_sample(12), BRITTLE, SHORT)
-    seen = [text.strip() for text in terminal.texts if "tension" in text]
+    seen = [line for line in terminal.getvalue().splitlines() if "tension, " in line]
     assert len(seen) > 10
-    assert seen[-1] == "MohrCoulomb tension 100%"
-    assert any("about" in text and text.endswith("left") for text in seen)
-    assert all(text.startswith("\r") and len(text) == progress.LONGEST + 1 for text in terminal.texts[:-1])
-    assert terminal.texts[-2].strip() == ""  # the line is empty at the end
-    assert terminal.texts[-1] == "\r"
+    assert "MohrCoulomb" in seen[-1]
+    assert any(line.rstrip().endswith(" left") for line in seen)
+    assert terminal.getvalue().rstrip().endswith("\x1b[2K")  # the line is empty at the end
 
 
-def test_what_is_compiled_is_said_in_the_line(terminal):
-    with progress.told(False):
+def test_bars_of_a_command_stay(terminal):
+    with Progress(stays=True) as bars:
+        bars.bar("compression").tell(1.0, "axial, 0.1 %")
+    assert "compression" in terminal.getvalue().splitlines()[-2]
+
+
+def test_a_run_fits_a_terminal_of_80_columns(terminal, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    words = "compression, 0.5000 %, 250.0 MPa, 3.25 min left"
+    with Progress(stays=True) as bars:
+        bars.bar("cohesive-crack").tell(0.5, words)
+    assert words in terminal.getvalue().splitlines()[-2]
+
+
+def test_what_is_compiled_is_said_beside_the_bars(terminal):
+    with Progress():
         logging.getLogger("grainlaw").warning("compiling %s", "the time loop")
-    assert terminal.texts[0].strip() == "compiling the time loop"
+    assert "compiling the time loop" in terminal.getvalue()
     assert not logging.getLogger("grainlaw").handlers
 
 
-@pytest.mark.parametrize(("is_terminal", "quiet"), [(True, True), (False, False)])
-def test_nothing_is_said_if_quiet_or_without_a_terminal(terminal, is_terminal, quiet):
+@pytest.mark.parametrize(("is_terminal", "told"), [(True, False), (False, True)])
+def test_nothing_is_said_if_not_wanted_or_without_a_terminal(terminal, is_terminal, told):
     terminal.is_terminal = is_terminal
-    gl.simulate(small_sample(12), BRITTLE, SHORT, quiet=quiet)
-    gl.compare(small_sample(12), {"one": BRITTLE}, SHORT, threads=1, quiet=quiet)
-    assert not terminal.texts
+    gl.simulate(small_sample(12), BRITTLE, SHORT, progress=told)
+    gl.compare(small_sample(12), {"one": BRITTLE}, SHORT, threads=1, progress=told)
+    assert not terminal.getvalue()
 
 
-def test_a_notebook_sees_it_below_its_cell(terminal):
-    cell = type("OutStream", (Terminal,), {"__module__": "ipykernel.iostream"})()
-    progress.sys.stdout, terminal.is_terminal = cell, False
-    gl.simulate(small_sample(12), BRITTLE, SHORT)
-    assert any("tension" in text for text in cell.texts)
-    assert not terminal.texts
+def test_what_speaks_says_a_line_now_and_then_without_a_terminal(capsys, monkeypatch):
+    with Progress(speaks=True) as bars:
+        bar = bars.bar("compression")
+        bar.tell(0.1, "axial")
+        assert capsys.readouterr().err == ""
+        later = time.monotonic() + 31.0
+        monkeypatch.setattr(time, "monotonic", lambda: later)
+        bar.tell(0.5, "axial, 0.1 %")
+        bar.tell(0.6, "axial, 0.2 %")
+    assert capsys.readouterr().err == "compression: 50%, axial, 0.1 %\n"
 
 
-def test_laws_share_one_line(terminal):
+def test_a_notebook_sees_bars_below_its_cell(monkeypatch):
+    stream = type("OutStream", (io.StringIO,), {"__module__": "ipykernel.iostream"})()
+    monkeypatch.setattr(progress, "sys", SimpleNamespace(stdout=stream, stderr=sys.stderr))
+    assert progress._console() is not None
+
+
+def test_laws_have_a_bar_each(terminal):
     gl.compare(small_sample(12), {"one": BRITTLE, "two": Linear(**STIFF)}, SHORT, threads=1)
-    assert any("one tension" in text and "two tension" in text for text in terminal.texts)
+    last = terminal.getvalue()
+    assert "one" in last
+    assert "two" in last
+
+
+def test_a_study_says_how_many_cases_are_done_and_what_workers_do(terminal, tmp_path, monkeypatch):
+    monkeypatch.setattr("grainlaw.studies.progress.OFTEN", 0.0)
+    tiny_study().run(tmp_path / "s", workers=1)
+    seen = terminal.getvalue()
+    assert "4 of 4" in seen.splitlines()[-2]
+    assert "law = brittle, seed = 0" in seen
 
 
 def test_a_run_that_was_watched_goes_on_unwatched(terminal, tmp_path):
@@ -88,9 +120,9 @@ def test_a_run_that_was_watched_goes_on_unwatched(terminal, tmp_path):
 
     with pytest.raises(gl.Stopped):
         gl.simulate(small_sample(12), BRITTLE, SHORT, checkpoint=tmp_path, observers=[Asks()], stop=stop)
-    assert terminal.texts
+    assert terminal.getvalue()
     again = gl.simulate(
-        small_sample(12), BRITTLE, SHORT, checkpoint=tmp_path, restart=True, observers=[Asks()], quiet=True
+        small_sample(12), BRITTLE, SHORT, checkpoint=tmp_path, restart=True, observers=[Asks()], progress=False
     )
-    whole = gl.simulate(small_sample(12), BRITTLE, SHORT, quiet=True)
+    whole = gl.simulate(small_sample(12), BRITTLE, SHORT, progress=False)
     assert np.array_equal(again.curves["stress"], whole.curves["stress"])

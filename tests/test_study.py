@@ -21,7 +21,7 @@ from grainlaw.units import mm
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory):
-    return tiny_study().run(tmp_path_factory.mktemp("study") / "store", on=ThreadPoolExecutor(1), quiet=True)
+    return tiny_study().run(tmp_path_factory.mktemp("study") / "store", on=ThreadPoolExecutor(1), progress=False)
 
 
 def test_a_row_is_what_a_run_by_itself_gives(table):
@@ -54,36 +54,36 @@ def test_the_same_seed_is_the_same_grains_under_all_laws(table):
 def test_the_table_does_not_depend_on_who_ran_it(workers, table, tmp_path):
     study, store = tiny_study(), tmp_path / "store"
     if workers == "threads":
-        found = study.run(store, on=ThreadPoolExecutor(2), quiet=True)
+        found = study.run(store, on=ThreadPoolExecutor(2), progress=False)
     elif workers == "a pool":
         with ProcessPoolExecutor(2) as pool:
-            found = study.run(store, on=pool, quiet=True)
+            found = study.run(store, on=pool, progress=False)
     elif workers == "a cluster":
         distributed = pytest.importorskip("distributed")
         with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-            found = study.run(store, on=cluster.scheduler_address, quiet=True)
+            found = study.run(store, on=cluster.scheduler_address, progress=False)
     else:
-        found = study.run(store, workers=1 if workers == "one process" else 2, quiet=True)
+        found = study.run(store, workers=1 if workers == "one process" else 2, progress=False)
     assert content(found) == content(table)
 
 
 def test_shards_and_another_order_give_the_same_table(table, tmp_path):
     study, store = tiny_study(), tmp_path / "store"
     for k in (3, 1):
-        part = study.run(store, shard=(k, 3), on=ThreadPoolExecutor(1), quiet=True)
+        part = study.run(store, shard=(k, 3), on=ThreadPoolExecutor(1), progress=False)
     assert len(part) == 3  # cases 0 and 3 of the first, 2 of the third
-    other = gl.Study(tiny, seed=[1, 0], law=["linear", "brittle"]).run(store, on=ThreadPoolExecutor(1), quiet=True)
+    other = gl.Study(tiny, seed=[1, 0], law=["linear", "brittle"]).run(store, on=ThreadPoolExecutor(1), progress=False)
     assert len(other) == 4
-    found = study.run(store, on=ThreadPoolExecutor(1), quiet=True)
+    found = study.run(store, on=ThreadPoolExecutor(1), progress=False)
     assert content(found) == content(table)
 
 
 def test_what_is_finished_is_neither_built_nor_run_again(tmp_path, monkeypatch):
     study = tiny_study()
-    first = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    first = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     refuse_to_run(monkeypatch)
     monkeypatch.setattr(studies.Recipe, "run", lambda *_: pytest.fail("it is built"))
-    assert content(study.run(tmp_path / "s", quiet=True)) == content(first)
+    assert content(study.run(tmp_path / "s", progress=False)) == content(first)
     assert str(study.status(tmp_path / "s")) == "4 cases: 4 finished, none failed, 0 missing"
 
 
@@ -136,7 +136,7 @@ def module(tmp_path, monkeypatch):
 
 def test_an_edited_comment_is_the_same_case_and_an_edited_law_another(module, tmp_path, monkeypatch):
     def run(**names):
-        table = gl.Study(module(**names).case, rows=[2], k=[1e13]).run(tmp_path / "s", workers=1, quiet=True)
+        table = gl.Study(module(**names).case, rows=[2], k=[1e13]).run(tmp_path / "s", workers=1, progress=False)
         return table.rows[0]["largest_stress"]
 
     first = run()
@@ -148,10 +148,10 @@ def test_an_edited_comment_is_the_same_case_and_an_edited_law_another(module, tm
 
 
 def test_a_function_that_is_edited_for_nothing_runs_nothing(module, tmp_path, monkeypatch):
-    gl.Study(module().case, rows=[2], k=[1e13]).run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    gl.Study(module().case, rows=[2], k=[1e13]).run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     refuse_to_run(monkeypatch)
     edited = module(SCALE="(k / k)").case
-    table = gl.Study(edited, rows=[2], k=[1e13]).run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    table = gl.Study(edited, rows=[2], k=[1e13]).run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     assert table.rows[0]["status"] == "finished"
     assert len(Store(tmp_path / "s")) == 2
 
@@ -166,7 +166,7 @@ from study_cases import tiny as inner
 print("begins")
 def case(seed):
     return inner("linear", seed)
-table = gl.Study(case, seed=[0, 1]).run({str(tmp_path / "s")!r}, workers=2, quiet=True)
+table = gl.Study(case, seed=[0, 1]).run({str(tmp_path / "s")!r}, workers=2, progress=False)
 print([row["status"] for row in table.rows], table.rows[0]["strength"])
 """
     for arguments, text in (([str(tmp_path / "script.py")], None), (["-"], script)):  # the second finds it finished
@@ -184,7 +184,7 @@ def test_what_it_will_cost_is_known_before(tmp_path, table):
     assert (probed.cases, probed.measured) == (4, False)
     spent = sum(cost["cpu"] for cost in table.costs)
     assert spent / 20 < probed.cpu < 20 * spent
-    study.run(tmp_path / "s", shard=(1, 2), on=ThreadPoolExecutor(1), quiet=True)
+    study.run(tmp_path / "s", shard=(1, 2), on=ThreadPoolExecutor(1), progress=False)
     known = study.estimate(tmp_path / "s")
     assert (known.cases, known.measured) == (2, True)
     assert "2 cases: about" in str(known)
@@ -195,7 +195,7 @@ def test_any_levels_may_be_given_by_names(tmp_path):
         return gl.Run(gl.Specimen(grains.tessellate(rectangle(20 * mm, 40 * mm)), ROCK), law, SHORT)
 
     study = gl.Study(case, law=LAWS, grains={"two": Bricks(rows=2), "three": Bricks(rows=3)})
-    table = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    table = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     assert table["law"].tolist() == ["brittle", "brittle", "linear", "linear"]
     other = gl.Study(case, law=LAWS, grains={"two": Bricks(rows=2), "three": Bricks(rows=4)})
     assert str(other.status(tmp_path / "s")) == "4 cases: 2 finished, none failed, 2 missing"

@@ -55,14 +55,14 @@ class Endless(gl.LoadingProtocol):
 
 def test_a_failed_case_is_a_row_and_is_not_tried_again(tmp_path, monkeypatch):
     study = gl.Study(failing, kind=["stage", "well"])
-    table = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    table = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     assert [row["status"] for row in table.rows] == ["stage", "finished"]
     assert "did not end within 3 samples" in table.failed[0]["reason"]
     assert table.rows[0]["samples"] == 3  # what it has recorded
     assert "did not end within 3 samples" in str(table)
     assert str(study.status(tmp_path / "s")) == "2 cases: 1 finished, 1 stage, 0 missing"
     refuse_to_run(monkeypatch)
-    study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    study.run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
 
 
 @pytest.mark.parametrize(
@@ -76,14 +76,14 @@ def test_a_failed_case_is_a_row_and_is_not_tried_again(tmp_path, monkeypatch):
 def test_a_level_that_is_refused_is_named_before_anything_runs(kind, words, tmp_path, monkeypatch):
     refuse_to_run(monkeypatch)
     with pytest.raises(gl.ParameterError, match=words):
-        gl.Study(failing, kind=["well", kind]).run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+        gl.Study(failing, kind=["well", kind]).run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     assert not len(Store(tmp_path / "s"))
 
 
 def test_a_combination_that_is_refused_is_a_row(tmp_path):
     """Only one case of each level is built before."""
     study = gl.Study(combined, a=[1, 2], b=[1, 2])
-    table = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    table = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     assert [row["status"] for row in table.rows] == ["finished"] * 3 + ["refused"]
     assert "both are 2" in table.failed[0]["reason"]
 
@@ -106,20 +106,20 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path, monkeypatch):
     with monkeypatch.context() as only_here:
         only_here.setattr(stores, "_write", full)
         with pytest.raises(OSError, match="No space left on device"):
-            study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+            study.run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     assert study.status(tmp_path / "s").finished == 2  # of two files each; of the third only one had room
-    assert study.run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)["status"].tolist() == ["finished"] * 4
+    assert study.run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)["status"].tolist() == ["finished"] * 4
 
 
 def test_workers_that_die_again_and_again_over_a_case_kill_it(tmp_path):
     """Its own process is killed by the case; the others are finished, and the second call tries it again."""
     study = gl.Study(deadly, seed=[0, 1, 2])
-    table = study.run(tmp_path / "s", workers=2, quiet=True)
+    table = study.run(tmp_path / "s", workers=2, progress=False)
     states = table["status"].tolist()
     assert states[1] == "killed"
     assert set(states) <= {"finished", "killed"}
     assert "its worker died" in table.failed[0]["reason"]
-    again = study.run(tmp_path / "s", workers=1, quiet=True)
+    again = study.run(tmp_path / "s", workers=1, progress=False)
     assert again["status"].tolist() == ["finished", "killed", "finished"]
 
 
@@ -166,13 +166,13 @@ def test_workers_that_die_between_cases_are_replaced():
 
 def test_what_a_killed_process_had_half_written_is_swept_away(tmp_path):
     store = tmp_path / "s"
-    tiny_study(1).run(store, on=ThreadPoolExecutor(1), quiet=True)
+    tiny_study(1).run(store, on=ThreadPoolExecutor(1), progress=False)
     folder = next((store / "cases").iterdir())
     for name, age in (("old", 7200.0), ("new", 60.0)):
         part = folder / f".{name}.1.part.json"
         part.write_text("{")
         os.utime(part, (time.time() - age, time.time() - age))
-    tiny_study(2).run(store, on=ThreadPoolExecutor(1), quiet=True)
+    tiny_study(2).run(store, on=ThreadPoolExecutor(1), progress=False)
     assert [file.name for file in store.rglob(".*.part*")] == [".new.1.part.json"]  # perhaps still written
     assert Store(store).pack() == 0
 
@@ -181,7 +181,7 @@ def test_a_warning_is_given_once_for_a_level_and_not_by_the_workers(tmp_path, ca
     """A speed of a tenth of that of waves."""
     study = gl.Study(column, rows=[2], height=[40.0, 41.0], speed=[300.0])
     with pytest.warns(gl.UnitWarning, match="moves at 300 m/s, which is unusual") as heard:
-        study.run(tmp_path / "s", workers=1, quiet=True)
+        study.run(tmp_path / "s", workers=1, progress=False)
     assert len([one for one in heard if one.category is gl.UnitWarning]) <= 2  # one for each level
     assert "UnitWarning" not in capfd.readouterr().err
 
@@ -189,7 +189,7 @@ def test_a_warning_is_given_once_for_a_level_and_not_by_the_workers(tmp_path, ca
 def test_an_executor_of_the_users_that_breaks_keeps_what_is_finished(tmp_path):
     study = gl.Study(deadly, seed=[0, 1])
     with ProcessPoolExecutor(1) as pool, pytest.raises(gl.ExecutorError, match="a worker of the executor has died"):
-        study.run(tmp_path / "s", on=pool, quiet=True)
+        study.run(tmp_path / "s", on=pool, progress=False)
     assert study.status(tmp_path / "s").finished <= 1
 
 
@@ -197,7 +197,7 @@ def test_bad_input_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "mine.txt").write_text("")
-    tiny_study().run(tmp_path / "old", shard=(1, 4), on=ThreadPoolExecutor(1), quiet=True)
+    tiny_study().run(tmp_path / "old", shard=(1, 4), on=ThreadPoolExecutor(1), progress=False)
     (tmp_path / "old" / "study.json").write_text('{"format": 0}')
     study = tiny_study()
     for folder, words in (
@@ -220,7 +220,7 @@ def test_bad_input_is_refused(tmp_path):
         if options.get("on") == "tcp://127.0.0.1:9" and "workers" not in options:
             pytest.importorskip("distributed")
         with pytest.raises(gl.ParameterError, match=words):
-            study.run(tmp_path / "s", quiet=True, **options)
+            study.run(tmp_path / "s", progress=False, **options)
 
 
 REACHED = dict.fromkeys(("closure", "default", "constant", "helper", "kind", "array", "instance"), 1)
@@ -278,7 +278,7 @@ def test_measures_of_ones_own_are_part_of_the_key(tmp_path):
     def case(seed):
         return tiny("brittle", seed)
 
-    found = gl.Study(case, seed=[1], measures=[Height()]).run(tmp_path / "s", quiet=True)
+    found = gl.Study(case, seed=[1], measures=[Height()]).run(tmp_path / "s", progress=False)
     assert found["height"][0] == found["largest_stress"][0] / 2
     assert digest(Share(2)) == digest(Share(2)) != digest(Share(3))
     assert digest(Share(2)) != digest(Height())
@@ -290,7 +290,7 @@ def test_measures_of_ones_own_are_part_of_the_key(tmp_path):
 
 
 def test_cases_that_finished_are_doubted_where_the_specimen_had_not_failed(tmp_path):
-    table = tiny_study().run(tmp_path / "s", on=ThreadPoolExecutor(1), quiet=True)
+    table = tiny_study().run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     [(words, rows)] = [(words, rows) for words, rows in table.doubts.items() if "had not failed" in words]
     assert rows == [
         k for k in range(len(table)) if table.rows[k]["law"] == "brittle" and np.isnan(table["strength"][k])

@@ -35,7 +35,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
-    return study().run(tmp_path_factory.mktemp("whole") / "s", workers=2, quiet=True)
+    return study().run(tmp_path_factory.mktemp("whole") / "s", workers=2, progress=False)
 
 
 def start(store):
@@ -61,7 +61,7 @@ def check(store, undisturbed):
     rows = [row for row in Store(store, make=False).rows(Store(store).cases()) if row]
     assert len({row["case"] for row in rows}) == len(rows) == CASES
     assert {row["status"] for row in rows} <= {"finished", "killed"}
-    table = study().run(store, workers=2, quiet=True)
+    table = study().run(store, workers=2, progress=False)
     assert content(table) == content(undisturbed)
     for row in table.rows[:: CASES // 5]:
         assert len(table.result(height=row["height"]).curves["time"])

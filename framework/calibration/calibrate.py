@@ -49,7 +49,7 @@ def calibrate(
     targets: Targets, law: Any, free: Mapping[str, Any], specimens: Any, *, store: str | os.PathLike[str],
     tied: Mapping[str, Any] | None = None, elastic: str = CONTACTS, seeds: int = 3, budget: int = 100,
     also: Sequence[str] = (), tests: Mapping[str, Any] | None = None, more: int = 9, fresh: int = 10, seed: int = 0,
-    workers: int | None = None, on: Any = None, quiet: bool = False,
+    workers: int | None = None, on: Any = None, progress: bool = True,
 ) -> Calibration:  # fmt: skip
     """Find the contact parameters with which a rock has the ``targets``, and how well these determine them.
 
@@ -85,9 +85,9 @@ def calibrate(
     first = _space(law, free, tied or {}, shapes, targets)
     parts = 3 if targets.elastic else 2  # a pilot, the first wave, and as much for the later ones
     checked_whole_number("calibrate: budget", budget, at_least=parts * (len(first.groups) + 4))
-    tell = _silent if quiet else _say
+    tell = _say if progress else _silent
     case = TrialCase(first.law, first.base, first.ties, shapes, made, 1.0)
-    simulator = StudySimulator(case, first.powers, targets.pressures, store, workers=workers, on=on, quiet=quiet)
+    simulator = StudySimulator(case, first.powers, targets.pressures, store, workers=workers, on=on, progress=progress)
     simulator.weakest = first.weakest
     names = [name for name in measured_by(wanted) if not QUANTITIES[name].is_elastic]
     if "confined" not in wanted:

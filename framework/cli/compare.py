@@ -13,12 +13,10 @@ from grainlaw.cli.configuration import CONFIG, Configuration, configured
 from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.lists import seeds_of
 from grainlaw.cli.running import (
-    ProgressBar,
     finished,
     folder_options,
     linked,
     portable_option,
-    progress_bars,
     refusing,
     threads_option,
     writing_to,
@@ -37,6 +35,7 @@ from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.claim import MATERIAL_FILES, Claim
 from grainlaw.runs.comparison import Comparison
 from grainlaw.runs.comparison import compare as compare_laws
+from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import described, versions
 from grainlaw.runs.samples import SampleComparison, compare_samples, folder_name, in_words
 from grainlaw.specimen import Specimen
@@ -168,13 +167,13 @@ def _compared(
     """Each law on each sample; of one sample the runs have the names of their laws alone."""
     numerics = chosen.numerics
     options: dict[str, Any] = {
-        "quiet": True, "threads": numerics.threads, "frames": numerics.frames, "checkpoint": claim,
+        "progress": False, "threads": numerics.threads, "frames": numerics.frames, "checkpoint": claim,
         "time_step_factor": numerics.time_step_factor, "mass_scaling": numerics.mass_scaling,
     }  # fmt: skip
-    with progress_bars() as progress:
+    with Progress(stays=True, speaks=True) as progress:
 
         def watch(folder: str, label: str) -> list[Observer]:
-            return [ProgressBar(progress, label), VtkWriter(claim.path / folder, numerics.frames, zones=numerics.zones)]
+            return [RunBar(progress.bar(label)), VtkWriter(claim.path / folder, numerics.frames, zones=numerics.zones)]
 
         if len(specimens) == 1:
             (specimen,) = specimens.values()

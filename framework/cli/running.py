@@ -1,4 +1,4 @@
-"""What the commands that run tests share: a folder, a line of progress for each run, and how a command ends."""
+"""What the commands that run tests share: a folder, and how a command ends."""
 
 from __future__ import annotations
 
@@ -6,40 +6,29 @@ import functools
 import os
 import re
 import sys
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
 import attrs
 import click
-import numpy as np
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
 
 from grainlaw.cli.law_file import LawReferenceError
-from grainlaw.columns import COURSE, LOAD
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.compiler.cache import compile_portably
 from grainlaw.condition import StageError
-from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
-from grainlaw.naming import shown
-from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.results.certificate import warnings_of
 from grainlaw.results.result import Result
 from grainlaw.runs.claim import Claim, claimed, tidy
-from grainlaw.runs.estimate import in_words
 from grainlaw.runs.stopping import Stopped
-from grainlaw.stage import Stage
 
 #: What the user gave is at fault; and all that ends a command with its own words.
 REFUSALS = (ParameterError, LawReferenceError, CompilationError)
 FAILURES = (ParameterError, OSError, CompilationError, InstabilityError, StageError, MemoryError)
-SILENCE = 30.0  #: s between lines of progress where there is no terminal
 
 
 def threads_option(words: str, default: str | None = AUTO) -> Callable[..., Any]:
@@ -173,50 +162,3 @@ def linked(folder: Path) -> list[str]:
     runs = sorted(file.parent.name for file in folder.glob("*/curves.csv"))
     inside = [f"{run}/{name}" for run in runs for name in ("curves.csv", "cracks.csv", "grains.pvd", "cracks.pvd")]
     return [*here, *(name for name in inside if (folder / name).exists())]
-
-
-class ProgressBar(Observer):
-    """A line of a run: stage, strain, stress (or what the test has instead), time left; now and then if no terminal."""
-
-    def __init__(self, progress: Progress, name: str) -> None:
-        self.progress, self.name, self.told = progress, name, time.monotonic()
-        self.task = progress.add_task(name, total=1.0, stage="starting", strain="", stress="", left="")
-        self.began: tuple[float, int] | None = None  #: s by the clock, and steps, at the first sample
-
-    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
-        self.progress.update(
-            self.task,
-            completed=progress,
-            stage=stage.name if progress < 1 else "done",
-            strain=_last(curves, COURSE),
-            stress=_last(curves, LOAD),
-            left=self._left(state) if progress < 1 else "",
-        )
-        if not self.progress.console.is_terminal and time.monotonic() - self.told > SILENCE:
-            self.told = time.monotonic()
-            left = self._left(state)
-            done = f"{self.name}: {progress:.0%} of {stage.name}, {state.steps} steps{left and f', {left} left'}"
-            click.echo(f"{done}, {_last(curves, COURSE)}, {_last(curves, LOAD)}", err=True)
-
-    def _left(self, state: State) -> str:
-        """Time that tests usually still take from here, at the pace of the clock so far."""
-        now = time.monotonic()
-        began, steps = self.began = self.began or (now, state.steps)
-        left = (state.usual_end - state.time) / state.time_step
-        if state.steps == steps or left <= 0:
-            return ""
-        return f"about {in_words(left * (now - began) / (state.steps - steps))}"
-
-
-def _last(curves: Mapping[str, np.ndarray], names: Sequence[str]) -> str:
-    name = next(name for name in names if name in curves)
-    return f"{shown(name).text(float(curves[name][-1]))} {shown(name).unit}"
-
-
-def progress_bars() -> Progress:
-    """Lines for :class:`ProgressBar`, on the error stream."""
-    return Progress(
-        TextColumn("{task.description:<14}"), BarColumn(16), TextColumn("{task.percentage:>3.0f}%"),
-        TextColumn("{task.fields[stage]:<11}{task.fields[strain]:>9}{task.fields[stress]:>11}"),
-        TextColumn("{task.fields[left]:>14}"), console=Console(stderr=True), refresh_per_second=4,
-    )  # fmt: skip

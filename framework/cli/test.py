@@ -12,13 +12,11 @@ from grainlaw.cli.configuration import CONFIG, Configuration, configured, templa
 from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.running import (
     Given,
-    ProgressBar,
     finished,
     folder_options,
     linked,
     model_options,
     portable_option,
-    progress_bars,
     refusing,
     tell_certificate,
     threads_option,
@@ -44,6 +42,7 @@ from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.certify import certify_result, slower
 from grainlaw.runs.claim import MATERIAL_FILES, Claim
 from grainlaw.runs.first_questions import ask_first_questions
+from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import simulate
 
@@ -124,12 +123,12 @@ def _run(name: str, chosen: Configuration, claim: Claim, observers: Sequence[Obs
     """The result, and why the test could not end, if it could not."""
     numerics = chosen.numerics
     writer = VtkWriter(claim.path, numerics.frames, zones=numerics.zones)
-    with progress_bars() as progress:
+    with Progress(stays=True, speaks=True) as progress:
         try:
             result = simulate(
                 chosen.specimen, chosen.law, chosen.protocol, threads=numerics.threads, frames=numerics.frames,
                 time_step_factor=numerics.time_step_factor, mass_scaling=numerics.mass_scaling, checkpoint=claim,
-                observers=[ProgressBar(progress, name), writer, *observers], quiet=True,
+                observers=[RunBar(progress.bar(name)), writer, *observers], progress=False,
             )  # fmt: skip
         except (StageError, InstabilityError) as error:
             return error.result, str(error)
@@ -139,11 +138,11 @@ def _run(name: str, chosen: Configuration, claim: Claim, observers: Sequence[Obs
 def _certified(name: str, result: Result, chosen: Configuration, claim: Claim) -> str:
     """The quasi-static limit in words; also in certificate.json."""
     numerics = chosen.numerics
-    with progress_bars() as progress:
+    with Progress(stays=True, speaks=True) as progress:
         found = certify_result(
             result, chosen.law, threads=numerics.threads, time_step_factor=numerics.time_step_factor,
-            mass_scaling=numerics.mass_scaling, observers=[ProgressBar(progress, f"{name}, half the speed")],
-            quiet=True,
+            mass_scaling=numerics.mass_scaling, observers=[RunBar(progress.bar(f"{name}, half the speed"))],
+            progress=False,
         )  # fmt: skip
     write_json(claim.path / "certificate.json", attrs.asdict(found) | {"limit": found.limit, "error": found.error})
     return str(found)

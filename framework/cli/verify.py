@@ -116,7 +116,7 @@ def _without_friction(law: CohesiveCrack) -> CohesiveCrack:
 
 def _run(law: CohesiveCrack, test: JointTension | DirectShear, height: float) -> Curves:
     blocks = Specimen(Bricks(rows=2).tessellate(rectangle(WIDTH, height)), ROCK)
-    return simulate(blocks, law, test, frames=1, quiet=True).curves
+    return simulate(blocks, law, test, frames=1, progress=False).curves
 
 
 # --- the table -------------------------------------------------------------------------------------------------------

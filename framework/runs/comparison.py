@@ -173,7 +173,7 @@ def compare(
     ``checkpoint``, a folder with one for each law, ``restart``, ``overwrite``; and those of :func:`simulate`. The
     results do not depend on ``threads``. A law whose run fails does not touch the others, see :class:`Comparison`; if
     all fail, the first error is raised. :class:`Stopped` has the finished laws as its ``result``.
-    A line shows how far the runs are, unless ``quiet``.
+    Bars show how far the runs are, unless ``progress`` is False.
     """
     if not laws:
         raise ParameterError("compare: laws is empty, it must name at least one law")

@@ -32,7 +32,7 @@ from grainlaw.runs.checkpoint import Checkpoint, Counters, Moment
 from grainlaw.runs.curve_table import CurveTable
 from grainlaw.runs.estimate import warn_of_cost
 from grainlaw.runs.loader import Loader
-from grainlaw.runs.progress import kept
+from grainlaw.runs.progress import without_bars
 from grainlaw.runs.row import row_of
 from grainlaw.runs.run_folder import RunFolder
 from grainlaw.runs.stopping import Stop, Stopped
@@ -62,7 +62,7 @@ class Execution:
         self.state, self.protocol, self.stages = state, protocol, stages
         self.threads, self.factor, self.stop, self.folder = threads, factor, stop, folder
         self.recorder, self.watching = FrameRecorder(FrameClock(frames)), list(observers)
-        self.observers = kept(observers)  #: of which a checkpoint keeps what they have
+        self.observers = without_bars(observers)  #: of which a checkpoint keeps what they have
         self.columns, self.at, state.stages = CurveTable(), Counters(), len(stages)
         self.integrator: Integrator = stages[0].moved_by
         self.before: Motion | None = None  #: the motion that the integrator has seen last

@@ -25,7 +25,7 @@ from grainlaw.results.result import Result
 from grainlaw.runs.claim import Folder, check_file_names, claimed
 from grainlaw.runs.estimate import expected_work
 from grainlaw.runs.first_questions import ask_first_questions
-from grainlaw.runs.progress import Watcher, told
+from grainlaw.runs.progress import RunBar, Shown, shown_in
 from grainlaw.runs.record import of_run, recorded
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
@@ -86,7 +86,7 @@ def simulate_all(
     restart: bool = False,
     overwrite: bool = False,
     stop: Stop | None = None,
-    quiet: bool = False,
+    progress: Shown = True,
     **options: Any,
 ) -> Outcome[Key]:
     """Do runs, as many at a time as ``threads`` (all cores); threads that a run leaves idle go to the others.
@@ -109,9 +109,9 @@ def simulate_all(
             stack.enter_context(recorded(claim.path, {**claim.about, "runs": [file_name(n) for n in names.values()]}))
             inside = claim.inside
         folders = {key: inside(name) for key, name in names.items()}
-        line = stack.enter_context(told(quiet))
-        watched = observers if line is None else lambda key: [Watcher(line, names[key]), *observers(key)]
-        return _all(runs, threads, watched, folders, stop or Stop(), {**options, "quiet": True})
+        bars = stack.enter_context(shown_in(progress))
+        watched = observers if bars is None else lambda key: [RunBar(bars.bar(names[key])), *observers(key)]
+        return _all(runs, threads, watched, folders, stop or Stop(), {**options, "progress": False})
 
 
 class _Shared:

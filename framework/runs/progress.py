@@ -1,4 +1,4 @@
-"""A line that says how far runs are, while they go on: on a terminal, and below the cell of a notebook."""
+"""How far something is that takes long: bars on a terminal and below the cell of a notebook."""
 
 from __future__ import annotations
 
@@ -6,65 +6,138 @@ import logging
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import numpy as np
 
+from grainlaw.columns import COURSE, LOAD
 from grainlaw.engine.state import State
+from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.runs.estimate import in_words
 from grainlaw.stage import Stage
 
-OFTEN = 0.3  #: s between two texts
-LONGEST = 78  #: letters
+OFTEN = 0.3  #: s between two pictures
+SILENCE = 30.0  #: s between lines where there is no terminal
 
 
-class Line(logging.Handler):
-    """One line for all runs, written over itself, and taken away at the end."""
+class Progress(logging.Handler):
+    """Bars, while the context lasts: one for each run, or for many cases; and what is compiled meanwhile.
 
-    def __init__(self, stream: Any) -> None:
+    They go at the end unless it ``stays``. Where nobody looks, nothing is said, or a line now and then if it
+    ``speaks``.
+    """
+
+    def __init__(self, *, stays: bool = False, speaks: bool = False) -> None:
         super().__init__()
-        self.stream, self.doing, self.told = stream, dict[str, str](), 0.0
-        self._turn = threading.Lock()
+        self.stays, self.speaks = stays, speaks
+        self._turn = threading.RLock()
+        self._bars: Any = None  #: of rich, while somebody looks
+        self._drawn, self._said = 0.0, time.monotonic()
 
-    def tell(self, name: str, text: str) -> None:
-        """Say what a run does, if nothing has been said for a moment."""
+    def __enter__(self) -> Progress:
+        console = _console()
+        if console is not None:
+            from rich.progress import BarColumn, TextColumn  # rich takes long to load
+            from rich.progress import Progress as Bars
+
+            columns = (
+                TextColumn("{task.description:<14}", markup=False),
+                BarColumn(10),
+                TextColumn("{task.percentage:>3.0f}%"),
+            )
+            words = TextColumn("{task.fields[words]}", markup=False)
+            self._bars = Bars(*columns, words, console=console, transient=not self.stays, auto_refresh=False)
+            self._compiles = self._bars.add_task("", visible=False, words="")
+            self._bars.start()
+            logging.getLogger("grainlaw").addHandler(self)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bars is not None:
+            logging.getLogger("grainlaw").removeHandler(self)
+            with self._turn:
+                self._draw(visible=False)
+                self._bars.stop()
+                self._bars = None
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether somebody looks."""
+        return self._bars is not None
+
+    def bar(self, name: str) -> Bar:
+        """Another bar."""
         with self._turn:
-            self.doing[name] = text
-            if time.monotonic() - self.told < OFTEN:
-                return
-            self._write("; ".join(f"{run} {words}" for run, words in self.doing.items()))
+            return Bar(self, name, None if self._bars is None else self._bars.add_task(name, total=1.0, words=""))
 
     def emit(self, record: logging.LogRecord) -> None:
         """What the logger of the package says: that something is compiled."""
         with self._turn:
-            self._write(record.getMessage())
+            if self._bars is not None:
+                self._draw(visible=True, words=record.getMessage())
 
-    def clear(self) -> None:
-        """Leave an empty line."""
-        self._write("")
-        self.stream.write("\r")
-        self.stream.flush()
+    def tell(self, bar: Bar, share: float, words: str) -> None:
+        """Show how far a bar is, if nothing was shown for a moment."""
+        now = time.monotonic()
+        with self._turn:
+            if self._bars is not None:
+                self._bars.update(bar.task, completed=share, words=words)
+                if now - self._drawn >= OFTEN:
+                    self._draw(visible=False)
+            elif self.speaks and now - self._said >= SILENCE:
+                self._said = now
+                print(f"{bar.name}: {share:.0%}, {words}", file=sys.stderr, flush=True)
 
-    def _write(self, text: str) -> None:
-        self.told = time.monotonic()
-        self.stream.write(f"\r{text[:LONGEST]:<{LONGEST}}")
-        self.stream.flush()
+    def _draw(self, **compiles: Any) -> None:
+        self._drawn = time.monotonic()
+        self._bars.update(self._compiles, **compiles)
+        self._bars.refresh()
+
+    def remove(self, bar: Bar) -> None:
+        """Of what has ended."""
+        with self._turn:
+            if self._bars is not None:
+                self._bars.remove_task(bar.task)
 
 
-class Watcher(Observer):
-    """Tells a line how far a run is, and how long it usually still takes. No part of what a checkpoint keeps."""
+class Bar:
+    """One of the bars; what has no bar says nothing but lines."""
 
-    def __init__(self, line: Line, name: str) -> None:
-        self.line, self.name = line, name
+    def __init__(self, progress: Progress, name: str, task: Any) -> None:
+        self.progress, self.name, self.task = progress, name, task
+
+    def tell(self, share: float, words: str) -> None:
+        """How far it is, 0 to 1, and what it does."""
+        self.progress.tell(self, share, words)
+
+    def remove(self) -> None:
+        """Take it away."""
+        self.progress.remove(self)
+
+
+Shown = bool | Progress  #: whether somebody is told how far something is, or where
+
+
+def shown_in(progress: Shown, **how: bool) -> AbstractContextManager[Progress | None]:
+    """A context with bars to tell: those that are given, new ones (``how`` as :class:`Progress`) if True, or None."""
+    if isinstance(progress, Progress):
+        return nullcontext(progress)
+    return Progress(**how) if progress else nullcontext(None)
+
+
+class RunBar(Observer):
+    """Tells a bar how far a run is, and how long it usually still takes. No part of what a checkpoint keeps."""
+
+    def __init__(self, bar: Bar) -> None:
+        self.bar = bar
         self.began: tuple[float, int] | None = None  #: s by the clock, and steps, at the first sample
 
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
         left = self._left(state) if progress < 1 else 0.0
-        words = f", about {in_words(left)} left" if left else ""
-        self.line.tell(self.name, f"{stage.name} {progress:.0%}{words}")
+        self.bar.tell(progress, where_is(stage, curves) + (f", {in_words(left)} left" if left else ""))
 
     def _left(self, state: State) -> float:
         now = time.monotonic()
@@ -73,29 +146,23 @@ class Watcher(Observer):
         return max(left, 0.0) * (now - began) / (state.steps - steps) if state.steps > steps else 0.0
 
 
-def kept(observers: Iterable[Observer]) -> list[Observer]:
+def where_is(stage: Stage, curves: Mapping[str, np.ndarray]) -> str:
+    """The stage of a run and the last readings of its curve, as "axial, 0.12 %, 43.1 MPa"."""
+    names = [next((name for name in kind if name in curves), None) for kind in (COURSE, LOAD)]
+    readings = (f"{shown(n).text(float(curves[n][-1]))} {shown(n).unit}".strip() for n in names if n is not None)
+    return ", ".join([stage.name, *readings])
+
+
+def without_bars(observers: Iterable[Observer]) -> list[Observer]:
     """Those of which a checkpoint keeps what they have."""
-    return [observer for observer in observers if not isinstance(observer, Watcher)]
+    return [observer for observer in observers if not isinstance(observer, RunBar)]
 
 
-@contextmanager
-def told(quiet: bool) -> Iterator[Line | None]:
-    """A line, if somebody looks and it was not asked to be ``quiet``; also what is compiled is said in it."""
-    stream = None if quiet else _stream()
-    if stream is None:
-        yield None
-        return
-    line, logger = Line(stream), logging.getLogger("grainlaw")
-    logger.addHandler(line)
-    try:
-        yield line
-    finally:
-        logger.removeHandler(line)
-        line.clear()
+def _console() -> Any:
+    """Where bars can be drawn: the error stream of a terminal, the output of a notebook; else None."""
+    notebook = type(sys.stdout).__module__.startswith("ipykernel")
+    if not notebook and not (sys.stderr is not None and sys.stderr.isatty()):
+        return None
+    from rich.console import Console
 
-
-def _stream() -> Any:
-    """Where a line can be written over: the error stream of a terminal, the output of a notebook; else None."""
-    if type(sys.stdout).__module__.startswith("ipykernel"):
-        return sys.stdout
-    return sys.stderr if sys.stderr is not None and sys.stderr.isatty() else None
+    return Console() if notebook else Console(file=sys.stderr)

@@ -30,7 +30,7 @@ from grainlaw.runs.estimate import check_memory
 from grainlaw.runs.execution import Execution
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.plausibility import refuse_lost_loads, warn_of_scales
-from grainlaw.runs.progress import Watcher, told
+from grainlaw.runs.progress import RunBar, Shown, shown_in
 from grainlaw.runs.run_folder import RunFolder, checkpoint_of
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import Specimen
@@ -56,7 +56,7 @@ def simulate(
     restart: bool = False,
     overwrite: bool = False,
     stop: Stop | None = None,
-    quiet: bool = False,
+    progress: Shown = True,
 ) -> Result:
     """Put a specimen through a test.
 
@@ -73,8 +73,8 @@ def simulate(
     with the same bits as if it had never stopped (from the beginning where there is none); ``overwrite`` removes the
     run that the folder holds. ``stop`` ends the run when it is asked to (docs/reliability.md).
 
-    On a terminal and in a notebook a line says what is compiled, how far the run is and the time left, unless
-    ``quiet``.
+    On a terminal and in a notebook a bar says what is compiled, how far the run is and the time left, unless
+    ``progress`` is False.
 
     Raises :class:`ParameterError` before any work is done, :class:`InstabilityError` with the step, contact, grain and
     likely cause (:class:`OverlapError` where grains overlap too much), :class:`StageError`, and :class:`Stopped` (a
@@ -116,8 +116,8 @@ def simulate(
         )  # fmt: skip
 
     with ExitStack() as stack:
-        if (line := stack.enter_context(told(quiet))) is not None:
-            watching.append(Watcher(line, law_name(law)))
+        if (bars := stack.enter_context(shown_in(progress))) is not None:
+            watching.append(RunBar(bars.bar(law_name(law))))
         if checkpoint is None:
             stack.enter_context(stop.by_signals(only_interrupt=True))
             return execution(None).go()

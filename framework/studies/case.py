@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 import os
 import time
 import warnings
@@ -15,14 +14,12 @@ import attrs
 import cloudpickle
 import numpy as np
 
-from grainlaw.columns import COURSE
 from grainlaw.compiler.batch import CompilationError, compile_integrator
 from grainlaw.compiler.cache import compile_portably
 from grainlaw.condition import StageError
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, OverlapError, advance
 from grainlaw.messages import short
-from grainlaw.naming import shown
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError
 from grainlaw.results.archive import to_bytes
@@ -33,6 +30,7 @@ from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.parallel import Run
+from grainlaw.runs.progress import where_is
 from grainlaw.stage import Stage
 from grainlaw.studies.store import KILLED
 from grainlaw.tessellation import TilingError
@@ -126,7 +124,7 @@ def _answered(recipe: Recipe, task: Task, observers: Sequence[Observer]) -> tupl
     if key == task.known[0]:
         return {"status": SAME, "run": key}, None
     try:
-        result, status, reason = run.simulate(threads=1, observers=observers, quiet=True), FINISHED, ""
+        result, status, reason = run.simulate(threads=1, observers=observers, progress=False), FINISHED, ""
     except (StageError, InstabilityError) as error:
         kinds = {OverlapError: "overlap", InstabilityError: "unstable", StageError: "stage"}
         status = next(name for kind, name in kinds.items() if isinstance(error, kind))
@@ -189,11 +187,7 @@ class Watch(Observer):
         if time.monotonic() - self.told < OFTEN:
             return
         self.told = time.monotonic()
-        course = next((name for name in COURSE if name in curves), None)
-        value = float(curves[course][-1]) if course else math.nan
-        look = shown(course or "")
-        words = f", {look.words} {look.text(value)} {look.unit}" if course else ""
         try:
-            self.file.write_text(f"{stage.name} {progress:.0%}{words}", encoding="utf-8")
+            self.file.write_text(f"{progress:.3f} {where_is(stage, curves)}", encoding="utf-8")
         except OSError:  # it is only for the eye
             pass

@@ -1,4 +1,4 @@
-"""What a study is doing, for the eye: a bar with the time left, and a line for each worker."""
+"""How far a study is: a bar with the time left, and one for each worker."""
 
 from __future__ import annotations
 
@@ -7,52 +7,29 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from grainlaw.runs.estimate import in_words
+from grainlaw.runs.progress import Bar, Progress
 from grainlaw.studies.case import FINISHED, SAME, Task
 from grainlaw.studies.cost import kind
 from grainlaw.studies.workers import Workers
 
 LINES = 8  #: workers that are shown
-SILENCE = 30.0  #: s between lines where there is no terminal
 OFTEN = 0.5  #: s between looks at the workers
 
 
 class Watcher:
-    """Shows a study on the error stream, in a notebook below the cell; nothing if ``quiet``."""
+    """Tells bars how far a study is; nothing without them."""
 
-    def __init__(self, tasks: Sequence[Task], by: Workers, quiet: bool) -> None:
-        self.by, self.quiet, self.total = by, quiet, len(tasks)
+    def __init__(self, tasks: Sequence[Task], by: Workers, bars: Progress | None) -> None:
+        self.by, self.total, self.bars = by, len(tasks), bars
+        self.cases = bars.bar("cases") if bars else None
         self.named = {task.case: task for task in tasks}
         self.costs: dict[Any, list[float]] = {}  #: s of the cases that are done, by their kind
         self.left: dict[Any, int] = {}  #: cases that are not
         for task in tasks:
             self.left[kind(task.factors)] = self.left.get(kind(task.factors), 0) + 1
         self.count = self.failed = 0
-        self.began = self.told = self.seen = time.monotonic()
-        from rich.console import Console  # rich takes long to load
-        from rich.live import Live
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-        self.console = Console(stderr=True)
-        self.bar = Progress(
-            TextColumn("{task.description}"), BarColumn(24), MofNCompleteColumn(), TextColumn("{task.fields[words]}"),
-            console=self.console,
-        )  # fmt: skip
-        self.task = self.bar.add_task("cases", total=self.total, words="")
-        self.live = Live(self.bar, console=self.console, refresh_per_second=4, transient=False)
-
-    def __enter__(self) -> Watcher:
-        if not self.quiet and self._shown:
-            self.live.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if not self.quiet and self._shown:
-            self.live.update(self.bar)
-            self.live.stop()
-
-    @property
-    def _shown(self) -> bool:
-        return self.console.is_terminal or self.console.is_jupyter
+        self.began = self.seen = time.monotonic()
+        self.at: dict[str, Bar] = {}  #: bars of cases that workers are at
 
     def done(self, task: Task, row: Mapping[str, Any]) -> None:
         """A case has come back."""
@@ -63,36 +40,30 @@ class Watcher:
         self.failed += row["status"] not in (FINISHED, SAME)
         if row.get("cost", {}).get("seconds") is not None:
             self.costs.setdefault(sort, []).append(row["cost"]["seconds"])
-        self.bar.update(self.task, completed=self.count, words=self._words())
         self._tell()
 
     def look(self) -> None:
         """Show what the workers are doing."""
-        if self.quiet or not self._shown or time.monotonic() - self.seen < OFTEN:
+        if self.bars is None or not self.bars.is_seen or time.monotonic() - self.seen < OFTEN:
             return
         self.seen = time.monotonic()
-        self.bar.update(self.task, words=self._words())
-        lines = [
-            f"  {_label(self.named[case].factors)}: {doing or 'starting'}"
-            for case, doing in sorted(self.by.doing().items())
-            if case in self.named
-        ]
-        from rich.console import Group
-
-        more = [f"  and {len(lines) - LINES} more"] if len(lines) > LINES else []
-        self.live.update(Group(self.bar, *lines[:LINES], *more))
+        doing = {case: words for case, words in sorted(self.by.doing().items()) if case in self.named}
+        for case in [case for case in self.at if case not in doing]:
+            self.at.pop(case).remove()
+        for case, (share, words) in list(doing.items())[:LINES]:
+            if case not in self.at:
+                self.at[case] = self.bars.bar(_label(self.named[case].factors))
+            self.at[case].tell(share, words)
+        self._tell()
 
     def _tell(self) -> None:
-        """A line now and then where there is no terminal."""
-        if self.quiet or self._shown or time.monotonic() - self.told < SILENCE:
+        if self.cases is None:
             return
-        self.told = time.monotonic()
-        self.console.print(f"{self.count} of {self.total} cases, {self._words()}", highlight=False)
-
-    def _words(self) -> str:
         left = self.seconds_left()
-        words = f"about {in_words(left)} left" if left and self.count < self.total else ""
-        return ", ".join(filter(None, [words, f"{self.failed} failed" if self.failed else ""]))
+        words = [f"{self.count} of {self.total}"]
+        words += [f"about {in_words(left)} left"] if left and self.count < self.total else []
+        words += [f"{self.failed} failed"] if self.failed else []
+        self.cases.tell(self.count / self.total, ", ".join(words))
 
     def seconds_left(self) -> float:
         """From what cases of the same kind have cost, and how many were done at a time; 0 before the first is done."""

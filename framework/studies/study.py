@@ -26,6 +26,7 @@ from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.identity import Unknown, digest, fingerprint_of, own_modules
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.plausibility import warn_of_scales
+from grainlaw.runs.progress import Shown, shown_in
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.cost import StudyCost, cost_of
@@ -85,7 +86,7 @@ class Study(metaclass=Checked):
 
     def run(
         self, folder: Folder, *, on: Any = None, workers: int | None = None, shard: tuple[int, int] | None = None,
-        quiet: bool = False, stop: Stop | None = None,
+        progress: Shown = True, stop: Stop | None = None,
     ) -> Table:  # fmt: skip
         """Carry out the cases that the store in ``folder`` does not have, and return the table of all.
 
@@ -110,7 +111,7 @@ class Study(metaclass=Checked):
             missing = self._with_known(missing, store)
             try:
                 with stop.by_signals():
-                    self._carry(missing, store, on, min(count, len(missing)), quiet, stop)
+                    self._carry(missing, store, on, min(count, len(missing)), progress, stop)
             except Stopped as stopped:
                 stopped.result = self.table(folder)
                 raise
@@ -118,9 +119,10 @@ class Study(metaclass=Checked):
                 store.pack()
         return self._table(store)
 
-    def _carry(self, missing: list[Task], store: Store, on: Any, count: int, quiet: bool, stop: Stop) -> None:
+    def _carry(self, missing: list[Task], store: Store, on: Any, count: int, progress: Shown, stop: Stop) -> None:
         recipe = packed(self._recipe)
-        with workers(on, count) as by, Watcher(missing, by, quiet) as watcher:
+        with workers(on, count) as by, shown_in(progress, stays=True, speaks=True) as bars:
+            watcher = Watcher(missing, by, bars)
 
             def accept(task: Task, done: Done) -> None:
                 row = done.row

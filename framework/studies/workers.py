@@ -57,13 +57,14 @@ class Workers(ABC):
     def renew(self) -> set[str]:
         """Replace those that have died, and say which cases they were at. Raises :class:`ExecutorError`."""
 
-    def doing(self) -> dict[str, str]:
-        """What is being done, by the key of the case."""
+    def doing(self) -> dict[str, tuple[float, str]]:
+        """How far what is being done is, and where, by the key of the case."""
         found = {}
         for file in Path(self.folder).glob("*.*") if self.folder else ():
             try:
-                found[file.name.partition(".")[0]] = file.read_text(encoding="utf-8")
-            except OSError:  # ended meanwhile
+                share, _, words = file.read_text(encoding="utf-8").partition(" ")
+                found[file.name.partition(".")[0]] = (float(share or 0), words or "starting")
+            except (OSError, ValueError):  # ended, or written, meanwhile
                 continue
         return found
 

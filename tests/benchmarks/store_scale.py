@@ -38,7 +38,7 @@ def main() -> None:
         store = Store(folder / "store")
         show("missing cases", lambda: sum(case not in store for case, _ in study._cases()))
         if count <= 100_000:
-            show("resume, with the whole table", lambda: study.run(folder / "store", quiet=True))
+            show("resume, with the whole table", lambda: study.run(folder / "store", progress=False))
     finally:
         shutil.rmtree(folder)
 

@@ -25,7 +25,7 @@ def timed(study: gl.Study, **options) -> tuple[float, gl.Table]:
     folder = Path(tempfile.mkdtemp())
     try:
         began = time.perf_counter()
-        table = study.run(folder / "store", quiet=True, **options)
+        table = study.run(folder / "store", progress=False, **options)
         return time.perf_counter() - began, list(table.costs)
     finally:
         shutil.rmtree(folder)

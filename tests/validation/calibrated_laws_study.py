@@ -107,7 +107,7 @@ def case(law, test, seed):
 def table():
     folder = TemporaryDirectory(prefix="calibrated-laws-")
     study = gl.Study(case, law=[BRITTLE, CONSISTENT], test=list(TESTS), seed=SEEDS, measures=MEASURES)
-    found = study.run(folder.name, quiet=True)
+    found = study.run(folder.name, progress=False)
     return folder, found
 
 

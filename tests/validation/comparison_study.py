@@ -30,7 +30,7 @@ def store():
 
 def tested(laws):
     """The table of some laws; what the store has is not run again."""
-    return study(laws).run(store().name, quiet=True)
+    return study(laws).run(store().name, progress=False)
 
 
 def row(law):

@@ -38,7 +38,7 @@ def store():
 @cache
 def tested(law):
     study = gl.Study(case, law=[law], seed=SEEDS, confinement=[p * MPa for p in CONFINEMENTS])
-    return study.run(store().name, quiet=True)
+    return study.run(store().name, progress=False)
 
 
 def peaks(confinement):

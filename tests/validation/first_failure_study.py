@@ -74,7 +74,7 @@ def records(law, confinement, slow=1, seeds=tuple(SEEDS), options=(), numerics=(
         seed: Run(specimen(seed, **dict(numerics)), LAWS[law], loading(confinement, slow, **dict(options)))
         for seed in seeds
     }
-    found = simulate_all(runs, frames=1, quiet=True)
+    found = simulate_all(runs, frames=1, progress=False)
     assert not found.failed, found.failed
     return [found.results[seed] for seed in seeds]
 
@@ -254,7 +254,7 @@ def pressed(bend, slow):
         platens=Platens.ROUGH, maximum_strain=0.008, stop_fraction=0, samples=200,
         loading=gl.Adaptive(rate=gl.Adaptive().rate / slow),
     )  # fmt: skip
-    return gl.simulate(column(bend), Linear(kn=KN, ks=KS), run, detection=None, quiet=True, frames=1)
+    return gl.simulate(column(bend), Linear(kn=KN, ks=KS), run, detection=None, progress=False, frames=1)
 
 
 def buckled(bend, slow):

@@ -68,7 +68,7 @@ def hidden():
 def laboratory(number):
     """Targets from ten specimens of a hidden rock, with their standard errors."""
     case = TrialCase(LAW, {}, (), checked_specimens(specimens(number), TESTS), checked_tests(TESTS), 1.0)
-    rock = StudySimulator(case, SPACE.powers, [PRESSURE], store(number), workers=1, quiet=True)
+    rock = StudySimulator(case, SPACE.powers, [PRESSURE], store(number), workers=1, progress=False)
     values = rock.values([hidden()[number]], TARGETS, range(FIRST, FIRST + LABORATORY), np.ones(1))
     errors = {name: np.nanstd(each, ddof=1) / np.sqrt(np.isfinite(each).sum()) for name, each in values.items()}
     return {name: (float(np.nanmean(each)), float(errors[name])) for name, each in values.items()}
@@ -77,7 +77,7 @@ def laboratory(number):
 def calibrated(number, targets):
     return gl.calibrate(
         gl.Targets(**targets, confinements=[PRESSURE]), LAW, FREE, specimens(number), store=store(number), tests=TESTS,
-        budget=BUDGET, workers=1, quiet=True,
+        budget=BUDGET, workers=1, progress=False,
     )  # fmt: skip
 
 

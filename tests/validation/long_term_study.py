@@ -35,7 +35,7 @@ def store():
 
 
 def run(study, folder):
-    return study.run(f"{store().name}/{folder}", quiet=True)
+    return study.run(f"{store().name}/{folder}", progress=False)
 
 
 def crushed(seed):

@@ -24,7 +24,7 @@ QUANTITIES = (
 @cache
 def rows():
     with TemporaryDirectory(prefix="paper-") as folder:
-        table = study(quick=False, full=False).run(folder, quiet=True)
+        table = study(quick=False, full=False).run(folder, progress=False)
         elastic = gl.elastic_properties(specimen(SEEDS[0]), LAWS["linear"])
         return {
             words: cells for words, *cells in macroscopic(Paper(Joint([], [], None, None, {}), table, elastic, {}, {}))

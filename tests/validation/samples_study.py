@@ -30,7 +30,7 @@ def store():
 
 def tested(*laws):
     """The table of some laws; what the store has is not run again."""
-    return gl.Study(case, law={law: LAWS[law] for law in laws}, seed=SEEDS).run(store().name, quiet=True)
+    return gl.Study(case, law={law: LAWS[law] for law in laws}, seed=SEEDS).run(store().name, progress=False)
 
 
 def mean(law):
