@@ -280,6 +280,9 @@ def test_measures_of_ones_own_are_part_of_the_key(tmp_path):
 
     found = gl.Study(case, seed=[1], measures=[Height()]).run(tmp_path / "s", progress=False)
     assert found["height"][0] == found["largest_stress"][0] / 2
+    assert "height" in str(found).splitlines()[0]  # printed and reported like ours
+    found.write_report(tmp_path / "report.html")
+    assert ">height<" in (tmp_path / "report.html").read_text("utf-8")
     assert digest(Share(2)) == digest(Share(2)) != digest(Share(3))
     assert digest(Share(2)) != digest(Height())
     with (

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
 from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.slurm import script
@@ -22,7 +21,6 @@ from grainlaw.naming import Shown, aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.stopping import Stopped
-from grainlaw.studies.export import PRINTED
 from grainlaw.studies.statistics import Mean, level
 from grainlaw.studies.study import Study
 from grainlaw.studies.table import Table
@@ -220,7 +218,7 @@ def slurm(chosen: StudyFile, folder: Path, *, shards: int, time: str, cpus: int)
 
 def means(table: Table, by: list[str]) -> str:
     """Mean of each group of cases and half of its 95 % interval, over the seeds."""
-    names = [name for name in PRINTED if name in table.quantities and not np.isnan(table[name]).all()]
+    names = table.main
     if not names or len(table) == len(table.means(*by)[names[0]]):
         return str(table)
     found = table.means(*by)

@@ -24,16 +24,6 @@ if TYPE_CHECKING:
     from grainlaw.studies.table import Table
 
 
-#: columns that are printed if the table has them
-PRINTED = (
-    "strength",
-    "failure_strain",
-    "largest_stress",
-    "apparent_modulus",
-    "crack_damage",
-    "tensile_cracks",
-    "shear_cracks",
-)
 LINES = 40  #: rows that are printed
 MOST_EMPTY = 1_000_000  #: places of an array that may have no case
 
@@ -64,7 +54,7 @@ def _more(table: Table) -> str:
 
 
 def _texts(table: Table) -> list[list[str]]:
-    names = [*table.factors, "status", *(name for name in PRINTED if name in table.columns)]
+    names = [*table.factors, "status", *table.main]
     rows = [[_text(table, name, table.value(row, name)) for name in names] for row in table.rows[:LINES]]
     return [[table.look(name).heading for name in names], *rows]
 

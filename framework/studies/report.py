@@ -18,7 +18,7 @@ from grainlaw.results.files import write_atomically
 from grainlaw.runs.estimate import in_words
 from grainlaw.runs.record import versions
 from grainlaw.studies import groups
-from grainlaw.studies.export import PRINTED, doubts
+from grainlaw.studies.export import doubts
 from grainlaw.studies.figures import MOST_PATTERNS, plot_strip
 from grainlaw.studies.statistics import Listing, level
 from grainlaw.studies.store import STUDY
@@ -30,18 +30,6 @@ LEVELS = 12  #: levels of a factor that are written out
 MOST_GROUPS = 24  #: groups of which means are written
 MOST_CURVES = 300  #: runs that are read for the picture of curves
 REASONS = 100  #: cases that failed and are listed
-#: not properties of the rock
-CERTIFICATE = (
-    "kinetic_ratio",
-    "imbalance",
-    "unstable_rise",
-    "energy_error",
-    "energy_made",
-    "energy_returned",
-    "steps",
-    "time_step",
-    "mass_added",
-)
 STRIP = "A point for each case, the same seed at the same place; mean and its interval (95 %)"
 PAIRED = (
     "Each pair is equal in all but {factor}: the same {over}. The interval (95 %) is that of the mean difference; "
@@ -58,7 +46,7 @@ def write_report(table: Table, file: str | os.PathLike[str], title: str, over: S
 
 
 def _parts(title: str, table: Table, over: Sequence[str]) -> Iterator[str]:
-    by, main = _grouped(table, over), _main(table)
+    by, main = _grouped(table, over), table.main
     yield html.text("h1", title)
     yield html.text("p", f"grainlaw {versions()['grainlaw']}, {datetime.now():%Y-%m-%d %H:%M}")
     finished = len(table) - len(table.failed)
@@ -92,7 +80,7 @@ def _found(table: Table, main: Sequence[str], by: Sequence[str], over: Sequence[
         yield html.picture(
             plot_strip(table, main[0], by, over or table.factors, None), f"{table.look(main[0]).words}: {STRIP}"
         )
-    yield from _others(table, main, by)
+    yield from _others(table, by)
     factor = next((name for name in table.factors if name not in over and _is_named(table, name)), None)
     if factor and over and len(table.levels(factor)) > 1:
         yield html.text("h2", f"Paired differences: {shown(factor).words}")
@@ -127,9 +115,9 @@ def _listing(listing: Listing) -> str:
     return html.numbers(rows, head, listing.look.words)
 
 
-def _others(table: Table, main: Sequence[str], by: Sequence[str]) -> Iterator[str]:
+def _others(table: Table, by: Sequence[str]) -> Iterator[str]:
     """Means of all other quantities, with half of their intervals."""
-    names = [name for name in table.quantities if name not in (*main, *CERTIFICATE) and not np.isnan(table[name]).all()]
+    names = table.others
     if not names:
         return
     means = table.means(*by)
@@ -157,11 +145,6 @@ def _grouped(table: Table, over: Sequence[str]) -> list[str]:
 
 def _is_named(table: Table, factor: str) -> bool:
     return any(isinstance(each, (str, bool)) for each in table.levels(factor))
-
-
-def _main(table: Table) -> list[str]:
-    known = [name for name in table.quantities if not np.isnan(table[name]).all()]
-    return [name for name in PRINTED if name in known] or [name for name in known if name not in CERTIFICATE][:3]
 
 
 def _factors(table: Table) -> list[list[str]]:

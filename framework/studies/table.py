@@ -34,6 +34,18 @@ if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
 
 
+#: quantities that are shown of every study that has them
+USUAL = (
+    "strength", "failure_strain", "largest_stress", "apparent_modulus", "crack_damage", "tensile_cracks",
+    "shear_cracks",
+)  # fmt: skip
+#: not properties of the rock
+NO_PROPERTIES = (
+    "kinetic_ratio", "imbalance", "unstable_rise", "energy_error", "energy_made", "energy_returned", "steps",
+    "time_step", "mass_added",
+)  # fmt: skip
+
+
 class Table(Rows):
     """Rows of a study in the order of its cases: factors, status, and the properties of each test (SI).
 
@@ -74,6 +86,24 @@ class Table(Rows):
         """Columns of numbers that are not factors."""
         names = (name for name in self.columns if name not in (*self.factors, *RESERVED))
         return [name for name in names if all(is_number(row.get(name)) for row in self.rows)]
+
+    @functools.cached_property
+    def _had(self) -> list[str]:
+        """Quantities that any case has."""
+        return [name for name in self.quantities if not np.isnan(self[name]).all()]
+
+    @property
+    def main(self) -> list[str]:
+        """Quantities that are shown unasked: usual ones, and measures of the user's own."""
+        own = (name for name in self._measures if name not in MEASURES)
+        return [name for name in (*USUAL, *own) if name in self._had] or [
+            name for name in self._had if name not in NO_PROPERTIES
+        ][:3]
+
+    @property
+    def others(self) -> list[str]:
+        """The other properties of the rock that any case has."""
+        return [name for name in self._had if name not in (*self.main, *NO_PROPERTIES)]
 
     def look(self, name: str) -> Shown:
         """How a column is shown: a measure in its own unit."""
