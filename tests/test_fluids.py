@@ -11,7 +11,7 @@ from support import ROCK, STIFF, STRONG, advance, small_sample, state_of
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
 from grainlaw.engine.ledger import energies
-from grainlaw.engine.parts.connection import Connection
+from grainlaw.engine.parts.fluids import Connection
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Friction, Linear, MohrCoulomb
 from grainlaw.protocols import BiaxialCompression, DirectShear, Saturated, UniaxialCompression, UniaxialTension

@@ -6,7 +6,7 @@ from support import ROCK, STIFF, STRONG, advance, impose, small_sample, state_of
 from test_restart import same
 
 import grainlaw as gl
-from grainlaw.engine.parts.membrane import membrane
+from grainlaw.engine.parts.pressures import membrane
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Linear
 from grainlaw.protocols import BiaxialCompression

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tiling import assert_tiles, polygon_of
 
-from grainlaw.cli.grain_file import grains_of_file
+from grainlaw.cli.sample import grains_of_file
 from grainlaw.geometry import (
     SliverWarning,
     Voronoi,

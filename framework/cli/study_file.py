@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +13,122 @@ import attrs
 
 from grainlaw.cli.components import evolved
 from grainlaw.cli.configuration import Numerics, configured
-from grainlaw.cli.law_file import find_law, find_material
-from grainlaw.cli.sections import Sections, assign, checked_sections, put, read_tables
+from grainlaw.cli.law_file import LawReferenceError, find_law, find_material
+from grainlaw.cli.sections import Sections, assign, check_section, checked_sections, put, read_tables, value_toml
 from grainlaw.cli.setups import SETUPS
-from grainlaw.cli.vary import ALONE, Factor, Place, factors
 from grainlaw.compiler.cache import is_portable
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
 from grainlaw.runs.parallel import Run
 from grainlaw.studies.case import Recipe
 from grainlaw.studies.study import Study
+from grainlaw.unit_text import in_si
 
 SEED = "seed"  #: the key over which means are taken
+
+
+Place = tuple[str, ...]  #: section and keys
+TYPES = ("law", "test", "rock")  #: sections that stand for their key ``type``
+FILES: dict[Place, Any] = {
+    ("law", "type"): find_law,
+    ("rock", "type"): find_material,
+}  #: what finds a level FILE.py:NAME
+ALONE = (("numerics", "threads"), ("numerics", "frames"))  #: what does not decide a result
+MOST = 1_000_000  #: levels of a range
+RANGE = re.compile(r"\s*([+-]?\d+)\s*\.\.\s*([+-]?\d+)\s*")
+LIKE = 'a list such as ["10 MPa", "13 MPa"], or a range of whole numbers such as "1..20"'
+
+
+@attrs.frozen
+class Factor:
+    """A key that is varied: its name in the table, its place, and its levels by what the table records of them."""
+
+    name: str
+    place: Place
+    levels: dict[Any, Any]
+
+
+def factors(vary: Any, file: Path) -> list[Factor]:
+    """The factors of a table, in its order. Raises :class:`ParameterError`, :class:`LawReferenceError`."""
+    if not isinstance(vary, Mapping) or not vary:
+        raise ParameterError(f'{file}: a study needs a table [vary], such as "sample.seed" = "1..20"')
+    found: dict[Place, Any] = {}
+    for key, given in _flat(vary):
+        place = _place(key, file)
+        if place in found:
+            raise ParameterError(f"{file}: vary: '{key}' is given twice")
+        found[place] = given
+    names = _names(found)
+    return [Factor(names[place], place, _levels(place, given, file)) for place, given in found.items()]
+
+
+def _flat(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Keys with dots, also where a file has them without quotes, and TOML thus makes tables of them."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{before}{key}.")
+        else:
+            yield before + key, value
+
+
+def _place(key: str, file: Path) -> Place:
+    section, *keys = (part.strip() for part in key.split("."))
+    check_section(section, f"{file}: vary")
+    place = (section, *(keys or ["type"] * (section in TYPES)))
+    if len(place) == 1 or not all(place):
+        raise ParameterError(f"{file}: vary: '{key}' is not allowed, it must be a key such as 'sample.seed'")
+    if place in ALONE:
+        raise ParameterError(f"{file}: vary: '{key}' is not allowed, it does not decide a result")
+    return place
+
+
+def _names(places: Mapping[Place, Any]) -> dict[Place, str]:
+    """The last part of a key where no other ends in it, else the whole key; ``law`` for its type."""
+    short_names = {place: place[0] if place[1:] == ("type",) else place[-1] for place in places}
+    times = Counter(short_names.values())
+    return {place: name if times[name] == 1 else ".".join(place) for place, name in short_names.items()}
+
+
+def _levels(place: Place, given: Any, file: Path) -> dict[Any, Any]:
+    """What the table records of each level, and what stands in the section."""
+    where = f"{file}: vary: {'.'.join(place)}"
+    listed = _range(where, given) if isinstance(given, str) else given
+    if not isinstance(listed, list):
+        raise ParameterError(f"{where} = {short(given)} is not allowed, it must be {LIKE}")
+    if not listed:
+        raise ParameterError(f"{where} has no levels, it must be {LIKE}")
+    levels: dict[Any, Any] = {}
+    for level in listed:
+        if (recorded := _recorded(level)) in levels:
+            raise ParameterError(f"{where} = {short(given)} is not allowed, it has the same level twice")
+        find = FILES.get(place) if isinstance(level, str) and ".py" in level else None
+        try:
+            levels[recorded] = find(os.fspath(file.parent / str(level))) if find else level
+        except LawReferenceError as error:
+            raise ParameterError(f"{where} = {short(level)} is refused: {error}") from None
+    return levels
+
+
+def _range(where: str, text: str) -> list[int]:
+    found = RANGE.fullmatch(text)
+    if not found:
+        raise ParameterError(f"{where} = {short(text)} is not allowed, it must be {LIKE}")
+    first, last = int(found[1]), int(found[2])
+    if last < first:
+        raise ParameterError(f"{where} = {short(text)} is not allowed: the range is empty, {last} is below {first}")
+    if last - first >= MOST:
+        raise ParameterError(f"{where} = {short(text)} is not allowed, it may have {MOST:,} levels at most")
+    return list(range(first, last + 1))
+
+
+def _recorded(level: Any) -> Any:
+    """A quantity as a number in SI units, a table as its text."""
+    if isinstance(level, str):
+        number = in_si(level)
+        if number is not None and re.fullmatch(r"\s*[+-]?\d+\s*", level):
+            return int(level)
+        return level if number is None else number
+    return level if isinstance(level, (bool, int, float)) else value_toml(level)
 
 
 @attrs.frozen(eq=False)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -18,7 +19,6 @@ from grainlaw.observation import Observer
 from grainlaw.results.files import check_room, warn, writable_folder, write_atomically
 from grainlaw.results.frames import Frame, FrameClock, take_frame
 from grainlaw.results.segments import contact_segments
-from grainlaw.results.vtu import write_vtu
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
@@ -29,6 +29,33 @@ UNITS = {
     "broken_time": "s", "fluid_pressure": "Pa",
     "lost_opening": "J/m2", "lost_slip": "J/m2", "made": "J/m2",
 }  # fmt: skip
+
+
+Fields = Mapping[str, str | float | Sequence[str]]  #: by name: a text, a number, or several texts
+
+GRID = "<UnstructuredGrid>\n"
+
+
+def write_vtu(path: Path, mesh: meshio.Mesh, fields: Fields) -> None:
+    """Write a mesh; the field data, which meshio cannot write, are put in. Raises OSError."""
+    mesh.write(path, file_format="vtu")
+    before, grid, after = path.read_text(encoding="ascii").partition(GRID)
+    entries = "".join(_entry(name, value) for name, value in fields.items())
+    path.write_text(f"{before}{grid}<FieldData>\n{entries}</FieldData>\n{after}", encoding="ascii")
+
+
+def _entry(name: str, value: str | float | Sequence[str]) -> str:
+    """Texts are the codes of their letters in UTF-8, each text with a 0 at its end."""
+    if isinstance(value, (int, float)):
+        return _array(name, "Float64", 1, repr(float(value)))
+    texts = [value] if isinstance(value, str) else value
+    codes = " ".join(str(code) for text in texts for code in (*text.encode("utf-8"), 0))
+    return _array(name, "String", len(texts), codes)
+
+
+def _array(name: str, kind: str, count: int, content: str) -> str:
+    about = f'type="{kind}" Name={quoteattr(name)} NumberOfTuples="{count}" format="ascii"'
+    return f"<DataArray {about}>\n{content}\n</DataArray>\n"
 
 
 def vtu(name: str, number: int) -> str:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import attrs
 import numpy as np
 
-from grainlaw.columns import SPENT, SUPPLIED, THERMAL
+from grainlaw.columns import ENERGY, SPENT, SUPPLIED, THERMAL
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.condition import StageError
 from grainlaw.engine.ageing import age_at_rest
 from grainlaw.engine.diagnosis import fastest, first_fault
-from grainlaw.engine.ledger import ROUNDING, energies, least_work
+from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbalanced
 from grainlaw.engine.parts.fluids import FLOW
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
@@ -29,17 +29,58 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
 from grainlaw.results.result import Result
 from grainlaw.runs.checkpoint import Checkpoint, Counters, Moment
-from grainlaw.runs.curve_table import CurveTable
 from grainlaw.runs.estimate import warn_of_cost
 from grainlaw.runs.loader import Loader
 from grainlaw.runs.progress import without_bars
-from grainlaw.runs.row import row_of
 from grainlaw.runs.run_folder import RunFolder
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.stage import Stage
 
 CALL = 4_000_000  #: zones times steps of one call of the engine: some tenths of a second, the delay of Ctrl-C
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
+
+
+def row_of(state: State, energies: Mapping[str, float]) -> dict[str, float]:
+    """Columns of the present moment, by name, beside time, step and stage."""
+    row = {
+        "loading_speed": state.steady.pace,
+        "temperature": state.heat.temperature,
+        "vibration": state.steady.vibration(),
+        "tensile_cracks": int(np.sum(state.broken_mode < 0.5)),
+        "shear_cracks": int(np.sum(state.broken_mode >= 0.5)),
+        "damaged": int(np.count_nonzero(state.memory("damage") > 0)),
+        "unbalanced": unbalanced(state),
+        "motion": motion(state, energies),
+    }
+    return row | {ENERGY + kind: value for kind, value in energies.items()}
+
+
+class CurveTable:
+    """Rows of named numbers, kept as arrays that grow."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._table: dict[str, np.ndarray] = {}
+
+    def append(self, row: Mapping[str, float]) -> None:
+        """Add a row. A name that is new makes a new column, with nan in the earlier rows."""
+        for name, value in row.items():
+            column = self._table.get(name)
+            if column is None or self.count == len(column):
+                longer = np.full(max(1024, 2 * self.count), np.nan)
+                longer[: self.count] = np.nan if column is None else column
+                column = self._table[name] = longer
+            column[self.count] = value
+        self.count += 1
+
+    def since(self, first: int) -> dict[str, np.ndarray]:
+        """The rows from number ``first`` on."""
+        return {name: column[first : self.count] for name, column in self._table.items()}
+
+    def fill(self, curves: Mapping[str, np.ndarray]) -> None:
+        """Take whole columns of equal length in place of all rows."""
+        self._table = {name: np.array(values) for name, values in curves.items()}
+        self.count = len(next(iter(curves.values()), ()))
 
 
 class Execution:

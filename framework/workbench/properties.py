@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator
@@ -12,16 +13,228 @@ import attrs
 import numpy as np
 
 from grainlaw.compiler.batch import CompilationError, compile_law
+from grainlaw.contact import ContactLaw, law_arguments, memory_names
 from grainlaw.workbench.bench import FIRST, LAPS, Bench, label
 from grainlaw.workbench.characteristics import shear_mode, tensile_mode
-from grainlaw.workbench.driver import run_together
+from grainlaw.workbench.driver import Contact, run_together
 from grainlaw.workbench.finding import Finding, place, words
-from grainlaw.workbench.first_response import first_response
-from grainlaw.workbench.friction_property import friction
-from grainlaw.workbench.rate_property import rate
-from grainlaw.workbench.refined import Response
+from grainlaw.workbench.paths import designed_paths, even_steps
+from grainlaw.workbench.refined import Response, drive
+from grainlaw.workbench.scale import Scale, is_bonded
 
 ROUNDING = 1e-12
+
+
+EXACT = 1e-5
+SMALL = (1e-6, 1e-8, 1e-10)  #: shares of the displacement at the peak; smaller ones would show the rounding of 1 - exp
+NEAR = np.geomspace(SMALL[-1], 1e-2, 25)
+
+
+SLOW, FAST = 1e60, 1e-60  #: s between two answers: nothing has a rate, nothing ages
+EVEN = 1e-6  #: of the largest traction or memory
+TIME_STEPS = (1e-9, 1e-4, 10.0, 1e6)  #: s
+FINE = 40  #: steps of a leg
+
+
+def rate(bench: Bench) -> Finding | None:
+    """Infinitely slow, or at once, the law is as if no time passed; a modified law is then the law alone.
+
+    At no rate between does a virgin contact give energy, unless the law declares that it does without time too.
+    """
+    if "time_step" not in law_arguments(bench.law):
+        return None
+    return _as_alone(bench) or _slow_limit(bench) or _energy(bench)
+
+
+def _as_alone(bench: Bench) -> Finding | None:
+    """Where no time passes, a law around another answers as that one."""
+    inner = getattr(bench.law, "law", None)
+    if not isinstance(inner, ContactLaw):
+        return None
+    alone, names = Contact(inner), memory_names(inner)
+    columns = [0, 1, *(2 + bench.contact.names.index(name) for name in names)]
+    for name, path in bench.paths.items():
+        here, there = bench.answers[name][:, columns], alone.run(path)
+        wrong = np.abs(here - there) > EVEN * np.max(np.abs(there), axis=0, initial=1e-30)
+        if wrong.any():
+            i, j = np.argwhere(wrong)[0]
+            text = f"{name}: {label(bench, columns[j])} {here[i, j]:.6g}, {there[i, j]:.6g} without the modifier"
+            return Finding(f"{text}, at {place(path[i])} where no time passes", float(abs(here[i, j] - there[i, j])))
+    return None
+
+
+def _slow_limit(bench: Bench) -> Finding | None:
+    """Tractions at one end of all rates are those without time; not of a law around another that knows time."""
+    if isinstance(inner := getattr(bench.law, "law", None), ContactLaw) and "time_step" in law_arguments(inner):
+        return None
+    worst: list[Finding] = []
+    for time_step, words_of in ((SLOW, "infinitely slow"), (FAST, "at once")):
+        found, contact = Finding(""), Contact(bench.law, time_step=time_step)
+        for name, path in bench.paths.items():
+            here, there = bench.answers[name][:, :2], contact.run(path)[:, :2]
+            apart = np.nan_to_num(np.abs(here - there), nan=np.inf)
+            if apart.max() > max(EVEN * np.abs(here).max(), found.size):
+                i, j = np.unravel_index(int(np.argmax(apart)), apart.shape)
+                text = f"{name}: {label(bench, j)} {there[i, j]:.6g} {words_of}, {here[i, j]:.6g} where no time passes"
+                found = Finding(f"{text}, at {place(path[int(i)])}", float(apart[i, j]))
+        worst.append(found)
+    return min(worst, key=lambda finding: finding.size) if all(finding.text for finding in worst) else None
+
+
+def _energy(bench: Bench) -> Finding | None:
+    """The work done on a virgin contact is stored or lost at every rate, so never negative."""
+    worst = Finding("")
+    corners = {} if "energy" in bench.law.exceptions else designed_paths(bench.scale)
+    for time_step in TIME_STEPS:
+        contact = Contact(bench.law, time_step=time_step)
+        for name, path in corners.items():
+            trace = contact.trace(even_steps(path, FINE))
+            gain = -float(np.nan_to_num(trace.work, nan=-np.inf).min())
+            if gain > max(1e-2 * float(np.nanmax(np.abs(trace.work))), worst.size):
+                i = int(np.nanargmin(trace.work))
+                at = place((float(trace.opening[i]), float(trace.slip[i])))
+                worst = Finding(
+                    f"{name}, {time_step:g} s from point to point: gives {words(gain, 'J/m2')} up to {at}", gain
+                )
+    return worst if worst.text else None
+
+
+def friction(bench: Bench) -> Finding | None:
+    """Shear strength, intact or broken, does not fall as the pressure rises; friction opposes slip."""
+    scale = bench.scale
+    moved = creep(bench)
+    if moved:
+        return moved
+    histories = {"shear": [(0.0, 0.0)], "break by pulling, shear": [(0.0, 0.0), (1.1 * scale.tension.breaking, 0.0)]}
+    for history, before in histories.items():
+        runs = []
+        for closure in scale.closures:
+            corners = [*before, (-closure, 0.0), (-closure, scale.far), (-closure, 0.0), (-closure, -scale.far)]
+            run = drive(bench.contact, history, corners, scale)
+            if not run.complete:
+                return Finding(f"{history}: no finite answer beyond {place(run.points[-1])}")
+            runs.append(run)
+        for finding in itertools.chain(
+            weakening(runs, scale, history), map(functools.partial(driven_by_shear, scale), runs)
+        ):
+            if finding:
+                return finding
+    return pressed_while_sliding(bench)
+
+
+def creep(bench: Bench) -> Finding | None:
+    """Shear traction that goes on changing while nothing moves, as where plastic slip stops short of the strength."""
+    scale = bench.scale
+    for closure, peak in zip(scale.closures, scale.sheared_under, strict=True):
+        path = even_steps([(0.0, 0.0), (-closure, 0.0), (-closure, 1.5 * peak.displacement)], 20)
+        answers = bench.contact.run([point for point in path for _ in range(2)])[:, 1]
+        change = np.abs(answers[1::2] - answers[::2])
+        i = int(np.argmax(change > 0.01 * scale.shear.strength))
+        if change[i] > 0.01 * scale.shear.strength:
+            text = f"shear traction goes on from {words(answers[2 * i], 'Pa')} to {words(answers[2 * i + 1], 'Pa')}"
+            return Finding(f"press, shear: {text} at rest, at {place(path[i])}", float(change[i]))
+    return None
+
+
+def weakening(runs: list[Response], scale: Scale, history: str) -> Iterator[Finding | None]:
+    """Peak and last shear traction against pressure."""
+    allowed = 1e-3 * scale.shear.strength
+    for what, value in (("shear strength", largest_shear), ("shear traction after long slip", last_shear)):
+        tractions = [value(run) for run in runs]
+        for (p, a), (q, b) in itertools.pairwise(zip(scale.pressures, tractions, strict=True)):
+            if b < a - allowed:
+                text = f"{history}: {what} falls from {words(a, 'Pa')} under {words(p, 'Pa')} pressure"
+                yield Finding(f"{text} to {words(b, 'Pa')} under {words(q, 'Pa')}", a - b)
+
+
+def largest_shear(run: Response) -> float:
+    return float(run.answers[run.corners[-4] : run.corners[-3] + 1, 1].max())
+
+
+def last_shear(run: Response) -> float:
+    return float(run.answers[run.corners[-3], 1])
+
+
+def driven_by_shear(scale: Scale, run: Response) -> Finding | None:
+    """Where shear drives the slip it should oppose: while slip grows, or goes back beyond its start."""
+    allowed = 1e-3 * scale.shear.strength
+    out = slice(run.corners[-4], run.corners[-3] + 1)
+    back = slice(run.corners[-2], run.corners[-1] + 1)
+    for part, sign, when in ((out, 1, "slip grows"), (back, -1, "slip goes back beyond its start")):
+        wrong = -sign * run.answers[part, 1]
+        i = int(np.argmax(wrong))
+        if wrong[i] > allowed:
+            text = f"{run.name}: shear traction {words(run.answers[part, 1][i], 'Pa')} drives the contact while {when}"
+            return Finding(f"{text}, at {place(run.points[part][i])}", float(wrong[i]))
+    return None
+
+
+def pressed_while_sliding(bench: Bench) -> Finding | None:
+    """A contact that slides does not lose shear traction when it is pressed harder and slides on."""
+    scale = bench.scale
+    s, (low, high) = scale.shear.displacement, scale.closures[1::2]
+    corners = [(0.0, 0.0), (-low, 0.0), (-low, scale.far), (-high, scale.far + 2 * s), (-high, 2 * scale.far + 4 * s)]
+    run = drive(bench.contact, "slide, press, slide on", corners, scale)
+    if not run.complete:
+        return Finding(f"{run.name}: no finite answer beyond {place(run.points[-1])}")
+    before, after = run.answers[run.corners[2], 1], run.answers[-1, 1]
+    if after < before - 1e-3 * scale.shear.strength:
+        text = f"{run.name}: shear traction falls from {words(before, 'Pa')} to {words(after, 'Pa')}"
+        return Finding(f"{text} at {place(run.points[-1])}", float(before - after))
+    return None
+
+
+def first_response(bench: Bench) -> Finding | None:
+    """The response of a virgin contact tends to ``stiffness`` as displacements get smaller, and is not stiffer nearby.
+
+    A bonded contact is tried in either direction. One without a bond is closed only, and sheared when it is closed.
+    Under closure it may stiffen, because the stable step follows the tangent there.
+    """
+    at_rest = bench.contact.step(0.0, 0.0, bench.contact.start)[:2]
+    if max(map(abs, at_rest)) > 1e-9 * bench.scale.tension.strength:
+        return Finding(f"traction of {words(at_rest[0], 'Pa')}, {words(at_rest[1], 'Pa')} with nothing imposed")
+    opened, slipped = bench.scale.tension.displacement, bench.scale.shear.displacement
+    bonded = is_bonded(bench.contact, bench.scale.tension)
+    signs, closure = ((1, -1), 0.0) if bonded else ((-1,), opened)
+    probes = [(0, sign * opened, 0.0) for sign in signs] + [(1, sign * slipped, -closure) for sign in (1, -1)]
+    found = [finding for probe in probes for finding in (_limit(bench, *probe), _stiffest(bench, *probe)) if finding]
+    return max(found, key=lambda finding: finding.size, default=None)
+
+
+def _limit(bench: Bench, mode: int, size: float, opening: float) -> Finding | None:
+    """The secants at ``SMALL`` shares of a displacement ``size`` (m) tend to the stiffness."""
+    k = bench.law.stiffness[mode]
+    secants = [bench.contact.step(*_point(mode, s * size, opening), bench.contact.start)[mode] for s in SMALL]
+    a, b, c = (float(secant) / (share * size) for secant, share in zip(secants, SMALL, strict=True))
+    left = (c - b) / (b - a) if b != a else 0.0
+    # Exact where it bends as a power of the displacement.
+    limit = c + (c - b) * left / (1 - left) if 0 < left < 1 else c
+    error = min(abs(limit - k), abs(c - k)) / abs(k)
+    if error <= EXACT:
+        return None
+    text = f"{_kind(mode)} response {c:.6g} Pa/m at {words(SMALL[-1] * size, 'm')}, stiffness says {k:.6g} Pa/m"
+    return Finding(text, error)
+
+
+def _stiffest(bench: Bench, mode: int, size: float, opening: float) -> Finding | None:
+    """No tangent up to a hundredth of a displacement ``size`` (m) exceeds the stiffness."""
+    k, closing = bench.law.stiffness[mode], mode == 0 and size < 0
+    shares = np.concatenate([[0.0], NEAR[NEAR <= SMALL[0]] if closing else NEAR])
+    traction = bench.contact.run([_point(mode, share * size, opening) for share in shares])[:, mode]
+    tangents = np.diff(traction) / np.diff(shares * size)
+    i = int(np.argmax(tangents))
+    if not tangents[i] > (1 + EXACT) * k:
+        return None
+    text = f"{_kind(mode)} response rises by {tangents[i]:.6g} Pa/m at {words(shares[i + 1] * size, 'm')}"
+    return Finding(f"{text}, stiffness says {k:.6g} Pa/m", float(tangents[i] / k - 1))
+
+
+def _point(mode: int, displacement: float, opening: float) -> tuple[float, float]:
+    return (displacement, 0.0) if mode == 0 else (opening, displacement)
+
+
+def _kind(mode: int) -> str:
+    return ("normal", "shear")[mode]
 
 
 def units(bench: Bench) -> Finding | None:

@@ -9,18 +9,50 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.bonds import Bonds
-from grainlaw.engine.parts.connection import Connection
 from grainlaw.engine.parts.imposed import STILL, Imposed
 from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Scratch, Split
 from grainlaw.loads import FluidPressure
+from grainlaw.mesh import Mesh
 from grainlaw.specimen import Specimen
 
 DRY = STILL
 FLOW = 50  #: steps after which a fluid enters what has broken: a wave crosses a few grains meanwhile
+
+
+def _joined(size: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(size,) number of the connected piece of each vertex of a graph with edges from ``one`` to ``other``."""
+    graph = scipy.sparse.coo_matrix((np.ones(len(one), dtype=bool), (one, other)), shape=(size, size))
+    pieces: np.ndarray = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
+    return pieces
+
+
+class Connection:
+    """The corners of grains, where each of the two points of a bond touches one, and what of it is connected.
+
+    Nodes of different grains are one corner if bonds join them, whether these are broken or not.
+    """
+
+    def __init__(self, mesh: Mesh, ends: np.ndarray) -> None:
+        one, other = ends[:, :2].T.ravel(), ends[:, 2:].T.ravel()
+        self.corner = _joined(len(mesh.nodes), one, other)  #: (i,) number of the corner at each node
+        self._at = self.corner[one]  #: (p,) corner that each point touches
+
+    def pieces(self, broken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Number of the connected piece of each contact point (p,) and of the corner at each node (i,).
+
+        Pieces connect through points that are ``broken`` (p,); one that is not is a piece by itself.
+        """
+        points = len(self._at)
+        first, both = np.flatnonzero(broken), np.flatnonzero(broken.reshape(2, -1).all(axis=0))
+        one = np.concatenate([first, both])
+        other = np.concatenate([points + self._at[first], points // 2 + both])
+        found = _joined(points + int(self.corner.max(initial=-1)) + 1, one, other)
+        return found[:points], found[points + self.corner]
 
 
 class FluidArrays(NamedTuple):
