@@ -16,7 +16,7 @@ from grainlaw.arguments import Checked
 from grainlaw.engine.model import Model
 from grainlaw.messages import refusal, short
 from grainlaw.runs.identity import digest
-from grainlaw.runs.record import of_run
+from grainlaw.runs.record import described_run
 from grainlaw.short_form import MOST, MOST_OF_LAW
 
 PACKAGES = (gl, laws, geometry, protocols)
@@ -148,12 +148,12 @@ def test_keys_and_fingerprints_see_what_is_not_printed(monkeypatch):
     assert repr(one) == repr(two)
     assert digest(one) != digest(two)
     specimen = small_sample(grains=4)
-    key = of_run(Model(specimen, one), PULL, {})["key"]
-    assert key != of_run(Model(specimen, two), PULL, {})["key"]
+    key = described_run(Model(specimen, one), PULL, {})["key"]
+    assert key != described_run(Model(specimen, two), PULL, {})["key"]
     before = digest(one, ROCK, PULL)
     for kind in EXPORTED:
         monkeypatch.setattr(kind, "__repr__", lambda self: "something")
-    assert of_run(Model(specimen, one), PULL, {})["key"] == key
+    assert described_run(Model(specimen, one), PULL, {})["key"] == key
     assert digest(one, ROCK, PULL) == before
 
 
@@ -166,7 +166,7 @@ def test_keys_see_components_inside_mappings_and_sets():
             return "Held()"
 
     def key(content):
-        return of_run(Model(small_sample(grains=4), BRITTLE), PULL, {"observers": content})["key"]
+        return described_run(Model(small_sample(grains=4), BRITTLE), PULL, {"observers": content})["key"]
 
     for wrapped in (
         lambda each: {"a": each},

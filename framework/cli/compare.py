@@ -11,7 +11,7 @@ import click
 from grainlaw.cli.components import refuse_unknown
 from grainlaw.cli.configuration import CONFIG, Configuration, configured
 from grainlaw.cli.law_copy import copied, copied_grains
-from grainlaw.cli.lists import seeds_of
+from grainlaw.cli.number_lists import seeds_of
 from grainlaw.cli.running import (
     finished,
     folder_options,

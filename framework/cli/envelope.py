@@ -10,7 +10,7 @@ import click
 
 from grainlaw.cli.law_copy import copied
 from grainlaw.cli.law_file import find_law_and_files
-from grainlaw.cli.lists import numbers_of, seeds_of
+from grainlaw.cli.number_lists import numbers_of, seeds_of
 from grainlaw.cli.running import contents, portable_option, refusing, threads_option
 from grainlaw.cli.study import ending
 from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named

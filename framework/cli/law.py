@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from grainlaw.cli.law_file import LawReferenceError, find_law
-from grainlaw.cli.shown import write_shown
+from grainlaw.cli.pictures import write_picture
 from grainlaw.cli.table1 import LAWS, law_named
 from grainlaw.engine.model import prepared
 from grainlaw.runs.record import described, own_sources
@@ -31,5 +31,5 @@ def law(*, law: str, out: Path) -> None:
     except (LawReferenceError, TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None
     record = {"law": described(chosen), "fingerprint": prepared(chosen).compiled.key, "sources": own_sources(chosen)}
-    where = write_shown(out, "law", law, figure, record)
+    where = write_picture(out, "law", law, figure, record)
     click.echo(f"{table}\n\n{where}")

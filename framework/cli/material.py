@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from grainlaw.cli.law_file import LawReferenceError, find_material
-from grainlaw.cli.shown import write_shown
+from grainlaw.cli.pictures import write_picture
 from grainlaw.cli.table1 import ROCK
 from grainlaw.material import Material
 from grainlaw.materials import ConstantExpansion, DruckerPrager, MohrCoulombPlastic, Thermal, TransverselyIsotropic
@@ -51,7 +51,7 @@ def material(*, material: str, out: Path) -> None:
     except (LawReferenceError, TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None
     record = {"material": described(chosen), "sources": own_sources(chosen)}
-    where = write_shown(out, "material", material, figure, record)
+    where = write_picture(out, "material", material, figure, record)
     click.echo(f"{report}\n\n{where}")
     if not report.passed:
         raise SystemExit(1)

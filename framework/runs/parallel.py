@@ -26,7 +26,7 @@ from grainlaw.runs.claim import Folder, check_file_names, claimed
 from grainlaw.runs.estimate import expected_work
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.progress import RunBar, Shown, shown_in
-from grainlaw.runs.record import of_run, recorded
+from grainlaw.runs.record import described_run, recorded
 from grainlaw.runs.simulation import simulate
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import Specimen
@@ -61,7 +61,7 @@ class Run(metaclass=Checked):
     def key(self, frames: int = 30) -> str:
         """Hex SHA-256 of all that decides the result."""
         options = {**self.options, "frames": frames}
-        return str(of_run(self.model, self.protocol, options)["key"])
+        return str(described_run(self.model, self.protocol, options)["key"])
 
     def simulate(self, **options: Any) -> Result:
         """Run it; ``options`` are further ones of :func:`simulate`."""

@@ -130,7 +130,7 @@ def _specimen(specimen: Specimen) -> dict[str, Any]:
     }
 
 
-def of_run(model: Model, protocol: LoadingProtocol, options: Mapping[str, Any]) -> dict[str, Any]:
+def described_run(model: Model, protocol: LoadingProtocol, options: Mapping[str, Any]) -> dict[str, Any]:
     """What decides the results of a run, and their ``key``: its SHA-256.
 
     The law counts with its fingerprint, that of its compiled code, and other components of the user's own with the text

@@ -124,7 +124,7 @@ def simulate(
         claim = stack.enter_context(claimed(checkpoint, restart=restart, overwrite=overwrite))
         stack.enter_context(stop.by_signals())
         about = {**claim.about, "threads": shared if isinstance(shared, int) else AUTO}
-        what = record.of_run(model, protocol, options)
+        what = record.described_run(model, protocol, options)
         found = checkpoint_of(claim.path, what["key"]) if claim.restart else None
         stack.enter_context(record.recorded(claim.path, {**about, **what}))
         folder = RunFolder(claim.path, every, what["key"])

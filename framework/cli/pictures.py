@@ -13,7 +13,7 @@ from grainlaw.results.tables import write_json
 from grainlaw.runs.record import origin
 
 
-def write_shown(folder: Path, kind: str, reference: str, figure: Any, record: Mapping[str, Any]) -> str:
+def write_picture(folder: Path, kind: str, reference: str, figure: Any, record: Mapping[str, Any]) -> str:
     """Write ``KIND_NAME.png`` and ``.json``, named as on the command line; returns where, in words."""
     try:
         file = writable_folder(folder) / f"{kind}_{file_name(reference.rpartition(':')[2])}.png"
