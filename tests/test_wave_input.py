@@ -70,8 +70,7 @@ def test_what_is_imposed_is_known_before_anything_runs():
 
 def test_a_function_in_a_list_is_part_of_the_key_of_a_run():
     def key(speed):
-        return record.described_run(
-            Model(bar(4), GLUED), Moves(drives=[gl.Drive(boundary="top", axis=1, speed=speed)]), {}
-        )["key"]
+        test = Moves(drives=[gl.Drive(boundary="top", axis=1, speed=speed)])
+        return record.described_run(Model(bar(4), GLUED), test, {})["key"]
 
     assert key(lambda time: 1e-3 * time) != key(lambda time: 2e-3 * time)
