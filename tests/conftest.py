@@ -9,10 +9,10 @@ hypothesis.settings.register_profile("any machine", deadline=None)  # no test as
 hypothesis.settings.load_profile("any machine")
 
 HERE = Path(__file__).resolve().parent
-EXAMPLES = HERE.parent / "docs" / "examples"
+EXAMPLES, PAPER = HERE.parent / "docs" / "examples", HERE.parent / "docs" / "paper"
 # Tests find `support`, and `python -m pytest` puts the source folders out of reach again: under their bare names they
 # would be second copies of every class.
-sys.path[:] = [str(HERE), *(path for path in sys.path if Path(path).resolve() != HERE.parent)]
+sys.path[:] = [str(HERE), str(PAPER), *(path for path in sys.path if Path(path).resolve() != HERE.parent)]
 
 
 @pytest.fixture

@@ -13,9 +13,9 @@ import grainlaw as gl
 from grainlaw import laws, protocols
 from grainlaw.cli.components import FILL_IN, choices, name_of
 from grainlaw.cli.configuration import configured, template
+from grainlaw.cli.default_rock import LAWS
 from grainlaw.cli.sections import assign, toml, value_toml
 from grainlaw.cli.setups import SETUPS
-from grainlaw.cli.table1 import LAWS
 from grainlaw.geometry import Empirical, Even, Hexagonal, Laguerre, Lognormal, rectangle
 from grainlaw.parameter import ParameterError
 

@@ -8,7 +8,7 @@ import pytest
 from support import ROCK, static_solution
 
 import grainlaw as gl
-from grainlaw.cli.table1 import LAWS
+from grainlaw.cli.default_rock import LAWS
 from grainlaw.engine.stability import stiffness_matrix
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import PrePeak

@@ -10,7 +10,7 @@ from support import ROCK, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw.cli import main
-from grainlaw.cli.table1 import LAWS
+from grainlaw.cli.default_rock import LAWS
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import Friction, MohrCoulomb, PrePeak
 from grainlaw.units import MPa, mm
@@ -83,7 +83,7 @@ def test_a_sample_that_fails_before_is_refused_with_its_strength():
 def test_check_tells_of_flutter(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(
-        "import attrs\nfrom grainlaw.laws import PrePeak\nfrom grainlaw.cli.table1 import LAWS\n"
+        "import attrs\nfrom grainlaw.laws import PrePeak\nfrom grainlaw.cli.default_rock import LAWS\n"
         "printed = attrs.evolve(LAWS['cohesive-crack'], pre_peak=PrePeak.AS_PRINTED)\n"
     )
     for law in (f"{file}:printed", "munjiza"):

@@ -4,10 +4,10 @@ import attrs
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from joint import verify
 from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
-from grainlaw.cli import main
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import (
     BandisClosure,
@@ -146,7 +146,7 @@ def test_bad_tests_are_refused():
 
 
 def test_verify_agrees_with_theory_within_one_percent(tmp_path):
-    done = CliRunner().invoke(main, ["verify", "--out", str(tmp_path)])
+    done = CliRunner().invoke(verify, ["--out", str(tmp_path)])
     assert done.exit_code == 0, done.output
     rows = [line.rsplit(maxsplit=5) for line in done.output.splitlines() if line.endswith("%")]
     assert len(rows) == 22

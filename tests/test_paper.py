@@ -6,13 +6,14 @@ import math
 import attrs
 import numpy as np
 import pytest
-from command_line import invoke
+from click.testing import CliRunner
+from joint import Joint
+from paper import paper as command
+from paper_calibration import parameters, stored, targets_met, words_of
+from paper_numbers import PAPER, Paper, contact_rows, cycle_work, macroscopic, statement
+from paper_runs import BRITTLE, CONFINEMENTS, CONSISTENT, LEAST, LOCAL, PRINTED, RULES, SEEDS, study
 from study_rows import row, table_of
 
-from grainlaw.cli.paper_calibration import parameters, stored, targets_met, words_of
-from grainlaw.cli.paper_numbers import PAPER, Paper, contact_rows, cycle_work, macroscopic, statement
-from grainlaw.cli.paper_runs import BRITTLE, CONFINEMENTS, CONSISTENT, LEAST, LOCAL, PRINTED, RULES, SEEDS, study
-from grainlaw.cli.verify import Joint
 from grainlaw.runs.elastic_properties import ElasticProperties
 from grainlaw.units import GPa, MPa
 
@@ -109,7 +110,7 @@ def test_cases_are_all_different_and_full_has_more():
 
 @pytest.mark.slow
 def test_the_command_writes_the_page_and_goes_on_where_it_was(tmp_path):
-    result = invoke("paper", "--quick", "--out", tmp_path / "paper")
+    result = CliRunner().invoke(command, ["--quick", "--out", str(tmp_path / "paper")])
     assert result.exit_code == 0, result.output
     page = (tmp_path / "paper" / "paper.html").read_text()
     for words in ("Fig. 5", "Fig. 6", "Fig. 8", "Fig. 9", "Flutter", "Table 1", "What this says"):
@@ -119,5 +120,5 @@ def test_the_command_writes_the_page_and_goes_on_where_it_was(tmp_path):
     assert len(written["runs"]) == 32
     assert "slope of the line" in result.output
     before = {file: file.stat().st_mtime_ns for file in (tmp_path / "paper" / "runs").rglob("*.json")}
-    assert invoke("paper", "--quick", "--out", tmp_path / "paper").exit_code == 0
+    assert CliRunner().invoke(command, ["--quick", "--out", str(tmp_path / "paper")]).exit_code == 0
     assert before == {file: file.stat().st_mtime_ns for file in (tmp_path / "paper" / "runs").rglob("*.json")}

@@ -19,11 +19,9 @@ from grainlaw.cli.elastic import elastic
 from grainlaw.cli.envelope import envelope
 from grainlaw.cli.law import law
 from grainlaw.cli.material import material
-from grainlaw.cli.paper import paper
 from grainlaw.cli.rerun import rerun
 from grainlaw.cli.study import study
 from grainlaw.cli.test import test
-from grainlaw.cli.verify import verify
 
 
 class _Commands(click.Group):
@@ -61,5 +59,5 @@ def main() -> None:
     """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
 
 
-for command in (cache, calibrate, compare, elastic, envelope, law, material, check, paper, rerun, study, test, verify):
+for command in (cache, calibrate, compare, elastic, envelope, law, material, check, rerun, study, test):
     main.add_command(command)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import click
 import numpy as np
 
+from grainlaw.cli.default_rock import law_named
 from grainlaw.cli.law_file import LawReferenceError, find_law
-from grainlaw.cli.table1 import law_named
 from grainlaw.condition import StageError
 from grainlaw.contact import ContactLaw
 from grainlaw.engine.stepping import InstabilityError

@@ -10,6 +10,7 @@ import click
 
 from grainlaw.cli.components import refuse_unknown
 from grainlaw.cli.configuration import CONFIG, Configuration, configured
+from grainlaw.cli.default_rock import LAWS, QUICK, SAMPLE, law_named
 from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.number_lists import seeds_of
 from grainlaw.cli.running import (
@@ -22,7 +23,6 @@ from grainlaw.cli.running import (
     writing_to,
 )
 from grainlaw.cli.sections import Sections, gathered, toml
-from grainlaw.cli.table1 import LAWS, QUICK, SAMPLE, law_named
 from grainlaw.compiler.cache import is_portable
 from grainlaw.contact import Laws
 from grainlaw.declared import parameters_of

@@ -9,12 +9,12 @@ from typing import Any
 import attrs
 
 from grainlaw.cli.components import begin_with, choices, drafted, evolved, explained, own, settings
+from grainlaw.cli.default_rock import LAWS, ROCK
 from grainlaw.cli.law_file import LawReferenceError, find_law_and_files, find_material_and_files
 from grainlaw.cli.minerals import laws_by_key, materials
 from grainlaw.cli.sample import sample, with_notes
 from grainlaw.cli.sections import SECTIONS, Sections, toml
 from grainlaw.cli.setups import SETUPS, Setup
-from grainlaw.cli.table1 import LAWS, ROCK
 from grainlaw.contact import ContactLaw, Laws, check_names
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.material import Material, Rigid

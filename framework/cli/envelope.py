@@ -8,12 +8,12 @@ from typing import Any
 import attrs
 import click
 
+from grainlaw.cli.default_rock import LAWS, QUICK, ROCK, SAMPLE, law_named
 from grainlaw.cli.law_copy import copied
 from grainlaw.cli.law_file import find_law_and_files
 from grainlaw.cli.number_lists import numbers_of, seeds_of
 from grainlaw.cli.running import contents, portable_option, refusing, threads_option
 from grainlaw.cli.study import ending
-from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE, law_named
 from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.thread_count import AUTO, Threads
 from grainlaw.geometry import Voronoi, rectangle

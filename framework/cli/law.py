@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
+from grainlaw.cli.default_rock import LAWS, law_named
 from grainlaw.cli.law_file import LawReferenceError, find_law
 from grainlaw.cli.pictures import write_picture
-from grainlaw.cli.table1 import LAWS, law_named
 from grainlaw.engine.model import prepared
 from grainlaw.runs.record import described, own_sources
 from grainlaw.workbench.characteristics import characteristics

@@ -8,8 +8,7 @@ from typing import Any
 import attrs
 
 from grainlaw.cli.components import name_of, settings
-from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE
-from grainlaw.cli.verify import PULLED, SHEARED, WIDTH
+from grainlaw.cli.default_rock import LAWS, QUICK, ROCK, SAMPLE
 from grainlaw.contact import ContactLaw
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols import (
@@ -29,6 +28,8 @@ from grainlaw.protocols import (
     UniaxialTension,
 )
 from grainlaw.units import mm
+
+WIDTH, PULLED, SHEARED = 50 * mm, 10 * mm, 4 * mm  #: of two blocks with a joint: low ones do not snap back
 
 
 def _prism(width: float, height: float, grains: int) -> dict[str, Any]:

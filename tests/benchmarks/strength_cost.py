@@ -10,7 +10,7 @@ import argparse
 from statistics import median
 
 import grainlaw as gl
-from grainlaw.cli.table1 import LAWS, ROCK, SAMPLE
+from grainlaw.cli.default_rock import LAWS, ROCK, SAMPLE
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.protocols import UniaxialCompression
 

@@ -5,6 +5,7 @@
 Some fifteen minutes of one core.
 """
 
+import sys
 from functools import cache, partial
 from tempfile import TemporaryDirectory
 
@@ -14,14 +15,16 @@ from study_tables import DOCS, Table, main
 
 import grainlaw as gl
 from grainlaw.calibration.elastic import with_grains
-from grainlaw.cli.paper_calibration import SEARCHES, piece, stored
-from grainlaw.cli.paper_runs import BRITTLE, CONSISTENT
-from grainlaw.cli.table1 import ROCK
+from grainlaw.cli.default_rock import ROCK
 from grainlaw.geometry import Voronoi, disc, semi_disc
 from grainlaw.protocols import Brazilian, SemiCircularBend, UniaxialCompression, UniaxialTension
 from grainlaw.results.standard_measures import Standard
 from grainlaw.studies.statistics import difference
 from grainlaw.units import MPa, mm
+
+sys.path.insert(0, str(DOCS / "paper"))
+from paper_calibration import SEARCHES, piece, stored
+from paper_runs import BRITTLE, CONSISTENT
 
 SEEDS = range(101, 121)
 FOUND = stored()

@@ -9,7 +9,7 @@ import attrs
 from paper_sample import SEEDS, STRENGTH, sample, strength, summaries
 from study_tables import DOCS, Table, each, main
 
-from grainlaw.cli.table1 import LAWS
+from grainlaw.cli.default_rock import LAWS
 from grainlaw.laws import PrePeak, Residual
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.runs.parallel import Run

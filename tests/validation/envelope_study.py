@@ -11,7 +11,7 @@ from paper_sample import SEEDS, sample
 from study_tables import DOCS, Table, each, main
 
 import grainlaw as gl
-from grainlaw.cli.table1 import LAWS
+from grainlaw.cli.default_rock import LAWS
 from grainlaw.protocols import BiaxialCompression
 from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.units import MPa

@@ -15,7 +15,7 @@ from paper_sample import sample
 from study_tables import DOCS, Table, main
 
 import grainlaw as gl
-from grainlaw.cli.table1 import LAWS
+from grainlaw.cli.default_rock import LAWS
 from grainlaw.laws import PrePeak
 from grainlaw.loading import AccuracyError
 from grainlaw.protocols import UniaxialCompression

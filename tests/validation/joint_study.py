@@ -1,10 +1,11 @@
-"""The published model on one joint: table and figures of docs/validation.md, by ``grainlaw verify``.
+"""The published model on one joint: table and figures of docs/validation.md, by ``docs/paper/joint.py``.
 
 python tests/validation/joint_study.py [--write | --check]
 """
 
 import json
 import math
+import sys
 import tempfile
 from functools import cache, partial
 from pathlib import Path
@@ -12,7 +13,8 @@ from pathlib import Path
 from click.testing import CliRunner
 from study_tables import DOCS, Table, main
 
-from grainlaw.cli import main as grainlaw
+sys.path.insert(0, str(DOCS / "paper"))
+from joint import verify
 
 #: names of the rows of the command, in its order; two of them occur there twice
 NAMES = (
@@ -31,7 +33,7 @@ NAMES = (
 def verified():
     """The rows of the command, and its figures by name."""
     with tempfile.TemporaryDirectory() as folder:
-        done = CliRunner().invoke(grainlaw, ["verify", "--out", folder])
+        done = CliRunner().invoke(verify, ["--out", folder])
         assert done.exit_code == 0, done.output
         table = json.loads((Path(folder) / "verify.json").read_text("utf-8"))["table"]
         figures = {file.stem: file.read_bytes() for file in Path(folder).glob("*.png")}

@@ -14,7 +14,7 @@ from paper_sample import SEEDS
 from study_tables import DOCS, Table, main
 
 import grainlaw as gl
-from grainlaw.cli.table1 import LAWS, ROCK, SAMPLE
+from grainlaw.cli.default_rock import LAWS, ROCK, SAMPLE
 from grainlaw.geometry import Voronoi, disc, rectangle
 from grainlaw.laws import WeibullField
 from grainlaw.protocols import Brazilian, UniaxialCompression, UniaxialTension

@@ -13,7 +13,7 @@ from study_tables import DOCS, Table, main
 
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
-from grainlaw.cli.table1 import LAWS
+from grainlaw.cli.default_rock import LAWS
 from grainlaw.laws import PrePeak
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.runs.parallel import Run

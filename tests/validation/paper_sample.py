@@ -7,7 +7,7 @@ import numpy as np
 from study_tables import each
 
 import grainlaw as gl
-from grainlaw.cli.table1 import ROCK, SAMPLE
+from grainlaw.cli.default_rock import ROCK, SAMPLE
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.units import MPa

@@ -1,19 +1,22 @@
-"""The sample of the paper as ``grainlaw paper`` has it, and what calibrations have found: the tables of docs/paper.md.
+"""The sample of the paper as docs/paper/paper.py has it, and what calibrations have found: the tables of docs/paper.md.
 
 python tests/validation/paper_study.py [--write | --check]
 """
 
+import sys
 from functools import cache, partial
 from tempfile import TemporaryDirectory
 
 from study_tables import DOCS, Table, main
 
 import grainlaw as gl
-from grainlaw.cli.paper_calibration import parameters, stored, targets_met
-from grainlaw.cli.paper_numbers import Paper, macroscopic
-from grainlaw.cli.paper_runs import BREAKING, SEEDS, specimen, study
-from grainlaw.cli.table1 import LAWS
-from grainlaw.cli.verify import Joint
+from grainlaw.cli.default_rock import LAWS
+
+sys.path.insert(0, str(DOCS / "paper"))
+from joint import Joint
+from paper_calibration import parameters, stored, targets_met
+from paper_numbers import Paper, macroscopic
+from paper_runs import BREAKING, SEEDS, specimen, study
 
 QUANTITIES = (
     "E* (GPa)", "nu*", "UCS (MPa)", "UCS by the line (MPa)", "slope of the line", "cohesion (MPa)",

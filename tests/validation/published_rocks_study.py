@@ -12,9 +12,10 @@ from functools import partial
 from study_tables import DOCS, Table, main
 
 from grainlaw.calibration.targets import QUANTITIES
-from grainlaw.cli.paper_calibration import checked_cell, parameter_cell, words_of
 
 sys.path.insert(0, str(DOCS / "examples"))
+sys.path.insert(0, str(DOCS / "paper"))
+from paper_calibration import checked_cell, parameter_cell, words_of
 from published_rocks import ROCKS, STORED
 
 FOUND = json.loads(STORED.read_text("utf-8"))

@@ -12,7 +12,7 @@ from paper_sample import SEEDS, STRENGTH, sample, strength, summaries
 from study_tables import DOCS, Table, each, main
 
 import grainlaw as gl
-from grainlaw.cli.table1 import LAWS
+from grainlaw.cli.default_rock import LAWS
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.runs.parallel import Run
 

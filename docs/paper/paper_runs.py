@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import attrs
 
-from grainlaw.cli.table1 import LAWS, QUICK, ROCK, SAMPLE
+from grainlaw.cli.default_rock import LAWS, QUICK, ROCK, SAMPLE
 from grainlaw.contact import ContactLaw
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.integration import CentralDifference, LocalDamping, MassDamping

@@ -1,4 +1,7 @@
-"""The command that verifies the cohesive crack model on one joint between two blocks, as its paper does."""
+"""The cohesive crack model on one joint between two blocks, as its paper verifies it.
+
+python docs/paper/joint.py [--out FOLDER]
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,8 @@ import click
 import numpy as np
 import scipy
 
-from grainlaw.cli.table1 import LAWS, ROCK
+from grainlaw.cli.default_rock import LAWS, ROCK
+from grainlaw.cli.setups import PULLED, SHEARED, WIDTH
 from grainlaw.columns import STAGE
 from grainlaw.condition import StageError
 from grainlaw.drawing.palette import color
@@ -38,7 +42,7 @@ if TYPE_CHECKING:
 
 Curves = Mapping[str, np.ndarray]
 Row = tuple[str, float, float, float]  #: quantity, paper (nan where it gives none), theory, this program
-WIDTH, PULLED, SHEARED, COLUMN = 50 * mm, 10 * mm, 4 * mm, 125 * mm  #: width, and heights: low ones do not snap back
+COLUMN = 125 * mm  #: height of the blocks of the paper, beside the low ones
 PRESSURE = 40 * MPa  #: normal stress of the shear test
 SLOW = Constant(speed=5 * mm)  #: per second
 TENSION = JointTension(loading=SLOW)
@@ -55,7 +59,7 @@ def verify(*, out: Path) -> None:
     """Verify the cohesive crack model on one joint between two blocks.
 
     A joint is pulled, unloaded, reloaded until it breaks, closed and pulled again, and sheared under a constant normal
-    stress and back. Prints each quantity as the paper of the model (see grainlaw paper) has it, by theory and by this
+    stress and back. Prints each quantity as the paper of the model (see paper.py) has it, by theory and by this
     program, writes the table and what it was made with to verify.json, and draws verify_tension.png and
     verify_shear.png. The exit code is 1 if one is more than 1 % from theory.
     """
@@ -261,3 +265,7 @@ def _axes(along: str, up: str) -> tuple[Figure, Axes]:
     axes.grid(alpha=0.25)
     axes.axhline(0, color="0.5", lw=0.6)
     return figure, axes
+
+
+if __name__ == "__main__":
+    verify()

@@ -8,10 +8,10 @@ from typing import Any
 
 import attrs
 import numpy as np
+from joint import Joint, Row, softening
+from paper_calibration import words_of
+from paper_runs import BREAKING, CONFINEMENTS, CONSISTENT, LOCAL, PRINTED, RULES, SEEDS
 
-from grainlaw.cli.paper_calibration import words_of
-from grainlaw.cli.paper_runs import BREAKING, CONFINEMENTS, CONSISTENT, LOCAL, PRINTED, RULES, SEEDS
-from grainlaw.cli.verify import Joint, Row, softening
 from grainlaw.laws import BandisClosure, CohesiveCrack, TensionShear
 from grainlaw.runs.elastic_properties import ElasticProperties
 from grainlaw.runs.flutter import Flutter

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import attrs
+from paper_runs import BRITTLE, CONSISTENT, specimen
 
 from grainlaw.calibration.calibrate import calibrate
 from grainlaw.calibration.targets import QUANTITIES, Targets
-from grainlaw.cli.paper_runs import BRITTLE, CONSISTENT, specimen
-from grainlaw.cli.table1 import LAWS
+from grainlaw.cli.default_rock import LAWS
 from grainlaw.contact import ContactLaw
 from grainlaw.laws import CohesiveCrack
 from grainlaw.results.tables import write_json
@@ -21,7 +20,7 @@ from grainlaw.specimen import Specimen
 from grainlaw.unit_text import written
 from grainlaw.units import GPa, MPa, mm
 
-STORED = "paper_calibrated.json"  #: beside this file; remade by ``grainlaw paper --recalibrate``
+STORED = "paper_calibrated.json"  #: beside this file; remade by ``paper.py --recalibrate``
 _NUMBERS: dict[str, Any] = {
     "youngs_modulus": 60 * GPa, "poissons_ratio": 0.25, "ucs": 126.65 * MPa, "cohesion": 18.35 * MPa,
     "friction_angle": 57.68, "tensile_strength": 10 * MPa, "confinements": [2 * MPa, 4 * MPa],
@@ -75,7 +74,7 @@ def recalibrate(folder: Path, workers: int | None) -> dict[str, Any]:
 
 def stored() -> dict[str, Any]:
     """What the last calibration has found, by law."""
-    found: dict[str, Any] = json.loads(files("grainlaw.cli").joinpath(STORED).read_text(encoding="utf-8"))
+    found: dict[str, Any] = json.loads((Path(__file__).parent / STORED).read_text(encoding="utf-8"))
     return found
 
 

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from joint import HEAD, Row, cells
+from paper_calibration import parameters, targets_met
+from paper_numbers import PAPER, Paper, contact_rows, cycle_work, macroscopic, statement
+from paper_runs import AS_PRINTED, BREAKING, CONFINEMENTS, ELASTIC, LOCAL, RULES, SEEDS
 
-from grainlaw.cli.paper_calibration import parameters, targets_met
-from grainlaw.cli.paper_numbers import PAPER, Paper, contact_rows, cycle_work, macroscopic, statement
-from grainlaw.cli.paper_runs import AS_PRINTED, BREAKING, CONFINEMENTS, ELASTIC, LOCAL, RULES, SEEDS
-from grainlaw.cli.table1 import LAWS, ROCK
-from grainlaw.cli.verify import HEAD, Row, cells
+from grainlaw.cli.default_rock import LAWS, ROCK
 from grainlaw.drawing.palette import color, marker
 from grainlaw.laws import CohesiveCrack
 from grainlaw.results.figures import html

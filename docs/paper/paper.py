@@ -1,4 +1,7 @@
-"""The command that repeats the paper: all its figures on one page."""
+"""The published study on one page.
+
+python docs/paper/paper.py [--out FOLDER] [--workers N] [--recalibrate] [--full] [--portable] [--quick]
+"""
 
 from __future__ import annotations
 
@@ -6,16 +9,16 @@ import os
 from pathlib import Path
 
 import click
+from joint import joint
+from paper_calibration import recalibrate as calibrated_anew
+from paper_calibration import stored
+from paper_numbers import Paper, macroscopic
+from paper_page import parts
+from paper_runs import CONSISTENT, PRINTED, RULES, SEEDS, specimen, study
 
-from grainlaw.cli.paper_calibration import recalibrate as calibrated_anew
-from grainlaw.cli.paper_calibration import stored
-from grainlaw.cli.paper_numbers import Paper, macroscopic
-from grainlaw.cli.paper_page import parts
-from grainlaw.cli.paper_runs import CONSISTENT, PRINTED, RULES, SEEDS, specimen, study
+from grainlaw.cli.default_rock import LAWS, QUICK, SAMPLE
 from grainlaw.cli.running import portable_option
 from grainlaw.cli.study import ending
-from grainlaw.cli.table1 import LAWS, QUICK, SAMPLE
-from grainlaw.cli.verify import joint
 from grainlaw.naming import aligned
 from grainlaw.results.figures import html
 from grainlaw.results.files import writable_folder, write_atomically
@@ -40,7 +43,7 @@ def paper(*, out: Path, workers: int | None, recalibrate: bool, full: bool, quic
     """Repeat the paper of the cohesive crack model, and write it as one page.
 
     The paper is "Application of cohesive crack model to simulation of rocks mechanical behavior in grain-based distinct
-    element model" (2019), also that of grainlaw verify.
+    element model" (2019), also that of joint.py.
 
     Figures 5, 6, 8 and 9 and what belongs to them, with the numbers of Table 1: the paper, its equations by hand, the
     model as printed, the reading that grainlaw takes by default, and laws calibrated to the paper's rock; Mohr-Coulomb
@@ -65,3 +68,7 @@ def paper(*, out: Path, workers: int | None, recalibrate: bool, full: bool, quic
     click.echo(f"\nwritten to {folder}{os.sep}: paper.html, paper.json, {RUNS}{os.sep}")
     if table.failed:
         raise click.ClickException(f"{len(table.failed)} of {len(table)} tests failed")
+
+
+if __name__ == "__main__":
+    paper()

@@ -1,0 +1,43 @@
+"""The rock of the command line where none is given, from ``default_rock.toml``: specimen, grains, and laws by name."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Any, cast
+
+import attrs
+import click
+
+from grainlaw.cli.components import choices, component, evolved, own
+from grainlaw.contact import ContactLaw
+from grainlaw.material import Elastic, Material
+from grainlaw.messages import nearest
+from grainlaw.unit_text import quantity
+
+_TABLES: dict[str, Any] = tomllib.loads(files("grainlaw.cli").joinpath("default_rock.toml").read_text(encoding="utf-8"))
+
+
+def _size(given: Mapping[str, Any]) -> tuple[float, float, int]:
+    width, height = (quantity(given[name], "m", name) for name in ("width", "height"))
+    return width, height, given["grains"]
+
+
+def _law(name: str, given: Mapping[str, Any]) -> ContactLaw:
+    kind = choices(ContactLaw)[given.get("type", name)]
+    has = {field.name for field in attrs.fields(kind)}
+    shared = {key: value for key, value in _TABLES["contacts"].items() if key in has}
+    return cast(ContactLaw, evolved(kind, {**shared, **own(given)}, f"laws.{name}"))
+
+
+ROCK = cast(Elastic, component(Material, _TABLES["rock"], "rock"))
+SAMPLE, QUICK = _size(_TABLES["sample"]), _size(_TABLES["quick"])  #: width, height (m), grains
+LAWS: dict[str, ContactLaw] = {name: _law(name, given) for name, given in _TABLES["laws"].items()}
+
+
+def law_named(name: str) -> ContactLaw:
+    """The law of a name. Raises click.BadParameter that suggests the nearest one."""
+    if name not in LAWS:
+        raise click.BadParameter(f"there is no law '{name}'{nearest(name, LAWS, 0.3)} (laws: {', '.join(LAWS)})")
+    return LAWS[name]
