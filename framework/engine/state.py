@@ -126,15 +126,14 @@ class State(PointReadings):
             ended = part.end(self.nodes.arrays.displacement)
             part.begin(self.imposed, at)
             has = part.energy(self.time_step) if part.takes else {}
-            self.ended.take({kind: had[kind] - has[kind] + ended.get(kind, 0.0) for kind in had})
+            kinds = {**had, **has, **ended}
+            self.ended.take({kind: had.get(kind, 0.0) - has.get(kind, 0.0) + ended.get(kind, 0.0) for kind in kinds})
         for push in self.imposed.of(InitialVelocity):
             self.give_velocity(push.velocity)
 
     def _check_taken(self, loads: Sequence[Load]) -> None:
-        taken: tuple[type[Load], ...] = (
-            InitialVelocity,
-            *(kind for part in self.parts.values() for kind in part.takes),
-        )
+        of_parts = (kind for part in self.parts.values() for kind in part.takes)
+        taken: tuple[type[Load], ...] = (InitialVelocity, *of_parts)
         for load in loads:
             if not isinstance(load, taken):
                 names = ", ".join(sorted(kind.__name__ for kind in taken))

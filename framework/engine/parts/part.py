@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
@@ -100,7 +100,7 @@ class Part:
                 setattr(self, where, rows._replace(**other))
 
 
-class PointForces(Part):
+class PointForces(Part, ABC):
     """Forces on points: ``arrays`` have ``force_x`` and ``force_y``, ``moved_x`` and ``moved_y``, and ``work``."""
 
     kind, sign = "external", 1.0  #: of the energy that their work is
