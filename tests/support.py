@@ -50,6 +50,17 @@ def small_sample(grains=40, seed=1, width=20 * mm, height=40 * mm, material=ROCK
     return gl.Specimen(Voronoi(grains=grains, seed=seed).tessellate(rectangle(width, height)), material, **options)
 
 
+def offenders(rule, things):
+    """Those of many things that break a rule, which asserts, with what it says."""
+    found = {}
+    for thing in things:
+        try:
+            rule(thing)
+        except AssertionError as error:
+            found[thing] = str(error).splitlines()[0] if str(error) else ""
+    return found
+
+
 def state_of(specimen, laws, detection=None):
     """A specimen before its first step."""
     return State(Model(specimen, laws, detection))

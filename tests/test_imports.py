@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from support import offenders
 
 import grainlaw
 
@@ -76,10 +77,13 @@ def test_all_sources_are_seen():
     assert len(MODULES) > 40
 
 
-@pytest.mark.parametrize("file", [*MODULES.values(), *Path(__file__).parent.rglob("*.py")], ids=lambda f: f.stem)
-def test_our_packages_are_imported_under_one_name(file):
+def test_our_packages_are_imported_under_one_name():
     bare = {"framework", "laws", "materials", "geometry", "protocols", "kernels"}
-    assert not [name for name in imports(file) if name.split(".")[0] in bare]
+
+    def rule(file):
+        assert not [name for name in imports(file) if name.split(".")[0] in bare]
+
+    assert not offenders(rule, [*MODULES.values(), *Path(__file__).parent.rglob("*.py")])
 
 
 @pytest.mark.parametrize("name", ["framework", "laws", "materials", "geometry", "protocols"])
@@ -88,18 +92,21 @@ def test_bare_packages_are_out_of_reach(name):
         importlib.import_module(name)
 
 
-@pytest.mark.parametrize("module", [name for name in MODULES if part_of(name) in COMPONENTS])
-def test_components_see_interfaces_and_their_own_package(module):
-    for name in imports(MODULES[module]):
-        if name.split(".")[0] == "grainlaw":
-            known = name.removeprefix("grainlaw.") in INTERFACES or part_of(name) == part_of(module)
-            assert known, f"{module} imports {name}"
+def test_components_see_interfaces_and_their_own_package():
+    def rule(module):
+        for name in imports(MODULES[module]):
+            if name.split(".")[0] == "grainlaw":
+                assert name.removeprefix("grainlaw.") in INTERFACES or part_of(name) == part_of(module), name
+
+    assert not offenders(rule, [name for name in MODULES if part_of(name) in COMPONENTS])
 
 
-@pytest.mark.parametrize("module", [name for name in MODULES if part_of(name) not in KNOW_COMPONENTS])
-def test_only_the_command_line_and_calibration_know_concrete_components(module):
-    for name in imports(MODULES[module]):
-        assert name.split(".")[0] != "grainlaw" or part_of(name) not in COMPONENTS, f"{module} imports {name}"
+def test_only_the_command_line_and_calibration_know_concrete_components():
+    def rule(module):
+        for name in imports(MODULES[module]):
+            assert name.split(".")[0] != "grainlaw" or part_of(name) not in COMPONENTS, name
+
+    assert not offenders(rule, [name for name in MODULES if part_of(name) not in KNOW_COMPONENTS])
 
 
 def own(module):
@@ -115,12 +122,15 @@ def test_the_order_names_every_module_and_room():
     assert {own(module) for module in FRAME} == set(PLACE)
 
 
-@pytest.mark.parametrize("module", FRAME)
-def test_imports_point_up_the_list_of_the_architecture(module):
+def test_imports_point_up_the_list_of_the_architecture():
     """Also imports inside functions and for types alone: none hides a circle between rooms."""
-    for name in imports(MODULES[module]):
-        if name in MODULES and part_of(name) not in (*COMPONENTS, ""):
-            assert own(name) == own(module) or PLACE[own(name)] < PLACE[own(module)], f"{module} imports {name}"
+
+    def rule(module):
+        for name in imports(MODULES[module]):
+            if name in MODULES and part_of(name) not in (*COMPONENTS, ""):
+                assert own(name) == own(module) or PLACE[own(name)] < PLACE[own(module)], name
+
+    assert not offenders(rule, FRAME)
 
 
 def test_no_module_imports_itself_in_a_circle():
