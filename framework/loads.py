@@ -15,7 +15,7 @@ from grainlaw.columns import TEMPERATURE
 from grainlaw.condition import ComesTo, Condition
 from grainlaw.loading import Constant, HeatingRate
 from grainlaw.material import ABSOLUTE_ZERO
-from grainlaw.messages import short
+from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, checked_number, checked_vector, grain_numbers, parameter, part
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
@@ -37,6 +37,16 @@ def _stress(value: Any) -> tuple[float, float, float]:
 def _acceleration(value: Any) -> tuple[float, float]:
     x, y = checked_vector("Gravity: acceleration", value, "m/s2").tolist()
     return x, y
+
+
+def _velocities(value: Any) -> np.ndarray:
+    try:
+        found = np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        found = np.zeros(0)
+    if found.ndim != 2 or found.shape[1] != 2 or not np.isfinite(found).all():
+        raise refusal("InitialVelocity: velocity", value, "velocities (x, y) in m/s of all nodes, finite")
+    return found
 
 
 def _speed() -> Any:
@@ -337,18 +347,16 @@ class InitialVelocity(Load):
     Fixed grains and boundaries that are moved keep theirs.
     """
 
-    velocity: np.ndarray = attrs.field(eq=False, metadata={"unit": "m/s"})  #: (i, 2) m/s, by node
+    velocity: np.ndarray = attrs.field(eq=False, converter=_velocities, metadata={"unit": "m/s"})  #: (i, 2), by node
 
     def check(self, stage: Stage) -> None:
         if stage.static:
             raise _not_static(stage)
 
     def check_specimen(self, specimen: Specimen) -> None:
-        if np.shape(self.velocity) != specimen.mesh.nodes.shape:
-            raise ParameterError(
-                f"InitialVelocity: velocity has the shape {np.shape(self.velocity)}, it must be (nodes, 2), here "
-                f"{specimen.mesh.nodes.shape}"
-            )
+        given, nodes = len(self.velocity), len(specimen.mesh.nodes)
+        if given != nodes:
+            raise ParameterError(f"InitialVelocity: velocity is of {given} nodes, the specimen has {nodes}")
 
     def at_start(self) -> Load | None:
         return None

@@ -225,3 +225,22 @@ def test_a_load_that_no_part_takes_is_refused():
 
     with pytest.raises(gl.ParameterError, match="Magnet: no part of the engine takes this load, only Driven, Fixed"):
         gl.simulate(small_sample(4), Linear(**STIFF), Pull())
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: gl.InitialVelocity(velocity="fast"), "InitialVelocity: velocity = 'fast' is not allowed"),
+        (lambda: gl.InitialVelocity(velocity=[(0, np.nan)]), "velocities"),
+        (
+            lambda: gl.InitialVelocity(velocity=np.zeros((3, 2))).check_specimen(block()),
+            "is of 3 nodes, the specimen has",
+        ),
+        (lambda: gl.Fixed(grains=[7]).check_specimen(block()), "Fixed: grains = 7 is not allowed"),
+        (lambda: gl.Gravity(acceleration=(0, "down")), "Gravity: acceleration"),
+        (lambda: gl.Heat(to=-300), "Heat: to = -300"),
+    ],
+)
+def test_loads_that_cannot_be_are_refused(make, words):
+    with pytest.raises(gl.ParameterError, match=words):
+        make()
