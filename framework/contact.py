@@ -10,7 +10,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked
 from grainlaw.memory import as_floats, names_of_arguments, only_memory, refuse_untold
-from grainlaw.messages import short
+from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
@@ -155,8 +155,11 @@ def strange_keys(laws: Laws, phases: Iterable[int | str], kinds: Iterable[str]) 
 
 
 def each_law(laws: Laws) -> list[ContactLaw]:
-    """One law, or all of a mapping."""
-    return [laws] if isinstance(laws, ContactLaw) else list(laws.values())
+    """One law, or all of a mapping. Raises :class:`ParameterError` for one without any."""
+    found = [laws] if isinstance(laws, ContactLaw) else list(laws.values())
+    if not found:
+        raise refusal("law", laws, "a law, or one for each kind of contact")
+    return found
 
 
 def declared_stiffness(law: ContactLaw) -> tuple[Any, Any]:

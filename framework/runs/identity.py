@@ -29,6 +29,13 @@ _WRAPPERS = (types.MethodType, functools.partial, property, staticmethod, classm
 _HELD = ("func", "args", "keywords", "__func__", "__self__", "fget", "fset", "__wrapped__", "py_func")
 
 
+#: methods of an attrs class that follow from its fields
+MADE_BY_ATTRS = frozenset((
+    "__init__", "__attrs_init__", "__repr__", "_repr_html_", "__eq__", "__ne__", "__lt__", "__le__", "__gt__", "__ge__",
+    "__hash__", "__getstate__", "__setstate__", "__setattr__", "__delattr__", "__replace__", "__reduce__",
+))  # fmt: skip
+
+
 class Unknown(Exception):
     """A value whose content cannot be told; the words say which."""
 
@@ -149,7 +156,8 @@ class _Walk(Hasher):
         for base in kind.__bases__:
             self.feed(base, where)
         for name, value in sorted(vars(kind).items()):
-            made = isinstance(value, types.FunctionType) and not is_own(value.__code__.co_filename)  # by attrs
+            # Known by their names: a class that has come back from another process has lost the files of its methods.
+            made = attrs.has(kind) and name in MADE_BY_ATTRS
             if not made and (isinstance(value, types.FunctionType) or not name.startswith(("__", "_abc_"))):
                 self.word(name)
                 self.named(value, f"{kind.__qualname__}.{name}")
