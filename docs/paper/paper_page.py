@@ -86,8 +86,8 @@ def _compressions(paper: Paper) -> Iterator[Sequence[str]]:
                 yield law, str(row["seed"]), f"{row['status']}: {row['reason']}", "", "", ""
                 continue
             cracks = (f"{row[name]:.0f}" for name in ("tensile_cracks", "shear_cracks"))
-            strength = f"{row['strength'] / MPa:.1f}" if law != ELASTIC else "does not break"
-            yield law, str(row["seed"]), strength, f"{row['failure_strain'] * 100:.3f}", *cracks
+            strength, strain = (found.look(name).text(row[name]) for name in ("strength", "failure_strain"))
+            yield law, str(row["seed"]), "does not break" if law == ELASTIC else strength, strain, *cracks
 
 
 def _flutter(paper: Paper) -> Iterator[str]:
