@@ -16,7 +16,8 @@ version = release = grainlaw.__version__
 extensions = ["sphinx.ext.autodoc", "myst_parser", "sphinx_gallery.gen_gallery", "equations", "public_names"]
 exclude_patterns = ["examples", "gallery", "site", "**/*.ipynb", "**/README.txt", "**/GALLERY_HEADER.rst"]
 nitpicky = True
-INNER = "Part|Parts|Claim|ThreadCount|Shown|AnyLaws|Listing|Imposed"  #: types that signatures name and nobody makes
+#: types that signatures name and nobody makes
+INNER = "Part|Parts|Claim|ThreadCount|Shown|AnyLaws|Listing|Imposed|Model|Progress|L"
 nitpick_ignore_regex = [
     ("py:.*", "(?!grainlaw).*"),
     ("py:.*", rf"grainlaw\..*\.({INNER})"),

@@ -96,7 +96,7 @@ class FailsTo(Condition):
 
 @attrs.frozen
 class Fails(Condition):
-    """A specimen has failed, :func:`grainlaw.strength.borne`, and a contact has been damaged in this stage."""
+    """A specimen has failed, see docs/strength.md, and a contact has been damaged in this stage."""
 
     load: str  #: column of the curves
     deformation: str  #: column of the curves
