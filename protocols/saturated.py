@@ -143,7 +143,8 @@ def _ramps(stage: Stage) -> list[float]:
 
 
 def _at_start(load: Load) -> Load | None:
-    if isinstance(load, Drive) and load.moves:
-        rests = attrs.evolve(load, speed=0.0, start=0.0, ramp=0.0)
-        return rests if load.roller else Hold(boundary=load.boundary, axis=load.axis, stress=0.0)
-    return load.at_start()
+    if not isinstance(load, Drive):
+        return load.at_start()
+    if load.moves and not load.roller:
+        return Hold(boundary=load.boundary, axis=load.axis, stress=0.0)
+    return attrs.evolve(load, speed=0.0, start=0.0, ramp=0.0)

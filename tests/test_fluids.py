@@ -212,6 +212,9 @@ class Unknown(gl.Load):
 def test_what_a_test_imposes_stays_in_a_fluid():
     """Before it too: rock under a stress far away, one side quiet, with weight and fluid of its own."""
     far = gl.Traction(boundary="top", stress=(0, -1e6, 0), ramp=1e-5)
+    slows = gl.Drive(boundary="left", axis=1, speed=0.0, start=0.1, ramp=1e-5)
+    rests = Saturated(test=Loads(loads=([slows],)), pressure=5e6, boundaries=("top", "bottom")).stages(small_sample(20))
+    assert rests[0].of(gl.Drive) == [gl.Drive(boundary="left", axis=1, speed=0.0)]
     stays = [FLOOR, gl.Quiet(boundary="right"), gl.Gravity(), gl.Fixed(grains=[3]), Unknown()]
     test = Saturated(test=Loads(loads=([far, *stays, fluid("top", 2e6)],)), pressure=5e6)
     first, own = test.stages(small_sample(20))
