@@ -121,9 +121,9 @@ def _comments(kind: type) -> dict[str, str]:
 
 
 def file_of(kind: type) -> str:
-    """Where a class is written: the file of its module, or of its methods, of one in a notebook the name of its cell.
+    """Where a class is written: the file of its methods, in a notebook the name of their cell, or of its module.
 
-    A module that is loaded need not be that of the class: files of laws are executed under names that they share.
+    The module comes last: that of a law's file need not be loaded.
     """
     methods = [each for each in vars(kind).values() if isinstance(each, types.FunctionType)]
     files = (method.__code__.co_filename for method in methods if method.__module__ == kind.__module__)

@@ -147,7 +147,7 @@ def _field(kind: type) -> attrs.Attribute[Any]:
     return next(field for field in attrs.fields(kind) if "varies" in field.metadata)
 
 
-def check_boundary(load: Any, specimen: Specimen) -> None:
+def check_boundary(load: BoundaryLoad | Quiet, specimen: Specimen) -> None:
     """Raise :class:`ParameterError` for a load on a boundary that a specimen does not have."""
     if load.boundary not in specimen.mesh.boundaries:
         names = ", ".join(sorted(specimen.mesh.boundaries))

@@ -30,13 +30,8 @@ class Load(metaclass=Checked):
     """What a stage imposes on a specimen: a motion, a force, a temperature.
 
     A load checks itself against its stage and its specimen, and says until when it changes. What it does to a running
-    specimen is the business of the part of the engine that ``takes`` loads of its class. A load of nothing::
-
-        @attrs.frozen(kw_only=True)
-        class Nothing(gl.Load):
-            def check(self, stage):
-                if stage.static:
-                    raise gl.ParameterError(f"Stage '{stage.name}': Nothing is not static")
+    specimen is the business of the part of the engine that ``takes`` loads of its class; one that no part takes is
+    refused. A load of a new kind needs such a part (docs/engine.md).
     """
 
     def check(self, stage: Stage) -> None:
@@ -70,6 +65,11 @@ class Load(metaclass=Checked):
 
 
 L = TypeVar("L", bound=Load)
+
+
+def loads_of(loads: Sequence[Load], *kinds: type[L]) -> list[L]:
+    """Those of some classes, in their order."""
+    return [load for load in loads if isinstance(load, kinds)]
 
 
 @attrs.frozen(kw_only=True)
@@ -131,7 +131,7 @@ class Stage(metaclass=Checked):
 
     def of(self, *kinds: type[L]) -> list[L]:
         """Its loads of some classes, in their order."""
-        return [load for load in self.loads if isinstance(load, kinds)]
+        return loads_of(self.loads, *kinds)
 
     def check_specimen(self, specimen: Specimen) -> None:
         """Raise :class:`ParameterError` where a specimen cannot bear its loads."""

@@ -114,6 +114,8 @@ def _refuse_chance(value: Any, where: str) -> None:
 class Hasher:
     """Feeds a hash with code and values; what compiled code may hold, and nothing else."""
 
+    holds_functions = False  #: whether a tuple or list may hold them
+
     def __init__(self) -> None:
         self.hash = hashlib.sha256()
         self.seen: dict[int, tuple[int, Any]] = {}  #: number by id, and the function, which keeps the id its own
@@ -137,7 +139,9 @@ class Hasher:
         elif isinstance(thing, (tuple, list)):
             self.word(type(thing).__name__, getattr(thing, "_fields", ""), len(thing))
             for entry in map(python_function, thing):
-                self.entry(entry, f"{where}: give functions names of their own, not a {type(thing).__name__}", where)
+                if isinstance(entry, types.FunctionType) and not self.holds_functions:
+                    raise NotCompilable(f"{where}: give functions names of their own, not a {type(thing).__name__}")
+                self.feed(entry, where)
         elif isinstance(thing, types.ModuleType):
             self.word("module", is_standard(thing), thing.__name__)
         elif isinstance(thing, nb.Type) and is_standard(type(thing)):
@@ -152,12 +156,6 @@ class Hasher:
             self.kind(thing, where)
         else:
             self.other(thing, where)
-
-    def entry(self, entry: Any, refusal: str, where: str) -> None:
-        """Of a tuple or list."""
-        if isinstance(entry, types.FunctionType):
-            raise NotCompilable(refusal)
-        self.feed(entry, where)
 
     def other(self, thing: Any, where: str) -> None:
         """What is neither code nor a constant."""

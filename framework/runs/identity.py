@@ -87,6 +87,8 @@ def _walked(things: tuple[Any, ...]) -> _Walk:
 class _Walk(Hasher):
     """Feeds what compiled code may not hold, too: classes, components, mappings, what wraps a function."""
 
+    holds_functions = True
+
     def __init__(self) -> None:
         super().__init__()
         self.own: set[str] = set()  #: names of modules of the user's own
@@ -123,9 +125,6 @@ class _Walk(Hasher):
             yield from ((f".{name}", getattr(thing, name)) for name in names)
         else:
             raise Unknown(f"{where or 'it'} is a {type(thing).__name__}, whose content is not known")
-
-    def entry(self, entry: Any, refusal: str, where: str) -> None:
-        self.feed(entry, where)
 
     def named(self, value: Any, where: str) -> None:
         """What code names counts by its content, and by its class where that cannot be told."""

@@ -133,8 +133,8 @@ def _specimen(specimen: Specimen) -> dict[str, Any]:
 def described_run(model: Model, protocol: LoadingProtocol, options: Mapping[str, Any]) -> dict[str, Any]:
     """What decides the results of a run, and their ``key``: its SHA-256.
 
-    The law counts with its fingerprint, that of its compiled code, and other components of the user's own with the text
-    of their modules: where only comments are edited, the run is the same.
+    The law counts with its fingerprint, that of its compiled code, and other components of the user's own with the code
+    that they reach: where only comments are edited, the run is the same.
     """
     specimen, law = model.specimen, model.laws
     judged = (protocol, specimen.material, specimen.contact_points, *options.values())  # a law is, by its fingerprint

@@ -96,14 +96,14 @@ class Table(Rows):
     def main(self) -> list[str]:
         """Quantities that are shown unasked: usual ones, and measures of the user's own."""
         own = (name for name in self._measures if name not in MEASURES)
-        return [name for name in (*USUAL, *own) if name in self._had] or [
-            name for name in self._had if name not in NO_PROPERTIES
-        ][:3]
+        properties = [name for name in self._had if name not in NO_PROPERTIES]
+        return [name for name in (*USUAL, *own) if name in self._had] or properties[:3]
 
     @property
     def others(self) -> list[str]:
         """The other properties of the rock that any case has."""
-        return [name for name in self._had if name not in (*self.main, *NO_PROPERTIES)]
+        told = {*self.main, *NO_PROPERTIES}
+        return [name for name in self._had if name not in told]
 
     def look(self, name: str) -> Shown:
         """How a column is shown: a measure in its own unit."""

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
 
 import numpy as np
 
 from grainlaw.loads import BoundaryLoad, Drive
 from grainlaw.mesh import Mesh
-from grainlaw.stage import Load
+from grainlaw.stage import L, Load, loads_of
 
 STILL = 0  #: column of zeros: rotations of driven grains, fixed grains, and what bears no load
-L = TypeVar("L", bound=Load)
 
 
 class Imposed:
@@ -24,7 +22,7 @@ class Imposed:
 
     def of(self, *kinds: type[L]) -> list[L]:
         """The loads of some classes, in their order."""
-        return [load for load in self.loads if isinstance(load, kinds)]
+        return loads_of(self.loads, *kinds)
 
     def column(self, load: BoundaryLoad) -> int:
         """Of the schedule."""

@@ -17,8 +17,6 @@ from grainlaw.specimen import Specimen
 PARTED = 0.05  #: of the grain size: how far the rim may part, and nodes may move, until membranes are laid anew
 WIDE = 0.5  #: of the grain size: a membrane enters a gap that is wider
 SAME = 1e-9  #: of the grain size: nodes nearer to each other are one corner of the undeformed rim
-
-
 SMALLER = 1e-3  #: by which grains shrink while the line is found, so that no two nodes lie in one place
 
 
