@@ -214,17 +214,19 @@ def test_what_a_part_forgets_when_a_stage_begins_stays_in_the_ledger():
     assert sum(part.energy(0.0).get(SUPPLIED, 0.0) for part in (state.gravity, state.ended)) == 15.0
 
 
-def test_a_load_that_no_part_takes_is_refused():
+def test_a_load_that_no_part_takes_is_refused_before_any_work_is_done(tmp_path):
     @attrs.frozen
     class Magnet(gl.Load):
         """Of one's own."""
 
     class Pull(InParts):
         def stages(self, specimen):
-            return [gl.Stage(name="pull", loads=[Magnet()], until=[gl.Reaches("time", 1e-6)], interval=1e-6)]
+            until = {"until": [gl.Reaches("time", 1e-6)], "interval": 1e-6}
+            return [gl.Stage(name="rest", **until), gl.Stage(name="pull", loads=[Magnet()], **until)]
 
     with pytest.raises(gl.ParameterError, match="Magnet: no part of the engine takes this load, only Driven, Fixed"):
-        gl.simulate(small_sample(4), Linear(**STIFF), Pull())
+        gl.simulate(small_sample(4), Linear(**STIFF), Pull(), checkpoint=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize(

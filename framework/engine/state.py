@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from operator import is_not
 from typing import Any
 
@@ -111,13 +110,22 @@ class State(PointReadings):
 
     # --- boundary conditions ---------------------------------------------------------------------------------------
 
+    def check(self, stage: Stage) -> None:
+        """Raise :class:`ParameterError` for a load that the specimen cannot bear, or that no part brings on it."""
+        stage.check_specimen(self.specimen)
+        of_parts = (kind for part in self.parts.values() for kind in part.takes)
+        taken: tuple[type[Load], ...] = (InitialVelocity, *of_parts)
+        for load in stage.loads:
+            if not isinstance(load, taken):
+                names = ", ".join(sorted(kind.__name__ for kind in taken))
+                raise ParameterError(f"{type(load).__name__}: no part of the engine takes this load, only {names}")
+
     def begin(self, stage: Stage) -> None:
         """Impose the loads of a stage from now on; what has been supplied and lost so far stays in the ledger.
 
-        Raises :class:`ParameterError` for a load that the specimen cannot bear, or that no part brings on it.
+        Raises as :meth:`check`.
         """
-        stage.check_specimen(self.specimen)
-        self._check_taken(stage.loads)
+        self.check(stage)
         self.stage, self.began = stage.name, self.clock.begin_stage()
         self.imposed = Imposed(self.mesh, stage.imposed)
         at = Moment(self.time_step, self.displacement_at_forces())
@@ -130,14 +138,6 @@ class State(PointReadings):
             self.ended.take({kind: had.get(kind, 0.0) - has.get(kind, 0.0) + ended.get(kind, 0.0) for kind in kinds})
         for push in self.imposed.of(InitialVelocity):
             self.give_velocity(push.velocity)
-
-    def _check_taken(self, loads: Sequence[Load]) -> None:
-        of_parts = (kind for part in self.parts.values() for kind in part.takes)
-        taken: tuple[type[Load], ...] = (InitialVelocity, *of_parts)
-        for load in loads:
-            if not isinstance(load, taken):
-                names = ", ".join(sorted(kind.__name__ for kind in taken))
-                raise ParameterError(f"{type(load).__name__}: no part of the engine takes this load, only {names}")
 
     def take_back_half_a_step_of_gravity(self) -> None:
         """Velocities are those half a step before the stage begins: take half a step of its new weight from them."""

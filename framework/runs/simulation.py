@@ -34,6 +34,7 @@ from grainlaw.runs.progress import RunBar, Shown, shown_in
 from grainlaw.runs.run_folder import RunFolder, checkpoint_of
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import Specimen
+from grainlaw.stage import Stage
 
 LEAST_FACTOR = 1e-6  #: of the stable step: with less a run would not end
 
@@ -88,20 +89,9 @@ def simulate(
         raise ParameterError("simulate: restart and overwrite need a checkpoint, the folder of the run")
     model = Model(specimen, law, detection)
     ask_first_questions(model)
-    stages = list(protocol.stages(specimen))  # refuses a specimen that does not fit before work is done
-    check_ageing(model, stages)
-    if integrator is not None:
-        stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
-    for stage in stages:
-        stage.check_specimen(specimen)
-        if stage.of(Quiet) and mass_scaling > 1:
-            raise ParameterError(
-                f"simulate: mass_scaling = {mass_scaling:g} is not allowed with quiet boundaries: waves in heavier "
-                "grains are slower"
-            )
-    refuse_lost_loads(model, stages)
-    warn_of_scales(model, stages)
     check_memory(specimen, frames)
+    state = State(model)
+    stages = _checked(protocol, state, integrator, mass_scaling)
     stop, watching = stop or Stop(), list(observers)
     options = {
         "detection": detection, "integrator": integrator, "time_step_factor": time_step_factor,
@@ -110,7 +100,7 @@ def simulate(
 
     def execution(folder: RunFolder | None) -> Execution:
         return Execution(
-            State(model), protocol, stages,
+            state, protocol, stages,
             threads=ThreadCount(cores) if shared == AUTO else shared, factor=time_step_factor,
             scaling=mass_scaling, observers=watching, frames=frames, stop=stop, folder=folder,
         )  # fmt: skip
@@ -146,6 +136,24 @@ def _kept(run: Execution, folder: RunFolder) -> Result:
     folder.keep(result.frames)
     folder.summarize(result.summary, "finished")
     return result
+
+
+def _checked(protocol: LoadingProtocol, state: State, integrator: Integrator | None, scaling: float) -> list[Stage]:
+    """The stages of a test. Raises ParameterError for a specimen that does not fit, and for what no stage may have."""
+    stages = list(protocol.stages(state.specimen))
+    check_ageing(state.model, stages)
+    if integrator is not None:
+        stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
+    for stage in stages:
+        state.check(stage)
+        if stage.of(Quiet) and scaling > 1:
+            raise ParameterError(
+                f"simulate: mass_scaling = {scaling:g} is not allowed with quiet boundaries: waves in heavier grains "
+                "are slower"
+            )
+    refuse_lost_loads(state.model, stages)
+    warn_of_scales(state.model, stages)
+    return stages
 
 
 def _check(factor: float, scaling: float) -> None:
