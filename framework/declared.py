@@ -20,6 +20,7 @@ import attrs
 
 HEADS = ("parameter", "unit or kind", "allowed", "default", "meaning")
 COMMENT = re.compile(r"#:\s*(.+?)\s*$")  #: of a field, at the end of its line
+DYNAMIC = "<dynamic-code>"  #: the file of code that cloudpickle has brought from another process, since version 3.1.3
 ABOVE = re.compile(r"^\s*#:\s*(.+?)\s*$")  #: or alone on the line above it
 
 
@@ -126,9 +127,16 @@ def file_of(kind: type) -> str:
     The module comes last: that of a law's file need not be loaded.
     """
     methods = [each for each in vars(kind).values() if isinstance(each, types.FunctionType)]
-    files = (method.__code__.co_filename for method in methods if method.__module__ == kind.__module__)
-    own = next((file for file in files if not file.startswith("<attrs")), "")
-    return own or str(getattr(sys.modules.get(kind.__module__), "__file__", None) or "")
+    files = [file_of_function(method) for method in methods if method.__module__ == kind.__module__]
+    own = [file for file in files if not file.startswith("<attrs")]
+    written = [file for file in own if file != DYNAMIC] or own
+    return written[0] if written else str(getattr(sys.modules.get(kind.__module__), "__file__", None) or "")
+
+
+def file_of_function(function: types.FunctionType) -> str:
+    """Where a function is written; of one that has come back from another process the file of its module, if known."""
+    file = function.__code__.co_filename
+    return file if file != DYNAMIC else str(function.__globals__.get("__file__") or DYNAMIC)
 
 
 def written(kind: type) -> tuple[str, list[str], ast.ClassDef | None]:

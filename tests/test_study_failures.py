@@ -2,6 +2,8 @@
 
 import errno
 import os
+import subprocess
+import sys
 import time
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 
@@ -18,8 +20,9 @@ from grainlaw.protocols import UniaxialCompression
 from grainlaw.runs.identity import Unknown, digest
 from grainlaw.runs.stopping import Stop
 from grainlaw.studies import store as stores
-from grainlaw.studies.case import Done, Task
+from grainlaw.studies.case import Done, Recipe, Task
 from grainlaw.studies.store import Store
+from grainlaw.studies.study import packed
 from grainlaw.studies.workers import Workers, carry_all
 from grainlaw.units import mm
 
@@ -255,6 +258,34 @@ def outer(closed):
     names = {"__name__": "of_a_user"}
     exec(compile(text, "user.py", "exec"), names)
     return digest(names["outer"](closure))
+
+
+def test_a_key_is_the_same_in_another_process():
+    """Here as there, where the file of what travels is not loaded."""
+    script = """
+import sys, cloudpickle
+from grainlaw.runs.identity import digest
+case = cloudpickle.load(sys.stdin.buffer).case
+print(digest(case), digest(case(1).law))
+"""
+    recipe = packed(Recipe(of_ones_own, ()))
+    done = subprocess.run([sys.executable, "-c", script], input=recipe, capture_output=True, check=True)
+    assert done.stdout.decode().split() == [digest(of_ones_own), digest(of_ones_own(1).law)]
+
+
+@attrs.frozen(kw_only=True)
+class Spring(gl.ContactLaw):
+    """With a parameter, whose checks are grainlaw's, and with methods that attrs makes."""
+
+    k: float = gl.parameter("Pa/m")
+    stiffness = property(lambda self: (self.k, self.k))
+
+    def traction(self, opening, slip):
+        return self.k * opening, self.k * slip
+
+
+def of_ones_own(seed):
+    return gl.Run(tiny("linear", seed).specimen, Spring(k=1e13), tiny("linear", seed).protocol)
 
 
 class Height(gl.Measure):

@@ -38,6 +38,7 @@ from grainlaw.compiler.numba_private import (
 )
 from grainlaw.compiler.origin import is_standard
 from grainlaw.compiler.structure import Structure
+from grainlaw.declared import file_of_function
 
 #: Ending of method names in compiled code. An overload of ``friction`` is one for all named tuples: without the mark,
 #: after a law with a method ``friction`` no law with a number ``friction`` could be compiled in the same process.
@@ -51,8 +52,9 @@ class CompilationError(TypeError):
 def refusal(component: Any, method: str, problem: str) -> CompilationError:
     """The error that says why ``component.method`` cannot be compiled."""
     kind = type(component)
-    code = getattr(python_function(getattr(kind, method)), "__code__", None)
-    place = f" ({code.co_filename}:{code.co_firstlineno})" if code else ""
+    function = python_function(getattr(kind, method))
+    written = isinstance(function, types.FunctionType)
+    place = f" ({file_of_function(function)}:{function.__code__.co_firstlineno})" if written else ""
     return CompilationError(
         f"{kind.__name__}.{method}{place} cannot be compiled:\n"
         + textwrap.indent(problem, "    ")

@@ -21,7 +21,7 @@ import attrs
 
 from grainlaw.compiler.fingerprint import Hasher, NotCompilable
 from grainlaw.compiler.origin import VERSIONS, in_library
-from grainlaw.declared import file_of
+from grainlaw.declared import file_of, file_of_function
 from grainlaw.runs.sources import is_grainlaw, sources_hash
 
 _VALUES = (decimal.Decimal, datetime.date, range, type(...), type(NotImplemented))
@@ -134,7 +134,7 @@ class _Walk(Hasher):
             self.word("an object", type(value).__qualname__)
 
     def function(self, function: types.FunctionType, where: str) -> None:
-        if is_own(function.__code__.co_filename):
+        if is_own(file_of_function(function)):
             self.own.add(function.__module__)
             super().function(function, where)
             return
@@ -155,8 +155,9 @@ class _Walk(Hasher):
         for base in kind.__bases__:
             self.feed(base, where)
         for name, value in sorted(vars(kind).items()):
-            # Known by their names: a class that has come back from another process has lost the files of its methods.
-            made = attrs.has(kind) and name in MADE_BY_ATTRS
+            # Known by their names: a class that comes from another process has no slots, and no file says that attrs
+            # made its methods.
+            made = (attrs.has(kind) and name in MADE_BY_ATTRS) or isinstance(value, types.MemberDescriptorType)
             if not made and (isinstance(value, types.FunctionType) or not name.startswith(("__", "_abc_"))):
                 self.word(name)
                 self.named(value, f"{kind.__qualname__}.{name}")

@@ -27,7 +27,7 @@ import grainlaw
 from grainlaw.compiler.cache import is_portable
 from grainlaw.compiler.numba_private import processor
 from grainlaw.condition import StageError
-from grainlaw.declared import written
+from grainlaw.declared import file_of_function, written
 from grainlaw.engine.model import Model
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.parameter import ParameterError, parameters
@@ -186,8 +186,9 @@ def _own(*components: Any) -> list[type | FunctionType]:
 def _source(kind: type | FunctionType) -> tuple[str, str]:
     """File and text of a class or function. Empty where there is none that can be read."""
     if isinstance(kind, FunctionType):
-        rows = linecache.getlines(kind.__code__.co_filename)[kind.__code__.co_firstlineno - 1 :]
-        return kind.__code__.co_filename, "".join(inspect.getblock(rows)) if rows else ""
+        file = file_of_function(kind)
+        rows = linecache.getlines(file)[kind.__code__.co_firstlineno - 1 :]
+        return file, "".join(inspect.getblock(rows)) if rows else ""
     file, lines, node = written(kind)
     if node is None:
         return "", ""
