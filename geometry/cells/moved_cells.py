@@ -17,7 +17,7 @@ from grainlaw.geometry.cells.bounded_voronoi import Diagram
 from grainlaw.region import Region
 
 RINGS = (2, 3, 5)  #: of neighbours, and theirs, that cut a cell: at first, and where that was too few
-EXCESS = 1e-6  #: of the mean area: by so little may all cells together be too large
+EXCESS = 1e-9  #: of the mean area: by so little may all cells together be too large
 ROUNDING = 1e-13  #: of the mean area: by so little powers do not differ
 CORNERS = 500  #: of one cell, at most, beside those of the region
 EDGES = 8  #: of all cells on average, at most; in a tessellation they have less than six
