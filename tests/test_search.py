@@ -11,10 +11,10 @@ from support import ROCK, STRONG, state_of
 
 import grainlaw as gl
 from grainlaw.compiler.entry import compiled
-from grainlaw.engine.parts import contact_neighbours, contact_passes, overlap
-from grainlaw.engine.parts import contact_search as search
-from grainlaw.engine.parts.contact_rows import BLOCK, rows_of
-from grainlaw.engine.parts.contact_table import APART, CLOSED, HELD, WAITING
+from grainlaw.engine.contacts import contact_neighbours, contact_passes, overlap
+from grainlaw.engine.contacts import contact_search as search
+from grainlaw.engine.contacts.contact_rows import BLOCK, rows_of
+from grainlaw.engine.contacts.contact_table import APART, CLOSED, HELD, WAITING
 from grainlaw.geometry import Voronoi, block, rectangle
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import UniaxialCompression

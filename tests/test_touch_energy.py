@@ -5,9 +5,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from grainlaw.engine.parts import contact_geometry, contact_passes
-from grainlaw.engine.parts.contact_rows import FX, FY, GX, GY, HX, HY, LARGEST, NORMAL, OVERLAP, rows_of
-from grainlaw.engine.parts.contact_table import no_contacts
+from grainlaw.engine.contacts import contact_geometry, contact_passes
+from grainlaw.engine.contacts.contact_rows import FX, FY, GX, GY, HX, HY, LARGEST, NORMAL, OVERLAP, rows_of
+from grainlaw.engine.contacts.contact_table import no_contacts
 
 KN = 2.5e9
 STEP = 1e-6

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from grainlaw.engine.contacts.contacts import Contacts
 from grainlaw.engine.model import Model
 from grainlaw.engine.parts.bonds import Bonds
 from grainlaw.engine.parts.boundaries import Boundaries
 from grainlaw.engine.parts.breaks import Breaks
 from grainlaw.engine.parts.clock import Clock
-from grainlaw.engine.parts.contacts import Contacts
 from grainlaw.engine.parts.deformable_grains import DeformableGrains
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.ended import Ended

@@ -12,9 +12,16 @@ from numba import njit
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.entry import compiled
 from grainlaw.engine import barrier
+from grainlaw.engine.contacts.contact_passes import (
+    DEEP,
+    LEAVING,
+    MOVED,
+    contact_step,
+    follow_nodes,
+    gather_contact_forces,
+)
+from grainlaw.engine.contacts.contact_table import ContactArrays
 from grainlaw.engine.parts.bonds import BondArrays, bond_forces, gather_bond_forces
-from grainlaw.engine.parts.contact_passes import DEEP, LEAVING, MOVED, contact_step, follow_nodes, gather_contact_forces
-from grainlaw.engine.parts.contact_table import ContactArrays
 from grainlaw.engine.parts.drives import DriveArrays, impose
 from grainlaw.engine.parts.fluids import FluidArrays, press_fluids
 from grainlaw.engine.parts.freedoms import FreedomArrays, NodeArrays, clear_forces, integrate

@@ -10,8 +10,8 @@ import numpy as np
 from grainlaw.compiler.batch import Compiled
 from grainlaw.compiler.loops import interruptible
 from grainlaw.engine import step
-from grainlaw.engine.hand_over import hand_over
-from grainlaw.engine.parts.contact_passes import DEEP, LEAVING, MOVED
+from grainlaw.engine.contacts.contact_passes import DEEP, LEAVING, MOVED
+from grainlaw.engine.contacts.hand_over import hand_over
 from grainlaw.engine.state import State
 from grainlaw.engine.thread_count import ThreadCount
 from grainlaw.memory import SCALARS

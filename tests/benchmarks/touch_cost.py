@@ -21,9 +21,9 @@ from support import ROCK, STRONG, advance
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator
 from grainlaw.engine import stepping
+from grainlaw.engine.contacts.contact_table import APART
 from grainlaw.engine.ledger import energies
 from grainlaw.engine.model import Model
-from grainlaw.engine.parts.contact_table import APART
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.geometry import Hexagonal, Voronoi, apart, block, rectangle, together

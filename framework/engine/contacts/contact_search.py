@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.engine.parts.overlap import FACING, behind, beside, in_front, mean_tangent
+from grainlaw.engine.contacts.overlap import FACING, behind, beside, in_front, mean_tangent
 
 AWAY = math.sqrt(1 - FACING**2)  #: the sine of the same angle
 

@@ -22,15 +22,15 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import PASS
-from grainlaw.engine.parts import overlap
-from grainlaw.engine.parts.contact_rows import (
+from grainlaw.engine.contacts import overlap
+from grainlaw.engine.contacts.contact_rows import (
     ANGLE_1A, ANGLE_1B, ANGLE_2A, ANGLE_2B, AX, AY, BLOCK, BX, BY, DAX, DAY, DBX, DBY, DWX, DWY, LARGEST, LENGTH,
     LEVER_A, LEVER_B, LIFT, OFFSET, OPENED, OPENING, OVERLAP, SHARE_A, SHARE_B, SLID, STANDS, STATE, TOUCH, TWIST, TX,
     TY, WX, WY,
 )  # fmt: skip
-from grainlaw.engine.parts.contact_table import APART, CLOSED, HELD, WAITING
+from grainlaw.engine.contacts.contact_table import APART, CLOSED, HELD, WAITING
 from grainlaw.engine.parts.laws import LANES
-from grainlaw.engine.parts.overlap import BEHIND, BESIDE
+from grainlaw.engine.contacts.overlap import BEHIND, BESIDE
 
 u32 = np.uint32
 NARROW = 1e-9  #: square of the length over that of the depth: narrower overlaps belong to the contact of other faces

@@ -7,8 +7,8 @@ a thread (contact_rows.py), ``contact`` (k,) the numbers c of the chunk.
 from numba import njit  # noqa: I001 - the rows in few lines
 
 from grainlaw.compiler.cache import PASS
-from grainlaw.engine.parts.contact_geometry import gather_angles, gather_edges, gather_increments
-from grainlaw.engine.parts.contact_rows import (
+from grainlaw.engine.contacts.contact_geometry import gather_angles, gather_edges, gather_increments
+from grainlaw.engine.contacts.contact_rows import (
     BEFORE, DAMPING_FORCE, DAMPING_WORK, DASHPOT, FX, FY, GX, GY, HX, HY, LARGEST, LENGTH, LIFT, LIFT_BEFORE, MEMORY,
     NORMAL, OFFSET, OPENING, OPENING_WORK, OVERLAP, ROW, SHARE_A, SHEAR, SLIP, SLIP_WORK, STATE, TX, TY,
 )  # fmt: skip

@@ -14,10 +14,10 @@ import numpy as np
 
 from grainlaw.compiler.entry import compiled
 from grainlaw.detection import Detection
-from grainlaw.engine.parts import contact_search
-from grainlaw.engine.parts.contact_neighbours import Neighbours
-from grainlaw.engine.parts.contact_rows import BLOCK, rows_of
-from grainlaw.engine.parts.contact_table import HELD, KEPT, WAITING, ContactArrays, no_contacts
+from grainlaw.engine.contacts import contact_search
+from grainlaw.engine.contacts.contact_neighbours import Neighbours
+from grainlaw.engine.contacts.contact_rows import BLOCK, rows_of
+from grainlaw.engine.contacts.contact_table import HELD, KEPT, WAITING, ContactArrays, no_contacts
 from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.laws import LawGroup, table_of
 from grainlaw.engine.parts.part import Changing, Part, Split

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from grainlaw.compiler.entry import compiled
-from grainlaw.engine.parts import contact_search
+from grainlaw.engine.contacts import contact_search
 
 REACH = 0.5  #: of the skin: when two nodes have moved so far, their distance may have shrunk by the skin
 AHEAD = 50  #: steps for which pairs are chosen

@@ -7,8 +7,8 @@ import numpy as np
 
 from grainlaw.compiler.entry import compiled
 from grainlaw.compiler.loops import interruptible
-from grainlaw.engine.parts.contact_passes import take_over
-from grainlaw.engine.parts.contact_rows import BLOCK, rows_of
+from grainlaw.engine.contacts.contact_passes import take_over
+from grainlaw.engine.contacts.contact_rows import BLOCK, rows_of
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 

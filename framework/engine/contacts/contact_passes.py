@@ -14,15 +14,15 @@ from numba import njit
 
 from grainlaw.compiler.cache import PASS
 from grainlaw.compiler.numba_private import call
-from grainlaw.engine.parts import contact_exchange as exchange
-from grainlaw.engine.parts import contact_geometry as geometry
-from grainlaw.engine.parts.contact_rows import (
+from grainlaw.engine.contacts import contact_exchange as exchange
+from grainlaw.engine.contacts import contact_geometry as geometry
+from grainlaw.engine.contacts.contact_rows import (
     ASKED, AX, AY, BEFORE, BLOCK, BX, BY, DAMPING, DAMPING_FORCE, DAMPING_WORK, DASHPOT, DAX, DAY, DBX, DBY, DWX,
     DWY, FX, FY, GX, GY, HIGH, HIGH_PRESSURE, HX, HY, LARGEST, LENGTH, LEVER_A, LEVER_B, LIFT, LIFT_BEFORE, LOW,
     LOW_PRESSURE, MEMORY, NEW_LIFT, NORMAL, OFFSET, OPENED, OPENING, OPENING_WORK, OVERLAP, ROW, SHARE_A, SHARE_B,
     SHEAR, SHEAR_FORCE, SLID, SLIP, SLIP_WORK, SPRING, STATE, TOUCH, TWIST, TX, TY,
 )  # fmt: skip
-from grainlaw.engine.parts.contact_table import CLOSED, HELD, WAITING
+from grainlaw.engine.contacts.contact_table import CLOSED, HELD, WAITING
 from grainlaw.engine.parts.laws import LANES
 
 u32 = np.uint32
