@@ -35,6 +35,7 @@ class Progress(logging.Handler):
         self.stays, self.speaks = stays, speaks
         self._turn = threading.RLock()
         self._bars: Any = None  #: of rich, while somebody looks
+        self._compiles: Any = None  #: the one that says what is compiled
         self._drawn, self._said = 0.0, time.monotonic()
 
     def __enter__(self) -> Progress:
