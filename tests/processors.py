@@ -28,7 +28,7 @@ PROCESSORS = {
     "skylake-avx512": ({"NUMBA_CPU_NAME": "skylake-avx512", "NUMBA_CPU_FEATURES": ""}, "avx512f"),
 }
 #: words of a test that makes whole runs, by itself or by a command
-RUNS = r"\b(simulate|compare|compare_samples|certify|Study|calibrate|command_line|CliRunner)\b"
+RUNS = r"\b(simulate|compare|certify|Study|calibrate|command_line|CliRunner)\b"
 #: tests of processors themselves, of compilation and of killed processes, which say nothing here
 WITHOUT = (
     "test_portable", "test_cache", "test_compil", "test_numba", "test_kill", "test_study_kill", "test_law_that_runs",

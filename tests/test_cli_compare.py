@@ -12,7 +12,6 @@ from support import PULL, STIFF, small_sample
 import grainlaw as gl
 from grainlaw.laws import Linear
 from grainlaw.results.certificate import LIMITS
-from grainlaw.runs.samples import SampleComparison
 
 FEW = ["compare", "--quick", "--threads", "1"]
 FILE = """
@@ -152,7 +151,7 @@ def test_the_table_marks_what_fails_the_certificate():
         "energy returned",
     ]  # fmt: skip
     assert all(row.endswith("FAIL") and row.count("FAIL") == 1 for row in marked)
-    several = SampleComparison({("law", 1): fake(1.0), ("law", 2): fake(1.5), ("other", 1): fake(0.5)})
+    several = gl.Comparison({("law", 1): fake(1.0), ("law", 2): fake(1.5), ("other", 1): fake(0.5)})
     (line,) = [row for row in str(several).splitlines() if row.startswith("energy error")]
     assert line.split("  ")[-2].strip().endswith(") FAIL")
     assert line.count("FAIL") == 1

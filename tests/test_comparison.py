@@ -13,7 +13,6 @@ from support import BRITTLE, PULL, STIFF, small_sample
 import grainlaw as gl
 from grainlaw.laws import Linear
 from grainlaw.runs.parallel import simulate_all
-from grainlaw.runs.samples import SampleComparison
 
 KEYS = {
     "strength", "failure_strain", "apparent_modulus", "apparent_poisson", "modulus", "poisson", "tensile_cracks",
@@ -51,7 +50,7 @@ def test_the_peak_of_a_specimen_that_had_not_failed_is_open_in_every_table(compa
     one = gl.simulate(other.specimen, other.law, attrs.evolve(other.protocol, maximum_strain=5e-5), frames=1)
     whole, failed = f"{one.summary['largest_stress'] / 1e6:.2f}", f"{other.summary['strength'] / 1e6:.2f}"
     comparison = type(comparison)({"linear": one, "brittle": other})
-    every = SampleComparison({("a", 1): one, ("a", 2): one, ("b", 1): other, ("b", 2): other})
+    every = gl.Comparison({("a", 1): one, ("a", 2): one, ("b", 1): other, ("b", 2): other})
     for of in (comparison, every):
         [line] = [line for line in str(of).splitlines() if line.startswith("strength")]
         assert re.findall(r"> [\d.]+|[\d.]+", line) == [f"> {whole}", failed]

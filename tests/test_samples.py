@@ -14,7 +14,6 @@ import grainlaw as gl
 from grainlaw.laws import Linear
 from grainlaw.naming import Shown
 from grainlaw.results.samples import mean_and_range, means
-from grainlaw.runs.samples import compare_samples
 
 TEST = attrs.evolve(PULL, samples=20)
 LAWS = {"linear": Linear(**STIFF), "brittle": BRITTLE}
@@ -23,7 +22,7 @@ SAMPLES = {1: small_sample(20, seed=1), 7: small_sample(20, seed=7)}
 
 @pytest.fixture(scope="module")
 def found():
-    return compare_samples(SAMPLES, LAWS, TEST, threads=2, frames=4)
+    return gl.compare(SAMPLES, LAWS, TEST, threads=2, frames=4)
 
 
 @pytest.fixture(scope="module")
@@ -99,13 +98,13 @@ class Fails(gl.Observer):
 
 
 def test_a_run_that_fails_leaves_the_others(found, tmp_path):
-    bad = compare_samples(
+    bad = gl.compare(
         SAMPLES, LAWS, TEST, threads=1, frames=4, checkpoint=tmp_path,
         observers=lambda run: [Fails()] if run == ("brittle", 1) else [],
     )  # fmt: skip
     assert set(bad.results) == {("linear", 1), ("linear", 7), ("brittle", 7)}
     assert "brittle, seed 1 failed: it broke" in str(bad).splitlines()
-    assert bad.summary["laws"]["brittle"]["strength"] == found.results["brittle", 7].summary["strength"]
+    assert bad.summary["brittle"]["strength"] == found.results["brittle", 7].summary["strength"]
     bad.write(tmp_path)
     assert json.loads((tmp_path / "summary.json").read_text())["failed"] == {"brittle, seed 1": "it broke"}
     bad.write_report(tmp_path / "report.html")
@@ -125,9 +124,9 @@ def test_what_is_stopped_goes_on(found, tmp_path):
         return [Asks()] if len(watched) == 3 else []
 
     with pytest.raises(gl.Stopped, match="it is late") as stopped:
-        compare_samples(SAMPLES, LAWS, TEST, threads=1, observers=observers, stop=stop, checkpoint=tmp_path, frames=4)
+        gl.compare(SAMPLES, LAWS, TEST, threads=1, observers=observers, stop=stop, checkpoint=tmp_path, frames=4)
     assert list(stopped.value.result.results) == [run for run in found.results if run in watched[:2]]
-    again = compare_samples(
+    again = gl.compare(
         SAMPLES, LAWS, TEST, threads=1, checkpoint=tmp_path, restart=True, frames=4,
         observers=lambda run: [Asks()] if run == watched[2] else [],
     )  # fmt: skip
@@ -137,6 +136,6 @@ def test_what_is_stopped_goes_on(found, tmp_path):
 
 
 def test_nothing_to_compare_is_refused():
-    for samples, laws in (({}, LAWS), (SAMPLES, {})):
-        with pytest.raises(gl.ParameterError, match="at least one law and one specimen"):
-            compare_samples(samples, laws, TEST)
+    for samples, laws, words in (({}, LAWS, "specimen = {} is not allowed"), (SAMPLES, {}, "laws is empty")):
+        with pytest.raises(gl.ParameterError, match=words):
+            gl.compare(samples, laws, TEST)

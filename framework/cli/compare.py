@@ -33,11 +33,10 @@ from grainlaw.results.paraview import write_script
 from grainlaw.results.result import Result
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.claim import MATERIAL_FILES, Claim
-from grainlaw.runs.comparison import Comparison
+from grainlaw.runs.comparison import Comparison, Key, folder_name, in_words
 from grainlaw.runs.comparison import compare as compare_laws
 from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import described, versions
-from grainlaw.runs.samples import SampleComparison, compare_samples, folder_name, in_words
 from grainlaw.specimen import Specimen
 
 COMPARED = "linear,mohr-coulomb,cohesive-crack"
@@ -163,7 +162,7 @@ def _configurations(
 
 def _compared(
     specimens: Mapping[int, Specimen], laws: Mapping[str, Laws], chosen: Configuration, claim: Claim
-) -> Comparison | SampleComparison:
+) -> Comparison:
     """Each law on each sample; of one sample the runs have the names of their laws alone."""
     numerics = chosen.numerics
     options: dict[str, Any] = {
@@ -172,24 +171,21 @@ def _compared(
     }  # fmt: skip
     with Progress(stays=True, speaks=True) as progress:
 
-        def watch(folder: str, label: str) -> list[Observer]:
-            return [RunBar(progress.bar(label)), VtkWriter(claim.path / folder, numerics.frames, zones=numerics.zones)]
+        def watch(run: Key) -> list[Observer]:
+            label = run if isinstance(run, str) else f"{run[0]} {run[1]}"
+            writer = VtkWriter(claim.path / folder_name(run), numerics.frames, zones=numerics.zones)
+            return [RunBar(progress.bar(label)), writer]
 
-        if len(specimens) == 1:
-            (specimen,) = specimens.values()
-            return compare_laws(specimen, laws, chosen.protocol, observers=lambda law: watch(law, law), **options)
-        return compare_samples(
-            specimens, laws, chosen.protocol, observers=lambda run: watch(folder_name(run), f"{run[0]} {run[1]}"),
-            **options,
-        )  # fmt: skip
+        one = next(iter(specimens.values()))
+        return compare_laws(
+            one if len(specimens) == 1 else specimens, laws, chosen.protocol, observers=watch, **options
+        )
 
 
-def _rows(comparison: Comparison | SampleComparison) -> list[list[tuple[str, str, Result]]]:
+def _rows(comparison: Comparison) -> list[list[tuple[str, str, Result]]]:
     """Names, folders and results of the runs: a column for each law, a row for each sample."""
-    if isinstance(comparison, Comparison):
-        return [[(law, file_name(law), result) for law, result in comparison.results.items()]]
-    found = comparison.results.items()
-    return [
-        [(in_words(run), file_name(folder_name(run)), result) for run, result in found if run[1] == seed]
-        for seed in dict.fromkeys(seed for _, seed in comparison.results)
-    ]
+    found = [(run, (in_words(run), file_name(folder_name(run)), result)) for run, result in comparison.items()]
+    of_seed = (
+        [row for run, row in found if isinstance(run, str) or run[1] == seed] for seed in comparison.seeds or [0]
+    )
+    return [rows for rows in of_seed if rows]

@@ -1,23 +1,24 @@
-"""Several laws on the same grains under the same test."""
+"""Several laws under the same test on the same grains, and on several samples of them: one sample says little."""
 
 from __future__ import annotations
 
+import functools
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import attrs
-import numpy as np
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.results.certificate import marked, text_of, warnings_of
+from grainlaw.results.certificate import marked, warnings_of
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
+from grainlaw.results.samples import mean_and_range, means
 from grainlaw.results.tables import write_curves, write_json
 from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.runs.stopping import Stopped
@@ -36,86 +37,129 @@ TABLE = (
 
 
 FIRST = "strength"  #: what is shown of each law in one line
+Key = str | tuple[str, int]  #: the name of a law; where there are several samples, and the seed of one
 
 
 @attrs.frozen(eq=False)
-class Comparison(Mapping[str, Result], metaclass=Checked):
-    """Results by the name of the law; prints as a table.
+class Comparison(Mapping[Key, Result], metaclass=Checked):
+    """Results by the name of the law, or by law and seed of several samples; prints as a table, with means and ranges.
 
-    The laws whose run failed are in ``failed``, with their errors; to ask for their result raises this error.
+    The runs that failed are in ``failed``, with their errors; to ask for their result raises this error.
     """
 
-    results: dict[str, Result]  #: by name of the law
-    failed: dict[str, Exception] = attrs.field(factory=dict)  #: errors by name of the law
+    results: dict[Key, Result]  #: by law, or by law and seed
+    failed: dict[Key, Exception] = attrs.field(factory=dict)  #: errors in the same way
 
-    def __getitem__(self, name: str) -> Result:
-        if name in self.failed:
-            raise self.failed[name]
-        return self.results[name]
+    def __getitem__(self, key: Key) -> Result:
+        if key in self.failed:
+            raise self.failed[key]
+        return self.results[key]
 
-    def __iter__(self) -> Iterator[str]:
+    def __iter__(self) -> Iterator[Key]:
         return iter(self.results)
 
     def __len__(self) -> int:
         return len(self.results)
 
     @property
+    def by_law(self) -> dict[str, dict[Any, Result]]:
+        """The results by law, and by seed; None for the seed of the only sample."""
+        found: dict[str, dict[Any, Result]] = {}
+        for key, result in self.results.items():
+            law, seed = _parted(key)
+            found.setdefault(law, {})[seed] = result
+        return found
+
+    @property
+    def seeds(self) -> list[int]:
+        """Of several samples, also of those whose runs failed; none of one."""
+        every = dict.fromkeys(_parted(key)[1] for key in (*self.results, *self.failed))
+        return [seed for seed in every if seed is not None]
+
+    @property
+    def named(self) -> dict[str, Result]:
+        """The results by law, and seed, in words."""
+        return {in_words(key): result for key, result in self.results.items()}
+
+    @property
     def summary(self) -> dict[str, dict[str, Any]]:
-        """The summaries (SI) by the name of the law."""
-        return {name: result.summary for name, result in self.results.items()}
+        """The summaries (SI) by the name of the law, of several samples the means."""
+        return {
+            law: means([result.summary for result in each.values()]) if self.seeds else each[None].summary
+            for law, each in self.by_law.items()
+        }
 
     @property
     def _facts(self) -> dict[str, str]:
-        peak, name = shown(FIRST), FIRST
+        look = shown(FIRST)
         texts = {
-            law: f"{text_of(name, peak, result)} {peak.unit}"
-            for law, result in self.results.items()
-            if name in result.summary
+            law: f"{mean_and_range(look, each.values(), FIRST)} {look.unit}"
+            if all(FIRST in result.summary for result in each.values())
+            else "finished"
+            for law, each in self.by_law.items()
         }
-        rest = [law for law in self.results if law not in texts]
-        failed = {"failed": ", ".join(self.failed)} if self.failed else {}
-        return {"laws": str(len(self) + len(self.failed)), **failed, **texts, **dict.fromkeys(rest, "finished")}
+        failed = {"failed": ", ".join(map(in_words, self.failed))} if self.failed else {}
+        laws = dict.fromkeys(_parted(key)[0] for key in (*self.results, *self.failed))
+        return {"laws": str(len(laws)), **failed, **texts}
 
     def _html(self) -> str:
         heads, *rows = self._rows()
-        failed = [(name, "failed", str(error)) for name, error in self.failed.items()]
-        doubted = [("doubt", words) for words in warnings_of(self.results)]
+        failed = [(in_words(key), "failed", str(error)) for key, error in self.failed.items()]
+        doubted = [("doubt", words) for words in warnings_of(self.named)]
         return html_table(rows, heads) + "".join(html_table(each) for each in (failed, doubted) if each)
 
     def __str__(self) -> str:
-        reasons = [f"{name} failed: {error}" for name, error in self.failed.items()]
-        return "\n".join([aligned(self._rows(), rule=True), *reasons, *warnings_of(self.results)])
+        reasons = [f"{in_words(key)} failed: {error}" for key, error in self.failed.items()]
+        seeds = ", ".join(map(str, self.seeds))
+        last = [f"mean (range) of the samples with the seeds {seeds}"] if seeds else []
+        return "\n".join([aligned(self._rows(), rule=True), *last, *reasons, *warnings_of(self.named)])
 
     def _rows(self) -> list[list[str]]:
-        rows = [["", *self.results, *self.failed]]
-        rows += [
-            [
-                shown(n).heading,
-                *(marked(n, [r], text_of(n, shown(n), r)) for r in self.results.values()),
-                *("failed" for _ in self.failed),
-            ]
-            for n in TABLE
-        ]
+        by_law = self.by_law
+        absent = [law for law in dict.fromkeys(_parted(key)[0] for key in self.failed) if law not in by_law]
+        rows = [["", *by_law, *absent]]
+        for name in TABLE:
+            look = shown(name)
+            cells = (marked(name, each.values(), mean_and_range(look, each.values(), name)) for each in by_law.values())
+            rows.append([look.heading, *cells, *("failed" for _ in absent)])
         return rows
 
     def plot(self) -> Figure:
-        """Stress-strain curves of all laws. Raises ParameterError for a test that does not record them."""
-        from grainlaw.results.figures.curves import plot_curves
+        """Stress-strain curves of all laws, of several samples with means and ranges of the strengths.
 
-        return plot_curves(self.results)
+        Raises ParameterError for a test that does not record them.
+        """
+        from grainlaw.results.figures.curves import plot_curves
+        from grainlaw.results.figures.samples import plot_samples
+
+        return plot_samples(self.by_law) if self.seeds else plot_curves(self.named)
 
     def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
         """Write ``comparison.png``, ``cracks_<law>.png``, ``summary.json`` and ``curves.csv``.
 
-        ``record``, the input of the run, is added to the summary. Raises OSError where it cannot write, and
+        ``record``, the input of the runs, is added to the summary. Raises OSError where it cannot write, and
         ParameterError for a test without the columns ``strain`` and ``stress``.
         """
         from grainlaw.results.figures.cracks import plot_cracks
+        from grainlaw.results.figures.samples import plot_cracks_of_samples
 
-        cracks = ((name, plot_cracks(result, -1, name, None)) for name, result in self.results.items())
-        curves = {(name,): result.curves for name, result in self.results.items()}
-        content = {"laws": self.summary, **reasons(self.failed), **(record or {})}
-        write_comparison(folder, self.plot(), cracks, content, curves, ("law",))
+        figure, seeds, path = self.plot(), self.seeds, writable_folder(folder)
+        content: dict[str, Any] = {"laws": self.summary}
+        if seeds:
+            of_seed = {seed: {law: each[seed] for law, each in self.by_law.items() if seed in each} for seed in seeds}
+            content["samples"] = {
+                str(seed): {law: result.summary for law, result in each.items()} for seed, each in of_seed.items()
+            }
+        if self.failed:
+            content["failed"] = {in_words(key): str(error) for key, error in self.failed.items()}
+        write_json(path / "summary.json", content | dict(record or {}))
+        keys = ("law", "seed") if seeds else ("law",)
+        curves = {_parted(key)[: len(keys)]: result.curves for key, result in self.results.items()}
+        write_curves(path / "curves.csv", curves, keys)
+        write_atomically(path / "comparison.png", lambda file: figure.savefig(file, dpi=150))
+        for law, each in self.by_law.items():
+            cracks = plot_cracks_of_samples(law, each) if seeds else plot_cracks(each[None], -1, law, None)
+            write_atomically(path / f"cracks_{file_name(law)}.png", functools.partial(cracks.savefig, dpi=150))
 
     def write_report(
         self,
@@ -126,60 +170,63 @@ class Comparison(Mapping[str, Result], metaclass=Checked):
         measures: Sequence[Measure] | None = None,
         files: Sequence[str] = (),
     ) -> None:
-        """Write the laboratory report of all laws as a page of HTML; the rest is as in :meth:`Result.write_report`."""
+        """Write the laboratory report of all laws as a page of HTML; the rest is as in :meth:`Result.write_report`.
+
+        Of several samples it is that of the first, below means and ranges of all.
+        """
         from grainlaw.results.figures.report import write_report
 
-        incomplete = "; ".join(f"{name}: {error}" for name, error in self.failed.items())
+        by_law = self.by_law
+        first = next(iter(next(iter(by_law.values()))))
+        results = {law: each[first] for law, each in by_law.items() if first in each}
+        incomplete = "; ".join(f"{in_words(key)}: {error}" for key, error in self.failed.items())
         write_report(
-            self.results, file, title=title, record=record, incomplete=incomplete, measures=measures, files=files
-        )
+            results, file, title=title, record=record, incomplete=incomplete, measures=measures,
+            samples=by_law if self.seeds else None, files=files,
+        )  # fmt: skip
 
 
-def reasons(failed: Mapping[str, Exception]) -> dict[str, dict[str, str]]:
-    """Why runs failed, as an entry of the summary; none where all are there."""
-    return {"failed": {name: str(error) for name, error in failed.items()}} if failed else {}
+def _parted(key: Key) -> tuple[str, int | None]:
+    return (key, None) if isinstance(key, str) else key
 
 
-def write_comparison(
-    folder: str | os.PathLike[str],
-    figure: Figure,
-    cracks: Iterable[tuple[str, Figure]],
-    summary: Mapping[str, Any],
-    curves: Mapping[tuple[Any, ...], Mapping[str, np.ndarray]],
-    keys: tuple[str, ...],
-) -> None:
-    """Write the files of a comparison: ``cracks`` are pictures by law, ``keys`` what tells the curves apart.
+def in_words(key: Key) -> str:
+    """``linear``, or of several samples ``linear, seed 1``."""
+    return key if isinstance(key, str) else f"{key[0]}, seed {key[1]}"
 
-    Raises OSError.
-    """
-    path = writable_folder(folder)
-    write_json(path / "summary.json", summary)
-    write_curves(path / "curves.csv", curves, keys)
-    write_atomically(path / "comparison.png", lambda file: figure.savefig(file, dpi=150))
-    for name, each in cracks:
-        write_atomically(path / f"cracks_{file_name(name)}.png", lambda file, each=each: each.savefig(file, dpi=150))  # type: ignore[misc]
+
+def folder_name(key: Key) -> str:
+    """The folder of one run inside that of the comparison."""
+    return key if isinstance(key, str) else f"{key[0]}_seed_{key[1]}"
 
 
 @checked
 def compare(
-    specimen: Specimen,
+    specimen: Specimen | Mapping[int, Specimen],
     laws: Mapping[str, Laws],
     protocol: LoadingProtocol,
     **options: Any,
 ) -> Comparison:
-    """Put one specimen through one test under several laws, as many at a time as there are ``threads`` (all cores).
+    """Put one specimen, or several samples by their seeds, through one test under several laws.
 
-    ``options`` are ``threads``; ``observers``, which maps the name of a law to the observers of its run;
-    ``checkpoint``, a folder with one for each law, ``restart``, ``overwrite``; and those of :func:`simulate`. The
-    results do not depend on ``threads``. A law whose run fails does not touch the others, see :class:`Comparison`; if
-    all fail, the first error is raised. :class:`Stopped` has the finished laws as its ``result``.
-    Bars show how far the runs are, unless ``progress`` is False.
+    As many runs at a time as there are ``threads`` (all cores), on which the results do not depend. ``options`` are
+    ``threads``; ``observers``, which maps the name of a law, or a law and a seed, to the observers of its run;
+    ``checkpoint``, a folder with one for each run, ``restart``, ``overwrite``; and those of :func:`simulate`. A run
+    that fails does not touch the others, see :class:`Comparison`; if all fail, the first error is raised.
+    :class:`Stopped` has the finished runs as its ``result``. Bars show how far the runs are, unless ``progress`` is
+    False.
     """
     if not laws:
         raise ParameterError("compare: laws is empty, it must name at least one law")
-    runs = {name: Run(specimen, law, protocol) for name, law in laws.items()}
+    runs: dict[Key, Run]
+    if isinstance(specimen, Mapping):
+        if not specimen:
+            raise ParameterError("compare: specimen = {} is not allowed, it must have at least one sample")
+        runs = {(law, seed): Run(specimen[seed], laws[law], protocol) for seed in specimen for law in laws}
+    else:
+        runs = {name: Run(specimen, law, protocol) for name, law in laws.items()}
     try:
-        outcome = simulate_all(runs, **options)
+        outcome = simulate_all(runs, folder=folder_name, **options)
     except Stopped as stopped:
         stopped.result = Comparison(stopped.result.results, stopped.result.failed)
         raise
