@@ -25,6 +25,7 @@ LIMITS = {
     "energy_made": (1e-4, "intact contacts made energy: the law may flutter, and the strength depend on the damping"),
     "energy_returned": (5e-3, "contacts that open and close within a step made energy: time_step_factor=0.3"),
 }
+COST = ("steps", "time_step", "seconds", "mass_added")  #: of a run; like its errors no property of the rock
 FAIL = "FAIL"
 #: properties that are read at the first failure, and the largest of the same quantity, which there may be later
 STRENGTHS = {"strength": "largest_stress", "failure_force": "largest_force"}

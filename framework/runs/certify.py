@@ -12,12 +12,11 @@ from grainlaw.loading import Loading
 from grainlaw.naming import shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.certificate import STRENGTHS
 from grainlaw.results.result import Result
 from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
-
-STRENGTHS = ("strength", "failure_force")
 
 
 @attrs.frozen(kw_only=True)

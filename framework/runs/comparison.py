@@ -14,7 +14,7 @@ from grainlaw.contact import Laws
 from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.results.certificate import marked, warnings_of
+from grainlaw.results.certificate import LIMITS, marked, warnings_of
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 #: rows of the table that a comparison prints
 TABLE = (
     "strength", "failure_strain", "largest_stress", "apparent_modulus", "apparent_poisson", "modulus", "poisson",
-    "tensile_cracks", "shear_cracks", "kinetic_ratio", "imbalance", "unstable_rise", "energy_error", "energy_made",
-    "energy_returned", "steps", "seconds",
+    "tensile_cracks", "shear_cracks", *LIMITS, "steps", "seconds",
 )  # fmt: skip
 
 

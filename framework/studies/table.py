@@ -15,6 +15,7 @@ from grainlaw.messages import nearest, short
 from grainlaw.naming import Shown, shown
 from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.archive import from_bytes
+from grainlaw.results.certificate import COST, LIMITS
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
@@ -39,11 +40,7 @@ USUAL = (
     "strength", "failure_strain", "largest_stress", "apparent_modulus", "crack_damage", "tensile_cracks",
     "shear_cracks",
 )  # fmt: skip
-#: not properties of the rock
-NO_PROPERTIES = (
-    "kinetic_ratio", "imbalance", "unstable_rise", "energy_error", "energy_made", "energy_returned", "steps",
-    "time_step", "mass_added",
-)  # fmt: skip
+NO_PROPERTIES = (*LIMITS, *COST)  #: of the rock
 
 
 class Table(Rows):

@@ -18,7 +18,7 @@ import numpy as np
 from grainlaw.contact import words_of
 from grainlaw.naming import THREE, Shown, shown
 from grainlaw.results.archive import READ, called
-from grainlaw.results.certificate import FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
+from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
 from grainlaw.results.figures import html
 from grainlaw.results.figures.cracks import side_by_side
 from grainlaw.results.figures.report_figures import plot_report_curves
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
 CRACKS = "Broken contacts on the deformed specimens at one scale: tensile thin and orange, shear thick and blue"
-COST = ("steps", "time_step", "seconds", "mass_added")
 
 
 def write_report(
