@@ -150,7 +150,7 @@ def test_a_command_goes_on_from_any_moment(command, name, seed, tmp_path, refere
 @pytest.mark.parametrize("name", [TERM, INT])
 def test_a_command_that_is_stopped_says_what_is_there_and_how_to_go_on(name, tmp_path):
     folder = tmp_path / "out"
-    process = start("test", folder, "--set", "test.loading={type='constant', speed=0.002}")
+    process = start("test", folder, "--set", "test.loading={type='constant', speed=0.0002}")
     deadline = time.monotonic() + 60
     while not (folder / "curves.csv").exists() and time.monotonic() < deadline:
         time.sleep(0.05)
