@@ -46,7 +46,7 @@ def outcomes(settings, chosen):
     """Tests that fail."""
     with tempfile.TemporaryDirectory() as cache:
         done = subprocess.run(
-            [sys.executable, "-m", "pytest", "-rfE", "-k", "not threads and not portable", *chosen],
+            [sys.executable, "-m", "pytest", "-rfE", "-m", "not slow", "-k", "not threads and not portable", *chosen],
             env=os.environ | settings | {"GRAINLAW_CACHE": cache}, capture_output=True, text=True, cwd=HERE.parent,
         )  # fmt: skip
     lines = done.stdout.strip().splitlines()

@@ -64,6 +64,7 @@ def assert_same_bits(a, b):
 
 
 @pytest.mark.parametrize(("specimen", "law"), CASES.values(), ids=CASES)
+@pytest.mark.thorough
 def test_any_number_of_threads(specimen, law):
     first = gl.simulate(specimen, law, TENSION)
     assert len(first.cracks) > 1

@@ -118,6 +118,7 @@ def test_every_change_of_speed_and_step_is_in_the_ledger(law, test):
     assert ledger(gl.simulate(small_sample(), law, test).curves) < 1e-6
 
 
+@pytest.mark.thorough
 def test_the_speed_does_not_depend_on_threads():
     first, other = (gl.simulate(small_sample(), BRITTLE, CRUSH, threads=threads).curves for threads in (1, 3))
     assert all(np.array_equal(first[name], other[name], equal_nan=True) for name in first)

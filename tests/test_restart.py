@@ -116,6 +116,7 @@ class Calls:
 
 
 @pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c in LONG else c for c in CASES])
+@pytest.mark.thorough
 def test_a_stopped_run_goes_on_with_the_same_bits(case, tmp_path, monkeypatch):
     specimen, law, protocol, options = CASES[case]
     with monkeypatch.context() as patch:
@@ -132,6 +133,7 @@ def test_a_stopped_run_goes_on_with_the_same_bits(case, tmp_path, monkeypatch):
         same(whole, gl.simulate(specimen, law, protocol, **options_now, checkpoint=tmp_path, restart=True))
 
 
+@pytest.mark.thorough
 def test_a_run_that_is_stopped_again_and_again_comes_to_the_same_end(tmp_path, monkeypatch):
     specimen, law, protocol, _ = CASES["contacts after failure"]
     whole = gl.simulate(specimen, law, protocol)
@@ -147,6 +149,7 @@ def test_a_run_that_is_stopped_again_and_again_comes_to_the_same_end(tmp_path, m
     same(whole, result)
 
 
+@pytest.mark.thorough
 def test_a_checkpoint_in_the_course_of_a_run_is_as_good_as_one_at_its_stop(tmp_path, monkeypatch):
     """As after a kill: files of moments after the checkpoint are there."""
     specimen, law, protocol, _ = CASES["contacts after failure"]

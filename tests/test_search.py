@@ -125,6 +125,7 @@ def same(first, second):
 
 
 @pytest.mark.parametrize("material", [RIGID, SOFT], ids=["rigid", "deformable"])
+@pytest.mark.thorough
 def test_the_same_bits_for_any_number_of_threads(material):
     runs = [pile(threads=threads, material=material) for threads in (1, 2, 3)]
     for motion in runs:
@@ -240,6 +241,7 @@ def test_how_often_neighbours_are_searched_changes_no_bit(make, monkeypatch):
     assert np.array_equal(often.state.freedoms.arrays.velocity, seldom.state.freedoms.arrays.velocity)
 
 
+@pytest.mark.thorough
 def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_search_after_every_step(monkeypatch):
     """Bonds that are handed over, pieces that slide and meet, platens that start smoothly."""
     rock = gl.Specimen(Voronoi(grains=14, seed=1).tessellate(rectangle(6e-3, 15e-3)), ROCK)
