@@ -14,7 +14,7 @@ from grainlaw.geometry.loose import apart, wall
 from grainlaw.geometry.meshes import from_mesh, write_geo
 from grainlaw.geometry.minerals import Minerals
 from grainlaw.geometry.neper import read_tess, write_tess
-from grainlaw.geometry.platens import between_platens
+from grainlaw.geometry.platen_bodies import between_platens
 from grainlaw.geometry.polygons import from_polygons
 from grainlaw.geometry.region import polygon, rectangle, shear_box
 from grainlaw.geometry.shapes import disc, notched_beam, plate_with_hole, semi_disc

@@ -1,5 +1,6 @@
 """Laboratory tests."""
 
+from grainlaw.protocols.between_platens import Moving, Platens
 from grainlaw.protocols.biaxial_compression import BiaxialCompression
 from grainlaw.protocols.brazilian import Brazilian
 from grainlaw.protocols.creep import Creep
@@ -10,7 +11,6 @@ from grainlaw.protocols.free_motion import FreeMotion
 from grainlaw.protocols.heating import Heating, Held
 from grainlaw.protocols.joint_tension import JointTension
 from grainlaw.protocols.plane_wave import PlaneWave, Wave
-from grainlaw.protocols.platens import Moving, Platens
 from grainlaw.protocols.saturated import Saturated
 from grainlaw.protocols.semi_circular_bend import SemiCircularBend
 from grainlaw.protocols.three_point_bending import ThreePointBending

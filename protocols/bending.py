@@ -11,8 +11,8 @@ from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.loads import Drive
 from grainlaw.moduli import work
+from grainlaw.protocols.between_platens import UntilFailure, failing, refuse_platens, require_boundaries, sampling
 from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
-from grainlaw.protocols.platens import UntilFailure, failing, refuse_platens, require_boundaries, sampling
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 

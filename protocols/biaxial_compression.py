@@ -16,8 +16,7 @@ from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive, Hold, Pressure
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.measures import end_share, has_platens
-from grainlaw.protocols.platens import (
+from grainlaw.protocols.between_platens import (
     Moving,
     Platens,
     measure_between_platens,
@@ -25,6 +24,7 @@ from grainlaw.protocols.platens import (
     uniaxial_stage,
     uniaxial_summary,
 )
+from grainlaw.protocols.measures import end_share, has_platens
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.strength import Until

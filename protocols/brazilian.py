@@ -18,8 +18,8 @@ from grainlaw.loads import Drive
 from grainlaw.messages import ParameterError
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols.between_platens import Platens, failing, held_across, require_platens, sampling
 from grainlaw.protocols.measures import certificate, ends, failure_of, size, strength_of
-from grainlaw.protocols.platens import Platens, failing, held_across, require_platens, sampling
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.strength import Until

@@ -26,8 +26,8 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loads import Drive, Hold, Pressure
 from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols.between_platens import Platens, held_across, measure_between_platens, require_ends
 from grainlaw.protocols.measures import end_share
-from grainlaw.protocols.platens import Platens, held_across, measure_between_platens, require_ends
 from grainlaw.specimen import Specimen
 from grainlaw.stage import RESTS, Ageing, Stage
 

@@ -16,9 +16,9 @@ from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive, Hold
 from grainlaw.parameter import parameter, part
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols.between_platens import require_platens
 from grainlaw.protocols.joint import joint_means, require_joint
 from grainlaw.protocols.measures import certificate, end_share, ends, failure_of, size, strength_of
-from grainlaw.protocols.platens import require_platens
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 

@@ -14,7 +14,7 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loads import Traction
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.platens import require_boundaries
+from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.units import MPa

@@ -29,8 +29,8 @@ from grainlaw.memory import ROOM
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_number, part, whole_number
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.measures import axial_strain_of_points
-from grainlaw.protocols.platens import require_boundaries
 from grainlaw.protocols.preliminary import after_stages, counted_after, samples_before
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage

@@ -6,8 +6,8 @@ import numpy as np
 
 from grainlaw.engine.state import State
 from grainlaw.parameter import ParameterError
+from grainlaw.protocols.between_platens import require_platens
 from grainlaw.protocols.measures import is_rock
-from grainlaw.protocols.platens import require_platens
 from grainlaw.specimen import Specimen
 
 

@@ -15,9 +15,9 @@ from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols.between_platens import NO_TENSION, refuse_platens
 from grainlaw.protocols.joint import joint_means, require_joint
 from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
-from grainlaw.protocols.platens import NO_TENSION, refuse_platens
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 

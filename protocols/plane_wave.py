@@ -16,7 +16,7 @@ from grainlaw.loads import Drive, Quiet, Traction
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_number, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.platens import require_boundaries
+from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.time_series import TimeSeries, Varying, varying

@@ -15,7 +15,7 @@ from grainlaw.loads import BoundaryLoad, Drive, Driven, FluidPressure, Hold, Pre
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.platens import require_boundaries
+from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.preliminary import after_stages, counted_after
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
 from grainlaw.specimen import Specimen

@@ -13,7 +13,13 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.platens import Moving, Platens, measure_between_platens, uniaxial_stage, uniaxial_summary
+from grainlaw.protocols.between_platens import (
+    Moving,
+    Platens,
+    measure_between_platens,
+    uniaxial_stage,
+    uniaxial_summary,
+)
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.strength import Until

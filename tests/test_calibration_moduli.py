@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import grainlaw as gl
-from grainlaw.calibration.elastic import Stiffness
 from grainlaw.calibration.moduli import WITHIN, fit_moduli
+from grainlaw.calibration.stiffness_search import Stiffness
 from grainlaw.units import GPa
 
 WANTED = {"youngs_modulus": 60 * GPa, "poissons_ratio": 0.25}

@@ -8,7 +8,7 @@ from study_cases import refuse_to_run
 from support import ROCK, STIFF
 
 import grainlaw as gl
-from grainlaw.calibration.elastic import fit_stiffness, stiffness_names, with_grains
+from grainlaw.calibration.stiffness_search import fit_stiffness, stiffness_names, with_grains
 from grainlaw.calibration.trials import USUAL, StudySimulator, TrialCase, checked_specimens, checked_tests
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack, MohrCoulomb, MunjizaJoint

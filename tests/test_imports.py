@@ -204,7 +204,7 @@ def test_what_a_model_is_made_of_needs_neither_compiler_nor_pictures(module):
 
 def test_heavy_packages_are_seen():
     assert "numba" in loaded_by("grainlaw.runs.simulation")
-    assert "matplotlib" in loaded_by("grainlaw.workbench.figure")
+    assert "matplotlib" in loaded_by("grainlaw.workbench.law_figure")
 
 
 def test_what_takes_long_to_load_is_loaded_where_it_is_used():

@@ -11,7 +11,7 @@ from tiling import BEAM, BEND, assert_sides_complete, assert_tiles, polygon_of, 
 from grainlaw.geometry import Empirical, Even, Laguerre, Lognormal, disc, polygon, rectangle
 from grainlaw.geometry.cells.any_voronoi import frame
 from grainlaw.geometry.cells.area_cells import areas_cells
-from grainlaw.geometry.cells.area_fit import Cells, fitted
+from grainlaw.geometry.cells.area_fit import PowerCells, fitted
 from grainlaw.geometry.cells.area_share import inside_areas
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram
 from grainlaw.geometry.cells.power_diagram import power_diagram
@@ -91,7 +91,7 @@ def test_two_seeds_have_the_power_line_between_them() -> None:
     for difference in (-0.2, 0, 0.1, 0.4):
         areas = power_diagram(unit, seeds, np.array([difference, 0]), 1.0).areas()
         assert areas == pytest.approx([0.5 + difference, 0.5 - difference])
-    cells = fitted(Cells(unit, unit, seeds, np.zeros(2), 1.0), np.array([0.8, 0.2]), 1e-9)
+    cells = fitted(PowerCells(unit, unit, seeds, np.zeros(2), 1.0), np.array([0.8, 0.2]), 1e-9)
     assert cells.weights[0] - cells.weights[1] == pytest.approx(0.3)
 
 
@@ -152,11 +152,11 @@ def test_slope_of_areas_is_edge_length_over_twice_the_distance() -> None:
     region, random = HOLED, np.random.default_rng(3)
     seeds = random.random((80, 2)) * 4
     seeds = seeds[region.contains(seeds)]
-    cells = Cells(region, frame(region), seeds, np.zeros(len(seeds)), 4.0)
+    cells = PowerCells(region, frame(region), seeds, np.zeros(len(seeds)), 4.0)
     for g in (0, 7, 20):
         nudge = np.zeros(len(seeds))
         nudge[g] = 1e-5
-        there, here = (Cells(region, cells.frame, seeds, sign * nudge, 4.0).areas for sign in (1, -1))
+        there, here = (PowerCells(region, cells.frame, seeds, sign * nudge, 4.0).areas for sign in (1, -1))
         change = cells.change(cells.areas + (there - here) / 2)
         assert change - change.mean() == pytest.approx(nudge - nudge.mean(), abs=2e-8)
 

@@ -12,7 +12,7 @@ from tiling import assert_sides_complete, assert_tiles
 
 from grainlaw.geometry import Laguerre, Lognormal, rectangle
 from grainlaw.geometry.cells import area_fit, sparse_solve
-from grainlaw.geometry.cells.area_fit import Cells, round_cells
+from grainlaw.geometry.cells.area_fit import PowerCells, round_cells
 from grainlaw.geometry.cells.moved_cells import moved_diagram
 from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.geometry.cells.power_diagram import power_diagram
@@ -85,7 +85,7 @@ def test_a_diagram_of_other_seeds_gives_none() -> None:
 def test_where_there_is_none_the_hull_takes_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
     random, region = np.random.default_rng(3), rectangle(1, 1)
     seeds = random.random((50, 2))
-    cells = Cells(region, region, seeds, np.zeros(50), 1.0)
+    cells = PowerCells(region, region, seeds, np.zeros(50), 1.0)
     monkeypatch.setattr(area_fit, "FEW", 0)
     next_to = round_cells(cells, cells.diagram.centroids(), cells.areas)
     assert next_to.diagram is not next_to.joined

@@ -11,7 +11,7 @@ from support import small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.engine.stable_step import StableStep
-from grainlaw.engine.steady import steady_motion
+from grainlaw.engine.stage_statics import steady_motion
 from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import Linear, MohrCoulomb
 from grainlaw.materials import QUARTZ, ExpansionTable, MohrCoulombPlastic, Thermal

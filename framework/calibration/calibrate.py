@@ -12,11 +12,11 @@ import numpy as np
 
 from grainlaw.arguments import checked
 from grainlaw.calibration.check import check
-from grainlaw.calibration.elastic import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
 from grainlaw.calibration.identifiability import identifiability
 from grainlaw.calibration.moduli import Statics, meet_moduli
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.space import Space, space_of
+from grainlaw.calibration.stiffness_search import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
 from grainlaw.calibration.targets import (
     QUANTITIES,
     Targets,

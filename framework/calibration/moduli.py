@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 import attrs
 import numpy as np
 
-from grainlaw.calibration.elastic import Stiffness
+from grainlaw.calibration.stiffness_search import Stiffness
 from grainlaw.calibration.trials import StudySimulator
 from grainlaw.calibration.waves import Search
 from grainlaw.parameter import ParameterError

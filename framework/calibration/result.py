@@ -12,13 +12,13 @@ import attrs
 
 from grainlaw.arguments import Checked
 from grainlaw.calibration.check import Compared
-from grainlaw.calibration.elastic import Stiffness, with_grains
 from grainlaw.calibration.emulator import quality
 from grainlaw.calibration.identifiability import Identifiability
 from grainlaw.calibration.simulator import Failure
 from grainlaw.calibration.space import Space
+from grainlaw.calibration.stiffness_search import Stiffness, with_grains
 from grainlaw.calibration.targets import QUANTITIES, Targets
-from grainlaw.calibration.waves import Found
+from grainlaw.calibration.waves import SearchResult
 from grainlaw.contact import ContactLaw
 from grainlaw.naming import aligned
 from grainlaw.parameter import ParameterError
@@ -38,7 +38,7 @@ class Calibration(metaclass=Checked):
     targets: Targets  #: what was wanted
     space: Space  #: parameters and their ranges
     stiffness: Stiffness | None  #: None without elastic targets
-    found: Found  #: what the search has found
+    found: SearchResult  #: what the search has found
     seeds: int  #: samples of each trial
     store: str  #: folder of the trials
     grains: float = 1.0  #: times the modulus of the grains of the specimens

@@ -10,9 +10,9 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.calibration.elastic import with_grains
 from grainlaw.calibration.simulator import Failure, Simulator, Values
 from grainlaw.calibration.space import Tie, law_with, rounded
+from grainlaw.calibration.stiffness_search import with_grains
 from grainlaw.calibration.targets import (
     BENDING,
     BRAZILIAN,

@@ -26,7 +26,7 @@ Tell = Callable[[str], None]
 
 
 @attrs.frozen(eq=False)
-class Wave:
+class SearchWave:
     """Points that were tested together, and what was plausible after them."""
 
     first: int  #: number of its first point
@@ -36,7 +36,7 @@ class Wave:
 
 
 @attrs.frozen(eq=False)
-class Design:
+class TestedPoints:
     """Everything that was tested; the scale of each point is one."""
 
     points: np.ndarray  #: (n, d) parameters
@@ -49,21 +49,21 @@ class Design:
         found = samples_of(self.values)
         return anchored(found, self.anchors) if self.anchors else found
 
-    def with_more(self, points: np.ndarray, scales: np.ndarray, values: Values) -> Design:
+    def with_more(self, points: np.ndarray, scales: np.ndarray, values: Values) -> TestedPoints:
         if not len(self.points):
-            return Design(points, scales, values)
-        return Design(
+            return TestedPoints(points, scales, values)
+        return TestedPoints(
             np.concatenate([self.points, points]), np.concatenate([self.scales, scales]),
             {name: np.concatenate([self.values[name], more]) for name, more in values.items()}, self.anchors,
         )  # fmt: skip
 
 
 @attrs.frozen(eq=False)
-class Found:
+class SearchResult:
     """How a search ended: with a posterior, or with targets that are in conflict."""
 
-    design: Design
-    waves: tuple[Wave, ...]
+    design: TestedPoints
+    waves: tuple[SearchWave, ...]
     match: Match
     plausible: Plausible
     posterior: Posterior | None
@@ -88,10 +88,10 @@ class Search:
     more: Sequence[int] = ()
     tell: Tell = lambda words: None
 
-    def run(self) -> Found:
+    def run(self) -> SearchResult:
         groups = len(self.space.groups)
         chosen = self.space.at_reference(self.space.prior(self._first, self.seed))
-        design, waves = Design(np.empty((0, len(self.space.free))), np.empty(0), {}), list[Wave]()
+        design, waves = TestedPoints(np.empty((0, len(self.space.free))), np.empty(0), {}), list[SearchWave]()
         for number in range(1, WAVES + 1):
             self.tell(f"wave {number}: {len(chosen)} points on {len(self.seeds)} seeds")
             first = len(design.points)
@@ -99,7 +99,7 @@ class Search:
             match, left = self._looked_at(design, number)
             if number == 1:
                 design, match, left = self._with_anchor(design, match, left, number)
-            waves.append(Wave(first, len(design.points) - first, left.share, left.least))
+            waves.append(SearchWave(first, len(design.points) - first, left.share, left.least))
             self.tell(f"{100 * left.share:.2g} % of the ranges plausible, best implausibility {left.least:.2f}")
             room = (self.budget - len(design.points) - bool(self.more)) // max(WAVES - number, 1)
             room = min(LATER * groups, room)
@@ -108,11 +108,11 @@ class Search:
                 break
         if number > 1:  # else it would be the same point again
             design, match, left = self._with_anchor(design, match, left, number)
-        waves[-1] = Wave(first, len(design.points) - first, left.share, left.least)
+        waves[-1] = SearchWave(first, len(design.points) - first, left.share, left.least)
         if left.least > LIMIT:
             found = conflicts(match, self._tried, self.seed)
-            return Found(design, tuple(waves), match, left, None, tuple(found))
-        return Found(design, tuple(waves), match, left, posterior(match, self._start(left), self.seed), ())
+            return SearchResult(design, tuple(waves), match, left, None, tuple(found))
+        return SearchResult(design, tuple(waves), match, left, posterior(match, self._start(left), self.seed), ())
 
     def pilot(self) -> np.ndarray:
         """(d,) parameters near the best, from a few points: the first ones of the first wave."""
@@ -120,7 +120,7 @@ class Search:
         count = max(groups + 4, min(LATER * groups, self.budget // 3))
         chosen = self.space.at_reference(self.space.prior(count, self.seed))
         self.tell(f"pilot: {len(chosen)} points on {len(self.seeds)} seeds")
-        nothing = Design(np.empty((0, len(self.space.free))), np.empty(0), {})
+        nothing = TestedPoints(np.empty((0, len(self.space.free))), np.empty(0), {})
         match = self._match(nothing.with_more(chosen, *self._tested(chosen, self.seeds)))
         best = plausible(match, self._tried, self.seed).best
         near = self.space.at_reference(best[None])
@@ -137,7 +137,7 @@ class Search:
         """(n, d) points of the prior at which emulators are asked."""
         return self.space.prior(TRIED, self.seed + 1)
 
-    def _looked_at(self, design: Design, number: int) -> tuple[Match, Plausible]:
+    def _looked_at(self, design: TestedPoints, number: int) -> tuple[Match, Plausible]:
         match = self._match(design)
         return match, plausible(match, self._tried, self.seed + number)
 
@@ -147,8 +147,8 @@ class Search:
         return left.points if len(left.points) else left.best[None]
 
     def _with_anchor(
-        self, design: Design, match: Match, left: Plausible, number: int
-    ) -> tuple[Design, Match, Plausible]:
+        self, design: TestedPoints, match: Match, left: Plausible, number: int
+    ) -> tuple[TestedPoints, Match, Plausible]:
         """The best point on more seeds, and what is plausible then."""
         if not self.more:
             return design, match, left
@@ -163,7 +163,7 @@ class Search:
         design = attrs.evolve(design.with_more(point, scales, of_all), anchors=anchors)
         return design, *self._looked_at(design, number)
 
-    def _match(self, design: Design) -> Match:
+    def _match(self, design: TestedPoints) -> Match:
         samples = design.samples
         found = emulators(self.space.coordinates(design.points), samples, self.seed)
         for name in self.targets:

@@ -9,7 +9,7 @@ from typing import Any
 
 import attrs
 
-from grainlaw.calibration.elastic import CONTACTS
+from grainlaw.calibration.stiffness_search import CONTACTS
 from grainlaw.calibration.targets import BENDING, BRAZILIAN, QUANTITIES, Targets, needed_tests
 from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
 from grainlaw.cli.components import evolved, name_of, refuse_unknown

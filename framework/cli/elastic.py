@@ -8,7 +8,7 @@ import attrs
 import click
 
 from grainlaw.cli.configuration import configured
-from grainlaw.cli.running import Given, model_options, refusing
+from grainlaw.cli.running import GivenOptions, model_options, refusing
 from grainlaw.cli.sections import assign, gathered
 from grainlaw.parameter import ParameterError
 from grainlaw.results.files import writable_folder
@@ -25,7 +25,7 @@ from grainlaw.runs.record import origin
 )  # fmt: skip
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="JSON file to write.")
 @click.option("--quick", is_flag=True, help="A small specimen.")
-def elastic(*, given: Given, boundary: str, out: Path | None, quick: bool) -> None:
+def elastic(*, given: GivenOptions, boundary: str, out: Path | None, quick: bool) -> None:
     """Find modulus, Poisson's ratio and stiffness tensor of a rock specimen, without a test.
 
     They come from static solutions, in less than a second: modulus and Poisson's ratio are those of uniaxial

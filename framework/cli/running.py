@@ -72,7 +72,7 @@ def portable_option(command: Callable[..., None]) -> Callable[..., None]:
 
 
 @attrs.frozen
-class Given:
+class GivenOptions:
     """What a command was given of specimen and law: a file, and single parameters that count more than the file."""
 
     config: Path | None
@@ -94,7 +94,7 @@ def model_options(command: Callable[..., None]) -> Callable[..., None]:
         **options: Any,
     ) -> None:  # fmt: skip
         single = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
-        command(given=Given(config, single, assignments), **options)
+        command(given=GivenOptions(config, single, assignments), **options)
 
     return run
 

@@ -11,7 +11,7 @@ import click
 from grainlaw.cli.configuration import CONFIG, Configuration, configured, template
 from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.running import (
-    Given,
+    GivenOptions,
     finished,
     folder_options,
     linked,
@@ -72,7 +72,7 @@ the test, 1 for a test that could not end; what it recorded is written all the s
 @click.option("--quick", is_flag=True, help="A small specimen.")
 @click.option("--template", "shows", is_flag=True, help="Print the configuration with all parameters; run nothing.")
 def test(
-    *, name: str, given: Given, out: Path, restart: bool, overwrite: bool, threads: Threads | None, quick: bool,
+    *, name: str, given: GivenOptions, out: Path, restart: bool, overwrite: bool, threads: Threads | None, quick: bool,
     certify: bool, interactive: bool, shows: bool,
 ) -> None:  # fmt: skip
     options = {**given.options, ("numerics", "threads"): threads}

@@ -20,8 +20,8 @@ from grainlaw.compiler.batch import compile_integrator
 from grainlaw.engine import step
 from grainlaw.engine.coasting import Coasting
 from grainlaw.engine.parts.part import changing
+from grainlaw.engine.stage_statics import LOOSE, factorised, unknowns
 from grainlaw.engine.state import State
-from grainlaw.engine.steady import LOOSE, factorised, unknowns
 from grainlaw.engine.stepping import advance, schedule_of
 
 TRIAL = 2e-10  #: of the specimen's size: largest displacement of a trial motion
@@ -41,7 +41,7 @@ LARGEST = 500_000  #: freedoms: of larger specimens the margin is not asked, for
 
 
 @attrs.frozen(kw_only=True)
-class Found:
+class LowestMode:
     """A margin, and the motion that it belongs to."""
 
     margin: float  #: lowest eigenvalue
@@ -111,7 +111,7 @@ class Margin:
         found: np.ndarray = self._factors.solve(self._mass * np.random.default_rng(0).normal(size=self.unknowns))
         return found
 
-    def find(self, guess: np.ndarray) -> Found | None:
+    def find(self, guess: np.ndarray) -> LowestMode | None:
         """The margin of the present state, sought from a motion (q,) like that of the last; None if it is not found.
 
         Where a contact answers a trial by another branch than that it is on, as by unloading, differences of forces are
@@ -139,7 +139,7 @@ class Margin:
 
             return self._lowest(tangent, [guess, self._gather @ state.grains.flat(steady)])
 
-    def settle(self, found: Found, way: float) -> float:
+    def settle(self, found: LowestMode, way: float) -> float:
         """Bring the specimen along its softest motion to where that has no force; (m) by how much it has moved.
 
         A soft motion, as the bending of a column that is about to buckle, is slower than the loading by the root of its
@@ -176,7 +176,7 @@ class Margin:
         state.change_velocity((velocity - f.velocity) * f.free)
         return size * self._size(motion)
 
-    def _lowest(self, tangent: Any, starts: list[np.ndarray]) -> Found | None:
+    def _lowest(self, tangent: Any, starts: list[np.ndarray]) -> LowestMode | None:
         """Davidson's method: the space grows by the residual, on which the inverse of K0 has acted.
 
         Friction makes the tangent unsymmetric: of a pair of complex eigenvalues the real part counts.
@@ -209,7 +209,7 @@ class Margin:
             if residual @ following <= EXACT**2 and max(found) - min(found) <= SETTLED:
                 motion = basis[:, :count] @ (shares.real / np.linalg.norm(shares.real))
                 frequency = float(1 / np.sqrt(motion @ (self._mass * motion)))
-                return Found(margin=float(value.real), frequency=frequency, motion=motion)
+                return LowestMode(margin=float(value.real), frequency=frequency, motion=motion)
             starts.append(following)
         return None
 

@@ -7,8 +7,8 @@ import numpy as np
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.engine.coasting import Coasting
 from grainlaw.engine.stable_step import StableStep
+from grainlaw.engine.stage_statics import factorised, unknowns
 from grainlaw.engine.state import State
-from grainlaw.engine.steady import factorised, unknowns
 from grainlaw.engine.stepping import OverlapError, advance
 from grainlaw.loads import Drive
 from grainlaw.stage import Stage

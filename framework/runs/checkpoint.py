@@ -36,7 +36,7 @@ class Counters:
 
 
 @attrs.frozen(eq=False)
-class Moment:
+class SavedMoment:
     """A run between two samples: what it needs, beside its specimen, law and protocol, to go on from there."""
 
     state: Saved
@@ -58,13 +58,13 @@ class Checkpoint:
     curves: Arrays
     observers: list[tuple[str, Arrays]]  #: class and record of each
 
-    def moment(self, integrator: Integrator) -> Moment:
+    def moment(self, integrator: Integrator) -> SavedMoment:
         """The moment, with the integrator of its stage."""
-        return Moment(self.state, with_numbers(integrator, self.integrator), self.before, self.numbers)
+        return SavedMoment(self.state, with_numbers(integrator, self.integrator), self.before, self.numbers)
 
 
 def save(
-    file: Path, key: str, made_with: Mapping[str, Any], moment: Moment, curves: Mapping[str, np.ndarray],
+    file: Path, key: str, made_with: Mapping[str, Any], moment: SavedMoment, curves: Mapping[str, np.ndarray],
     observers: Sequence[Observer],
 ) -> None:  # fmt: skip
     """Write a checkpoint, an uncompressed .npz without pickled objects. Raises OSError."""

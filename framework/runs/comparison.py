@@ -16,9 +16,9 @@ from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.certificate import LIMITS, marked, warnings_of
 from grainlaw.results.files import file_name, writable_folder, write_atomically
+from grainlaw.results.means import mean_and_range, means
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
-from grainlaw.results.samples import mean_and_range, means
 from grainlaw.results.tables import write_curves, write_json
 from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.runs.stopping import Stopped
@@ -129,7 +129,7 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         Raises ParameterError for a test that does not record them.
         """
         from grainlaw.results.figures.curves import plot_curves
-        from grainlaw.results.figures.samples import plot_samples
+        from grainlaw.results.figures.sample_figures import plot_samples
 
         return plot_samples(self.by_law) if self.seeds else plot_curves(self.named)
 
@@ -140,7 +140,7 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         ParameterError for a test without the columns ``strain`` and ``stress``.
         """
         from grainlaw.results.figures.cracks import plot_cracks
-        from grainlaw.results.figures.samples import plot_cracks_of_samples
+        from grainlaw.results.figures.sample_figures import plot_cracks_of_samples
 
         figure, seeds, path = self.plot(), self.seeds, writable_folder(folder)
         content: dict[str, Any] = {"laws": self.summary}

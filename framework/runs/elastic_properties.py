@@ -11,9 +11,9 @@ import scipy
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.contact import ContactLaw, Laws, declared_stiffness
-from grainlaw.engine.elastic import ElasticModel
 from grainlaw.engine.model import laws_of_bonds
 from grainlaw.engine.parts.laws import by_interface, stiffness_of_points
+from grainlaw.engine.spring_statics import ElasticModel
 from grainlaw.engine.state import State
 from grainlaw.engine.tangents import stiffness_of_bonds, stiffness_of_contacts
 from grainlaw.gauges import lateral_strain

@@ -28,7 +28,7 @@ from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
 from grainlaw.results.result import Result
-from grainlaw.runs.checkpoint import Checkpoint, Counters, Moment
+from grainlaw.runs.checkpoint import Checkpoint, Counters, SavedMoment
 from grainlaw.runs.estimate import warn_of_cost
 from grainlaw.runs.loader import Loader
 from grainlaw.runs.progress import without_bars
@@ -252,7 +252,7 @@ class Execution:
 
     # --- checkpoints -------------------------------------------------------------------------------------------------
 
-    def moment(self) -> Moment:
+    def moment(self) -> SavedMoment:
         """All that the run needs to go on from here; copies."""
         state, stability = self.state, self.stability
         numbers = attrs.asdict(self.at) | {
@@ -261,9 +261,9 @@ class Execution:
             "frequency": stability.frequency, "loader": self.loader.save(),
             "clock": {name: row.tolist() for name, row in self.recorder.clock.save().items()},
         }  # fmt: skip
-        return Moment(state.save(), self.integrator, self.before, numbers)
+        return SavedMoment(state.save(), self.integrator, self.before, numbers)
 
-    def _save(self, moment: Moment) -> None:
+    def _save(self, moment: SavedMoment) -> None:
         """Write a checkpoint. No observer may have seen a later moment."""
         if self.folder is not None:
             count = moment.numbers["samples"]
@@ -290,7 +290,7 @@ class Execution:
         self.recorder.frames = self.folder.frames(numbers["frames"])
         self.goes_on = True
 
-    def _return_to(self, moment: Moment) -> None:
+    def _return_to(self, moment: SavedMoment) -> None:
         self.state.restore(moment.state)
         self.integrator, self.before, numbers = moment.integrator, moment.before, moment.numbers
         self.state.time_step, self.at.next_adapt, self.at.halts = (
@@ -301,7 +301,7 @@ class Execution:
 
     # --- failure -----------------------------------------------------------------------------------------------------
 
-    def _check(self, energy: dict[str, float], moment: Moment, stage: Stage, steps: int) -> None:
+    def _check(self, energy: dict[str, float], moment: SavedMoment, stage: Stage, steps: int) -> None:
         moving = self.state.kinetic_energy + abs(float(self.state.freedoms.books.given[0]))
         self.at.supplied = max(self.at.supplied, abs(energy[SUPPLIED]), abs(energy[THERMAL]), ROUNDING * moving)
         gap = abs(energy[SUPPLIED] - sum(energy[kind] for kind in SPENT))
@@ -312,7 +312,7 @@ class Execution:
         self.state.restore(moment.state)  # the result ends with the last moment before
         raise error
 
-    def _explain(self, moment: Moment, stage: Stage, steps: int) -> str:
+    def _explain(self, moment: SavedMoment, stage: Stage, steps: int) -> str:
         """Replay the chunk step by step to find where it went wrong."""
         state = self.state
         state.restore(moment.state)

@@ -12,9 +12,9 @@ from grainlaw.columns import IMBALANCE, LOST, STABILITY, STORED, SUPPLIED, THERM
 from grainlaw.condition import StageError
 from grainlaw.engine.margin import LARGEST, Margin
 from grainlaw.engine.stable_step import StableStep
+from grainlaw.engine.stage_statics import steady_motion, stiffness_along
 from grainlaw.engine.state import State
 from grainlaw.engine.static_load import bring_under_load
-from grainlaw.engine.steady import steady_motion, stiffness_along
 from grainlaw.loading import RECENT, AccuracyError, Loading, Pace
 from grainlaw.stage import Stage
 

@@ -19,7 +19,7 @@ from grainlaw.results.files import check_room, warn, write_atomically
 from grainlaw.results.frames import Frame, packed, unpacked
 from grainlaw.results.tables import as_csv, breaks, lines, write_json
 from grainlaw.runs import checkpoint
-from grainlaw.runs.checkpoint import Checkpoint, Moment
+from grainlaw.runs.checkpoint import Checkpoint, SavedMoment
 from grainlaw.runs.claim import CHECKPOINT, FRAMES
 from grainlaw.runs.record import made_with
 
@@ -113,7 +113,7 @@ class RunFolder:
         """Whether it is time for a checkpoint."""
         return time.monotonic() - self._last_checkpoint > self.every
 
-    def checkpoint(self, moment: Moment, curves: Mapping[str, np.ndarray], observers: Sequence[Observer]) -> None:
+    def checkpoint(self, moment: SavedMoment, curves: Mapping[str, np.ndarray], observers: Sequence[Observer]) -> None:
         """Write a checkpoint; where that fails, the one before is still there."""
         file = self.path / CHECKPOINT
         self._try(CHECKPOINT, lambda: checkpoint.save(file, self.key, made_with(), moment, curves, observers))

@@ -27,7 +27,7 @@ _HEX = frozenset("0123456789abcdef")
 
 
 @attrs.frozen(slots=True)
-class Entry:
+class StoredCase:
     """What is known of a case without reading its row."""
 
     run: str  #: key of its run, empty where there is none
@@ -64,7 +64,7 @@ class Store:
             raise ParameterError(f"{self.path} is a store of format {written}; this version of grainlaw has {FORMAT}")
         for name in (CASES, RUNS, PACKS):
             (self.path / name).mkdir(exist_ok=True)
-        self.entries: dict[bytes, Entry] = {}
+        self.entries: dict[bytes, StoredCase] = {}
         self.refresh()
 
     def _refuse_other(self) -> None:
@@ -78,14 +78,14 @@ class Store:
     def refresh(self) -> None:
         """Look again what is there; other processes may have written."""
         loose = list(_loose(self.path / CASES))  # first: what is packed meanwhile is in a pack that is looked at later
-        found: dict[bytes, Entry] = {}
+        found: dict[bytes, StoredCase] = {}
         for number in self._pack_numbers():
             found.update(self._index(number))
         for case, killed in loose:
             if killed:
-                found.setdefault(case, Entry("", KILLED))
+                found.setdefault(case, StoredCase("", KILLED))
             elif case not in found or found[case].pack < 0:
-                found[case] = Entry("", "")
+                found[case] = StoredCase("", "")
         self.entries = found
 
     def __len__(self) -> int:
@@ -179,7 +179,7 @@ class Store:
         _write(file, json.dumps(row, allow_nan=False).encode())
         if not killed:
             self._case_file(case, killed=True).unlink(missing_ok=True)
-        self.entries[bytes.fromhex(case)] = Entry("" if killed else str(row["run"]), str(row["status"]))
+        self.entries[bytes.fromhex(case)] = StoredCase("" if killed else str(row["run"]), str(row["status"]))
 
     def pack(self, least: int = LOOSE) -> int:
         """Pack cases where there are at least so many loose ones; the number packed. Another process's packing wins."""
@@ -256,11 +256,11 @@ class Store:
     def _pack_numbers(self) -> list[int]:
         return sorted(int(file.stem) for file in (self.path / PACKS).glob("[0-9]*.index"))
 
-    def _index(self, number: int) -> Iterator[tuple[bytes, Entry]]:
+    def _index(self, number: int) -> Iterator[tuple[bytes, StoredCase]]:
         text = (self.path / PACKS / f"{number:06d}.index").read_text(encoding="ascii")
         for line in text.splitlines():
             case, run, status, start, size = line.split(" ")
-            yield bytes.fromhex(case), Entry("" if run == "-" else run, status, number, int(start), int(size))
+            yield bytes.fromhex(case), StoredCase("" if run == "-" else run, status, number, int(start), int(size))
 
 
 def _loose(folder: Path) -> Iterator[tuple[bytes, bool]]:

@@ -74,7 +74,7 @@ class Workers(ABC):
         return AHEAD * self.count if self.count else MANY
 
 
-class Given(Workers):
+class GivenExecutor(Workers):
     """An executor of the user's: threads, processes, or those of a cluster."""
 
     def __init__(self, executor: Executor) -> None:
@@ -187,11 +187,11 @@ def workers(on: Any, count: int) -> Iterator[Workers]:
             local.close()
     elif isinstance(on, str):
         with _cluster(on) as client:
-            yield Given(client.get_executor(retries=TRIES))
+            yield GivenExecutor(client.get_executor(retries=TRIES))
     elif isinstance(on, Executor):
-        yield Given(on)
+        yield GivenExecutor(on)
     elif hasattr(on, "get_executor"):  # a client of Dask
-        yield Given(on.get_executor(retries=TRIES))
+        yield GivenExecutor(on.get_executor(retries=TRIES))
     else:
         raise ParameterError(
             f"Study.run: on = {short(on)} is not allowed, it must be an executor of concurrent.futures, a client of "

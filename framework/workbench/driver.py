@@ -37,7 +37,7 @@ class Trace(metaclass=Checked):
 
         Draws into the axes ``ax`` of matplotlib, if they are given. Returns the figure.
         """
-        from grainlaw.workbench.figure import draw_trace
+        from grainlaw.workbench.law_figure import draw_trace
 
         return draw_trace(self, ax)
 

@@ -19,7 +19,7 @@ def plot_law(law: ContactLaw) -> Figure:
     Ranges follow the law's own peaks and breaks. Pressures are held while the contact slips. Raises TypeError for what
     is no law, ValueError for one whose numbers differ from contact to contact.
     """
-    from grainlaw.workbench.figure import draw_law  # loads matplotlib, which takes longer than all the rest
+    from grainlaw.workbench.law_figure import draw_law  # loads matplotlib, which takes longer than all the rest
 
     return draw_law(law)
 

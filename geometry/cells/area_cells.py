@@ -9,9 +9,8 @@ from itertools import count, islice
 import attrs
 import numpy as np
 
-from grainlaw.geometry.cells.any_voronoi import SMALL, frame
-from grainlaw.geometry.cells.any_voronoi import Cells as CutCells
-from grainlaw.geometry.cells.area_fit import Cells, fitted, round_cells, with_weights
+from grainlaw.geometry.cells.any_voronoi import SMALL, Cells, frame
+from grainlaw.geometry.cells.area_fit import PowerCells, fitted, round_cells, with_weights
 from grainlaw.geometry.cells.bounded_voronoi import polygons
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.ordering import hilbert_order
@@ -116,7 +115,7 @@ def scattered(region: Region, number: int, random: np.random.Generator) -> np.nd
     return (uniform_points if is_convex(region) else scattered_points)(region, number, random)
 
 
-def first_cells(region: Region, areas: np.ndarray, seeds: np.ndarray) -> tuple[Cells, np.ndarray, np.ndarray]:
+def first_cells(region: Region, areas: np.ndarray, seeds: np.ndarray) -> tuple[PowerCells, np.ndarray, np.ndarray]:
     """Voronoi cells of seeds (n, 2) m in the order of space, the areas (n,) m2 asked for, and the order.
 
     Raises ParameterError.
@@ -125,7 +124,7 @@ def first_cells(region: Region, areas: np.ndarray, seeds: np.ndarray) -> tuple[C
     order = hilbert_order(seeds)
     around = region if is_convex(region) else frame(region)
     reach = 2 * float(np.sqrt(asked.max()))
-    return Cells(region, around, seeds[order], np.zeros(len(seeds)), reach), asked, order
+    return PowerCells(region, around, seeds[order], np.zeros(len(seeds)), reach), asked, order
 
 
 def checked_areas(where: str, areas: np.ndarray) -> np.ndarray:
@@ -139,7 +138,7 @@ def checked_areas(where: str, areas: np.ndarray) -> np.ndarray:
     return areas
 
 
-def rounds_of(cells: Cells, areas: np.ndarray) -> Iterator[Cells]:
+def rounds_of(cells: PowerCells, areas: np.ndarray) -> Iterator[PowerCells]:
     """Cells of nearly the areas (g,) m2 after 0, 1, 2 ... moves of the seeds to the centroids (Bourne, Kok, Roper and
     Spanjer 2020, doi:10.1080/14786435.2020.1790053, algorithm 2).
 
@@ -156,7 +155,7 @@ def rounds_of(cells: Cells, areas: np.ndarray) -> Iterator[Cells]:
         cells = round_cells(cells, seeds, cells.areas if number else np.zeros(len(seeds)))
 
 
-def _toward(cells: Cells, goal: np.ndarray, smallest: float) -> Cells:
+def _toward(cells: PowerCells, goal: np.ndarray, smallest: float) -> PowerCells:
     """One step of Newton's method, as long as leaves no cell empty."""
     change, step = cells.change(goal), 1.0
     while True:
@@ -166,19 +165,19 @@ def _toward(cells: Cells, goal: np.ndarray, smallest: float) -> Cells:
         step /= 2
 
 
-def middles(cells: Cells) -> np.ndarray:
+def middles(cells: PowerCells) -> np.ndarray:
     """(g, 2) m, the centroids of the cells, of their largest part where the region cuts them."""
     if cells.frame is cells.region:
         return cells.diagram.centroids()
     return _cut(cells).middles()
 
 
-def _cut(cells: Cells) -> CutCells:
+def _cut(cells: PowerCells) -> Cells:
     size = float(np.sqrt(cells.region.area / len(cells.seeds)))
-    return CutCells(cells.region, cells.seeds, size, cells.weights, SMALL * cells.areas.min())
+    return Cells(cells.region, cells.seeds, size, cells.weights, SMALL * cells.areas.min())
 
 
-def grains_of(cells: Cells, asked: np.ndarray, order: np.ndarray, merge: float) -> AreaFit:
+def grains_of(cells: PowerCells, asked: np.ndarray, order: np.ndarray, merge: float) -> AreaFit:
     """Grains of the cells of the areas ``asked[order]``, in the order of space."""
     again = hilbert_order(cells.seeds)
     order = order[again]
@@ -197,7 +196,7 @@ def grains_of(cells: Cells, asked: np.ndarray, order: np.ndarray, merge: float) 
     return AreaFit(tiling.tessellation(), order[tiling.owner], asked, before)
 
 
-def _cut_tiling(cells: Cells, areas: np.ndarray) -> Tiling:
+def _cut_tiling(cells: PowerCells, areas: np.ndarray) -> Tiling:
     """Of cells in a concave region, where seeds inherit what others have out of their sight: they ask for less."""
     goal, tried, errors = areas, [], []
     for _ in range(INHERITANCES):

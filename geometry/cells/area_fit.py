@@ -28,7 +28,7 @@ NEIGHBOURS = 12  #: nearest seeds that may take the place of another one
 
 
 @attrs.frozen(eq=False)
-class Cells:
+class PowerCells:
     """Power cells inside a region; index letter ``g``."""
 
     region: Region
@@ -90,7 +90,7 @@ class Cells:
         return np.append(change, 0.0)  # all weights may change by the same: one is kept
 
 
-def fitted(cells: Cells, areas: np.ndarray, tolerance: float) -> Cells:
+def fitted(cells: PowerCells, areas: np.ndarray, tolerance: float) -> PowerCells:
     """With weights that give ``areas`` (g,) m2 to within a ``tolerance`` times each of them.
 
     Raises :class:`~grainlaw.tessellation.TilingError` where Newton's method ends before.
@@ -111,12 +111,12 @@ def fitted(cells: Cells, areas: np.ndarray, tolerance: float) -> Cells:
     return cells
 
 
-def with_weights(cells: Cells, weights: np.ndarray) -> Cells:
+def with_weights(cells: PowerCells, weights: np.ndarray) -> PowerCells:
     """Of the same seeds."""
     return attrs.evolve(cells, weights=weights - weights.mean(), before=cells.diagram)
 
 
-def round_cells(cells: Cells, seeds: np.ndarray, areas: np.ndarray) -> Cells:
+def round_cells(cells: PowerCells, seeds: np.ndarray, areas: np.ndarray) -> PowerCells:
     """None of them empty, of ``seeds`` that are centroids: as if they were discs of ``areas`` (g,) m2."""
     weights = areas / np.pi
     apart, near = cKDTree(seeds).query(seeds, min(NEIGHBOURS, len(seeds)))

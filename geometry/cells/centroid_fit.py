@@ -10,7 +10,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from grainlaw.geometry.cells.area_fit import Cells, fitted
+from grainlaw.geometry.cells.area_fit import PowerCells, fitted
 from grainlaw.region import Region
 from grainlaw.tessellation import TilingError
 
@@ -20,13 +20,13 @@ ROUNDS = 40
 GROWTH = 1.3  #: of moves that bring the centroids nearer
 
 
-def cells_at(region: Region, areas: np.ndarray, centroids: np.ndarray) -> Cells:
+def cells_at(region: Region, areas: np.ndarray, centroids: np.ndarray) -> PowerCells:
     """Cells of ``areas`` (g,) m2 that add up to the region's, near to ``centroids`` (g, 2) m inside it.
 
     Raises :class:`~grainlaw.tessellation.TilingError` where the areas are not found with seeds at the centroids.
     """
     size, reach = float(np.sqrt(areas.mean())), 2 * float(np.sqrt(areas.max()))
-    cells = fitted(Cells(region, region, centroids, np.zeros(len(areas)), reach), areas, TOLERANCE)
+    cells = fitted(PowerCells(region, region, centroids, np.zeros(len(areas)), reach), areas, TOLERANCE)
     missed, step = _missed(cells, areas, centroids), 1.0
     for _ in range(ROUNDS):
         if missed < CLOSE * size:
@@ -40,7 +40,7 @@ def cells_at(region: Region, areas: np.ndarray, centroids: np.ndarray) -> Cells:
     return cells
 
 
-def _moved(cells: Cells, shift: np.ndarray, areas: np.ndarray) -> Cells | None:
+def _moved(cells: PowerCells, shift: np.ndarray, areas: np.ndarray) -> PowerCells | None:
     """With seeds moved by ``shift`` (g, 2) m; None where the areas are not found."""
     moved = attrs.evolve(cells, seeds=cells.seeds + shift)
     try:
@@ -49,7 +49,7 @@ def _moved(cells: Cells, shift: np.ndarray, areas: np.ndarray) -> Cells | None:
         return None
 
 
-def _missed(cells: Cells, areas: np.ndarray, centroids: np.ndarray) -> float:
+def _missed(cells: PowerCells, areas: np.ndarray, centroids: np.ndarray) -> float:
     """Root mean square distance (m) of centroids, by area."""
     squares = ((cells.diagram.centroids() - centroids) ** 2).sum(axis=1)
     return float(np.sqrt(np.average(squares, weights=areas)))

@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from grainlaw.geometry.cells.area_cells import AreaFit, first_cells, grains_of, rounds_of
-from grainlaw.geometry.cells.area_fit import Cells, round_cells
+from grainlaw.geometry.cells.area_fit import PowerCells, round_cells
 from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 
@@ -22,10 +22,10 @@ class _Moves:
     """Cells after any number of rounds, also between two whole ones."""
 
     areas: np.ndarray
-    rounds: Iterator[Cells]
-    made: list[Cells] = attrs.field(factory=list)
+    rounds: Iterator[PowerCells]
+    made: list[PowerCells] = attrs.field(factory=list)
 
-    def after(self, number: float) -> Cells:
+    def after(self, number: float) -> PowerCells:
         low, share = int(number), number % 1
         while len(self.made) < low + 2:
             self.made.append(next(self.rounds))

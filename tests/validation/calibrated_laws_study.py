@@ -14,7 +14,7 @@ import numpy as np
 from study_tables import DOCS, Table, main
 
 import grainlaw as gl
-from grainlaw.calibration.elastic import with_grains
+from grainlaw.calibration.stiffness_search import with_grains
 from grainlaw.cli.default_rock import ROCK
 from grainlaw.geometry import Voronoi, disc, semi_disc
 from grainlaw.protocols import Brazilian, SemiCircularBend, UniaxialCompression, UniaxialTension

@@ -13,7 +13,7 @@ from matplotlib.colors import Normalize
 from grainlaw.drawing.figure import Figure
 from grainlaw.workbench.characteristics import QUICK, envelope, fitting_pressures, shear_mode, tensile_mode
 from grainlaw.workbench.driver import Contact, alone
-from grainlaw.workbench.figure import MPA, UM, Reach, along, draw_envelope, reach
+from grainlaw.workbench.law_figure import MPA, UM, Reach, along, draw_envelope, reach
 from grainlaw.workbench.shear_box import pulled, sheared
 
 if TYPE_CHECKING:

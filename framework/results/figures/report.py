@@ -22,10 +22,10 @@ from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, ha
 from grainlaw.results.figures import html
 from grainlaw.results.figures.cracks import side_by_side
 from grainlaw.results.figures.report_figures import plot_report_curves
-from grainlaw.results.figures.samples import plot_samples
+from grainlaw.results.figures.sample_figures import plot_samples
 from grainlaw.results.files import write_atomically
 from grainlaw.results.laboratory import Laboratory
-from grainlaw.results.samples import Samples, mean_and_range
+from grainlaw.results.means import Samples, mean_and_range
 from grainlaw.time_series import TimeSeries
 from grainlaw.unit_text import written
 

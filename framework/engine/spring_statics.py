@@ -11,7 +11,7 @@ import scipy
 from grainlaw.engine.parts.deformable_grains import DeformableGrains
 from grainlaw.engine.parts.rigid_grains import RigidGrains
 from grainlaw.engine.stability import rigid_map, stiffness_matrix
-from grainlaw.engine.steady import LOOSE, factorised
+from grainlaw.engine.stage_statics import LOOSE, factorised
 from grainlaw.specimen import Specimen
 
 NONE = 1e-12  #: of the largest compliance: what no stress strains

@@ -71,7 +71,7 @@ def _times(rock: Material | Rigid, times: float) -> Elastic:
     return attrs.evolve(rock, youngs_modulus=times * rock.youngs_modulus)
 
 
-class Search:
+class StiffnessSearch:
     """Elastic constants of specimens, by normal stiffness and the ratio of shear to normal stiffness."""
 
     def __init__(self, specimens: Sequence[Specimen], law: ContactLaw) -> None:
@@ -122,14 +122,14 @@ def fit_stiffness(
     grains and the stiffnesses in their proportion, and the ratio of the stiffnesses. Raises :class:`ParameterError`
     with what can be had.
     """
-    search = Search(specimens, law)
+    search = StiffnessSearch(specimens, law)
     normal, ratio = (float(np.mean(getattr(law, name))) for name in search.names)
     ratio /= normal
     if what == GRAINS:
         ratio = search.ratio_for(poisson, normal, ratio, "with grains of this Poisson's ratio")
         grains = 1.0 if modulus is None else modulus / search.constants(normal, ratio)[0]
         stiff = [with_grains(specimen, grains) for specimen in specimens]
-        return _found(Search(stiff, law), grains * normal, ratio, grains, search.count)
+        return _found(StiffnessSearch(stiff, law), grains * normal, ratio, grains, search.count)
     if modulus is None:
         ratio = search.ratio_for(poisson, normal, ratio, "with this normal stiffness")
         return _found(search, normal, ratio, 1.0, 0)
@@ -141,7 +141,7 @@ def fit_stiffness(
     return _found(search, normal, ratio, 1.0, 0)
 
 
-def _found(search: Search, normal: float, ratio: float, grains: float, before: int) -> Stiffness:
+def _found(search: StiffnessSearch, normal: float, ratio: float, grains: float, before: int) -> Stiffness:
     modulus, poisson = search.constants(normal, ratio)
     values = dict(zip(search.names, (normal, ratio * normal), strict=True))
     return Stiffness(
@@ -149,7 +149,7 @@ def _found(search: Search, normal: float, ratio: float, grains: float, before: i
     )
 
 
-def _check_reach(search: Search, modulus: float, normal: float, ratio: float) -> None:
+def _check_reach(search: StiffnessSearch, modulus: float, normal: float, ratio: float) -> None:
     stiffest = search.constants(normal * REACH, RATIOS[1])[0]
     if not modulus < stiffest * (1 - ACCURACY):
         raise ParameterError(
@@ -158,7 +158,7 @@ def _check_reach(search: Search, modulus: float, normal: float, ratio: float) ->
         )
 
 
-def _normal_for(search: Search, modulus: float, normal: float, ratio: Callable[[float], float]) -> float:
+def _normal_for(search: StiffnessSearch, modulus: float, normal: float, ratio: Callable[[float], float]) -> float:
     def gap(log: float) -> float:
         return search.constants(math.exp(log), ratio(log))[0] / modulus - 1
 
@@ -172,12 +172,12 @@ def _normal_for(search: Search, modulus: float, normal: float, ratio: Callable[[
     return math.exp(scipy.optimize.brentq(gap, *ends, xtol=1e-4))
 
 
-def _both(search: Search, modulus: float, poisson: float, normal: float, ratio: float) -> tuple[float, float]:
-    first = Search(search.specimens[:1], search.law)  # near enough to begin with
+def _both(search: StiffnessSearch, modulus: float, poisson: float, normal: float, ratio: float) -> tuple[float, float]:
+    first = StiffnessSearch(search.specimens[:1], search.law)  # near enough to begin with
     start = np.log([_normal_for(first, modulus, normal, lambda log: ratio), ratio])
     low, high = np.log([normal / REACH, RATIOS[0]]), np.log([normal * REACH, RATIOS[1]])
 
-    def gaps(of: Search) -> Callable[[np.ndarray], list[float]]:
+    def gaps(of: StiffnessSearch) -> Callable[[np.ndarray], list[float]]:
         def gap(logs: np.ndarray) -> list[float]:
             young, nu = of.constants(*map(float, np.exp(logs)))
             return [young / modulus - 1, nu - poisson]
@@ -200,7 +200,7 @@ def _both(search: Search, modulus: float, poisson: float, normal: float, ratio: 
     return normal, ratio
 
 
-def _poisson_range(search: Search, modulus: float, normal: float) -> list[float]:
+def _poisson_range(search: StiffnessSearch, modulus: float, normal: float) -> list[float]:
     found = []
     for ratio in RATIOS:
         try:

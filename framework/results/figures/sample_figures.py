@@ -18,8 +18,8 @@ from grainlaw.results.figures.curves import (
     label_stress_and_strain,
     require_stress_and_strain,
 )
+from grainlaw.results.means import Samples
 from grainlaw.results.result import Result
-from grainlaw.results.samples import Samples
 from grainlaw.strength import borne_in
 
 
