@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import re
 import sys
 import types
 import typing
@@ -235,4 +236,5 @@ def wanted(hint: Any, several: bool = False) -> str:
     else:
         name = getattr(hint, "__name__", str(hint))
         one, more = f"{'an' if name[0] in 'AEIOU' else 'a'} {name}", ""
-    return f"{one.partition(' ')[2]}s{more}" if several else one + more
+    plural = re.sub("([^aeou])y$", r"\1ie", one.partition(" ")[2]) + "s"
+    return plural + more if several else one + more
