@@ -7,6 +7,7 @@ import sys
 from functools import cache, partial
 from tempfile import TemporaryDirectory
 
+import numpy as np
 from study_tables import DOCS, Table, main
 
 from grainlaw.units import GPa, MPa
@@ -34,10 +35,13 @@ def tested(laws):
 
 
 def row(law):
-    """Mean and range of each column."""
+    """Mean and range of each column; a dash for what does not exist."""
     table = tested({law: (LAWS | VARIANTS)[law]})
     for column, unit, form in COLUMNS.values():
         values = table[column] / unit
+        if np.isnan(values).any():  # as the strength of a law that does not break
+            yield "-"
+            continue
         mean, low, high = (f"{value:{form}}" for value in (values.mean(), values.min(), values.max()))
         yield mean if low == high else f"{mean} ({low} to {high})"
 
