@@ -30,7 +30,15 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are tho
 def start(command, folder, *options):
     arguments = [sys.executable, "-m", "grainlaw", *COMMANDS[command], "--out", str(folder), *options]
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
-    return subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+    return subprocess.Popen(
+        arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment,
+        preexec_fn=None if os.name == "nt" else _heed_ctrl_c,
+    )  # fmt: skip
+
+
+def _heed_ctrl_c():
+    """A shell that starts the tests in the background has them ignore it, and a command keeps what it inherits."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def finish(command, folder, *options):
@@ -150,7 +158,7 @@ def test_a_command_goes_on_from_any_moment(command, name, seed, tmp_path, refere
 @pytest.mark.parametrize("name", [TERM, INT])
 def test_a_command_that_is_stopped_says_what_is_there_and_how_to_go_on(name, tmp_path):
     folder = tmp_path / "out"
-    process = start("test", folder, "--set", "test.loading={type='constant', speed=0.0002}")
+    process = start("test", folder, "--set", "test.loading={type='constant', speed=0.002}")
     deadline = time.monotonic() + 60
     while not (folder / "curves.csv").exists() and time.monotonic() < deadline:
         time.sleep(0.05)
