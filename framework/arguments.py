@@ -236,5 +236,6 @@ def wanted(hint: Any, several: bool = False) -> str:
     else:
         name = getattr(hint, "__name__", str(hint))
         one, more = f"{'an' if name[0] in 'AEIOU' else 'a'} {name}", ""
-    plural = re.sub("([^aeou])y$", r"\1ie", one.partition(" ")[2]) + "s"
-    return plural + more if several else one + more
+    if not several:
+        return one + more
+    return re.sub("([^aeiou])y$", r"\1ie", one.partition(" ")[2]) + "s" + more

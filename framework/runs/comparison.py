@@ -83,8 +83,9 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
     @property
     def summary(self) -> dict[str, dict[str, Any]]:
         """The summaries (SI) by the name of the law, of several samples the means."""
+        several = bool(self.seeds)
         return {
-            law: means([result.summary for result in each.values()]) if self.seeds else each[None].summary
+            law: means([result.summary for result in each.values()]) if several else each[None].summary
             for law, each in self.by_law.items()
         }
 
