@@ -14,7 +14,7 @@ from grainlaw.geometry.cells.dealing import expected_share, like_share, shuffled
 from grainlaw.geometry.cells.slivers import worst_step
 from grainlaw.geometry.minerals import Minerals
 from grainlaw.geometry.sizes import SAMPLE, ByPhase, Sizes
-from grainlaw.naming import aligned
+from grainlaw.quantity import aligned
 from grainlaw.tessellation import Tessellation, Tessellator
 
 BINS = 18  #: of the rose, 10 degrees each

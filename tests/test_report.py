@@ -14,8 +14,8 @@ from support import ROCK, STIFF, STRONG, small_sample
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
-from grainlaw.naming import shown, three_digits
 from grainlaw.protocols import DirectShear, PlaneWave, UniaxialCompression
+from grainlaw.quantity import shown, three_digits
 from grainlaw.results.figures.report import LIMITS, _rows, write_report
 from grainlaw.units import mm
 

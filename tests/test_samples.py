@@ -12,7 +12,7 @@ from support import BRITTLE, PULL, STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.laws import Linear
-from grainlaw.naming import Shown
+from grainlaw.quantity import Shown
 from grainlaw.results.means import mean_and_range, means
 
 TEST = attrs.evolve(PULL, samples=20)

@@ -25,8 +25,8 @@ from grainlaw.engine.stepping import InstabilityError
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, SofteningLength
 from grainlaw.loading import Constant
-from grainlaw.naming import aligned
 from grainlaw.protocols import DirectShear, JointTension
+from grainlaw.quantity import aligned
 from grainlaw.results.files import writable_folder, write_atomically
 from grainlaw.results.tables import write_json
 from grainlaw.runs.record import described, origin

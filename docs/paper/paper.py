@@ -19,7 +19,7 @@ from paper_runs import CONSISTENT, PRINTED, RULES, SEEDS, specimen, study
 from grainlaw.cli.default_rock import LAWS, QUICK, SAMPLE
 from grainlaw.cli.running import portable_option
 from grainlaw.cli.study import ending
-from grainlaw.naming import aligned
+from grainlaw.quantity import aligned
 from grainlaw.results.figures import html
 from grainlaw.results.files import writable_folder, write_atomically
 from grainlaw.results.tables import write_json

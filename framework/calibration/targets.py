@@ -10,8 +10,8 @@ import attrs
 
 from grainlaw.arguments import Checked, is_number
 from grainlaw.messages import nearest, short
-from grainlaw.naming import Shown
 from grainlaw.parameter import ParameterError, checked_number
+from grainlaw.quantity import Shown
 
 COMPRESSION, CONFINED, TENSION = "compression", "confined", "tension"
 BRAZILIAN, BENDING = "brazilian", "bending"

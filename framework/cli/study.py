@@ -18,8 +18,8 @@ import click
 from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.study_file import StudyFile, study_of
 from grainlaw.compiler.cache import compile_portably
-from grainlaw.naming import Shown, aligned, shown
 from grainlaw.parameter import ParameterError, checked_whole_number
+from grainlaw.quantity import Shown, aligned, shown
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.stopping import Stopped
 from grainlaw.studies.statistics import Mean, level

@@ -29,8 +29,8 @@ from grainlaw.condition import StageError
 from grainlaw.engine.model import Model
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
-from grainlaw.naming import aligned, shown
 from grainlaw.observation import Observer
+from grainlaw.quantity import aligned, shown
 from grainlaw.results.certificate import marked, text_of
 from grainlaw.results.files import write_atomically
 from grainlaw.results.paraview import write_script

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from grainlaw.columns import DAMAGED
 from grainlaw.contact import ContactLaw, memory_names
-from grainlaw.naming import Shown, shown
+from grainlaw.quantity import Shown, shown
 from grainlaw.results.thresholds import strains_disagree
 
 if TYPE_CHECKING:

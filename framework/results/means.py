@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.naming import Shown
+from grainlaw.quantity import Shown
 from grainlaw.results.certificate import is_open, least_of
 from grainlaw.results.result import Result
 

@@ -9,9 +9,9 @@ import attrs
 from grainlaw.arguments import Checked, checked
 from grainlaw.contact import Laws
 from grainlaw.loading import Loading
-from grainlaw.naming import shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.quantity import shown
 from grainlaw.results.certificate import STRENGTHS
 from grainlaw.results.result import Result
 from grainlaw.runs.parallel import Run, simulate_all

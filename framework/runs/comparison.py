@@ -11,9 +11,9 @@ import attrs
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.contact import Laws
-from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.quantity import aligned, shown
 from grainlaw.results.certificate import LIMITS, marked, warnings_of
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.means import mean_and_range, means

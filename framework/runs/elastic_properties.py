@@ -19,8 +19,8 @@ from grainlaw.engine.tangents import stiffness_of_bonds, stiffness_of_contacts
 from grainlaw.gauges import lateral_strain
 from grainlaw.messages import refusal, short
 from grainlaw.moduli import converted
-from grainlaw.naming import aligned, shown
 from grainlaw.parameter import ParameterError
+from grainlaw.quantity import aligned, shown
 from grainlaw.specimen import Specimen
 
 SIDES = ("bottom", "left", "right", "top")

@@ -14,8 +14,8 @@ import numpy as np
 
 from grainlaw.columns import COURSE, LOAD
 from grainlaw.engine.state import State
-from grainlaw.naming import shown
 from grainlaw.observation import Observer
+from grainlaw.quantity import shown
 from grainlaw.runs.estimate import in_words
 from grainlaw.stage import Stage
 

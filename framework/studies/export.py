@@ -9,8 +9,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grainlaw.naming import aligned
 from grainlaw.parameter import ParameterError
+from grainlaw.quantity import aligned
 from grainlaw.results.data_frames import data_frame
 from grainlaw.results.files import write_atomically
 from grainlaw.short_form import html_table

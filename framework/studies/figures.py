@@ -14,8 +14,8 @@ from matplotlib.ticker import MaxNLocator
 
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION
-from grainlaw.naming import Shown, shown
 from grainlaw.parameter import ParameterError
+from grainlaw.quantity import Shown, shown
 from grainlaw.results.figures.curves import course_heading
 from grainlaw.results.figures.stored_cracks import draw_stored_cracks, label_cracks, scale_bar
 from grainlaw.studies import groups

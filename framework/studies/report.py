@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grainlaw.columns import STRAIN, STRESS
-from grainlaw.naming import shown
+from grainlaw.quantity import shown
 from grainlaw.results.figures import html
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.estimate import in_words

@@ -13,8 +13,8 @@ import scipy
 
 from grainlaw.arguments import Checked
 from grainlaw.messages import nearest
-from grainlaw.naming import Shown, aligned, shown
 from grainlaw.parameter import ParameterError, checked_number
+from grainlaw.quantity import Shown, aligned, shown
 
 CONFIDENCE = 0.95
 MOST = 10_000_000  #: samples that are asked for at most

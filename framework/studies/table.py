@@ -12,8 +12,8 @@ import numpy as np
 from grainlaw.arguments import checked
 from grainlaw.columns import STRAIN, STRESS
 from grainlaw.messages import nearest, short
-from grainlaw.naming import Shown, shown
 from grainlaw.parameter import ParameterError, checked_whole_number
+from grainlaw.quantity import Shown, shown
 from grainlaw.results.archive import from_bytes
 from grainlaw.results.certificate import COST, LIMITS
 from grainlaw.results.measure import Measure

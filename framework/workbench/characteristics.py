@@ -10,7 +10,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.contact import ContactLaw
-from grainlaw.naming import aligned
+from grainlaw.quantity import aligned
 from grainlaw.workbench.driver import Contact, alone, work_done
 from grainlaw.workbench.scale import FAR, measure, peak_along
 from grainlaw.workbench.shear_box import pulled, sheared

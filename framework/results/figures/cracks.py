@@ -15,7 +15,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from grainlaw.columns import TIME, course
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.messages import refusal
-from grainlaw.naming import shown
+from grainlaw.quantity import shown
 from grainlaw.results.archive import law_name
 from grainlaw.results.figures.stored_cracks import (
     GRAIN,

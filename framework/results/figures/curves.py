@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from grainlaw.columns import LOAD, SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS, course, require
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import color, marker, style
-from grainlaw.naming import shown
 from grainlaw.parameter import ParameterError
+from grainlaw.quantity import shown
 from grainlaw.results.archive import law_name
 from grainlaw.results.figures.cracks import count_below, draw_cracks
 from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from grainlaw.columns import LOAD, TIME, course
-from grainlaw.naming import shown
 from grainlaw.parameter import ParameterError
+from grainlaw.quantity import shown
 from grainlaw.results.archive import called, law_name
 from grainlaw.results.figures import html
 from grainlaw.results.figures.curves import course_heading

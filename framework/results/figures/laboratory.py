@@ -14,7 +14,7 @@ from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.grains import FILLS
 from grainlaw.drawing.palette import BLACK, GREEN, ORANGE, PURPLE
 from grainlaw.messages import refusal
-from grainlaw.naming import shown
+from grainlaw.quantity import shown
 from grainlaw.results.figures.stored_cracks import GRAIN, RIM, SHEAR, TENSILE, WIDTHS
 from grainlaw.results.laboratory import Laboratory
 

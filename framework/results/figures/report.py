@@ -16,7 +16,7 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import words_of
-from grainlaw.naming import THREE, Shown, shown
+from grainlaw.quantity import THREE, Shown, shown
 from grainlaw.results.archive import READ, called
 from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
 from grainlaw.results.figures import html

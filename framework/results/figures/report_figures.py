@@ -24,7 +24,7 @@ from grainlaw.columns import (
 )
 from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.palette import color, marker, style
-from grainlaw.naming import shown
+from grainlaw.quantity import shown
 from grainlaw.results.figures.curves import EVERY
 from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE
 from grainlaw.strength import LOADS, borne_in
