@@ -40,6 +40,7 @@ from grainlaw.material import Elastic, Material, Plane, Rigid
 from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, UnitWarning, parameter, parameters, part
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.quantity import Quantity
 from grainlaw.region import Region
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_integrals import StressIntensity, j_integral, stress_intensity
@@ -163,6 +164,7 @@ __all__ = [
     "Plane",
     "Pressure",
     "Probe",
+    "Quantity",
     "QuasiStaticLimit",
     "Quiet",
     "Reaches",

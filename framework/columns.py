@@ -1,16 +1,20 @@
-"""The columns of a run: those of every test, the kinds of energy, and those that pictures and measures need.
+"""The names that many share, each with its words and unit: columns of a run, properties of a test, arrays of a frame.
 
 A column is an entry of ``Result.curves``, with one number per sample in SI units. A test adds columns of its own by
-``LoadingProtocol.measure``; where it uses the names below, pictures and measures find them.
+``LoadingProtocol.measure``; where it uses the names below, pictures and measures find them. What one test alone records
+it declares itself (``LoadingProtocol.quantities``).
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 
+import attrs
 import numpy as np
 
 from grainlaw.parameter import ParameterError
+from grainlaw.quantity import Quantity
 
 # --- recorded in every test ------------------------------------------------------------------------------------------
 
@@ -20,22 +24,32 @@ UNBALANCED, MOTION = "unbalanced", "motion"
 LOADING_SPEED, VIBRATION, TEMPERATURE = "loading_speed", "vibration", "temperature"
 STABILITY, IMBALANCE = "stability", "imbalance"
 
-#: what they mean; the energies below are recorded in every test, too
-EVERY_TEST = {
-    TIME: "s since the start",
-    STEP: "number of steps",
-    STAGE: "number of the stage, from 0",
-    TENSILE_CRACKS: "contact points that have broken in tension",
-    SHEAR_CRACKS: "contact points that have broken in shear",
-    DAMAGED: "contact points with any damage",
-    UNBALANCED: "mean unbalanced force over mean force of contacts and fluids, 0 at rest",
-    LOADING_SPEED: "m/s, by which the speeds of all drives were multiplied, or K/s; 1 where a stage has no loading",
-    TEMPERATURE: "°C, of the whole specimen",
-    VIBRATION: "J per metre of thickness, kinetic energy of the motion beside the steady motion of the loading",
-    IMBALANCE: "sum of the forces on the specimen over the largest load, mean over a period; 0 without a loading",
-    STABILITY: "the last stability margin that was found: 1 as stiff as sound, 0 a peak or buckling; nan where none is",
-    MOTION: "root of kinetic over stored energy, at most 1, 0 at rest; 1 while a load still changes",
-}
+#: the energies below are recorded in every test, too
+EVERY_TEST = (
+    Quantity(TIME, "s", meaning="since the start"),
+    Quantity(STEP, meaning="number of steps"),
+    Quantity(STAGE, meaning="number of the stage, from 0"),
+    Quantity(TENSILE_CRACKS, form=".0f", meaning="contact points that have broken in tension", is_main=True),
+    Quantity(SHEAR_CRACKS, form=".0f", meaning="contact points that have broken in shear", is_main=True),
+    Quantity(DAMAGED, meaning="contact points with any damage"),
+    Quantity(UNBALANCED, meaning="mean unbalanced force over mean force of contacts and fluids, 0 at rest"),
+    Quantity(
+        LOADING_SPEED, meaning="by which the speeds of all drives were multiplied (m/s), or K/s; 1 without a loading"
+    ),
+    Quantity(TEMPERATURE, "°C", meaning="of the whole specimen"),
+    Quantity(VIBRATION, "J/m", meaning="kinetic energy of the motion beside the steady motion of the loading"),
+    Quantity(
+        IMBALANCE, "%", form=".2f",
+        meaning="sum of the forces on the specimen over the largest load, mean over a period; 0 without a loading",
+    ),
+    Quantity(
+        STABILITY,
+        meaning="the last stability margin found: 1 as stiff as sound, 0 a peak or buckling; nan where none is",
+    ),
+    Quantity(
+        MOTION, meaning="root of kinetic over stored energy, at most 1, 0 at rest; 1 while a load still changes"
+    ),
+)  # fmt: skip
 
 # --- the kinds of energy: supplied = kinetic + stored + lost, Eq. (12) of docs/theory.md -----------------------------
 
@@ -72,27 +86,127 @@ STRAIN, STRESS, STRESS_TOP, STRESS_BOTTOM = "strain", "stress", "stress_top", "s
 LATERAL_STRAIN, VOLUMETRIC_STRAIN, DEVIATOR = "lateral_strain", "volumetric_strain", "deviator"
 
 #: pictures, comparisons, thresholds and moduli look for them
-BETWEEN_ENDS = {
-    STRAIN: "change of height over height, positive in the direction of loading",
-    STRESS: "Pa, mean of both ends, positive in the direction of loading",
-    STRESS_TOP: "Pa, at the upper end",
-    STRESS_BOTTOM: "Pa, at the lower end",
-    LATERAL_STRAIN: "change of width over width, extension positive",
-    VOLUMETRIC_STRAIN: "change of area over area, extension positive",
-    DEVIATOR: "Pa, stress less the confinement; the stress counts as the load where a test has no deviator",
-}
+BETWEEN_ENDS = (
+    Quantity(STRAIN, "%", form=".4f", meaning="change of height over height, positive in the direction of loading"),
+    Quantity(STRESS, "MPa", form=".2f", meaning="mean of both ends, positive in the direction of loading"),
+    Quantity(STRESS_TOP, "MPa", form=".2f", meaning="at the upper end"),
+    Quantity(STRESS_BOTTOM, "MPa", form=".2f", meaning="at the lower end"),
+    Quantity(LATERAL_STRAIN, "%", form=".4f", meaning="change of width over width, extension positive"),
+    Quantity(VOLUMETRIC_STRAIN, "%", form=".4f", meaning="change of area over area, extension positive"),
+    Quantity(
+        DEVIATOR, "MPa", form=".2f",
+        meaning="stress less the confinement; the stress counts as the load where a test has no deviator",
+    ),
+)  # fmt: skip
 
-# --- those of a test in which time passes in jumps --------------------------------------------------------------------
+# --- those of a test in which time passes in jumps, and of one with a fluid -------------------------------------------
 
-AGED = "aged"  #: s that have passed in jumps, beside the time of the run
-JUMPS = "jumps"  #: number of them so far
-AGED_LOSS = "aged_loss"  #: J per metre of thickness that bonds have lost in jumps
-FATIGUE = "fatigue"  #: mean share of the strength that is gone; and the name of that memory of a law that ages
+AGED, JUMPS, AGED_LOSS = "aged", "jumps", "aged_loss"
+FATIGUE = "fatigue"  #: also the name of that memory of a law that ages
+WET, SATURATES = "wet", "saturates"
+SOME_TESTS = (
+    Quantity(AGED, "s", words="time passed in jumps", meaning="beside the time of the run"),
+    Quantity(JUMPS, form=".0f", meaning="number of jumps of time so far"),
+    Quantity(AGED_LOSS, "J/m", words="energy lost in jumps", meaning="what bonds have lost in jumps of time"),
+    Quantity(FATIGUE, meaning="mean share of the strength that is gone"),
+    Quantity(WET, meaning="contact points whose faces a fluid presses"),
+    Quantity(SATURATES, meaning="1 in the stage before the test in which the pressure of the fluid rises"),
+    Quantity("displacement", "µm", meaning="of what the test moves"),
+    Quantity("opening", "µm", meaning="of a joint or a contact, closing negative"),
+    Quantity("slip", "µm", meaning="of a joint or a contact"),
+    Quantity("normal", "MPa", words="normal traction", meaning="of a joint or a contact, tension positive"),
+    Quantity("shear", "MPa", words="shear traction", meaning="of a joint or a contact"),
+    Quantity("broken", "%", meaning="share of a joint"),
+    Quantity("force", "kN/m", meaning="what the test applies"),
+    Quantity("load", "kN/m", meaning="what the test applies"),
+)
 
-# --- those of a test with a fluid ------------------------------------------------------------------------------------
+# --- properties of tests and of runs ---------------------------------------------------------------------------------
 
-WET = "wet"  #: contact points whose faces a fluid presses
-SATURATES = "saturates"  #: 1 in the stage before the test in which the pressure of the fluid rises
+PROPERTIES = (
+    Quantity("strength", "MPa", form=".2f", meaning="load at the first failure", is_main=True),
+    Quantity("failure_strain", "%", words="strain at failure", form=".4f", is_main=True),
+    Quantity("largest_stress", "MPa", form=".2f", is_main=True),
+    Quantity("apparent_modulus", "GPa", words="E*", form=".2f", meaning="as measured in the plane", is_main=True),
+    Quantity("apparent_poisson", words="nu*", form=".3f", meaning="as measured in the plane"),
+    Quantity("modulus", "GPa", words="E", form=".2f", meaning="of the rock"),
+    Quantity("poisson", words="nu", form=".3f", meaning="of the rock"),
+    Quantity("confinement", "MPa", form=".2f"),
+    Quantity("transgranular_cracks", form=".0f", meaning="contact points inside of grains that have broken"),
+    Quantity("kinetic_ratio", form=".1e"),
+    Quantity("unstable_rise", "%", words="rise while unstable", form=".2f"),
+    Quantity("energy_error", form=".1e"),
+    Quantity("energy_made", form=".1e"),
+    Quantity("energy_returned", form=".1e"),
+    Quantity("steps", form=".0f"),
+    Quantity("seconds", form=".1f"),
+    Quantity("time_step", "s", form=".3e"),
+    Quantity("without_static_solution", words="static stages brought under their loads in motion", form=".0f"),
+    Quantity("mass_added", "%", form=".3g"),
+)
+
+# --- properties of a rock, as a laboratory names them ----------------------------------------------------------------
+
+ROCK = (
+    Quantity("youngs_modulus", "GPa", words="Young's modulus", form=".2f"),
+    Quantity("poissons_ratio", words="Poisson's ratio", form=".3f"),
+    Quantity("ucs", "MPa", words="UCS", form=".2f", meaning="uniaxial compressive strength"),
+    Quantity("cohesion", "MPa", form=".2f"),
+    Quantity("friction_angle", "deg", form=".2f", factor=1.0),
+    Quantity("tensile_strength", "MPa", form=".2f"),
+    Quantity("brazilian_strength", "MPa", words="Brazilian strength", form=".2f"),
+    Quantity("fracture_toughness", "MPa √m", form=".3f", factor=1e-6),
+    Quantity("toughness", "MPa √m", form=".3f", factor=1e-6, is_main=True),
+    Quantity("crack_initiation", "MPa", words="CI", form=".2f"),
+    Quantity("crack_damage", "MPa", words="CD", form=".2f", is_main=True),
+)
+
+# --- arrays of a frame that are no columns of a run ------------------------------------------------------------------
+
+FRAME = (
+    Quantity("stress_1", "MPa", form=".2f", meaning="the larger principal stress in the plane, tension positive"),
+    Quantity("stress_2", "MPa", form=".2f", meaning="the smaller principal stress in the plane, tension positive"),
+    Quantity("zone_stress", "MPa", form=".2f", meaning="of the zone itself, tension positive"),
+    Quantity("rotation", "rad", meaning="of a grain, counter-clockwise"),
+    Quantity("velocity", "m/s"),
+    Quantity("broken_time", "ms", words="broke at"),
+    Quantity("fluid_pressure", "MPa", form=".2f", meaning="on the faces of a contact point"),
+    Quantity("lost_opening", "J/m2"),
+    Quantity("lost_slip", "J/m2"),
+    Quantity("made", "J/m2", meaning="energy that an intact contact has made"),
+)
+
+SHARED: Mapping[str, Quantity] = {
+    each.name: each
+    for each in (
+        *EVERY_TEST, *(Quantity(ENERGY + kind, "J/m") for kind in ENERGIES), *BETWEEN_ENDS, *SOME_TESTS, *PROPERTIES,
+        *ROCK, *FRAME,
+    )
+}  # fmt: skip
+NUMBERED = re.compile(r"(.+)_(\d+)")  #: as ``stress_0`` of a gauge
+
+
+def quantity_of(name: str, own: Mapping[str, Quantity] | None = None) -> Quantity:
+    """The quantity of this name: one of their ``own``, a shared one, or one that is shown as it is.
+
+    One of several, as ``stress_0``, is shown as they are.
+    """
+    for known in (own or {}, SHARED):
+        if name in known:
+            return known[name]
+    numbered = NUMBERED.fullmatch(name)
+    if numbered is None:
+        return Quantity(name)
+    kind = quantity_of(numbered[1], own)
+    return attrs.evolve(kind, name=name, words=f"{kind.words} {numbered[2]}")
+
+
+def is_of_every_test(name: str) -> bool:
+    """Whether a column is recorded in every test."""
+    return name.startswith(ENERGY) or name in _EVERY
+
+
+_EVERY = {each.name for each in EVERY_TEST}
 
 # --- what curves are drawn over --------------------------------------------------------------------------------------
 
@@ -120,7 +234,7 @@ def missing(curves: Mapping[str, np.ndarray], names: Iterable[str]) -> list[str]
 def require(where: str, curves: Mapping[str, np.ndarray], *names: str) -> None:
     """Raise :class:`ParameterError`, which says ``where``, unless these columns were recorded."""
     if absent := missing(curves, names):
-        own = [name for name in curves if name not in EVERY_TEST and not name.startswith(ENERGY)]
+        own = [name for name in curves if not is_of_every_test(name)]
         raise ParameterError(
             f"{where} needs the column{'s' * (len(absent) > 1)} {' and '.join(absent)}, which the test does not "
             f"record; it records {', '.join(own) or 'nothing else'}"

@@ -9,6 +9,7 @@ from typing import Any
 from grainlaw.arguments import Checked
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
@@ -21,6 +22,7 @@ class LoadingProtocol(metaclass=Checked):
         @attrs.frozen(kw_only=True)
         class Pull(gl.LoadingProtocol):
             speed: float = gl.parameter("m/s", default=0.01)
+            quantities = (gl.Quantity("force", "kN/m"),)
 
             def stages(self, specimen):
                 low, high = specimen.grains.region.bounds
@@ -35,6 +37,11 @@ class LoadingProtocol(metaclass=Checked):
             def summary(self, curves, specimen):
                 return {"strength": curves["force"].max()}
     """
+
+    @property
+    def quantities(self) -> Sequence[Quantity]:
+        """How columns and properties are shown that this test has by itself, or that mean something else in it."""
+        return ()
 
     @abstractmethod
     def stages(self, specimen: Specimen) -> Sequence[Stage]:

@@ -91,6 +91,16 @@ def factor_into(unit: str) -> float:
     return (180 / math.pi) ** angle * float(1 / size)
 
 
+def without_prefixes(unit: str) -> str:
+    """The unit of the values in SI that are shown in this one: Pa for "MPa", 1 for "%"."""
+
+    def bare(found: re.Match[str]) -> str:
+        text = found[0]
+        return text[1:] if text not in PLAIN | SYMBOLS and text[:1] in PREFIXES and text[1:] in SYMBOLS else text
+
+    return "1" if unit == "%" else re.sub(r"[^\W\d_]+", bare, unit)
+
+
 def written(value: float, unit: str) -> str:
     """The number with its unit as people write it, such as ``"13 MPa"``, which :func:`quantity` reads back exactly."""
     number = Decimal(repr(float(value)))

@@ -13,10 +13,24 @@ from grainlaw.loads import Drive
 from grainlaw.moduli import work
 from grainlaw.protocols.between_platens import UntilFailure, failing, refuse_platens, require_boundaries, sampling
 from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
 SUPPORTS = ("support_left", "support_right")
+QUANTITIES = (
+    Quantity("deflection", "µm", meaning="of the load against the supports"),
+    Quantity("mouth", "µm", words="mouth opening", meaning="of the notch"),
+    Quantity("force_top", "kN/m", meaning="of the load"),
+    Quantity("force_bottom", "kN/m", meaning="of both supports"),
+    Quantity("failure_force", "kN/m"),
+    Quantity("failure_deflection", "µm"),
+    Quantity("flexural_strength", "MPa", form=".2f", is_main=True),
+    Quantity("largest_force", "kN/m"),
+    Quantity("largest_flexural_strength", "MPa", form=".2f"),
+    Quantity("largest_toughness", "MPa √m", form=".3f", factor=1e-6),
+    Quantity("work_of_fracture", "J/m2", is_main=True),
+)
 
 
 class BetweenRollers(UntilFailure, Protocol):

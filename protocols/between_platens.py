@@ -27,11 +27,16 @@ from grainlaw.protocols.measures import (
     strength_of,
     window_stress,
 )
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.strength import Until
 
 FINE = 800  #: samples of the whole way at least, where contacts are damaged: a peak is missed by up to two
+QUANTITIES = (
+    Quantity("stress_window", "MPa", form=".2f", meaning="mean over the grains in the middle of the specimen"),
+    Quantity("strain_points", "%", form=".4f", meaning="change of height over height, from points on both ends"),
+)
 NO_TENSION = "tension does not pass the contact between two bodies; pull the specimen at its own ends, without platens"
 
 

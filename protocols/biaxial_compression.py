@@ -17,6 +17,7 @@ from grainlaw.loads import Drive, Hold, Pressure
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import (
+    QUANTITIES,
     Moving,
     Platens,
     measure_between_platens,
@@ -25,6 +26,7 @@ from grainlaw.protocols.between_platens import (
     uniaxial_summary,
 )
 from grainlaw.protocols.measures import end_share, has_platens
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.strength import Until
@@ -75,6 +77,8 @@ class BiaxialCompression(LoadingProtocol):
     stop_fraction: float = parameter("1", default=0.5, at_least=0, below=1)
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    quantities = (*QUANTITIES, Quantity("broken_bonds", "%", meaning="share of the bonded contact points"))
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         axial = uniaxial_stage(self, specimen, "axial", -1.0, falls=DEVIATOR)

@@ -20,6 +20,7 @@ from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import Platens, failing, held_across, require_platens, sampling
 from grainlaw.protocols.measures import certificate, ends, failure_of, size, strength_of
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.strength import Until
@@ -59,6 +60,14 @@ class Brazilian(LoadingProtocol):
     stop_fraction: float = parameter("1", default=0.9, at_least=0, below=1)  #: of the load at which it splits
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    quantities = (
+        Quantity(STRESS, "MPa", words="tensile stress", form=".2f", meaning="in the middle of an elastic disc"),
+        Quantity(STRAIN, "%", words="approach over diameter", form=".4f"),
+        Quantity("middle_across", "MPa", form=".2f", meaning="stress in the middle, across the load"),
+        Quantity("middle_along", "MPa", form=".2f", meaning="stress in the middle, along the load"),
+        Quantity("failure_force", "kN/m"),
+    )
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_platens(specimen, type(self).__name__)

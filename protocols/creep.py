@@ -26,8 +26,9 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loads import Drive, Hold, Pressure
 from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.between_platens import Platens, held_across, measure_between_platens, require_ends
+from grainlaw.protocols.between_platens import QUANTITIES, Platens, held_across, measure_between_platens, require_ends
 from grainlaw.protocols.measures import end_share
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import RESTS, Ageing, Stage
 
@@ -115,6 +116,16 @@ class Creep(LoadingProtocol):
     @property
     def _ageing(self) -> Ageing:
         return Ageing(duration=self.duration, largest_growth=self.largest_growth, ratio=self.ratio)
+
+    quantities = (
+        *QUANTITIES,
+        Quantity("held_stress", "MPa", form=".2f"),
+        Quantity("time_to_failure", "s", is_main=True),
+        Quantity("initial_strain", "%", form=".4f"),
+        Quantity("creep_strain", "%", form=".4f", is_main=True),
+        Quantity("lowest_rate", "1/s", words="lowest rate of strain", is_main=True),
+        Quantity("time_of_lowest_rate", "s"),
+    )
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_ends(specimen, type(self).__name__)

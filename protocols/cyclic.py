@@ -18,6 +18,7 @@ from grainlaw.moduli import work
 from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
@@ -44,6 +45,12 @@ class Cyclic(LoadingProtocol):
     displacement: str = STRAIN  #: column that names the levels
     load: str = STRESS  #: column that falls on unloading
     unload_to: float = parameter("1", default=0.1, at_least=0, below=1)  #: unloading ends at this share of the load
+
+    @property
+    def quantities(self) -> Sequence[Quantity]:
+        """Those of each loop, and of the other test."""
+        loops = Quantity("unloading_moduli", "GPa", form=".2f"), Quantity("lost_work", "kJ/m3")
+        return (*loops, *self.test.quantities)
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         *before, main = self.test.stages(specimen)

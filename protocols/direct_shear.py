@@ -19,6 +19,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_platens
 from grainlaw.protocols.joint import joint_means, require_joint
 from grainlaw.protocols.measures import certificate, end_share, ends, failure_of, size, strength_of
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
@@ -45,6 +46,14 @@ class DirectShear(LoadingProtocol):
     reverse_to: float = parameter("1", default=1.0, at_least=-1, at_most=1)  #: 1 does not reverse
     resolution: float = parameter("m", default=4e-8)  #: displacement of the upper block between samples
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    quantities = (
+        *(Quantity(name, "MPa", form=".2f") for name in ("shear_stress", "shear_stress_top", "shear_stress_bottom")),
+        Quantity("normal_stress", "MPa", form=".2f", meaning="compression positive"),
+        Quantity("dilation", "µm", meaning="of the specimen without platens"),
+        Quantity("failure_slip", "µm"),
+        Quantity("residual_stress", "MPa", form=".2f", is_main=True),
+    )
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_platens(specimen, type(self).__name__)

@@ -15,6 +15,7 @@ from grainlaw.loads import Traction
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.units import MPa
@@ -39,6 +40,13 @@ class Excavation(LoadingProtocol):
     rest: float = parameter("1", default=1e-4)  #: ratio at which the rock counts as at rest
     samples: int = whole_number(default=100, at_least=10)  #: in the time release
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    quantities = (
+        Quantity("width", "mm", words="change of width", meaning="of the opening"),
+        Quantity("height", "mm", words="change of height", meaning="of the opening"),
+        Quantity("closure_x", "mm", is_main=True),
+        Quantity("closure_y", "mm", is_main=True),
+    )
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_boundaries(specimen, "Excavation", self.opening)

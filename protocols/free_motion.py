@@ -16,6 +16,7 @@ from grainlaw.loads import Fixed, Gravity, InitialVelocity
 from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
@@ -64,6 +65,11 @@ class FreeMotion(LoadingProtocol):
     samples: int = whole_number(default=200, at_least=2)  #: in the time duration
     #: At a third of the stable step an impact takes some thirty steps, and bodies part as fast as they met, to 0.1 %.
     integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped()))
+
+    quantities = (
+        *(Quantity(name, "m/s") for name in ("mean_speed", "largest_speed", "last_mean_speed")),
+        *(Quantity(name, "m") for name in ("centre_x", "centre_y", "centre_moved_x", "centre_moved_y", "x", "y")),
+    )
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         for name in ("fixed", "velocity", "tracked"):

@@ -32,6 +32,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.measures import axial_strain_of_points
 from grainlaw.protocols.preliminary import after_stages, counted_after, samples_before
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
@@ -42,6 +43,14 @@ class Held(enum.Enum):
     BOTTOM = enum.auto()  #: it stands on its lower end, free to slide there
     ENDS = enum.auto()  #: top and bottom along y
     ALL = enum.auto()  #: these, and the sides along x
+
+
+QUANTITIES = (
+    *(Quantity(name, "%", form=".4f", meaning="change over the whole") for name in ("expansion_x", "expansion_y")),
+    *(Quantity(name, "MPa", form=".2f", meaning="mean, tension positive") for name in ("stress_x", "stress_y")),
+    Quantity("highest_temperature", "°C"),
+    Quantity("heating_kinetic_ratio", form=".1e"),
+)
 
 
 def _temperatures(value: Any) -> tuple[float, ...]:
@@ -76,6 +85,11 @@ class Heating(LoadingProtocol):
     loading: Loading = part(Loading, Adaptive(), without=Constant)  #: how fast the temperature changes
     samples: int = whole_number(default=100, at_least=10)  #: from one temperature to the next
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    @property
+    def quantities(self) -> Sequence[Quantity]:
+        """Its own, and those of the test."""
+        return (*QUANTITIES, *(self.test.quantities if self.test is not None else ()))
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         sides = () if self.test is not None and self.held is not Held.ALL else ("left", "right")

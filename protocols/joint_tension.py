@@ -18,6 +18,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import NO_TENSION, refuse_platens
 from grainlaw.protocols.joint import joint_means, require_joint
 from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
@@ -36,6 +37,12 @@ class JointTension(LoadingProtocol):
     closing_pressure: float = parameter("Pa", default=10e6)  #: up to which the broken joint is pressed
     resolution: float = parameter("m", default=2e-8)  #: displacement of the upper block between samples
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    quantities = (
+        Quantity("pressure", "MPa", form=".2f", meaning="on the joint"),
+        Quantity("failure_opening", "µm", is_main=True),
+        Quantity("breaking_opening", "µm", meaning="when the whole joint had broken"),
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.unload_at >= self.maximum_opening:

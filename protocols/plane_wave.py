@@ -17,6 +17,7 @@ from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_number, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.time_series import TimeSeries, Varying, varying
@@ -68,6 +69,10 @@ class PlaneWave(LoadingProtocol):
             raise ParameterError(
                 "PlaneWave: stress and velocity are both given, the left end can have only one of them"
             )
+
+    quantities = (
+        Quantity("peak_stress", "MPa", form=".2f"), Quantity("peak_time", "µs"), Quantity("peak_velocity", "m/s"),
+    )  # fmt: skip
 
     @property
     def _axis(self) -> int:

@@ -18,6 +18,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.preliminary import after_stages, counted_after
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
+from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
 
@@ -56,6 +57,11 @@ class Saturated(LoadingProtocol):
     def __attrs_post_init__(self) -> None:
         if isinstance(self.test, Saturated):
             raise refusal("Saturated: test", self.test, "another test such as UniaxialCompression()")
+
+    @property
+    def quantities(self) -> Sequence[Quantity]:
+        """Those of the test."""
+        return self.test.quantities
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_boundaries(specimen, "Saturated", *self.boundaries)

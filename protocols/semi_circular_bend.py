@@ -14,7 +14,7 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.bending import bending_stage, bending_summary, measure_bending, notch_depth, span
+from grainlaw.protocols.bending import QUANTITIES, bending_stage, bending_summary, measure_bending, notch_depth, span
 from grainlaw.protocols.measures import size
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -36,6 +36,8 @@ class SemiCircularBend(LoadingProtocol):
     stop_fraction: float = parameter("1", default=0.05, at_least=0, below=1)  #: of the peak load
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    quantities = QUANTITIES
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         return [bending_stage(self, specimen)]

@@ -13,7 +13,7 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.bending import bending_stage, bending_summary, ligament, measure_bending, span
+from grainlaw.protocols.bending import QUANTITIES, bending_stage, bending_summary, ligament, measure_bending, span
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.strength import Until
@@ -33,6 +33,8 @@ class ThreePointBending(LoadingProtocol):
     stop_fraction: float = parameter("1", default=0.05, at_least=0, below=1)  #: of the peak load
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    quantities = QUANTITIES
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         return [bending_stage(self, specimen)]

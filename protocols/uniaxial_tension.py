@@ -14,6 +14,7 @@ from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import (
+    QUANTITIES,
     Moving,
     Platens,
     measure_between_platens,
@@ -42,6 +43,8 @@ class UniaxialTension(LoadingProtocol):
     stop_fraction: float = parameter("1", default=0.1, at_least=0, below=1)
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    quantities = QUANTITIES
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         return [uniaxial_stage(self, specimen, "tension", 1.0)]

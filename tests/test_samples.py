@@ -12,7 +12,7 @@ from support import BRITTLE, PULL, STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.laws import Linear
-from grainlaw.quantity import Shown
+from grainlaw.quantity import Quantity
 from grainlaw.results.means import mean_and_range, means
 
 TEST = attrs.evolve(PULL, samples=20)
@@ -36,7 +36,7 @@ def folder(found, tmp_path_factory):
 def test_means_and_ranges_by_hand():
     three = [{"load": load, "count": 2, "all": [1, 2]} for load in (1.0, 4.0, 10.0)]
     assert means(three) == {"load": 5.0, "count": 2.0}
-    look = Shown("load", "", 10.0, ".1f")
+    look = Quantity("load", factor=10.0, form=".1f")
     three = [SimpleNamespace(summary=summary, curves={}, law=None) for summary in three]
     nothing = SimpleNamespace(summary={"load": float("nan")}, curves={}, law=None)
     assert mean_and_range(look, three, "load") == "50.0 (10.0 to 100.0)"

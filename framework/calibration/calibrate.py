@@ -18,7 +18,7 @@ from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.space import Space, space_of
 from grainlaw.calibration.stiffness_search import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
 from grainlaw.calibration.targets import (
-    QUANTITIES,
+    AIMS,
     Targets,
     checked_quantities,
     measured_by,
@@ -89,9 +89,9 @@ def calibrate(
     case = TrialCase(first.law, first.base, first.ties, shapes, made, 1.0)
     simulator = StudySimulator(case, first.powers, targets.pressures, store, workers=workers, on=on, progress=progress)
     simulator.weakest = first.weakest
-    names = [name for name in measured_by(wanted) if not QUANTITIES[name].is_elastic]
+    names = [name for name in measured_by(wanted) if not AIMS[name].is_elastic]
     if "confined" not in wanted:
-        names = [name for name in names if "confined" not in QUANTITIES[name].tests]
+        names = [name for name in names if "confined" not in AIMS[name].tests]
     others = range(seeds + 1, seeds + more + 1)
     search = Search(first, targets.tested, names, simulator, range(1, seeds + 1), budget, seed, others, tell)
     stiffness = None

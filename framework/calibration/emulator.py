@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from grainlaw.calibration.simulator import Values
-from grainlaw.calibration.targets import QUANTITIES
+from grainlaw.calibration.targets import AIMS
 from grainlaw.parameter import ParameterError
 
 Function = TypeVar("Function", bound=Callable)
@@ -27,17 +27,17 @@ NEEDS = "calibrate needs scikit-learn and emcee: pip install 'grainlaw[calibrate
 
 def transformed(name: str, values: np.ndarray, scales: np.ndarray | float = 1.0) -> np.ndarray:
     """What is emulated of values (SI): a logarithm, or the value; without the scale of the rock."""
-    quantity = QUANTITIES[name]
+    aim = AIMS[name]
     with np.errstate(invalid="ignore", divide="ignore"):
-        of_group = np.asarray(values) / np.asarray(scales) ** quantity.power
-        found = np.log(of_group) if quantity.is_log else of_group
+        of_group = np.asarray(values) / np.asarray(scales) ** aim.power
+        found = np.log(of_group) if aim.is_log else of_group
     return np.where(np.isfinite(found), found, np.nan)
 
 
 def restored(name: str, found: np.ndarray, scales: np.ndarray | float = 1.0) -> np.ndarray:
     """Values (SI) from what is emulated."""
-    quantity = QUANTITIES[name]
-    return np.asarray((np.exp(found) if quantity.is_log else found) * np.asarray(scales) ** quantity.power)
+    aim = AIMS[name]
+    return np.asarray((np.exp(found) if aim.is_log else found) * np.asarray(scales) ** aim.power)
 
 
 @attrs.frozen(eq=False)
@@ -101,7 +101,7 @@ def _drawn(names: Sequence[str], covariance: np.ndarray, seeds: int, means: np.n
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of a quantity without any value
         middle = np.nan_to_num(np.nanmedian(np.atleast_2d(means), axis=0))
-    usual = np.array([1.0 if QUANTITIES[name].is_log else abs(m) for name, m in zip(names, middle, strict=True)])
+    usual = np.array([1.0 if AIMS[name].is_log else abs(m) for name, m in zip(names, middle, strict=True)])
     found = np.diag(covariance)
     variance = (freedom * found + weight * (USUAL_SCATTER * usual) ** 2) / (freedom + weight)
     spread = np.sqrt(np.maximum(found, 1e-300))

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 
 from grainlaw.calibration.check import NORMAL
 from grainlaw.calibration.emulator import restored
-from grainlaw.calibration.targets import QUANTITIES
+from grainlaw.calibration.targets import AIMS
 from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.palette import BLACK, BLUE, VERMILLION
-from grainlaw.unit_text import USUAL, factor_into
+from grainlaw.unit_text import written
 
 if TYPE_CHECKING:
     from grainlaw.calibration.result import Calibration
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 ALONG = 60  #: points of a line
 BINS = 30
-UNITS = {"Pa": "MPa", "m": "mm"}
 
 
 def bands(found: Calibration) -> Figure:
@@ -33,9 +32,9 @@ def bands(found: Calibration) -> Figure:
     figure = Figure(figsize=(2.5 * columns + 0.6, 2.1 * rows + 0.4), layout="constrained")
     places = figure.subplots(rows, columns, squeeze=False, sharey="row")
     for i, name in enumerate(match.names):
-        quantity, target = QUANTITIES[name], match.targets[name]
+        aim, target = AIMS[name], match.targets[name]
         k = match.samples.names.index(name)
-        tested = restored(name, match.samples.means[:, k] + match.samples.shift[k], scale) * quantity.shown.factor
+        tested = restored(name, match.samples.means[:, k] + match.samples.shift[k], scale) * aim.shown.factor
         for j, free in enumerate(space.free):
             axes = places[i, j]
             line = np.repeat(best[None], ALONG, axis=0)
@@ -47,12 +46,12 @@ def bands(found: Calibration) -> Figure:
             if len(line):
                 means, variances = match.predicted(line, [name])
                 half = NORMAL * np.sqrt(variances[:, 0] + match.scatter([name])[0, 0])
-                low, middle, high = (restored(name, means[:, 0] + d) * quantity.shown.factor for d in (-half, 0, half))
+                low, middle, high = (restored(name, means[:, 0] + d) * aim.shown.factor for d in (-half, 0, half))
                 axes.fill_between(free.share(line[:, j]), low, high, color=BLUE, alpha=0.25, linewidth=0)
                 axes.plot(free.share(line[:, j]), middle, color=BLUE)
             value, half_width = (
-                target.value * quantity.shown.factor,
-                NORMAL * target.uncertainty * quantity.shown.factor,
+                target.value * aim.shown.factor,
+                NORMAL * target.uncertainty * aim.shown.factor,
             )
             axes.axhspan(value - half_width, value + half_width, color=VERMILLION, alpha=0.2, lw=0)
             axes.axhline(value, color=VERMILLION, linewidth=1)
@@ -61,7 +60,7 @@ def bands(found: Calibration) -> Figure:
             if i == rows - 1:
                 axes.set_xlabel(_label(free))
             if j == 0:
-                axes.set_ylabel(quantity.shown.heading)
+                axes.set_ylabel(aim.shown.heading)
             axes.grid(alpha=0.25)
     return figure
 
@@ -110,10 +109,8 @@ def left_out(found: Calibration) -> Figure:
         axes.errorbar(value, predicted, 2 * deviation, fmt=".", color=BLUE, ecolor="0.75", markersize=5)
         ends = [value.min(), value.max()]
         axes.plot(ends, ends, color=BLACK, linewidth=0.8)
-        quantity = QUANTITIES[emulator.name]
-        axes.set_title(
-            f"{'log ' if quantity.is_log else ''}{quantity.shown.words}, Q2 {emulator.q_squared:.3f}", fontsize=9
-        )
+        aim = AIMS[emulator.name]
+        axes.set_title(f"{'log ' if aim.is_log else ''}{aim.shown.words}, Q2 {emulator.q_squared:.3f}", fontsize=9)
         axes.grid(alpha=0.25)
     for axes in places[len(every) :]:
         axes.remove()
@@ -156,17 +153,11 @@ def _middle(found: Calibration) -> np.ndarray:
     return found.found.plausible.best if posterior is None else posterior.best
 
 
-def _factor(free: Free) -> float:
-    return factor_into(UNITS[free.unit]) if free.unit in UNITS else 1.0
-
-
 def _label(free: Free) -> str:
-    unit = UNITS.get(free.unit, free.unit if free.unit in USUAL and free.unit != "1" else "")
-    words = free.name.replace("_", " ")
-    return f"{words} ({unit})" if unit else words
+    return free.name.replace("_", " ")
 
 
 def _ticks(axis: object, free: Free, shown: bool) -> None:
     shares = np.array([0.0, 0.5, 1.0])
-    texts = [f"{value * _factor(free):.3g}" for value in free.at(shares)] if shown else []
-    axis.set_ticks(shares, texts if shown else [""] * 3)  # type: ignore[attr-defined]
+    texts = [written(float(f"{value:.3g}"), free.unit) for value in free.at(shares)] if shown else [""] * 3
+    axis.set_ticks(shares, texts)  # type: ignore[attr-defined]

@@ -11,7 +11,7 @@ import scipy
 from grainlaw.calibration.emulator import in_one_thread
 from grainlaw.calibration.matching import Match
 from grainlaw.calibration.posterior import Posterior
-from grainlaw.calibration.targets import QUANTITIES, USUAL_UNCERTAINTY
+from grainlaw.calibration.targets import AIMS, USUAL_UNCERTAINTY
 
 NOT_DETERMINED, WEAKLY = 0.75, 0.5  #: of the width of the prior
 UNSEEN = 0.5  #: standard deviation of the posterior along a direction, over that of the prior
@@ -131,7 +131,7 @@ def further(match: Match, found: Posterior, names: Sequence[str]) -> tuple[Telli
     means, variances = match.predicted(found.points, names)
     entries = []
     for k, name in enumerate(names):
-        size = 1.0 if QUANTITIES[name].is_log else abs(float(means[:, k].mean()))
+        size = 1.0 if AIMS[name].is_log else abs(float(means[:, k].mean()))
         noise = float(variances[:, k].mean() + match.scatter([name])[0, 0]) + (USUAL_UNCERTAINTY * size) ** 2
         signal = float(means[:, k].var())
         if signal <= 0:

@@ -11,7 +11,7 @@ import scipy
 
 from grainlaw.calibration.emulator import Emulator, Samples, in_one_thread
 from grainlaw.calibration.space import Space
-from grainlaw.calibration.targets import QUANTITIES, Target
+from grainlaw.calibration.targets import AIMS, Target
 
 LIMIT = 3.0  #: implausibility (Pukelsheim 1994: three deviations hold 95 % of any distribution with one peak)
 TRIED = 8192  #: points of the prior that are looked at
@@ -40,12 +40,12 @@ class Match:
     def wanted(self) -> np.ndarray:
         """(t,) targets as they are emulated."""
         values = ((name, target.value) for name, target in self.targets.items())
-        return np.array([np.log(value) if QUANTITIES[name].is_log else value for name, value in values])
+        return np.array([np.log(value) if AIMS[name].is_log else value for name, value in values])
 
     @property
     def target_variance(self) -> np.ndarray:
         """(t,) of the targets, as they are emulated."""
-        spread = [t.uncertainty / (t.value if QUANTITIES[name].is_log else 1) for name, t in self.targets.items()]
+        spread = [t.uncertainty / (t.value if AIMS[name].is_log else 1) for name, t in self.targets.items()]
         return np.array(spread) ** 2
 
     def scatter(self, names: Sequence[str]) -> np.ndarray:
@@ -57,7 +57,7 @@ class Match:
         """Means and variances (n, q) of quantities, as they are emulated but for the rock's own scale."""
         where, scales = self.space.coordinates(points), np.log(self.space.scales(points))
         found = [self.emulators[name].predict(where) for name in names]
-        powers = np.array([QUANTITIES[name].power for name in names])
+        powers = np.array([AIMS[name].power for name in names])
         shift = np.array([self.samples.shift[self.samples.names.index(name)] for name in names])
         means = np.column_stack([mean for mean, _ in found]) + scales[:, None] * powers + shift
         return means, np.column_stack([variance for _, variance in found])
@@ -186,7 +186,7 @@ def conflicts(match: Match, points: np.ndarray, seed: int) -> list[Conflict]:
             if values[0] > LIMIT:
                 means = match.predicted(best[:1], match.names)[0][0]
                 there = {
-                    name: float(np.exp(mean) if QUANTITIES[name].is_log else mean)
+                    name: float(np.exp(mean) if AIMS[name].is_log else mean)
                     for name, mean in zip(match.names, means, strict=True)
                 }
                 found.append(Conflict(names, float(values[0]), there))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grainlaw.calibration import figures
-from grainlaw.calibration.targets import QUANTITIES
+from grainlaw.calibration.targets import AIMS
 from grainlaw.results.figures import html
 from grainlaw.results.figures.html import Cell
 from grainlaw.results.files import write_atomically
@@ -47,10 +47,7 @@ def _parts(found: Calibration) -> Iterator[str]:
     else:
         yield html.text("p", f"Nothing in the ranges is plausible. In conflict: {found.conflict}.", "warning")
         for conflict in found.found.conflicts:
-            there = ", ".join(
-                f"{QUANTITIES[n].shown.words} {QUANTITIES[n].shown.text(v)} {QUANTITIES[n].shown.unit}"
-                for n, v in conflict.values.items()
-            )
+            there = ", ".join(f"{AIMS[n].shown.words} {AIMS[n].shown.with_unit(v)}" for n, v in conflict.values.items())
             yield html.text("p", f"{conflict}; the nearest there is: {there}")
         yield html.picture(figures.bands(found), BANDS)
     yield html.text("h2", "Ranges and targets")
@@ -69,7 +66,7 @@ def _parts(found: Calibration) -> Iterator[str]:
 def _answer(found: Calibration) -> Iterator[str]:
     seen = found.identifiability
     assert seen is not None
-    missed = [QUANTITIES[each.name].shown.words for each in found.checks if each.is_met is False]
+    missed = [AIMS[each.name].shown.words for each in found.checks if each.is_met is False]
     if missed:
         yield html.text("p", f"On fresh seeds not met: {', '.join(missed)}.", "warning")
     yield html.text("h2", "Parameters")
@@ -90,7 +87,7 @@ def _answer(found: Calibration) -> Iterator[str]:
     if seen.further:
         rows = [
             [
-                QUANTITIES[e.quantity].shown.words,
+                AIMS[e.quantity].shown.words,
                 Cell(f"{e.gain:.2f}", "number"),
                 e.helped,
                 Cell(f"{100 * e.width:.0f} %", "number"),
@@ -110,9 +107,9 @@ def _table(lines: Sequence[Sequence[str]], caption: str) -> str:
 def _targets(found: Calibration) -> str:
     rows = []
     for name, target in found.targets.given.items():
-        look = QUANTITIES[name].shown
+        look = AIMS[name].shown
         rows.append([look.heading, f"{look.text(target.value)} ± {look.text(target.uncertainty)}"])
-    if any("confined" in QUANTITIES[name].tests for name in found.targets.given):
+    if any("confined" in AIMS[name].tests for name in found.targets.given):
         rows.append(["confinements (MPa)", ", ".join(f"{p / 1e6:g}" for p in found.targets.pressures)])
     return html.table(rows, caption="Targets and their standard uncertainty")
 
@@ -144,7 +141,7 @@ def _sobol(found: Calibration) -> str:
     assert seen is not None
     rows = [
         [
-            QUANTITIES[name].shown.words,
+            AIMS[name].shown.words,
             *(f"{max(a, 0):.2f}, {max(b, 0):.2f}" for a, b in zip(first, total, strict=True)),
         ]
         for name, first, total in zip(seen.quantities, seen.first_order, seen.total_order, strict=True)

@@ -17,7 +17,7 @@ from grainlaw.calibration.identifiability import Identifiability
 from grainlaw.calibration.simulator import Failure
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness, with_grains
-from grainlaw.calibration.targets import QUANTITIES, Targets
+from grainlaw.calibration.targets import AIMS, Targets
 from grainlaw.calibration.waves import SearchResult
 from grainlaw.contact import ContactLaw
 from grainlaw.parameter import ParameterError
@@ -114,7 +114,7 @@ class Calibration(metaclass=Checked):
                 f"with {found}{more}"
             )
             if self.stiffness.tested:
-                moduli = (f"{QUANTITIES[n].shown.words} = {QUANTITIES[n].shown.text(v)}"
+                moduli = (f"{AIMS[n].shown.words} = {AIMS[n].shown.text(v)}"
                           for n, v in self.stiffness.tested.items())  # fmt: skip
                 lines.append(f"with which tests gave {' and '.join(moduli)} in the pilot")
         scale = self.space.scale
@@ -156,11 +156,11 @@ class Calibration(metaclass=Checked):
         """Targets, predictions and what fresh seeds gave, with a heading."""
         rows = [["on fresh seeds", "target", "predicted", "95 %", "measured", "95 %", "n", "off", ""]]
         for each in self.checks:
-            text = QUANTITIES[each.name].shown.text
+            text = AIMS[each.name].shown.text
             said = {True: "met", False: "not met", None: ""}[each.is_met]
             off = f"{100 * each.off:+.1f} %" if each.off == each.off else ""
             rows.append([
-                QUANTITIES[each.name].shown.heading, text(each.target.value) if each.target else "",
+                AIMS[each.name].shown.heading, text(each.target.value) if each.target else "",
                 text(each.predicted), _between(text, each.predicted_interval), text(each.measured),
                 _between(text, each.interval), str(each.count), off, said,
             ])  # fmt: skip
@@ -171,7 +171,7 @@ class Calibration(metaclass=Checked):
         """How well emulators predict points that were left out, with a heading."""
         rows = [["emulator, left out points", "points", "Q2", "rms of errors", "within 2"]]
         for name, points, share, rms, within in quality(self.found.match.emulators):
-            words = QUANTITIES[name].shown.words
+            words = AIMS[name].shown.words
             rows.append(
                 [words, str(points), f"{share:.3f}" if share == share else "-", f"{rms:.2f}", f"{100 * within:.0f} %"]
             )

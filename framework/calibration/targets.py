@@ -9,9 +9,11 @@ from typing import Any
 import attrs
 
 from grainlaw.arguments import Checked, is_number
+from grainlaw.columns import quantity_of
 from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError, checked_number
-from grainlaw.quantity import Shown
+from grainlaw.quantity import Quantity
+from grainlaw.unit_text import without_prefixes
 
 COMPRESSION, CONFINED, TENSION = "compression", "confined", "tension"
 BRAZILIAN, BENDING = "brazilian", "bending"
@@ -21,12 +23,10 @@ CONFINED_AT = 0.05  #: of the strength: the confinement, if none is given
 
 
 @attrs.frozen
-class Quantity:
+class Aim:
     """A number that a laboratory measures."""
 
     name: str
-    shown: Shown
-    unit: str
     tests: tuple[str, ...]  #: that measure it
     column: str = ""  #: of the table of a study
     power: int = 1  #: it grows with this power of the strengths of a rock of the same stiffness
@@ -35,38 +35,36 @@ class Quantity:
     is_log: bool = True  #: whether its logarithm is emulated
 
     @property
+    def shown(self) -> Quantity:
+        """How it is shown."""
+        return quantity_of(self.name)
+
+    @property
+    def unit(self) -> str:
+        """Of its values."""
+        return without_prefixes(self.shown.unit)
+
+    @property
     def is_elastic(self) -> bool:
         """Whether it is found by statics."""
         return self.name in ("youngs_modulus", "poissons_ratio")
 
 
-def _strength(name: str, words: str, tests: Sequence[str], column: str = "strength", power: int = 1) -> Quantity:
-    return Quantity(name, Shown(words, "MPa", 1e-6, ".2f"), "Pa", tuple(tests), column, power)
-
-
-QUANTITIES = {
-    quantity.name: quantity
-    for quantity in (
-        Quantity("youngs_modulus", Shown("E", "GPa", 1e-9, ".2f"), "Pa", (COMPRESSION,), "modulus", power=0),
-        Quantity(
-            "poissons_ratio", Shown("nu", "", 1, ".3f"), "1", (COMPRESSION,), "poisson", power=0, least=-1, most=0.5,
-            is_log=False,
-        ),
-        _strength("ucs", "UCS", [COMPRESSION]),
-        _strength("cohesion", "cohesion", [COMPRESSION, CONFINED], ""),
-        Quantity(
-            "friction_angle", Shown("friction angle", "deg", 1, ".2f"), "deg", (COMPRESSION, CONFINED), power=0,
-            most=90, is_log=False,
-        ),
-        _strength("tensile_strength", "tensile strength", [TENSION]),
-        _strength("brazilian_strength", "Brazilian strength", [BRAZILIAN]),
-        Quantity(
-            "fracture_toughness", Shown("toughness", "MPa √m", 1e-6, ".3f"), "Pa*m^0.5", (BENDING,), "toughness"
-        ),
-        _strength("crack_initiation", "CI", [COMPRESSION], "crack_initiation_lateral"),
-        _strength("crack_damage", "CD", [COMPRESSION], "crack_damage"),
+AIMS = {
+    aim.name: aim
+    for aim in (
+        Aim("youngs_modulus", (COMPRESSION,), "modulus", power=0),
+        Aim("poissons_ratio", (COMPRESSION,), "poisson", power=0, least=-1, most=0.5, is_log=False),
+        Aim("ucs", (COMPRESSION,), "strength"),
+        Aim("cohesion", (COMPRESSION, CONFINED)),
+        Aim("friction_angle", (COMPRESSION, CONFINED), power=0, most=90, is_log=False),
+        Aim("tensile_strength", (TENSION,), "strength"),
+        Aim("brazilian_strength", (BRAZILIAN,), "strength"),
+        Aim("fracture_toughness", (BENDING,), "toughness"),
+        Aim("crack_initiation", (COMPRESSION,), "crack_initiation_lateral"),
+        Aim("crack_damage", (COMPRESSION,), "crack_damage"),
     )
-}  # fmt: skip
+}
 
 
 @attrs.frozen
@@ -80,15 +78,15 @@ class Target:
 def _target(given: Any, _component: Any, attribute: Any) -> Target | None:
     if given is None or isinstance(given, Target):
         return given
-    quantity, where = QUANTITIES[attribute.name], f"Targets: {attribute.name}"
+    aim, where = AIMS[attribute.name], f"Targets: {attribute.name}"
     pair = (given, None) if is_number(given) else given
     if isinstance(pair, (str, bytes)) or not isinstance(pair, Sequence) or len(pair) != 2:
         raise ParameterError(
-            f"{where} = {short(given)} is not allowed, it must be a number ({quantity.unit}) or (value, uncertainty)"
+            f"{where} = {short(given)} is not allowed, it must be a number ({aim.unit}) or (value, uncertainty)"
         )
-    value = checked_number(where, pair[0], quantity.unit, above=quantity.least)
-    if value >= quantity.most:
-        raise ParameterError(f"{where} = {short(value)} is not allowed, it must be below {quantity.most:g}")
+    value = checked_number(where, pair[0], aim.unit, above=aim.least)
+    if value >= aim.most:
+        raise ParameterError(f"{where} = {short(value)} is not allowed, it must be below {aim.most:g}")
     usual = USUAL_UNCERTAINTY * abs(value)
     return Target(value, usual if pair[1] is None else checked_number(f"{where}: uncertainty", pair[1], at_least=0))
 
@@ -125,23 +123,23 @@ class Targets(metaclass=Checked):
         if len(set(self.confinements)) < len(self.confinements):
             raise ParameterError(f"Targets: confinements = {short(self.confinements)} is not allowed, each only once")
         if not self.given:
-            raise ParameterError(f"Targets: there is no target; give one or more of {', '.join(QUANTITIES)}")
+            raise ParameterError(f"Targets: there is no target; give one or more of {', '.join(AIMS)}")
 
     @property
     def given(self) -> dict[str, Target]:
         """The targets by name."""
-        found = {name: getattr(self, name) for name in QUANTITIES}
+        found = {name: getattr(self, name) for name in AIMS}
         return {name: target for name, target in found.items() if target is not None}
 
     @property
     def elastic(self) -> dict[str, Target]:
         """Those that are met by statics."""
-        return {name: target for name, target in self.given.items() if QUANTITIES[name].is_elastic}
+        return {name: target for name, target in self.given.items() if AIMS[name].is_elastic}
 
     @property
     def tested(self) -> dict[str, Target]:
         """Those that take tests to failure."""
-        return {name: target for name, target in self.given.items() if not QUANTITIES[name].is_elastic}
+        return {name: target for name, target in self.given.items() if not AIMS[name].is_elastic}
 
     @property
     def pressures(self) -> tuple[float, ...]:
@@ -159,7 +157,7 @@ class Targets(metaclass=Checked):
 
 def checked_quantities(where: str, names: Sequence[str]) -> tuple[str, ...]:
     """Names of quantities that tests to failure measure. Raises :class:`ParameterError`."""
-    known = [name for name, quantity in QUANTITIES.items() if not quantity.is_elastic]
+    known = [name for name, aim in AIMS.items() if not aim.is_elastic]
     for name in names:
         if name not in known:
             raise ParameterError(f"{where}: there is no quantity {short(name)}{nearest(str(name), known)}")
@@ -168,10 +166,10 @@ def checked_quantities(where: str, names: Sequence[str]) -> tuple[str, ...]:
 
 def needed_tests(names: Sequence[str]) -> tuple[str, ...]:
     """The tests that measure quantities, in the order of :data:`TESTS`."""
-    wanted = {test for name in names for test in QUANTITIES[name].tests}
+    wanted = {test for name in names for test in AIMS[name].tests}
     return tuple(test for test in TESTS if test in wanted)
 
 
 def measured_by(tests: Sequence[str]) -> tuple[str, ...]:
     """All quantities that some tests measure, asked for or not."""
-    return tuple(name for name, quantity in QUANTITIES.items() if set(quantity.tests) <= set(tests))
+    return tuple(name for name, aim in AIMS.items() if set(aim.tests) <= set(tests))

@@ -14,11 +14,11 @@ from grainlaw.calibration.simulator import Failure, Simulator, Values
 from grainlaw.calibration.space import Tie, law_with, rounded
 from grainlaw.calibration.stiffness_search import with_grains
 from grainlaw.calibration.targets import (
+    AIMS,
     BENDING,
     BRAZILIAN,
     COMPRESSION,
     CONFINED,
-    QUANTITIES,
     TENSION,
     TESTS,
     needed_tests,
@@ -176,7 +176,7 @@ class StudySimulator(Simulator):
         seed: int, scale: float,
     ) -> float:  # fmt: skip
         """A quantity of the point of this number, from what is tested for it."""
-        quantity = QUANTITIES[name]
+        aim = AIMS[name]
 
         def column(test: str, confinement: float, which: str) -> float:
             tested = trials[test]
@@ -189,8 +189,8 @@ class StudySimulator(Simulator):
             value = row.get(which)
             return math.nan if reason or value is None else float(value)
 
-        if CONFINED not in quantity.tests:
-            return column(quantity.tests[0], 0.0, quantity.column)
+        if CONFINED not in aim.tests:
+            return column(aim.tests[0], 0.0, aim.column)
         peaks = [scale * column(COMPRESSION, 0.0, "strength")]
         peaks += [column(CONFINED, level, "strength") for level in self.pressures]
         if not np.isfinite(peaks).all():

@@ -12,7 +12,7 @@ from grainlaw.calibration.matching import LIMIT, TRIED, Conflict, Match, Plausib
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.simulator import Simulator, Values
 from grainlaw.calibration.space import Space
-from grainlaw.calibration.targets import CONFINED, QUANTITIES, Target
+from grainlaw.calibration.targets import AIMS, CONFINED, Target
 from grainlaw.parameter import ParameterError
 
 PER_GROUP = 10  #: points of the first wave for each free group
@@ -211,7 +211,7 @@ class Search:
     def _tested(self, points: np.ndarray, seeds: Sequence[int]) -> tuple[np.ndarray, Values]:
         """Tests without confinement, which tell how strong the rock is, then those under that share of it."""
         given = [self.space.mapping(point) for point in points]
-        confined = [name for name in self.quantities if CONFINED in QUANTITIES[name].tests]
+        confined = [name for name in self.quantities if CONFINED in AIMS[name].tests]
         free = [name for name in self.quantities if name not in confined]
         values = self.simulator.values(given, free, seeds, np.ones(len(points)))
         scales = self._scales(values, len(points))
@@ -224,7 +224,7 @@ class Search:
         scale = self.space.scale
         if scale is None:
             return np.ones(count)
-        wanted = {name: t.value for name, t in self.targets.items() if name in values and QUANTITIES[name].power == 1}
+        wanted = {name: t.value for name, t in self.targets.items() if name in values and AIMS[name].power == 1}
         if "ucs" not in wanted and "ucs" in values and {"cohesion", "friction_angle"} <= set(self.targets):
             phi = np.radians(self.targets["friction_angle"].value)
             wanted["ucs"] = float(2 * self.targets["cohesion"].value * np.cos(phi) / (1 - np.sin(phi)))

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 
 from grainlaw.calibration.stiffness_search import CONTACTS
-from grainlaw.calibration.targets import BENDING, BRAZILIAN, QUANTITIES, Targets, needed_tests
+from grainlaw.calibration.targets import AIMS, BENDING, BRAZILIAN, Targets, needed_tests
 from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
 from grainlaw.cli.components import evolved, name_of, refuse_unknown
 from grainlaw.cli.configuration import Configuration, configured
@@ -101,7 +101,7 @@ def calibration_of(
         raise ParameterError(f"{file}: sample.file is not allowed: seeds must make other grains")
     settings = evolved(Settings, {**own["calibration"], **_set(options or {})}, "calibration")
     targets = targets_of(own["targets"])
-    needed = {SHAPES[test] for test in needed_tests([*targets.given, *(n for n in settings.also if n in QUANTITIES)])}
+    needed = {SHAPES[test] for test in needed_tests([*targets.given, *(n for n in settings.also if n in AIMS)])}
     shapes = {PRISM: sections.get("sample", {})}
     shapes |= {shape: own[shape] for shape in (DISC, HALF_DISC) if own[shape] or shape in needed}
     specimens = {
@@ -129,7 +129,7 @@ def _set(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def targets_of(table: Mapping[str, Any]) -> Targets:
     """The table [targets]: quantities, or lists of a value and its uncertainty. Raises :class:`ParameterError`."""
-    refuse_unknown("targets", table, [*QUANTITIES, "confinements"])
+    refuse_unknown("targets", table, [*AIMS, "confinements"])
     values: dict[str, Any] = {}
     for name, given in table.items():
         if name == "confinements":
@@ -143,7 +143,7 @@ def targets_of(table: Mapping[str, Any]) -> Targets:
 
 
 def _value(name: str, given: Any) -> float:
-    unit = QUANTITIES[name].unit
+    unit = AIMS[name].unit
     if name == "fracture_toughness":
         found = TOUGHNESS.fullmatch(given) if isinstance(given, str) else None
         if isinstance(given, str) and not found:

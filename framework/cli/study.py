@@ -17,9 +17,10 @@ import click
 
 from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.study_file import StudyFile, study_of
+from grainlaw.columns import quantity_of
 from grainlaw.compiler.cache import compile_portably
 from grainlaw.parameter import ParameterError, checked_whole_number
-from grainlaw.quantity import Shown, aligned, shown
+from grainlaw.quantity import Quantity, aligned
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.stopping import Stopped
 from grainlaw.studies.statistics import Mean, level
@@ -269,14 +270,14 @@ def means(table: Table, by: list[str]) -> str:
         return str(table)
     found = table.means(*by)
     columns = [found[name] for name in names]
-    rows = [[*(shown(name).heading for name in by), "n", *(table.look(name).heading for name in names)]]
+    rows = [[*(quantity_of(name).heading for name in by), "n", *(table.quantity(name).heading for name in names)]]
     for entries in zip(*columns, strict=True):
         group: Mean = entries[0]
-        cells = (_mean(table.look(name), entry) for name, entry in zip(names, entries, strict=True))
+        cells = (_mean(table.quantity(name), entry) for name, entry in zip(names, entries, strict=True))
         rows.append([*(level(name, group.group[name]) for name in by), str(group.count), *cells])
     return f"{aligned(rows, rule=True)}\nmeans over the seeds, ± half of the 95 % interval"
 
 
-def _mean(look: Shown, entry: Mean) -> str:
+def _mean(look: Quantity, entry: Mean) -> str:
     half = (entry.interval[1] - entry.interval[0]) / 2
     return look.text(entry.mean) if math.isnan(half) else f"{look.text(entry.mean)} ± {look.text(half)}"

@@ -30,8 +30,8 @@ from grainlaw.engine.model import Model
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
 from grainlaw.observation import Observer
-from grainlaw.quantity import aligned, shown
-from grainlaw.results.certificate import marked, text_of
+from grainlaw.quantity import aligned
+from grainlaw.results.certificate import texts
 from grainlaw.results.files import write_atomically
 from grainlaw.results.paraview import write_script
 from grainlaw.results.plot import require_bokeh, write_interactive
@@ -110,7 +110,7 @@ def test(
         result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=beside)
         if interactive:
             write_interactive(result, claim.path / INTERACTIVE, probe=probe)
-        click.echo(_table(result))
+        click.echo(aligned(texts(result, result.summary).items()))
         if certify and not reason:
             click.echo(f"\n{_certified(name, result, chosen, claim)}")
         tell_certificate({name: result})
@@ -146,9 +146,3 @@ def _certified(name: str, result: Result, chosen: Configuration, claim: Claim) -
         )  # fmt: skip
     write_json(claim.path / "certificate.json", attrs.asdict(found) | {"limit": found.limit, "error": found.error})
     return str(found)
-
-
-def _table(result: Result) -> str:
-    return aligned(
-        (shown(name).heading, marked(name, [result], text_of(name, shown(name), result))) for name in result.summary
-    )

@@ -15,6 +15,7 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.material import Elastic, Material, Plane, Rigid
 from grainlaw.parameter import ParameterError, parameters
+from grainlaw.quantity import Quantity
 from grainlaw.region import Region
 from grainlaw.results.files import Arrays, below, without_nan, write_atomically
 from grainlaw.results.frames import packed, unpacked
@@ -33,6 +34,7 @@ class Recorded(metaclass=Checked):
 
     type: str
     parameters: dict[str, Any]
+    quantities: tuple[Quantity, ...] = ()  #: that a test declares
 
 
 @attrs.frozen
@@ -97,6 +99,7 @@ def to_bytes(result: Result, *, frames: bool = True) -> bytes:
         "summary": result.summary,
         "law": _described(result.law),
         "protocol": _described(result.protocol),
+        "quantities": [attrs.asdict(each) for each in result.quantities.values()],
         "material": _described(result.specimen.material),
         "contact_points": _described(result.specimen.contact_points),
         "refinement": result.specimen.refinement,
@@ -133,7 +136,9 @@ def _result(arrays: Arrays, about: Mapping[str, Any]) -> Result:
     return Result(
         specimen=_specimen(arrays, about),
         law=_read(about["law"]),
-        protocol=_read(about["protocol"]),
+        protocol=attrs.evolve(
+            _read(about["protocol"]), quantities=tuple(Quantity(**each) for each in about["quantities"])
+        ),
         curves=Curves(below("curves", arrays)),
         summary=Named({name: np.nan if value is None else value for name, value in about["summary"].items()}),
         cracks=Cracks(**below("cracks", arrays)),

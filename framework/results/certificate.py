@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from grainlaw.columns import DAMAGED
+from grainlaw.columns import DAMAGED, quantity_of
 from grainlaw.contact import ContactLaw, memory_names
-from grainlaw.quantity import Shown, shown
+from grainlaw.quantity import Quantity
 from grainlaw.results.thresholds import strains_disagree
 
 if TYPE_CHECKING:
@@ -57,18 +57,19 @@ def doubts(result: Result) -> Iterator[str]:
         yield "the specimen had not failed when the test ended"
     for name, largest in STRENGTHS.items():
         if summary.get(largest, -math.inf) > (1 + HIGHER) * summary.get(name, math.nan):
+            words = result.quantity(largest).words
             yield (
-                f"after its first failure the specimen bore more than its strength, its {shown(largest).words} is that "
-                "of what was left of it"
+                f"after its first failure the specimen bore more than its strength, its {words} is that of what was "
+                "left of it"
             )
     for measure, (_, cure) in LIMITS.items():
         value: Any = summary.get(measure)
         if not fails(measure, value):
             continue
         if math.isnan(value):
-            yield f"the {shown(measure).words} cannot be computed, so the test has failed its certificate"
+            yield f"the {quantity_of(measure).words} cannot be computed, so the test has failed its certificate"
         else:
-            yield f"the {shown(measure).words} is above its limit; {cure}"
+            yield f"the {quantity_of(measure).words} is above its limit; {cure}"
     if strains_disagree(result.curves):
         yield (
             "the axial strain by volumetric_strain and lateral_strain is not the column strain: one of the three is "
@@ -86,7 +87,7 @@ def warnings_of(results: Mapping[str, Result]) -> Iterator[str]:
             yield f"{name}: {words}."
 
 
-def text_of(name: str, look: Shown, result: Result) -> str:
+def text_of(name: str, look: Quantity, result: Result) -> str:
     """A property as text; ``> 602.32`` for the strength of a specimen that had not failed: it bears more than that."""
     return f"> {look.text(least_of(name, result))}" if is_open(name, result) else look.text(result.summary.get(name))
 
@@ -111,7 +112,7 @@ def marked(name: str, results: Collection[Result], text: str) -> str:
 def texts(result: Result, names: Iterable[str]) -> dict[str, str]:
     """Properties of a run as tables show them, by their headings; those that it has."""
     return {
-        shown(name).heading: marked(name, [result], text_of(name, shown(name), result))
+        (look := result.quantity(name)).heading: marked(name, [result], text_of(name, look, result))
         for name in names
         if name in result.summary
     }

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.quantity import Shown
+from grainlaw.quantity import Quantity
 from grainlaw.results.certificate import is_open, least_of
 from grainlaw.results.result import Result
 
@@ -21,7 +21,7 @@ def means(summaries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {name: float(np.mean([summary[name] for summary in summaries])) for name in shared}
 
 
-def mean_and_range(look: Shown, results: Collection[Result], name: str) -> str:
+def mean_and_range(look: Quantity, results: Collection[Result], name: str) -> str:
     """``3.00 (2.00 to 5.00)``; the mean alone where all are shown alike, a dash where one does not exist.
 
     ``> `` before it where one is only known to be above a value.

@@ -11,6 +11,7 @@ from grainlaw.arguments import Checked
 from grainlaw.columns import missing
 from grainlaw.messages import short
 from grainlaw.parameter import ParameterError
+from grainlaw.quantity import Quantity
 from grainlaw.unit_text import factor_into
 
 if TYPE_CHECKING:
@@ -51,6 +52,16 @@ class Measure(metaclass=Checked):
     def factor(self) -> float:
         """The value in SI times this is the value in ``unit``; by default found from the unit."""
         return factor_into(self.unit)
+
+    @property
+    def is_main(self) -> bool:
+        """Whether the tables of studies show it unasked."""
+        return True
+
+    @property
+    def quantity(self) -> Quantity:
+        """How it is shown."""
+        return Quantity(self.name, self.unit, meaning=self.meaning, is_main=self.is_main, factor=self.factor)
 
     @property
     def source(self) -> str:

@@ -11,11 +11,12 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.columns import CONTACTS, SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy, work_done
+from grainlaw.columns import CONTACTS, SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy, quantity_of, work_done
 from grainlaw.contact import dilates, each_law
 from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest
 from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
+from grainlaw.quantity import Quantity
 from grainlaw.results.certificate import doubts, texts
 from grainlaw.results.data_frames import data_frame
 from grainlaw.short_form import html_table
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
     from grainlaw.results.frames import Frame
     from grainlaw.results.laboratory import Laboratory
     from grainlaw.results.measure import Measure
-
-
-FIRST = ("strength", "failure_strain", "flexural_strength", "toughness")  #: what is shown first of a summary
 
 
 class Named(dict[str, Any]):
@@ -163,14 +161,23 @@ class Result(metaclass=Checked):
         from grainlaw.results.archive import called, law_name
 
         facts = {"law": law_name(self.law), "test": called(self.protocol), "grains": str(self.specimen.grains.count)}
-        facts |= texts(self, FIRST)
+        facts |= texts(self, [name for name in self.summary if self.quantity(name).is_main])
         samples = max(map(len, self.curves.values()), default=0)
-        counts = {"cracks": len(self.cracks), "samples": samples, "frames": len(self.frames)}
+        counts = {"samples": samples, "frames": len(self.frames)}
         return facts | {what: str(count) for what, count in counts.items()}
 
     def _html(self) -> str:
         rows = [*(self._facts | texts(self, self.summary)).items(), *(("doubt", words) for words in doubts(self))]
         return html_table(rows, caption="Result")
+
+    def quantity(self, name: str) -> Quantity:
+        """How a column or a property is shown: as the test declares it, or as of any test."""
+        return quantity_of(name, self.quantities)
+
+    @cached_property
+    def quantities(self) -> dict[str, Quantity]:
+        """Those that the test declares, by name."""
+        return {each.name: each for each in self.protocol.quantities}
 
     @property
     def mesh(self) -> Mesh:

@@ -36,6 +36,11 @@ class Standard(Measure):
     source: str = ""
     needs: Sequence[str] = ()
 
+    @property
+    def is_main(self) -> bool:
+        """A few of the many."""
+        return self.name == "crack_damage"
+
     def find(self, laboratory: Laboratory) -> float:
         return self.find_in(laboratory)
 

@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 import meshio
 import numpy as np
 
-from grainlaw.columns import COURSE, STRAIN, TIME
+from grainlaw.columns import COURSE, TIME, quantity_of
 from grainlaw.engine.state import State
 from grainlaw.material import Elastic, Plane
 from grainlaw.observation import Observer
@@ -21,15 +21,7 @@ from grainlaw.results.frames import Frame, FrameClock, take_frame
 from grainlaw.results.segments import contact_segments
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
-
-#: of the arrays that have one
-UNITS = {
-    "stress": "Pa", "stress_1": "Pa", "stress_2": "Pa", "rotation": "rad", "temperature": "°C", "zone_stress": "Pa",
-    "displacement": "m", "velocity": "m/s", "opening": "m", "slip": "m", "normal": "Pa", "shear": "Pa",
-    "broken_time": "s", "fluid_pressure": "Pa",
-    "lost_opening": "J/m2", "lost_slip": "J/m2", "made": "J/m2",
-}  # fmt: skip
-
+from grainlaw.unit_text import without_prefixes
 
 Fields = Mapping[str, str | float | Sequence[str]]  #: by name: a text, a number, or several texts
 
@@ -56,6 +48,11 @@ def _entry(name: str, value: str | float | Sequence[str]) -> str:
 def _array(name: str, kind: str, count: int, content: str) -> str:
     about = f'type="{kind}" Name={quoteattr(name)} NumberOfTuples="{count}" format="ascii"'
     return f"<DataArray {about}>\n{content}\n</DataArray>\n"
+
+
+def unit_in_si(name: str) -> str:
+    """Of an array, whose numbers are in SI."""
+    return without_prefixes(quantity_of(name).unit)
 
 
 def vtu(name: str, number: int) -> str:
@@ -161,8 +158,9 @@ class VtkSeries:
         about: dict[str, Any] = {"law": self.law, "stage": frame.stage, "time (s)": frame.time}
         reached = next((name for name in COURSE if name != TIME and name in (curves or {})), None)
         if curves is not None and reached is not None:
-            unit = "" if reached == STRAIN else " (m)"
-            about[f"{reached}{unit}"] = float(np.interp(frame.time, curves[TIME], curves[reached]))
+            unit = unit_in_si(reached)
+            heading = reached if unit == "1" else f"{reached} ({unit})"
+            about[heading] = float(np.interp(frame.time, curves[TIME], curves[reached]))
         self._add("grains", frame.time, self._grains(frame), about)
         if len(self.interfaces):
             self._add("cracks", frame.time, self._cracks(frame), about)
@@ -222,7 +220,7 @@ class VtkSeries:
 
     def _add(self, name: str, time: float, mesh: meshio.Mesh, about: Mapping[str, Any]) -> None:
         file = vtu(name, len(self.entries[name]))
-        units = [f"{array}: {UNITS[array]}" for array in (*mesh.point_data, *mesh.cell_data) if array in UNITS]
+        units = [f"{name}: {unit}" for name in (*mesh.point_data, *mesh.cell_data) if (unit := unit_in_si(name)) != "1"]
         fields = {**about, "units": units, "grainlaw": version("grainlaw")}
         write_atomically(self.folder / file, lambda path: write_vtu(path, mesh, fields))
         self.entries[name].append((time, file))

@@ -7,11 +7,11 @@ from typing import Any
 import attrs
 
 from grainlaw.arguments import Checked, checked
+from grainlaw.columns import quantity_of
 from grainlaw.contact import Laws
 from grainlaw.loading import Loading
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.quantity import shown
 from grainlaw.results.certificate import STRENGTHS
 from grainlaw.results.result import Result
 from grainlaw.runs.parallel import Run, simulate_all
@@ -38,10 +38,8 @@ class QuasiStaticLimit(metaclass=Checked):
         return abs(self.strength - self.slower)
 
     def __str__(self) -> str:
-        what, share = shown(self.name), abs(self.strength / self.limit - 1)
-        words = (
-            f"{what.text(value)} {what.unit}".strip() for value in (self.strength, self.slower, self.limit, self.error)
-        )
+        what, share = quantity_of(self.name), abs(self.strength / self.limit - 1)
+        words = map(what.with_unit, (self.strength, self.slower, self.limit, self.error))
         return "{}, at half the speed {}: quasi-static limit {}, give or take {}".format(*words) + f" ({share:.1%} off)"
 
 

@@ -13,8 +13,8 @@ from grainlaw.arguments import Checked, checked
 from grainlaw.contact import Laws
 from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.quantity import aligned, shown
-from grainlaw.results.certificate import LIMITS, marked, warnings_of
+from grainlaw.quantity import Quantity, aligned
+from grainlaw.results.certificate import marked, warnings_of
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.means import mean_and_range, means
 from grainlaw.results.measure import Measure
@@ -28,14 +28,6 @@ from grainlaw.specimen import Specimen
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
 
-#: rows of the table that a comparison prints
-TABLE = (
-    "strength", "failure_strain", "largest_stress", "apparent_modulus", "apparent_poisson", "modulus", "poisson",
-    "tensile_cracks", "shear_cracks", *LIMITS, "steps", "seconds",
-)  # fmt: skip
-
-
-FIRST = "strength"  #: what is shown of each law in one line
 Key = str | tuple[str, int]  #: the name of a law; where there are several samples, and the seed of one
 
 
@@ -91,16 +83,20 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
 
     @property
     def _facts(self) -> dict[str, str]:
-        look = shown(FIRST)
+        main = next((look for look in self._quantities if look.is_main), None)
         texts = {
-            law: f"{mean_and_range(look, each.values(), FIRST)} {look.unit}"
-            if all(FIRST in result.summary for result in each.values())
-            else "finished"
+            law: "finished" if main is None else f"{mean_and_range(main, each.values(), main.name)} {main.unit_shown}"
             for law, each in self.by_law.items()
         }
         failed = {"failed": ", ".join(map(in_words, self.failed))} if self.failed else {}
         laws = dict.fromkeys(_parted(key)[0] for key in (*self.results, *self.failed))
         return {"laws": str(len(laws)), **failed, **texts}
+
+    @property
+    def _quantities(self) -> list[Quantity]:
+        """Of the summaries."""
+        found = {name: result for result in self.results.values() for name in result.summary}
+        return [result.quantity(name) for name, result in found.items()]
 
     def _html(self) -> str:
         heads, *rows = self._rows()
@@ -118,9 +114,11 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         by_law = self.by_law
         absent = [law for law in dict.fromkeys(_parted(key)[0] for key in self.failed) if law not in by_law]
         rows = [["", *by_law, *absent]]
-        for name in TABLE:
-            look = shown(name)
-            cells = (marked(name, each.values(), mean_and_range(look, each.values(), name)) for each in by_law.values())
+        for look in self._quantities:
+            cells = (
+                marked(look.name, each.values(), mean_and_range(look, each.values(), look.name))
+                for each in by_law.values()
+            )
             rows.append([look.heading, *cells, *("failed" for _ in absent)])
         return rows
 

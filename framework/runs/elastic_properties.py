@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from grainlaw.arguments import Checked, checked
+from grainlaw.columns import quantity_of
 from grainlaw.contact import ContactLaw, Laws, declared_stiffness
 from grainlaw.engine.model import laws_of_bonds
 from grainlaw.engine.parts.laws import by_interface, stiffness_of_points
@@ -20,7 +21,7 @@ from grainlaw.gauges import lateral_strain
 from grainlaw.messages import refusal, short
 from grainlaw.moduli import converted
 from grainlaw.parameter import ParameterError
-from grainlaw.quantity import aligned, shown
+from grainlaw.quantity import aligned
 from grainlaw.specimen import Specimen
 
 SIDES = ("bottom", "left", "right", "top")
@@ -43,7 +44,7 @@ class ElasticProperties(metaclass=Checked):
 
     def __str__(self) -> str:
         names = "apparent_modulus", "apparent_poisson", "modulus", "poisson"
-        rows = [(shown(name).heading, shown(name).text(getattr(self, name))) for name in names]
+        rows = [(quantity_of(name).heading, quantity_of(name).text(getattr(self, name))) for name in names]
         axes = ["xx", "yy", "xy"]
         tensor = [["", *axes]]
         tensor += [[axis, *(f"{c * 1e-9:z.3f}" for c in row)] for axis, row in zip(axes, self.stiffness, strict=True)]

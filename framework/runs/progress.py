@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.columns import COURSE, LOAD
+from grainlaw.columns import COURSE, LOAD, quantity_of
 from grainlaw.engine.state import State
 from grainlaw.observation import Observer
-from grainlaw.quantity import shown
 from grainlaw.runs.estimate import in_words
 from grainlaw.stage import Stage
 
@@ -150,7 +149,7 @@ class RunBar(Observer):
 def where_is(stage: Stage, curves: Mapping[str, np.ndarray]) -> str:
     """The stage of a run and the last readings of its curve, as "axial, 0.12 %, 43.1 MPa"."""
     names = [next((name for name in kind if name in curves), None) for kind in (COURSE, LOAD)]
-    readings = (f"{shown(n).text(float(curves[n][-1]))} {shown(n).unit}".strip() for n in names if n is not None)
+    readings = (quantity_of(n).with_unit(float(curves[n][-1])) for n in names if n is not None)
     return ", ".join([stage.name, *readings])
 
 

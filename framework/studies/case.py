@@ -146,7 +146,10 @@ def _refused(error: Exception) -> dict[str, Any]:
 def _found(result: Result, measures: Sequence[Measure]) -> dict[str, Any]:
     """The properties of a test, doubts about them, and what a laboratory measures; not what the clock says."""
     summary = {name: value for name, value in result.summary.items() if name != "seconds"}
-    found = {"summary": summary, "doubts": list(doubts(result))}
+    found = {
+        "summary": summary, "doubts": list(doubts(result)),
+        "quantities": [attrs.asdict(each) for each in result.quantities.values()],
+    }  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:

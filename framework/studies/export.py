@@ -56,11 +56,11 @@ def _more(table: Table) -> str:
 def _texts(table: Table) -> list[list[str]]:
     names = [*table.factors, "status", *table.main]
     rows = [[_text(table, name, table.value(row, name)) for name in names] for row in table.rows[:LINES]]
-    return [[table.look(name).heading for name in names], *rows]
+    return [[table.quantity(name).heading for name in names], *rows]
 
 
 def _text(table: Table, name: str, value: Any) -> str:
-    return level(name, value) if name in table.factors else table.look(name).text(value)
+    return level(name, value) if name in table.factors else table.quantity(name).text(value)
 
 
 def to_pandas(table: Table) -> pandas.DataFrame:

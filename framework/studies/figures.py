@@ -12,10 +12,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from grainlaw.columns import quantity_of
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION
 from grainlaw.parameter import ParameterError
-from grainlaw.quantity import Shown, shown
+from grainlaw.quantity import Quantity
 from grainlaw.results.figures.curves import course_heading
 from grainlaw.results.figures.stored_cracks import draw_stored_cracks, label_cracks, scale_bar
 from grainlaw.studies import groups
@@ -34,7 +35,7 @@ MOST_PER_COLUMN = 6  #: entries of a legend
 
 def plot_strip(table: Table, column: str, by: Sequence[str], over: Sequence[str], ax: Axes | None) -> Figure:
     """A point for each case, in a strip for each group; beside it the mean with its 95 % interval."""
-    look, found = table.look(column), groups.means(table, column, by)
+    look, found = table.quantity(column), groups.means(table, column, by)
     members = [rows for _, rows in groups.groups(table, by)]
     blocks = [tuple(entry.group[name] for name in by[:-1]) for entry in found]
     places = np.cumsum([0.0] + [1.0 if one == other else 1.4 for one, other in itertools.pairwise(blocks)])
@@ -58,7 +59,7 @@ def plot_strip(table: Table, column: str, by: Sequence[str], over: Sequence[str]
             )  # fmt: skip
     axes.set_xticks(places[: len(found)], [_ticked(e, by[-1:], len(r)) for e, r in zip(found, members, strict=True)])
     axes.set_xlim(-0.6, places[-1] + 0.6)
-    heading = ", ".join(shown(name).heading for name in reversed(by))
+    heading = ", ".join(quantity_of(name).heading for name in reversed(by))
     if len(by) > 1:  # what several strips have in common stands once below them
         for block in dict.fromkeys(blocks):
             middle = np.mean([x for x, each in zip(places, blocks, strict=False) if each == block])
@@ -71,7 +72,7 @@ def plot_strip(table: Table, column: str, by: Sequence[str], over: Sequence[str]
 
 def plot_paired(table: Table, column: str, factor: str, over: Sequence[str], ax: Axes | None) -> Figure:
     """A line for each pair, which rises solid or falls dashed; means in black; mean differences in the title."""
-    look = table.look(column)
+    look = table.quantity(column)
     found = groups.differences(table, column, factor, over)
     blocks = [
         (group, groups.values_by_level(table, column, factor, over, rows))
@@ -96,7 +97,7 @@ def plot_paired(table: Table, column: str, factor: str, over: Sequence[str], ax:
         left += len(values) + 0.5
     axes.set_xticks([x for x, _ in ticks], [text.replace(" ", "\n") for _, text in ticks])
     axes.set_xlim(-0.5, max(left - 1, 0.5))
-    axes.set_xlabel(shown(factor).heading)
+    axes.set_xlabel(quantity_of(factor).heading)
     axes.margins(y=0.16)
     axes.set_title("\n".join(said), fontsize=9, loc="left")
     _finish(axes, look.heading)
@@ -106,7 +107,7 @@ def plot_paired(table: Table, column: str, factor: str, over: Sequence[str], ax:
 def plot_curves(table: Table, by: Sequence[str], y: str, x: str, ax: Axes | None) -> Figure:
     """Curves of the stored runs of each group, thin; their median and 10 to 90 % until half of them have ended."""
     figure, axes = given_or_new("Table.plot_curves", ax, (6.2, 4.4))
-    across, up = shown(x), shown(y)
+    across, up = table.quantity(x), table.quantity(y)
     drawn = 0
     for k, (group, rows) in enumerate(groups.groups(table, by)):
         curves = [curve for row in rows if (curve := _curve(table, row, x, y)) is not None]
@@ -124,9 +125,9 @@ def plot_curves(table: Table, by: Sequence[str], y: str, x: str, ax: Axes | None
         drawn += 1
     if not drawn:
         raise ParameterError(f"Table.plot_curves: no finished case has a run with the columns {x} and {y}")
-    axes.set_xlabel(course_heading(x))
+    axes.set_xlabel(course_heading(across))
     axes.legend(frameon=False, fontsize=9, handlelength=3)
-    _finish(axes, course_heading(y))
+    _finish(axes, course_heading(up))
     return figure
 
 
@@ -205,8 +206,8 @@ def _label(group: Mapping[str, Any]) -> str:
     """Levels with their units, and the names of factors whose levels do not say what they are."""
     words = []
     for name, value in group.items():
-        look, text = shown(name), level(name, value)
-        words.append(text if isinstance(value, str) else f"{look.words} {text} {look.unit}".rstrip())
+        look, text = quantity_of(name), level(name, value)
+        words.append(text if isinstance(value, str) else f"{look.words} {text} {look.unit_shown}".rstrip())
     return ", ".join(words)
 
 
@@ -227,12 +228,12 @@ def _join(axes: Axes, at: Sequence[float], first: Mapping, second: Mapping, fact
         axes.plot(at, pairs.mean(axis=0), "D-", color=BLACK, linewidth=2.2, markersize=5, zorder=4)
 
 
-def _said(found: Sequence[Difference], look: Shown) -> Iterator[str]:
+def _said(found: Sequence[Difference], look: Quantity) -> Iterator[str]:
     """A line for each difference, for a title."""
     for entry in found[:MOST_PER_COLUMN]:
         one, other = (level(entry.factor, each) for each in entry.levels)
         where = f"{_label(entry.group)}: " if entry.group else ""
-        unit = f" {look.unit}" if look.unit else ""
+        unit = f" {look.unit}" if look.unit_shown else ""
         low, high = (look.text(end) for end in entry.interval)
         sign = "+" if entry.mean > 0 else ""
         interval = f"{sign}{look.text(entry.mean)}{unit} (95 %: {low} to {high}, n = {entry.count})"

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grainlaw.columns import STRAIN, STRESS
-from grainlaw.quantity import shown
+from grainlaw.columns import STRAIN, STRESS, quantity_of
 from grainlaw.results.figures import html
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.estimate import in_words
@@ -78,18 +77,18 @@ def _found(table: Table, main: Sequence[str], by: Sequence[str], over: Sequence[
         yield _listing(means[name])
     if main:
         yield html.picture(
-            plot_strip(table, main[0], by, over or table.factors, None), f"{table.look(main[0]).words}: {STRIP}"
+            plot_strip(table, main[0], by, over or table.factors, None), f"{table.quantity(main[0]).words}: {STRIP}"
         )
     yield from _others(table, by)
     factor = next((name for name in table.factors if name not in over and _is_named(table, name)), None)
     if factor and over and len(table.levels(factor)) > 1:
-        yield html.text("h2", f"Paired differences: {shown(factor).words}")
-        yield html.text("p", PAIRED.format(factor=shown(factor).words, over=" and ".join(over)))
+        yield html.text("h2", f"Paired differences: {quantity_of(factor).words}")
+        yield html.text("p", PAIRED.format(factor=quantity_of(factor).words, over=" and ".join(over)))
         paired = table.paired(factor, over)
         for name in main:
             yield _listing(paired[name])
         if main and len(paired[main[0]]) <= MOST_GROUPS:
-            words = f"{table.look(main[0]).words}: lines join cases that are equal in all but {shown(factor).words}"
+            words = f"{table.quantity(main[0]).words}: lines join cases equal in all but {quantity_of(factor).words}"
             yield html.picture(table.plot_paired(main[0], factor, over), words)
     yield from _runs(table, by, over)
 
@@ -124,13 +123,13 @@ def _others(table: Table, by: Sequence[str]) -> Iterator[str]:
     columns = [", ".join(level(n, v) for n, v in entry.group.items()) or "all" for entry in means[names[0]]]
     rows = []
     for name in names:
-        look = table.look(name)
+        look = table.quantity(name)
         halves = [(entry, (entry.interval[1] - entry.interval[0]) / 2) for entry in means[name]]
         cells = [f"{look.text(entry.mean)} ± {look.text(half)}" if entry.count else "-" for entry, half in halves]
         rows.append([look.heading, *cells])
     yield html.numbers(
         rows,
-        [", ".join(shown(n).heading for n in by), *columns],
+        [", ".join(quantity_of(n).heading for n in by), *columns],
         caption="Other quantities, mean ± half of the interval",
     )
 
@@ -156,7 +155,7 @@ def _factors(table: Table) -> list[list[str]]:
             texts = [f"{level(name, min(levels))} to {level(name, max(levels))}"]
         elif len(levels) > LEVELS:
             texts = [*texts[:LEVELS], "..."]
-        rows.append([shown(name).heading, ", ".join(texts), f"{len(levels)} levels"])
+        rows.append([quantity_of(name).heading, ", ".join(texts), f"{len(levels)} levels"])
     return rows
 
 
@@ -165,7 +164,7 @@ def _failures(table: Table) -> Iterator[str]:
         [*(level(name, case[name]) for name in table.factors), case["status"], case["reason"]]
         for case in table.failed[:REASONS]
     ]
-    heads = [*(shown(name).heading for name in table.factors), "status", "reason"]
+    heads = [*(quantity_of(name).heading for name in table.factors), "status", "reason"]
     yield html.table(rows, heads)
     if len(table.failed) > REASONS:
         yield html.text("p", f"and {len(table.failed) - REASONS} more")

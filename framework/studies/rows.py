@@ -9,6 +9,7 @@ from numbers import Real
 from typing import Any
 
 from grainlaw.arguments import Checked
+from grainlaw.quantity import Quantity
 from grainlaw.studies.case import FINISHED
 from grainlaw.studies.design import RESERVED
 from grainlaw.studies.statistics import level
@@ -69,6 +70,12 @@ class Rows(metaclass=Checked):
     def rows(self) -> list[dict[str, Any]]:
         """Factors, status, reason and properties of each case, by name; of one that failed, those until then."""
         return [flat(row) for row in self._stored]
+
+    @functools.cached_property
+    def declared(self) -> dict[str, Quantity]:
+        """What the tests of the rows have declared of their columns and properties, by name."""
+        found = [entry for row in self._stored for entry in row.get("quantities") or ()]
+        return {entry["name"]: Quantity(**entry) for entry in found}
 
     @functools.cached_property
     def doubts(self) -> dict[str, list[int]]:

@@ -12,9 +12,10 @@ import numpy as np
 import scipy
 
 from grainlaw.arguments import Checked
+from grainlaw.columns import quantity_of
 from grainlaw.messages import nearest
 from grainlaw.parameter import ParameterError, checked_number
-from grainlaw.quantity import Shown, aligned, shown
+from grainlaw.quantity import Quantity, aligned
 
 CONFIDENCE = 0.95
 MOST = 10_000_000  #: samples that are asked for at most
@@ -112,7 +113,7 @@ def difference(
 
 def level(factor: str, value: Any) -> str:
     """A level of a factor as people write it, in the unit of its heading."""
-    look = shown(factor)
+    look = quantity_of(factor)
     if isinstance(value, (bool, str)) or (isinstance(value, int) and look.factor == 1):
         return str(value)  # all digits of a seed
     return f"{value * look.factor:.6g}" if isinstance(value, (int, float)) else str(value)
@@ -122,11 +123,11 @@ class Listing(tuple):
     """Several means, differences or interactions of one quantity; prints as a table."""
 
     name: str
-    look: Shown
+    look: Quantity
 
-    def __new__(cls, name: str, entries: Sequence[Any], look: Shown | None = None) -> Listing:
+    def __new__(cls, name: str, entries: Sequence[Any], look: Quantity | None = None) -> Listing:
         made = super().__new__(cls, entries)
-        made.name, made.look = name, look or shown(name)
+        made.name, made.look = name, look or quantity_of(name)
         return made
 
     @property
@@ -159,7 +160,7 @@ class By(Mapping[str, Listing]):
 
 
 def _heading(entry: Any, name: str) -> list[str]:
-    head = [", ".join(shown(name).heading for name in entry.group)]
+    head = [", ".join(quantity_of(name).heading for name in entry.group)]
     if isinstance(entry, Difference):
         return [*head, "levels", "n", name, "95 %", "share", "higher", "p"]
     if isinstance(entry, Interaction):
@@ -167,7 +168,7 @@ def _heading(entry: Any, name: str) -> list[str]:
     return [*head, "n", name, "95 %", "deviation"]
 
 
-def _row(entry: Any, look: Shown) -> list[str]:
+def _row(entry: Any, look: Quantity) -> list[str]:
     low, high = entry.interval
     value = [look.text(entry.mean), f"{look.text(low)} to {look.text(high)}" if math.isfinite(low) else "-"]
     head = [", ".join(level(name, value) for name, value in entry.group.items()) or "all"]

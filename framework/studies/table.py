@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grainlaw.arguments import checked
-from grainlaw.columns import STRAIN, STRESS
+from grainlaw.columns import STRAIN, STRESS, quantity_of
 from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError, checked_whole_number
-from grainlaw.quantity import Shown, shown
+from grainlaw.quantity import Quantity
 from grainlaw.results.archive import from_bytes
 from grainlaw.results.certificate import COST, LIMITS
 from grainlaw.results.measure import Measure
@@ -35,11 +35,6 @@ if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
 
 
-#: quantities that are shown of every study that has them
-USUAL = (
-    "strength", "failure_strain", "largest_stress", "apparent_modulus", "crack_damage", "tensile_cracks",
-    "shear_cracks",
-)  # fmt: skip
 NO_PROPERTIES = (*LIMITS, *COST)  #: of the rock
 
 
@@ -91,10 +86,9 @@ class Table(Rows):
 
     @property
     def main(self) -> list[str]:
-        """Quantities that are shown unasked: usual ones, and measures of the user's own."""
-        own = (name for name in self._measures if name not in MEASURES)
+        """Quantities that are shown unasked; the first three properties where a test has none of them."""
         properties = [name for name in self._had if name not in NO_PROPERTIES]
-        return [name for name in (*USUAL, *own) if name in self._had] or properties[:3]
+        return [name for name in self._had if self.quantity(name).is_main] or properties[:3]
 
     @property
     def others(self) -> list[str]:
@@ -102,15 +96,13 @@ class Table(Rows):
         told = {*self.main, *NO_PROPERTIES}
         return [name for name in self._had if name not in told]
 
-    def look(self, name: str) -> Shown:
-        """How a column is shown: a measure in its own unit."""
+    def quantity(self, name: str) -> Quantity:
+        """How a column, or one of the curves, is shown: as its measure or its test declares it."""
         measure = self._measures.get(name)
-        if measure is None:
-            return shown(name)
-        return Shown(name.replace("_", " "), "" if measure.unit == "1" else measure.unit, measure.factor)
+        return quantity_of(name, self.declared) if measure is None else measure.quantity
 
     def _listing(self, name: str, entries: Sequence[Any]) -> Listing:
-        return Listing(name, entries, self.look(name))
+        return Listing(name, entries, self.quantity(name))
 
     def levels(self, factor: str) -> list[Any]:
         """The levels of a factor in the order of the cases. Raises ParameterError for a name that is no factor."""

@@ -15,7 +15,6 @@ from matplotlib.collections import LineCollection, PolyCollection
 from grainlaw.columns import TIME, course
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.messages import refusal
-from grainlaw.quantity import shown
 from grainlaw.results.archive import law_name
 from grainlaw.results.figures.stored_cracks import (
     GRAIN,
@@ -139,7 +138,8 @@ def _moment(result: Result, frame: int) -> str:
         return f"time {result.frames[frame].time * 1e3:.4g} ms"
     name = course(result.curves)
     value = np.interp(result.frames[frame].time, result.curves[TIME], result.curves[name])
-    return f"{shown(name).words} {shown(name).text(float(value))} {shown(name).unit}".rstrip()
+    look = result.quantity(name)
+    return f"{look.words} {look.with_unit(float(value))}"
 
 
 # --- one scale -------------------------------------------------------------------------------------------------------

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from grainlaw.columns import LOAD, SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS, course, require
+from grainlaw.columns import LOAD, SHARED, SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS, course, require
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import color, marker, style
 from grainlaw.parameter import ParameterError
-from grainlaw.quantity import shown
+from grainlaw.quantity import Quantity
 from grainlaw.results.archive import law_name
 from grainlaw.results.figures.cracks import count_below, draw_cracks
 from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE
@@ -98,20 +98,21 @@ def plot_columns(results: Mapping[str, Result], y: str | None, x: str | None, ax
         require("plot_curves", result.curves, across, up)
     figure, axes = given_or_new("plot_curves", ax, (6.4, 4.4))
     for k, (name, result) in enumerate(results.items()):
-        along, values = result.curves[across] * shown(across).factor, result.curves[up] * shown(up).factor
+        along, values = (result.curves[each] * result.quantity(each).factor for each in (across, up))
         look: dict[str, Any] = {"color": color(k), "linestyle": style(k)}
         axes.plot(along, values, label=name, linewidth=1.5, **look)
-    axes.set_xlabel(course_heading(across))
-    axes.set_ylabel(course_heading(up))
+    axes.set_xlabel(course_heading(result.quantity(across)))
+    axes.set_ylabel(course_heading(result.quantity(up)))
     axes.grid(alpha=0.25)
     if len(results) > 1:
         axes.legend(frameon=False)
     return figure
 
 
-def course_heading(name: str) -> str:
-    """The words and unit of a column in pictures: stress and strain of a test are those along its axis."""
-    return f"axial {shown(name).heading}" if name in (STRAIN, STRESS) else shown(name).heading
+def course_heading(quantity: Quantity) -> str:
+    """The words and unit of a column in pictures: stress and strain that a test does not name are along its axis."""
+    is_axial = any(quantity == SHARED[name] for name in (STRAIN, STRESS))
+    return f"axial {quantity.heading}" if is_axial else quantity.heading
 
 
 def plot_result(result: Result) -> Figure:

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.columns import LOAD, TIME, course
+from grainlaw.columns import LOAD, TIME, course, quantity_of
 from grainlaw.parameter import ParameterError
-from grainlaw.quantity import shown
 from grainlaw.results.archive import called, law_name
 from grainlaw.results.figures import html
 from grainlaw.results.figures.curves import course_heading
@@ -65,7 +64,7 @@ def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:
     frames = _chosen(result)
     table = {key: ColumnDataSource(values) for key, values in _tables(result, frames, paths).items()}
     count = len(frames)
-    heading = course_heading(course(result.curves))
+    heading = course_heading(result.quantity(course(result.curves)))
     slider = Slider(
         start=0, end=max(count - 1, 1), value=count - 1, step=1, show_value=False, sizing_mode="stretch_width",
         title=f"{heading}: {table['moments'].data['x'][-1]:.4f}",
@@ -81,9 +80,9 @@ def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:
     specimen.line("x", "y", source=rims, line_color=RIM, line_width=0.8)
     colors = linear_cmap("mode", [TENSILE, SHEAR], 0, 1)
     lines = specimen.segment("x0", "y0", "x1", "y1", source=cracks, line_color=colors, line_width=2.4)
-    pull = _figure("opening u_n (µm)", "normal traction σ_n (MPa)", height=260)
+    pull = _figure(*(quantity_of(name).heading for name in ("opening", "normal")), height=260)
     pull.title.text = f"contact point {paths[0].point}" if paths else ""
-    shear = _figure("slip u_s (µm)", "shear traction τ (MPa)", height=260)
+    shear = _figure(*(quantity_of(name).heading for name in ("slip", "shear")), height=260)
     pull.line("opening", "normal", source=path, line_color=TENSILE, line_width=1.5)
     shear.line("slip", "shear", source=path, line_color=SHEAR, line_width=1.5)
     shares = {"slider": slider, "moments": table["moments"], "marks": marks, "count": count}
@@ -92,9 +91,12 @@ def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:
     slider.js_on_change("value", change)
     curve.js_on_event("tap", CustomJS(args=shares, code=NEAREST))
     follow = CustomJS(args={"cracks": cracks, "path": path, "paths": table["paths"], "pull": pull}, code=FOLLOW)
+    broke = quantity_of("broken_time")
     tips = [
-        ("mode (share of shear)", "@mode{0.00}"), ("opening", "@opening{0.00} µm"), ("slip", "@slip{0.00} µm"),
-        ("broke at", "@time{0.0000} ms"), ("contact point", "@point"), ("followed by a probe", "@followed{0}"),
+        ("mode (share of shear)", "@mode{0.00}"),
+        *((look.words, f"@{look.name}{{0.00}} {look.unit}") for look in map(quantity_of, ("opening", "slip"))),
+        (broke.words, f"@time{{0.0000}} {broke.unit}"), ("contact point", "@point"),
+        ("followed by a probe", "@followed{0}"),
     ]  # fmt: skip
     specimen.add_tools(HoverTool(renderers=[lines], tooltips=tips, callback=follow))
     return [slider, curve, specimen, *([pull, shear] if paths else [])]
@@ -146,13 +148,14 @@ def _curve(result: Result, moments: Any) -> tuple[Any, Any]:
     from bokeh.models import ColumnDataSource, HoverTool
 
     across, up = course(result.curves), next(name for name in LOAD if name in result.curves)
-    made = _figure(course_heading(across), course_heading(up), height=360)
-    x, y = (result.curves[name] * shown(name).factor for name in (across, up))
+    names = [course_heading(result.quantity(name)) for name in (across, up)]
+    made = _figure(*names, height=360)
+    x, y = (result.curves[name] * result.quantity(name).factor for name in (across, up))
     made.line(x.astype(np.float32), y.astype(np.float32), line_color="#333333", line_width=1.5)
     dots = made.scatter("x", "y", source=moments, size=7, color="#888888")
     marks = ColumnDataSource({name: moments.data[name][-1:] for name in ("x", "y")})
     made.scatter("x", "y", source=marks, size=13, color=TENSILE)
-    tips = [(course_heading(across), "@x{0.0000}"), (course_heading(up), "@y{0.00}"), ("cracks", "@cracks")]
+    tips = [*zip(names, ("@x{0.0000}", "@y{0.00}"), strict=True), ("cracks", "@cracks")]
     made.add_tools(HoverTool(renderers=[dots], tooltips=tips))
     return made, marks
 
@@ -187,7 +190,10 @@ def _tables(result: Result, frames: Sequence[int], paths: Sequence[ContactPath])
     """Columns of what the page holds: moments, rims of grains and cracks one moment after the other, and paths."""
     across, up = course(result.curves), next(name for name in LOAD if name in result.curves)
     times = [result.frames[k].time for k in frames]
-    x, y = (np.interp(times, result.curves[TIME], result.curves[name] * shown(name).factor) for name in (across, up))
+    x, y = (
+        np.interp(times, result.curves[TIME], result.curves[name] * result.quantity(name).factor)
+        for name in (across, up)
+    )
     ring, followed = _ring(result), {path.point for path in paths}
     rims, rows, numbers = [], [], []
     for k in frames:
@@ -197,7 +203,7 @@ def _tables(result: Result, frames: Sequence[int], paths: Sequence[ContactPath])
         broken = np.flatnonzero(~np.isnan(frame.bonds["broken_time"]))
         numbers.append(len(broken))
         ends = contact_segments(place, result.interfaces)[broken].reshape(-1, 4)
-        bonds = [frame.bonds[name][broken] * by for name, by in BONDS.items()]
+        bonds = [frame.bonds[name][broken] * quantity_of(name).factor for name in BONDS]
         rows.append(np.column_stack([ends, *bonds, broken]))
     flat = np.concatenate(rows)
     columns = dict(
@@ -214,16 +220,16 @@ def _tables(result: Result, frames: Sequence[int], paths: Sequence[ContactPath])
     }
 
 
-BONDS = {"mode": 1.0, "opening": 1e6, "slip": 1e6, "broken_time": 1e3}
+TRACTIONS = ("opening", "normal", "slip", "shear")
+BONDS = ("mode", "opening", "slip", "broken_time")
 
 
 def _paths(paths: Sequence[ContactPath]) -> dict[str, np.ndarray]:
     """The paths one after the other, thinned, with the number of their contact point."""
-    units = {"opening": 1e6, "normal": 1e-6, "slip": 1e6, "shear": 1e-6}
-    found: dict[str, list[np.ndarray]] = {name: [np.zeros(0)] for name in ("point", *units)}
+    found: dict[str, list[np.ndarray]] = {name: [np.zeros(0)] for name in ("point", *TRACTIONS)}
     for path in paths:
         rows = np.unique(np.linspace(0, len(path.time) - 1, MOST_SAMPLES).astype(int))
         found["point"].append(np.full(len(rows), path.point))
-        for name, by in units.items():
-            found[name].append(getattr(path, name)[rows] * by)
+        for name in TRACTIONS:
+            found[name].append(getattr(path, name)[rows] * quantity_of(name).factor)
     return {name: np.concatenate(each).astype(np.float32) for name, each in found.items()}

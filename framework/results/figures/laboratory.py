@@ -14,7 +14,6 @@ from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.grains import FILLS
 from grainlaw.drawing.palette import BLACK, GREEN, ORANGE, PURPLE
 from grainlaw.messages import refusal
-from grainlaw.quantity import shown
 from grainlaw.results.figures.stored_cracks import GRAIN, RIM, SHEAR, TENSILE, WIDTHS
 from grainlaw.results.laboratory import Laboratory
 
@@ -88,7 +87,8 @@ def _along(laboratory: Laboratory) -> tuple[np.ndarray, str]:
     """Values of the horizontal axis, and its label."""
     curves = laboratory.result.curves
     name = course(curves)
-    return curves[name] * shown(name).factor, shown(name).heading
+    look = laboratory.result.quantity(name)
+    return curves[name] * look.factor, look.heading
 
 
 def draw_growth(axes: Axes, laboratory: Laboratory) -> None:

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import quantity_of
 from grainlaw.contact import words_of
-from grainlaw.quantity import THREE, Shown, shown
 from grainlaw.results.archive import READ, called
 from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
 from grainlaw.results.figures import html
@@ -124,8 +124,8 @@ def _all_samples(samples: Samples, first: Result) -> Iterator[str]:
     names = (name for name in first.summary if name not in (*LIMITS, *COST))
     rows = [
         [
-            shown(n).heading,
-            *(_number(mean_and_range(shown(n).brief, each.values(), n)) for each in samples.values()),
+            first.quantity(n).heading,
+            *(_number(mean_and_range(first.quantity(n).brief, each.values(), n)) for each in samples.values()),
         ]
         for n in names
     ]
@@ -140,8 +140,9 @@ def _all_samples(samples: Samples, first: Result) -> Iterator[str]:
 
 def _properties(results: Mapping[str, Result]) -> str:
     names = dict.fromkeys(name for result in results.values() for name in result.summary)
+    first = next(iter(results.values()))
     rows = [
-        [shown(name).heading, *(_number(_property(result, name)) for result in results.values())]
+        [first.quantity(name).heading, *(_number(_property(result, name)) for result in results.values())]
         for name in names
         if name not in LIMITS
     ]
@@ -150,7 +151,7 @@ def _properties(results: Mapping[str, Result]) -> str:
 
 def _property(result: Result, name: str) -> str:
     """Three digits."""
-    return text_of(name, shown(name).brief, result)
+    return text_of(name, result.quantity(name).brief, result)
 
 
 def _certificate(results: Mapping[str, Result]) -> str:
@@ -158,7 +159,7 @@ def _certificate(results: Mapping[str, Result]) -> str:
     for name, (limit, _) in LIMITS.items():
         cells = [_verdict(name, result.summary.get(name)) for result in results.values()]
         if any(cells):
-            rows.append([shown(name).heading, _number(shown(name).text(limit)), *cells])
+            rows.append([quantity_of(name).heading, _number(quantity_of(name).text(limit)), *cells])
     return html.table(rows, ["", "at most", *results])
 
 
@@ -168,7 +169,7 @@ def _verdict(name: str, value: float | None) -> str:
     if math.isnan(value):
         return html.Cell(f"cannot be computed {FAIL}", "fail")
     failed = fails(name, value)
-    return html.Cell(f"{shown(name).text(value)} {FAIL if failed else 'pass'}", "fail" if failed else "pass")
+    return html.Cell(f"{quantity_of(name).text(value)} {FAIL if failed else 'pass'}", "fail" if failed else "pass")
 
 
 def _measures(laboratories: Mapping[str, Laboratory]) -> Iterator[str]:
@@ -178,7 +179,7 @@ def _measures(laboratories: Mapping[str, Laboratory]) -> Iterator[str]:
     for measure in first.measures:
         values = [laboratory.properties[measure.name] for laboratory in laboratories.values()]
         if not np.isnan(values).all():
-            how = Shown(measure.meaning, "" if measure.unit == "1" else measure.unit, measure.factor, THREE)
+            how = attrs.evolve(measure.quantity, words=measure.meaning).brief
             rows.append([how.heading, *(_number(how.text(float(value))) for value in values), measure.source])
     yield html.table(rows, ["", *laboratories, "source"])
     if first.note:

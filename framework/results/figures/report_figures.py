@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from grainlaw.columns import (
     ENERGIES,
     ENERGY,
-    EVERY_TEST,
     LATERAL_STRAIN,
     SHEAR_CRACKS,
     STABILITY,
@@ -21,10 +20,10 @@ from grainlaw.columns import (
     TENSILE_CRACKS,
     VOLUMETRIC_STRAIN,
     course,
+    is_of_every_test,
 )
 from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.palette import color, marker, style
-from grainlaw.quantity import shown
 from grainlaw.results.figures.curves import EVERY
 from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE
 from grainlaw.strength import LOADS, borne_in
@@ -81,7 +80,7 @@ def _panels(curves: Mapping[str, np.ndarray], along: str) -> Sequence[Panel]:
     for panels in CURVES:
         if all(name in curves for panel in panels for name in (panel.over, *panel.columns)):
             return panels
-    own = [name for name in curves if name not in (*EVERY_TEST, along) and not name.startswith(ENERGY)]
+    own = [name for name in curves if name != along and not is_of_every_test(name)]
     return [Panel(along, [name]) for name in own[:4]]
 
 
@@ -89,17 +88,18 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
     several, many = len(results) > 1, len(panel.columns) > 1
     for k, (name, result) in enumerate(results.items()):
         for j, column in enumerate(panel.columns):
-            label = ", ".join([name] * several + [shown(column).words.removeprefix("energy ")] * many)
+            label = ", ".join([name] * several + [result.quantity(column).words.removeprefix("energy ")] * many)
             look = (
                 {"color": color(k), "marker": marker(k), "markevery": EVERY, "markersize": 4}
                 if several
                 else {"color": COLORS.get(column, color(j))}
             )
-            x, y = (result.curves[c] * shown(c).factor for c in (panel.over, column))
+            x, y = (result.curves[c] * result.quantity(c).factor for c in (panel.over, column))
             axes.plot(x, y, linestyle=style(j), linewidth=1.3, label=label or None, **look)
             _mark_strength(axes, panel, column, result, look["color"])
-    axes.set_xlabel(shown(panel.over).heading)
-    axes.set_ylabel(attrs.evolve(shown(panel.columns[0]), words=panel.words).heading if many else shown(column).heading)
+    across, up = (result.quantity(name) for name in (panel.over, panel.columns[0]))
+    axes.set_xlabel(across.heading)
+    axes.set_ylabel(attrs.evolve(up, words=panel.words).heading if many else up.heading)
     axes.grid(alpha=0.25)
     cut = _fit_before_peak(axes, panel, results)
     if several or many:
@@ -112,7 +112,7 @@ def _mark_strength(axes: Axes, panel: Panel, column: str, result: Result, paint:
     if found is None or not found.failed:
         return
     for at, filling in ((found.at, "full"), (found.largest, "none")):
-        x, y = (result.curves[name][at] * shown(name).factor for name in (panel.over, column))
+        x, y = (result.curves[name][at] * result.quantity(name).factor for name in (panel.over, column))
         axes.plot(x, y, "o", color=paint, fillstyle=filling, markersize=6)
 
 
@@ -125,7 +125,7 @@ def _fit_before_peak(axes: Axes, panel: Panel, results: Mapping[str, Result]) ->
         found = borne_in(result.curves)
         peak = 1 + (found.at if found else 0)
         for column in panel.columns:
-            values = result.curves[column] * shown(column).factor
+            values = result.curves[column] * result.quantity(column).factor
             before.append((values[:peak].min(), values[:peak].max()))
             every.append((values.min(), values.max()))
     low, high = np.min(before, axis=0)[0], np.max(before, axis=0)[1]
@@ -134,6 +134,6 @@ def _fit_before_peak(axes: Axes, panel: Panel, results: Mapping[str, Result]) ->
     cut = bool(room > 0 and most - least > FAR * room)
     if cut:
         axes.set_ylim(max(least, low - 0.1 * room), min(most, high + 0.6 * room))
-        words = shown(panel.over)
-        axes.set_title(f"up to the strength; then to {most:.3g} {words.unit}", fontsize="small")
+        unit = result.quantity(panel.over).unit_shown
+        axes.set_title(f"up to the strength; then to {most:.3g} {unit}", fontsize="small")
     return cut
