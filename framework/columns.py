@@ -148,8 +148,8 @@ PROPERTIES = (
 # --- properties of a rock, as a laboratory names them ----------------------------------------------------------------
 
 ROCK = (
-    Quantity("youngs_modulus", "GPa", words="Young's modulus", form=".2f"),
-    Quantity("poissons_ratio", words="Poisson's ratio", form=".3f"),
+    Quantity("youngs_modulus", "GPa", words="E", form=".2f"),
+    Quantity("poissons_ratio", words="nu", form=".3f"),
     Quantity("ucs", "MPa", words="UCS", form=".2f", meaning="uniaxial compressive strength"),
     Quantity("cohesion", "MPa", form=".2f"),
     Quantity("friction_angle", "deg", form=".2f", factor=1.0),

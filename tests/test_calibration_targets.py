@@ -12,7 +12,7 @@ from support import STIFF
 
 import grainlaw as gl
 from grainlaw.calibration.space import space_of
-from grainlaw.calibration.targets import QUANTITIES, measured_by, needed_tests
+from grainlaw.calibration.targets import AIMS, measured_by, needed_tests
 from grainlaw.laws import BandisClosure, CohesiveCrack, MohrCoulomb
 from grainlaw.units import GPa, MPa
 
@@ -50,7 +50,7 @@ def test_tests_follow_from_the_targets():
     assert needed_tests(["fracture_toughness", "brazilian_strength"]) == ("brazilian", "bending")
     assert {"ucs", "crack_damage"} <= set(measured_by(["compression"]))
     assert "cohesion" not in measured_by(["compression"])
-    assert {name for name in gl.Targets.__slots__ if not name.startswith("_")} - {"confinements"} <= set(QUANTITIES)
+    assert {name for name in gl.Targets.__slots__ if not name.startswith("_")} - {"confinements"} <= set(AIMS)
 
 
 def test_confinements_are_a_twentieth_of_the_strength_if_none_is_given():

@@ -102,7 +102,7 @@ def test_a_class_keeps_a_form_of_its_own():
 def test_a_result_prints_what_is_to_be_known_first(result):
     words = f"Result(law: MohrCoulomb, test: UniaxialTension, grains: 40, strength (MPa): {'{:.2f}'}"
     assert repr(result).startswith(words.format(result.summary["strength"] / 1e6))
-    assert f"cracks: {len(result.cracks)}, samples: {len(result.curves['time'])}" in repr(result)
+    assert f"shear cracks: {sum(~result.cracks.tensile)}, samples: {len(result.curves['time'])}" in repr(result)
     assert repr(result.cracks).startswith(f"Cracks(cracks: {len(result.cracks)}, tensile: ")
     assert repr(result.specimen).startswith("Specimen(grains: 40, size: 20 mm x 40 mm, grain size: ")
     assert "<th>steps</th>" in page(result)

@@ -63,8 +63,10 @@ def test_numbers_of_free_bodies_are_declared():
     assert quantity_of("rotation_0", own).heading == "rotation 0 (rad)"
 
 
-def test_shared_names_have_one_declaration_and_a_unit_that_is_known():
-    assert len({each.words for each in SHARED.values()}) == len(SHARED)
+def test_shared_names_have_words_of_their_own_and_a_unit_that_is_known():
+    same = {"modulus": "youngs_modulus", "poisson": "poissons_ratio"}  # of a test, and of a rock
+    words = {each.words: name for name, each in SHARED.items()}
+    assert {name: words[each.words] for name, each in SHARED.items() if words[each.words] != name} == same
     unknown = {each.unit for each in SHARED.values() if each.factor == 1 and without_prefixes(each.unit) != each.unit}
     assert unknown == set()
 

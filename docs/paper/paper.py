@@ -13,15 +13,14 @@ from joint import joint
 from paper_calibration import recalibrate as calibrated_anew
 from paper_calibration import stored
 from paper_numbers import Paper, macroscopic
-from paper_page import parts
+from paper_page import write
 from paper_runs import CONSISTENT, PRINTED, RULES, SEEDS, specimen, study
 
 from grainlaw.cli.default_rock import LAWS, QUICK, SAMPLE
 from grainlaw.cli.running import portable_option
 from grainlaw.cli.study import ending
 from grainlaw.quantity import aligned
-from grainlaw.results.figures import html
-from grainlaw.results.files import writable_folder, write_atomically
+from grainlaw.results.files import writable_folder
 from grainlaw.results.tables import write_json
 from grainlaw.runs.elastic_properties import elastic_properties
 from grainlaw.runs.flutter import hold
@@ -60,8 +59,7 @@ def paper(*, out: Path, workers: int | None, recalibrate: bool, full: bool, quic
             {law: hold(first, RULES[law], HELD) for law in (PRINTED, CONSISTENT)},
             calibrated_anew(folder, workers) if recalibrate else stored(),
         )  # fmt: skip
-        page = html.page("The paper on one page", parts(found))
-        write_atomically(folder / "paper.html", lambda file: file.write_text(page, encoding="utf-8"))
+        write(found, folder / "paper.html")
         rows = macroscopic(found)
         write_json(folder / "paper.json", {"sample": rows, "runs": table.rows, **origin()})
     click.echo(aligned(rows, rule=True))

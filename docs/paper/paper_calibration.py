@@ -11,7 +11,7 @@ import attrs
 from paper_runs import BRITTLE, CONSISTENT, specimen
 
 from grainlaw.calibration.calibrate import calibrate
-from grainlaw.calibration.targets import QUANTITIES, Targets
+from grainlaw.calibration.targets import AIMS, Targets
 from grainlaw.cli.default_rock import LAWS
 from grainlaw.contact import ContactLaw
 from grainlaw.laws import CohesiveCrack
@@ -82,7 +82,7 @@ def targets_met(found: Mapping[str, Any]) -> list[list[str]]:
     """Each target, and what the calibrated laws give on fresh seeds; headings first."""
     rows = [["on ten fresh seeds", "paper", *found]]
     for name in dict.fromkeys(each["name"] for answer in found.values() for each in answer.get("checks", ())):
-        look, target = QUANTITIES[name].shown, TARGETS.given.get(name)
+        look, target = AIMS[name].shown, TARGETS.given.get(name)
         shown = look.text(target.value) if target else "-"
         rows.append([look.heading, shown, *(checked_cell(answer, name) for answer in found.values())])
     return rows
@@ -93,7 +93,7 @@ def checked_cell(answer: Mapping[str, Any], name: str) -> str:
     checks = {each["name"]: each for each in answer.get("checks", ())}
     if name not in checks:
         return "-"
-    look, each = QUANTITIES[name].shown, checks[name]
+    look, each = AIMS[name].shown, checks[name]
     low, high = each["interval"]
     between = "" if low is None else f" ({look.text(low)} to {look.text(high)})"
     said = {True: ", met", False: ", not met", None: ""}[each["is_met"]]

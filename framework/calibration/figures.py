@@ -13,7 +13,7 @@ from grainlaw.calibration.emulator import restored
 from grainlaw.calibration.targets import AIMS
 from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.palette import BLACK, BLUE, VERMILLION
-from grainlaw.unit_text import written
+from grainlaw.unit_text import factor_into, written
 
 if TYPE_CHECKING:
     from grainlaw.calibration.result import Calibration
@@ -153,11 +153,18 @@ def _middle(found: Calibration) -> np.ndarray:
     return found.found.plausible.best if posterior is None else posterior.best
 
 
+def _unit(free: Free) -> str:
+    """In which its upper end is written, empty for a number by itself."""
+    return written(float(f"{free.high:.3g}"), free.unit).partition(" ")[2]
+
+
 def _label(free: Free) -> str:
-    return free.name.replace("_", " ")
+    words, unit = free.name.replace("_", " "), _unit(free)
+    return f"{words} ({unit})" if unit else words
 
 
 def _ticks(axis: object, free: Free, shown: bool) -> None:
     shares = np.array([0.0, 0.5, 1.0])
-    texts = [written(float(f"{value:.3g}"), free.unit) for value in free.at(shares)] if shown else [""] * 3
+    factor = factor_into(_unit(free)) / factor_into(free.unit)
+    texts = [f"{value * factor:.3g}" for value in free.at(shares)] if shown else [""] * 3
     axis.set_ticks(shares, texts)  # type: ignore[attr-defined]

@@ -11,7 +11,7 @@ from functools import partial
 
 from study_tables import DOCS, Table, main
 
-from grainlaw.calibration.targets import QUANTITIES
+from grainlaw.calibration.targets import AIMS
 
 sys.path.insert(0, str(DOCS / "examples"))
 sys.path.insert(0, str(DOCS / "paper"))
@@ -25,7 +25,7 @@ UNITS = {"tensile_strength": "Pa", "cohesion": "Pa", "friction_angle": "deg", "m
 def quantity(rock, name):
     """The target, and what each law gives on fresh seeds."""
     target = ROCKS[rock].given.get(name)
-    yield QUANTITIES[name].shown.text(target.value) if target else "-"
+    yield AIMS[name].shown.text(target.value) if target else "-"
     for law in FOUND[rock]:
         yield checked_cell(FOUND[rock][law], name)
 
@@ -64,7 +64,7 @@ def measured(rock):
 
 
 def table(rock):
-    rows = {QUANTITIES[name].shown.heading: partial(quantity, rock, name) for name in measured(rock)}
+    rows = {AIMS[name].shown.heading: partial(quantity, rock, name) for name in measured(rock)}
     rows |= {f"contacts: {words_of(name)}": partial(parameter, rock, name) for name in UNITS}
     rows |= {"contacts: ks / kn": partial(stiffness, rock), "targets in conflict": partial(conflict, rock)}
     rows |= {"CPU hours": partial(cost, rock)}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,24 +12,15 @@ import numpy as np
 from grainlaw.columns import LOAD, TIME, course, quantity_of
 from grainlaw.parameter import ParameterError
 from grainlaw.results.archive import called, law_name
-from grainlaw.results.figures import html
 from grainlaw.results.figures.curves import course_heading
+from grainlaw.results.figures.pages import write_page
 from grainlaw.results.figures.stored_cracks import RIM, SHEAR, TENSILE
-from grainlaw.results.files import write_atomically
 from grainlaw.results.probe import ContactPath
 from grainlaw.results.result import Result
 from grainlaw.results.segments import contact_segments
 
 MOST_BYTES = 2.3e6  #: of rims and cracks in all moments: with Bokeh and in text, the page stays below 5 MB
 MOST_SAMPLES = 300  #: of each path
-STYLE = """
-<style>.panels { display: flex; flex-wrap: wrap; gap: 1rem; } .panels > div { flex: 1 1 20rem; min-width: 0; }
-.panels > div:first-child { flex-basis: 100%; }</style>
-"""
-NOTE = (
-    "Click the curve, or move the slider, to see the cracks at that moment: orange if tensile, blue if shear. Point at "
-    "a crack to see how it broke. Where a probe has followed its contact, the tractions of its path are drawn below."
-)
 
 
 def write_interactive(result: Result, file: str | os.PathLike[str], paths: Sequence[ContactPath]) -> None:
@@ -41,20 +31,12 @@ def write_interactive(result: Result, file: str | os.PathLike[str], paths: Seque
     result.frame("write_interactive", -1)
     if not result.curves:
         raise ParameterError("write_interactive: the result has no curves")
-    panels = _panels(result, paths)
-    script, divisions = components(panels)
-    title = f"{called(result.protocol)}: {law_name(result.law)}"
-    body = "\n".join(f"<div>{division}</div>" for division in divisions)
-    parts = [
-        html.text("h1", title),
-        html.text("p", NOTE),
-        Resources(mode="inline", components=["bokeh", "bokeh-widgets"]).render(),
-        STYLE,
-        f'<div class="panels">\n{body}\n</div>',
-        script,
-    ]
-    content = html.page(title, parts)
-    write_atomically(Path(file), lambda path: path.write_text(content, encoding="utf-8"))
+    script, divisions = components(_panels(result, paths))
+    resources = Resources(mode="inline", components=["bokeh", "bokeh-widgets"]).render()
+    write_page(
+        file, "results/figures/interactive.html", title=f"{called(result.protocol)}: {law_name(result.law)}",
+        resources=resources, divisions=divisions, script=script,
+    )  # fmt: skip
 
 
 def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:

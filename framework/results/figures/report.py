@@ -6,10 +6,7 @@ import math
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import datetime
-from importlib.metadata import version
 from numbers import Real
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -19,11 +16,10 @@ from grainlaw.columns import quantity_of
 from grainlaw.contact import words_of
 from grainlaw.results.archive import READ, called
 from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
-from grainlaw.results.figures import html
 from grainlaw.results.figures.cracks import side_by_side
+from grainlaw.results.figures.pages import Cell, write_page
 from grainlaw.results.figures.report_figures import plot_report_curves
 from grainlaw.results.figures.sample_figures import plot_samples
-from grainlaw.results.files import write_atomically
 from grainlaw.results.laboratory import Laboratory
 from grainlaw.results.means import Samples, mean_and_range
 from grainlaw.time_series import TimeSeries
@@ -32,8 +28,6 @@ from grainlaw.unit_text import written
 if TYPE_CHECKING:
     from grainlaw.results.measure import Measure
     from grainlaw.results.result import Result
-
-CRACKS = "Broken contacts on the deformed specimens at one scale: tensile thin and orange, shear thick and blue"
 
 
 def write_report(
@@ -62,91 +56,45 @@ def write_report(
         for name, result in results.items()
     }
     first = next(iter(results.values()))
-    name = title or f"{_words(first.protocol)}: {', '.join(results)}"
-    parts = _parts(name, results, laboratories, record or {}, incomplete, samples or {}, files)
-    content = html.page(name, parts)
-    write_atomically(Path(file), lambda path: path.write_text(content, encoding="utf-8"))
+    every = {f"{law}, seed {seed}": result for law, each in (samples or {}).items() for seed, result in each.items()}
+    write_page(
+        file, "results/figures/report.html", title=title or f"{_words(first.protocol)}: {', '.join(results)}",
+        incomplete=incomplete, doubts=list(warnings_of(every or results)), laws=list(results),
+        samples=_all_samples(samples, first) if samples else None, properties=_properties(results),
+        has_apparent="apparent_modulus" in first.summary,
+        has_open=any(can_fail(result) and not has_failed(result) for result in results.values()),
+        certificate=_certificate(results), curves=plot_report_curves(results) if first.curves else None,
+        cracks=side_by_side(results, -1, None), measures=_measures(laboratories) if first.curves else [],
+        not_measured=next(iter(laboratories.values())).note if first.curves else "",
+        patterns={law: laboratories[law].plot() if len(each.cracks) else None for law, each in results.items()}
+        if first.curves else {},
+        components=list(_components(results)), record=list(_record(record or {})), files=files,
+    )  # fmt: skip
 
 
-def _parts(
-    title: str,
-    results: Mapping[str, Result],
-    laboratories: Mapping[str, Laboratory],
-    record: Mapping[str, Any],
-    incomplete: str,
-    samples: Samples,
-    files: Sequence[str],
-) -> Iterator[str]:
-    first = next(iter(results.values()))
-    yield html.text("h1", title)
-    yield html.text("p", f"grainlaw {version('grainlaw')}, {datetime.now():%Y-%m-%d %H:%M}")
-    if incomplete:
-        yield html.text("p", f"Incomplete: {incomplete}. What follows was recorded before.", "warning")
-    every = {f"{law}, seed {seed}": result for law, each in samples.items() for seed, result in each.items()}
-    for warning in warnings_of(every or results):
-        yield html.text("p", warning, "warning")
-    if samples:
-        yield from _all_samples(samples, first)
-    yield html.text("h2", "Properties")
-    yield _properties(results)
-    if "apparent_modulus" in first.summary:
-        yield html.text("p", "E* and nu* are slopes as measured in the plane; E and nu are those of the rock.")
-    if any(can_fail(result) and not has_failed(result) for result in results.values()):
-        yield html.text("p", "> stands before the largest stress of a specimen that had not failed.")
-    yield html.text("h2", "Certificate")
-    yield _certificate(results)
-    if first.curves:
-        yield html.text("h2", "Curves")
-        yield html.picture(plot_report_curves(results), "What was measured, broken contact points, and energies")
-    yield html.text("h2", "Cracks")
-    yield html.picture(side_by_side(results, -1, None), CRACKS)
-    if first.curves:
-        yield html.text("h2", "Laboratory measures")
-        yield from _measures(laboratories)
-        for name, laboratory in laboratories.items():
-            if not len(results[name].cracks):
-                yield html.text("p", f"{name}: no contact has broken, so there is nothing to draw of cracks.")
-                continue
-            caption = f"Thresholds, orientation of cracks, fragments, acoustic events and energy lost: {name}"
-            yield html.picture(laboratory.plot(), caption)
-    yield html.text("h2", "Specimen, law and test")
-    yield html.side_by_side(_components(results))
-    if record:
-        yield html.text("h2", "Record")
-        yield html.side_by_side(_record(record))
-    if files:
-        yield html.text("h2", "Files")
-        yield html.links(files)
-
-
-def _all_samples(samples: Samples, first: Result) -> Iterator[str]:
+def _all_samples(samples: Samples, first: Result) -> dict[str, Any]:
     """Means and ranges, and which sample the rest of the page is about."""
-    names = (name for name in first.summary if name not in (*LIMITS, *COST))
-    rows = [
-        [
-            first.quantity(n).heading,
-            *(_number(mean_and_range(first.quantity(n).brief, each.values(), n)) for each in samples.values()),
-        ]
-        for n in names
-    ]
-    yield html.text("h2", "Means and ranges of all samples")
-    yield html.table(rows, ["", *samples])
-    yield html.picture(plot_samples(samples), "Mean curves with the range of the samples, and broken contact points")
-    seeds = dict.fromkeys(seed for each in samples.values() for seed in each)
-    this = next(seed for each in samples.values() for seed, result in each.items() if result is first)
-    words = f"The samples are those of the seeds {', '.join(map(str, seeds))}; what follows is of seed {this}."
-    yield html.text("p", words)
+    looks = [first.quantity(name) for name in first.summary if name not in (*LIMITS, *COST)]
+    return {
+        "rows": [
+            [look.heading, *(mean_and_range(look.brief, each.values(), look.name) for each in samples.values())]
+            for look in looks
+        ],
+        "laws": list(samples),
+        "figure": plot_samples(samples),
+        "seeds": list(dict.fromkeys(seed for each in samples.values() for seed in each)),
+        "this": next(seed for each in samples.values() for seed, result in each.items() if result is first),
+    }
 
 
-def _properties(results: Mapping[str, Result]) -> str:
+def _properties(results: Mapping[str, Result]) -> list[list[str]]:
     names = dict.fromkeys(name for result in results.values() for name in result.summary)
     first = next(iter(results.values()))
-    rows = [
-        [first.quantity(name).heading, *(_number(_property(result, name)) for result in results.values())]
+    return [
+        [first.quantity(name).heading, *(_property(result, name) for result in results.values())]
         for name in names
         if name not in LIMITS
     ]
-    return html.table(rows, ["", *results])
 
 
 def _property(result: Result, name: str) -> str:
@@ -154,56 +102,49 @@ def _property(result: Result, name: str) -> str:
     return text_of(name, result.quantity(name).brief, result)
 
 
-def _certificate(results: Mapping[str, Result]) -> str:
+def _certificate(results: Mapping[str, Result]) -> list[list[str]]:
     rows = []
     for name, (limit, _) in LIMITS.items():
         cells = [_verdict(name, result.summary.get(name)) for result in results.values()]
         if any(cells):
-            rows.append([quantity_of(name).heading, _number(quantity_of(name).text(limit)), *cells])
-    return html.table(rows, ["", "at most", *results])
+            rows.append([quantity_of(name).heading, Cell(quantity_of(name).text(limit)), *cells])
+    return rows
 
 
 def _verdict(name: str, value: float | None) -> str:
     if value is None:
         return ""
     if math.isnan(value):
-        return html.Cell(f"cannot be computed {FAIL}", "fail")
+        return Cell(f"cannot be computed {FAIL}", "fail")
     failed = fails(name, value)
-    return html.Cell(f"{quantity_of(name).text(value)} {FAIL if failed else 'pass'}", "fail" if failed else "pass")
+    return Cell(f"{quantity_of(name).text(value)} {FAIL if failed else 'pass'}", "fail" if failed else "pass")
 
 
-def _measures(laboratories: Mapping[str, Laboratory]) -> Iterator[str]:
+def _measures(laboratories: Mapping[str, Laboratory]) -> list[list[str]]:
     """The measures with the sources of their definitions; without what does not exist in this test."""
-    first = next(iter(laboratories.values()))
     rows = []
-    for measure in first.measures:
+    for measure in next(iter(laboratories.values())).measures:
         values = [laboratory.properties[measure.name] for laboratory in laboratories.values()]
         if not np.isnan(values).all():
             how = attrs.evolve(measure.quantity, words=measure.meaning).brief
-            rows.append([how.heading, *(_number(how.text(float(value))) for value in values), measure.source])
-    yield html.table(rows, ["", *laboratories, "source"])
-    if first.note:
-        yield html.text("p", f"Not measured: {first.note}.")
+            rows.append([how.heading, *(Cell(how.text(float(value))) for value in values), measure.source])
+    return rows
 
 
-def _number(text: str) -> str:
-    return html.Cell(text, "number")
-
-
-def _components(results: Mapping[str, Result]) -> Iterator[str]:
+def _components(results: Mapping[str, Result]) -> Iterator[tuple[str, list[list[str]]]]:
     first = next(iter(results.values()))
     specimen = first.specimen
-    yield html.table(_specimen_rows(first), caption="Specimen")
+    yield "Specimen", _specimen_rows(first)
     materials = specimen.material if isinstance(specimen.material, Mapping) else {"": specimen.material}
     for phase, material in materials.items():
-        yield html.table(_rows(material), caption=f"{called(material)} grains {phase}".strip())
+        yield f"{called(material)} grains {phase}".strip(), _rows(material)
     for name, result in results.items():
         laws = result.law if isinstance(result.law, Mapping) else {"": result.law}
         for pair, law in laws.items():
             kind = called(law)
             between = f" {words_of(pair)}" if pair != "" else ""
-            yield html.table(_rows(law), caption=(kind if name == kind else f"{name} ({kind})") + between)
-    yield html.table(_rows(first.protocol), caption=_words(first.protocol))
+            yield (kind if name == kind else f"{name} ({kind})") + between, _rows(law)
+    yield _words(first.protocol), _rows(first.protocol)
 
 
 def _specimen_rows(result: Result) -> list[list[str]]:
@@ -257,13 +198,13 @@ def _range(value: Any, unit: str) -> str:
     return f"{written(_rounded(value.min()), unit)} to {written(_rounded(value.max()), unit)} in {len(value)} values"
 
 
-def _record(record: Mapping[str, Any]) -> Iterator[str]:
+def _record(record: Mapping[str, Any]) -> Iterator[tuple[str, list[list[str]]]]:
     rows = [[name, str(value)] for name, value in record.items() if not isinstance(value, Mapping)]
     if rows:
-        yield html.table(rows)
+        yield "", rows
     for name, section in record.items():
         if isinstance(section, Mapping):
-            yield html.table(_flat(section), caption=name)
+            yield name, _flat(section)
 
 
 def _flat(section: Mapping[str, Any], before: str = "") -> list[list[str]]:
