@@ -158,6 +158,7 @@ def test_block_refuses(values, message: str) -> None:
         block(**values)
 
 
+@pytest.mark.thorough
 @settings(max_examples=30)
 @given(
     turn=st.floats(-360, 360),

@@ -73,6 +73,7 @@ def cache(tmp_path):
     return tmp_path / "cache"
 
 
+@pytest.mark.thorough
 def test_script_stdin_and_string_hit_on_the_second_start(tmp_path, cache):
     """The same law from three places is the same code, whatever the order of Python's sets."""
     code = LAW.format(imports="", helper="float") + PRINT
@@ -87,6 +88,7 @@ def test_script_stdin_and_string_hit_on_the_second_start(tmp_path, cache):
     assert kept(cache) == files
 
 
+@pytest.mark.thorough
 def test_an_edit_anywhere_gives_the_new_result(tmp_path, cache):
     """Of the law, a constant of its module, a helper two modules away; undone, what was compiled is used again."""
     script, near, far = (tmp_path / f"{name}.py" for name in ("script", "near", "far"))
@@ -112,6 +114,7 @@ def test_an_edit_anywhere_gives_the_new_result(tmp_path, cache):
     assert len(kept(cache)) == 4
 
 
+@pytest.mark.thorough
 def test_laws_compiled_apart_do_not_meet(tmp_path, cache):
     """Two laws of one name, compiled in two processes, loaded into a third."""
     one = LAW.format(imports="", helper="float")
@@ -228,6 +231,7 @@ def test_a_wrong_limit_is_refused_before_anything_is_compiled(afresh, monkeypatc
         afresh()
 
 
+@pytest.mark.thorough
 def test_four_first_starts_at_once(tmp_path, cache):
     """Four processes compile and write the same, and find nothing amiss."""
     code = LAW.format(imports="", helper="float") + PRINT

@@ -66,6 +66,7 @@ def conflicting():
     )
 
 
+@pytest.mark.thorough
 def test_the_tables_tell_parameters_and_the_check(answered):
     text = str(answered)
     assert re.search(r"cohesion +\S+ MPa +\S+ MPa to \S+ MPa +\d+ % +determined", text)
@@ -109,6 +110,7 @@ def test_bands_pass_through_the_best_parameters(answered):
     assert [tick.get_text() for tick in figure.axes[9].get_xticklabels()] == ["5", "12.2", "30"]  # MPa
 
 
+@pytest.mark.thorough
 def test_without_an_answer_there_is_no_law_and_the_conflict_is_told(conflicting, tmp_path):
     assert not conflicting.is_plausible
     assert "In conflict: tensile_strength (at best" in str(conflicting)

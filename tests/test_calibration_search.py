@@ -179,6 +179,7 @@ def whole():
     )
 
 
+@pytest.mark.thorough
 def test_a_hidden_rock_is_found(whole):
     _, found = whole
     for k, value in enumerate(HIDDEN_BRITTLE.values()):

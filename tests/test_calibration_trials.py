@@ -117,6 +117,7 @@ def tested(tmp_path_factory):
     return folder, free, simulated.values([POINT], ["cohesion", "friction_angle"], [1, 2], [0.5])
 
 
+@pytest.mark.thorough
 def test_values_are_those_of_the_tests(tested):
     _, free, _ = tested
     law = attrs.evolve(BRITTLE, **POINT)
@@ -156,6 +157,7 @@ def test_a_test_without_a_peak_has_no_strength(tmp_path):
     assert "no failure up to the maximum strain of 5e-05" in failure.reason
 
 
+@pytest.mark.thorough
 def test_courses_are_long_enough_for_the_weakest_rock_a_point_stands_for(tested, tmp_path):
     """A rock a fifth as strong breaks at a fifth of the strain."""
     _, free, _ = tested
@@ -167,6 +169,7 @@ def test_courses_are_long_enough_for_the_weakest_rock_a_point_stands_for(tested,
     assert found["tensile_strength"] == pytest.approx(free["tensile_strength"])
 
 
+@pytest.mark.thorough
 def test_a_rock_that_is_too_strong_for_its_test_has_no_strength(tmp_path):
     """A stronger rock has its peak at a larger strain, perhaps beyond the end of its test."""
     simulated = simulator(tmp_path / "s", [4 * MPa])
@@ -176,6 +179,7 @@ def test_a_rock_that_is_too_strong_for_its_test_has_no_strength(tmp_path):
     assert "no failure up to the maximum strain of 0.004" in simulated.failures[0].reason
 
 
+@pytest.mark.thorough
 def test_a_search_asks_for_long_courses_and_the_check_for_those_of_the_rock(tmp_path, monkeypatch):
     asked, rock = [], FormulaRock()
 

@@ -41,6 +41,7 @@ def test_half_the_speed_of_every_loading():
         slower(FreeMotion(duration=1.0))
 
 
+@pytest.mark.thorough
 def test_the_command_says_what_a_strength_tends_to(tmp_path):
     result = invoke("test", "direct-shear", "--certify", "--out", tmp_path, "--law", "mohr-coulomb",
                     "--set", "test.normal_stress=5 MPa", "--set", "test.maximum_slip=10 um")  # fmt: skip

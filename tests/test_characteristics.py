@@ -154,6 +154,7 @@ LAWS = [
 ]  # fmt: skip
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 def test_every_law_can_be_drawn(law):
     figure = gl.plot_law(law)

@@ -42,6 +42,7 @@ def done(tmp_path_factory):
     return invoke(*SMALL, "--seed", 3, "--out", folder), folder
 
 
+@pytest.mark.thorough
 def test_the_main_job_prints_the_table_and_writes_the_folder(done):
     result, folder = done
     assert result.exit_code == 0, result.output
@@ -70,6 +71,7 @@ def test_the_summary_records_what_the_run_was_made_with(done):
     assert parameters["laws"]["cohesive-crack"]["softening"]["type"] == "EvansMarathe"
 
 
+@pytest.mark.thorough
 def test_laws_are_compared_on_three_samples(done, tmp_path):
     """Each with the numbers of its own; and one seed is one of the three."""
     result = invoke(*SMALL, "--laws", "linear,mohr-coulomb", "--out", tmp_path)
@@ -90,6 +92,7 @@ def test_laws_are_compared_on_three_samples(done, tmp_path):
     assert {"comparison.png", "report.html", "curves.csv"} <= {file.name for file in tmp_path.iterdir()}
 
 
+@pytest.mark.thorough
 def test_options_reach_the_run(done, tmp_path):
     result = invoke(*SMALL, "--laws", "linear", "--speed", 0.2, "--seed", 3, "--out", tmp_path / "fast")
     assert result.exit_code == 0, result.output
@@ -144,6 +147,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     assert (tmp_path / "taken").read_text() == "a file"
 
 
+@pytest.mark.thorough
 def test_a_law_is_shown_as_table_and_picture(tmp_path):
     result = invoke("law", "mohr-coulomb", "--out", tmp_path / "new")
     assert result.exit_code == 0, result.output
@@ -155,6 +159,7 @@ def test_a_law_is_shown_as_table_and_picture(tmp_path):
     assert "law_mohr-coulomb.png" in result.output
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", ["munjiza", "camacho-ortiz", "bilinear-mixed-mode", "xu-needleman", "barton-bandis"])
 def test_every_law_of_the_table_can_be_compared(law, tmp_path):
     few = ["compare", "--quick", "--seed", "1", "--grains", "8", "--max-strain", "0.0001", "--threads", "1"]

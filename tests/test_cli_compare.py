@@ -94,6 +94,7 @@ def test_the_folder_repeats_itself_without_the_file(made):
     assert "every number is the same" in result.output
 
 
+@pytest.mark.thorough
 def test_a_rock_from_a_file_is_copied_and_repeated(tmp_path):
     (tmp_path / "rocks").mkdir()
     code = "import grainlaw as gl\nrock = gl.Elastic(youngs_modulus=40e9, poissons_ratio=0.2, density=2600)\n"
@@ -111,6 +112,7 @@ def test_a_rock_from_a_file_is_copied_and_repeated(tmp_path):
     assert content["parameters"]["material"]["youngs_modulus"] == 40e9
 
 
+@pytest.mark.thorough
 def test_grains_without_a_seed_are_one_sample(tmp_path):
     bricks = ["--set", "sample.tessellator=bricks", "--set", "sample.rows=2", "--set", "test.samples=10"]
     result = invoke(*FEW, *bricks, "--laws", "linear", "--max-strain", "5e-5", "--out", tmp_path)

@@ -37,6 +37,7 @@ tensile_strength = "20 MPa", cohesion = "60 MPa", friction_angle = 50}
 """
 
 
+@pytest.mark.thorough
 def test_a_material_is_shown_with_its_curves(tmp_path):
     result = invoke("material", "transversely-isotropic", "--out", tmp_path)
     assert result.exit_code == 0, result.output

@@ -32,6 +32,7 @@ def done(tmp_path_factory):
     return file, result.output
 
 
+@pytest.mark.thorough
 def test_means_over_the_seeds_are_printed(done):
     file, output = done
     peaks = [float(row["largest_stress"]) for row in rows_of(file) if row["law"] == "mine.py:Mine"]
@@ -85,6 +86,7 @@ def test_an_edited_law_is_another_case_and_an_edited_comment_is_not(done, tmp_pa
         "study", "status", "granite.toml", "--out", source.with_suffix("")).output  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_what_is_finished_is_not_run_again(done, tmp_path):
     file, _ = done
     before = {path: path.stat().st_mtime_ns for path in file.with_suffix("").rglob("*.json")}
@@ -94,7 +96,7 @@ def test_what_is_finished_is_not_run_again(done, tmp_path):
     assert before.items() <= {path: path.stat().st_mtime_ns for path in file.with_suffix("").rglob("*.json")}.items()
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_quantities_are_numbers_of_the_table_and_keys_may_be_inside(tmp_path):
     vary = 'law.tensile_strength = ["10 MPa", "13 MPa"]\n'
     file = study_file(tmp_path, vary + '"test.loading" = [{type = "constant", speed = "0.2 m/s"}]')
@@ -118,6 +120,7 @@ def test_what_the_missing_cases_cost_is_told_before(done, tmp_path):
     assert not more.with_suffix("").exists()
 
 
+@pytest.mark.thorough
 def test_portable_cases_are_others(done, monkeypatch):
     file, _ = done
     """In another process: this one has compiled what is not portable."""
@@ -127,6 +130,7 @@ def test_portable_cases_are_others(done, monkeypatch):
     assert "0 finished, none failed, 4 missing" in output
 
 
+@pytest.mark.thorough
 def test_shards_are_parts_of_one_study(tmp_path):
     file = study_file(tmp_path, '"sample.seed" = "1..3"\n')
     assert "3 cases: 2 finished, none failed, 1 missing" in invoke("study", file, "--quick", "--shard", "1/2").output
@@ -134,6 +138,7 @@ def test_shards_are_parts_of_one_study(tmp_path):
     assert "3 cases: 3 finished, none failed, 0 missing" in invoke("study", file, "--quick", "--shard", "2/2").output
 
 
+@pytest.mark.thorough
 def test_cases_that_fail_are_told_and_not_tried_again(tmp_path):
     file = study_file(tmp_path, 'law = ["linear", "mine.py:Stiffer"]', FILE.replace("0.0001", "0.0002"))
     (tmp_path / "mine.py").write_text(STIFFER)
@@ -178,6 +183,7 @@ def test_nothing_is_drawn_of_nothing(done, tmp_path):
 # --- what is refused -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("vary", "options", "words"),
     [
@@ -224,6 +230,7 @@ def test_a_test_must_be_named(tmp_path):
     assert 'the test is missing: [test] type = "...", one of uniaxial-compression' in " ".join(result.output.split())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("command", ["run", "status", "table", "plot", "report"])
 def test_folders_that_are_no_store_are_refused(command, done, tmp_path):
     file, other = done[0], tmp_path / "other"

@@ -10,7 +10,7 @@ import pytest
 from command_line import LAWS, invoke, study_file
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_a_job_of_the_array_is_stopped_and_goes_on(tmp_path, monkeypatch):
     """The script that is printed, run as the scheduler would, and asked to end before its time is over."""
     monkeypatch.chdir(tmp_path)
@@ -56,6 +56,7 @@ def test_scripts_are_refused_in_words(options, words, tmp_path):
     assert words in " ".join(result.output.split())
 
 
+@pytest.mark.thorough
 def test_a_cluster_gives_the_same_table(tmp_path):
     """Its workers do not see the folder of the law."""
     distributed = pytest.importorskip("distributed")

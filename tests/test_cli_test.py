@@ -25,6 +25,7 @@ def done(tmp_path_factory):
     return invoke("test", "uniaxial-compression", *given, "--out", folder), folder
 
 
+@pytest.mark.thorough
 def test_a_run_prints_the_properties_and_writes_the_folder(done):
     result, folder = done
     assert result.exit_code == 0, result.output
@@ -163,6 +164,7 @@ def test_a_specimen_that_breaks_under_the_confinement_keeps_what_it_recorded(tmp
         assert len(list(csv.DictReader(file))) > 0
 
 
+@pytest.mark.thorough
 def test_a_law_of_ones_own_runs_with_its_parameters_and_parts(tmp_path):
     text = "from grainlaw.laws import CohesiveCrack\nlaw = CohesiveCrack(kn=1e14, ks=9e13, tensile_strength=5e6, "
     text += "cohesion=2e7, friction_angle=30, residual_friction_angle=5, mode_i_energy=20, mode_ii_energy=40)\n"

@@ -23,6 +23,7 @@ def confined():
     return [gl.simulate(sample, law, TEST) for law in (JOINTS, Friction(**STIFF, friction_angle=30))]
 
 
+@pytest.mark.thorough
 def test_cohesionless_rock_is_confined_and_holds(confined):
     """All points count as broken from their first slip on, and the rock holds as friction alone does."""
     joints, friction = confined

@@ -189,7 +189,7 @@ def test_strain_grows_and_time_passes(crept):
     assert np.all(np.diff(crept.curves["fatigue"][held]) >= 0)
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_threads_give_the_same_bits(crept):
     again = gl.simulate(small_sample(30), AGEING, CREEP, threads=2, frames=1)
     for name, values in crept.curves.items():

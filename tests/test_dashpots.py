@@ -6,6 +6,7 @@ from bodies import RIGID, SOFT, gap
 from scenes import RUBBING, TAN_30, grazed, thrown_at_floor
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("material", [RIGID, SOFT], ids=["rigid", "deformable"])
 @pytest.mark.parametrize("law", RUBBING.values(), ids=RUBBING)
 @pytest.mark.parametrize("degrees", [0, 20])

@@ -64,7 +64,7 @@ def assert_same_bits(a, b):
 
 
 @pytest.mark.parametrize(("specimen", "law"), CASES.values(), ids=CASES)
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_any_number_of_threads(specimen, law):
     first = gl.simulate(specimen, law, TENSION)
     assert len(first.cracks) > 1
@@ -85,6 +85,7 @@ def test_another_seed_is_not_the_same():
         assert_same_bits(first, other)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_inside_a_comparison(threads):
     specimen = several_minerals()

@@ -114,6 +114,7 @@ class _PressAndRelease(gl.LoadingProtocol):
         return {}
 
 
+@pytest.mark.thorough
 def test_lifted_faces_that_part_keep_their_lift_for_a_while():
     """Pulled apart by less than grains may overlap and put back, they meet where they parted; by more, they fall."""
     law = attrs.evolve(DILATING["Mohr-Coulomb"], kn=1e9, ks=1e9)

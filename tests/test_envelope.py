@@ -93,6 +93,7 @@ def pressed(law, seed, confinement):
     return gl.Run(small_sample(20, seed=seed), LAWS[law], test)
 
 
+@pytest.mark.thorough
 def test_a_study_over_confinement(tmp_path):
     study = gl.Study(pressed, law=["brittle", "linear"], seed=[1, 2], confinement=[0, 5e6])
     table = study.run(tmp_path, workers=2, progress=False)
@@ -146,6 +147,7 @@ def test_a_table_without_confinement_or_peaks_is_refused(table, says, tmp_path):
         gl.StrengthEnvelope(table(tmp_path))
 
 
+@pytest.mark.thorough
 def test_the_command(tmp_path):
     out = tmp_path / "out"
     small = ["--quick", "--grains", "40", "--max-strain", "0.006", "--law", "mohr-coulomb"]
@@ -164,6 +166,7 @@ def test_the_command(tmp_path):
     assert "friction angle" in done.output
 
 
+@pytest.mark.thorough
 def test_the_same_call_goes_on_and_another_adds_its_tests(tmp_path, monkeypatch):
     small = [
         "envelope",

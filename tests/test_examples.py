@@ -15,6 +15,7 @@ from grainlaw.laws import PrePeak
 from grainlaw.units import mm
 
 
+@pytest.mark.thorough
 def test_compare_laws(example, tmp_path, monkeypatch, capsys):
     study, folder = example("compare_laws"), tmp_path / "new"
     monkeypatch.setattr(sys, "argv", ["compare_laws.py", "--quick", "--out", str(folder)])

@@ -196,6 +196,7 @@ def main(example, monkeypatch, tmp_path):
     return call
 
 
+@pytest.mark.thorough
 def test_incline(main):
     study, (result,) = main("incline")
     assert study.ACCELERATION == pytest.approx(1.812815, abs=1e-6)
@@ -205,6 +206,7 @@ def test_incline(main):
     assert way < 1e-9
 
 
+@pytest.mark.thorough
 def test_rocking_block(main):
     study, runs = main("rocking_block")
     alpha, start, p = np.arctan(0.5), np.arctan(0.5) / 2, np.sqrt(3 * GRAVITY / (2 * np.sqrt(5)))
@@ -225,6 +227,7 @@ def test_rocking_block(main):
     assert start > swings[0] > swings[1] > swings[2] > 0  # dashpots take more
 
 
+@pytest.mark.thorough
 def test_brick_wall(main):
     study, (result,) = main("brick_wall")
     settled = result.curves["time"][result.curves["stage"] == 0][-1]
@@ -234,6 +237,7 @@ def test_brick_wall(main):
     assert result.summary["energy_error"] < 1e-3
 
 
+@pytest.mark.thorough
 def test_jointed_slope(main):
     study, runs = main("jointed_slope")
     for friction, (result, way, found) in zip(study.FRICTION, runs, strict=True):
@@ -246,6 +250,7 @@ def test_jointed_slope(main):
         assert result.summary["energy_error"] < 1e-4
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("confinement", [0, 4])
 def test_crushed_sample(example, main, monkeypatch, confinement):
     study = example("crushed_sample")

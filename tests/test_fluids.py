@@ -255,7 +255,7 @@ def test_the_ledger_closes_where_a_fluid_comes_and_goes_in_motion():
     assert max(gaps) < 1e-6 * max(works)
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_a_wet_sample_that_falls_to_pieces_has_the_same_bits_for_any_number_of_threads():
     """Bonds that break, are entered, and become contacts of edges, which the fluid goes on to press."""
     test = Saturated(test=CRUSH, pressure=5e6, boundaries=SIDES)

@@ -80,6 +80,7 @@ def test_a_sample_that_fails_before_is_refused_with_its_strength():
         gl.hold(small_sample(), PRINTED, -1.0)
 
 
+@pytest.mark.thorough
 def test_check_tells_of_flutter(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(

@@ -80,6 +80,7 @@ def test_other_sections_are_refused(sample, said, folder, monkeypatch):
         configured("uniaxial-compression", {"sample": sample})
 
 
+@pytest.mark.thorough
 def test_a_run_of_a_file_is_repeated_without_it(folder):
     (folder / "x.toml").write_text(
         '[sample]\nfile = "x.tess"\nunit = "10 mm"\n[test]\nmaximum_strain = 2e-4\nsamples = 20\n'

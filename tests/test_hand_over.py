@@ -87,6 +87,7 @@ class PartAndReturn(gl.LoadingProtocol):
         return {}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("aside", [0.0, 0.3, 0.8])
 def test_what_has_parted_meets_again_where_its_edges_are(aside):
     """A closure of 0.1 mm on what is left of the width, at 1e12 Pa/m; no force before the edges meet."""
@@ -115,7 +116,7 @@ class Steps(gl.Observer):
 
 
 @pytest.mark.parametrize("integrator", [gl.CentralDifference(), gl.DynamicRelaxation()], ids=["central", "relaxation"])
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_how_often_one_samples_changes_no_bit_of_the_motion(integrator):
     """Crushed until bonds are handed over, with a platen whose speed rises, and a closure that shortens the step."""
     specimen = small_sample(16)

@@ -207,6 +207,7 @@ def test_heavy_packages_are_seen():
     assert "matplotlib" in loaded_by("grainlaw.workbench.law_figure")
 
 
+@pytest.mark.thorough
 def test_what_takes_long_to_load_is_loaded_where_it_is_used():
     late = "'pyvista', 'matplotlib', 'scipy.stats', 'scipy.optimize', 'sklearn', 'pandas'"  # half of the time to start
     library = f"{late}, 'scipy.sparse', 'scipy.spatial', 'scipy.linalg', 'rich'"  # and half of the rest

@@ -133,6 +133,7 @@ class Pulled(gl.LoadingProtocol):
         return {}
 
 
+@pytest.mark.thorough
 def test_a_fall_is_not_dragged():
     """g t^2 / 2, by default; local damping takes 0.8 of the weight."""
     grain = Bricks(rows=1, columns=1).tessellate(rectangle(1e-2, 1e-2))

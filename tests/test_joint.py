@@ -73,6 +73,7 @@ def test_joint_in_tension_follows_the_law(law):
     assert curves["normal"][-1] < 0.9 * law.tensile_strength  # it remembers
 
 
+@pytest.mark.thorough
 def test_joint_in_tension_spends_the_fracture_energy():
     curves = gl.simulate(blocks(4e-3), COHESIVE, JointTension(loading=gl.Constant(speed=0.02))).curves
     broken = int(np.argmax(curves["broken"] >= 1))
@@ -85,6 +86,7 @@ def test_joint_in_tension_spends_the_fracture_energy():
     assert np.abs(curves["normal"][broken:][curves["opening"][broken:] > 0]).max() == 0  # nothing holds it any more
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", [*BONDED, ROUGH, FRICTION], ids=label)
 def test_joint_in_shear_follows_the_law_and_its_reversal(law):
     watch = Watch()
@@ -145,7 +147,7 @@ def test_bad_tests_are_refused():
         DirectShear(normal_stress=-1)
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_verify_agrees_with_theory_within_one_percent(tmp_path):
     done = CliRunner().invoke(verify, ["--out", str(tmp_path)])
     assert done.exit_code == 0, done.output

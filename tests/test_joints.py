@@ -41,6 +41,7 @@ def length_of(grains, name):
     return grains.edges.length[grains.edges.kind == grains.kinds.index(name)].sum()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS)
 @settings(max_examples=25)
 @given(network=networks, tessellator=st.sampled_from(TESSELLATORS))

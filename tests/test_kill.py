@@ -155,6 +155,7 @@ def test_a_command_goes_on_from_any_moment(command, name, seed, tmp_path, refere
     stop_and_go_on(command, name, np.random.default_rng(seed), tmp_path, reference)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [TERM, INT])
 def test_a_command_that_is_stopped_says_what_is_there_and_how_to_go_on(name, tmp_path):
     folder = tmp_path / "out"

@@ -103,12 +103,14 @@ def test_friction_loses_what_it_slides():
     assert lost_after(law, (pressed, 0), (pressed, -slip)) == pytest.approx([0, expected], rel=1e-4, abs=1e-9)
 
 
+@pytest.mark.thorough
 def test_a_brittle_joint_loses_what_its_spring_held():
     law = MohrCoulomb(**STRONG)
     held = 13e6**2 / (2 * STIFF["kn"])
     assert lost_after(law, (1e-6, 0), steps=4000) == pytest.approx([held, 0], rel=1e-2, abs=1e-9)
 
 
+@pytest.mark.thorough
 def test_a_brittle_joint_that_slides_loses_its_spring_and_friction():
     """Charged to its strength, then friction over the rest of the way, whose spring is still charged."""
     law = MohrCoulomb(**STRONG | dict(residual_friction_angle=20))
@@ -144,6 +146,7 @@ def test_what_a_break_spends_leaves_out_closure_and_the_spring_of_friction():
     assert state.broken_work == pytest.approx(path.work[-1] - friction**2 / (2 * STIFF["ks"]), rel=1e-4)
 
 
+@pytest.mark.thorough
 def test_a_joint_pulled_apart_has_spent_its_fracture_energy():
     result = gl.simulate(blocks(), COHESIVE, JointTension(loading=gl.Constant(speed=0.02)))
     measured = result.laboratory.properties
@@ -232,6 +235,7 @@ def test_stress_in_a_window_is_weighted_by_area(parted):
 # --- the report ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_every_measure_is_explained_and_none_crashes(parted, tmp_path):
     slow = UniaxialCompression(loading=gl.Constant(speed=0.3), maximum_strain=1e-4, samples=20)
     rigid = small_sample(12, material=gl.Rigid(density=3100))

@@ -40,6 +40,7 @@ def disc_stress(x, y, half):
     return across * (wide - 1), along / 3 * (wide + 1)
 
 
+@pytest.mark.thorough
 def test_the_middle_of_an_elastic_disc():
     grains = Voronoi(grains=2000, seed=1).tessellate(disc(50 * mm, loaded=10, flat=False, sides=144))
     test = Brazilian(loading=gl.Constant(speed=0.02, ramp=2e-4), maximum_strain=2e-4, samples=200, jaws=Platens.SMOOTH)
@@ -143,6 +144,7 @@ def test_zones_bend_as_a_slender_beam_does():
     assert static_bending(specimen) == pytest.approx(1 / slender, rel=0.05)
 
 
+@pytest.mark.thorough
 def test_bending_along_a_straight_joint_spends_the_fracture_energy():
     height = 10 * mm
     corners, names = beam_outline(height)
@@ -173,6 +175,7 @@ def test_toughness_of_a_half_disc():
     assert result.curves["mouth"][-1] > 0
 
 
+@pytest.mark.thorough
 def test_a_shear_box_shears_a_specimen_through_the_middle():
     """Less stiff than the gap alone in simple shear, for its ends are free and the halves give way, but not by far."""
     gap, height = 4 * mm, 8 * mm

@@ -61,6 +61,7 @@ def test_any_rectangle_is_tiled(width, slenderness, grains, seed) -> None:
     assert fit.largest_after <= 0.02
 
 
+@pytest.mark.thorough
 @settings(max_examples=25)
 @given(
     region=st.sampled_from(list(CONCAVE.values())),
@@ -112,6 +113,7 @@ def test_equal_weights_are_voronoi(region: Region) -> None:
     assert power.centroids() == pytest.approx(voronoi.centroids())
 
 
+@pytest.mark.thorough
 @settings(max_examples=20)
 @given(seed=st.integers(0, 999), grains=st.integers(2, 80))
 def test_a_point_belongs_to_the_least_power(seed: int, grains: int) -> None:
@@ -169,6 +171,7 @@ def test_even_grains_have_equal_areas_and_seeds_at_centroids(seed: int) -> None:
     assert fit.circularity.mean() > 0.83 > 0.72 > free.circularity.mean()
 
 
+@pytest.mark.thorough
 @settings(max_examples=15)
 @given(wanted=st.floats(0.7, 0.81), seed=st.integers(0, 99), deviation=st.floats(0.1, 0.5))
 def test_circularity_is_as_asked(wanted: float, seed: int, deviation: float) -> None:

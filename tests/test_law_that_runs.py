@@ -48,6 +48,7 @@ def assert_edits_are_followed(loader, folder, place, other):
     assert_is_as_written(loader, folder, (place, second), (other, third))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("place", PLACES)
 def test_an_edit_is_followed_wherever_it_is(cache, tmp_path, place):
     assert_edits_are_followed("mine.py", tmp_path, place, "in the method")
@@ -98,6 +99,7 @@ def follow(history, folder):
 CALM = {"suppress_health_check": list(HealthCheck), "database": None}
 
 
+@pytest.mark.thorough
 @settings(max_examples=6, derandomize=True, **CALM)
 @given(history=histories())
 def test_the_compiled_law_is_the_interpreted_one(cache, tmp_path_factory, history):

@@ -84,6 +84,7 @@ def test_the_field_is_the_same_in_every_mesh(rock, length):
         assert field.factors(fine) == pytest.approx(coarse[owner], rel=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("length", [0.05, 0.1])
 def test_the_correlation_length_is_that_of_the_field(bricks, length):
     """The normal scores of the factors: 1/e at that distance, exp(-(r/l)^2) at others; each of them is Weibull's."""

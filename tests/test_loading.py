@@ -80,6 +80,7 @@ def test_the_static_solution_of_a_column_is_that_of_springs_in_series():
     assert np.abs(watch.velocity[:, 1] - expected).max() < 1e-6 * speed
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", [BRITTLE, COHESIVE], ids=["brittle", "cohesive"])
 def test_the_default_test_passes_its_certificate_and_closes_its_ledger(law):
     found = gl.simulate(small_sample(), law, CRUSH)
@@ -89,6 +90,7 @@ def test_the_default_test_passes_its_certificate_and_closes_its_ledger(law):
     assert ledger(found.curves) < 1e-6
 
 
+@pytest.mark.thorough
 def test_the_peak_is_that_of_slower_loading():
     found, slower = (
         gl.simulate(small_sample(), BRITTLE, attrs.evolve(CRUSH, loading=gl.Adaptive(rate=rate))).summary
@@ -98,6 +100,7 @@ def test_the_peak_is_that_of_slower_loading():
     assert found["steps"] < 0.6 * slower["steps"]
 
 
+@pytest.mark.thorough
 def test_the_speed_is_high_at_first_and_low_when_bonds_break():
     curves = gl.simulate(small_sample(), BRITTLE, CRUSH).curves
     speed, peak = curves["loading_speed"], borne_in(curves).at
@@ -105,6 +108,7 @@ def test_the_speed_is_high_at_first_and_low_when_bonds_break():
     assert speed[peak : peak + 5].min() < speed[0] / 10  # where the load falls
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("law", "test"),
     [
@@ -118,7 +122,7 @@ def test_every_change_of_speed_and_step_is_in_the_ledger(law, test):
     assert ledger(gl.simulate(small_sample(), law, test).curves) < 1e-6
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_the_speed_does_not_depend_on_threads():
     first, other = (gl.simulate(small_sample(), BRITTLE, CRUSH, threads=threads).curves for threads in (1, 3))
     assert all(np.array_equal(first[name], other[name], equal_nan=True) for name in first)
@@ -131,6 +135,7 @@ def test_an_accuracy_that_cannot_be_had_ends_with_words_and_what_was_found():
     assert len(caught.value.result.curves["stress"]) > 10
 
 
+@pytest.mark.thorough
 def test_damping_of_all_motion_drags_the_load():
     """Where bonds break, it takes the sign of the load's own motion: the end that moves carries more, on the mean."""
     press = attrs.evolve(CRUSH, loading=gl.Constant(speed=0.2), stop_fraction=0.9)

@@ -145,7 +145,7 @@ def test_pressure_follows_the_side():
 
 
 @pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_loads_are_the_same_for_any_number_of_threads(material):
     specimen = small_sample(12, material=material)
     sides = tuple(gl.Pressure(boundary=side, pressure=2e6, ramp=1e-5) for side in ("left", "right"))

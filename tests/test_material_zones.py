@@ -89,7 +89,7 @@ def test_a_case_needs_several_blocks():
 
 
 @pytest.mark.parametrize("name", CASES)
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_any_number_of_threads(name):
     law, test = BRITTLE, attrs.evolve(PULL, samples=20)
     assert_same_bits(*(gl.simulate(CASES[name], law, test, threads=threads) for threads in (1, 3)))

@@ -25,6 +25,7 @@ def test_the_list_has_every_exported_material():
     } <= kinds
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", MATERIALS)
 def test_every_material_conforms(name):
     report = gl.check_material(MATERIALS[name])

@@ -59,7 +59,7 @@ def test_a_turned_sample_feels_no_change_of_stress(name):
 
 
 @EVERY
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_the_ledger_closes_and_threads_give_the_same_bits(name):
     specimen, test = small_sample(material=MATERIALS[name]), attrs.evolve(PULL, samples=20)
     first = gl.simulate(specimen, BRITTLE, test)

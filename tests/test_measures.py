@@ -33,6 +33,7 @@ def result():
     return gl.simulate(small_sample(20), MohrCoulomb(**STRONG), PRESS)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", gl.MEASURES)
 def test_a_standard_measure_is_named_explained_and_one_number(name, result):
     measure = gl.MEASURES[name]
@@ -57,6 +58,7 @@ def test_the_factor_follows_from_the_unit(unit, shown):
     assert factor_into(unit) == Eighth(unit=unit).factor
 
 
+@pytest.mark.thorough
 def test_a_measure_of_a_user_stands_in_the_table_with_unit_and_source(result, tmp_path):
     measures = [*gl.MEASURES.values(), Eighth()]
     laboratory = gl.Laboratory(result, measures)
@@ -93,6 +95,7 @@ def test_a_measure_may_be_found_from_others(result):
         laboratory.value("toughness")
 
 
+@pytest.mark.thorough
 def test_what_a_test_does_not_record_is_said_and_not_asked_for(result, tmp_path):
     less = attrs.evolve(result, curves={n: v for n, v in result.curves.items() if n not in ("stress", "strain")})
     laboratory = gl.Laboratory(less, [Eighth(name="never", needs=("strain", "time"), value=1 / 8), Eighth()])

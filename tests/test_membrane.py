@@ -133,7 +133,7 @@ def crushed():
     return [gl.simulate(small_sample(), COHESIVE, test, threads=threads) for threads in (1, 2, 3)]
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_a_crushed_sample_closes_its_ledger_with_the_same_bits(crushed):
     for other in crushed[1:]:
         same(crushed[0], other)

@@ -27,6 +27,7 @@ def scattered(region: Region, count: int, random: np.random.Generator) -> np.nda
     return seeds[region.contains(seeds)][:count]
 
 
+@pytest.mark.thorough
 @settings(max_examples=25)
 @given(
     region=st.sampled_from(list(REGIONS.values())),
@@ -107,6 +108,7 @@ def test_another_order_of_the_seeds() -> None:
     assert np.array_equal(order[other.other[inner]], diagram.other[inner])
 
 
+@pytest.mark.thorough
 @settings(max_examples=25)
 @given(
     region=st.sampled_from([*CONVEX.values(), *CONCAVE.values()]),

@@ -171,6 +171,7 @@ gl.simulate(small_sample(150), MohrCoulomb(**STRONG), test, observers=[VtkWriter
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
 def test_a_kill_leaves_the_series_readable(tmp_path):
     process = subprocess.Popen([sys.executable, "-c", ENDLESS, str(tmp_path)], cwd=str(tmp_path), env=environment())

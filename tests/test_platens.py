@@ -72,6 +72,7 @@ def compressed():
     }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rigid", [False, True])
 def test_ends_without_friction_are_smooth_and_with_much_of_it_rough(compressed, rigid):
     for angle, platens, share in [(0, Platens.SMOOTH, 0.01), (80, Platens.ROUGH, 0.01)]:
@@ -164,6 +165,7 @@ def test_a_disc_between_platens_bears_the_same_in_its_middle(rigid):
     assert found["force"][-1] / found["strain"][-1] == pytest.approx(bare["force"][-1] / bare["strain"][-1], rel=0.05)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rigid", [False, True])
 def test_a_joint_is_sheared_by_what_friction_carries(rigid):
     law = MohrCoulomb(
@@ -188,6 +190,7 @@ def test_loops_between_platens_are_elastic():
     assert found.summary["energy_error"] < 5e-3
 
 
+@pytest.mark.thorough
 def test_rough_ends_strengthen_a_rock_that_breaks():
     sample = Voronoi(grains=150, seed=1).tessellate(rectangle(25e-3, 50e-3))
     test = UniaxialCompression(maximum_strain=0.02, samples=400, stop_fraction=0.7)

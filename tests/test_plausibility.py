@@ -136,6 +136,7 @@ def test_law_files_that_end_python_or_play_dice_are_refused(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.thorough
 def test_a_backend_that_does_not_exist_is_no_matter(tmp_path, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "bogus")
     command = [sys.executable, "-m", "grainlaw", "law", "linear", "--out", str(tmp_path)]
@@ -201,6 +202,7 @@ def test_boundaries_of_one_name_do_not_move_each_other():
     assert grains.boundary_names == (*sides, *(f"{side}_2" for side in sides), "left_2_2")
 
 
+@pytest.mark.thorough
 def test_the_terminal_says_what_of_the_certificate_fails(tmp_path):
     result = invoke(
         "test", "uniaxial-compression", *SMALL, "--set", "test.loading={type='constant', speed=1e9}", "--out", tmp_path
@@ -211,6 +213,7 @@ def test_the_terminal_says_what_of_the_certificate_fails(tmp_path):
     assert "the kinetic ratio cannot be computed, so the test has failed its certificate" in words
 
 
+@pytest.mark.thorough
 def test_without_a_terminal_a_line_of_progress_is_written_now_and_then(tmp_path, monkeypatch):
     monkeypatch.setattr(progress, "SILENCE", 0.0)
     result = invoke("test", "uniaxial-compression", *SMALL, "--out", tmp_path)

@@ -30,6 +30,7 @@ def drawn(grains):
     return rings
 
 
+@pytest.mark.thorough
 @settings(max_examples=25)
 @given(region=REGIONS, seed=st.integers(1, 1000), size=st.sampled_from([1e-4, 1.0, 1e3]), given_region=st.booleans())
 def test_drawn_grains_come_back(region, seed, size, given_region):
@@ -63,6 +64,7 @@ def test_corners_nearer_than_the_tolerance_are_one(seed, share):
     assert set(made.region.boundary_names) == {"bottom", "right", "top", "left"}
 
 
+@pytest.mark.thorough
 @settings(max_examples=25)
 @given(region=REGIONS, seed=st.integers(1, 1000))
 def test_concave_grains_are_cut_into_cells_of_one_grain(region, seed):

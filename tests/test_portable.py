@@ -60,6 +60,7 @@ def run(arguments, environment, folder, code=None):
     return done.stdout.split()
 
 
+@pytest.mark.thorough
 @fused
 def test_portable_code_rounds_twice_and_is_kept_apart(tmp_path):
     """One cache for all: laws and kernels, by the variable and by the function, before and after the other kind."""

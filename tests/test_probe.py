@@ -22,6 +22,7 @@ def pulled():
     return probe, gl.simulate(small_sample(), COHESIVE, PULL, observers=[probe, frames]), frames.frames[0]
 
 
+@pytest.mark.thorough
 def test_points_are_chosen_by_number_place_and_break(pulled):
     probe, result, frame = pulled
     numbers = [path.point for path in probe.paths]
@@ -67,6 +68,7 @@ def test_the_law_alone_walks_the_same_path(pulled):
         assert alone.shear == pytest.approx(path.shear[:before], abs=0.01 * 29e6)
 
 
+@pytest.mark.thorough
 def test_an_elastic_path_is_exact():
     probe = gl.Probe(points=[0, 7])
     gl.simulate(
@@ -147,6 +149,7 @@ def test_the_verdict_says_how_and_how_nearly(pulled):
     assert "never in tension" in str(still)
 
 
+@pytest.mark.thorough
 def test_paths_are_drawn_over_their_laws(pulled):
     path = pulled[0].paths[2]
     figure = path.plot()

@@ -111,6 +111,7 @@ def test_tension_breaks_at_the_strength_of_the_weakest_section():
     assert result.curves["stress"][-1] <= 0.1 * 13e6
 
 
+@pytest.mark.thorough
 def test_stops_at_the_fraction_of_the_peak_or_at_the_strain():
     law = MohrCoulomb(**STRONG)
     drop = gl.simulate(small_sample(40), law, UniaxialCompression(stop_fraction=0.7, samples=400))
@@ -120,6 +121,7 @@ def test_stops_at_the_fraction_of_the_peak_or_at_the_strain():
     assert limit.curves["strain_points"][-1] == pytest.approx(2e-4, rel=0.03)
 
 
+@pytest.mark.thorough
 def test_the_step_follows_a_closure_that_stiffens():
     """Bandis: at a tenth of the maximum closure left, the joint is a hundred times stiffer; the run stays stable."""
     cohesive = {"mode_i_energy": 150, "mode_ii_energy": 300}

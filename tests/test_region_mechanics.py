@@ -51,6 +51,7 @@ class Pull(gl.LoadingProtocol):
         return {}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("tessellator", [Hexagonal, Voronoi])
 @pytest.mark.parametrize(("region", "upper", "lower"), PULLED.values(), ids=PULLED)
 def test_specimens_of_every_shape_carry_load(tessellator, region, upper, lower):
@@ -70,6 +71,7 @@ def vertical_stress(specimen, displacement):
     return normal * gradient[:, 1, 1] + across * gradient[:, 0, 0]
 
 
+@pytest.mark.thorough
 def test_a_hole_raises_the_stress_as_kirsch_says():
     """Hoop stress at the ends of the diameter across the load; contacts so stiff that the plate is a continuum.
 

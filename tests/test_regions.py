@@ -66,6 +66,7 @@ def star_shaped(draw: st.DrawFn) -> Region:
         raise
 
 
+@pytest.mark.thorough
 @every
 @settings(max_examples=60)
 @given(region=star_shaped(), grains=st.one_of(st.integers(1, 4), st.integers(5, 120)))
@@ -101,6 +102,7 @@ def test_hexagons_fill_regions_of_near_coincidences(
     assert_sides_complete(made)
 
 
+@pytest.mark.thorough
 @settings(max_examples=30)
 @given(
     region=star_shaped(),

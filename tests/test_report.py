@@ -134,6 +134,7 @@ def broken():
     return gl.simulate(small_sample(20), MohrCoulomb(**STRONG), attrs.evolve(SHORT, maximum_strain=0.01, samples=100))
 
 
+@pytest.mark.thorough
 def test_rounding_is_no_energy_and_has_no_row_of_digits(tmp_path):
     result = gl.simulate(small_sample(20), Linear(**STIFF), SHORT)
     result.write_report(tmp_path / "report.html")
@@ -145,6 +146,7 @@ def test_rounding_is_no_energy_and_has_no_row_of_digits(tmp_path):
     assert all(axes.get_ylim()[0] == 0 for axes in result.laboratory.plot().axes[1:6:4])
 
 
+@pytest.mark.thorough
 def test_a_peak_that_was_passed_is_no_bound(broken, tmp_path):
     broken.write_report(tmp_path / "report.html")
     page = Page(tmp_path / "report.html")
@@ -173,6 +175,7 @@ def test_curves_are_readable_before_the_peak(result):
     assert not plot_report_curves({"law": result}).axes[1].get_title()
 
 
+@pytest.mark.thorough
 def test_files_beside_the_page_are_linked(result, tmp_path):
     result.write_report(tmp_path / "report.html", files=["curves.csv", "a law/grains <1>.pvd"])
     page = Page(tmp_path / "report.html")
@@ -189,6 +192,7 @@ def test_a_test_that_ends_before_failure_says_so(page):
     assert "the specimen had not failed when the test ended" in page.text
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("share", "verdict"), [(1.0, "pass"), (1.01, "FAIL")])
 def test_the_certificate_passes_at_its_limits_and_fails_above(result, share, verdict, tmp_path):
     summary = result.summary | {name: limit * share for name, (limit, _) in LIMITS.items()}
@@ -205,6 +209,7 @@ def test_the_limits_are_those_of_the_documents():
     assert stated == {name: limit for name, (limit, _) in LIMITS.items()}
 
 
+@pytest.mark.thorough
 def test_an_incomplete_test_is_marked_with_the_reason(result, page, tmp_path):
     assert "Incomplete" not in page.text
     result.write_report(tmp_path / "report.html", incomplete="the run became unstable at step 7")
@@ -217,6 +222,7 @@ def test_a_run_that_recorded_nothing_has_a_report(result, tmp_path):
     assert Page(tmp_path / "report.html").rows["steps"] == [["0"]]
 
 
+@pytest.mark.thorough
 def test_laws_stand_side_by_side(tmp_path):
     comparison = gl.compare(small_sample(), {"stiff": Linear(**STIFF), "Mohr & Coulomb": MohrCoulomb(**STRONG)}, SHORT)
     comparison.write_report(tmp_path / "report.html")
@@ -227,6 +233,7 @@ def test_laws_stand_side_by_side(tmp_path):
     assert page.rows["kn"] == [["105 TPa/m"]] * 2
 
 
+@pytest.mark.thorough
 def test_laws_of_phases_and_scattered_strength(tmp_path):
     blocks = Bricks(rows=2).tessellate(rectangle(20 * mm, 4 * mm))
     mixed = gl.Specimen(attrs.evolve(blocks, phase=np.array([0, 1])), {0: ROCK, 1: ROCK})

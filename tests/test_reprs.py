@@ -55,6 +55,7 @@ def page(thing):
 OWN = (gl.Study, gl.ElasticProperties)
 
 
+@pytest.mark.thorough
 def test_no_component_prints_a_page_whatever_it_holds():
     def rule(kind):
         things = [unmade(kind)]

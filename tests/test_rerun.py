@@ -27,6 +27,7 @@ def done(tmp_path_factory):
     return place
 
 
+@pytest.mark.thorough
 def test_the_law_files_are_copied_and_named_in_the_record(done):
     assert (done / "out" / "law_files" / "mine.py").read_text() == LAW
     assert (done / "out" / "law_files" / "parts.py").read_text() == "KN = 1e14\n"
@@ -36,6 +37,7 @@ def test_the_law_files_are_copied_and_named_in_the_record(done):
     assert len(record["law_files"][0]["sha256"]) == 64
 
 
+@pytest.mark.thorough
 def test_a_run_is_repeated_with_the_same_numbers(done):
     result = invoke("rerun", done / "out", "--out", done / "again")
     assert result.exit_code == 0, result.output
@@ -44,6 +46,7 @@ def test_a_run_is_repeated_with_the_same_numbers(done):
         assert (done / "again" / name).read_bytes() == (done / "out" / name).read_bytes()
 
 
+@pytest.mark.thorough
 def test_a_difference_is_said(done):
     for file in (done / "out").rglob("*"):
         if file.is_file() and file.suffix in (".py", ".json", ".csv", ".toml"):

@@ -116,7 +116,7 @@ class Calls:
 
 
 @pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c in LONG else c for c in CASES])
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_a_stopped_run_goes_on_with_the_same_bits(case, tmp_path, monkeypatch):
     specimen, law, protocol, options = CASES[case]
     with monkeypatch.context() as patch:
@@ -133,7 +133,7 @@ def test_a_stopped_run_goes_on_with_the_same_bits(case, tmp_path, monkeypatch):
         same(whole, gl.simulate(specimen, law, protocol, **options_now, checkpoint=tmp_path, restart=True))
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_a_run_that_is_stopped_again_and_again_comes_to_the_same_end(tmp_path, monkeypatch):
     specimen, law, protocol, _ = CASES["contacts after failure"]
     whole = gl.simulate(specimen, law, protocol)
@@ -149,7 +149,7 @@ def test_a_run_that_is_stopped_again_and_again_comes_to_the_same_end(tmp_path, m
     same(whole, result)
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_a_checkpoint_in_the_course_of_a_run_is_as_good_as_one_at_its_stop(tmp_path, monkeypatch):
     """As after a kill: files of moments after the checkpoint are there."""
     specimen, law, protocol, _ = CASES["contacts after failure"]
@@ -193,6 +193,7 @@ def test_a_finished_run_is_not_run_again(tmp_path, monkeypatch):
     assert (now.st_ino, now.st_mtime_ns) == (written.st_ino, written.st_mtime_ns)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("other", "words"),
     [
@@ -221,6 +222,7 @@ def test_a_damaged_checkpoint_is_refused(damage, tmp_path):
         gl.simulate(**run, checkpoint=tmp_path, restart=True)
 
 
+@pytest.mark.thorough
 def test_a_restart_without_a_checkpoint_begins(tmp_path):
     run = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
     same(gl.simulate(**run), gl.simulate(**run, checkpoint=tmp_path / "new", restart=True))

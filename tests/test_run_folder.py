@@ -49,6 +49,7 @@ class Look(gl.Observer):
         self.counts.append(len(rows))
 
 
+@pytest.mark.thorough
 def test_curves_and_cracks_are_there_at_every_sample_and_hold_every_digit(tmp_path):
     look = Look(tmp_path)
     result = gl.simulate(**RUN, checkpoint=tmp_path, observers=[look])
@@ -65,6 +66,7 @@ def test_curves_and_cracks_are_there_at_every_sample_and_hold_every_digit(tmp_pa
     assert [[int(row["grain_a"]), int(row["grain_b"])] for row in cracks] == result.cracks.grains.tolist()
 
 
+@pytest.mark.thorough
 def test_a_summary_is_written_while_the_run_goes_on(tmp_path, monkeypatch):
     monkeypatch.setattr(run_folder, "SUMMARY", 0.0)
     seen = []
@@ -82,6 +84,7 @@ def test_a_summary_is_written_while_the_run_goes_on(tmp_path, monkeypatch):
     assert last["properties"]["strength"] == result.summary["strength"]
 
 
+@pytest.mark.thorough
 def test_the_record_says_what_decides_the_results(tmp_path):
     gl.simulate(**RUN, checkpoint=tmp_path, threads=2, frames=7)
     record = json.loads((tmp_path / "run.json").read_text())
@@ -98,6 +101,7 @@ def test_the_record_says_what_decides_the_results(tmp_path):
     assert record["program"]
 
 
+@pytest.mark.thorough
 def test_the_key_follows_what_decides_the_results_and_nothing_else(tmp_path):
     def key(**other):
         gl.simulate(**RUN | other, checkpoint=tmp_path, overwrite=True)
@@ -129,6 +133,7 @@ def test_a_component_whose_file_is_no_python_any_more_has_no_source(tmp_path):
 # --- whose folder it is ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_a_folder_with_a_run_is_refused_or_replaced(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     first = gl.simulate(**RUN, checkpoint=tmp_path, observers=[VtkWriter(tmp_path)])
@@ -146,6 +151,7 @@ HOLD = (
 )
 
 
+@pytest.mark.thorough
 def test_a_folder_in_use_is_refused(tmp_path):
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path)], **pipes) as other:
@@ -157,6 +163,7 @@ def test_a_folder_in_use_is_refused(tmp_path):
     gl.simulate(**RUN, checkpoint=tmp_path)
 
 
+@pytest.mark.thorough
 def test_a_comparison_is_cleared_with_the_folders_of_its_laws(tmp_path):
     laws = {"one": WEAK, "two": WEAK}
     gl.compare(RUN["specimen"], laws, PULL, checkpoint=tmp_path)
@@ -183,6 +190,7 @@ def test_copies_of_law_files_are_removed_with_the_folders_of_their_helpers(tmp_p
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.thorough
 def test_what_only_a_restart_needs_is_removed(tmp_path):
     gl.simulate(**RUN, checkpoint=tmp_path)
     assert (tmp_path / "frames").is_dir()
@@ -219,6 +227,7 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
 # --- a full disk -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_pictures_stop_before_the_disk_is_full(tmp_path, monkeypatch):
     whole = gl.simulate(**RUN)
     free = type("Disk", (), {"free": 2**20, "total": 2**40})
@@ -247,6 +256,7 @@ def limited(folder, size, results):
     results.put((result.curves["time"].tolist(), [str(warning.message) for warning in told]))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("size", [30_000, 12_000])
 def test_a_file_that_cannot_grow_stops_no_run(size, tmp_path):
     context = multiprocessing.get_context("fork")
@@ -263,6 +273,7 @@ def test_a_file_that_cannot_grow_stops_no_run(size, tmp_path):
     assert not list(tmp_path.glob(".*.part.*"))
 
 
+@pytest.mark.thorough
 def test_what_could_not_be_written_is_written_when_there_is_room_again(tmp_path, monkeypatch):
     monkeypatch.setattr(run_folder, "AGAIN", 0.0)
     grow, calls = run_folder._Table._append, []
@@ -281,6 +292,7 @@ def test_what_could_not_be_written_is_written_when_there_is_room_again(tmp_path,
     assert [float(row["time"]) for row in table(tmp_path / "curves.csv")] == result.curves["time"].tolist()
 
 
+@pytest.mark.thorough
 def test_a_claim_is_passed_on(tmp_path):
     with claimed(tmp_path, about={"question": "why"}) as claim:
         gl.simulate(**RUN, checkpoint=claim)

@@ -46,6 +46,7 @@ def test_means_and_ranges_by_hand():
     assert np.isnan(means([{"load": 1.0}, {"load": float("nan")}])["load"])
 
 
+@pytest.mark.thorough
 def test_each_run_is_that_of_one_sample(found):
     for seed, specimen in SAMPLES.items():
         alone = gl.compare(specimen, LAWS, TEST, threads=1, frames=4)
@@ -63,6 +64,7 @@ def test_the_table_has_means_and_ranges(found):
     assert "mean (range) of the samples with the seeds 1, 7" in lines
 
 
+@pytest.mark.thorough
 def test_files_hold_means_and_each_sample(found, folder):
     content = json.loads((folder / "summary.json").read_text())
     assert content["seeds"] == [1, 7]
@@ -97,6 +99,7 @@ class Fails(gl.Observer):
         raise gl.InstabilityError("it broke")
 
 
+@pytest.mark.thorough
 def test_a_run_that_fails_leaves_the_others(found, tmp_path):
     bad = gl.compare(
         SAMPLES, LAWS, TEST, threads=1, frames=4, checkpoint=tmp_path,
@@ -112,6 +115,7 @@ def test_a_run_that_fails_leaves_the_others(found, tmp_path):
     assert json.loads((tmp_path / "brittle_seed_1" / "run.json").read_text())["status"] == "it broke"
 
 
+@pytest.mark.thorough
 def test_what_is_stopped_goes_on(found, tmp_path):
     stop, watched = gl.Stop(), []
 

@@ -64,7 +64,7 @@ def factor(column, length, stress):
 
 
 @pytest.mark.parametrize("run", [crushed, sheared])
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_a_scaled_run_is_the_same_run(run):
     first = run(1.0, 1.0)
     if run is crushed:

@@ -45,6 +45,7 @@ def lekhnitskii(stiffness, at):
     return (stresses(at) @ np.linalg.lstsq(tractions, -(normal * pressed).ravel(), rcond=1e-13)[0]).T
 
 
+@pytest.mark.thorough
 def test_the_series_has_hondros_stress_in_the_middle_of_an_isotropic_disc():
     alike = attrs.evolve(
         SCHIST, youngs_modulus_across=60 * GPa, poissons_ratio_across=0.2 + 1e-7, shear_modulus_across=25 * GPa + 1e4
@@ -54,6 +55,7 @@ def test_the_series_has_hondros_stress_in_the_middle_of_an_isotropic_disc():
     assert lekhnitskii(alike.stiffness, np.zeros((1, 2)))[0] == pytest.approx(hondros, abs=2e-5)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("angle", [0, 45, 90])
 def test_a_disc_of_schist_has_lekhnitskiis_stress(angle):
     """Means over grains in the inner half, to 2.5 % of the largest; near the centre, to 1 %. Finer zones are nearer."""

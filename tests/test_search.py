@@ -77,6 +77,7 @@ def pairs_of(edges, grain, reach, cell):
 place = st.integers(-200, 200).map(lambda k: k / 16)
 
 
+@pytest.mark.thorough
 @settings(max_examples=150)
 @given(
     st.lists(st.tuples(place, place, place, place).filter(lambda e: e[:2] != e[2:]), min_size=2, max_size=14),
@@ -125,7 +126,7 @@ def same(first, second):
 
 
 @pytest.mark.parametrize("material", [RIGID, SOFT], ids=["rigid", "deformable"])
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_the_same_bits_for_any_number_of_threads(material):
     runs = [pile(threads=threads, material=material) for threads in (1, 2, 3)]
     for motion in runs:
@@ -155,6 +156,7 @@ def corner_on_face(detection=None):
 SKIN = 0.1
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("reach", [SKIN, 0.3 * SKIN, 0.02 * SKIN])
 def test_what_the_search_leaves_out_stays_beside_or_in_front_until_the_next(reach):
     """Edges nearer than what they are searched for, whose ends then move by half of it."""
@@ -201,6 +203,7 @@ def waiting():
     )
 
 
+@pytest.mark.thorough
 def test_a_side_turns_to_the_floor_about_a_corner_that_is_in_it(waiting):
     """It carries nothing before it leans over the floor; there is nothing to wait for then."""
 
@@ -228,6 +231,7 @@ def test_sides_of_a_corner_that_come_to_face_each_other_begin_without_a_force(wa
     assert moved(0.081)[2] > 1e-6
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("make", [corner_on_face, pile])
 def test_how_often_neighbours_are_searched_changes_no_bit(make, monkeypatch):
     seldom = make()
@@ -241,7 +245,7 @@ def test_how_often_neighbours_are_searched_changes_no_bit(make, monkeypatch):
     assert np.array_equal(often.state.freedoms.arrays.velocity, seldom.state.freedoms.arrays.velocity)
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_search_after_every_step(monkeypatch):
     """Bonds that are handed over, pieces that slide and meet, platens that start smoothly."""
     rock = gl.Specimen(Voronoi(grains=14, seed=1).tessellate(rectangle(6e-3, 15e-3)), ROCK)

@@ -15,6 +15,7 @@ from grainlaw.units import MPa, mm
 LOSSLESS = {name: law for name, law in LAWS.items() if "energy" not in law.exceptions}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", LOSSLESS.values(), ids=LOSSLESS)
 def test_contacts_take_more_than_they_give(law):
     result = gl.simulate(bricks(), law, Shaken(), frames=1)
@@ -37,6 +38,7 @@ def test_a_step_too_long_for_contacts_that_open_is_told():
     assert taken(usual).min() > -1e-4
 
 
+@pytest.mark.thorough
 def test_a_bar_that_is_torn_breaks_into_as_many_pieces_with_half_the_step():
     law = MohrCoulomb(**STIFF, tensile_strength=13 * MPa, cohesion=29 * MPa, friction_angle=40)
     bar = bricks(1, 200, (200 * mm, 1 * mm))

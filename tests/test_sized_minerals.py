@@ -61,6 +61,7 @@ def assert_as_asked(grains, made, region):
             assert np.sort(mine) == pytest.approx(np.sort(areas[phase == k]) * region.area, rel=0.02)
 
 
+@pytest.mark.thorough
 @settings(max_examples=8)
 @given(seed=st.integers(0, 10**6), count=st.integers(60, 300))
 def test_each_mineral_has_its_sizes(seed, count):
@@ -71,6 +72,7 @@ def test_each_mineral_has_its_sizes(seed, count):
     assert_as_asked(grains, made, REGION)
 
 
+@pytest.mark.thorough
 @settings(max_examples=6)
 @given(seed=st.integers(0, 10**6), clustering=st.floats(0.75, 1.4))
 def test_clustering_is_as_asked_and_sizes_stay(seed, clustering):
@@ -80,6 +82,7 @@ def test_clustering_is_as_asked_and_sizes_stay(seed, clustering):
     assert clustering_of(grains) == pytest.approx(clustering, rel=0.02)
 
 
+@pytest.mark.thorough
 @settings(max_examples=5)
 @given(region=star_shaped(), seed=st.integers(0, 99))
 def test_in_any_region(region, seed):
@@ -89,6 +92,7 @@ def test_in_any_region(region, seed):
     assert_as_asked(grains, made, region)
 
 
+@pytest.mark.thorough
 def test_grains_at_random_have_a_clustering_of_one_on_average():
     """Of the formula: in places of their own, which no relaxation has changed."""
     found = []
@@ -100,6 +104,7 @@ def test_grains_at_random_have_a_clustering_of_one_on_average():
     assert np.std(found) < 0.08
 
 
+@pytest.mark.thorough
 def test_the_same_seed_gives_the_same_bits():
     one, same, other = (minerals(100, seed, 1.2).tessellate(REGION) for seed in (1, 1, 2))
     assert np.array_equal(one.vertices, same.vertices)
@@ -107,6 +112,7 @@ def test_the_same_seed_gives_the_same_bits():
     assert not np.array_equal(one.vertices[:9], other.vertices[:9])
 
 
+@pytest.mark.thorough
 def test_round_grains_of_their_sizes_that_break():
     made = minerals(150, circularity=0.78)
     broken = Breakable(made, {"feldspar": Trigons(count=4)}).tessellate(REGION)
@@ -130,6 +136,7 @@ def test_the_report_has_the_sizes_of_each_mineral_beside_those_asked_for():
     assert found.clustering == pytest.approx(clustering_of(made.tessellate(REGION)))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("make", "words"),
     [

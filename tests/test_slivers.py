@@ -52,6 +52,7 @@ def test_what_is_told_is_the_step_of_the_texture():
     assert ratio < 2 * THIN
 
 
+@pytest.mark.thorough
 @settings(max_examples=15)
 @given(seed=st.integers(0, 999), grains=st.integers(20, 120))
 def test_merged_polygons_tile_and_cost_less(seed, grains):

@@ -48,6 +48,7 @@ def pressed(bend, loading, samples=200):
     return gl.simulate(column(bend), Linear(kn=KN, ks=KS), test, detection=None)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("bend", [0.001, 0.005])
 def test_a_bent_column_bears_its_buckling_load(bend):
     """The eigenvalue of a chain of hinges, at the default pace; an elastic column bears it while it bends on."""
@@ -57,6 +58,7 @@ def test_a_bent_column_bears_its_buckling_load(bend):
     assert result.summary["energy_error"] < 1e-3
 
 
+@pytest.mark.thorough
 def test_the_margin_of_a_run_that_is_much_too_fast_points_to_the_buckling_load():
     """It falls in a straight line with the load, from 1 to 0; the certificate fails when the load goes on to rise."""
     result = pressed(0.001, gl.Constant(speed=0.6))
@@ -94,6 +96,7 @@ def test_a_sound_specimen_has_the_margin_1(material):
     assert margin[1:] == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.thorough
 def test_asking_for_the_margin_leaves_the_state_as_it_was():
     """To the last bit, under pressure and a platen, with contacts that have replaced bonds."""
 

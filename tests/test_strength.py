@@ -91,6 +91,7 @@ TESTS = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("test", "law"), TESTS)
 def test_a_test_that_ends_at_the_failure_finds_the_same_strength(test, law):
     rock = small_sample(60)
@@ -104,6 +105,7 @@ def test_a_test_that_ends_at_the_failure_finds_the_same_strength(test, law):
     assert short.summary["strength"] == pytest.approx(load.max() + getattr(test, "confinement", 0))
 
 
+@pytest.mark.thorough
 def test_what_has_not_failed_has_no_strength():
     rock = small_sample(20)
     sound = gl.simulate(rock, Linear(kn=1e14, ks=1e14), UniaxialCompression(samples=20, maximum_strain=1e-3))
@@ -118,6 +120,7 @@ def test_what_has_not_failed_has_no_strength():
     assert f"&gt; {bent.summary['largest_stress'] / MPa:.2f}" in bent._repr_html_()
 
 
+@pytest.mark.thorough
 def test_a_largest_stress_above_the_strength_is_a_doubt():
     """120 grains under 5 MPa: a fall by 4 % at 191 MPa, then columns of grains that interlock."""
     grains = Voronoi(grains=120, seed=1).tessellate(rectangle(20e-3, 50e-3))
@@ -128,6 +131,7 @@ def test_a_largest_stress_above_the_strength_is_a_doubt():
         assert any("bore more than its strength" in words for words in doubts(result))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("samples", [100, 250])
 def test_a_strength_does_not_depend_on_the_number_of_samples(samples):
     rock = small_sample(60)
@@ -136,6 +140,7 @@ def test_a_strength_does_not_depend_on_the_number_of_samples(samples):
     assert len(few.curves["stress"]) < len(usual.curves["stress"])
 
 
+@pytest.mark.thorough
 def test_a_disc_is_read_by_its_load():
     rock = gl.Specimen(Voronoi(grains=60, seed=1).tessellate(disc(20e-3)), ROCK)
     result = gl.simulate(rock, BRITTLE, Brazilian(until=gl.Until.FAILURE))

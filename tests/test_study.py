@@ -24,6 +24,7 @@ def table(tmp_path_factory):
     return tiny_study().run(tmp_path_factory.mktemp("study") / "store", on=ThreadPoolExecutor(1), progress=False)
 
 
+@pytest.mark.thorough
 def test_a_row_is_what_a_run_by_itself_gives(table):
     run = tiny("brittle", 1)
     result = gl.simulate(run.specimen, run.law, run.protocol)
@@ -44,12 +45,14 @@ def test_cases_are_all_combinations_in_their_order(table):
     ]  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_the_same_seed_is_the_same_grains_under_all_laws(table):
     grains = {(row["law"], row["seed"]): grains_hash(table.result(law=row["law"], seed=row["seed"]).specimen.grains)
               for row in table.rows}  # fmt: skip
     assert grains["brittle", 0] == grains["linear", 0] != grains["brittle", 1] == grains["linear", 1]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("workers", ["threads", "one process", "two processes", "a pool", "a cluster"])
 def test_the_table_does_not_depend_on_who_ran_it(workers, table, tmp_path):
     study, store = tiny_study(), tmp_path / "store"
@@ -67,6 +70,7 @@ def test_the_table_does_not_depend_on_who_ran_it(workers, table, tmp_path):
     assert content(found) == content(table)
 
 
+@pytest.mark.thorough
 def test_shards_and_another_order_give_the_same_table(table, tmp_path):
     study, store = tiny_study(), tmp_path / "store"
     for k in (3, 1):
@@ -134,6 +138,7 @@ def module(tmp_path, monkeypatch):
     sys.modules.pop("own_case", None)
 
 
+@pytest.mark.thorough
 def test_an_edited_comment_is_the_same_case_and_an_edited_law_another(module, tmp_path, monkeypatch):
     def run(**names):
         table = gl.Study(module(**names).case, rows=[2], k=[1e13]).run(tmp_path / "s", workers=1, progress=False)
@@ -156,6 +161,7 @@ def test_a_function_that_is_edited_for_nothing_runs_nothing(module, tmp_path, mo
     assert len(Store(tmp_path / "s")) == 2
 
 
+@pytest.mark.thorough
 def test_a_script_without_a_guard_runs_once(tmp_path):
     """Cases of __main__ reach the processes, which do not run the script again."""
     script = f"""
@@ -190,6 +196,7 @@ def test_what_it_will_cost_is_known_before(tmp_path, table):
     assert "2 cases: about" in str(known)
 
 
+@pytest.mark.thorough
 def test_any_levels_may_be_given_by_names(tmp_path):
     def case(law, grains):
         return gl.Run(gl.Specimen(grains.tessellate(rectangle(20 * mm, 40 * mm)), ROCK), law, SHORT)

@@ -97,6 +97,7 @@ def combined(a, b):
     return tiny("linear", a + 2 * b)
 
 
+@pytest.mark.thorough
 def test_a_full_disk_keeps_what_is_finished(tmp_path, monkeypatch):
     study, write, room = tiny_study(), stores._write, [5]
 
@@ -114,7 +115,7 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path, monkeypatch):
     assert study.run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)["status"].tolist() == ["finished"] * 4
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_workers_that_die_again_and_again_over_a_case_kill_it(tmp_path):
     """Its own process is killed by the case; the others are finished, and the second call tries it again."""
     study = gl.Study(deadly, seed=[0, 1, 2])
@@ -168,6 +169,7 @@ def test_workers_that_die_between_cases_are_replaced():
     assert sorted(accepted) == ["0", "1", "2", "3", "4"]
 
 
+@pytest.mark.thorough
 def test_what_a_killed_process_had_half_written_is_swept_away(tmp_path):
     store = tmp_path / "s"
     tiny_study(1).run(store, on=ThreadPoolExecutor(1), progress=False)
@@ -181,6 +183,7 @@ def test_what_a_killed_process_had_half_written_is_swept_away(tmp_path):
     assert Store(store).pack() == 0
 
 
+@pytest.mark.thorough
 def test_a_warning_is_given_once_for_a_level_and_not_by_the_workers(tmp_path, capfd):
     """A speed of a tenth of that of waves."""
     study = gl.Study(column, rows=[2], height=[40.0, 41.0], speed=[300.0])
@@ -197,6 +200,7 @@ def test_an_executor_of_the_users_that_breaks_keeps_what_is_finished(tmp_path):
     assert study.status(tmp_path / "s").finished <= 1
 
 
+@pytest.mark.thorough
 def test_bad_input_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     (tmp_path / "other").mkdir()
@@ -261,6 +265,7 @@ def outer(closed):
     return digest(names["outer"](closure))
 
 
+@pytest.mark.thorough
 def test_a_key_is_the_same_in_another_process():
     """Here as there, where the file of what travels is not loaded."""
     script = """
@@ -306,6 +311,7 @@ class Share(Height):
         self.share = share
 
 
+@pytest.mark.thorough
 def test_measures_of_ones_own_are_part_of_the_key(tmp_path):
     def case(seed):
         return tiny("brittle", seed)
@@ -324,6 +330,7 @@ def test_measures_of_ones_own_are_part_of_the_key(tmp_path):
         digest(Share(file))
 
 
+@pytest.mark.thorough
 def test_cases_that_finished_are_doubted_where_the_specimen_had_not_failed(tmp_path):
     table = tiny_study().run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     [(words, rows)] = [(words, rows) for words, rows in table.doubts.items() if "had not failed" in words]

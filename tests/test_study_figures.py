@@ -122,6 +122,7 @@ def test_the_median_of_multiples_is_the_middle_one(table, run):
     assert len(axes.lines) - len(medians) == 15
 
 
+@pytest.mark.thorough
 @given(st.lists(st.floats(0.1, 10), min_size=1, max_size=9), st.sampled_from([-1.0, 1.0]))
 def test_percentiles_of_straight_lines_of_equal_length(slopes, turn):
     along = turn * np.linspace(0, 2, 7)
@@ -223,6 +224,7 @@ def test_colours_are_told_apart_without_red_and_green():
 # --- the report ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_the_report_holds_what_the_table_says(table, tmp_path):
     table.write_report(tmp_path / "r.html", title="Three & more")
     page = Page(tmp_path / "r.html")

@@ -224,7 +224,7 @@ def test_a_round_inclusion_is_pressed_by_its_expansion():
 # --- the same bits, and what is refused ------------------------------------------------------------------------------
 
 
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_threads_and_a_restart_give_the_same_bits(tmp_path):
     angles = np.linspace(0, 165, 12)  # of the grains: they press each other, and break
     crystal = Thermal(material=MOHR, expansion=14e-6, expansion_along=8e-6, axis_angle=angles)

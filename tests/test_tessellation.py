@@ -82,6 +82,7 @@ def test_hilbert_curve_never_jumps() -> None:
     assert np.all(abs(steps).sum(axis=1) == 1)
 
 
+@pytest.mark.thorough
 @every
 def test_numbers_follow_space(tessellator: type) -> None:
     edges = tessellator(grains=3000).tessellate(rectangle(1, 2)).edges
@@ -152,6 +153,7 @@ def test_result_is_checked(tessellator: type, monkeypatch) -> None:
     assert checked == [made]
 
 
+@pytest.mark.thorough
 def test_large() -> None:
     made = Voronoi(grains=20_000).tessellate(rectangle(1, 1))
     assert made.count == 20_000

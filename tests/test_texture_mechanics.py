@@ -47,6 +47,7 @@ def test_two_minerals_lie_between_the_hashin_shtrikman_bounds(seed, boundary):
         assert low_shear < shear < high_shear
 
 
+@pytest.mark.thorough
 def test_minerals_that_are_alike_give_the_bits_of_one():
     tessellator = Voronoi(grains=30)
     plain = gl.simulate(gl.Specimen(tessellator.tessellate(PRISM), ROCK), BRITTLE, PULL)
@@ -70,6 +71,7 @@ def test_glued_cells_are_the_unbroken_grain(cells):
     assert soft.apparent_modulus < 0.95 * found.apparent_modulus
 
 
+@pytest.mark.thorough
 def test_weak_grains_break_inside_and_strong_ones_between():
     grains = Breakable(Voronoi(grains=15), Trigons(count=6)).tessellate(PRISM)
     weak = attrs.evolve(BRITTLE, tensile_strength=3e6, cohesion=10e6)

@@ -140,7 +140,7 @@ def test_what_is_no_number_of_threads_is_refused(wrong):
         for case in CASES
     ],
 )
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_the_bits_are_the_same_however_the_number_changes(case, monkeypatch):
     specimen, law, protocol, options = CASES[case]
     one = gl.simulate(specimen, law, protocol, **options, threads=1)

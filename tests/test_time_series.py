@@ -219,6 +219,7 @@ def test_a_test_in_loops_cannot_reverse_a_series():
 # --- files -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_a_series_is_written_in_toml_as_a_list_of_pairs(tmp_path):
     config = tmp_path / "wave.toml"
     config.write_text(

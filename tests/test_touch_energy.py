@@ -89,7 +89,7 @@ def contact_forces(edges, cotangent=(0, 0, 0, 0)):
     way=st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)),
     cotangent=st.just((0, 0, 0, 0)) | st.tuples(*4 * [st.floats(0, 1.5)]),
 )
-@pytest.mark.thorough
+@pytest.mark.alone
 def test_forces_and_moments_are_the_gradient_of_the_energy(turn, length, x, y, way, cotangent):
     start = np.array([x, y])
     edges = np.array([[0, 0], [1, 0], start + length * np.array([np.cos(turn), np.sin(turn)]), start])
@@ -113,6 +113,7 @@ def test_forces_and_moments_are_the_gradient_of_the_energy(turn, length, x, y, w
     assert -np.sum(forces * motion) == pytest.approx((before + after) / 2, abs=2e-5 * scale)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("cotangent", [(1.0, 0, 0, 0), (0, 0, 0.8, 0), (1.0, 0, 0.8, 0)])
 def test_nothing_jumps_where_a_corner_leaves_the_other_edge(cotangent):
     """An acute corner of B sinks behind edge a while one of A is already deep behind edge b."""

@@ -57,6 +57,7 @@ def test_a_rocking_block_swings_as_housner_says():
     assert 4 * expected[0] == pytest.approx(2.0535, abs=1e-5)
 
 
+@pytest.mark.thorough
 def test_rocking_gains_no_energy_but_rounding_of_the_step():
     """As seen at the samples, against the weight times half the width: about 1e-5, with the square of the step."""
     scale = 2 * 2600 * GRAVITY * 0.5
@@ -101,6 +102,7 @@ def thrown(first, second, height, spin, friction, **options):
     return motion, before, run
 
 
+@pytest.mark.thorough
 @settings(max_examples=15)
 @given(polygons(), polygons(), st.floats(-0.4, 0.4), st.floats(-2, 2), st.sampled_from([0.0, 30.0, 60.0]))
 def test_bodies_of_any_shape_keep_momentum_and_the_ledger(first, second, height, spin, friction):
@@ -118,6 +120,7 @@ def test_friction_under_a_corner_gives_no_energy():
     assert run["kinetic"][-1] <= run["kinetic"][0]
 
 
+@pytest.mark.thorough
 @BOTH
 @pytest.mark.parametrize("step", [0.0, 1e-6])
 def test_no_catching_at_joints_of_a_level_floor(material, step):
@@ -126,6 +129,7 @@ def test_no_catching_at_joints_of_a_level_floor(material, step):
     assert pressed < 3 * ripple
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("angle", [20, 30])
 def test_a_corner_climbs_a_tooth_as_its_slope_says(angle):
     """On the flanks of frictionless teeth the drag is the weight times the slope, up and down."""
@@ -159,6 +163,7 @@ def test_a_tower_with_contact_damping_comes_to_rest(material, share):
     assert run["kinetic"][-1] < 1e-2 * sunk
 
 
+@pytest.mark.thorough
 def test_free_flight_with_spin_does_not_drift():
     body = box(1, 0.5)
     motion = Motion(together(body, box(1, 1, 50)), faces(), velocity=each((1, 2, 3), (0, 0)))

@@ -73,6 +73,7 @@ def test_platens_lie_between_the_sample_and_the_test() -> None:
     assert UniaxialCompression().stages(specimen)
 
 
+@pytest.mark.thorough
 def test_platens_touch_a_disc_at_its_flats() -> None:
     grains = between_platens(Voronoi(grains=60).tessellate(disc(0.05, sides=72)), 0.01, phase=2)
     grains.check()

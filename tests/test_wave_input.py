@@ -29,6 +29,7 @@ class Moves(gl.LoadingProtocol):
         return {}
 
 
+@pytest.mark.thorough
 def test_a_wave_after_a_stage_lasts_as_long_as_it_should():
     """Its duration counts from its own beginning; the stage before it takes longer."""
     alone, wet = (

@@ -44,6 +44,7 @@ def ledger_gap(result):
     return np.abs(supplied - sum(result.curves[ENERGY + kind] for kind in SPENT)).max() / np.abs(supplied).max()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", [Wave.P, Wave.S])
 def test_a_quiet_end_takes_a_wave_in(kind):
     """The velocity is stress over impedance; less than 1 % of it comes back, and the energy is booked as absorbed."""
@@ -58,6 +59,7 @@ def test_a_quiet_end_takes_a_wave_in(kind):
     assert ledger_gap(result) < 1e-6
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", [Wave.P, Wave.S])
 def test_a_free_end_sends_a_wave_back(kind):
     """With its velocity doubled there, so -1 of its stress."""
@@ -68,6 +70,7 @@ def test_a_free_end_sends_a_wave_back(kind):
     assert ledger_gap(result) < 1e-6
 
 
+@pytest.mark.thorough
 def test_half_of_a_stress_enters_through_a_quiet_end():
     result = wave(Wave.P, quiet=("left", "right"))
     there, back = there_and_back(result, Wave.P)
@@ -93,6 +96,7 @@ def test_a_quiet_end_lets_a_slow_motion_through_too():
     assert ledger_gap(result) < 1e-6
 
 
+@pytest.mark.thorough
 def test_speeds_of_the_rock_as_a_whole():
     """Joints as soft as the bricks: waves are slower by the root of 2, and a quiet end made for that takes them in."""
     soft = Linear(kn=P_SPEED**2 * ROCK.density / 10e-3, ks=1e13)

@@ -30,6 +30,7 @@ def names_of(specimen, law, protocol):
     return {*measured, *protocol.summary(curves, specimen)}
 
 
+@pytest.mark.thorough
 def test_every_number_of_every_test_is_declared():
     def rule(name):
         chosen = configured(name, NEEDED.get(name, {}), quick=True)
