@@ -96,7 +96,7 @@ def test_what_is_finished_is_not_run_again(done, tmp_path):
     assert before.items() <= {path: path.stat().st_mtime_ns for path in file.with_suffix("").rglob("*.json")}.items()
 
 
-@pytest.mark.alone
+@pytest.mark.thorough
 def test_quantities_are_numbers_of_the_table_and_keys_may_be_inside(tmp_path):
     vary = 'law.tensile_strength = ["10 MPa", "13 MPa"]\n'
     file = study_file(tmp_path, vary + '"test.loading" = [{type = "constant", speed = "0.2 m/s"}]')

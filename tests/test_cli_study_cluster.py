@@ -10,7 +10,7 @@ import pytest
 from command_line import LAWS, invoke, study_file
 
 
-@pytest.mark.alone
+@pytest.mark.thorough
 def test_a_job_of_the_array_is_stopped_and_goes_on(tmp_path, monkeypatch):
     """The script that is printed, run as the scheduler would, and asked to end before its time is over."""
     monkeypatch.chdir(tmp_path)

@@ -38,7 +38,7 @@ def test_every_page_with_code_has_a_number_to_check():
 LONG = "docs/calibration.md"  #: its calibration takes longer than all other pages together
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.alone) if n == LONG else n for n in CHECKS])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.thorough) if n == LONG else n for n in CHECKS])
 def test_python_blocks_run(name, tmp_path, monkeypatch):
     text = PAGES[name]
     for shown, run in SMALLER.get(name, {}).items():

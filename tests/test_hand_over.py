@@ -116,7 +116,7 @@ class Steps(gl.Observer):
 
 
 @pytest.mark.parametrize("integrator", [gl.CentralDifference(), gl.DynamicRelaxation()], ids=["central", "relaxation"])
-@pytest.mark.alone
+@pytest.mark.thorough
 def test_how_often_one_samples_changes_no_bit_of_the_motion(integrator):
     """Crushed until bonds are handed over, with a platen whose speed rises, and a closure that shortens the step."""
     specimen = small_sample(16)

@@ -147,7 +147,7 @@ def test_bad_tests_are_refused():
         DirectShear(normal_stress=-1)
 
 
-@pytest.mark.alone
+@pytest.mark.thorough
 def test_verify_agrees_with_theory_within_one_percent(tmp_path):
     done = CliRunner().invoke(verify, ["--out", str(tmp_path)])
     assert done.exit_code == 0, done.output

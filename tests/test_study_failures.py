@@ -115,7 +115,7 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path, monkeypatch):
     assert study.run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)["status"].tolist() == ["finished"] * 4
 
 
-@pytest.mark.alone
+@pytest.mark.thorough
 def test_workers_that_die_again_and_again_over_a_case_kill_it(tmp_path):
     """Its own process is killed by the case; the others are finished, and the second call tries it again."""
     study = gl.Study(deadly, seed=[0, 1, 2])

@@ -89,7 +89,7 @@ def contact_forces(edges, cotangent=(0, 0, 0, 0)):
     way=st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)),
     cotangent=st.just((0, 0, 0, 0)) | st.tuples(*4 * [st.floats(0, 1.5)]),
 )
-@pytest.mark.alone
+@pytest.mark.thorough
 def test_forces_and_moments_are_the_gradient_of_the_energy(turn, length, x, y, way, cotangent):
     start = np.array([x, y])
     edges = np.array([[0, 0], [1, 0], start + length * np.array([np.cos(turn), np.sin(turn)]), start])

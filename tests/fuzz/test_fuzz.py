@@ -22,7 +22,7 @@ def drawn_into_files(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize(("draw", "count"), [(calls.cases, 150), (configurations.cases, 50)], ids=["calls", "tests"])
-@pytest.mark.alone
+@pytest.mark.thorough
 def test_a_few_random_cases_are_refused_or_run(draw, count):
     assert [fault for case in draw(1, count) if (fault := fault_of(case))] == []
 
