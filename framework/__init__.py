@@ -56,7 +56,6 @@ from grainlaw.results.probe import ContactPath, Probe
 from grainlaw.results.result import Cracks, Result
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.certify import QuasiStaticLimit, certify
-from grainlaw.runs.comparison import Comparison, compare
 from grainlaw.runs.elastic_properties import ElasticProperties, elastic_properties
 from grainlaw.runs.estimate import CostWarning
 from grainlaw.runs.flutter import Flutter, hold
@@ -67,6 +66,7 @@ from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import ContactPoints, EndPoints, GaussPoints, InsetPoints, Specimen
 from grainlaw.stage import Ageing, Load, Stage
 from grainlaw.strength import Until
+from grainlaw.studies.comparison import Comparison, compare
 from grainlaw.studies.design import latin_hypercube, sobol
 from grainlaw.studies.envelope import (
     HoekBrownFit,

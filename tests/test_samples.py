@@ -64,6 +64,32 @@ def test_the_table_has_means_and_ranges(found):
     assert "mean (range) of the samples with the seeds 1, 7" in lines
 
 
+def test_it_is_a_table_as_of_a_study(found):
+    table = found.table
+    assert (table.factors, len(table), table.main[:3]) == (
+        ("law", "seed"),
+        4,
+        ["strength", "failure_strain", "largest_stress"],
+    )
+    peaks = np.array([found["brittle", seed].summary["strength"] for seed in (1, 7)])
+    (mean,) = [each for each in table.means("law")["strength"] if each.group == {"law": "brittle"}]
+    half = 12.706204736432095 * peaks.std(ddof=1) / np.sqrt(2)  # t of one degree of freedom at 0.975
+    assert mean.interval == pytest.approx((peaks.mean() - half, peaks.mean() + half))
+    (pair,) = table.paired("law")["largest_stress"]
+    linear, brittle = (np.array([found[law, seed].summary["largest_stress"] for seed in (1, 7)]) for law in LAWS)
+    assert (pair.levels, pair.mean) == (("linear", "brittle"), pytest.approx((brittle - linear).mean()))
+    assert table.result(law="brittle", seed=7) is found["brittle", 7]
+    assert "fragments" in table.quantities  # what a laboratory measures
+    assert len(table.plot_curves("law").axes[0].lines) == 6  # two of each law, and their medians
+
+
+def test_of_one_sample_laws_are_rows_and_what_failed_is_one_that_counts_nowhere(found):
+    one = gl.Comparison({"linear": found["linear", 1]}, {"brittle": ValueError("it broke")})
+    assert (one.table.factors, one.table.levels("law")) == (("law",), ["linear", "brittle"])
+    assert one.table.failed == [{"law": "brittle", "status": "failed", "reason": "it broke"}]
+    assert np.isnan(one.table["largest_stress"]).tolist() == [False, True]
+
+
 @pytest.mark.thorough
 def test_files_hold_means_and_each_sample(found, folder):
     content = json.loads((folder / "summary.json").read_text())

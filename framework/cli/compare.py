@@ -33,11 +33,11 @@ from grainlaw.results.paraview import write_script
 from grainlaw.results.result import Result
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.claim import MATERIAL_FILES, Claim
-from grainlaw.runs.comparison import Comparison, Key, folder_name, in_words
-from grainlaw.runs.comparison import compare as compare_laws
 from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import described, versions
 from grainlaw.specimen import Specimen
+from grainlaw.studies.comparison import Comparison, Key, folder_name, in_words
+from grainlaw.studies.comparison import compare as compare_laws
 
 COMPARED = "linear,mohr-coulomb,cohesive-crack"
 SEEDS = "1,2,3"  #: of one rock; three samples differ by up to a quarter of the mean

@@ -133,7 +133,7 @@ def _answered(recipe: Recipe, task: Task, observers: Sequence[Observer]) -> tupl
         raise
     except Exception as error:
         return _refused(error) | {"run": key}, None
-    return {"status": status, "reason": reason, "run": key, **_found(result, recipe.measures)}, to_bytes(
+    return {"status": status, "reason": reason, "run": key, **found_by(result, recipe.measures)}, to_bytes(
         result, frames=False
     )
 
@@ -143,7 +143,7 @@ def _refused(error: Exception) -> dict[str, Any]:
     return {"status": "refused", "reason": words}
 
 
-def _found(result: Result, measures: Sequence[Measure]) -> dict[str, Any]:
+def found_by(result: Result, measures: Sequence[Measure]) -> dict[str, Any]:
     """The properties of a test, doubts about them, and what a laboratory measures; not what the clock says."""
     summary = {name: value for name, value in result.summary.items() if name != "seconds"}
     found = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -17,7 +16,6 @@ from grainlaw.studies import groups
 from grainlaw.studies.export import doubts
 from grainlaw.studies.figures import MOST_PATTERNS, plot_strip
 from grainlaw.studies.statistics import Listing, level
-from grainlaw.studies.store import STUDY
 
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
@@ -155,13 +153,9 @@ def _cost(table: Table) -> list[list[str]]:
 
 def _versions(table: Table) -> list[list[str]]:
     """Of the store, and of what has written this page."""
-    rows = [[name, number] for name, number in versions().items()]
-    try:
-        about: dict[str, Any] = json.loads((table.store.path / STUDY).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return rows
-    return [
+    about = table.store.about
+    begun = [
         ["store begun by grainlaw", str(about.get("grainlaw", "-"))],
         ["format of the store", str(about.get("format"))],
-        *rows,
     ]
+    return [*(begun if about else []), *([name, number] for name, number in versions().items())]

@@ -9,13 +9,17 @@ import time
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 from filelock import FileLock, Timeout
 
 from grainlaw.parameter import ParameterError
+from grainlaw.results.archive import from_bytes
 from grainlaw.results.files import writable_folder, write_atomically
+
+if TYPE_CHECKING:
+    from grainlaw.results.result import Result
 
 FORMAT = 1  #: raise when a store of before could not be read any more
 STUDY, CASES, RUNS, PACKS, LOCK = "study.json", "cases", "runs", "packs", ".grainlaw.lock"
@@ -57,7 +61,8 @@ class Store:
             text = json.dumps({"format": FORMAT, **(about or {})}, indent=2) + "\n"
             write_atomically(file, lambda path: path.write_text(text, encoding="utf-8"))
         try:
-            written = json.loads(file.read_text(encoding="utf-8"))["format"]
+            self.about: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+            written = self.about["format"]
         except (ValueError, KeyError, TypeError) as error:
             raise ParameterError(f"{file} cannot be read: {error}") from None
         if written != FORMAT:
@@ -165,6 +170,10 @@ class Store:
                 except KeyError:
                     continue
         raise KeyError(key)
+
+    def result(self, case: str) -> Result:
+        """The run of a case, without frames. Raises KeyError where there is none, ParameterError for a damaged one."""
+        return from_bytes(self.run_of(case), f"{self.path}: the run")
 
     # --- writing -----------------------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import attrs
 import numpy as np
 
 from grainlaw.arguments import checked
@@ -14,7 +15,6 @@ from grainlaw.columns import STRAIN, STRESS, quantity_of
 from grainlaw.messages import nearest, short
 from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.quantity import Quantity
-from grainlaw.results.archive import from_bytes
 from grainlaw.results.certificate import COST, LIMITS
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
@@ -38,6 +38,18 @@ if TYPE_CHECKING:
 NO_PROPERTIES = (*LIMITS, *COST)  #: of the rock
 
 
+@attrs.frozen
+class InMemory:
+    """Results that are kept as they are, by the keys of their cases."""
+
+    results: Mapping[str, Result]
+    about: Mapping[str, Any] = {}
+
+    def result(self, case: str) -> Result:
+        """The result of a case. Raises KeyError."""
+        return self.results[case]
+
+
 class Table(Rows):
     """Rows of a study in the order of its cases: factors, status, and the properties of each test (SI).
 
@@ -46,7 +58,7 @@ class Table(Rows):
     """
 
     def __init__(
-        self, rows: Iterable[Mapping[str, Any]], factors: Sequence[str], store: Store,
+        self, rows: Iterable[Mapping[str, Any]], factors: Sequence[str], store: Store | InMemory,
         measures: Sequence[Measure] | None = None,
     ) -> None:  # fmt: skip
         super().__init__(rows, factors)
@@ -126,7 +138,10 @@ class Table(Rows):
         ]
 
     def result(self, **factors: Any) -> Result:
-        """The test of the one case with these levels, without frames. Raises ParameterError if there is not one."""
+        """The test of the one case with these levels, from a folder without frames.
+
+        Raises ParameterError if there is not one.
+        """
         self._check(*factors)
         found = [k for k, row in enumerate(self.rows) if all(row[name] == level for name, level in factors.items())]
         if len(found) != 1:
@@ -135,9 +150,12 @@ class Table(Rows):
         return self.run(found[0])
 
     def run(self, number: int) -> Result:
-        """The test of one row, without frames. Raises ParameterError where there is none, as for many that failed."""
+        """The test of one row, from a folder without frames.
+
+        Raises ParameterError where there is none, as for many that failed.
+        """
         try:
-            return from_bytes(self.store.run_of(self.cases[number]), f"{self.store.path}: the run")
+            return self.store.result(self.cases[number])
         except KeyError:
             row = self.rows[number]
             which, why = label(self.factors, row), f"{row['status']}, {row['reason']}"

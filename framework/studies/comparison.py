@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -19,11 +20,14 @@ from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.means import mean_and_range, means
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
+from grainlaw.results.standard_measures import MEASURES
 from grainlaw.results.tables import write_curves, write_json
 from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.runs.stopping import Stopped
 from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
+from grainlaw.studies.case import FINISHED, found_by
+from grainlaw.studies.table import InMemory, Table
 
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
@@ -66,6 +70,25 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         """Of several samples, also of those whose runs failed; none of one."""
         every = dict.fromkeys(_parted(key)[1] for key in (*self.results, *self.failed))
         return [seed for seed in every if seed is not None]
+
+    @cached_property
+    def table(self) -> Table:
+        """A row for each run, as of a study: means with intervals, pairs, pictures, other forms.
+
+        Its factors are the law and, of several samples, the seed.
+        """
+        rows, several = [], bool(self.seeds)
+        for key in (*self.results, *self.failed):
+            law, seed = _parted(key)
+            row: dict[str, Any] = {"case": in_words(key), "run": "", "factors": {"law": law}}
+            if several:
+                row["factors"]["seed"] = seed
+            if key in self.results:
+                found = found_by(self.results[key], tuple(MEASURES.values()))
+                rows.append({**row, "run": in_words(key), "status": FINISHED, **found})
+            else:
+                rows.append({**row, "status": "failed", "reason": str(self.failed[key])})
+        return Table(rows, ("law", "seed") if several else ("law",), InMemory(self.named))
 
     @property
     def named(self) -> dict[str, Result]:
