@@ -81,6 +81,7 @@ def test_the_tables_tell_parameters_and_the_check(answered):
     assert answered.law.kn == STIFF["kn"]
 
 
+@pytest.mark.thorough
 def test_a_target_is_met_within_five_percent_or_in_the_interval(answered):
     row = next(row for row in answered.checks if row.name == "ucs")
     near = attrs.evolve(row, measured=1.04 * row.target.value, interval=(0, 1))
@@ -125,6 +126,7 @@ def test_without_an_answer_there_is_no_law_and_the_conflict_is_told(conflicting,
     ]
 
 
+@pytest.mark.thorough
 def test_it_prints_its_parameters_in_one_line(answered, conflicting):
     met = sum(each.is_met for each in answered.checks if each.target)
     assert repr(answered).startswith("Calibration(law: MohrCoulomb, points: ")

@@ -188,6 +188,7 @@ def test_a_hidden_rock_is_found(whole):
         assert high / low < 1.5
 
 
+@pytest.mark.thorough
 def test_waves_stay_in_the_budget_and_tests_are_made_at_one_scale(whole):
     rock, found = whole
     assert sum(rock.asked) == 2 * len(found.design.points) <= 2 * 60  # without confinement, then with it

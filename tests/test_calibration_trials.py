@@ -126,6 +126,7 @@ def test_values_are_those_of_the_tests(tested):
         assert free[name][0, 1] == alone.summary["strength"]
 
 
+@pytest.mark.thorough
 def test_the_rock_itself_is_tested_under_confinement(tested):
     """A point stands for a rock half as strong; its specimen and that rock would buckle at other loads."""
     _, free, confined = tested

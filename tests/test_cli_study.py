@@ -110,6 +110,7 @@ def test_quantities_are_numbers_of_the_table_and_keys_may_be_inside(tmp_path):
     assert [line.split()[0] for line in text.splitlines()[2:4]] == ["10", "13"]
 
 
+@pytest.mark.thorough
 def test_what_the_missing_cases_cost_is_told_before(done, tmp_path):
     file, _ = done
     more = study_file(tmp_path, LAWS.replace('"1..2"', "[1, 2, 9]"))

@@ -77,6 +77,7 @@ def test_texture_study(example, tmp_path, monkeypatch):
     assert page.read_text() == "a\n<!-- texture study x -->\nnew\n<!-- end x -->\nb\n"
 
 
+@pytest.mark.thorough
 def test_heated_granite(example):
     """A granite that is heated a little: its minerals press each other, and the sample still bears what it bore."""
     granite = example("heated_granite")

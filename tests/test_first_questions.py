@@ -23,6 +23,7 @@ def unseen(monkeypatch):
     monkeypatch.setattr(first_questions, "_answered", set())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_every_law_answers_in_milliseconds(law):
     compile_law(law)

@@ -129,6 +129,7 @@ def test_law_conforms(law):
     conforms(law, gl.check_law(law))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", COMBINED.values(), ids=COMBINED)
 def test_readings_conform_together(law):
     """Compiled are only the single readings, which take turns in every branch."""

@@ -109,6 +109,7 @@ def test_files_hold_means_and_each_sample(found, folder):
         assert 0.01 < (picture[..., :3] < 0.95).any(axis=-1).mean() < 0.9  # neither blank nor filled
 
 
+@pytest.mark.thorough
 def test_the_report_begins_with_all_samples(found, folder):
     page = (folder / "report.html").read_text()
     assert "Means and ranges of all samples" in page

@@ -218,6 +218,7 @@ def test_a_side_turns_to_the_floor_about_a_corner_that_is_in_it(waiting):
     assert 0 < length < turned_to(120)[2]
 
 
+@pytest.mark.thorough
 def test_sides_of_a_corner_that_come_to_face_each_other_begin_without_a_force(waiting):
     def moved(depth):
         """Edge a comes from the left, b goes up and to the left from its end; ``depth`` of it lies behind a."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 import scipy
@@ -70,6 +71,14 @@ class StableStep:
         damping = 0.0 if detection is None else detection.damping
         damping += max((group.law.retardation_time for group in groups), default=0.0) * self.frequency / 2
         return integrator.stable_step(self.frequency) * (math.sqrt(1 + damping**2) - damping)
+
+    def save(self) -> dict[str, Any]:
+        """What the step goes by."""
+        return {"allowed": self.allowed, "touching": self.touching, "frequency": self.frequency}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from what :meth:`save` returned."""
+        self.allowed, self.touching, self.frequency = (saved[name] for name in ("allowed", "touching", "frequency"))
 
     @property
     def _touching(self) -> bool:

@@ -16,7 +16,7 @@ from grainlaw.observation import Observer
 from grainlaw.parameter import ParameterError, parameters
 from grainlaw.results.files import Arrays, below, write_atomically
 
-FORMAT = 3  #: raise when a checkpoint of before could not be read any more
+FORMAT = 4  #: raise when a checkpoint of before could not be read any more
 
 
 @attrs.define(kw_only=True)

@@ -254,12 +254,11 @@ class Execution:
 
     def moment(self) -> SavedMoment:
         """All that the run needs to go on from here; copies."""
-        state, stability = self.state, self.stability
-        numbers = attrs.asdict(self.at) | {
-            "time_step": state.time_step, "began": state.began, "samples": self.columns.count,
-            "frames": len(self.recorder.frames), "allowed": stability.allowed, "touching": stability.touching,
-            "frequency": stability.frequency, "loader": self.loader.save(),
-            "clock": {name: row.tolist() for name, row in self.recorder.clock.save().items()},
+        state = self.state
+        numbers = {
+            "counters": attrs.asdict(self.at), "time_step": state.time_step, "began": state.began,
+            "samples": self.columns.count, "frames": len(self.recorder.frames), "stable_step": self.stability.save(),
+            "loader": self.loader.save(), "clock": {k: row.tolist() for k, row in self.recorder.clock.save().items()},
         }  # fmt: skip
         return SavedMoment(state.save(), self.integrator, self.before, numbers)
 
@@ -273,7 +272,7 @@ class Execution:
     def go_on_from(self, found: Checkpoint) -> None:
         """Take up a run, in a state that has just been made, where a checkpoint was written."""
         state, numbers = self.state, found.numbers
-        self.at = Counters(**{field.name: numbers[field.name] for field in attrs.fields(Counters)})
+        self.at = Counters(**numbers["counters"])
         stage = self.stages[self.at.stage]
         state.begin(stage)
         state.began = numbers["began"]
@@ -293,11 +292,9 @@ class Execution:
     def _return_to(self, moment: SavedMoment) -> None:
         self.state.restore(moment.state)
         self.integrator, self.before, numbers = moment.integrator, moment.before, moment.numbers
-        self.state.time_step, self.at.next_adapt, self.at.halts = (
-            numbers[name] for name in ("time_step", "next_adapt", "halts")
-        )
-        for name in ("allowed", "touching", "frequency"):
-            setattr(self.stability, name, numbers[name])
+        self.state.time_step = numbers["time_step"]
+        self.at.next_adapt, self.at.halts = (numbers["counters"][name] for name in ("next_adapt", "halts"))
+        self.stability.restore(numbers["stable_step"])
 
     # --- failure -----------------------------------------------------------------------------------------------------
 
