@@ -1,5 +1,6 @@
 """A run that is stopped at any moment goes on from its checkpoint with the same bits as one that never stopped."""
 
+import json
 import shutil
 
 import attrs
@@ -24,7 +25,7 @@ from grainlaw.protocols import (
     UniaxialTension,
 )
 from grainlaw.results.vtk import VtkWriter
-from grainlaw.runs import execution
+from grainlaw.runs import checkpoint, execution
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.units import MPa, mm
 
@@ -220,6 +221,110 @@ def test_a_damaged_checkpoint_is_refused(damage, tmp_path):
     file.write_bytes({"cut": whole[: len(whole) // 2], "empty": b"", "text": b"no file of arrays"}[damage])
     with pytest.raises(gl.ParameterError, match="is no checkpoint that can be read"):
         gl.simulate(**run, checkpoint=tmp_path, restart=True)
+
+
+def test_a_checkpoint_whose_numbers_were_changed_is_refused(tmp_path):
+    run = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
+    gl.simulate(**run, checkpoint=tmp_path)
+    file = tmp_path / "checkpoint.npz"
+    with np.load(file) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    for name in ("state/nodes/displacement", "curves/stress", "about", "checksum"):
+        row = arrays[name]
+        changed = np.array(str(row).replace("1", "2", 1)) if row.dtype.kind == "U" else row * 1.001
+        np.savez(file, **{**arrays, name: changed})
+        with pytest.raises(gl.ParameterError, match="was changed after it was written"):
+            gl.simulate(**run, checkpoint=tmp_path, restart=True)
+    np.savez(file, **arrays)
+    gl.simulate(**run, checkpoint=tmp_path, restart=True)  # as it was written
+
+
+def test_a_checkpoint_that_somebody_has_made_corrupts_no_memory(tmp_path):
+    """With a checksum of its own: what has another form is refused before a byte of it is used."""
+    run = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
+    gl.simulate(**run, checkpoint=tmp_path)
+    file = tmp_path / "checkpoint.npz"
+    with np.load(file) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    text = str(arrays.pop("about"))
+    arrays.pop("checksum")
+    velocity = "state/freedoms/velocity"
+    numbers = json.loads(text)
+    numbers["numbers"]["counters"]["stage"] = 7
+    for name, row, about in (
+        (velocity, arrays[velocity][:, :3], text),
+        (velocity, arrays[velocity].astype(np.float32), text),
+        ("state/freedoms/other", np.zeros(3), text),
+        ("state/nothing/other", np.zeros(3), text),
+        (velocity, None, text),
+        ("curves/stress", arrays["curves/stress"][:3], text),
+        (velocity, arrays[velocity], json.dumps(numbers)),
+    ):
+        made = {k: v for k, v in {**arrays, name: row}.items() if v is not None}
+        np.savez(file, **made, about=np.array(about), checksum=np.array(checkpoint._checksum(about, made)))
+        with pytest.raises(gl.ParameterError, match="the checkpoint does not fit this run"):
+            gl.simulate(**run, checkpoint=tmp_path, restart=True)
+
+
+@pytest.fixture(scope="module")
+def crushed():
+    """A state with contacts in all states, and its saved arrays."""
+    seen = []
+
+    class Keep(gl.Observer):
+        def observe(self, state, curves, stage, progress):
+            seen[:] = [state]
+
+    gl.simulate(small_sample(30), WEAK, CRUSH, observers=[Keep()], frames=1)
+    assert len(seen[0].contacts) > 20
+    return seen[0]
+
+
+def test_every_array_of_a_checkpoint_is_held_to_its_form(crushed):
+    state = crushed
+    state.check_saved(state.save())
+    wrong = []
+    for part, rows in state.save().items():
+        for name, row in rows.items():
+            for how, changed in (
+                ("cut", row[..., :-1]), ("longer", np.append(row, row)),
+                ("kind", row.astype(np.complex64)), ("absent", None),
+            ):  # fmt: skip
+                if how in ("cut", "longer") and (not row.size or name == "softest"):
+                    continue
+                made = {name: each for name, each in state.save().items()}
+                made[part] = {k: v for k, v in {**rows, name: changed}.items() if v is not None}
+                try:
+                    state.check_saved(made)
+                except ValueError:
+                    continue
+                wrong.append((part, name, how))
+    assert wrong == []
+
+
+@pytest.mark.parametrize("name", ["node", "active", "used", "pairs", "listed", "keys", "state"])
+@pytest.mark.parametrize("number", [-1, 10**6])
+def test_no_contact_names_what_is_not_there(crushed, name, number):
+    state = crushed
+    saved = state.save()
+    row = saved["contacts"][name]
+    row.flat[len(row.flat) // 2] = min(number, 100) if row.dtype == np.int8 else number
+    with pytest.raises(ValueError, match="contacts: "):
+        state.check_saved(saved)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.99, None])
+def test_a_frame_that_is_cut_is_named_and_left_out(share, tmp_path):
+    run = {"specimen": small_sample(20), "law": WEAK, "protocol": PULL}
+    whole = gl.simulate(**run, checkpoint=tmp_path, frames=4, time_step_factor=0.9)
+    file = tmp_path / "frames" / "0001.npz"
+    content = file.read_bytes()
+    assert len(whole.frames) > 2
+    file.unlink() if share is None else file.write_bytes(content[: int(share * len(content))])
+    with pytest.warns(gl.OutputWarning, match="0001.npz"):
+        again = gl.simulate(**run, checkpoint=tmp_path, frames=4, time_step_factor=0.9, restart=True)
+    times = [frame.time for frame in whole.frames]
+    assert [frame.time for frame in again.frames] == [times[0], *times[2:]]
 
 
 @pytest.mark.thorough

@@ -23,7 +23,7 @@ from grainlaw.engine.parts.gravity import Weight
 from grainlaw.engine.parts.heat import EvenTemperature
 from grainlaw.engine.parts.imposed import Imposed
 from grainlaw.engine.parts.material_zones import MaterialZones
-from grainlaw.engine.parts.part import Moment, Part, Split
+from grainlaw.engine.parts.part import Moment, Part, Split, check_names
 from grainlaw.engine.parts.platens import Platens
 from grainlaw.engine.parts.pressures import Pressures
 from grainlaw.engine.parts.quiet import QuietBoundaries
@@ -101,6 +101,15 @@ class State(PointReadings):
     def save(self) -> Saved:
         """Copy what steps change."""
         return {name: part.save() for name, part in self.parts.items()}
+
+    def check_saved(self, saved: Saved) -> None:
+        """Raise ValueError for what ``save`` cannot have returned at a state of this stage."""
+        check_names(self.parts, (*saved, *(name for name, part in self.parts.items() if not part.save())))
+        for name, part in self.parts.items():
+            try:
+                part.check_saved(saved.get(name, {}))
+            except ValueError as error:
+                raise ValueError(f"{name}: {error}") from None
 
     def restore(self, saved: Saved) -> None:
         """Return to the state at the call of ``save``, in the same stage."""

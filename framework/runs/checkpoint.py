@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -80,8 +81,18 @@ def save(
         "integrator": {"type": type(moment.integrator).__name__, **parameters(moment.integrator)},
         "observers": [type(each).__name__ for each in observers],
     }  # fmt: skip
-    arrays["about"] = np.array(json.dumps(about, default=float))
+    text = json.dumps(about, default=float)
+    arrays |= {"about": np.array(text), "checksum": np.array(_checksum(text, arrays))}
     write_atomically(file, lambda path: _write(path, arrays))
+
+
+def _checksum(about: str, arrays: Mapping[str, np.ndarray]) -> str:
+    """Of all that is written. It tells damage, not intent: who can change the file can change it, too."""
+    found = hashlib.sha256(about.encode())
+    for name, row in sorted(arrays.items()):
+        found.update(f"{name} {row.dtype.str} {row.shape}".encode())
+        found.update(np.ascontiguousarray(row).tobytes())
+    return found.hexdigest()
 
 
 def _write(path: Path, arrays: Arrays) -> None:
@@ -94,13 +105,19 @@ def load(file: Path) -> Checkpoint:
     try:
         with np.load(file, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
-        about = json.loads(str(arrays.pop("about")))
+        text, checksum = (str(arrays.pop(name, "")) for name in ("about", "checksum"))
+        about = json.loads(text)
+        written = about["format"]
     except OSError:
         raise
     except Exception as error:
         raise ParameterError(f"{file} is no checkpoint that can be read: {error}") from None
-    if about["format"] != FORMAT:
-        raise ParameterError(f"{file} has the format {about['format']}; this version of grainlaw reads {FORMAT}")
+    if written != FORMAT:
+        raise ParameterError(f"{file} has the format {written}; this version of grainlaw reads {FORMAT}")
+    if checksum != _checksum(text, arrays):
+        raise ParameterError(
+            f"{file} was changed after it was written (its checksum is another): begin anew (overwrite)"
+        )
     state: Saved = {}
     for name, row in below("state", arrays).items():
         part, _, field = name.partition("/")

@@ -78,7 +78,11 @@ class CurveTable:
         return {name: column[first : self.count] for name, column in self._table.items()}
 
     def fill(self, curves: Mapping[str, np.ndarray]) -> None:
-        """Take whole columns of equal length in place of all rows."""
+        """Take whole columns of equal length in place of all rows. Raises ValueError for others."""
+        if len({np.shape(values) for values in curves.values()}) > 1 or any(
+            np.ndim(row) != 1 for row in curves.values()
+        ):
+            raise ValueError("the curves are not of equal length")
         self._table = {name: np.array(values) for name, values in curves.items()}
         self.count = len(next(iter(curves.values()), ()))
 
@@ -272,20 +276,24 @@ class Execution:
     def go_on_from(self, found: Checkpoint) -> None:
         """Take up a run, in a state that has just been made, where a checkpoint was written."""
         state, numbers = self.state, found.numbers
-        self.at = Counters(**numbers["counters"])
-        stage = self.stages[self.at.stage]
-        state.begin(stage)
-        state.began = numbers["began"]
-        self._return_to(found.moment(stage.moved_by))
-        self.loader.restore(numbers["loader"], stage)
-        self.columns.fill(found.curves)
         names = [name for name, _ in found.observers]
         if names != [type(observer).__name__ for observer in self.observers]:
             raise ParameterError(f"simulate: observers must be those of the run before, {', '.join(names) or 'none'}")
+        try:
+            self.at = Counters(**numbers["counters"])
+            stage = self.stages[self.at.stage]
+            state.begin(stage)
+            state.check_saved(found.state)  # it comes from a file: nothing is used before all of it fits
+            state.began = numbers["began"]
+            self._return_to(found.moment(stage.moved_by))
+            self.loader.restore(numbers["loader"], stage)
+            self.columns.fill(found.curves)
+            self.recorder.clock.restore(numbers["clock"])
+        except (ValueError, LookupError, TypeError, AttributeError) as error:
+            raise ParameterError(f"the checkpoint does not fit this run: {error}") from None
         for observer, (_, saved) in zip(self.observers, found.observers, strict=True):
             observer.restore(state, saved)
         assert self.folder is not None
-        self.recorder.clock.restore(numbers["clock"])
         self.recorder.frames = self.folder.frames(numbers["frames"])
         self.goes_on = True
 

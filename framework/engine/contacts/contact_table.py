@@ -68,6 +68,19 @@ NUMBERS = (
     "offset", "overlap", "opening", "slip", "normal", "shear", "length", "tangent_x", "tangent_y", "share_a",
     "damping_force", "opening_work", "slip_work", "damping_work",
 )  # fmt: skip
+PER_NODE = ("cotangent", "origin", "place", "displacement", "increment", "searched", "room")
+PER_CONTACT = (
+    *NUMBERS,
+    "node",
+    "largest_overlap",
+    "dashpot",
+    "state",
+    "force_x",
+    "force_y",
+    "memory",
+    "follow",
+    "active",
+)
 KEPT = ("state", *NUMBERS, "force_x", "force_y", "memory")  #: what stays as long as a contact is in the table
 
 

@@ -17,10 +17,18 @@ from grainlaw.detection import Detection
 from grainlaw.engine.contacts import contact_search
 from grainlaw.engine.contacts.contact_neighbours import Neighbours
 from grainlaw.engine.contacts.contact_rows import BLOCK, rows_of
-from grainlaw.engine.contacts.contact_table import HELD, KEPT, WAITING, ContactArrays, no_contacts
+from grainlaw.engine.contacts.contact_table import (
+    HELD,
+    KEPT,
+    PER_CONTACT,
+    PER_NODE,
+    WAITING,
+    ContactArrays,
+    no_contacts,
+)
 from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.laws import LawGroup, table_of
-from grainlaw.engine.parts.part import Changing, Part, Split
+from grainlaw.engine.parts.part import Changing, Part, Split, check_names, check_places, check_row
 
 
 class ContactBooks(NamedTuple):
@@ -209,6 +217,34 @@ class Contacts(Part):
         self.books.exposed[edges] = True
         self._used = np.unique(self.edges[self.books.exposed])
         self._neighbours.forget()
+
+    def check_saved(self, saved: Mapping[str, np.ndarray]) -> None:
+        """As of every part, of any number of contacts; all edges, nodes and laws that they name must be there."""
+        own = self.save()
+        check_names(own, saved)
+        contacts, used, edges, nodes = len(saved["keys"]), len(saved["used"]), len(self.edges), self._origin.shape[1]
+        many = {"pairs": (contacts, 2), "listed": (len(saved["listed"]), 2), "used": (used,), "keys": (contacts,)}
+        for name, row in own.items():
+            shape = row.shape
+            if name in many:
+                shape = many[name]
+            elif name in PER_CONTACT:
+                shape = (*row.shape[:-1], contacts)
+            elif name in PER_NODE:
+                shape = (*row.shape[:-1], used)
+            elif name in ("before", "listed_at") and saved[name].size:
+                shape = (2, nodes)
+            check_row(name, saved[name], row.dtype, shape)
+        for name, count in (
+            ("node", used), ("active", contacts), ("used", nodes), ("pairs", edges), ("listed", edges), ("state", 4),
+        ):  # fmt: skip
+            check_places(name, saved[name], count)
+        keys = saved["keys"]
+        check_places("keys", keys, max(len(self.groups), 1) * edges**2)
+        if (np.diff(keys) <= 0).any() or (np.diff(saved["used"]) <= 0).any():
+            raise ValueError("keys and used must rise")
+        if not np.array_equal(saved["pairs"], np.stack([keys // edges % edges, keys % edges], axis=1)):
+            raise ValueError("pairs are not those of keys")
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
         """As of every part, and of the search."""

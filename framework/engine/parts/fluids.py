@@ -6,6 +6,7 @@ point, on either grain, or an edge of the rim.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,17 @@ from numba import njit
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.bonds import Bonds
 from grainlaw.engine.parts.imposed import STILL, Imposed
-from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Scratch, Split
+from grainlaw.engine.parts.part import (
+    Changing,
+    Constant,
+    Moment,
+    PointForces,
+    Scratch,
+    Split,
+    check_names,
+    check_places,
+    check_row,
+)
 from grainlaw.loads import FluidPressure
 from grainlaw.mesh import Mesh
 from grainlaw.specimen import Specimen
@@ -151,6 +162,18 @@ class Fluids(PointForces):
         """(f,) N on wet faces."""
         wet = self.arrays.column != DRY
         return np.hypot(self.arrays.force_x[wet], self.arrays.force_y[wet])
+
+    def check_saved(self, saved: Mapping[str, np.ndarray]) -> None:
+        """As of every part; faces may not have been laid yet, and columns are those of the schedule."""
+        own = self.save()
+        check_names(own, saved)
+        faces, points = len(saved["column"]), 2 * len(self._bonds)
+        if faces not in (0, 2 * points + sum(map(len, self._mesh.boundary_edges.values()))):
+            raise ValueError(f"column has {faces} faces, which is neither none nor all")
+        for name, row in own.items():
+            check_row(name, saved[name], row.dtype, (points if name == "fluid" else faces,))
+        check_places("column", saved["column"], int(self._columns.max(initial=DRY)) + 1)
+        check_places("fluid", saved["fluid"], len(self.imposed) + 1)
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
         self._pieces = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
@@ -41,6 +42,24 @@ def changing(kind: Any) -> tuple[str, ...]:
     return tuple(name for name, hint in get_type_hints(kind, include_extras=True).items() if hint == Changing)
 
 
+def check_names(own: Iterable[str], saved: Iterable[str]) -> None:
+    """Raise ValueError unless the names are the same."""
+    if differ := sorted(set(own) ^ set(saved)):
+        raise ValueError(f"{', '.join(differ)} is missing, or does not belong there")
+
+
+def check_row(name: str, row: np.ndarray, kind: Any, shape: tuple[int, ...]) -> None:
+    """Raise ValueError for an array of another kind or shape."""
+    if row.dtype != kind or row.shape != shape:
+        raise ValueError(f"{name} is an array of {row.shape} {row.dtype}, it must be one of {shape} {kind}")
+
+
+def check_places(name: str, row: np.ndarray, count: int) -> None:
+    """Raise ValueError for a number that is no place in a list of ``count``."""
+    if row.size and not 0 <= int(row.min()) <= int(row.max()) < count:
+        raise ValueError(f"{name} has a number outside of 0 to {count - 1}")
+
+
 class Part:
     """One part of the model: zones, bonds, a load.
 
@@ -53,6 +72,7 @@ class Part:
     to ``begin``. What ``energy`` says less afterwards has been supplied, or lost, in stages before, and is kept.
     """
 
+    any_length: tuple[str, ...] = ()  #: of what is saved: rows of numbers that the step does not see
     takes: tuple[type[Load], ...] = ()  #: classes of loads that it brings on the specimen
     arrays: Any = NoRows()
     books: Any = NoRows()
@@ -84,6 +104,14 @@ class Part:
         return {
             name: getattr(rows, name).copy() for rows in (self.arrays, self.books) for name in changing(rows.__class__)
         }
+
+    def check_saved(self, saved: Mapping[str, np.ndarray]) -> None:
+        """Raise ValueError for what ``save`` cannot have returned, as from a file that somebody has changed."""
+        own = self.save()
+        check_names(own, saved)
+        for name, row in own.items():
+            shape = saved[name].shape[:1] if name in self.any_length else row.shape
+            check_row(name, saved[name], row.dtype, shape)
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
         """Go back to what ``save`` returned. Arrays keep their place in memory unless their shape has changed."""

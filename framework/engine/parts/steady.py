@@ -31,6 +31,8 @@ class SteadyBooks(NamedTuple):
 class Steady(Part):
     """The steady motion: at first that of the static solution, then the mean of the motion over some time."""
 
+    any_length = ("softest",)
+
     def __init__(self, freedoms: Freedoms, heat: EvenTemperature) -> None:
         self._freedoms, self._heat = freedoms, heat
         zeros = np.zeros_like(freedoms.arrays.mass)
