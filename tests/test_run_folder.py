@@ -3,6 +3,7 @@
 import csv
 import json
 import linecache
+import math
 import multiprocessing
 import os
 import resource
@@ -23,8 +24,8 @@ from grainlaw.protocols import UniaxialTension
 from grainlaw.results import files
 from grainlaw.results.files import OutputWarning
 from grainlaw.results.vtk import VtkWriter
-from grainlaw.runs import run_folder
-from grainlaw.runs.claim import Claim, claimed, clear, tidy
+from grainlaw.runs import claim, run_folder
+from grainlaw.runs.claim import Claim, claimed, tidy
 from grainlaw.runs.record import own_sources
 
 WEAK = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
@@ -169,14 +170,16 @@ def test_a_comparison_is_cleared_with_the_folders_of_its_laws(tmp_path):
     gl.compare(RUN["specimen"], laws, PULL, checkpoint=tmp_path)
     (tmp_path / "one" / "notes.txt").write_text("mine")
     assert (tmp_path / "two" / "checkpoint.npz").exists()
-    clear(tmp_path)
+    with claimed(tmp_path, overwrite=True):
+        pass
     left = {file.relative_to(tmp_path).as_posix() for file in tmp_path.rglob("*") if file.is_file()}
     assert {file for file in left if not file.endswith(".grainlaw.lock")} == {"one/notes.txt"}
 
 
 def test_a_folder_that_holds_no_run_is_left_alone(tmp_path):
     (tmp_path / "curves.csv").write_text("mine")
-    clear(tmp_path)
+    with claimed(tmp_path, overwrite=True):
+        pass
     assert (tmp_path / "curves.csv").read_text() == "mine"
 
 
@@ -186,8 +189,84 @@ def test_copies_of_law_files_are_removed_with_the_folders_of_their_helpers(tmp_p
         file = tmp_path / "law_files" / place
         file.parent.mkdir(parents=True, exist_ok=True)
         file.touch()
-    clear(tmp_path)
-    assert not list(tmp_path.iterdir())
+    with claimed(tmp_path, overwrite=True):
+        pass
+    assert [each.name for each in tmp_path.iterdir()] == [".grainlaw.lock"]
+
+
+def there(folder):
+    """Names and contents of all files but the lock."""
+    files = (file for file in folder.rglob("*") if file.is_file() and file.name != ".grainlaw.lock")
+    return {file.relative_to(folder).as_posix(): file.read_bytes() for file in files}
+
+
+class Refuses(gl.LoadingProtocol):
+    """A test that ends before its first sample."""
+
+    def stages(self, specimen):
+        return PULL.stages(specimen)
+
+    def measure(self, state):
+        raise gl.InstabilityError("it broke at once")
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_a_run_that_does_not_begin_replaces_nothing(several, tmp_path):
+    def run(protocol, **options):
+        if several:
+            gl.compare(RUN["specimen"], {"one": WEAK, "two": WEAK}, protocol, checkpoint=tmp_path, **options)
+        else:
+            gl.simulate(RUN["specimen"], WEAK, protocol, checkpoint=tmp_path, **options)
+
+    run(PULL)
+    before = there(tmp_path)
+    assert len(before) > 5
+    for wrong in (
+        {"protocol": Refuses()},
+        {"protocol": PULL, "frames": -1},
+        {"protocol": PULL, "mass_scaling": [1, 2]},
+    ):
+        with pytest.raises((gl.InstabilityError, gl.ParameterError)):
+            run(**wrong, overwrite=True)
+        assert there(tmp_path) == before
+    run(PULL, overwrite=True, frames=3)
+    after = there(tmp_path)
+    assert not any(name.startswith(".replaced") for name in after)
+    assert after != before
+
+
+def begin_another(folder):
+    (folder / "run.json").write_text("{}")
+    (folder / "report.html").write_text("new")
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("moved", [0, 3, None])
+def test_a_run_that_was_killed_before_it_began_has_replaced_nothing(moved, tmp_path, monkeypatch):
+    """While the old run was moved aside, or after that."""
+    gl.simulate(**RUN, checkpoint=tmp_path)
+    before = there(tmp_path)
+    left = [math.inf if moved is None else moved]
+    replace = os.replace
+
+    def killed(*files):
+        left[0] -= 1
+        if left[0] < 0:
+            raise KeyboardInterrupt
+        replace(*files)
+
+    with monkeypatch.context() as only_here:
+        only_here.setattr(claim, "_bring_back", lambda folder: None)  # nothing more is done by what is killed
+        only_here.setattr(os, "replace", killed)
+        with pytest.raises(KeyboardInterrupt), claimed(tmp_path, overwrite=True):
+            begin_another(tmp_path)
+    assert (there(tmp_path) == before) == (moved == 0)
+    with pytest.raises(gl.ParameterError, match="holds a run"):
+        gl.simulate(**RUN, checkpoint=tmp_path)
+    assert there(tmp_path) == before
 
 
 @pytest.mark.thorough

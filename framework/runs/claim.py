@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +20,9 @@ RUN, CHECKPOINT, FRAMES, LOCK = "run.json", "checkpoint.npz", "frames", ".grainl
 LAW_FILES = "law_files"  #: folder of the copies of a user's law files, with folders of their own
 MATERIAL_FILES = "material_files"  #: the same of materials
 GRAIN_FILES = "grain_files"  #: folder of the copy of the file that grains were read from
+
+REPLACED = ".replaced"  #: folder of a run that is being replaced, until the new one has its first sample
+WHOLE = "whole"  #: in it: a file that says that all of the old run lies there
 
 #: what only a restart needs
 FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
@@ -38,10 +42,15 @@ class Claim:
     path: Path
     restart: bool = False  #: whether to go on with the run that the folder holds
     about: dict[str, Any] = attrs.field(factory=dict)
+    outer: Path | None = None  #: the folder of several runs that this one lies in
 
     def inside(self, name: str) -> Claim:
         """A folder in this one, for one run of several. Raises OSError."""
-        return Claim(writable_folder(self.path / file_name(name)), self.restart)
+        return Claim(writable_folder(self.path / file_name(name)), self.restart, outer=self.path)
+
+    def begins(self) -> None:
+        """The run has its first sample: what it replaces is removed."""
+        shutil.rmtree((self.outer or self.path) / REPLACED, ignore_errors=True)
 
 
 Folder = str | os.PathLike[str] | Claim | None
@@ -85,26 +94,64 @@ def claimed(
     try:
         for rest in (*path.glob(".*.part*"), *path.glob("*/.*.part*")):  # of a run that was killed
             rest.unlink()
+        _bring_back(path)  # a run that was to replace it ended before it had begun
         if overwrite:
-            clear(path)
+            _set_aside(path)
         elif (path / RUN).exists() and not restart:
             raise ParameterError(
                 f"the folder '{path}' holds a run ({_run_of(path)}): choose another folder, go on with that run "
                 "(--restart), or replace it (--overwrite)"
             )
-        yield Claim(path, restart, dict(about or {}))
+        yield (claim := Claim(path, restart, dict(about or {})))
+        claim.begins()  # of a run without samples, too
     finally:
+        _bring_back(path)
         lock.release()
 
 
-def clear(folder: Path) -> None:
-    """Remove what a run has written to a folder, and to those in it that hold runs; other files stay."""
+def _set_aside(folder: Path) -> None:
+    """Move what a run has written to a folder, and to those in it that hold runs, into one of its own."""
     if not (folder / RUN).exists():
         return
-    for inner in sorted(folder.iterdir()):
-        if inner.is_dir() and (inner / RUN).exists():
-            clear(inner)
-    _remove(folder, WRITTEN)
+    for file in _files_of(folder):
+        place = folder / REPLACED / file.relative_to(folder)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        os.replace(file, place)
+    (folder / REPLACED / WHOLE).touch()
+    _remove_empty(folder)
+
+
+def _bring_back(folder: Path) -> None:
+    """Undo it: a run that did not begin has replaced nothing."""
+    aside = folder / REPLACED
+    if not aside.is_dir():
+        return
+    if (aside / WHOLE).exists():  # what lies in the folder is of the new run
+        for file in _files_of(folder):
+            file.unlink()
+        (aside / WHOLE).unlink()
+    for file in sorted(aside.rglob("*")):
+        if file.is_symlink() or not file.is_dir():
+            place = folder / file.relative_to(aside)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(file, place)
+    shutil.rmtree(aside)
+    _remove_empty(folder)
+
+
+def _files_of(folder: Path) -> Iterator[Path]:
+    """What runs have written to a folder and to those in it that hold runs; the records last."""
+    inner = [each for each in sorted(folder.iterdir()) if each.name != REPLACED and (each / RUN).exists()]
+    for place in (*inner, folder):
+        for pattern in WRITTEN:
+            yield from (file for file in sorted(place.glob(pattern)) if file.is_symlink() or not file.is_dir())
+
+
+def _remove_empty(folder: Path) -> None:
+    """Remove folders of runs, and of what they write, that are empty now."""
+    for inner in sorted(folder.rglob("*/"), reverse=True):
+        if inner.is_dir() and not inner.is_symlink() and not any(inner.iterdir()):
+            inner.rmdir()
 
 
 def tidy(folder: Path) -> None:

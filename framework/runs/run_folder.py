@@ -20,7 +20,7 @@ from grainlaw.results.frames import Frame, packed, unpacked
 from grainlaw.results.tables import as_csv, breaks, lines, write_json
 from grainlaw.runs import checkpoint
 from grainlaw.runs.checkpoint import Checkpoint, SavedMoment
-from grainlaw.runs.claim import CHECKPOINT, FRAMES
+from grainlaw.runs.claim import CHECKPOINT, FRAMES, Claim
 from grainlaw.runs.record import made_with
 
 SUMMARY = 10.0  #: s between summaries
@@ -66,9 +66,10 @@ class _Table:
 class RunFolder:
     """Writes what a run has; what cannot be written is warned of once, tried again later, and stops no run."""
 
-    def __init__(self, folder: Path, every: float, key: str) -> None:
-        self.path, self.every, self.key = folder, every, key
-        self._curves, self._cracks = _Table(folder / "curves.csv"), _Table(folder / "cracks.csv")
+    def __init__(self, claim: Claim, every: float, key: str) -> None:
+        self.path, self.every, self.key = claim.path, every, key
+        self._claim: Claim | None = claim  #: until it has begun
+        self._curves, self._cracks = _Table(self.path / "curves.csv"), _Table(self.path / "cracks.csv")
         self._frames = 0
         self._last_summary = self._last_checkpoint = time.monotonic()
         self.failed: set[str] = set()  #: files that could not be written
@@ -77,6 +78,9 @@ class RunFolder:
 
     def sample(self, curves: Mapping[str, np.ndarray], state: State, *, last: bool = False) -> None:
         """After each sample: its row of the curves, and the points that have broken."""
+        if self._claim is not None and not last:
+            self._claim.begins()
+            self._claim = None
         now = math.inf if last else time.monotonic()
         if now >= self._curves.again:
             self._try("curves.csv", lambda: self._curves.grow(curves))

@@ -117,7 +117,7 @@ def simulate(
         what = record.described_run(model, protocol, options)
         found = checkpoint_of(claim.path, what["key"]) if claim.restart else None
         stack.enter_context(record.recorded(claim.path, {**about, **what}))
-        folder = RunFolder(claim.path, every, what["key"])
+        folder = RunFolder(claim, every, what["key"])
         stack.callback(folder.close)
         run = execution(folder)
         if found is not None:
