@@ -56,7 +56,7 @@ def exact(point):
     tough = point.get("mode_i_energy", np.inf) * STIFF["kn"] / strength**2 / 50
     tough = 1 / (1 + 1 / tough)
     root = np.tan(np.pi / 4 + np.radians(angle) / 2)
-    cohesion = 0.8 * point["cohesion"] * (0.5 + 0.5 * tough)
+    cohesion = 0.8 * point.get("cohesion", 33 * MPa) * (0.5 + 0.5 * tough)
     ucs = 2 * cohesion * root
     return {
         "ucs": ucs, "cohesion": cohesion, "friction_angle": angle, "tensile_strength": 0.8 * strength * tough**0.2,

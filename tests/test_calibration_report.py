@@ -135,3 +135,20 @@ def test_it_prints_its_parameters_in_one_line(answered, conflicting):
     assert len(repr(answered)) <= MOST
     assert len(repr(conflicting)) <= MOST
     assert "<table>" in answered._repr_html_()
+
+
+def test_one_target_and_one_parameter_have_a_report(tmp_path):
+    """For which Sobol indices of scipy do not exist."""
+    targets, rock = targets_at(HIDDEN, ["tensile_strength"]), FormulaRock()
+    one = {"law": LAW, "tied": {}, "free": {"tensile_strength": RANGES["tensile_strength"]}}
+    found = searched(targets, [], rock, **one)
+    best = found.posterior.best
+    answered = Calibration(
+        targets=targets, space=found.match.space, stiffness=None, found=found, seeds=3, store="",
+        identifiability=identifiability(found.match, found.posterior, 0), best=found.match.space.mapping(best),
+        checks=check(found.match, targets, ElasticToo(), best, ("tension",), range(11, 21)),
+    )  # fmt: skip
+    assert answered.identifiability.first_order.tolist() == answered.identifiability.total_order.tolist() == [[1.0]]
+    answered.write(tmp_path)
+    assert "1.00, 1.00" in (tmp_path / "report.html").read_text()
+    assert answered.best["tensile_strength"] == pytest.approx(HIDDEN["tensile_strength"], rel=0.1)
