@@ -2,12 +2,21 @@
 
 import json
 import os
+import re
+import shlex
+import shutil
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 import pytest
 from command_line import LAWS, invoke, study_file
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+import grainlaw as gl
+from grainlaw.cli.study import script
 
 
 @pytest.mark.thorough
@@ -54,6 +63,38 @@ def test_scripts_are_refused_in_words(options, words, tmp_path):
     result = invoke("study", "slurm", file, "--quick", *options)
     assert result.exit_code == 2
     assert words in " ".join(result.output.split())
+
+
+PRINTED = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"], exclude_characters="/"), min_size=1)
+
+
+@given(name=PRINTED, value=PRINTED)
+@example(name="$(touch here).toml", value="`id`; \"'$HOME")
+def test_nothing_that_is_given_is_a_command_of_the_script(name, value):
+    """No comment has it, and the shell reads it back as it was."""
+    text = script(Path(name), ["--set", f"law={value}"], shards=2, time="1:00:00", cpus=1, cases=4)
+    *others, last = text.splitlines()
+    assert last.startswith("exec ")
+    words = shlex.split(last)
+    assert words[words.index("study") + 1 : words.index("--shard")] == [str(Path(name)), "--set", f"law={value}"]
+    plain = script(Path("a.toml"), [], shards=2, time="1:00:00", cpus=1, cases=4).splitlines()
+    said = re.sub(r"[^\w-]", "_", Path(name).stem)
+    assert [line.replace(f"={said}", "=a", 1) for line in others] == plain[:-1]
+
+
+@pytest.mark.parametrize("wrong", ["a\nrm -rf x.toml", "a\rb.toml", "a\x1b[2J.toml", "a\u2028b.toml"])
+def test_a_name_that_would_begin_a_line_is_refused(wrong):
+    with pytest.raises(gl.ParameterError, match="has a character that cannot be printed"):
+        script(Path(wrong), [], shards=2, time="1:00:00", cpus=1, cases=4)
+    with pytest.raises(gl.ParameterError, match="has a character that cannot be printed"):
+        script(Path("a.toml"), ["--set", wrong], shards=2, time="1:00:00", cpus=1, cases=4)
+
+
+@pytest.mark.skipif(shutil.which("shellcheck") is None, reason="shellcheck is not installed")
+def test_the_script_is_clean(tmp_path):
+    (tmp_path / "job.sh").write_text(script(Path("it's.toml"), [], shards=2, time="1:00:00", cpus=1, cases=4))
+    done = subprocess.run(["shellcheck", tmp_path / "job.sh"], capture_output=True, text=True, check=False)
+    assert done.stdout == ""
 
 
 @pytest.mark.thorough

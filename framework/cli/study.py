@@ -19,6 +19,7 @@ from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.study_file import StudyFile, study_of
 from grainlaw.columns import quantity_of
 from grainlaw.compiler.cache import compile_portably
+from grainlaw.messages import short
 from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.quantity import Quantity, aligned
 from grainlaw.results.files import write_atomically
@@ -42,7 +43,7 @@ SCRIPT = """\
 #SBATCH --open-mode=append
 
 # {before} s before its time is over a job is sent TERM, and ends: what is finished is kept, what was running is lost.
-# Give the same script to sbatch again until "{status}" says that none is missing.
+# Give the same script to sbatch again until "grainlaw study status" says that none is missing.
 
 export OMP_NUM_THREADS=1  # one case for each core, and one thread for each case
 cd {folder} || exit 1
@@ -59,12 +60,16 @@ def script(file: Path, options: list[str], *, shards: int, time: str, cpus: int,
         )
     checked_whole_number("--shards", shards, at_least=1, at_most=cases)
     checked_whole_number("--cpus", cpus, at_least=1)
+    for text in (str(file), *options, str(Path().resolve())):
+        if not text.isprintable():
+            raise ParameterError(
+                f"study slurm: {short(text)} is not allowed, it has a character that cannot be printed"
+            )
     given = shlex.join([str(file), *options])
     array = f'--shard "$SLURM_ARRAY_TASK_ID/{shards}" --workers "$SLURM_CPUS_PER_TASK"'
     return SCRIPT.format(
         name=re.sub(r"[^\w-]", "_", file.stem), shards=shards, cpus=cpus, time=time, before=BEFORE,
         folder=shlex.quote(str(Path().resolve())), command=f"{_program()} study {given} {array}",
-        status=f"grainlaw study status {given}",
     )  # fmt: skip
 
 
