@@ -211,7 +211,7 @@ def test_bad_input_is_refused(tmp_path):
     for folder, words in (
         ("file", "is a file; a study needs a folder"),
         ("other", "is not empty and no store of a study"),
-        ("old", "is a store of format 0; this version of grainlaw has 1"),
+        ("old", "is a store of format 0; this version of grainlaw has 2"),
     ):
         with pytest.raises(gl.ParameterError, match=words):
             study.run(tmp_path / folder)

@@ -35,22 +35,38 @@ def check_room(folder: Path) -> None:
         raise OSError(errno.ENOSPC, f"only {disk.free / 2**20:.1f} MB are free", str(folder))
 
 
-def write_atomically(path: Path, write: Callable[[Path], object], *, shared: bool = False) -> None:
+def write_atomically(
+    path: Path, write: Callable[[Path], object], *, shared: bool = False, forced: bool = False
+) -> None:
     """Let ``write`` fill a file next to ``path`` with the same ending, then rename it to ``path`` in one step.
 
-    ``shared`` says that other processes may write the same file at the same time. Raises OSError, with the name of the
-    file.
+    ``shared`` says that other processes may write the same file at the same time, ``forced`` that it must outlast a
+    loss of power: it is on the disk before the rename, and its name is before this returns. Raises OSError, with the
+    name of the file.
     """
     if not path.name:
         raise IsADirectoryError(errno.EISDIR, "a folder, not the name of a file", str(path))
     other = path.with_name(f".{path.stem}{f'.{os.getpid()}' if shared else ''}.part{path.suffix}")
     try:
         write(other)
+        if forced:
+            _force(other)
         os.replace(other, path)
+        if forced and os.name != "nt":
+            _force(path.parent)
     except OSError as error:
         raise OSError(error.errno or 0, error.strerror or str(error), str(path)) from None
     finally:
         other.unlink(missing_ok=True)
+
+
+def _force(place: Path) -> None:
+    """Bring what was written to a file, or the names in a folder, to the disk."""
+    opened = os.open(place, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
+    try:
+        os.fsync(opened)
+    finally:
+        os.close(opened)
 
 
 def below(place: str, arrays: Mapping[str, np.ndarray]) -> Arrays:

@@ -83,7 +83,7 @@ def save(
     }  # fmt: skip
     text = json.dumps(about, default=float)
     arrays |= {"about": np.array(text), "checksum": np.array(_checksum(text, arrays))}
-    write_atomically(file, lambda path: _write(path, arrays))
+    write_atomically(file, lambda path: _write(path, arrays), forced=True)
 
 
 def _checksum(about: str, arrays: Mapping[str, np.ndarray]) -> str:

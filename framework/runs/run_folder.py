@@ -99,7 +99,9 @@ class RunFolder:
         folder = self.path / FRAMES
         folder.mkdir(exist_ok=True)
         arrays = packed(frame)
-        write_atomically(folder / f"{number:04d}.npz", lambda path: np.savez(path, allow_pickle=False, **arrays))
+        write_atomically(
+            folder / f"{number:04d}.npz", lambda path: np.savez(path, allow_pickle=False, **arrays), forced=True
+        )
 
     def summary_is_due(self) -> bool:
         """Whether it is time for a summary."""

@@ -1,0 +1,126 @@
+"""A store whose files are cut, swapped, edited or linked: what cannot be read is missing, named and written again."""
+
+import json
+import os
+import shutil
+import warnings
+
+import pytest
+from study_rows import row
+
+import grainlaw as gl
+from grainlaw.studies.store import Store
+from grainlaw.studies.table import Table
+
+CASES = [row({"seed": seed}, {"strength": 1e6 * seed}) for seed in range(6)]
+RUNS = {each["case"]: f"the run of {each['case']}".encode() * 20 for each in CASES}
+
+
+def fill(folder):
+    """Write what the store lacks, as a study does; the number of cases."""
+    store, count = Store(folder), 0
+    for each in CASES:
+        if each["case"] not in store:
+            run = RUNS[each["case"]]
+            store.write(each | {"run": each["case"], "cost": {"bytes": len(run)}}, run)
+            count += 1
+    return count
+
+
+def whole(folder):
+    """Whether a store has all, and each row its own run."""
+    store = Store(folder, make=False)
+    table = Table(store.rows(each["case"] for each in CASES), ("seed",), store)
+    assert table["strength"].tolist() == [1e6 * seed for seed in range(6)]
+    assert all(store.run_of(case) == run for case, run in RUNS.items())
+    assert {store.status(each["case"]) for each in CASES} == {"finished"}
+
+
+@pytest.fixture(params=["loose", "packed"])
+def made(request, tmp_path):
+    folder = tmp_path / "store"
+    assert fill(folder) == 6
+    if request.param == "packed":
+        assert Store(folder).pack(1) == 6
+    whole(folder)
+    return folder
+
+
+def files_of(folder):
+    return sorted(file for file in folder.rglob("*") if file.is_file() and not file.name.endswith(".lock"))
+
+
+CUTS = {"empty": 0.0, "first": 0.02, "half": 0.5, "nearly": 0.98}
+
+
+@pytest.mark.parametrize("cut", [*CUTS, "absent", "linked", "device", "folder"])
+def test_what_cannot_be_read_is_missing_named_and_written_again(made, cut, tmp_path):
+    for number, file in enumerate(files_of(made)):
+        if cut == "folder" and (file.parent == made or made / "packs" in file.parents):
+            continue  # no loss of power makes one; an error of the operating system says so
+        name = file.relative_to(made)
+        hurt = tmp_path / f"hurt {number}"
+        shutil.copytree(made, hurt)
+        content = file.read_bytes()
+        (hurt / name).unlink()
+        if cut in CUTS:
+            (hurt / name).write_bytes(content[: int(CUTS[cut] * len(content))])
+        elif cut == "linked":
+            (hurt / name).symlink_to("/dev/zero")
+        elif cut == "device":
+            os.mkfifo(hurt / name)
+        elif cut == "folder":
+            (hurt / name).mkdir()
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always")
+            missing = 6 - len(Store(hurt))
+        said = " ".join(str(each.message) for each in heard)
+        if missing and cut != "absent":
+            assert name.name in said, (name, said)
+        if cut == "folder":
+            shutil.rmtree(hurt / name)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            assert fill(hurt) == missing
+            whole(hurt)
+            Store(hurt).pack(1)
+            whole(hurt)
+
+
+@pytest.mark.parametrize("how", ["another case", "a list", "a text", "no factors", "deep", "changed"])
+def test_a_row_that_is_not_what_its_name_says_is_missing(how, tmp_path):
+    fill(tmp_path)
+    first, second = sorted((tmp_path / "cases").rglob("*.json"))[:2]
+    content = json.loads(first.read_text())
+    first.write_text({
+        "another case": second.read_text(), "a list": "[1]", "a text": '"finished"', "deep": "[" * 10**5,
+        "no factors": json.dumps({k: v for k, v in content.items() if k != "factors"}),
+        "changed": json.dumps(content | {"run": "../../../etc/passwd"}),
+    }[how])  # fmt: skip
+    with pytest.warns(gl.OutputWarning, match="is missing, and is run again|missing"):
+        store = Store(tmp_path)
+    assert (len(store), store.damaged != []) == (5, True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert fill(tmp_path) == 1
+    whole(tmp_path)
+
+
+def test_a_row_of_a_pack_that_was_edited_is_missing(tmp_path):
+    fill(tmp_path)
+    Store(tmp_path).pack(1)
+    (text,) = (tmp_path / "packs").glob("*.jsonl")
+    content = text.read_bytes()
+    text.write_bytes(content.replace(b"3000000.0", b"9000000.0"))
+    with pytest.warns(gl.OutputWarning, match="jsonl cannot be read"):
+        assert len(Store(tmp_path)) == 5
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert fill(tmp_path) == 1
+        whole(tmp_path)
+
+
+def test_what_is_whole_is_not_warned_of(made):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        whole(made)
