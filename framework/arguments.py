@@ -203,6 +203,22 @@ def is_number(value: Any, kind: type = Real) -> bool:
     return isinstance(value, kind) and not isinstance(value, (bool, np.bool_))
 
 
+def floats(value: Any) -> np.ndarray:
+    """Numbers as a new array of float. Raises TypeError, ValueError for texts, flags, complex numbers and others."""
+    if _has_flag(value):
+        raise TypeError("True and False are no numbers")
+    array = np.array(value)
+    if array.size and array.dtype.kind not in "iuf":
+        raise TypeError(f"{array.dtype} is no kind of number")
+    return array.astype(float)
+
+
+def _has_flag(value: Any) -> bool:
+    if isinstance(value, (list, tuple)):
+        return any(map(_has_flag, value))
+    return isinstance(value, (bool, np.bool_))
+
+
 #: annotations that say less, or more, than their class: one and several of them in words, and what fits them
 _KINDS: dict[Any, tuple[str, str, Callable[[Any], bool]]] = {
     Any: ("anything", "anything", lambda value: True),

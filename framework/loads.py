@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import is_number
+from grainlaw.arguments import floats, is_number
 from grainlaw.columns import TEMPERATURE
 from grainlaw.condition import ComesTo, Condition
 from grainlaw.loading import Constant, HeatingRate
@@ -41,7 +41,7 @@ def _acceleration(value: Any) -> tuple[float, float]:
 
 def _velocities(value: Any) -> np.ndarray:
     try:
-        found = np.array(value, dtype=float)
+        found = floats(value)
     except (TypeError, ValueError, OverflowError):
         found = np.zeros(0)
     if found.ndim != 2 or found.shape[1] != 2 or not np.isfinite(found).all():

@@ -12,10 +12,11 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, checked, is_number
+from grainlaw.arguments import Checked, checked, floats, is_number
 from grainlaw.messages import ParameterError, refusal, short
 
 LARGEST = 1e30  #: no quantity of mechanics is larger in SI; beyond it products overflow
+FARTHEST = 1e12  #: m from the origin: beyond it products of lengths lose digits
 WITHOUT = "without"  #: key of what a part does not take
 
 
@@ -111,7 +112,7 @@ def parameter(
             if isinstance(value, (bool, str, bytes)) or value is None:
                 raise TypeError
             if isinstance(value, (np.ndarray, list, tuple)):
-                array = np.array(value, dtype=float)
+                array = floats(value)
                 if array.ndim != 1 or not array.size or not _takes_arrays(type(component)):
                     raise TypeError
                 array.flags.writeable = False
@@ -162,11 +163,11 @@ def checked_number(
 def checked_points(where: str, value: Any) -> np.ndarray:
     """(n, 2) m, finite. Raises :class:`ParameterError`, which begins with ``where``."""
     try:
-        points = np.array(value, dtype=float)
+        points = floats(value)
     except (TypeError, ValueError, OverflowError):
         points = np.zeros(0)
-    if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
-        raise refusal(where, value, "a list of points (x, y) in m, all finite")
+    if points.ndim != 2 or points.shape[1] != 2 or not (np.abs(points) <= FARTHEST).all():
+        raise refusal(where, value, f"a list of points (x, y) in m, all finite and within {FARTHEST:g}")
     return points
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, fits
+from grainlaw.arguments import Checked, fits, floats
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError
 from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following
@@ -27,7 +27,7 @@ def _names(names: Iterable[str]) -> tuple[str, ...]:
 
 def _rings(rings: Iterable[Any]) -> tuple[np.ndarray, ...]:
     try:
-        made = tuple(np.array(ring, dtype=float) for ring in rings)
+        made = tuple(floats(ring) for ring in rings)
     except (TypeError, ValueError):
         raise ParameterError("Region: holes must be arrays of float") from None
     if not all(ring.ndim for ring in made):
@@ -52,7 +52,10 @@ def array_field(kind: type) -> Any:
 
     def convert(values: Any, owner: Any, field: Any) -> np.ndarray:
         try:
-            array: np.ndarray = np.array(values).astype(kind, casting="same_kind")
+            given = np.array(values)
+            if given.dtype.kind == "b" and kind is not bool:
+                raise TypeError
+            array: np.ndarray = given.astype(kind, casting="same_kind")
         except (TypeError, ValueError):
             array = np.array(0)
         if not array.ndim:

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, is_number
+from grainlaw.arguments import Checked, floats, is_number
 from grainlaw.messages import refusal, short
 from grainlaw.parameter import Bounds, ParameterError, parameter
 from grainlaw.unit_text import written
@@ -120,7 +120,7 @@ def varying(unit: str, default: Any = attrs.NOTHING, *, at_least: float | None =
 
 def _series(where: str, points: Any) -> TimeSeries:
     try:
-        times, values = np.array(points, dtype=float).reshape(len(points), 2).T
+        times, values = floats(points).reshape(len(points), 2).T
     except (TypeError, ValueError):
         raise refusal(where, points, "a list of points (time, value)") from None
     try:

@@ -17,7 +17,7 @@ from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import region_sides
 from grainlaw.geometry.cells.tracing import cut_by
 from grainlaw.messages import refusal
-from grainlaw.parameter import checked_points, parameter
+from grainlaw.parameter import ParameterError, checked_points, parameter
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator
 
@@ -34,6 +34,15 @@ def _traces(value: Any) -> dict[str, tuple[np.ndarray, ...]]:
         if not isinstance(traces, (Sequence, np.ndarray)) or isinstance(traces, str) or not len(traces):
             raise refusal(f"Jointed: traces of {name}", traces, "a list of traces, each a list of points (x, y) in m")
         made[name] = tuple(_trace(f"Jointed: trace {k} of {name}", trace) for k, trace in enumerate(traces))
+    known: dict[frozenset[Any], str] = {}
+    for name, traces in made.items():
+        for trace in traces:
+            ends = frozenset([trace.tobytes(), trace[::-1].tobytes()])
+            if (other := known.setdefault(ends, name)) != name:
+                raise ParameterError(
+                    f"Jointed: the trace from ({trace[0, 0]:g}, {trace[0, 1]:g}) m is in {other} and in {name}; an "
+                    "edge is of one set"
+                )
     return made
 
 

@@ -17,7 +17,7 @@ from grainlaw.geometry.cells.outline import Names
 from grainlaw.geometry.cells.shared_edges import cleaned, merged
 from grainlaw.geometry.graded import Graded
 from grainlaw.messages import nearest, short
-from grainlaw.parameter import ParameterError, checked_number
+from grainlaw.parameter import ParameterError, checked_number, checked_points
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.tessellation import Tessellation
 
@@ -62,8 +62,12 @@ def from_mesh(
     if not elements:
         raise ParameterError(f"{where} has no triangles, quadrilaterals or polygons")
     first = np.cumsum([0, *map(len, elements)])
-    points = _flat(where, np.asarray(mesh.points, dtype=float)) * unit
-    nodes, corners = np.unique(np.concatenate(elements), return_inverse=True)
+    points = checked_points(f"{where}: nodes", _flat(where, np.asarray(mesh.points)) * unit)
+    named = np.concatenate(elements)
+    if not 0 <= named.min() <= named.max() < len(points):
+        wrong = named[(named < 0) | (named >= len(points))][0]
+        raise ParameterError(f"{where} has an element with the node {wrong}, it must be one of 0 to {len(points) - 1}")
+    nodes, corners = np.unique(named, return_inverse=True)
     size = float(np.median(np.sqrt(abs(areas_and_centroids(points[nodes][corners], first)[0]))))
     vertices, number = merged(points[nodes], CLOSE * size)
     phase, names = _phases(where, mesh, chosen, phase_data)

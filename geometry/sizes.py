@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, fits
+from grainlaw.arguments import Checked, fits, floats
 from grainlaw.messages import refusal, short
 from grainlaw.parameter import ParameterError, parameter
 
@@ -81,7 +81,7 @@ def _row(value: Any, owner: Any, field: Any) -> tuple[float, ...] | None:
     if value is None:
         return None
     try:
-        row = np.array(value, dtype=float)
+        row = floats(value)
     except (TypeError, ValueError, OverflowError):
         row = np.zeros(0)
     if row.ndim != 1 or not row.size or not np.isfinite(row).all() or row.min() < 0:

@@ -10,7 +10,7 @@ from support import BRITTLE, PULL, STIFF, Hillerborg, small_sample
 
 import grainlaw as gl
 from grainlaw.arguments import fits, wanted
-from grainlaw.geometry import moved, together
+from grainlaw.geometry import from_polygons, moved, together
 from grainlaw.laws import CohesiveCrack, Linear
 from grainlaw.protocols import UniaxialTension
 
@@ -73,3 +73,31 @@ def test_a_name_that_a_result_does_not_have_is_answered_with_those_it_has():
         result.summary["ucs"]
     with pytest.raises(KeyError, match="did you mean 'stress'"):
         result.curves["stres"]
+
+
+NO_NUMBERS = {
+    "array of texts": np.array(["1"]), "texts": ["1"], "array of flags": np.array([True]), "a flag": [True, 1.0],
+    "array of complex numbers": np.array([1 + 2j]), "a complex number": [1 + 0j], "too large": [10**400],
+    "nothing": np.array([None]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS.values(), ids=NO_NUMBERS)
+def test_arrays_of_what_is_no_number_are_refused(value):
+    """Texts, flags and complex numbers were cast in silence."""
+    with pytest.raises(gl.ParameterError, match=r"kn = .* is not allowed"):
+        Linear(kn=value, ks=1e14)
+    with pytest.raises(gl.ParameterError, match=r"opening = .* is not allowed"):
+        gl.trace(Linear(kn=1e14, ks=1e14), opening=value, slip=0.0)
+
+
+def test_numbers_of_any_kind_are_numbers():
+    for value in ([1, 2.0], np.array([1, 2], dtype=np.uint8), np.array([1, 2], dtype=np.float32), (np.int64(1), 2)):
+        assert Linear(kn=value, ks=1e14).kn.tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, 1e200, -1e13])
+def test_places_are_finite_and_near(wrong):
+    ring = [(0.0, 0.0), (1.0, 0.0), (1.0, wrong), (0.0, 1.0)]
+    with pytest.raises(gl.ParameterError, match=r"polygon 0 = .* is not allowed, it must be a list of points"):
+        from_polygons([ring])

@@ -22,6 +22,7 @@ from grainlaw.geometry import (
     rectangle,
 )
 from grainlaw.parameter import ParameterError
+from grainlaw.tessellation import TilingError
 
 REGIONS = {
     "rectangle": rectangle(4, 3), "disc": disc(3.0), "slope": SLOPE,
@@ -104,6 +105,23 @@ def test_a_trace_along_a_boundary_of_grains_names_it():
     made = Jointed(Bricks(rows=2, columns=3), {"bedding": [[(0, 0.5), (3, 0.5)]]}).tessellate(rectangle(3, 1))
     assert made.count == 6
     assert length_of(made, "bedding") == pytest.approx(3)
+
+
+def test_an_edge_is_of_one_set():
+    trace = [(0.0, 0.01), (0.02, 0.012)]
+    for other in (trace, trace[::-1]):
+        with pytest.raises(ParameterError, match=r"the trace from .* is in one and in two; an edge is of one set"):
+            Jointed(Voronoi(grains=10, seed=1), {"one": [trace], "two": [other]})
+    Jointed(Voronoi(grains=10, seed=1), {"one": [trace, trace]})
+    whole = Voronoi(grains=4, seed=1).tessellate(rectangle(1, 1))
+    edges = np.column_stack([whole.edges.start, whole.edges.end])[whole.edges.right >= 0]
+    for joints, words in (
+        ({"one": edges[:1], "two": edges[:1, ::-1]}, "an edge is in two of the joints one, two"),
+        ({"one": [[0, 10**6]]}, "joints must be vertex numbers below"),
+        ({"one": [[0, -1]]}, "joints must be vertex numbers below"),
+    ):
+        with pytest.raises(TilingError, match=words):
+            attrs.evolve(whole, joints=joints)
 
 
 def test_phases_are_those_of_the_grains_cut():

@@ -141,3 +141,19 @@ def test_a_mesh_of_triangles_is_compressed(gmsh, tmp_path):
     # A single joint at the worst angle fails at 2 c cos(phi) / (1 - sin(phi)) = 178 MPa.
     assert 0.5 * 178e6 < summary["strength"] < 2 * 178e6
     assert summary["energy_error"] < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("node", "place", "said"),
+    [
+        (-1, 1.0, r"has an element with the node -1, it must be one of 0 to 3"),
+        (4, 1.0, r"has an element with the node 4, it must be one of 0 to 3"),
+        (3, np.nan, "nodes = .* is not allowed"), (3, np.inf, "nodes = .* is not allowed"),
+        (3, 1e200, "nodes = .* is not allowed"),
+    ],
+)  # fmt: skip
+def test_a_node_that_is_nowhere_is_named(node, place, said, tmp_path):
+    points = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, place, 0)], dtype=float)
+    meshio.write(tmp_path / "x.vtk", meshio.Mesh(points, [("triangle", [(0, 1, 2), (0, 2, node)])]))
+    with pytest.raises(ParameterError, match=said):
+        from_mesh(tmp_path / "x.vtk")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.arguments import checked
+from grainlaw.arguments import checked, floats
 from grainlaw.contact import ContactLaw
 from grainlaw.messages import refusal
 from grainlaw.parameter import ParameterError, checked_number
@@ -36,7 +36,7 @@ def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False, t
 
 def _path(name: str, value: Any) -> np.ndarray:
     try:
-        path = np.array(value, dtype=float)
+        path = floats(value)
     except (TypeError, ValueError, OverflowError):
         path = np.array(np.nan)
     if not (np.abs(path) <= FARTHEST).all():

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 import scipy
 
-from grainlaw.arguments import Checked, checked
+from grainlaw.arguments import Checked, checked, floats
 from grainlaw.compiler.batch import compile_material
 from grainlaw.material import Material, material_arguments, material_memory, stiffness_of, stress_answered
 from grainlaw.memory import ROOM, SCALARS, with_scalars
@@ -129,7 +129,7 @@ def trace_material(material: Material, exx: Any, eyy: Any, exy: Any, *, compiled
     """
     alone_material(material)
     try:
-        rows = np.array(np.broadcast_arrays(*(np.atleast_1d(np.array(row, dtype=float)) for row in (exx, eyy, exy))))
+        rows = np.array(np.broadcast_arrays(*(np.atleast_1d(floats(row)) for row in (exx, eyy, exy))))
     except (TypeError, ValueError):
         rows = np.full((3, 1), np.nan)
     if rows.ndim != 2 or not np.isfinite(rows).all():
@@ -148,7 +148,7 @@ def compress(material: Material, strain: Any, *, confinement: float = 0.0) -> Ma
     zone = alone_material(material)
     checked_number("compress: confinement", confinement, "Pa")
     try:
-        path = np.atleast_1d(np.array(strain, dtype=float))
+        path = np.atleast_1d(floats(strain))
     except (TypeError, ValueError):
         path = np.full(1, np.nan)
     if path.ndim != 1 or not path.size or not (np.abs(path) <= 1).all():
