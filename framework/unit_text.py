@@ -53,7 +53,10 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
     %, deg, rad, K and °C. Raises :class:`~grainlaw.messages.ParameterError`, which names ``name`` and what is allowed.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError:
+            raise ParameterError(f"{name} = {short(value)} is not allowed, it is too large") from None
     wanted = "a number" if unit == "1" else f"a number in {unit}"
     wanted += f" or a string such as '{USUAL[unit]}'" if unit in USUAL else ""
     found = NUMBER.fullmatch(value) if isinstance(value, str) else None

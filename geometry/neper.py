@@ -21,7 +21,7 @@ from grainlaw.tessellation import Tessellation
 LOWEST, HIGHEST = 2.0, 3.5  #: formats that can be read
 FORMAT = "3.5"  #: that is written
 BOX_LABELS = ("y0", "x1", "y1", "x0")  #: what Neper calls bottom, right, top and left
-TYPED = 3.0  #: from this format on, a domain edge has a type and parameters
+TYPES = ("line", "circle")  #: of domain edges, which may come with their parameters before a label
 NEAR = 1e-9  #: of the grain size; files have 12 digits
 
 
@@ -99,7 +99,7 @@ class _Raw:
             raise ParameterError(f"{where}: vertex {1 + int(table[:, 3].astype(bool).argmax())} has z other than 0")
         faces = list(_faces(parts["**face"]))
         edges = _rows(parts["**edge"], 4)[:, 1:3].astype(int) - 1
-        names = dict(_names(parts["**domain*edge"], edges, version)) if "**domain*edge" in parts else {}
+        names = dict(_names(parts["**domain*edge"], edges)) if "**domain*edge" in parts else {}
         group = np.array(parts["**cell*group"], dtype=int) if "**cell*group" in parts else None
         parent = None
         scale_count = int(parts.get("**scale*general", ["1"])[0])
@@ -109,6 +109,9 @@ class _Raw:
         for what in (each for each in (group, parent) if each is not None):
             if len(what) != len(faces):
                 raise ValueError(f"{len(what)} numbers for {len(faces)} faces")
+        full = np.array([len(face) > 0 for face in faces])  # a cell may be empty
+        group, parent = (each if each is None else each[full] for each in (group, parent))
+        faces = [face for face in faces if len(face)]
         first = np.cumsum([0, *map(len, faces)])
         return cls(table[:, 1:3] + 0.0, np.concatenate(faces), first, group, parent, names)  # + 0.0: no -0.0
 
@@ -152,12 +155,12 @@ def _faces(words: list[str]) -> Iterator[np.ndarray]:
         raise ValueError("**face does not hold as many faces as it says")
 
 
-def _names(words: list[str], edges: np.ndarray, version: float) -> Iterator[tuple[tuple[int, int], str]]:
+def _names(words: list[str], edges: np.ndarray) -> Iterator[tuple[tuple[int, int], str]]:
     """Names of boundaries by the vertices of the edges on them."""
     at = 1
     for _ in range(int(words[0])):
         at += 2 + int(words[at + 1])
-        if version >= TYPED:
+        if words[at] in TYPES:
             at += 2 + int(words[at + 1])
         label, count = words[at], int(words[at + 1])
         name = BOX[BOX_LABELS.index(label)] if label in BOX_LABELS else label

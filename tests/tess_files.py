@@ -92,9 +92,9 @@ PERIODIC = """ **periodicity
 """
 
 
-def tess(format="3.5", *, dimension=2, cell="", z="0.000000000000", south="y0", more=""):
-    """The text of a file; format 2.0 says less of the domain's edges."""
-    domain, kind = ("square", "") if format == "2.0" else ("cube", "line 0")
+def tess(format="3.5", *, dimension=2, cell="", z="0.000000000000", south="y0", more="", kind="line 0"):
+    """The text of a file; format 2.0 says less of the domain's edges, and others need not say more."""
+    domain, kind = ("square", "") if format == "2.0" else ("cube", kind)
     geometry = GEOMETRY.format(z=z, domain=domain, type=kind, south=south)
     return CELL.format(format=format, dimension=dimension, cell=cell) + geometry + more + "***end\n"
 

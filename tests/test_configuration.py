@@ -229,3 +229,33 @@ def test_wrong_sizes_are_refused():
     ):
         with pytest.raises(ParameterError, match=message):
             configured("uniaxial-compression", {"sample": {"tessellator": "laguerre", "sizes": sizes}}, True)
+
+
+HOSTILE = {
+    "deep": ("a = " + "[" * 5000 + "]" * 5000, "is no TOML that can be read: it is nested too deep"),
+    "digits": ("[sample]\nseed = " + "9" * 300_000, "is no TOML that can be read"),
+    "large": ("[rock]\ndensity = 1" + "0" * 400, "rock.density = 1000.* is not allowed, it is too large"),
+    "bytes": ("\udcff", "is no TOML that can be read"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_file_that_no_one_should_have_to_read_is_refused_in_a_line(name, tmp_path):
+    text, words = HOSTILE[name]
+    (tmp_path / "x.toml").write_text(text, encoding="utf-8", errors="surrogateescape")
+    for command in (("test", "uniaxial-compression", "--quick", "--config"), ("study", "run"), ("calibrate",)):
+        result = invoke(*command, tmp_path / "x.toml")
+        assert (result.exit_code, "fault of grainlaw" in result.output) == (2, False)
+        if command[0] == "test":
+            assert re.search(words, " ".join(result.output.split()))
+
+
+@pytest.mark.parametrize(
+    "wrong", ["rock.density=[3100,3100]", "numerics.time_step_factor=[1]", "numerics.mass_scaling=[1,2]"]
+)
+def test_what_is_refused_is_refused_before_the_folder_is_made(wrong, tmp_path):
+    folder = tmp_path / "out"
+    for command in (("test", "uniaxial-compression"), ("compare", "--laws", "linear")):
+        result = invoke(*command, "--quick", "--set", wrong, "--out", folder)
+        assert (result.exit_code, folder.exists()) == (2, False)
+        assert "is not allowed" in " ".join(result.output.split())

@@ -8,7 +8,7 @@ from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw.engine.stability import stiffness_matrix
-from grainlaw.geometry import Bricks, Voronoi, disc, polygon, rectangle, semi_disc, shear_box
+from grainlaw.geometry import Bricks, Voronoi, disc, notched_beam, polygon, rectangle, semi_disc, shear_box
 from grainlaw.laws import CohesiveCrack, Friction, Linear, MohrCoulomb
 from grainlaw.materials import Thermal
 from grainlaw.protocols import (
@@ -23,6 +23,7 @@ from grainlaw.protocols import (
     UniaxialCompression,
 )
 from grainlaw.protocols.semi_circular_bend import shape_factor
+from grainlaw.protocols.three_point_bending import flexural_strength
 from grainlaw.units import mm
 
 LINEAR = Linear(**STIFF)
@@ -96,6 +97,8 @@ def test_an_elastic_beam_bends_as_its_zones_do():
     found = result.curves["force"][-1] / result.curves["deflection"][-1]
     assert found == pytest.approx(static_bending(specimen), rel=0.01)
     assert result.summary["energy_error"] < 1e-4
+    moment = result.summary["largest_force"] * SPAN / 4
+    assert result.summary["largest_flexural_strength"] == pytest.approx(moment / ((10 * mm) ** 2 / 6), rel=1e-9)
 
 
 def force_through(result, x):
@@ -142,6 +145,13 @@ def test_zones_bend_as_a_slender_beam_does():
     young = 1 / (1 / 64e9 + 1 / (1.05e14 * np.sqrt(LENGTH * height / specimen.grains.count)))
     slender = SPAN**3 / (48 * young * height**3 / 12) + SPAN / (4 * 5 / 6 * young / 2.6 * height)
     assert static_bending(specimen) == pytest.approx(1 / slender, rel=0.05)
+
+
+def test_flexural_strength_is_that_of_the_ligament():
+    """The moment P S / 4 over the section modulus h^2 / 6 of what is left above the notch."""
+    region = notched_beam(length=0.1, height=0.025, span=0.08, notch_depth=0.01, notch_width=0.001, bearing=0.004)
+    specimen = gl.Specimen(Voronoi(grains=60, seed=1).tessellate(region), ROCK)
+    assert flexural_strength(1e5, specimen) == pytest.approx(1e5 * 0.08 / 4 / (0.015**2 / 6), rel=1e-9)
 
 
 @pytest.mark.thorough

@@ -37,6 +37,23 @@ def test_formats_hold_the_same_grains(format, cell, tmp_path):
     assert {name: int(found.sum()) for name, found in on.items()} == {"bottom": 1, "right": 2, "top": 2, "left": 2}
 
 
+def test_edges_of_the_domain_need_no_type(tmp_path):
+    plain, typed = (read(tmp_path, tess("3.4", kind=kind)) for kind in ("", "line 0"))
+    assert plain.boundary_names == typed.boundary_names
+    assert np.array_equal(plain.edges.side, typed.edges.side)
+
+
+def test_an_empty_cell_is_no_grain(tmp_path):
+    """It has a number and a group, but no vertices."""
+    text = tess(cell="  *group\n   2 1 2 1\n").replace(
+        " **face\n 3\n", " **face\n 4\n   4 0\n     0\n     0 0 0 1\n     0 -1 0 0 0\n"
+    )
+    assert " **face\n 4\n" in text
+    grains = read(tmp_path, text)
+    assert_tiles(grains)
+    assert grains.count == 3
+
+
 def test_groups_are_phases_with_names(tmp_path):
     numbered = read(tmp_path, tess(cell=GROUPS))
     assert [numbered.phase_names[p] for p in numbered.phase] == ["2", "1", "2"]

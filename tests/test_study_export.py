@@ -11,6 +11,7 @@ import pytest
 from study_rows import row, table_of
 
 import grainlaw as gl
+from grainlaw.results.tables import as_csv, write_curves
 from grainlaw.studies.table import Table
 
 
@@ -39,6 +40,22 @@ def test_pandas_has_numbers_where_the_table_has(mixed):
     )
     assert np.array_equal(frame["largest_stress"], mixed["largest_stress"], equal_nan=True)
     assert frame["reason"].iloc[-1] == 'a "quoted",\nreason'
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1"])
+def test_no_text_of_a_csv_is_a_formula(name, tmp_path):
+    """Law names are a user's; numbers below 0 stay numbers."""
+    table = table_of([row({name: name, "seed": -1}, {"strength": -2.5, name + "b": 1.0})], tmp_path / "s")
+    table.write_csv(tmp_path / "t.csv")
+    write_curves(tmp_path / "c.csv", {(name,): {"stress": np.array([-1.5]), name: np.zeros(1)}})
+    (tmp_path / "a.csv").write_text(as_csv({name: np.array([-1.0]), "a,b": np.zeros(1)}))
+    for file in ("t.csv", "c.csv", "a.csv"):
+        with (tmp_path / file).open(newline="", encoding="utf-8") as stream:
+            for cell in (cell for line in csv.reader(stream) for cell in line):
+                assert not cell.startswith(("=", "+", "@", "\t", "\r"))
+                assert not cell.startswith("-") or float(cell) < 0
+    with (tmp_path / "a.csv").open(newline="") as stream:
+        assert next(csv.reader(stream)) == ["'" + name.replace("\r", " "), "a,b"]
 
 
 def test_csv_is_read_again_with_the_same_bits(mixed, tmp_path):

@@ -26,6 +26,7 @@ from grainlaw.cli.sections import Sections, gathered, toml
 from grainlaw.compiler.cache import is_portable
 from grainlaw.contact import Laws
 from grainlaw.declared import parameters_of
+from grainlaw.engine.model import Model
 from grainlaw.engine.thread_count import Threads
 from grainlaw.observation import Observer
 from grainlaw.results.files import file_name, write_atomically
@@ -35,6 +36,7 @@ from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.claim import MATERIAL_FILES, Claim
 from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import described, versions
+from grainlaw.runs.simulation import begun
 from grainlaw.specimen import Specimen
 from grainlaw.studies.comparison import Comparison, Key, folder_name, in_words
 from grainlaw.studies.comparison import compare as compare_laws
@@ -88,6 +90,12 @@ def compare(
     numbers = list(dict.fromkeys(number for _, number in rows))
     specimens = {number: rows[names[0], number].specimen for number in numbers}
     compared = {name: rows[name, numbers[0]].law for name in names}
+    with refusing():
+        for law in compared.values():
+            begun(
+                Model(first.specimen, law), first.protocol, time_step_factor=first.numerics.time_step_factor,
+                mass_scaling=first.numerics.mass_scaling, frames=first.numerics.frames,
+            )  # fmt: skip
     arguments = {
         "grains": grains, "seeds": given, "laws": ",".join(names), "speed": speed, "max_strain": max_strain,
         "threads": threads, "quick": quick, "portable": is_portable(), "config": CONFIG if own else None,

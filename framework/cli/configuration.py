@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import attrs
 
@@ -35,6 +35,8 @@ def _yes_or_no(_: object, attribute: attrs.Attribute, value: object) -> None:
 @attrs.frozen(kw_only=True)
 class Numerics:
     """How a test is computed, and how much of it is kept."""
+
+    takes_arrays: ClassVar[bool] = False
 
     time_step_factor: float = parameter("1", default=1.0, at_least=LEAST_FACTOR, at_most=1)  #: shortens the stable step
     mass_scaling: float = parameter("1", default=1.0, at_least=1, at_most=100)  #: lengthens it, with heavier grains

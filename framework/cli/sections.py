@@ -32,8 +32,9 @@ def read_tables(file: Path) -> dict[str, Any]:
         return tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise ParameterError(f"{file} cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ParameterError(f"{file} is no TOML: {error}") from None
+    except (ValueError, RecursionError) as error:  # also what is nested too deep, and numbers of thousands of digits
+        words = "it is nested too deep" if isinstance(error, RecursionError) else short(str(error))
+        raise ParameterError(f"{file} is no TOML that can be read: {words}") from None
 
 
 def checked_sections(sections: Sections, file: Path) -> Sections:
@@ -90,7 +91,7 @@ def put(sections: Sections, place: Sequence[str], value: Any) -> None:
 def _parsed(text: str) -> Any:
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text.strip()
 
 

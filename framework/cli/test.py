@@ -41,10 +41,9 @@ from grainlaw.results.tables import write_json
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.certify import certify_result, slower
 from grainlaw.runs.claim import MATERIAL_FILES, Claim
-from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import versions
-from grainlaw.runs.simulation import simulate
+from grainlaw.runs.simulation import begun, simulate
 
 INTERACTIVE = "interactive.html"  #: in the folder of a run
 FOLLOWED = 20  #: contact points that break first, whose paths an interactive page has
@@ -82,7 +81,11 @@ def test(
             click.echo(template(name, sections, quick), nl=False)
             return
         chosen = configured(name, sections, quick)
-        ask_first_questions(Model(chosen.specimen, chosen.law))
+        numerics = chosen.numerics
+        begun(
+            Model(chosen.specimen, chosen.law), chosen.protocol, time_step_factor=numerics.time_step_factor,
+            mass_scaling=numerics.mass_scaling, frames=numerics.frames,
+        )  # fmt: skip
         if certify:
             slower(chosen.protocol)
         if interactive:

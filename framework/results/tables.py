@@ -28,7 +28,17 @@ def lines(columns: Iterable[np.ndarray]) -> str:
 
 def as_csv(table: Mapping[str, np.ndarray]) -> str:
     """Columns by name as CSV, with a line of names."""
-    return ",".join(table) + "\n" + lines(table.values())
+    heads = io.StringIO()
+    csv.writer(heads, lineterminator="\n").writerow(map(plain, table))
+    return heads.getvalue() + lines(table.values())
+
+
+def plain(text: Any) -> Any:
+    """A text that no spreadsheet takes for a formula: ' before one that begins as such; other things as they are."""
+    if not isinstance(text, str):
+        return text
+    text = text.replace("\r", " ")  # which ends a line for some
+    return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t", " =")) else text
 
 
 def write_curves(
@@ -41,11 +51,11 @@ def write_curves(
     columns = list(dict.fromkeys(name for recorded in curves.values() for name in recorded))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*names, *columns])
+    writer.writerow(map(plain, [*names, *columns]))
     for entries, recorded in curves.items():
         count = max((len(values) for values in recorded.values()), default=0)
         table = [recorded.get(column, np.full(count, np.nan)).tolist() for column in columns]
-        writer.writerows([*entries, *map(repr, row)] for row in zip(*table, strict=True))
+        writer.writerows([*map(plain, entries), *map(repr, row)] for row in zip(*table, strict=True))
     write_atomically(file, lambda path: path.write_text(text.getvalue(), encoding="utf-8"))
 
 

@@ -82,16 +82,14 @@ def simulate(
     KeyboardInterrupt); these four have the ``result`` so far.
     """
     shared = threads if isinstance(threads, ThreadCount) else checked_threads("simulate: threads", threads)
-    _check(time_step_factor, mass_scaling)
     if not every >= 0:
         raise ParameterError(f"simulate: every = {every!r} s is not allowed, it must be at least 0")
     if checkpoint is None and (restart or overwrite):
         raise ParameterError("simulate: restart and overwrite need a checkpoint, the folder of the run")
-    model = Model(specimen, law, detection)
-    ask_first_questions(model)
-    check_memory(specimen, frames)
-    state = State(model)
-    stages = _checked(protocol, state, integrator, mass_scaling)
+    state, stages = begun(
+        Model(specimen, law, detection), protocol, integrator=integrator, time_step_factor=time_step_factor,
+        mass_scaling=mass_scaling, frames=frames,
+    )  # fmt: skip
     stop, watching = stop or Stop(), list(observers)
     options = {
         "detection": detection, "integrator": integrator, "time_step_factor": time_step_factor,
@@ -114,7 +112,7 @@ def simulate(
         claim = stack.enter_context(claimed(checkpoint, restart=restart, overwrite=overwrite))
         stack.enter_context(stop.by_signals())
         about = {**claim.about, "threads": shared if isinstance(shared, int) else AUTO}
-        what = record.described_run(model, protocol, options)
+        what = record.described_run(state.model, protocol, options)
         found = checkpoint_of(claim.path, what["key"]) if claim.restart else None
         stack.enter_context(record.recorded(claim.path, {**about, **what}))
         folder = RunFolder(claim, every, what["key"])
@@ -138,26 +136,32 @@ def _kept(run: Execution, folder: RunFolder) -> Result:
     return result
 
 
-def _checked(protocol: LoadingProtocol, state: State, integrator: Integrator | None, scaling: float) -> list[Stage]:
-    """The stages of a test. Raises ParameterError for a specimen that does not fit, and for what no stage may have."""
+def begun(
+    model: Model, protocol: LoadingProtocol, *, integrator: Integrator | None = None, time_step_factor: float = 1.0,
+    mass_scaling: float = 1.0, frames: int = 30,
+) -> tuple[State, list[Stage]]:  # fmt: skip
+    """A specimen before its first step, and the stages of its test; all that :func:`simulate` refuses is refused here.
+
+    Raises :class:`ParameterError`, also for a specimen that does not fit the test, and for what no stage may have.
+    """
+    if not is_number(time_step_factor) or not LEAST_FACTOR <= time_step_factor <= 1:
+        raise refusal("simulate: time_step_factor", time_step_factor, f"from {LEAST_FACTOR:g} to 1")
+    if not is_number(mass_scaling) or not 1 <= mass_scaling <= 100:
+        raise refusal("simulate: mass_scaling", mass_scaling, "from 1 to 100")
+    ask_first_questions(model)
+    check_memory(model.specimen, frames)
+    state = State(model)
     stages = list(protocol.stages(state.specimen))
-    check_ageing(state.model, stages)
+    check_ageing(model, stages)
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
     for stage in stages:
         state.check(stage)
-        if stage.of(Quiet) and scaling > 1:
+        if stage.of(Quiet) and mass_scaling > 1:
             raise ParameterError(
-                f"simulate: mass_scaling = {scaling:g} is not allowed with quiet boundaries: waves in heavier grains "
-                "are slower"
+                f"simulate: mass_scaling = {mass_scaling:g} is not allowed with quiet boundaries: waves in heavier "
+                "grains are slower"
             )
-    refuse_lost_loads(state.model, stages)
-    warn_of_scales(state.model, stages)
-    return stages
-
-
-def _check(factor: float, scaling: float) -> None:
-    if not is_number(factor) or not LEAST_FACTOR <= factor <= 1:
-        raise refusal("simulate: time_step_factor", factor, f"from {LEAST_FACTOR:g} to 1")
-    if not is_number(scaling) or not 1 <= scaling <= 100:
-        raise refusal("simulate: mass_scaling", scaling, "from 1 to 100")
+    refuse_lost_loads(model, stages)
+    warn_of_scales(model, stages)
+    return state, stages

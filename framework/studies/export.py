@@ -13,6 +13,7 @@ from grainlaw.parameter import ParameterError
 from grainlaw.quantity import aligned
 from grainlaw.results.data_frames import data_frame
 from grainlaw.results.files import write_atomically
+from grainlaw.results.tables import plain
 from grainlaw.short_form import html_table
 from grainlaw.studies.rows import label
 from grainlaw.studies.statistics import level
@@ -92,7 +93,7 @@ def write_csv(table: Table, file: str | os.PathLike[str]) -> None:
     """Write the rows, numbers with all their digits. Raises OSError."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(table.columns)
+    writer.writerow(map(plain, table.columns))
     writer.writerows([_cell(table.value(row, name)) for name in table.columns] for row in table.rows)
     write_atomically(Path(file), lambda path: path.write_text(text.getvalue(), encoding="utf-8"))
 
@@ -110,4 +111,4 @@ def write_parquet(table: Table, file: str | os.PathLike[str]) -> None:
 
 
 def _cell(value: Any) -> str:
-    return "" if value is None else repr(value) if isinstance(value, float) else str(value)
+    return "" if value is None else repr(value) if isinstance(value, float) else str(plain(value))

@@ -121,7 +121,7 @@ def _read(where: str, file: str | os.PathLike[str]) -> np.ndarray:
         from matplotlib.image import imread  # here, for it takes long to load
 
         values = imread(os.fspath(file))
-    except (OSError, ValueError, SyntaxError) as error:
+    except (OSError, EOFError, ValueError, SyntaxError) as error:
         raise ParameterError(f"{where}: {os.fspath(file)} cannot be read as an image: {error}") from None
     if values.ndim == 3 and (values[..., :3] == values[..., :1]).all():
         values = values[..., 0]
