@@ -179,3 +179,19 @@ def test_a_law_of_ones_own_runs_with_its_parameters_and_parts(tmp_path):
     assert record["configuration"]["law"]["type"] == reference
     assert record["configuration"]["law"]["kn"] == "100 TPa/m"
     assert content["properties"]["strength"] == pytest.approx(4e6, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "command", [("test", "uniaxial-compression"), ("study", "run", "x.toml"), ("calibrate", "x.toml")]
+)
+def test_a_command_that_is_stopped_before_it_has_begun_says_so(command, tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "x.toml").write_text("")
+    monkeypatch.setattr("tomllib.loads", interrupted)
+    monkeypatch.setattr("grainlaw.cli.test.gathered", interrupted)
+    result = invoke(*command, "--quick")
+    assert result.exit_code == 130
+    assert "stopped; go on with the same command" in result.output

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+import sys
 import traceback
 import warnings
 from importlib.metadata import version
@@ -35,6 +37,9 @@ class _Commands(click.Group):
                 return super().invoke(context)
             except (click.ClickException, click.exceptions.Exit, click.Abort):
                 raise
+            except KeyboardInterrupt:  # where no command has said more
+                click.echo("\nstopped; go on with the same command", err=True)
+                sys.exit(128 + signal.SIGINT)
             except Exception as error:
                 if os.environ.get("GRAINLAW_TRACEBACK"):
                     raise
