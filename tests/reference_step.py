@@ -1,0 +1,134 @@
+"""A step in plain Python loops, by docs/theory.md alone: the judge of every engine, slow and without numba.
+
+A specimen of deformable elastic grains with bonds, pressures, tractions, weight and driven
+boundaries; what an engine does in its own order and its own form is done here freedom by freedom.
+"""
+
+import math
+
+import numpy as np
+
+import grainlaw as gl
+
+
+class Reference:
+    """Displacements and velocities of a specimen under constant loads, from rest or from given velocities."""
+
+    def __init__(self, specimen, law, loads, integrator, time_step, memory, velocity=None):
+        self.mesh, self.specimen, self.law = specimen.mesh, specimen, law
+        self.loads, self.integrator, self.dt = loads, integrator, time_step
+        count = len(self.mesh.nodes)
+        self.x0 = [complex(*node) for node in self.mesh.nodes.tolist()]
+        self.u = [0j] * count
+        self.v = [0j] * count if velocity is None else [complex(*each) for each in velocity.tolist()]
+        self.mass = [0.0] * count
+        self.memory = {(c, p): list(memory) for c in range(len(self.mesh.interfaces)) for p in (0, 1)}
+        self.tractions = {}
+        for z, corners in enumerate(self.mesh.zones.tolist()):
+            for i in corners:
+                self.mass[i] += specimen.material.density * self.area(z) / 3
+        self.before = [self.weight(i) for i in range(count)]  # a change of the weight is no vibration
+
+    def area(self, z):
+        a, b, c = (self.x0[i] for i in self.mesh.zones[z].tolist())
+        return cross(b - a, c - a) / 2
+
+    def weight(self, i):
+        return sum((self.mass[i] * complex(*g.acceleration) for g in self.of(gl.Gravity)), 0j)
+
+    def of(self, kind):
+        return [load for load in self.loads if isinstance(load, kind)]
+
+    # --- forces, as complex numbers x + iy -------------------------------------------------------------------------
+
+    def forces(self):
+        f = [0j] * len(self.u)
+        for z in range(len(self.mesh.zones)):
+            self.add_zone(z, f)
+        for c in range(len(self.mesh.interfaces)):
+            self.add_bond(c, f)
+        for load in self.of(gl.Pressure):
+            for i, j in self.mesh.boundary_edges[load.boundary].tolist():
+                now = self.x0[j] + self.u[j] - self.x0[i] - self.u[i]
+                for node in (i, j):
+                    f[node] += load.pressure * 1j * now / 2  # towards the grain, on its left
+        for load in self.of(gl.Traction):
+            xx, yy, xy = load.stress
+            for i, j in self.mesh.boundary_edges[load.boundary].tolist():
+                out = -1j * (self.x0[j] - self.x0[i])
+                for node in (i, j):
+                    f[node] += complex(xx * out.real + xy * out.imag, xy * out.real + yy * out.imag) / 2
+        return [force + self.weight(i) for i, force in enumerate(f)]
+
+    def add_zone(self, z, f):
+        """Eqs. (2) to (5): the gradient of the stored energy in a frame that turns with the zone."""
+        corners, area, rock = self.mesh.zones[z].tolist(), self.area(z), self.specimen.material
+        a, b, c = (self.x0[i] for i in corners)
+        slopes = [1j * side / (2 * area) for side in (c - b, a - c, b - a)]  # gradients of the shape functions
+        F = np.eye(2)
+        for i, g in zip(corners, slopes, strict=True):
+            F += np.outer([self.u[i].real, self.u[i].imag], [g.real, g.imag])
+        angle = math.atan2(F[1, 0] - F[0, 1], F[0, 0] + F[1, 1])
+        R = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        strain = R.T @ F - np.eye(2)
+        strain = (strain + strain.T) / 2
+        young, nu = rock.youngs_modulus, rock.poissons_ratio
+        lame, shear = young * nu / ((1 + nu) * (1 - 2 * nu)), young / (2 * (1 + nu))
+        stress = R @ (lame * np.trace(strain) * np.eye(2) + 2 * shear * strain)
+        for i, g in zip(corners, slopes, strict=True):
+            f[i] -= area * complex(*(stress @ [g.real, g.imag]))
+
+    def add_bond(self, c, f):
+        """Eqs. (6) to (8), with the couple."""
+        a1, a2, b1, b2 = self.mesh.interfaces[c].tolist()
+        edge = (self.at(a2) - self.at(a1) + self.at(b2) - self.at(b1)) / 2
+        t = edge / abs(edge)
+        n = -1j * t
+        length = abs(self.x0[a2] - self.x0[a1])
+        w = float(self.specimen.contact_points.weights(np.array([length]))[0])
+        ends = self.u[b1] - self.u[a1], self.u[b2] - self.u[a2]
+        moment, pulls = 0.0, []
+        for p, (near, far) in enumerate((ends, ends[::-1])):
+            gap = (1 - w) * near + w * far
+            opening, slip = dot(gap, n), dot(gap, t)
+            normal, along, *memory = self.law.traction(opening, slip, *self.memory[c, p])
+            self.memory[c, p], self.tractions[c, p] = memory, (normal, along)
+            pulls.append(length / 2 * (normal * n + along * t))
+            moment += length / 2 * (normal * slip - along * opening)
+        couple = moment * n / (2 * abs(edge))
+        first, second = (1 - w) * pulls[0] + w * pulls[1], w * pulls[0] + (1 - w) * pulls[1]
+        for node, force in ((a1, first - couple), (a2, second + couple), (b1, -first - couple), (b2, -second + couple)):
+            f[node] += force
+
+    def at(self, i):
+        return self.x0[i] + self.u[i]
+
+    # --- a step ----------------------------------------------------------------------------------------------------
+
+    def step(self):
+        f = self.forces()
+        held = {
+            (int(i), drive.axis): drive.speed
+            for drive in self.of(gl.Drive) for i in self.mesh.boundaries[drive.boundary]
+        }  # fmt: skip
+        for i in range(len(self.u)):
+            v = []
+            rows = zip(*map(parts, (f[i], self.before[i], self.v[i])), strict=True)
+            for axis, (force, before, speed) in enumerate(rows):
+                moved, _ = self.integrator.step(force, force - before, speed, self.mass[i], self.dt)
+                v.append(held.get((i, axis), moved))
+            self.v[i] = complex(*v)
+            self.u[i] += self.v[i] * self.dt
+        self.before = f
+
+
+def parts(z):
+    return z.real, z.imag
+
+
+def cross(a, b):
+    return a.real * b.imag - a.imag * b.real
+
+
+def dot(a, b):
+    return a.real * b.real + a.imag * b.imag

@@ -1,0 +1,88 @@
+"""The engine beside a step in plain Python loops: the same displacements, velocities and tractions to rounding."""
+
+import numpy as np
+import pytest
+from reference_step import Reference
+from support import STIFF, STRONG, advance, impose, small_sample, state_of
+
+import grainlaw as gl
+from grainlaw.contact import memory_names
+from grainlaw.laws import (
+    BandisClosure,
+    CohesiveCrack,
+    Linear,
+    MohrCoulomb,
+    MunjizaJoint,
+)
+
+WEAK = STRONG | {"tensile_strength": 1e6, "cohesion": 2e6}
+LAWS = {
+    "linear": Linear(**STIFF),
+    "Mohr-Coulomb": MohrCoulomb(**WEAK),
+    "cohesive crack": CohesiveCrack(**WEAK, mode_i_energy=0.5, mode_ii_energy=1.0),
+    "closure": CohesiveCrack(**WEAK, mode_i_energy=1, mode_ii_energy=2, closure=BandisClosure(maximum_closure=5e-6)),
+    "Munjiza": MunjizaJoint(**WEAK, mode_i_energy=0.5, mode_ii_energy=1.0),
+}  # fmt: skip
+DRIVES = [gl.Drive(boundary="bottom", axis=1, speed=0.0), gl.Drive(boundary="top", axis=1, speed=1.5)]
+LOADS = {
+    "free": [],
+    "driven": DRIVES,
+    "pressed": [*DRIVES, gl.Pressure(boundary="left", pressure=4e6)],
+    "loaded": [gl.Traction(boundary="top", stress=(1e6, 3e6, -2e6)), gl.Gravity(acceleration=(300.0, -1e4))],
+}
+DAMPINGS = {"vibration": gl.VibrationDamping(), "local": gl.LocalDamping(), "none": gl.Undamped()}
+STEPS = 60
+
+
+def compared(law, loads, damping, points=None, grains=9):
+    """A specimen that is thrown apart: states of the engine and of the reference after the same steps."""
+    options = {} if points is None else {"contact_points": points}
+    specimen = small_sample(grains, **options)
+    random = np.random.default_rng(1)
+    velocity = random.normal(0, 1.0, (len(specimen.mesh.nodes), 2))
+    state = state_of(specimen, law)
+    impose(state, [*loads, gl.InitialVelocity(velocity=velocity)])
+    integrator, time_step = gl.CentralDifference(damping=damping), 4e-8
+    memory = state.bonds.arrays.memory[: len(memory_names(law)), 0].tolist()
+    reference = Reference(specimen, law, loads, integrator, time_step, memory, velocity)
+    advance(state, STEPS, time_step, integrator)
+    for _ in range(STEPS):
+        reference.step()
+    return state, reference
+
+
+def assert_same(state, reference):
+    def plane(numbers):
+        return np.array([[z.real, z.imag] for z in numbers])
+
+    for mine, theirs in (
+        (state.displacement, plane(reference.u)), (state.freedoms.arrays.velocity.T, plane(reference.v)),
+    ):  # fmt: skip
+        assert np.abs(mine - theirs).max() <= 1e-12 * np.abs(theirs).max() * STEPS
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_laws(law):
+    state, reference = compared(law, DRIVES, gl.VibrationDamping())
+    assert_same(state, reference)
+    order = state.bonds.order
+    for rows, k in ((state.normal, 0), (state.shear, 1)):
+        theirs = np.array([[reference.tractions[c, p][k] for c in order] for p in (0, 1)]).ravel()
+        assert np.abs(rows - theirs).max() <= 1e-12 * np.abs(theirs).max() * STEPS
+
+
+@pytest.mark.parametrize("damping", DAMPINGS.values(), ids=DAMPINGS)
+@pytest.mark.parametrize("loads", LOADS.values(), ids=LOADS)
+def test_loads_and_dampings(loads, damping):
+    assert_same(*compared(LAWS["cohesive crack"], loads, damping))
+
+
+@pytest.mark.parametrize("points", [gl.EndPoints(), gl.GaussPoints()], ids=repr)
+def test_contact_points(points):
+    assert_same(*compared(LAWS["linear"], LOADS["free"], gl.Undamped(), points))
+
+
+def test_contacts_have_broken_meanwhile():
+    """Otherwise the laws would not have been asked for much."""
+    state, _ = compared(LAWS["cohesive crack"], DRIVES, gl.VibrationDamping())
+    assert 5 < np.count_nonzero(state.memory("damage") >= 1) < len(state.broken_time)
