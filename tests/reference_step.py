@@ -1,6 +1,6 @@
 """A step in plain Python loops, by docs/theory.md alone: the judge of every engine, slow and without numba.
 
-A specimen of deformable elastic grains with bonds, pressures, tractions, weight and driven
+A specimen of elastic or of rigid grains with bonds, pressures, tractions, weight and driven
 boundaries; what an engine does in its own order and its own form is done here freedom by freedom.
 """
 
@@ -120,6 +120,63 @@ class Reference:
             self.v[i] = complex(*v)
             self.u[i] += self.v[i] * self.dt
         self.before = f
+
+
+class RigidReference(Reference):
+    """Grains that do not deform: two translations and a turn each, with the moments of the forces on their corners."""
+
+    def __init__(self, specimen, law, loads, integrator, time_step, memory, velocity=None):
+        super().__init__(specimen, law, loads, integrator, time_step, memory)
+        self.grain = self.mesh.node_grain.tolist()
+        grains = range(specimen.grains.count)
+        self.middle = [complex(*centroid) for centroid in specimen.grains.centroids.tolist()]
+        self.moved, self.turned = [0j for _ in grains], [0.0 for _ in grains]
+        self.drift, self.spin = [0j for _ in grains], [0.0 for _ in grains]
+        self.whole, self.inertia = [0.0 for _ in grains], [0.0 for _ in grains]
+        for z, corners in enumerate(self.mesh.zones.tolist()):
+            g, mass = self.grain[corners[0]], specimen.material.density * self.area(z)
+            a, b, c = (self.x0[i] - self.middle[g] for i in corners)
+            self.whole[g] += mass
+            self.inertia[g] += mass / 6 * sum(dot(p, q) for p, q in ((a, a), (b, b), (c, c), (a, b), (b, c), (c, a)))
+        for g in grains if velocity is not None else ():  # of a motion of nodes the mean, and the turn that fits best
+            own = [i for i, of in enumerate(self.grain) if of == g]
+            self.drift[g] = sum(complex(*velocity[i]) for i in own) / len(own)
+            arms = [self.x0[i] - self.middle[g] for i in own]
+            rest = [complex(*velocity[i]) - self.drift[g] for i in own]
+            self.spin[g] = sum(map(cross, arms, rest)) / sum(abs(arm) ** 2 for arm in arms)
+        self.pulled = [(self.heavy(g), 0.0) for g in grains]
+
+    def heavy(self, g):
+        return sum((self.whole[g] * complex(*each.acceleration) for each in self.of(gl.Gravity)), 0j)
+
+    def weight(self, i):
+        return 0j  # it acts on the whole grain
+
+    def add_zone(self, z, f):
+        """Nothing strains."""
+
+    def step(self):
+        f = self.forces()
+        driven = {(self.grain[i], d.axis): d.speed for d in self.of(gl.Drive) for i in self.mesh.boundaries[d.boundary]}
+        held = {g for g, _ in driven}
+        for g in range(len(self.middle)):
+            own = [i for i, of in enumerate(self.grain) if of == g]
+            force = sum((f[i] for i in own), self.heavy(g))
+            moment = sum(cross(self.at(i) - self.middle[g] - self.moved[g], f[i]) for i in own)
+            rows = zip(*map(parts, (force, self.pulled[g][0], self.drift[g])), strict=True)
+            velocity = [
+                driven.get((g, axis), self.integrator.step(now, now - before, speed, self.whole[g], self.dt)[0])
+                for axis, (now, before, speed) in enumerate(rows)
+            ]
+            change = moment - self.pulled[g][1]
+            spin, _ = self.integrator.step(moment, change, self.spin[g], self.inertia[g], self.dt)
+            self.drift[g], self.spin[g] = complex(*velocity), 0.0 if g in held else spin
+            self.moved[g] += self.drift[g] * self.dt
+            self.turned[g] += self.spin[g] * self.dt
+            self.pulled[g] = force, moment
+            turn = complex(math.cos(self.turned[g]), math.sin(self.turned[g]))
+            for i in own:
+                self.u[i] = self.moved[g] + (turn - 1) * (self.x0[i] - self.middle[g])
 
 
 def parts(z):

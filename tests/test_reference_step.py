@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from reference_step import Reference
+from reference_step import Reference, RigidReference
 from support import STIFF, STRONG, advance, impose, small_sample, state_of
 
 import grainlaw as gl
@@ -80,6 +80,26 @@ def test_loads_and_dampings(loads, damping):
 @pytest.mark.parametrize("points", [gl.EndPoints(), gl.GaussPoints()], ids=repr)
 def test_contact_points(points):
     assert_same(*compared(LAWS["linear"], LOADS["free"], gl.Undamped(), points))
+
+
+@pytest.mark.parametrize("loads", LOADS.values(), ids=LOADS)
+@pytest.mark.parametrize("damping", DAMPINGS.values(), ids=DAMPINGS)
+def test_rigid_grains(loads, damping):
+    specimen, law = small_sample(9, material=gl.Rigid(density=3100)), LAWS["cohesive crack"]
+    velocity = np.random.default_rng(2).normal(0, 1.0, (len(specimen.mesh.nodes), 2))
+    state = state_of(specimen, law)
+    impose(state, [*loads, gl.InitialVelocity(velocity=velocity)])
+    integrator, time_step = gl.CentralDifference(damping=damping), 4e-8
+    memory = state.bonds.arrays.memory[: len(memory_names(law)), 0].tolist()
+    reference = RigidReference(specimen, law, loads, integrator, time_step, memory, velocity)
+    advance(state, STEPS, time_step, integrator)
+    for _ in range(STEPS):
+        reference.step()
+    rows = np.array([[z.real for z in reference.moved], [z.imag for z in reference.moved], reference.turned])
+    for mine, theirs in zip(state.freedoms.arrays.displacement, rows, strict=True):
+        assert np.abs(mine - theirs).max() <= 1e-12 * np.abs(theirs).max() * STEPS
+    place = np.array([[z.real, z.imag] for z in reference.u])
+    assert np.abs(state.displacement - place).max() <= 1e-12 * np.abs(place).max() * STEPS
 
 
 def test_contacts_have_broken_meanwhile():
