@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -191,7 +192,7 @@ def test_a_command_that_is_stopped_before_it_has_begun_says_so(command, tmp_path
     monkeypatch.chdir(tmp_path)
     (tmp_path / "x.toml").write_text("")
     monkeypatch.setattr("tomllib.loads", interrupted)
-    monkeypatch.setattr("grainlaw.cli.test.gathered", interrupted)
+    monkeypatch.setattr(sys.modules["grainlaw.cli.test"], "gathered", interrupted)
     result = invoke(*command, "--quick")
     assert result.exit_code == 130
     assert "stopped; go on with the same command" in result.output
