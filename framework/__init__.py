@@ -237,7 +237,7 @@ __all__ = [
     "write_interactive",
 ]
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 
 def __dir__() -> list[str]:  # a notebook offers what is public, not the modules that it came from

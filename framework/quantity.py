@@ -19,7 +19,7 @@ class Quantity:
     """A number by its name: in which words, unit and digits it is shown, and whether it is shown unasked.
 
     Who records a number declares it: a test in :attr:`LoadingProtocol.quantities`, a measure by itself; those that
-    several tests have are in :mod:`grainlaw.columns`. Values are in SI; ``gl.Quantity("force", "kN/m")`` shows them in
+    several tests have are in ``grainlaw.columns``. Values are in SI; ``gl.Quantity("force", "kN/m")`` shows them in
     kN/m. A number that nobody has declared is shown as it is.
     """
 

@@ -71,7 +71,7 @@ class NewUser:
         self.do(line + " --quick" * self.quick)
         found = json.loads((self.home / "out/summary.json").read_text("utf-8"))
         assert len(found["laws"]) == 3, found["laws"].keys()
-        peaks = {law: values["strength"] / 1e6 for law, values in found["laws"].items() if "strength" in values}
+        peaks = {law: values["strength"] / 1e6 for law, values in found["laws"].items() if values.get("strength")}
         return ", ".join(f"{law} {peak:.0f} MPa" for law, peak in peaks.items())
 
     def second_command(self):
