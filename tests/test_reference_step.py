@@ -34,17 +34,15 @@ DAMPINGS = {"vibration": gl.VibrationDamping(), "local": gl.LocalDamping(), "non
 STEPS = 60
 
 
-def compared(law, loads, damping, points=None, grains=9):
+def compared(law, loads, damping, kind=Reference, seed=1, **options):
     """A specimen that is thrown apart: states of the engine and of the reference after the same steps."""
-    options = {} if points is None else {"contact_points": points}
-    specimen = small_sample(grains, **options)
-    random = np.random.default_rng(1)
-    velocity = random.normal(0, 1.0, (len(specimen.mesh.nodes), 2))
+    specimen = small_sample(9, **options)
+    velocity = np.random.default_rng(seed).normal(0, 1.0, (len(specimen.mesh.nodes), 2))
     state = state_of(specimen, law)
     impose(state, [*loads, gl.InitialVelocity(velocity=velocity)])
     integrator, time_step = gl.CentralDifference(damping=damping), 4e-8
     memory = state.bonds.arrays.memory[: len(memory_names(law)), 0].tolist()
-    reference = Reference(specimen, law, loads, integrator, time_step, memory, velocity)
+    reference = kind(specimen, law, loads, integrator, time_step, memory, velocity)
     advance(state, STEPS, time_step, integrator)
     for _ in range(STEPS):
         reference.step()
@@ -79,22 +77,14 @@ def test_loads_and_dampings(loads, damping):
 
 @pytest.mark.parametrize("points", [gl.EndPoints(), gl.GaussPoints()], ids=repr)
 def test_contact_points(points):
-    assert_same(*compared(LAWS["linear"], LOADS["free"], gl.Undamped(), points))
+    assert_same(*compared(LAWS["linear"], LOADS["free"], gl.Undamped(), contact_points=points))
 
 
 @pytest.mark.parametrize("loads", LOADS.values(), ids=LOADS)
 @pytest.mark.parametrize("damping", DAMPINGS.values(), ids=DAMPINGS)
 def test_rigid_grains(loads, damping):
-    specimen, law = small_sample(9, material=gl.Rigid(density=3100)), LAWS["cohesive crack"]
-    velocity = np.random.default_rng(2).normal(0, 1.0, (len(specimen.mesh.nodes), 2))
-    state = state_of(specimen, law)
-    impose(state, [*loads, gl.InitialVelocity(velocity=velocity)])
-    integrator, time_step = gl.CentralDifference(damping=damping), 4e-8
-    memory = state.bonds.arrays.memory[: len(memory_names(law)), 0].tolist()
-    reference = RigidReference(specimen, law, loads, integrator, time_step, memory, velocity)
-    advance(state, STEPS, time_step, integrator)
-    for _ in range(STEPS):
-        reference.step()
+    rigid = {"kind": RigidReference, "seed": 2, "material": gl.Rigid(density=3100)}
+    state, reference = compared(LAWS["cohesive crack"], loads, damping, **rigid)
     rows = np.array([[z.real for z in reference.moved], [z.imag for z in reference.moved], reference.turned])
     for mine, theirs in zip(state.freedoms.arrays.displacement, rows, strict=True):
         assert np.abs(mine - theirs).max() <= 1e-12 * np.abs(theirs).max() * STEPS

@@ -223,12 +223,16 @@ def test_a_damaged_checkpoint_is_refused(damage, tmp_path):
         gl.simulate(**run, checkpoint=tmp_path, restart=True)
 
 
+def arrays_of(file):
+    with np.load(file) as stored:
+        return {name: stored[name] for name in stored.files}
+
+
 def test_a_checkpoint_whose_numbers_were_changed_is_refused(tmp_path):
     run = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
     gl.simulate(**run, checkpoint=tmp_path)
     file = tmp_path / "checkpoint.npz"
-    with np.load(file) as stored:
-        arrays = {name: stored[name] for name in stored.files}
+    arrays = arrays_of(file)
     for name in ("state/nodes/displacement", "curves/stress", "about", "checksum"):
         row = arrays[name]
         changed = np.array(f"{row} ") if row.dtype.kind == "U" else row * 1.001
@@ -244,8 +248,7 @@ def test_a_checkpoint_that_somebody_has_made_corrupts_no_memory(tmp_path):
     run = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
     gl.simulate(**run, checkpoint=tmp_path)
     file = tmp_path / "checkpoint.npz"
-    with np.load(file) as stored:
-        arrays = {name: stored[name] for name in stored.files}
+    arrays = arrays_of(file)
     text = str(arrays.pop("about"))
     arrays.pop("checksum")
     velocity = "state/freedoms/velocity"

@@ -150,7 +150,7 @@ class Store:
     def status(self, case: str) -> str:
         """How a case ended, empty where it is not there."""
         entry = self.entries.get(bytes.fromhex(case))
-        return "" if entry is None else entry.status or str(self.row(case)["status"])
+        return "" if entry is None else entry.status
 
     def cases(self) -> Iterator[str]:
         """The keys of all cases."""
