@@ -194,6 +194,19 @@ def test_copies_of_law_files_are_removed_with_the_folders_of_their_helpers(tmp_p
     assert [each.name for each in tmp_path.iterdir()] == [".grainlaw.lock"]
 
 
+def test_an_empty_folder_of_the_users_own_stays(tmp_path):
+    for place in ("run.json", "law/run.json", "law/frames/00001.npz"):
+        (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / place).write_text("{}")
+    for place in ("mine", "law/frames/mine", "pictures/raw"):
+        (tmp_path / place).mkdir(parents=True)
+    with claimed(tmp_path, overwrite=True) as claim:
+        assert not (tmp_path / "law" / "run.json").exists()
+        claim.begins()
+    left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*")} - {".grainlaw.lock"}
+    assert left == {"law", "law/frames", "law/frames/mine", "mine", "pictures", "pictures/raw"}
+
+
 def there(folder):
     """Names and contents of all files but the lock."""
     files = (file for file in folder.rglob("*") if file.is_file() and file.name != ".grainlaw.lock")

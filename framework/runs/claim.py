@@ -113,12 +113,14 @@ def _set_aside(folder: Path) -> None:
     """Move what a run has written to a folder, and to those in it that hold runs, into one of its own."""
     if not (folder / RUN).exists():
         return
-    for file in _files_of(folder):
-        place = folder / REPLACED / file.relative_to(folder)
-        place.parent.mkdir(parents=True, exist_ok=True)
-        os.replace(file, place)
+    for each in _of_runs(folder):
+        if _is_file(each):
+            place = folder / REPLACED / each.relative_to(folder)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(each, place)
+        else:
+            _remove(each)
     (folder / REPLACED / WHOLE).touch()
-    _remove_empty(folder)
 
 
 def _bring_back(folder: Path) -> None:
@@ -127,47 +129,47 @@ def _bring_back(folder: Path) -> None:
     if not aside.is_dir():
         return
     if (aside / WHOLE).exists():  # what lies in the folder is of the new run
-        for file in _files_of(folder):
-            file.unlink()
+        for each in _of_runs(folder):
+            _remove(each)
         (aside / WHOLE).unlink()
-    for file in sorted(aside.rglob("*")):
-        if file.is_symlink() or not file.is_dir():
-            place = folder / file.relative_to(aside)
-            place.parent.mkdir(parents=True, exist_ok=True)
-            os.replace(file, place)
+    for file in filter(_is_file, sorted(aside.rglob("*"))):
+        place = folder / file.relative_to(aside)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        os.replace(file, place)
     shutil.rmtree(aside)
-    _remove_empty(folder)
-
-
-def _files_of(folder: Path) -> Iterator[Path]:
-    """What runs have written to a folder and to those in it that hold runs; the records last."""
-    inner = [each for each in sorted(folder.iterdir()) if each.name != REPLACED and (each / RUN).exists()]
-    for place in (*inner, folder):
-        for pattern in WRITTEN:
-            yield from (file for file in sorted(place.glob(pattern)) if file.is_symlink() or not file.is_dir())
-
-
-def _remove_empty(folder: Path) -> None:
-    """Remove folders of runs, and of what they write, that are empty now."""
-    for inner in sorted(folder.rglob("*/"), reverse=True):
-        if inner.is_dir() and not inner.is_symlink() and not any(inner.iterdir()):
-            inner.rmdir()
 
 
 def tidy(folder: Path) -> None:
     """Remove the checkpoint and the frames of a run that has come to its end; a folder without a run is left alone."""
     if (folder / RUN).exists():
-        _remove(folder, FOR_RESTART)
+        for each in _of_run(folder, FOR_RESTART):
+            _remove(each)
 
 
-def _remove(folder: Path, patterns: Iterable[str]) -> None:
-    """Remove files, and folders that are empty then."""
+def _of_runs(folder: Path) -> Iterator[Path]:
+    """What runs have written to a folder and to those in it that hold runs, and these; contents before their folder."""
+    inner = [each for each in sorted(folder.iterdir()) if each.name != REPLACED and (each / RUN).exists()]
+    for place in inner:
+        yield from _of_run(place, WRITTEN)
+        yield place
+    yield from _of_run(folder, WRITTEN)
+
+
+def _of_run(folder: Path, patterns: Iterable[str]) -> Iterator[Path]:
     for pattern in patterns:
-        for found in sorted(folder.glob(pattern), reverse=True):  # what is in a folder before the folder
-            if found.is_symlink() or not found.is_dir():
-                found.unlink()
-            elif not any(found.iterdir()):
-                found.rmdir()
+        yield from sorted(folder.glob(pattern), reverse=True)  # what is in a folder before the folder
+
+
+def _is_file(path: Path) -> bool:
+    return path.is_symlink() or not path.is_dir()
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, or a folder that is empty."""
+    if _is_file(path):
+        path.unlink()
+    elif not any(path.iterdir()):
+        path.rmdir()
 
 
 def _run_of(folder: Path) -> str:
