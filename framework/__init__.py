@@ -9,6 +9,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.detection import Detection
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, OverlapError
+from grainlaw.fields import ParameterError, UnitWarning, parameter, parameters, part
 from grainlaw.integration import (
     AdaptiveRelaxation,
     CentralDifference,
@@ -38,7 +39,6 @@ from grainlaw.loads import (
 )
 from grainlaw.material import Elastic, Material, Plane, Rigid
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError, UnitWarning, parameter, parameters, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.quantity import Quantity
 from grainlaw.region import Region

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from grainlaw.fields import ParameterError
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError
 
 
 def first_of(wrong: Any, *values: Any) -> list[float]:

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 import attrs
 import numpy as np
 
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity
 
 # --- recorded in every test ------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked
 from grainlaw.columns import DAMAGED, MOTION, SHEAR_CRACKS, STAGE, TENSILE_CRACKS, TIME, UNBALANCED, require
-from grainlaw.parameter import parameter
+from grainlaw.fields import parameter
 from grainlaw.strength import borne
 
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.fields import ParameterError
 from grainlaw.memory import as_floats, names_of_arguments, only_memory, refuse_untold
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
 

@@ -8,7 +8,7 @@ import attrs
 
 from grainlaw.arguments import Checked
 from grainlaw.contact import Laws, check_laws
-from grainlaw.parameter import parameter
+from grainlaw.fields import parameter
 
 
 def _laws_or_none(detection: Detection, attribute: attrs.Attribute, value: Any) -> None:

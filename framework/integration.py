@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.parameter import parameter, part, whole_number
+from grainlaw.fields import parameter, part, whole_number
 
 
 class Damping(metaclass=Checked):

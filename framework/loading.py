@@ -8,7 +8,7 @@ from abc import abstractmethod
 import attrs
 
 from grainlaw.arguments import Checked
-from grainlaw.parameter import parameter
+from grainlaw.fields import parameter
 
 RECENT = 5  #: samples that a loading may look back on
 

@@ -13,10 +13,10 @@ import numpy as np
 from grainlaw.arguments import floats, is_number
 from grainlaw.columns import TEMPERATURE
 from grainlaw.condition import ComesTo, Condition
+from grainlaw.fields import ParameterError, checked_number, checked_vector, grain_numbers, parameter, part
 from grainlaw.loading import Constant, HeatingRate
 from grainlaw.material import ABSOLUTE_ZERO
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError, checked_number, checked_vector, grain_numbers, parameter, part
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
 from grainlaw.time_series import GAUSS, TimeSeries, Varying, rise, value_of, varying

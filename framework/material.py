@@ -11,9 +11,9 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.fields import ParameterError, parameter, part
 from grainlaw.memory import SCALARS, as_floats, names_of_arguments, only_memory, refuse_untold
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, parameter, part
 
 ABSOLUTE_ZERO = -273.15  #: °C
 ROUNDING = 1e-9  #: of the largest entry, by which a stiffness may differ from its transpose

@@ -10,8 +10,8 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, fits, floats
+from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError
 from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following
 
 SMALLEST, LARGEST = 1e-18, 1e12  #: m: beyond them products of lengths lose digits
@@ -71,7 +71,7 @@ class Region(metaclass=Checked):
     """A simple polygon, perhaps with holes, to be filled with grains; every side names the boundary it belongs to.
 
     Several sides may share a name. The sides of the outline and then those of the holes have the index letter ``k``.
-    Raises :class:`~grainlaw.parameter.ParameterError`.
+    Raises :class:`~grainlaw.fields.ParameterError`.
     """
 
     outline: np.ndarray = array_field(float)  #: (n, 2) m, counter-clockwise

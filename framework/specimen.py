@@ -11,11 +11,11 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.fields import ParameterError, parameter, part, whole_number
 from grainlaw.material import Elastic, Material, Rigid, knows_temperature, stiffness_of
 from grainlaw.memory import ROOM
 from grainlaw.mesh import Mesh, build_mesh
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.short_form import in_one_line
 from grainlaw.tessellation import Tessellation
 

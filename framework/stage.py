@@ -11,10 +11,10 @@ import numpy as np
 from grainlaw.arguments import Checked, fits
 from grainlaw.columns import ENERGY, MOTION, SUPPLIED, UNBALANCED
 from grainlaw.condition import Condition, Curves
+from grainlaw.fields import ParameterError, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Loading
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.specimen import Specimen
 
 RESTS = 2  #: successive samples at rest before time passes in a jump

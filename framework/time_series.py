@@ -11,8 +11,8 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, floats, is_number
+from grainlaw.fields import Bounds, ParameterError, parameter
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import Bounds, ParameterError, parameter
 from grainlaw.unit_text import written
 
 FEW = 8  #: points that are shown one by one

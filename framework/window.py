@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked
+from grainlaw.fields import ParameterError, checked_number, checked_points, checked_vector
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, checked_number, checked_points, checked_vector
 from grainlaw.polygon import enclosed
 from grainlaw.tessellation import Tessellation
 

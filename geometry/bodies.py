@@ -11,9 +11,9 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import checked
+from grainlaw.fields import ParameterError, checked_number, checked_vector, checked_whole_number
 from grainlaw.geometry.cells.sides import is_convex, turns
 from grainlaw.geometry.region import polygon
-from grainlaw.parameter import ParameterError, checked_number, checked_vector, checked_whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
 
@@ -30,7 +30,7 @@ def together(*bodies: Tessellation) -> Tessellation:
         slider = block([(3, 0), (4, 0), (4, 0.5), (3, 0.5)], "slider")
         grains = moved(together(base, slider), turn=30)
 
-    Raises :class:`~grainlaw.parameter.ParameterError`.
+    Raises :class:`~grainlaw.fields.ParameterError`.
     """
     if not bodies:
         raise ParameterError("together: there are no bodies, it must be given at least one Tessellation")
@@ -96,7 +96,7 @@ def block(corners: Any, name: str | Sequence[str] = "block", phase: int = 0) -> 
 
         grains = block([(0, 0), (2, 0), (2, 1), (0, 1)], ["base", "base", "incline", "base"])
 
-    Raises :class:`~grainlaw.parameter.ParameterError`.
+    Raises :class:`~grainlaw.fields.ParameterError`.
     """
     phase = checked_whole_number("block: phase", phase, at_least=0)
     region = polygon(corners, name)
@@ -116,7 +116,7 @@ def moved(grains: Tessellation, by: Any = (0.0, 0.0), turn: float = 0.0) -> Tess
         lower = Voronoi(grains=100).tessellate(rectangle(0.1, 0.1))
         grains = together(lower, moved(lower, by=(0, 0.1)))
 
-    Raises :class:`~grainlaw.parameter.ParameterError`.
+    Raises :class:`~grainlaw.fields.ParameterError`.
     """
     shift, turn = checked_vector("moved: by", by), checked_number("moved: turn", turn, "degrees")
     cosine, sine = math.cos(math.radians(turn)), math.sin(math.radians(turn))

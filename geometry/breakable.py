@@ -11,6 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.fields import ParameterError, is_number, parameter, whole_number
 from grainlaw.geometry.cells.any_voronoi import NEAR, SMALL
 from grainlaw.geometry.cells.convex import Polygon, area
 from grainlaw.geometry.cells.filling import strips, triangles, voronoi_cells
@@ -19,7 +20,6 @@ from grainlaw.geometry.cells.joining import tiling_of
 from grainlaw.geometry.cells.lines import held, marked, vertices_on
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, is_number, parameter, whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator
 

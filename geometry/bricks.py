@@ -5,7 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from grainlaw.parameter import ParameterError, whole_number
+from grainlaw.fields import ParameterError, whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator
 

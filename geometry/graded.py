@@ -8,8 +8,8 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.fields import ParameterError, checked_points, parameter
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, checked_points, parameter
 
 
 def _place(value: Any) -> tuple[tuple[float, float], ...]:

@@ -7,13 +7,13 @@ import contextlib
 import attrs
 import numpy as np
 
+from grainlaw.fields import whole_number
 from grainlaw.geometry.cells.any_voronoi import NEAR, SMALL, Cells
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.grain_size import grain_count, length, require_one
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.geometry.cells.sides import convex_sides, depths, is_convex
-from grainlaw.parameter import whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator, TilingError
 

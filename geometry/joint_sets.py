@@ -10,6 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.fields import ParameterError, parameter
 from grainlaw.geometry.cells.any_voronoi import NEAR, frame
 from grainlaw.geometry.cells.convex import Polygon, split
 from grainlaw.geometry.cells.cutting import Cutter
@@ -19,7 +20,6 @@ from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import Sides, region_sides
 from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, parameter
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator
 

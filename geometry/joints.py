@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.fields import ParameterError, checked_points, parameter
 from grainlaw.geometry.cells.any_voronoi import NEAR
 from grainlaw.geometry.cells.convex import Polygon
 from grainlaw.geometry.cells.joining import tiling_of
@@ -17,7 +18,6 @@ from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import region_sides
 from grainlaw.geometry.cells.tracing import cut_by
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, checked_points, parameter
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator
 

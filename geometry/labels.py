@@ -12,12 +12,12 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from grainlaw.arguments import Checked, checked
+from grainlaw.fields import ParameterError, checked_number, checked_whole_number
 from grainlaw.geometry.cells.area_cells import grains_of
 from grainlaw.geometry.cells.centroid_fit import cells_at
 from grainlaw.geometry.cells.label_map import LabelMap, label_map
 from grainlaw.geometry.polygons import phases_of
 from grainlaw.geometry.voronoi import Voronoi
-from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
 from grainlaw.tessellation import Tessellation, TilingError
 
 SPECK = 4  #: pixels
@@ -41,7 +41,7 @@ def from_labels(
     either agrees with the image.
 
     Parts of a label of at most ``speck`` pixels apart from its largest become part of what is round them; ``fill``
-    gives pixels of the label 0 to the nearest label. Raises :class:`~grainlaw.parameter.ParameterError`, with label and
+    gives pixels of the label 0 to the nearest label. Raises :class:`~grainlaw.fields.ParameterError`, with label and
     place, for larger parts, labels that touch at a corner only, 0 and negative labels, and for a grain too small to get
     a cell.
     """
@@ -160,7 +160,7 @@ def label_agreement(
 ) -> LabelAgreement:
     """How well the grains of :func:`from_labels` agree with their label map; arguments as there.
 
-    Raises :class:`~grainlaw.parameter.ParameterError`.
+    Raises :class:`~grainlaw.fields.ParameterError`.
     """
     where = "label_agreement"
     pixel = checked_number(f"{where}: pixel", pixel, "m", above=0)

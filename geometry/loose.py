@@ -8,9 +8,9 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import checked
+from grainlaw.fields import ParameterError
 from grainlaw.geometry.cells.convex import Polygon, split
 from grainlaw.geometry.region import check_sizes, rectangle
-from grainlaw.parameter import ParameterError
 from grainlaw.polygon import following
 from grainlaw.region import ROUNDING
 from grainlaw.tessellation import LOOSE, Tessellation
@@ -28,7 +28,7 @@ def apart(grains: Tessellation, gap: float = 0.0) -> Tessellation:
         slope = polygon([(0, 0), (40, 0), (40, 10), (20, 10), (10, 30), (0, 30)])
         grains = apart(Voronoi(grain_size=1.0).tessellate(slope))
 
-    Raises :class:`~grainlaw.parameter.ParameterError` for a gap in which a grain would vanish, with its number.
+    Raises :class:`~grainlaw.fields.ParameterError` for a gap in which a grain would vanish, with its number.
     """
     check_sizes("apart", zero=True, gap=gap)
     edges = grains.edges
@@ -95,7 +95,7 @@ def wall(width: float, height: float, brick_width: float, brick_height: float, g
 
         grains = wall(2.4, 0.8, brick_width=0.24, brick_height=0.08)
 
-    Raises :class:`~grainlaw.parameter.ParameterError`.
+    Raises :class:`~grainlaw.fields.ParameterError`.
     """
     check_sizes("wall", width=width, height=height, brick_width=brick_width, brick_height=brick_height)
     check_sizes("wall", below=min(brick_width / 2, brick_height), zero=True, gap=gap)

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked
+from grainlaw.fields import ParameterError, checked_number, checked_points
 from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.outline import Names
 from grainlaw.geometry.cells.shared_edges import cleaned, merged
 from grainlaw.geometry.graded import Graded
 from grainlaw.messages import nearest, short
-from grainlaw.parameter import ParameterError, checked_number, checked_points
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.tessellation import Tessellation
 
@@ -42,7 +42,7 @@ def from_mesh(
     left, those of another shape "boundary". Edges shorter than ``merge`` grain sizes, the root of the mean area of
     elements, vanish where these stay convex.
 
-    Raises :class:`~grainlaw.parameter.ParameterError` for what cannot be read, has three dimensions, overlaps or has
+    Raises :class:`~grainlaw.fields.ParameterError` for what cannot be read, has three dimensions, overlaps or has
     parts that do not hang together.
     """
     import meshio  # here, for it takes long to load
@@ -130,7 +130,7 @@ def write_geo(grains: Tessellation, file: str | os.PathLike[str], size: float | 
     """Write grains as a geometry of gmsh, to be meshed with elements of ``size`` (m), which may be graded.
 
     Every grain, or cell of one, is a surface; phases are physical groups of them, boundaries of edges. ``unit`` is what
-    one unit of length of the file is in m. Raises :class:`~grainlaw.parameter.ParameterError`, OSError.
+    one unit of length of the file is in m. Raises :class:`~grainlaw.fields.ParameterError`, OSError.
     """
     unit = checked_number("write_geo: unit", unit, "m", above=0)
     if isinstance(size, Graded):

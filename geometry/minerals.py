@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.fields import ParameterError, is_number, parameter, whole_number
 from grainlaw.geometry.cells.area_cells import AreaFit
 from grainlaw.geometry.cells.dealing import (
     carried,
@@ -24,7 +25,6 @@ from grainlaw.geometry.graded import Graded
 from grainlaw.geometry.laguerre import Laguerre
 from grainlaw.geometry.sizes import ByPhase, NaturalGrowth
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, is_number, parameter, whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator
 

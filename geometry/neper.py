@@ -10,11 +10,11 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import checked
+from grainlaw.fields import ParameterError, checked_number
 from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.outline import BOX, Names
 from grainlaw.geometry.cells.shared_edges import cleaned
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, checked_number
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.tessellation import Tessellation
 
@@ -37,7 +37,7 @@ def read_tess(
     and top. Seeds, orientations and periodicity are not read; a face that is not convex becomes a grain of cells.
     Edges shorter than ``merge`` grain sizes, the root of the mean area of cells, vanish where these stay convex.
 
-    Raises :class:`~grainlaw.parameter.ParameterError` for what is no such file or has three dimensions, OSError.
+    Raises :class:`~grainlaw.fields.ParameterError` for what is no such file or has three dimensions, OSError.
     """
     where = f"read_tess: {os.fspath(file)}"
     unit, merge = checked_number("read_tess: unit", unit, "m", above=0), checked_merge("read_tess", merge)
@@ -175,7 +175,7 @@ def write_tess(grains: Tessellation, file: str | os.PathLike[str], *, unit: floa
     """Write grains as a tessellation file of Neper, format 3.5, with all digits; ``unit`` as in :func:`read_tess`.
 
     Phases are groups, with the numbers that their names are, or else numbers from 1; a grain of several cells is one
-    cell of the first of two scales. Raises :class:`~grainlaw.parameter.ParameterError` for several bodies, loose
+    cell of the first of two scales. Raises :class:`~grainlaw.fields.ParameterError` for several bodies, loose
     grains and holes, which the format does not know, OSError.
     """
     unit = checked_number("write_tess: unit", unit, "m", above=0)

@@ -8,10 +8,10 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import checked
+from grainlaw.fields import checked_whole_number
 from grainlaw.geometry.bodies import renamed, side_by_side
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.region import check_sizes
-from grainlaw.parameter import checked_whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
 
@@ -39,7 +39,7 @@ def between_platens(
         bond = gl.laws.Linear(kn=1e14, ks=1e14)
         law = {(0, 0): bond, (0, 1): gl.laws.Friction(kn=1e14, ks=1e14, friction_angle=10), (1, 1): bond}
 
-    Raises :class:`~grainlaw.parameter.ParameterError`.
+    Raises :class:`~grainlaw.fields.ParameterError`.
     """
     check_sizes("between_platens", thickness=thickness)
     check_sizes("between_platens", zero=True, overhang=overhang)

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked, is_number
+from grainlaw.fields import ParameterError, checked_number, checked_points
 from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.shared_edges import joined
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError, checked_number, checked_points
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
@@ -35,7 +35,7 @@ def from_polygons(
 
         grains = from_polygons([[(0, 0), (2, 0), (2, 1), (0, 1)], [(0, 1), (2, 1), (1, 2)]], ["quartz", "mica"])
 
-    Raises :class:`~grainlaw.parameter.ParameterError`, with numbers and place, for polygons that cross themselves,
+    Raises :class:`~grainlaw.fields.ParameterError`, with numbers and place, for polygons that cross themselves,
     overlap, leave gaps, lie apart or touch at a corner only.
     """
     rings = _rings(polygons)
@@ -72,7 +72,7 @@ def _rings(polygons: Any) -> list[np.ndarray]:
 def phases_of(where: str, phases: Any, count: int) -> tuple[np.ndarray | None, tuple[str, ...]]:
     """Phase numbers (p,) and names, from one number or one name for each polygon.
 
-    Raises :class:`~grainlaw.parameter.ParameterError`.
+    Raises :class:`~grainlaw.fields.ParameterError`.
     """
     if phases is None:
         return None, ()

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked
+from grainlaw.fields import ParameterError, checked_points
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, checked_points
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.region import Region
 
@@ -32,7 +32,7 @@ def check_sizes(shape: str, *, below: float = math.inf, unit: str = "m", zero: b
 def rectangle(width: float, height: float) -> Region:
     """Upright rectangle (m), lower left corner at the origin; sides bottom, right, top and left.
 
-    Raises :class:`~grainlaw.parameter.ParameterError`.
+    Raises :class:`~grainlaw.fields.ParameterError`.
     """
     check_sizes("rectangle", width=width, height=height)
     corners = np.array([(0, 0), (width, 0), (width, height), (0, height)], dtype=float)
@@ -44,7 +44,7 @@ def polygon(points: Any, names: str | Sequence[str] = "boundary", holes: Mapping
     """Simple polygon with corners ``points`` (n, 2) m, clockwise or not.
 
     ``names`` has the name of the side from each corner to the next, or one for all; ``holes`` has an outline for each
-    name. Raises :class:`~grainlaw.parameter.ParameterError`.
+    name. Raises :class:`~grainlaw.fields.ParameterError`.
     """
     outline = checked_points("polygon: points", points)
     sides = (names,) * len(outline) if isinstance(names, str) else tuple(names)
@@ -65,7 +65,7 @@ def shear_box(width: float, height: float, gap: float = 0.0) -> Region:
     """Upright rectangle (m) whose sides are split at half its height, for a shear box in halves.
 
     Sides bottom, right_lower, right_upper, top, left_upper and left_lower; with a ``gap`` between the halves of the box
-    the free pieces right_gap and left_gap too. Raises :class:`~grainlaw.parameter.ParameterError`.
+    the free pieces right_gap and left_gap too. Raises :class:`~grainlaw.fields.ParameterError`.
     """
     check_sizes("shear_box", width=width, height=height)
     check_sizes("shear_box", below=height, zero=True, gap=gap)

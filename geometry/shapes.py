@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from grainlaw.arguments import checked
+from grainlaw.fields import checked_whole_number
 from grainlaw.geometry.region import check_sizes
-from grainlaw.parameter import checked_whole_number
 from grainlaw.region import Region
 
 MOST_SIDES = 100_000  #: of a disc
@@ -34,7 +34,7 @@ def disc(diameter: float, *, loaded: float = 20.0, flat: bool = True, sides: int
     Boundaries top and bottom, where jaws touch it over an angle ``loaded`` (degrees, at the centre), and rim. ``flat``
     ends are ground off straight: a crack starts in the middle from 20 degrees on (Wang, Jia, Kou, Zhang and Lindqvist
     2004, doi:10.1016/S1365-1609(03)00093-5); others follow the circle, as under curved jaws. The circle passes through
-    the corners. Raises :class:`~grainlaw.parameter.ParameterError`.
+    the corners. Raises :class:`~grainlaw.fields.ParameterError`.
     """
     check_sizes("disc", diameter=diameter)
     check_sizes("disc", below=180, unit="degrees", loaded=loaded)
@@ -54,7 +54,7 @@ def plate_with_hole(width: float, height: float, diameter: float, *, sides: int 
     """Upright rectangle (m) about the origin with a circular hole in its middle, a polygon of so many ``sides``.
 
     Boundaries bottom, right, top, left and hole. The area of the polygon is that of the circle. Raises
-    :class:`~grainlaw.parameter.ParameterError`.
+    :class:`~grainlaw.fields.ParameterError`.
     """
     check_sizes("plate_with_hole", width=width, height=height)
     check_sizes("plate_with_hole", below=min(width, height), diameter=diameter)
@@ -79,7 +79,7 @@ def semi_disc(
 
     A notch runs up from the origin; supports, ``span`` apart between their middles, and the load at the top are
     ``bearing`` wide. Boundaries bottom, support_left, support_right, notch, rim and load. ``sides`` counts those of a
-    whole circle. Raises :class:`~grainlaw.parameter.ParameterError`. Kuruppu, Obara, Ayatollahi, Chong and Funatsu
+    whole circle. Raises :class:`~grainlaw.fields.ParameterError`. Kuruppu, Obara, Ayatollahi, Chong and Funatsu
     2014, doi:10.1007/s00603-013-0422-7.
     """
     check_sizes("semi_disc", diameter=diameter)
@@ -105,7 +105,7 @@ def notched_beam(
 
     For bending at three points: the two supports, ``span`` apart between their middles, and the load in the middle
     of the top are ``bearing`` wide. Boundaries bottom, support_left, support_right, notch, right, top, load and left.
-    Raises :class:`~grainlaw.parameter.ParameterError`.
+    Raises :class:`~grainlaw.fields.ParameterError`.
     """
     check_sizes("notched_beam", length=length, height=height)
     check_sizes("notched_beam", below=height, notch_depth=notch_depth)

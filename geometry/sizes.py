@@ -11,8 +11,8 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, fits, floats
+from grainlaw.fields import ParameterError, parameter
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError, parameter
 
 
 class Sizes(metaclass=Checked):

@@ -8,6 +8,7 @@ import attrs
 import numpy as np
 from scipy.spatial import cKDTree
 
+from grainlaw.fields import ParameterError, checked_points, parameter, whole_number
 from grainlaw.geometry.cells.any_voronoi import SMALL, Cells
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.grain_size import check_memory, grain_count, length, require_one
@@ -16,7 +17,6 @@ from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.geometry.cells.scattering import scattered_points, uniform_points
 from grainlaw.geometry.cells.sides import depths, is_convex
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, checked_points, parameter, whole_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator
 

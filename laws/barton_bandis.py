@@ -11,10 +11,10 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.checks import not_above
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import ParameterError, angle_of_friction, parameter
 from grainlaw.laws.closure import Closure
 from grainlaw.laws.friction import slid
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, angle_of_friction, parameter
 
 
 @attrs.frozen(kw_only=True)

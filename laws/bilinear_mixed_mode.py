@@ -8,11 +8,11 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import ParameterError, angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, angle_of_friction, parameter, part
 
 
 @attrs.frozen(kw_only=True)

@@ -7,10 +7,10 @@ import math
 import attrs
 
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
-from grainlaw.parameter import angle_of_friction, parameter, part
 
 
 @attrs.frozen(kw_only=True)

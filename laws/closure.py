@@ -7,7 +7,7 @@ from abc import abstractmethod
 import attrs
 
 from grainlaw.arguments import Checked
-from grainlaw.parameter import parameter
+from grainlaw.fields import parameter
 
 
 class Closure(metaclass=Checked):

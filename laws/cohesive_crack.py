@@ -13,12 +13,12 @@ import numpy as np
 
 from grainlaw.checks import kind_of_default, not_above, not_beyond_apex
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY, joined
 from grainlaw.laws.readings import OtherMode, PrePeak, Residual, SofteningLength, TensionShear
 from grainlaw.laws.softening import EvansMarathe, Softening
-from grainlaw.parameter import angle_of_friction, parameter, part
 from grainlaw.vector_math import exp_unit
 
 

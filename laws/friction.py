@@ -7,8 +7,8 @@ import math
 import attrs
 
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
-from grainlaw.parameter import angle_of_friction, parameter, part
 
 
 def slid(stiffness: float, slip: float, anchor: float, strength: float, hardening: float = 0.0) -> float:

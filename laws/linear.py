@@ -5,7 +5,7 @@ from __future__ import annotations
 import attrs
 
 from grainlaw.contact import ContactLaw
-from grainlaw.parameter import parameter
+from grainlaw.fields import parameter
 
 
 @attrs.frozen(kw_only=True)

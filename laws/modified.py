@@ -13,9 +13,9 @@ from typing import Any
 import attrs
 
 from grainlaw.contact import ContactLaw, dilates, law_arguments, memory_names
+from grainlaw.fields import ParameterError
 from grainlaw.laws.closure import LinearClosure
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError
 
 #: begin the names of memory that a law takes a rate from: the opening and slip at the step before
 BEFORE = ("last_", "previous_")

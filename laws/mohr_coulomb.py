@@ -8,8 +8,8 @@ import attrs
 
 from grainlaw.checks import not_above, not_beyond_apex
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import angle_of_friction, parameter
 from grainlaw.laws.friction import slid
-from grainlaw.parameter import angle_of_friction, parameter
 
 
 @attrs.frozen(kw_only=True)

@@ -10,11 +10,11 @@ import numpy as np
 
 from grainlaw.checks import kind_of_default, not_above
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY, joined
 from grainlaw.laws.softening import EvansMarathe, Softening
-from grainlaw.parameter import angle_of_friction, parameter, part
 
 
 class Unloading(enum.IntEnum):

@@ -8,8 +8,8 @@ from abc import abstractmethod
 import attrs
 
 from grainlaw.arguments import Checked
+from grainlaw.fields import parameter, part
 from grainlaw.laws.modified import Modifier, refuse_what_does_not_scale
-from grainlaw.parameter import parameter, part
 
 
 class RateEffect(metaclass=Checked):

@@ -10,8 +10,8 @@ import attrs
 import scipy
 
 from grainlaw.arguments import Checked
+from grainlaw.fields import ParameterError, parameter, whole_number
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.vector_math import exp_bounded
 
 

@@ -10,8 +10,8 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.fields import ParameterError, parameter, part
 from grainlaw.laws.modified import Modifier, innermost, refuse_what_does_not_scale
-from grainlaw.parameter import ParameterError, parameter, part
 
 LEAST = 1e-3  #: share of the strength at which ageing ends: by then any bond that is loaded has failed
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from grainlaw.fields import parameter
 from grainlaw.laws.modified import Modifier, refuse_without_damage
-from grainlaw.parameter import parameter
 
 
 @attrs.frozen(kw_only=True)

@@ -12,7 +12,7 @@ from scipy.special import log_ndtr
 
 from grainlaw.arguments import Checked
 from grainlaw.contact import ContactLaw, keys_of_bonds
-from grainlaw.parameter import ParameterError, parameter, whole_number
+from grainlaw.fields import ParameterError, parameter, whole_number
 from grainlaw.specimen import Specimen
 
 WAVES = 1000  #: of random direction, length and phase, whose sum is a normal field (Shinozuka and Deodatis 1991)

@@ -10,10 +10,10 @@ import numpy as np
 
 from grainlaw.checks import kind_of_default
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
-from grainlaw.parameter import angle_of_friction, parameter, part
 from grainlaw.vector_math import exp_bounded, exp_unit
 
 END = 8.0  #: n + t at the break

@@ -10,10 +10,10 @@ import numpy as np
 from grainlaw.columns import LATERAL_STRAIN, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN
 from grainlaw.condition import Condition, Curves, Fails, FailsTo, FallsTo, Reaches
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError
 from grainlaw.integration import Integrator
 from grainlaw.loading import Loading
 from grainlaw.loads import Drive
-from grainlaw.parameter import ParameterError
 from grainlaw.protocols.measures import (
     axial_strain,
     axial_strain_of_points,

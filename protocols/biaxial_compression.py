@@ -11,10 +11,10 @@ import numpy as np
 from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
+from grainlaw.fields import parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive, Hold, Pressure
-from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import (
     QUANTITIES,

@@ -22,9 +22,9 @@ from grainlaw.columns import (
 )
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loads import Drive, Hold, Pressure
-from grainlaw.parameter import ParameterError, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import QUANTITIES, Platens, held_across, measure_between_platens, require_ends
 from grainlaw.protocols.measures import end_share

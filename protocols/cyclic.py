@@ -12,10 +12,10 @@ import numpy as np
 from grainlaw.columns import SHEAR_CRACKS, STAGE, STRAIN, STRESS, TENSILE_CRACKS
 from grainlaw.condition import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError, parameter, part
 from grainlaw.loads import Drive
 from grainlaw.messages import short
 from grainlaw.moduli import work
-from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.uniaxial_compression import UniaxialCompression
 from grainlaw.quantity import Quantity

@@ -11,10 +11,10 @@ import numpy as np
 from grainlaw.columns import STAGE
 from grainlaw.condition import AtRest, Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
+from grainlaw.fields import parameter, part
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive, Hold
-from grainlaw.parameter import parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_platens
 from grainlaw.protocols.joint import joint_means, require_joint

@@ -10,9 +10,9 @@ import numpy as np
 
 from grainlaw.condition import AtRest, Curves
 from grainlaw.engine.state import State
+from grainlaw.fields import parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loads import Traction
-from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.quantity import Quantity

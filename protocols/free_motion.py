@@ -11,10 +11,10 @@ import numpy as np
 
 from grainlaw.condition import Condition, Curves
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
 from grainlaw.loads import Fixed, Gravity, InitialVelocity
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen

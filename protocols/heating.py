@@ -22,12 +22,12 @@ from grainlaw.columns import (
 )
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError, checked_number, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, Constant, Loading
 from grainlaw.loads import Drive, Heat
 from grainlaw.memory import ROOM
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, checked_number, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.measures import axial_strain_of_points

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from grainlaw.engine.state import State
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.protocols.between_platens import require_platens
 from grainlaw.protocols.measures import is_rock
 from grainlaw.specimen import Specimen

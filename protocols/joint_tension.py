@@ -10,10 +10,10 @@ import attrs
 from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.condition import Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError, parameter, part
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive
-from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import NO_TENSION, refuse_platens
 from grainlaw.protocols.joint import joint_means, require_joint

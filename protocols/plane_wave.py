@@ -11,10 +11,10 @@ import numpy as np
 
 from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError, checked_number, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator, Undamped
 from grainlaw.loads import Drive, Quiet, Traction
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, checked_number, parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.quantity import Quantity

@@ -11,9 +11,9 @@ import numpy as np
 from grainlaw.columns import SATURATES, STAGE, WET
 from grainlaw.condition import AtRest, Curves
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError, parameter, part
 from grainlaw.loads import BoundaryLoad, Drive, Driven, FluidPressure, Hold, Pressure, Quiet
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.preliminary import after_stages, counted_after

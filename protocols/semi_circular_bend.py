@@ -10,9 +10,9 @@ import attrs
 
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
+from grainlaw.fields import parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
-from grainlaw.parameter import parameter, part, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.bending import QUANTITIES, bending_stage, bending_summary, measure_bending, notch_depth, span
 from grainlaw.protocols.measures import size

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tiling import BEAM, BEND, SLOPE, SQUARE, assert_sides_complete, assert_tiles, polygon_of
 
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import (
     Breakable,
     Bricks,
@@ -25,7 +26,6 @@ from grainlaw.geometry import (
 from grainlaw.geometry.cells.lines import held
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.tiling import Tiling
-from grainlaw.parameter import ParameterError
 
 REGIONS = {
     "rectangle": rectangle(1, 2), "disc": disc(1.0), "slope": SLOPE, "beam": BEAM, "bend": BEND,

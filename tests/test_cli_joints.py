@@ -7,8 +7,8 @@ import pytest
 
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import toml
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Jointed, JointSet, JointSets, Minerals, Voronoi, rectangle, texture
-from grainlaw.parameter import ParameterError
 
 SETS = """
 [sample]

@@ -16,8 +16,8 @@ from grainlaw.cli.configuration import configured, template
 from grainlaw.cli.default_rock import LAWS
 from grainlaw.cli.sections import assign, toml, value_toml
 from grainlaw.cli.setups import SETUPS
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Empirical, Even, Hexagonal, Laguerre, Lognormal, rectangle
-from grainlaw.parameter import ParameterError
 
 DOCS = Path(__file__).parents[1] / "docs"
 NEEDED = {

@@ -15,9 +15,9 @@ from support import STRONG, state_of
 from tiling import assert_sides_complete, assert_tiles
 
 import grainlaw as gl
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import JointSet, JointSets, moved, polygon, rectangle, together
 from grainlaw.laws import Friction, MohrCoulomb
-from grainlaw.parameter import ParameterError
 from grainlaw.protocols import FreeMotion
 
 LAW = Friction(kn=1e9, ks=1e9, friction_angle=30)

@@ -11,6 +11,7 @@ from tiling import BEAM, assert_tiles
 
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import toml
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import (
     Bricks,
     ByPhase,
@@ -23,7 +24,6 @@ from grainlaw.geometry import (
     write_geo,
 )  # fmt: skip
 from grainlaw.geometry.laguerre import graded_points
-from grainlaw.parameter import ParameterError
 
 REGION = rectangle(1, 2)
 CORNER = Graded(place=[(0, 0)], size=0.02, growth=0.1, largest=0.1)

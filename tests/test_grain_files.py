@@ -11,8 +11,8 @@ from tess_files import GROUPS, tess
 
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import read_file, toml
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import from_labels, from_mesh, read_tess
-from grainlaw.parameter import ParameterError
 
 LABELS = np.repeat(np.repeat([[1, 2], [3, 4], [5, 6]], 8, axis=0), 8, axis=1)
 

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tiling import SLOPE, assert_sides_complete, assert_tiles
 
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import (
     Breakable,
     Bricks,
@@ -21,7 +22,6 @@ from grainlaw.geometry import (
     polygon,
     rectangle,
 )
-from grainlaw.parameter import ParameterError
 from grainlaw.tessellation import TilingError
 
 REGIONS = {

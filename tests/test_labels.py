@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from matplotlib.path import Path
 from tiling import assert_tiles, polygon_of
 
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Voronoi, from_labels, label_agreement, rectangle
-from grainlaw.parameter import ParameterError
 
 
 def drawn(grains, columns):

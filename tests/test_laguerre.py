@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tiling import BEAM, BEND, assert_sides_complete, assert_tiles, polygon_of, shoelace
 
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Empirical, Even, Laguerre, Lognormal, disc, polygon, rectangle
 from grainlaw.geometry.cells.any_voronoi import frame
 from grainlaw.geometry.cells.area_cells import areas_cells
@@ -15,7 +16,6 @@ from grainlaw.geometry.cells.area_fit import PowerCells, fitted
 from grainlaw.geometry.cells.area_share import inside_areas
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram
 from grainlaw.geometry.cells.power_diagram import power_diagram
-from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 
 TRIANGLE = Region([(0, 0), (4, 0), (1, 3)], ("base", "flank", "flank"))

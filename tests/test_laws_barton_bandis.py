@@ -6,8 +6,8 @@ import attrs
 import numpy as np
 import pytest
 
+from grainlaw.fields import ParameterError
 from grainlaw.laws import BandisClosure, BartonBandis, Friction, LinearClosure, Roughness
-from grainlaw.parameter import ParameterError
 from grainlaw.workbench.trace import trace
 
 LAW = BartonBandis(

@@ -10,8 +10,8 @@ import attrs
 import numpy as np
 import pytest
 
+from grainlaw.fields import ParameterError
 from grainlaw.laws import BilinearMixedMode
-from grainlaw.parameter import ParameterError
 from grainlaw.workbench.trace import trace
 
 LAW = BilinearMixedMode(

@@ -5,8 +5,8 @@ import math
 import attrs
 import pytest
 
+from grainlaw.fields import ParameterError
 from grainlaw.laws import MohrCoulomb
-from grainlaw.parameter import ParameterError
 from grainlaw.workbench.trace import trace
 
 LAW = MohrCoulomb(

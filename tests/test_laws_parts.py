@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from grainlaw.fields import ParameterError
 from grainlaw.laws import (
     BandisClosure,
     CohesiveCrack,
@@ -18,7 +19,6 @@ from grainlaw.laws import (
     PeterssonSoftening,
     Residual,
 )
-from grainlaw.parameter import ParameterError
 from grainlaw.workbench.trace import trace
 
 TABLE = {

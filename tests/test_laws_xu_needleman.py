@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import grainlaw as gl
+from grainlaw.fields import ParameterError
 from grainlaw.laws import Coupling, XuNeedleman
-from grainlaw.parameter import ParameterError
 from grainlaw.workbench.trace import trace
 
 LAW = XuNeedleman(

@@ -8,8 +8,8 @@ from support import BRITTLE, ROCK
 from tiling import BEAM, assert_tiles
 
 import grainlaw as gl
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Voronoi, from_mesh, rectangle, write_geo
-from grainlaw.parameter import ParameterError
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.units import mm
 

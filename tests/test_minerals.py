@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Breakable, Bricks, Hexagonal, Minerals, Trigons, Voronoi, rectangle
-from grainlaw.parameter import ParameterError
 
 REGION = rectangle(50e-3, 100e-3)
 GRANITE = {"quartz": 0.31, "K-feldspar": 0.43, "plagioclase": 0.20, "mica": 0.06}

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from tess_files import GROUPS, ORIENTED, PERIODIC, SCALES, tess
 from tiling import BEAM, assert_tiles
 
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Voronoi, apart, disc, polygon, read_tess, rectangle, together, write_tess
-from grainlaw.parameter import ParameterError
 
 pytestmark = pytest.mark.filterwarnings("ignore::grainlaw.geometry.SliverWarning")
 

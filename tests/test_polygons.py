@@ -9,8 +9,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from tiling import BEAM, assert_sides_complete, assert_tiles, polygon_of, shoelace
 
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Voronoi, disc, from_polygons, polygon, rectangle
-from grainlaw.parameter import ParameterError
 
 pytestmark = pytest.mark.filterwarnings("ignore::grainlaw.geometry.SliverWarning")
 

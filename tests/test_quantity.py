@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.unit_text import PREFIXES, USUAL, quantity, written
 
 NUMBERS = st.floats(1e-12, 1e12)

@@ -10,10 +10,10 @@ from support import ROCK
 from tiling import BEAM, BEND, assert_sides_complete, assert_tiles
 
 import grainlaw as gl
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Hexagonal, Voronoi, disc, polygon, rectangle, semi_disc, shear_box
 from grainlaw.geometry.cells.any_voronoi import Cells
 from grainlaw.geometry.cells.sides import depths
-from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.units import mm
 

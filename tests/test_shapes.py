@@ -9,8 +9,8 @@ import pytest
 from tiling import BEAM, BEND
 
 from grainlaw import geometry
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Hexagonal, disc, notched_beam, plate_with_hole, polygon, rectangle, semi_disc, shear_box
-from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 
 

@@ -12,6 +12,7 @@ from tiling import assert_tiles
 
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import toml
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import (
     Breakable,
     ByPhase,
@@ -24,7 +25,6 @@ from grainlaw.geometry import (
     rectangle,
     texture,
 )  # fmt: skip
-from grainlaw.parameter import ParameterError
 
 REGION = rectangle(50e-3, 100e-3)
 SHARES = {"quartz": 0.3, "feldspar": 0.6, "mica": 0.1}

@@ -14,8 +14,8 @@ from scipy import stats
 
 import grainlaw as gl
 from grainlaw import geometry
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import ByPhase, Empirical, Even, Laguerre, Lognormal, NaturalGrowth, Sizes, rectangle
-from grainlaw.parameter import ParameterError
 
 DRAWN = [Even(), Lognormal(deviation=0.3), NaturalGrowth(), Empirical(diameters=[1e-3, 2e-3, 4e-3])]
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from tiling import assert_tiles, polygon_of
 
 from grainlaw.cli.sample import grains_of_file
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import (
     SliverWarning,
     Voronoi,
@@ -21,7 +22,6 @@ from grainlaw.geometry import (
     texture,
     write_tess,
 )
-from grainlaw.parameter import ParameterError
 
 THIN = 2e-4
 LEFT = [(0, 0), (1, 0), (1, 1), (0, 1)]

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from tiling import assert_sides_complete, assert_tiles
 
 from grainlaw import geometry
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Breakable, Bricks, Hexagonal, Jointed, JointSets, Laguerre, Minerals, Voronoi, rectangle
 from grainlaw.geometry.cells import grain_size
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.ordering import hilbert_order
-from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator
 

@@ -11,8 +11,8 @@ import pytest
 from tiling import assert_sides_complete, assert_tiles
 
 import grainlaw as gl
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import rectangle
-from grainlaw.parameter import ParameterError
 from grainlaw.tessellation import Tessellation, Tessellator, TilingError
 
 

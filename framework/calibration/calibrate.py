@@ -34,9 +34,9 @@ from grainlaw.calibration.trials import (
 )
 from grainlaw.calibration.waves import Search
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.material import Elastic
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.specimen import Specimen
 
 DIGITS = 4  #: of the best parameters

@@ -13,7 +13,7 @@ import scipy
 
 from grainlaw.calibration.simulator import Values
 from grainlaw.calibration.targets import AIMS
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 
 Function = TypeVar("Function", bound=Callable)
 FEWEST = 5  #: points that an emulator takes

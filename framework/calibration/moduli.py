@@ -11,7 +11,7 @@ import numpy as np
 from grainlaw.calibration.stiffness_search import Stiffness
 from grainlaw.calibration.trials import StudySimulator
 from grainlaw.calibration.waves import Search
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.studies.statistics import spread
 
 WITHIN = 0.01  #: of the targets: near enough

@@ -8,7 +8,7 @@ import scipy
 
 from grainlaw.calibration.emulator import NEEDS, in_one_thread
 from grainlaw.calibration.matching import Match
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 
 WALKERS, BLOCK, BLOCKS = 48, 500, 10
 PER_TIME = 30  #: steps that a chain has for each of its correlation times before it is trusted

@@ -20,7 +20,7 @@ from grainlaw.calibration.stiffness_search import Stiffness, with_grains
 from grainlaw.calibration.targets import AIMS, Targets
 from grainlaw.calibration.waves import SearchResult
 from grainlaw.contact import ContactLaw
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.quantity import aligned
 from grainlaw.results.files import writable_folder
 from grainlaw.results.tables import write_json

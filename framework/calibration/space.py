@@ -13,8 +13,8 @@ import scipy
 
 from grainlaw.arguments import Checked, is_number
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import ParameterError, checked_number
 from grainlaw.messages import nearest, refusal, short
-from grainlaw.parameter import ParameterError, checked_number
 
 #: Power of the strengths with which a parameter of a unit grows if the rock becomes stronger and stays as stiff:
 #: strains and displacements grow alike, times and lengths of the specimen do not.

@@ -11,8 +11,8 @@ import numpy as np
 import scipy
 
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import ParameterError
 from grainlaw.material import Elastic, Material, Rigid
-from grainlaw.parameter import ParameterError
 from grainlaw.runs.elastic_properties import elastic_properties
 from grainlaw.specimen import Specimen
 

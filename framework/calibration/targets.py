@@ -10,8 +10,8 @@ import attrs
 
 from grainlaw.arguments import Checked, is_number
 from grainlaw.columns import quantity_of
+from grainlaw.fields import ParameterError, checked_number
 from grainlaw.messages import nearest, short
-from grainlaw.parameter import ParameterError, checked_number
 from grainlaw.quantity import Quantity
 from grainlaw.unit_text import without_prefixes
 

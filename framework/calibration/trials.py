@@ -23,8 +23,8 @@ from grainlaw.calibration.targets import (
     TESTS,
     needed_tests,
 )
+from grainlaw.fields import ParameterError
 from grainlaw.messages import nearest, refusal, short
-from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols import BiaxialCompression, Brazilian, SemiCircularBend, UniaxialCompression, UniaxialTension
 from grainlaw.results.standard_measures import MEASURES

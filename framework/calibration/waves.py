@@ -13,7 +13,7 @@ from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.simulator import Simulator, Values
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.targets import AIMS, CONFINED, Target
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 
 PER_GROUP = 10  #: points of the first wave for each free group
 LATER = 5  #: of each later one

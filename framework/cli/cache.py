@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from grainlaw.compiler.cache_folder import Folder, NotPrivateError, cache_folder, limit
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 
 
 @click.command()

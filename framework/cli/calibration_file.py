@@ -15,8 +15,8 @@ from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
 from grainlaw.cli.components import evolved, name_of, refuse_unknown
 from grainlaw.cli.configuration import Configuration, configured
 from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables
+from grainlaw.fields import ParameterError, whole_number
 from grainlaw.messages import nearest, short
-from grainlaw.parameter import ParameterError, whole_number
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.specimen import Specimen
 from grainlaw.unit_text import quantity

@@ -19,8 +19,8 @@ import grainlaw.laws
 import grainlaw.materials
 import grainlaw.protocols
 from grainlaw.declared import parameters_of
+from grainlaw.fields import WITHOUT, ParameterError
 from grainlaw.messages import nearest, short
-from grainlaw.parameter import WITHOUT, ParameterError
 from grainlaw.time_series import TimeSeries
 from grainlaw.unit_text import quantity, written
 
@@ -75,7 +75,7 @@ def component(kind: Kind, raw: Any, where: str, base: Any = None) -> Any:
     """A component of a kind from its name, or from a table with its ``type`` and parameters.
 
     Without a type, and where it is that of ``base``, the parameters that are not given are those of ``base``. Raises
-    :class:`~grainlaw.parameter.ParameterError`, which suggests the nearest name.
+    :class:`~grainlaw.fields.ParameterError`, which suggests the nearest name.
     """
     if not isinstance(raw, (str, Mapping)):
         raise ParameterError(f"{where} = {short(raw)} is not allowed, it must be a name or a table")

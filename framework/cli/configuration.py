@@ -17,9 +17,9 @@ from grainlaw.cli.sections import SECTIONS, Sections, toml
 from grainlaw.cli.setups import SETUPS, Setup
 from grainlaw.contact import ContactLaw, Laws, check_names
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
+from grainlaw.fields import ParameterError, parameter, whole_number
 from grainlaw.material import Material, Rigid
 from grainlaw.messages import nearest, refusal, short
-from grainlaw.parameter import ParameterError, parameter, whole_number
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.runs.simulation import LEAST_FACTOR
 from grainlaw.specimen import Specimen
@@ -64,7 +64,7 @@ class Configuration:
 def configured(name: str, sections: Sections, quick: bool = False) -> Configuration:
     """The test of a name, with what the sections give in place of the defaults.
 
-    Raises :class:`~grainlaw.parameter.ParameterError` for what is unknown, missing, of another unit or out of bounds.
+    Raises :class:`~grainlaw.fields.ParameterError` for what is unknown, missing, of another unit or out of bounds.
     """
     setup, given = _of_setup(name, sections)
     test = evolved(setup.protocol, given["test"], "test")

@@ -10,7 +10,7 @@ import click
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.running import GivenOptions, model_options, refusing
 from grainlaw.cli.sections import assign, gathered
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.results.files import writable_folder
 from grainlaw.results.tables import write_json
 from grainlaw.runs.elastic_properties import BOUNDARIES, elastic_properties

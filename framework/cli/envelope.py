@@ -16,9 +16,9 @@ from grainlaw.cli.running import contents, portable_option, refusing, threads_op
 from grainlaw.cli.study import ending
 from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.thread_count import AUTO, Threads
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.loading import Adaptive, Constant, Loading
-from grainlaw.parameter import ParameterError
 from grainlaw.protocols import BiaxialCompression
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.record import described, recorded

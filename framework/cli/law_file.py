@@ -16,9 +16,9 @@ from typing import Any
 import attrs
 
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import ParameterError
 from grainlaw.material import Material
 from grainlaw.messages import nearest
-from grainlaw.parameter import ParameterError
 
 
 class LawReferenceError(ValueError):

@@ -7,10 +7,10 @@ from typing import Any
 
 from grainlaw.cli.components import component, evolved, quantities, settings
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import Breakable, ByPhase, GrainCells, Jointed, Minerals, Sizes, VoronoiCells
 from grainlaw.material import Material, Rigid
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError
 from grainlaw.tessellation import Tessellator
 from grainlaw.unit_text import quantity
 

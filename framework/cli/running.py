@@ -20,7 +20,7 @@ from grainlaw.compiler.cache import compile_portably
 from grainlaw.condition import StageError
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.results.certificate import warnings_of
 from grainlaw.results.result import Result
 from grainlaw.runs.claim import Claim, claimed, tidy

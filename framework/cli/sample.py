@@ -13,10 +13,10 @@ import attrs
 import grainlaw.geometry
 from grainlaw.cli.components import choices, component, evolved, explained, refuse_unknown, settings
 from grainlaw.cli.minerals import KEYS, by_phase, textured
+from grainlaw.fields import ParameterError
 from grainlaw.geometry import from_labels, from_mesh, read_tess
 from grainlaw.material import Material, Rigid
 from grainlaw.messages import nearest, short
-from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.specimen import ContactPoints, GaussPoints, Specimen
 from grainlaw.tessellation import Tessellation, Tessellator
@@ -39,7 +39,7 @@ LENGTHS = ("unit", "pixel", "cell_size")  #: options in m
 def grains_of_file(file: Any, options: Mapping[str, Any]) -> tuple[Tessellation, dict[str, Any]]:
     """The grains, and the options as they are written again.
 
-    ``options`` are those of the function that reads the file. Raises :class:`~grainlaw.parameter.ParameterError`.
+    ``options`` are those of the function that reads the file. Raises :class:`~grainlaw.fields.ParameterError`.
     """
     if not isinstance(file, str):
         raise ParameterError(f"sample.file = {short(file)} is not allowed, it must be the name of a file")
@@ -89,7 +89,7 @@ class Sample:
 
 
 def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
-    """What a section says of the grains. Raises :class:`~grainlaw.parameter.ParameterError`.
+    """What a section says of the grains. Raises :class:`~grainlaw.fields.ParameterError`.
 
     ``default`` counts as far as the given region and tessellator know it.
     """

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from grainlaw.fields import ParameterError
 from grainlaw.messages import nearest, short
-from grainlaw.parameter import ParameterError
 
 Sections = dict[str, dict[str, Any]]
 WIDEST = 40  #: columns before a comment that stands in line with others

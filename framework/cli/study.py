@@ -19,8 +19,8 @@ from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.study_file import StudyFile, study_of
 from grainlaw.columns import quantity_of
 from grainlaw.compiler.cache import compile_portably
+from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.quantity import Quantity, aligned
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.stopping import Stopped

@@ -17,8 +17,8 @@ from grainlaw.cli.law_file import LawReferenceError, find_law, find_material
 from grainlaw.cli.sections import Sections, assign, check_section, checked_sections, put, read_tables, value_toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
+from grainlaw.fields import ParameterError
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError
 from grainlaw.runs.parallel import Run
 from grainlaw.studies.case import Recipe
 from grainlaw.studies.study import Study

@@ -19,7 +19,7 @@ import numba
 from grainlaw.compiler.cache_folder import Folder, NotPrivateError, cache_folder, limit
 from grainlaw.compiler.numba_inner import inner_options, uncounted
 from grainlaw.compiler.numba_private import DiskCache, NotKeptError, use_cache
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 
 PORTABLE = os.environ.get("GRAINLAW_PORTABLE", "0") not in ("", "0")
 #: Multiplication and addition in one rounding, where the processor can: others round twice, and curves part.

@@ -20,7 +20,7 @@ from typing import Any
 
 import attrs
 
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 
 LIMIT = 500  #: MB, if GRAINLAW_CACHE_LIMIT does not say otherwise
 _OURS = re.compile(r"[0-9a-f]{40}\.code")

@@ -18,7 +18,7 @@ import numpy as np
 from grainlaw.compiler.fingerprint import NotCompilable, code_names, references
 from grainlaw.compiler.numba_private import python_function
 from grainlaw.compiler.origin import is_standard
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 
 
 @attrs.frozen(eq=False)

@@ -14,8 +14,8 @@ from grainlaw.engine.dissipation import stored
 from grainlaw.engine.model import Model
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError
 from grainlaw.memory import SCALARS
-from grainlaw.parameter import ParameterError
 from grainlaw.stage import RESTS, Ageing, Stage
 
 HALVINGS = 60  #: of the interval in which the length of a jump is sought, in logarithms

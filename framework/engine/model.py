@@ -23,7 +23,7 @@ from grainlaw.contact import (
 )
 from grainlaw.detection import Detection
 from grainlaw.engine.parts.laws import LawGroup, memory_of
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.specimen import Specimen
 
 

@@ -33,8 +33,8 @@ from grainlaw.engine.parts.tractions import Tractions
 from grainlaw.engine.parts.zones import Zones
 from grainlaw.engine.point_readings import PointReadings
 from grainlaw.engine.step import Parts
+from grainlaw.fields import ParameterError
 from grainlaw.loads import InitialVelocity
-from grainlaw.parameter import ParameterError
 from grainlaw.stage import Load, Stage
 
 Saved = dict[str, dict[str, np.ndarray]]  #: by part and name

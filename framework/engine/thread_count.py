@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from typing import Any, Literal
 
-from grainlaw.parameter import ParameterError, checked_whole_number
+from grainlaw.fields import ParameterError, checked_whole_number
 
 Threads = int | Literal["auto"]
 AUTO: Literal["auto"] = "auto"

@@ -9,9 +9,9 @@ from typing import Any
 import attrs
 
 from grainlaw.checks import not_above
+from grainlaw.fields import angle_of_friction, parameter, part
 from grainlaw.material import Material, Rows
 from grainlaw.materials.isotropic import bulk_modulus, equivalent, in_plane_strain, shear_modulus, stored
-from grainlaw.parameter import angle_of_friction, parameter, part
 
 TINY = 1e-300  # Pa: keeps the share of an unsheared stress from being 0/0
 

@@ -13,9 +13,9 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.fields import ParameterError, parameter
 from grainlaw.material import ABSOLUTE_ZERO
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError, parameter
 
 BENDS = 6  #: corners of a table in one part of it
 MOST = 4 * BENDS  #: temperatures in a table

@@ -9,9 +9,9 @@ import attrs
 import numpy as np
 
 from grainlaw.checks import not_above, not_beyond_apex
+from grainlaw.fields import angle_of_friction, parameter
 from grainlaw.material import Material, Rows
 from grainlaw.materials.isotropic import bulk_modulus, equivalent, in_plane_strain, shear_modulus, stored
-from grainlaw.parameter import angle_of_friction, parameter
 
 TINY = 1e-200  # Pa2: keeps the direction of a stress without shear from being 0/0
 

@@ -8,11 +8,11 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.fields import ParameterError, parameter
 from grainlaw.material import ABSOLUTE_ZERO, Material, Rows, material_arguments
 from grainlaw.materials.expansion import Expansion, as_expansion
 from grainlaw.memory import ROOM
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError, parameter
 
 
 def _is_material(thermal: Thermal, attribute: Any, value: Any) -> None:

@@ -9,8 +9,8 @@ import attrs
 import numpy as np
 
 from grainlaw.checks import first_of
+from grainlaw.fields import ParameterError, parameter, part
 from grainlaw.material import Material, Plane, Rows
-from grainlaw.parameter import ParameterError, parameter, part
 
 
 @attrs.frozen(kw_only=True)

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from grainlaw.arguments import Checked, checked
-from grainlaw.parameter import checked_number
+from grainlaw.fields import checked_number
 from grainlaw.results.result import Cracks, Result
 from grainlaw.specimen import Specimen
 

@@ -13,8 +13,8 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.fields import ParameterError, parameters
 from grainlaw.material import Elastic, Material, Plane, Rigid
-from grainlaw.parameter import ParameterError, parameters
 from grainlaw.quantity import Quantity
 from grainlaw.region import Region
 from grainlaw.results.files import Arrays, below, without_nan, write_atomically
@@ -77,7 +77,7 @@ def law_names(law: Any) -> str:
 
 
 def listed(component: Any) -> dict[str, Any]:
-    """The parameters of a component by name, see :func:`~grainlaw.parameter.parameters`."""
+    """The parameters of a component by name, see :func:`~grainlaw.fields.parameters`."""
     return dict(component.parameters) if isinstance(component, READ) else parameters(component)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.engine.stability import shape_functions
-from grainlaw.parameter import ParameterError, checked_number
+from grainlaw.fields import ParameterError, checked_number
 from grainlaw.results.crack_tip import STRAIGHT, CrackTip, check_ring
 from grainlaw.results.frames import Frame
 from grainlaw.results.result import Result

@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, checked
-from grainlaw.parameter import checked_whole_number
+from grainlaw.fields import checked_whole_number
 from grainlaw.results.result import Cracks
 
 

@@ -9,10 +9,10 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, checked
+from grainlaw.fields import ParameterError, checked_vector, parameter
 from grainlaw.loads import FluidPressure, Pressure, Traction
 from grainlaw.material import Elastic
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, checked_vector, parameter
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame
 from grainlaw.results.result import Result

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 
 if TYPE_CHECKING:
     import pandas

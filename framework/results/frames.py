@@ -11,9 +11,9 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.engine.dissipation import balance
 from grainlaw.engine.state import State
+from grainlaw.fields import whole_number
 from grainlaw.messages import refusal
 from grainlaw.observation import Observer
-from grainlaw.parameter import whole_number
 from grainlaw.results.data_frames import data_frame
 from grainlaw.stage import Stage
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from grainlaw.arguments import Checked, checked, fits
 from grainlaw.columns import TIME, missing, work_done
+from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
 from grainlaw.results.fragments import Fragments, fragments

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from grainlaw.arguments import Checked
 from grainlaw.columns import missing
+from grainlaw.fields import ParameterError
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError
 from grainlaw.quantity import Quantity
 from grainlaw.unit_text import factor_into
 

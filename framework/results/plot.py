@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from grainlaw.arguments import checked
+from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.archive import law_name
 from grainlaw.results.probe import Probe
 from grainlaw.results.result import Result

@@ -11,9 +11,9 @@ import numpy as np
 from grainlaw.arguments import Checked, fits
 from grainlaw.contact import ContactLaw, memory_names
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError, checked_points, whole_number
 from grainlaw.messages import refusal
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError, checked_points, whole_number
 from grainlaw.stage import Stage
 from grainlaw.workbench.characteristics import QUICK, shear_mode, tensile_mode
 from grainlaw.workbench.driver import alone

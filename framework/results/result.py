@@ -13,9 +13,9 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.columns import CONTACTS, SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy, quantity_of, work_done
 from grainlaw.contact import dilates, each_law
+from grainlaw.fields import ParameterError, checked_number, checked_whole_number
 from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest
-from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
 from grainlaw.quantity import Quantity
 from grainlaw.results.certificate import doubts, texts
 from grainlaw.results.data_frames import data_frame

@@ -8,8 +8,8 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS, TIME, VOLUMETRIC_STRAIN
+from grainlaw.fields import ParameterError
 from grainlaw.moduli import slope
-from grainlaw.parameter import ParameterError
 from grainlaw.strength import borne_in
 
 NAN = float("nan")

@@ -9,8 +9,8 @@ import attrs
 from grainlaw.arguments import Checked, checked
 from grainlaw.columns import quantity_of
 from grainlaw.contact import Laws
+from grainlaw.fields import ParameterError
 from grainlaw.loading import Loading
-from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.certificate import STRENGTHS
 from grainlaw.results.result import Result

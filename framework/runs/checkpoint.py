@@ -12,9 +12,9 @@ import attrs
 import numpy as np
 
 from grainlaw.engine.state import Saved
+from grainlaw.fields import ParameterError, parameters
 from grainlaw.integration import Integrator, Motion
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError, parameters
 from grainlaw.results.files import Arrays, below, write_atomically
 
 FORMAT = 4  #: raise when a checkpoint of before could not be read any more

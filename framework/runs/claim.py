@@ -13,7 +13,7 @@ from typing import Any
 import attrs
 from filelock import FileLock, Timeout
 
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.results.files import file_name, writable_folder
 
 RUN, CHECKPOINT, FRAMES, LOCK = "run.json", "checkpoint.npz", "frames", ".grainlaw.lock"

@@ -17,10 +17,10 @@ from grainlaw.engine.parts.laws import by_interface, stiffness_of_points
 from grainlaw.engine.spring_statics import ElasticModel
 from grainlaw.engine.state import State
 from grainlaw.engine.tangents import stiffness_of_bonds, stiffness_of_contacts
+from grainlaw.fields import ParameterError
 from grainlaw.gauges import lateral_strain
 from grainlaw.messages import refusal, short
 from grainlaw.moduli import converted
-from grainlaw.parameter import ParameterError
 from grainlaw.quantity import aligned
 from grainlaw.specimen import Specimen
 

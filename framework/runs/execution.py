@@ -21,10 +21,10 @@ from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, advance
 from grainlaw.engine.thread_count import ThreadCount
+from grainlaw.fields import ParameterError
 from grainlaw.integration import Integrator, Motion
 from grainlaw.loads import FluidPressure
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
 from grainlaw.results.result import Result

@@ -7,7 +7,7 @@ import numpy as np
 from grainlaw.compiler.batch import Compiled
 from grainlaw.contact import ContactLaw
 from grainlaw.engine.model import Model
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.workbench.driver import Contact, run_together
 from grainlaw.workbench.endless import refuse_endless
 

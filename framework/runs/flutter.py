@@ -15,9 +15,9 @@ from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.model import Model
 from grainlaw.engine.state import State
+from grainlaw.fields import parameter, part
 from grainlaw.integration import CentralDifference, DynamicRelaxation, MassDamping, Undamped
 from grainlaw.loads import Drive, InitialVelocity
-from grainlaw.parameter import parameter, part
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.runs.plausibility import scales
 from grainlaw.runs.simulation import simulate

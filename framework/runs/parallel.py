@@ -16,9 +16,9 @@ from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.model import Model
 from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
+from grainlaw.fields import ParameterError
 from grainlaw.integration import Integrator
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import file_name
 from grainlaw.results.result import Result

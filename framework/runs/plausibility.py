@@ -10,9 +10,9 @@ import numpy as np
 
 from grainlaw.contact import each_law
 from grainlaw.engine.model import Model
+from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.loading import Constant
 from grainlaw.loads import Drive, FluidPressure, Hold, Pressure
-from grainlaw.parameter import ParameterError, UnitWarning
 from grainlaw.stage import Stage
 
 CONTACTS = (1e-2, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains

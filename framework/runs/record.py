@@ -30,7 +30,7 @@ from grainlaw.condition import StageError
 from grainlaw.declared import file_of_function, written
 from grainlaw.engine.model import Model
 from grainlaw.engine.stepping import InstabilityError
-from grainlaw.parameter import ParameterError, parameters
+from grainlaw.fields import ParameterError, parameters
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import warn, without_nan
 from grainlaw.results.tables import write_json

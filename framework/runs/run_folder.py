@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError
 from grainlaw.results.files import check_room, warn, write_atomically
 from grainlaw.results.frames import Frame, packed, unpacked
 from grainlaw.results.tables import as_csv, breaks, lines, write_json

@@ -16,11 +16,11 @@ from grainlaw.engine.model import Model
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
+from grainlaw.fields import ParameterError
 from grainlaw.integration import Integrator
 from grainlaw.loads import Quiet
 from grainlaw.messages import refusal
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.archive import law_name
 from grainlaw.results.result import Result

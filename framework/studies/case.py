@@ -19,9 +19,9 @@ from grainlaw.compiler.cache import compile_portably
 from grainlaw.condition import StageError
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, OverlapError, advance
+from grainlaw.fields import ParameterError
 from grainlaw.messages import short
 from grainlaw.observation import Observer
-from grainlaw.parameter import ParameterError
 from grainlaw.results.archive import to_bytes
 from grainlaw.results.certificate import doubts
 from grainlaw.results.files import without_nan

@@ -12,7 +12,7 @@ import attrs
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.contact import Laws
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.quantity import Quantity, aligned
 from grainlaw.results.certificate import marked, warnings_of

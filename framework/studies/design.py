@@ -13,8 +13,8 @@ import numpy as np
 import scipy
 
 from grainlaw.arguments import checked
+from grainlaw.fields import ParameterError, checked_number, checked_whole_number
 from grainlaw.messages import nearest, short
-from grainlaw.parameter import ParameterError, checked_number, checked_whole_number
 
 Factors = dict[str, Any]  #: name and level, as it is recorded
 RESERVED = ("status", "reason")  #: columns of every table

@@ -12,8 +12,8 @@ import numpy as np
 import scipy
 
 from grainlaw.arguments import Checked, checked
+from grainlaw.fields import ParameterError
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError
 from grainlaw.results.files import writable_folder, write_atomically
 from grainlaw.results.tables import write_json
 from grainlaw.studies.design import RESERVED

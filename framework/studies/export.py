@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.quantity import aligned
 from grainlaw.results.data_frames import data_frame
 from grainlaw.results.files import write_atomically

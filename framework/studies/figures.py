@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from grainlaw.columns import quantity_of
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity
 from grainlaw.results.figures.curves import course_heading
 from grainlaw.results.figures.stored_cracks import draw_stored_cracks, label_cracks, scale_bar

@@ -13,8 +13,8 @@ import scipy
 
 from grainlaw.arguments import Checked
 from grainlaw.columns import quantity_of
+from grainlaw.fields import ParameterError, checked_number
 from grainlaw.messages import nearest
-from grainlaw.parameter import ParameterError, checked_number
 from grainlaw.quantity import Quantity, aligned
 
 CONFIDENCE = 0.95

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 from filelock import FileLock, Timeout
 
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.results.archive import from_bytes
 from grainlaw.results.files import warn, writable_folder, write_atomically
 

@@ -18,8 +18,8 @@ import cloudpickle
 from grainlaw.arguments import Checked
 from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.thread_count import cores
+from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES

@@ -12,8 +12,8 @@ import numpy as np
 
 from grainlaw.arguments import checked
 from grainlaw.columns import STRAIN, STRESS, quantity_of
+from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.messages import nearest, short
-from grainlaw.parameter import ParameterError, checked_whole_number
 from grainlaw.quantity import Quantity
 from grainlaw.results.certificate import COST, LIMITS
 from grainlaw.results.measure import Measure

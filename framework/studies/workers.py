@@ -22,8 +22,8 @@ from multiprocessing.context import ForkServerContext, ForkServerProcess
 from pathlib import Path
 from typing import Any
 
+from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError, UnitWarning
 from grainlaw.runs.estimate import CostWarning
 from grainlaw.runs.stopping import Stop
 from grainlaw.studies.case import Done, Task, carry_out

@@ -12,9 +12,9 @@ import numpy as np
 from grainlaw.arguments import Checked, fits
 from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.contact import ContactLaw, answered, declared_stiffness, law_arguments
+from grainlaw.fields import ParameterError, parameters
 from grainlaw.memory import SCALARS, only_memory, with_scalars
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError, parameters
 from grainlaw.workbench.endless import refuse_endless
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 
 from grainlaw.compiler.batch import CompilationError, Compiled, compile_law
 from grainlaw.contact import ContactLaw
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 
 SECONDS = 10.0  #: for all points; a law without an endless loop needs some milliseconds
 SIZES = 10.0 ** np.arange(-12, 1, 2)  #: m

@@ -6,8 +6,8 @@ import numpy as np
 
 from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.palette import style
+from grainlaw.fields import ParameterError
 from grainlaw.material import Material
-from grainlaw.parameter import ParameterError
 from grainlaw.workbench.law_figure import MPA, SHADES
 from grainlaw.workbench.material_bench import MaterialBench
 from grainlaw.workbench.zone import compress, trace_material

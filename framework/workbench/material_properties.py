@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from grainlaw.compiler.batch import CompilationError
+from grainlaw.fields import ParameterError
 from grainlaw.material import Material, knows_temperature
 from grainlaw.memory import ROOM
-from grainlaw.parameter import ParameterError
 from grainlaw.workbench.finding import Finding
 from grainlaw.workbench.material_bench import SMALL, MaterialBench, at
 from grainlaw.workbench.properties import without_unit

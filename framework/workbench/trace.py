@@ -8,8 +8,8 @@ import numpy as np
 
 from grainlaw.arguments import checked, floats
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import ParameterError, checked_number
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, checked_number
 from grainlaw.workbench.driver import Contact, Trace
 
 FARTHEST = 1e6  #: m, beyond it energies overflow

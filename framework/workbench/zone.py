@@ -12,10 +12,10 @@ import scipy
 
 from grainlaw.arguments import Checked, checked, floats
 from grainlaw.compiler.batch import compile_material
+from grainlaw.fields import ParameterError, checked_number, parameters
 from grainlaw.material import Material, material_arguments, material_memory, stiffness_of, stress_answered
 from grainlaw.memory import ROOM, SCALARS, with_scalars
 from grainlaw.messages import refusal, short
-from grainlaw.parameter import ParameterError, checked_number, parameters
 
 Strain = Sequence[float]  #: exx, eyy, exy
 CONFINING = 10  #: increments in which the confinement of a path rises

@@ -9,6 +9,7 @@ from itertools import count, islice
 import attrs
 import numpy as np
 
+from grainlaw.fields import ParameterError
 from grainlaw.geometry.cells.any_voronoi import SMALL, Cells, frame
 from grainlaw.geometry.cells.area_fit import PowerCells, fitted, round_cells, with_weights
 from grainlaw.geometry.cells.bounded_voronoi import polygons
@@ -19,7 +20,6 @@ from grainlaw.geometry.cells.sides import is_convex
 from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.geometry.cells.vertex_fit import owned_areas, with_areas
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
 

@@ -9,6 +9,7 @@ import attrs
 import numpy as np
 from scipy.spatial import cKDTree
 
+from grainlaw.fields import ParameterError, checked_number
 from grainlaw.geometry.cells.convex import hull
 from grainlaw.geometry.cells.cutting import Cutter
 from grainlaw.geometry.cells.outline import Names, outline, region_of
@@ -16,7 +17,6 @@ from grainlaw.geometry.cells.shared_edges import Polygons, place, split_at_hangi
 from grainlaw.geometry.cells.sides import region_sides
 from grainlaw.geometry.cells.slivers import warn_of_slivers, without_short_edges
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError, checked_number
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
 

@@ -10,8 +10,8 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.fields import ParameterError
 from grainlaw.messages import short
-from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 
 BYTES_PER_GRAIN = 10_000  #: of a specimen with all that a simulation keeps of it

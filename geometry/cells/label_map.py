@@ -13,9 +13,9 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from grainlaw.fields import ParameterError
 from grainlaw.geometry.region import rectangle
 from grainlaw.messages import refusal
-from grainlaw.parameter import ParameterError
 from grainlaw.polygon import cross
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation

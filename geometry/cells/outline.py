@@ -12,8 +12,8 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.spatial import cKDTree
 
+from grainlaw.fields import ParameterError
 from grainlaw.geometry.cells.shared_edges import Polygons, crossing, place
-from grainlaw.parameter import ParameterError
 from grainlaw.polygon import areas_and_centroids, cross, enclosed
 from grainlaw.region import Region
 

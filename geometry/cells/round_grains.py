@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import attrs
 import numpy as np
 
+from grainlaw.fields import ParameterError
 from grainlaw.geometry.cells.area_cells import AreaFit, first_cells, grains_of, rounds_of
 from grainlaw.geometry.cells.area_fit import PowerCells, round_cells
-from grainlaw.parameter import ParameterError
 from grainlaw.region import Region
 
 EXACT = 0.003  #: of a mean circularity

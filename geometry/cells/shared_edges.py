@@ -11,7 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, following
 from grainlaw.region import ROUNDING
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.polygon import cross
 from grainlaw.region import Region
 
@@ -56,7 +56,7 @@ def region_sides(region: Region) -> Sides:
 
 
 def convex_sides(region: Region) -> Sides:
-    """Sides of a convex region; any other raises :class:`~grainlaw.parameter.ParameterError`."""
+    """Sides of a convex region; any other raises :class:`~grainlaw.fields.ParameterError`."""
     if not is_convex(region):
         corner = region.end[turns(region).argmin()]
         raise ParameterError(f"region: outline must be convex, it does not turn left at its corner {corner}")

@@ -12,8 +12,8 @@ from grainlaw.engine.parts.freedoms import Freedoms, Nodes
 from grainlaw.engine.parts.grains import GrainArrays, Grains
 from grainlaw.engine.parts.part import Split
 from grainlaw.engine.stability import rigid_map
+from grainlaw.fields import ParameterError
 from grainlaw.loads import Driven
-from grainlaw.parameter import ParameterError
 from grainlaw.specimen import Specimen
 
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from grainlaw.columns import LOAD, SHARED, SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS, course, require
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import color, marker, style
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity
 from grainlaw.results.archive import law_name
 from grainlaw.results.figures.cracks import count_below, draw_cracks

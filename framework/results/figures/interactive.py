@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.columns import LOAD, TIME, course, quantity_of
-from grainlaw.parameter import ParameterError
+from grainlaw.fields import ParameterError
 from grainlaw.results.archive import called, law_name
 from grainlaw.results.figures.curves import course_heading
 from grainlaw.results.figures.pages import write_page

@@ -6,9 +6,9 @@ import pytest
 from support import BRITTLE, PULL, small_sample
 
 import grainlaw as gl
+from grainlaw.fields import ParameterError, parameter, parameters
 from grainlaw.geometry import Bricks, Hexagonal, Voronoi, disc
 from grainlaw.laws import EvansMarathe, Linear
-from grainlaw.parameter import ParameterError, parameter, parameters
 from grainlaw.protocols import UniaxialCompression
 
 
