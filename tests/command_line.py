@@ -2,7 +2,7 @@
 
 from click.testing import CliRunner
 
-from grainlaw.cli import main
+from grainlaw.cli.commands import main
 
 SMALL = ["--quick", "--grains", "20", "--set", "test.maximum_strain=0.0002", "--set", "test.samples=20"]
 

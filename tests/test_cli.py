@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 from importlib.metadata import version
 
 import numpy as np
@@ -9,9 +11,37 @@ import pytest
 from click.testing import CliRunner
 from command_line import invoke
 
-from grainlaw.cli import main
+from grainlaw.cli.commands import COMMANDS, main
 
 SMALL = ["compare", "--quick", "--grains", "20", "--max-strain", "0.0005", "--threads", "1"]
+
+
+def test_the_list_of_commands_says_what_they_say_of_themselves():
+    """Its words are kept apart, so that no command is loaded for the list."""
+    for name, words in COMMANDS.items():
+        of_itself = main.get_command(None, name).help.partition(".")[0].split()
+        assert words.rstrip(".").replace(",", "").split()[:5] == " ".join(of_itself).replace(",", "").split()[:5]
+        assert name in invoke("--help").output
+
+
+INTERRUPTED = """
+import sys
+class Stops:
+    def find_spec(self, name, path=None, target=None):
+        if name == sys.argv[-1]:
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Stops())
+sys.argv[1:] = ["test", "uniaxial-compression", sys.argv[-1]]
+from grainlaw.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize("module", ["click", "numba", "scipy.sparse"])
+def test_ctrl_c_while_modules_are_loaded_is_one_line(module):
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED, module], capture_output=True, text=True)
+    assert done.returncode == 130
+    assert done.stderr == "\nstopped; go on with the same command\n"
 
 
 def test_help_names_every_option():

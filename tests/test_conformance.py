@@ -9,7 +9,7 @@ from faulty_laws import FAULTS, Declared, Hillerborg, Joint, Jumps, Loose, TooTo
 from support import STIFF
 
 import grainlaw as gl
-from grainlaw.cli import main
+from grainlaw.cli.commands import main
 from grainlaw.laws import Linear
 from grainlaw.workbench.properties import PROPERTIES
 

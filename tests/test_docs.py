@@ -12,7 +12,7 @@ import pytest
 from doc_checks import CHECKS, PAGES, ROOT
 
 import grainlaw as gl
-from grainlaw.cli import main
+from grainlaw.cli.commands import main
 from grainlaw.geometry import rectangle
 
 TEXTS = PAGES | {name: (ROOT / name).read_text("utf-8") for name in ("CONTRIBUTING.md", "CHANGELOG.md")}
@@ -99,7 +99,7 @@ def test_an_invented_option_is_found():
 
 def test_options_of_the_table_are_those_of_the_command():
     listed = set(re.findall(r"^\| `(--[\w-]+)`", PAGES["docs/getting-started.md"], re.M))
-    options = {name for option in main.commands["compare"].params for name in option.opts}
+    options = {name for option in main.get_command(None, "compare").params for name in option.opts}
     assert listed == options
 
 

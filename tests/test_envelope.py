@@ -13,7 +13,7 @@ from study_rows import peaks, row, table_of
 from support import STIFF, STRONG, small_sample
 
 import grainlaw as gl
-from grainlaw.cli import main
+from grainlaw.cli.commands import main
 from grainlaw.laws import Linear, MohrCoulomb
 from grainlaw.protocols import BiaxialCompression
 

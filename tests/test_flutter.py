@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from support import ROCK, STRONG, small_sample
 
 import grainlaw as gl
-from grainlaw.cli import main
+from grainlaw.cli.commands import main
 from grainlaw.cli.default_rock import LAWS
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import Friction, MohrCoulomb, PrePeak

@@ -1,0 +1,82 @@
+"""The commands, each loaded when it is asked for, and how they end."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+import warnings
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import click
+
+from grainlaw.cli import INTERRUPTED, STOPPED
+
+#: what each does, as the list of commands says it
+COMMANDS = {
+    "cache": "Say where compiled code is kept, how much it is and may be, and clear it.",
+    "calibrate": "Find the contact parameters of a rock from its laboratory strengths.",
+    "check": "Ask a contact law of your own for every property that makes laws comparable.",
+    "compare": "Compress samples of a rock to failure under several contact laws.",
+    "elastic": "Find modulus, Poisson's ratio and stiffness tensor of a rock.",
+    "envelope": "Compress a rock specimen under several confinements, and fit envelopes.",
+    "law": "Show a contact law: strengths, displacements at failure and work, and curves.",
+    "material": "Show a material of grains: what the conformance kit finds, and its curves.",
+    "rerun": "Repeat the run that FOLDER holds, and say what differs from it.",
+    "study": "Run many cases of a test, and keep them as one table.",
+    "test": "Run a laboratory test of a rock specimen under a contact law, and report it.",
+}
+
+
+class _Commands(click.Group):
+    """Commands that end in words, and tell warnings in one line."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        if name not in COMMANDS:
+            return None
+        found: click.Command = getattr(import_module(f"grainlaw.cli.{name}"), name)
+        return found
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+    def invoke(self, context: click.Context) -> Any:
+        os.environ["MPLBACKEND"] = "agg"  # commands draw into files; matplotlib refuses unknown names
+        with warnings.catch_warnings():
+            warnings.showwarning = _tell  # type: ignore[assignment]
+            try:
+                return super().invoke(context)
+            except (click.ClickException, click.exceptions.Exit, click.Abort):
+                raise
+            except KeyboardInterrupt:  # where no command has said more
+                click.echo(STOPPED, err=True)
+                sys.exit(INTERRUPTED)
+            except Exception as error:
+                if os.environ.get("GRAINLAW_TRACEBACK"):
+                    raise
+                raise click.ClickException(_fault(error)) from None
+
+
+def _tell(message: Warning | str, *_: Any) -> None:
+    click.echo(f"Warning: {message}", err=True)
+
+
+def _fault(error: Exception) -> str:
+    """One line on what nobody has thought of."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    words = " ".join(str(error).split())[:300]
+    where = f"{Path(place.filename).name}:{place.lineno}"
+    return f"a fault of grainlaw ({type(error).__name__} at {where}: {words}); GRAINLAW_TRACEBACK=1 shows all of it"
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(version("grainlaw"), prog_name="grainlaw")
+def main() -> None:
+    """Grain-based distinct element simulation of rock fracture, with pluggable contact laws."""
