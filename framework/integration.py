@@ -12,6 +12,8 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.fields import parameter, part, whole_number
 
+SWAY = 0.1  #: damping over mass and frequency of the steady motion: 5 % of the critical damping of that frequency
+
 
 class Damping(metaclass=Checked):
     """A force that takes energy from the motion of one freedom."""
@@ -26,6 +28,10 @@ class Damping(metaclass=Checked):
 
     def seeking_rest(self) -> Damping:
         """What damps instead in a stage that waits for rest, where only its end counts."""
+        return self
+
+    def holding_sway(self, frequency: float) -> Damping:
+        """What damps instead beside a steady motion of a ``frequency`` (1/s) where ends may be free."""
         return self
 
     @property
@@ -80,6 +86,25 @@ class VibrationDamping(_ShareOfForce):
 
     def seeking_rest(self) -> Damping:
         return LocalDamping(fraction=self.fraction)
+
+    def holding_sway(self, frequency: float) -> Damping:
+        return SwayDamping(fraction=self.fraction, coefficient=SWAY * frequency)
+
+
+@attrs.frozen(kw_only=True)
+class SwayDamping(_ShareOfForce):
+    """:class:`VibrationDamping`, and a force in proportion to mass and velocity, for what sways slowly.
+
+    The unbalanced force of a slow mode changes little in a step, and a faster vibration decides the sign: of a body
+    that bends to and fro as a whole, vibration damping takes next to nothing.
+    """
+
+    coefficient: float = parameter("1/s", at_least=0)  #: force over mass and velocity
+
+    def force(self, force: Any, change: Any, velocity: Any, mass: Any, time_step: Any) -> Any:
+        resistance = self.fraction * abs(force)
+        drag = self.coefficient * mass * velocity
+        return (resistance if change > 0 else (-resistance if change < 0 else 0.0)) - drag
 
 
 @attrs.frozen(kw_only=True)
@@ -155,6 +180,10 @@ class Integrator(metaclass=Checked):
         """The integrator of a stage that waits for rest."""
         return self
 
+    def holding_sway(self, frequency: float) -> Integrator:
+        """The integrator beside a steady motion of a ``frequency`` (1/s), where no end of the specimen may be held."""
+        return self
+
     beside_loading: bool = False  #: whether ``step`` sees the velocity beside the steady motion of a stage's loading
     burst: int = 0  #: steps between calls of ``adapt``; 0 never calls it
 
@@ -188,6 +217,9 @@ class CentralDifference(Integrator):
 
     def seeking_rest(self) -> Integrator:
         return attrs.evolve(self, damping=self.damping.seeking_rest())
+
+    def holding_sway(self, frequency: float) -> Integrator:
+        return attrs.evolve(self, damping=self.damping.holding_sway(frequency))
 
 
 class Relaxation(metaclass=Checked):

@@ -69,8 +69,9 @@ def test_stable_at_its_step_and_not_far_beyond(integrator):
         assert not np.abs(oscillate(integrator, beyond, 2000 * step, frequency=frequency)).max() < 1e6
 
 
-def test_mass_damping_decays_at_its_rate():
-    integrator = gl.CentralDifference(damping=gl.MassDamping(coefficient=4.0))
+@pytest.mark.parametrize("damping", [gl.MassDamping(coefficient=4.0), gl.SwayDamping(fraction=0.0, coefficient=4.0)])
+def test_what_is_damped_by_mass_decays_at_its_rate(damping):
+    integrator = gl.CentralDifference(damping=damping)
     places = oscillate(integrator, 1e-4, 1.0)
     peaks = places[1:-1][(places[1:-1] > places[:-2]) & (places[1:-1] > places[2:])]
     period = 2 * np.pi / np.sqrt(100.0**2 - 2.0**2)

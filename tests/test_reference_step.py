@@ -30,7 +30,12 @@ LOADS = {
     "pressed": [*DRIVES, gl.Pressure(boundary="left", pressure=4e6)],
     "loaded": [gl.Traction(boundary="top", stress=(1e6, 3e6, -2e6)), gl.Gravity(acceleration=(300.0, -1e4))],
 }
-DAMPINGS = {"vibration": gl.VibrationDamping(), "local": gl.LocalDamping(), "none": gl.Undamped()}
+DAMPINGS = {
+    "vibration": gl.VibrationDamping(),
+    "sway": gl.SwayDamping(coefficient=1e5),
+    "local": gl.LocalDamping(),
+    "none": gl.Undamped(),
+}
 STEPS = 60
 
 

@@ -183,6 +183,7 @@ class Execution:
         self.integrator, self.before = stage.moved_by, None
         state.change_time_step(self._time_step(stage))
         at.without_static += not self.loader.begin(stage)
+        self.integrator = self.loader.integrator(stage)
         at.supplied = max(at.supplied, least_work(state))
         state.take_back_half_a_step_of_gravity()
         at.first_sample, at.first_step, at.next_adapt, at.halts, at.pieces = self.columns.count, state.steps, 0, 0, 1
@@ -285,8 +286,8 @@ class Execution:
             state.begin(stage)
             state.check_saved(found.state)  # it comes from a file: nothing is used before all of it fits
             state.began = numbers["began"]
-            self._return_to(found.moment(stage.moved_by))
             self.loader.restore(numbers["loader"], stage)
+            self._return_to(found.moment(self.loader.integrator(stage)))
             self.columns.fill(found.curves)
             self.recorder.clock.restore(numbers["clock"])
         except (ValueError, LookupError, TypeError, AttributeError) as error:

@@ -15,13 +15,15 @@ from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.stage_statics import steady_motion, stiffness_along
 from grainlaw.engine.state import State
 from grainlaw.engine.static_load import bring_under_load
+from grainlaw.integration import Integrator
 from grainlaw.loading import RECENT, AccuracyError, Loading, Pace
+from grainlaw.loads import Heat
 from grainlaw.stage import Stage
 
 FADING = 5  #: periods of the steady motion, in which energy that was released fades by 1/e
 SLOWEST = 1e-4  #: of the highest frequency: that of a motion which nothing resists
 NOISE = 1e-6  #: of the kinetic energy of the steady motion: less vibration counts as none
-HEATED = 0.01  #: of the energy that free strains would store if they were held, over the change of temperature
+HEATED = 0.01  #: of the force and the energy that free strains would have if they were held
 TINY = 1e-300
 STEPS = 10  #: of a sample, at least: the load grows by little in a step
 FALLEN = 0.95  #: of the largest load: below, a specimen has failed, and its imbalance counts no more
@@ -43,6 +45,8 @@ class _Seen:
     fastest: float = math.inf
     stored: float = 0.0
     load: float = 0.0  #: N/m, the largest so far
+    least: float = 0.0  #: N/m, of a heated specimen: less load counts as none
+    inner: float = 0.0  #: sqrt(N)/m^1/2, force of its own stresses over the root of the energy that they store
     fallen: bool = False  #: whether the load is well below it now: the specimen has failed
     force: float = 0.0  #: N/m, the largest work over travel so far
     supplied: float = 0.0  #: J/m
@@ -108,12 +112,19 @@ class Loader:
         frequency = max(math.sqrt(along / inertia), lowest) if field.any() else self._stability.frequency
         assert stage.expected is not None
         span = stage.interval * stage.expected
+        force, farthest = HEATED * along * span * bool(state.heat.sign), max(float(np.abs(field[:2]).max()), TINY)
+        inner = math.sqrt(2 * along) / farthest if force else 0.0
         self._seen = _Seen(
-            span=span, inertia=inertia, frequency=frequency, force=HEATED * along * span * bool(state.heat.sign),
+            span=span, inertia=inertia, frequency=frequency, force=force, least=force / farthest, inner=inner,
             fastest=stage.interval / (stage.pieces * STEPS * state.time_step), supplied=math.nan,
             momentum=self._momentum(),
         )  # fmt: skip
         return field
+
+    def integrator(self, stage: Stage) -> Integrator:
+        """That of a stage that has begun. A heated specimen is kept from swaying: its ends may not hold it."""
+        heats = stage.loading is not None and stage.of(Heat)
+        return stage.moved_by.holding_sway(self._seen.frequency) if heats else stage.moved_by
 
     def steps(self, stage: Stage, pieces: int = 1) -> int:
         """Steps of the next sample, or of one of the ``pieces`` into which it is divided."""
@@ -254,15 +265,16 @@ class Loader:
         now = state.boundaries.largest_load()
         load = max(seen.load, now)
         gained = [after - before for after, before in zip(momentum, seen.momentum, strict=True)]
-        fallen = now < FALLEN * load
-        imbalance = 0.0 if fallen or load == 0 else max(map(abs, gained)) / time / load
+        stored = max(seen.stored, sum(energies[kind] for kind in STORED))
+        fallen = now < FALLEN * load and load > seen.least
+        carried = max(load, seen.least, seen.inner * math.sqrt(max(stored, 0.0)))
+        imbalance = 0.0 if fallen or carried == 0 else max(map(abs, gained)) / time / carried
         impulses = self._impulses(seen, gained)
         mean = max(abs(impulses[-1][k] - impulses[0][k]) for k in (1, 2)) / (impulses[-1][0] - impulses[0][0])
         return attrs.evolve(
-            seen, stored=max(seen.stored, sum(energies[kind] for kind in STORED)), load=load, fallen=fallen,
-            force=force, supplied=supplied, lost=lost, vibration=max(vibration - noise, 0.0),
-            released=max(released, faded), momentum=momentum, impulses=impulses,
-            imbalance=mean / load if load else 0.0, way=seen.way + travel,
+            seen, stored=stored, load=load, fallen=fallen, force=force, supplied=supplied, lost=lost,
+            vibration=max(vibration - noise, 0.0), released=max(released, faded), momentum=momentum, impulses=impulses,
+            imbalance=mean / carried if carried else 0.0, way=seen.way + travel,
             imbalances=(*seen.imbalances, imbalance)[-RECENT:],
         )  # fmt: skip
 

@@ -25,6 +25,7 @@ def row(law, temperature):
     return (
         str(found.get("thermal_cracks", 0)),
         f"{found['strength'] / MPa:.0f}",
+        f"{found['largest_stress'] / MPa:.0f}",
         f"{found['apparent_modulus'] / GPa:.0f}",
         f"{found.get('heating_kinetic_ratio', 0):.0e}",
         f"{found['energy_error']:.0e}",
@@ -38,13 +39,14 @@ TABLES = [
         columns=(
             "bonds, heated to",
             "cracks by heat",
-            "UCS (MPa)",
+            "first failure (MPa)",
+            "largest stress (MPa)",
             "slope (GPa)",
             "kinetic ratio",
             "error of the energies",
         ),
         rows={f"{law}, {t} °C": partial(row, law, t) for law in LAWS for t in TEMPERATURES},
-        firm=("UCS (MPa)",),
+        firm=("first failure (MPa)",),
         checked=("brittle, 20 °C",),
     )
 ]

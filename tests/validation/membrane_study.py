@@ -47,7 +47,7 @@ TABLES = [
         page=DOCS / "contacts.md",
         name="membrane",
         columns=(
-            "", "peak (MPa)", "residual (MPa)", "Rankine (MPa)", "friction angle (deg)", "moved sideways",
+            "", "strength (MPa)", "residual (MPa)", "Rankine (MPa)", "friction angle (deg)", "moved sideways",
             "deepest overlap (um)", "error of the energies",
         ),
         rows={
@@ -55,7 +55,7 @@ TABLES = [
             **{f"120 grains, {p} MPa, seeds 1 / 2 / 3": partial(row, QUICK, p * MPa) for p in MEMBRANES},
             "120 grains, 10 MPa, seed 1, time step 1 / 0.97 / 0.94": partial(row, QUICK, 10 * MPa, (1,), SHORTER),
         },
-        firm=("peak (MPa)", "Rankine (MPa)"),
+        firm=("strength (MPa)", "Rankine (MPa)"),
         checked=("120 grains, 2 MPa, seeds 1 / 2 / 3",),
     )
 ]  # fmt: skip
