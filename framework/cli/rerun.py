@@ -31,10 +31,12 @@ def rerun(context: click.Context, *, folder: Path, out: Path | None) -> None:
     record = _record(folder)
     try:
         name, arguments = record["command"]["name"], dict(record["command"]["arguments"])
-        command = context.parent.command.commands[name]  # type: ignore[union-attr]
     except KeyError:
+        name = ""
+    command = context.parent.command.get_command(context, name)  # type: ignore[union-attr]
+    if command is None:
         program = " ".join(record.get("program", []))
-        raise click.UsageError(f"{folder} was not made by a command, but by {program}: run that again") from None
+        raise click.UsageError(f"{folder} was not made by a command, but by {program}: run that again")
     if arguments.get("config"):
         arguments["config"] = folder / arguments["config"]
     elif ".py" in str(arguments.get("law", "")):

@@ -10,13 +10,15 @@ cut three times.
 import functools
 from functools import partial
 
+import numpy as np
 from first_failure_study import LAWS, ROCK
 from scipy.stats import ttest_1samp
 from study_tables import DOCS, Table, main
 
 import grainlaw as gl
 from grainlaw.geometry import Voronoi, rectangle
-from grainlaw.protocols import BiaxialCompression, UniaxialCompression
+from grainlaw.laws import WeibullField
+from grainlaw.protocols import BiaxialCompression, UniaxialCompression, UniaxialTension
 from grainlaw.units import MPa, mm
 
 KEPT = DOCS.parent / "out" / "convergence"
@@ -78,6 +80,32 @@ def price(refinement):
         yield f"{4**refinement * steps / usual:.1f}"
 
 
+FIELDS = {
+    "even": None,
+    "by contact": WeibullField(modulus=6),
+    "over 5 mm": WeibullField(modulus=6, correlation_length=5 * mm),
+}
+
+
+@functools.cache
+def tensions(name, refinement):
+    """(s,) MPa, of 60 grains with even bonds, or with those of a random field."""
+    field, found = FIELDS[name], []
+    for seed in SEEDS:
+        grains = Voronoi(grains=60, seed=seed).tessellate(rectangle(20 * mm, 50 * mm))
+        rock, law = gl.Specimen(grains, ROCK, refinement=refinement), LAWS["Mohr-Coulomb"]
+        law = field.scatter(law, rock) if field else law
+        found.append(gl.simulate(rock, law, UniaxialTension(), threads=1, frames=1).summary["strength"] / MPa)
+    return np.array(found)
+
+
+def scattered(name):
+    for refinement in range(3):
+        yield f"{tensions(name, refinement).mean():.2f}"
+        if refinement < 2:
+            yield ratio(tensions(name, refinement), tensions(name, 2))
+
+
 PAGE = DOCS / "convergence.md"
 TABLES = [
     Table(
@@ -98,6 +126,11 @@ TABLES = [
         page=PAGE, name="price",
         columns=("zones", *(f"{group}{what}" for group in GROUPS for what in (": steps", ": work"))),
         rows={f"cut {k} times": partial(price, k) for k in range(FINEST + 1)}, checked=("cut 0 times",),
+    ),
+    Table(
+        page=PAGE, name="random strengths",
+        columns=("bonds", "uncut (MPa)", "over twice cut", "cut once (MPa)", "over twice cut", "cut twice (MPa)"),
+        rows={name: partial(scattered, name) for name in FIELDS}, checked=("even",),
     ),
 ]  # fmt: skip
 
