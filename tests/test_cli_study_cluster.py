@@ -6,7 +6,9 @@ import re
 import shlex
 import shutil
 import signal
+import socket
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -112,3 +114,30 @@ def test_a_cluster_gives_the_same_table(tmp_path):
         call = ("study", "table", file, "--quick", "--out", tmp_path / name, "--csv", tmp_path / f"{name}.csv")
         assert "4 cases written to" in invoke(*call).output
     assert (tmp_path / "there.csv").read_bytes() == (tmp_path / "here.csv").read_bytes()
+
+
+@pytest.mark.thorough
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl to make a certificate")
+def test_dask_with_tls_as_the_documents_show(tmp_path):
+    """Their lines word for word, at a port that is free; who has no certificate is refused."""
+    pytest.importorskip("distributed")
+    study_file(tmp_path, '"sample.seed" = "1..2"\n').rename(tmp_path / "granite.toml")
+    page = (Path(__file__).parents[1] / "docs/studies.md").read_text(encoding="utf-8")
+    block = re.search(r"```sh\n(openssl.*?)```", page, re.DOTALL)[1]
+    with socket.socket() as free:
+        free.bind(("localhost", 0))
+        port = str(free.getsockname()[1])
+    block = block.replace("8786", port).replace("granite.toml", "granite.toml --quick --set sample.grains=20")
+    bare = f"""
+        cp granite.toml other.toml; unset DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION
+        grainlaw study other.toml --quick --on tcp://localhost:{port}"""
+    shell = f"trap 'kill $(jobs -p)' EXIT\n{block}\necho ended $?\n{bare}\necho bare $?\n"
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST")}
+    environment["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{environment['PATH']}"
+    done = subprocess.run(
+        ["bash", "-c", shell], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=200
+    )
+    assert "ended 0" in done.stdout, done.stdout + done.stderr[-2000:]
+    assert "bare 2" in done.stdout, done.stdout
+    assert "no Dask scheduler answers" in done.stderr
+    assert len(list(tmp_path.glob("granite/cases/*/*.json"))) == 2
