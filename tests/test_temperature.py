@@ -18,6 +18,7 @@ from grainlaw.materials import QUARTZ, ExpansionTable, MohrCoulombPlastic, Therm
 from grainlaw.protocols import Heating, UniaxialCompression
 from grainlaw.protocols.heating import Held
 from grainlaw.results.result import energy_error
+from grainlaw.runs.loader import Loader
 
 E, NU, ALPHA, WARMER = 60e9, 0.25, 8e-6, 100.0
 ELASTIC = gl.Elastic(youngs_modulus=E, poissons_ratio=NU, density=2650)
@@ -258,6 +259,62 @@ def test_what_is_heated_and_free_is_measured_by_its_own_stresses():
     assert found.summary["thermal_cracks"] > 10
     assert found.curves["imbalance"].max() < 0.01
     assert found.summary["heating_kinetic_ratio"] < 0.01
+
+
+def test_the_force_of_own_stresses_by_hand():
+    """Held, a square of side b has the stress E alpha T / (1 - nu) both ways; free, it moves by alpha T b."""
+    material, change = Thermal(material=PLANE_STRESS, expansion=ALPHA), 10.0
+    specimen = gl.Specimen(Bricks(rows=1, columns=1).tessellate(rectangle(10e-3, 10e-3)), material)
+    state = state_of(specimen, HARD)
+    ground = [gl.Drive(boundary="bottom", axis=k, speed=0.0, roller=k == 0) for k in (1, 0)]
+    loads = [*ground, gl.Heat(to=20 + change)]
+    stage = gl.Stage(name="heat", loads=loads, loading=SLOW, interval=change / 10, expected=10)
+    state.begin(stage)
+    state.change_time_step(1e-8)
+    loader = Loader(state, StableStep(state))
+    loader.begin(stage)
+    side, stress = 10e-3, E * ALPHA * change / (1 - NU)
+    stored = stress * ALPHA * change * side**2  # J/m, of both directions
+    seen = loader.save()
+    assert seen["inner"] * np.sqrt(stored) == pytest.approx(2 * stress * side, rel=1e-3)
+    assert seen["least"] == pytest.approx(0.01 * 2 * stress * side, rel=1e-3)
+
+
+@pytest.mark.thorough
+def test_what_stores_nothing_is_in_balance_by_what_it_would_bear():
+    even = Thermal(material=PLANE_STRESS, expansion=ALPHA)
+    found = gl.simulate(small_sample(12, material=even), STRONG, Heating(to=60, samples=10), threads=1, frames=2)
+    assert found.curves["imbalance"].max() < 0.001
+
+
+@attrs.frozen(kw_only=True)
+class Swaying(gl.LoadingProtocol):
+    """Heat slowly what was thrown to the side."""
+
+    velocity: np.ndarray = attrs.field(eq=False)
+
+    def stages(self, specimen):
+        loads = [gl.Drive(boundary="bottom", axis=k, speed=0.0) for k in (0, 1)]
+        loads += [gl.Heat(to=21), gl.InitialVelocity(velocity=self.velocity)]
+        rate = gl.HeatingRate(rate=1 / 4e-4)
+        return [gl.Stage(name="heat", loads=loads, loading=rate, interval=0.01, expected=100)]
+
+    def measure(self, state):
+        return {}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+def test_what_sways_while_it_is_heated_comes_to_rest():
+    """Energy in a mode fades by exp(-c t), here with c = 0.1 omega, the frequency by which the loading goes."""
+    specimen = small_sample(12, material=WARM)
+    nodes = specimen.mesh.nodes
+    thrown = np.zeros_like(nodes)
+    thrown[:, 0] = (nodes[:, 1] / nodes[:, 1].max()) ** 2 * 0.1
+    curves = gl.simulate(specimen, STRONG, Swaying(velocity=thrown), threads=1, frames=2).curves
+    half = len(curves["time"]) // 2
+    assert curves["vibration"][half:].max() < 0.02 * curves["vibration"][:half].max()
 
 
 @attrs.frozen(kw_only=True)
