@@ -96,7 +96,8 @@ class SwayDamping(_ShareOfForce):
     """:class:`VibrationDamping`, and a force in proportion to mass and velocity, for what sways slowly.
 
     The unbalanced force of a slow mode changes little in a step, and a faster vibration decides the sign: of a body
-    that bends to and fro as a whole, vibration damping takes next to nothing.
+    that bends to and fro as a whole, vibration damping takes next to nothing. The drag is that of the velocity half a
+    step before, so that a coefficient is to be small beside one over the time step.
     """
 
     coefficient: float = parameter("1/s", at_least=0)  #: force over mass and velocity

@@ -32,7 +32,7 @@ def rerun(context: click.Context, *, folder: Path, out: Path | None) -> None:
     try:
         name, arguments = record["command"]["name"], dict(record["command"]["arguments"])
     except KeyError:
-        name = ""
+        name, arguments = "", {}
     command = context.parent.command.get_command(context, name)  # type: ignore[union-attr]
     if command is None:
         program = " ".join(record.get("program", []))

@@ -123,8 +123,7 @@ class Loader:
 
     def integrator(self, stage: Stage) -> Integrator:
         """That of a stage that has begun. A heated specimen is kept from swaying: its ends may not hold it."""
-        heats = stage.loading is not None and stage.of(Heat)
-        return stage.moved_by.holding_sway(self._seen.frequency) if heats else stage.moved_by
+        return stage.moved_by.holding_sway(self._seen.frequency) if stage.of(Heat) else stage.moved_by
 
     def steps(self, stage: Stage, pieces: int = 1) -> int:
         """Steps of the next sample, or of one of the ``pieces`` into which it is divided."""

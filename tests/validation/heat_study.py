@@ -26,7 +26,7 @@ def row(law, temperature):
         str(found.get("thermal_cracks", 0)),
         f"{found['strength'] / MPa:.0f}",
         f"{found['largest_stress'] / MPa:.0f}",
-        f"{found['apparent_modulus'] / GPa:.0f}",
+        f"{slope:.0f}" if (slope := found["apparent_modulus"] / GPa) == slope else "-",  # none in pieces
         f"{found.get('heating_kinetic_ratio', 0):.0e}",
         f"{found['energy_error']:.0e}",
     )
