@@ -1,0 +1,182 @@
+"""Random faults in the source, one at a time, and whether the tests of the file notice.
+
+    python tests/release/faults.py [--seed 1] [--count 150] [--limit 120] [--only engine,laws]
+
+Run it in a clone of its own, in whose environment grainlaw is installed editable: files are changed and put back. The
+tests of a file are those that bear its name, that import it, or that say the names it defines; of a module that no test
+knows, those of the modules that import it. They run by one process, the likeliest first, until one fails or ``--limit``
+(s) is over. A fault that survives is a hole in the tests, or no fault: look at each.
+"""
+
+import argparse
+import ast
+import functools
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = ("framework", "laws", "geometry", "protocols")
+MOST = 8  #: files of tests for one fault
+OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
+COMPARISONS = {
+    ast.Lt: ast.GtE, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
+}  # fmt: skip
+EXTREMES = {"min": "max", "max": "min"}
+FOR_THE_EYE = ("plot", "draw", "__str__", "__repr__", "_html", "words", "figure")
+
+
+# --- faults -----------------------------------------------------------------------------------------------------------
+
+
+def changed(node):
+    """Another node in place of one, or None where there is no fault to make."""
+    match node:
+        case ast.BinOp() if type(node.op) in OPERATORS and not isinstance(node.left, ast.Constant | ast.JoinedStr):
+            return ast.BinOp(node.left, OPERATORS[type(node.op)](), node.right)
+        case ast.Compare() if type(node.ops[0]) in COMPARISONS:
+            return ast.Compare(node.left, [COMPARISONS[type(node.ops[0])](), *node.ops[1:]], node.comparators)
+        case ast.Call(func=ast.Name(id="min" | "max" as name)):
+            return ast.Call(ast.Name(EXTREMES[name]), node.args, node.keywords)
+        case ast.Constant(value=float() as value) if value not in (0.0, 1e-300):
+            return ast.Constant(1.3 * value)
+        case ast.UnaryOp(op=ast.USub() | ast.Not()):
+            return node.operand
+        case ast.BoolOp():
+            return ast.BoolOp(ast.Or() if isinstance(node.op, ast.And) else ast.And(), node.values)
+    return None
+
+
+def places(text):
+    """Nodes in functions that a fault can be made of, with the name of the function."""
+    found = {}
+    for function in ast.walk(ast.parse(text)):
+        if not isinstance(function, ast.FunctionDef) or function.name.startswith(FOR_THE_EYE):
+            continue
+        said = (n for n in ast.walk(function) if isinstance(n, ast.Raise | ast.JoinedStr | ast.AnnAssign))
+        spared = {id(inner) for outer in said for inner in ast.walk(outer)}
+        body = (node for statement in function.body for node in ast.walk(statement))
+        found |= {id(node): (node, function.name) for node in body if id(node) not in spared and changed(node)}
+    return list(found.values())
+
+
+def with_fault(text, rng):
+    """The text with a fault, and what it is; None where there is no place for one."""
+    if not (every := places(text)):
+        return None
+    node, function = rng.choice(every)
+    new, lines = ast.unparse(changed(node)), [line.encode() for line in text.splitlines(keepends=True)]
+    first = sum(map(len, lines[: node.lineno - 1])) + node.col_offset
+    last = sum(map(len, lines[: node.end_lineno - 1])) + node.end_col_offset
+    whole = b"".join(lines)
+    what = f"{node.lineno}, {function}: {ast.unparse(node)[:70]} -> {new[:70]}"
+    return (whole[:first] + b"(" + new.encode() + b")" + whole[last:]).decode(), what
+
+
+# --- the tests of a file ----------------------------------------------------------------------------------------------
+
+
+@functools.cache
+def tests():
+    """Texts of the files of tests that do not take long, by file."""
+    files = sorted(ROOT.glob("tests/**/test_*.py"))
+    return {file: file.read_text(encoding="utf-8") for file in files}
+
+
+@functools.cache
+def sources():
+    return {file: file.read_text(encoding="utf-8") for room in SOURCES for file in sorted(ROOT.glob(f"{room}/**/*.py"))}
+
+
+def module(file):
+    parts = file.relative_to(ROOT).with_suffix("").parts
+    return ".".join(["grainlaw", *(parts[1:] if parts[0] == "framework" else parts)])
+
+
+def defined(text):
+    """Names that a module defines and that are no word of every day."""
+    kinds = ast.FunctionDef | ast.ClassDef
+    names = [node.name for node in ast.parse(text).body if isinstance(node, kinds)]
+    return [name for name in names if not name.startswith("_") and (len(name) > 7 or not name.islower())]
+
+
+def scores(file):
+    """How much each file of tests seems to be about a source, by file."""
+    found, words = {}, set(defined(sources()[file]))
+    for test, text in tests().items():
+        name = set(test.stem.split("_"))
+        score = 6 * (test.stem == f"test_{file.stem}") + 3 * (file.stem in name or {*file.stem.split("_")} <= name)
+        score += 4 * bool(re.search(rf"\b{re.escape(module(file))}\b", text))
+        score += min(4, len(words & set(re.findall(r"\w+", text))))
+        if score:
+            found[test] = score - 0.5 * ("validation" in test.parts)
+    return found
+
+
+def tests_of(file):
+    """Files of tests, the likeliest first."""
+    found, known, near = scores(file), {file}, {file}
+    while len(found) < 3 and near:  # then those of who imports it
+        names = [module(each).rsplit(".", 1) for each in near]
+        said = [re.compile(rf"from {re.escape(m)}\.{s} import|from {re.escape(m)} import .*\b{s}\b") for m, s in names]
+        near = {each for each, text in sources().items() if any(r.search(text) for r in said)} - known
+        known |= near
+        for each in near:
+            for test, score in scores(each).items():
+                found[test] = max(found.get(test, 0), score / 4)
+    return sorted(found, key=lambda test: (-found[test], test))[:MOST]
+
+
+def noticed(files, limit):
+    """Whether tests fail: "noticed", "survived" or "too long", with the first that failed and the time (s)."""
+    command = [sys.executable, "-m", "pytest", "-x", "-n", "0", "-p", "no:cacheprovider", *map(str, files)]
+    began = time.monotonic()
+    process = subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+    )
+    try:
+        said = process.communicate(timeout=limit)[0]
+        ended = {0: "survived", 5: "no tests"}.get(process.returncode, "noticed")
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        said, ended = process.communicate()[0], "too long"
+    first = next((line for line in said.splitlines() if line.startswith(("FAILED", "ERROR"))), "")
+    return ended, first[:100], time.monotonic() - began
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, default=150)
+    parser.add_argument("--limit", type=float, default=120.0, help="s for the tests of a fault")
+    parser.add_argument("--only", default="", help="words of which one is in the path, by commas")
+    given = parser.parse_args()
+    rng, counts = random.Random(given.seed), Counter()
+    rooms = {}
+    for file in sources():
+        if any(word in str(file.relative_to(ROOT)) for word in given.only.split(",")) and places(sources()[file]):
+            rooms.setdefault(file.parent, []).append(file)
+    order = sorted(rooms)
+    while sum(counts.values()) < given.count:
+        file = rng.choice(rooms[order[sum(counts.values()) % len(order)]])
+        text, what = with_fault(sources()[file], rng)
+        files = tests_of(file)
+        file.write_text(text, encoding="utf-8")
+        try:
+            ended, first, seconds = noticed(files, given.limit)
+        finally:
+            file.write_text(sources()[file], encoding="utf-8")
+        counts[ended] += 1
+        names = " ".join(test.stem[5:] for test in files)
+        print(f"{ended:9} {file.relative_to(ROOT)}:{what} | {names} | {first} ({seconds:.0f} s)", flush=True)
+    print(dict(counts))
+
+
+if __name__ == "__main__":
+    main()
