@@ -44,9 +44,8 @@ from .protocol import LoadingProtocol
 from .quantity import Quantity
 from .region import Region
 from .results.acoustic import AcousticEvents, acoustic_events
-from .results.crack_integrals import StressIntensity, j_integral, stress_intensity
+from .results.crack_integrals import CrackTip, StressIntensity, j_integral, notch_tip, stress_intensity
 from .results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
-from .results.crack_tip import CrackTip, notch_tip
 from .results.files import OutputWarning
 from .results.fragments import Fragments, fragments
 from .results.frames import Frame, FrameRecorder

@@ -12,7 +12,7 @@ import pytest
 from command_line import invoke
 
 import grainlaw as gl
-from grainlaw.cli.calibration_file import calibration_of, targets_of
+from grainlaw.cli.calibrate import calibration_of, targets_of
 from grainlaw.units import GPa, MPa
 
 FILE = """

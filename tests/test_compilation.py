@@ -13,7 +13,7 @@ import grainlaw as gl
 from grainlaw.compiler.batch import compile_law
 from grainlaw.compiler.fingerprint import fingerprint
 from grainlaw.engine import step as loop
-from grainlaw.engine.parts import bond_passes as passes
+from grainlaw.engine.parts import bonds as passes
 from grainlaw.protocols import UniaxialTension
 
 

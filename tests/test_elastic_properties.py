@@ -10,7 +10,7 @@ from bodies import FACES, GRAVITY, Motion, box
 from support import BRITTLE, HILLERBORG, ROCK, STIFF, STRONG, nodal_forces, small_sample, state_of
 
 import grainlaw as gl
-from grainlaw.engine.tangents import stiffness_of_contacts
+from grainlaw.engine.spring_statics import stiffness_of_contacts
 from grainlaw.geometry import Bricks, Hexagonal, disc, rectangle, together
 from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, Linear, PrePeak
 from grainlaw.protocols import UniaxialCompression

@@ -12,8 +12,7 @@ from grainlaw.fields import ParameterError
 from grainlaw.geometry import Empirical, Even, Laguerre, Lognormal, disc, polygon, rectangle
 from grainlaw.geometry.cells.any_voronoi import frame
 from grainlaw.geometry.cells.area_cells import areas_cells
-from grainlaw.geometry.cells.area_fit import PowerCells, fitted
-from grainlaw.geometry.cells.area_share import inside_areas
+from grainlaw.geometry.cells.area_fit import PowerCells, fitted, inside_areas
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram
 from grainlaw.geometry.cells.power_diagram import power_diagram
 from grainlaw.region import Region

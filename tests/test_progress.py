@@ -104,7 +104,7 @@ def test_laws_have_a_bar_each(terminal):
 
 @pytest.mark.thorough
 def test_a_study_says_how_many_cases_are_done_and_what_workers_do(terminal, tmp_path, monkeypatch):
-    monkeypatch.setattr("grainlaw.studies.progress.OFTEN", 0.0)
+    monkeypatch.setattr("grainlaw.studies.workers.OFTEN", 0.0)
     tiny_study().run(tmp_path / "s", workers=1)
     seen = terminal.getvalue()
     assert "4 of 4" in seen.splitlines()[-2]

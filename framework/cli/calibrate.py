@@ -2,24 +2,191 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import attrs
 import click
 
 from grainlaw.calibration.calibrate import calibrate as run
 from grainlaw.calibration.result import Calibration
-from grainlaw.cli.calibration_file import CalibrationFile, calibration_of
-from grainlaw.cli.components import settings
+from grainlaw.calibration.stiffness_search import CONTACTS
+from grainlaw.calibration.targets import AIMS, BENDING, BRAZILIAN, Targets, needed_tests
+from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
+from grainlaw.cli.components import evolved, name_of, refuse_unknown, settings
+from grainlaw.cli.configuration import Configuration, configured
 from grainlaw.cli.law_copy import copied
 from grainlaw.cli.running import contents, end_stopped, refusing
-from grainlaw.cli.sections import toml
+from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables, toml
 from grainlaw.contact import ContactLaw
+from grainlaw.fields import ParameterError, whole_number
+from grainlaw.messages import nearest, short
+from grainlaw.protocols import UniaxialCompression
 from grainlaw.results.files import writable_folder, write_atomically
 from grainlaw.runs.record import versions
 from grainlaw.runs.stopping import Stopped
+from grainlaw.specimen import Specimen
 from grainlaw.studies.workers import ExecutorError
+from grainlaw.unit_text import quantity
+
+# --- the file ---------------------------------------------------------------------------------------------------------
+# That of ``grainlaw test`` with the tables [targets] and [free].
+
+
+OWN = ("targets", "free", "tied", "calibration", "tests", DISC, HALF_DISC)  #: tables that other files do not have
+OTHERS = ("sample", "rock", "rocks", "law", "numerics")
+TEST_OF = {
+    PRISM: name_of(UniaxialCompression),
+    DISC: name_of(type(USUAL[BRAZILIAN])),
+    HALF_DISC: name_of(type(USUAL[BENDING])),
+}
+TOUGHNESS = re.compile(r"(.*?)[\s*·]*(?:m\^?0\.5|m\^?\(?1/2\)?|sqrt\(m\)|√m)\s*")
+
+
+@attrs.frozen(kw_only=True)
+class Settings:
+    """The table [calibration]."""
+
+    elastic: str = CONTACTS
+    seeds: int = whole_number(default=3, at_least=2)
+    budget: int = whole_number(default=100, at_least=10)
+    more: int = whole_number(default=9, at_least=0)
+    fresh: int = whole_number(default=10, at_least=2)
+    seed: int = whole_number(default=0, at_least=0)
+    also: Sequence[str] = ()
+
+
+@attrs.frozen(eq=False)
+class FileSpecimens:
+    """Specimens of one shape by their seed, from the sections of a file."""
+
+    shape: str
+    sections: Sections
+    quick: bool
+
+    def configuration(self, seed: int) -> Configuration:
+        sample = {**self.sections["sample"], "seed": seed}
+        return configured(TEST_OF[self.shape], {**self.sections, "sample": sample}, self.quick)
+
+    def __call__(self, seed: int) -> Specimen:
+        return self.configuration(seed).specimen
+
+
+@attrs.frozen(eq=False)
+class CalibrationFile:
+    """What a file asks for."""
+
+    file: Path
+    chosen: Configuration  #: of the first seed
+    specimens: dict[str, FileSpecimens]
+    given: dict[str, Any]  #: the other arguments of :func:`grainlaw.calibrate`
+
+    @property
+    def folder(self) -> Path:
+        """Where its results are if nothing else is said: beside the file, under its name."""
+        return self.file.with_suffix("")
+
+
+def calibration_of(
+    file: Path, assignments: Sequence[str] = (), quick: bool = False, options: Mapping[str, Any] | None = None
+) -> CalibrationFile:
+    """Read the calibration of a file; ``options`` that are not None take the place of those in [calibration].
+
+    Raises :class:`ParameterError`, :class:`~grainlaw.cli.law_file.LawReferenceError`.
+    """
+    tables = read_tables(file)
+    for name, table in tables.items():
+        if name not in (*OWN, *OTHERS):
+            known = (*OWN, *OTHERS)
+            raise ParameterError(
+                f"{file}: there is no section '{name}' in a calibration{nearest(name, known)} "
+                f"(sections: {', '.join(known)})"
+            )
+        if not isinstance(table, dict):
+            raise ParameterError(f"{file}: {name} = {short(table)} is not allowed, it must be a section [{name}]")
+    own = {name: tables.pop(name, {}) for name in OWN}
+    sections = checked_sections(tables, file)
+    for assignment in assignments:
+        assign(sections, assignment)
+    refuse_unknown("numerics", sections.get("numerics", {}), ["refinement"])
+    if "file" in sections.get("sample", {}):
+        raise ParameterError(f"{file}: sample.file is not allowed: seeds must make other grains")
+    settings = evolved(Settings, {**own["calibration"], **_set(options or {})}, "calibration")
+    targets = targets_of(own["targets"])
+    needed = {SHAPES[test] for test in needed_tests([*targets.given, *(n for n in settings.also if n in AIMS)])}
+    shapes = {PRISM: sections.get("sample", {})}
+    shapes |= {shape: own[shape] for shape in (DISC, HALF_DISC) if own[shape] or shape in needed}
+    specimens = {
+        shape: FileSpecimens(shape, {**sections, "sample": dict(sample)}, quick) for shape, sample in shapes.items()
+    }
+    chosen = specimens[PRISM].configuration(1)
+    kind: Any = type(chosen.law)
+    units = {f.name: f.metadata["unit"] for f in attrs.fields(kind) if "unit" in f.metadata}
+    refuse_unknown("free", own["free"], units)
+    refuse_unknown("tied", own["tied"], units)
+    given = {
+        "targets": targets,
+        "law": chosen.law,
+        "free": {name: _pair(f"free.{name}", ends, units[name]) for name, ends in own["free"].items()},
+        "tied": {name: _tie(f"tied.{name}", tie) for name, tie in own["tied"].items()},
+        "tests": _tests(own["tests"]),
+        **{field.name: getattr(settings, field.name) for field in attrs.fields(Settings)},
+    }
+    return CalibrationFile(file, chosen, specimens, given)
+
+
+def _set(options: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def targets_of(table: Mapping[str, Any]) -> Targets:
+    """The table [targets]: quantities, or lists of a value and its uncertainty. Raises :class:`ParameterError`."""
+    refuse_unknown("targets", table, [*AIMS, "confinements"])
+    values: dict[str, Any] = {}
+    for name, given in table.items():
+        if name == "confinements":
+            listed = given if isinstance(given, list) else [given]
+            values[name] = [quantity(each, "Pa", f"targets.{name}") for each in listed]
+        elif isinstance(given, list):
+            values[name] = tuple(_value(name, each) for each in given)
+        else:
+            values[name] = _value(name, given)
+    return Targets(**values)
+
+
+def _value(name: str, given: Any) -> float:
+    unit = AIMS[name].unit
+    if name == "fracture_toughness":
+        found = TOUGHNESS.fullmatch(given) if isinstance(given, str) else None
+        if isinstance(given, str) and not found:
+            raise ParameterError(
+                f"targets.{name} = {short(given)} is not allowed, it must be a number in Pa sqrt(m) or a string such "
+                "as '1.2 MPa sqrt(m)'"
+            )
+        return quantity(found[1] if found else given, "Pa", f"targets.{name}")
+    return quantity(given, unit, f"targets.{name}")
+
+
+def _pair(where: str, given: Any, unit: str) -> tuple[float, ...]:
+    if not isinstance(given, list) or len(given) != 2:
+        raise ParameterError(f"{where} = {short(given)} is not allowed, it must be a list: lowest and highest")
+    return tuple(quantity(each, unit, where) for each in given)
+
+
+def _tie(where: str, given: Any) -> tuple[str, float]:
+    if not isinstance(given, Mapping) or set(given) != {"of", "times"}:
+        raise ParameterError(
+            f'{where} = {short(given)} is not allowed, it must be like {{of = "mode_i_energy", times = 2}}'
+        )
+    return str(given["of"]), quantity(given["times"], "1", f"{where}.times")
+
+
+def _tests(table: Mapping[str, Any]) -> dict[str, Any]:
+    refuse_unknown("tests", table, USUAL)
+    return {name: evolved(USUAL[name], given, f"tests.{name}") for name, given in table.items()}
+
 
 STORE, CALIBRATED = "tests", "calibrated.toml"
 

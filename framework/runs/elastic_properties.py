@@ -14,9 +14,8 @@ from grainlaw.columns import quantity_of
 from grainlaw.contact import ContactLaw, Laws, declared_stiffness
 from grainlaw.engine.model import laws_of_bonds
 from grainlaw.engine.parts.laws import by_interface, stiffness_of_points
-from grainlaw.engine.spring_statics import ElasticModel
+from grainlaw.engine.spring_statics import ElasticModel, stiffness_of_bonds, stiffness_of_contacts
 from grainlaw.engine.state import State
-from grainlaw.engine.tangents import stiffness_of_bonds, stiffness_of_contacts
 from grainlaw.fields import ParameterError
 from grainlaw.gauges import lateral_strain
 from grainlaw.messages import refusal, short

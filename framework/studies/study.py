@@ -31,10 +31,9 @@ from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.cost import StudyCost, cost_of
 from grainlaw.studies.design import Design, Factors, check_signature, factorial, listed
-from grainlaw.studies.progress import Watcher
 from grainlaw.studies.store import KILLED, Store
 from grainlaw.studies.table import Table
-from grainlaw.studies.workers import carry_all, workers
+from grainlaw.studies.workers import Watcher, carry_all, workers
 
 SEVERAL = 8  #: levels of a factor that are tried before anything is run; of more numbers the first and the outermost
 Folder = str | os.PathLike[str]

@@ -21,7 +21,7 @@ from support import ROCK, STIFF, STRONG, advance
 
 import grainlaw as gl
 from grainlaw.engine.model import Model
-from grainlaw.engine.parts import bond_passes, zones
+from grainlaw.engine.parts import bonds, zones
 from grainlaw.engine.state import State
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
@@ -68,23 +68,23 @@ def pass_costs(state):
         "zones: gather": lambda: zones.gather_motion(*u, *z.corner, *moved),
         "zones: force": lambda: zones.zone_forces(*moved, *shape, *modulus, *pull),
         "zones: scatter": lambda: zones.scatter_forces(*f, *z.corner, *pull),
-        "bonds: gather": lambda: bond_passes.gather_motion(*u, *b.node, *gap),
-        "bonds: kinematics": lambda: bond_passes.kinematics(
+        "bonds: gather": lambda: bonds.gather_motion(*u, *b.node, *gap),
+        "bonds: kinematics": lambda: bonds.kinematics(
             *gap, b.edge_x, b.edge_y, b.weight, *frame, o[half[0]], o[half[1]], s[half[0]], s[half[1]]
         ),
         "bonds: law": lambda: law.batch(o, s, memory),
         "bonds: work": lambda: [
-            bond_passes.add_work(now[h], before[1][h], a[h], c[1][h], work[h])
+            bonds.add_work(now[h], before[1][h], a[h], c[1][h], work[h])
             for now, before, a, c, work in (
                 (o, b.opening, n, b.normal, b.opening_work), (s, b.slip, t, b.shear, b.slip_work)
             )
             for h in half
         ],
-        "bonds: force": lambda: bond_passes.end_forces(
+        "bonds: force": lambda: bonds.end_forces(
             *frame, b.half, b.weight, n[half[0]], t[half[0]], n[half[1]], t[half[1]],
             o[half[0]], o[half[1]], s[half[0]], s[half[1]], *rows,
         ),
-        "nodes: gather": lambda: bond_passes.gather_forces(*b.slots, b.force_x, b.force_y, *f),
+        "nodes: gather": lambda: bonds.gather_forces(*b.slots, b.force_x, b.force_y, *f),
     }  # fmt: skip
     for call in calls.values():
         call()
