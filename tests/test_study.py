@@ -15,7 +15,7 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.runs.record import grains_hash
 from grainlaw.studies import study as studies
-from grainlaw.studies.store import Store
+from grainlaw.studies.store import InMemory, Store
 from grainlaw.units import mm
 
 
@@ -68,6 +68,26 @@ def test_the_table_does_not_depend_on_who_ran_it(workers, table, tmp_path):
     else:
         found = study.run(store, workers=1 if workers == "one process" else 2, progress=False)
     assert content(found) == content(table)
+
+
+def test_without_a_folder_it_is_the_same_table_with_its_results(table):
+    found = tiny_study().run(on=ThreadPoolExecutor(2), progress=False)
+    assert content(found) == content(table)
+    stress = [each.result(law="brittle", seed=1).curves["stress"] for each in (found, table)]
+    assert np.array_equal(*stress)
+
+
+def test_of_a_study_without_a_folder_that_is_stopped_the_table_so_far_is_there(monkeypatch):
+    stop, write = gl.Stop(), InMemory.write
+
+    def written(store, row, run):
+        write(store, row, run)
+        stop.ask("enough")
+
+    monkeypatch.setattr(InMemory, "write", written)
+    with pytest.raises(gl.Stopped) as stopped:
+        tiny_study().run(on=ThreadPoolExecutor(1), progress=False, stop=stop)
+    assert len(stopped.value.result) in (1, 2)  # those that had come back by then
 
 
 @pytest.mark.thorough

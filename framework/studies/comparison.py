@@ -27,7 +27,8 @@ from grainlaw.runs.stopping import Stopped
 from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
 from grainlaw.studies.case import FINISHED, found_by
-from grainlaw.studies.table import InMemory, Table
+from grainlaw.studies.store import InMemory
+from grainlaw.studies.table import Table
 
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
@@ -77,7 +78,7 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
 
         Its factors are the law and, of several samples, the seed.
         """
-        rows, several = [], bool(self.seeds)
+        kept, several = InMemory(), bool(self.seeds)
         for key in (*self.results, *self.failed):
             law, seed = _parted(key)
             row: dict[str, Any] = {"case": in_words(key), "run": "", "factors": {"law": law}}
@@ -85,10 +86,10 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
                 row["factors"]["seed"] = seed
             if key in self.results:
                 found = found_by(self.results[key], tuple(MEASURES.values()))
-                rows.append({**row, "run": in_words(key), "status": FINISHED, **found})
+                kept.write({**row, "run": in_words(key), "status": FINISHED, **found}, self.results[key])
             else:
-                rows.append({**row, "status": "failed", "reason": str(self.failed[key])})
-        return Table(rows, ("law", "seed") if several else ("law",), InMemory(self.named))
+                kept.write({**row, "status": "failed", "reason": str(self.failed[key])}, None)
+        return Table(map(kept.row, kept.cases()), ("law", "seed") if several else ("law",), kept)
 
     @property
     def named(self) -> dict[str, Result]:

@@ -1,4 +1,4 @@
-"""The folder of a study: one row for each finished case, one file of curves and cracks for each run."""
+"""What keeps the cases of a study: a folder with a row of each and a file for each run, or a program's memory."""
 
 from __future__ import annotations
 
@@ -354,6 +354,45 @@ class Store:
                 continue
             pack.entries[key] = StoredCase("" if run == "-" else run, status, number, first, last - first)
         return pack
+
+
+class InMemory:
+    """The same for as long as a program runs, without a folder."""
+
+    def __init__(self, about: Mapping[str, Any] | None = None) -> None:
+        self.about = dict(about or {})
+        self._rows: dict[str, Mapping[str, Any]] = {}
+        self._runs: dict[str, bytes | Result] = {}
+
+    def __contains__(self, case: str) -> bool:
+        """Whether a case is finished."""
+        return case in self._rows and self._rows[case]["status"] != KILLED
+
+    def cases(self) -> Iterator[str]:
+        """The keys of all cases."""
+        return iter(self._rows)
+
+    def row(self, case: str) -> Mapping[str, Any]:
+        """The row of a case. Raises KeyError."""
+        return self._rows[case]
+
+    def rows(self, cases: Iterable[str]) -> Iterator[Mapping[str, Any] | None]:
+        """The rows of cases in their order, None for those that are not there."""
+        return map(self._rows.get, cases)
+
+    def write(self, row: Mapping[str, Any], run: bytes | Result | None) -> None:
+        """Add a case, with the run as a result or as the content of its file."""
+        self._rows[str(row["case"])] = row
+        if run is not None:
+            self._runs[str(row["run"])] = run
+
+    def result(self, case: str) -> Result:
+        """The run of a case. Raises KeyError where there is none."""
+        run = self._runs[str(self._rows[case]["run"])]
+        return from_bytes(run, "the run") if isinstance(run, bytes) else run
+
+
+Kept = Store | InMemory  #: what a study's cases are kept in
 
 
 @attrs.frozen

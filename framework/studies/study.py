@@ -31,7 +31,7 @@ from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.cost import StudyCost, cost_of
 from grainlaw.studies.design import Design, Factors, check_signature, factorial, listed
-from grainlaw.studies.store import KILLED, Store
+from grainlaw.studies.store import KILLED, InMemory, Kept, Store
 from grainlaw.studies.table import Table
 from grainlaw.studies.workers import Watcher, carry_all, workers
 
@@ -84,11 +84,12 @@ class Study(metaclass=Checked):
     # --- running -----------------------------------------------------------------------------------------------------
 
     def run(
-        self, folder: Folder, *, on: Any = None, workers: int | None = None, shard: tuple[int, int] | None = None,
-        progress: Shown = True, stop: Stop | None = None,
+        self, folder: Folder | None = None, *, on: Any = None, workers: int | None = None,
+        shard: tuple[int, int] | None = None, progress: Shown = True, stop: Stop | None = None,
     ) -> Table:  # fmt: skip
         """Carry out the cases that the store in ``folder`` does not have, and return the table of all.
 
+        Without a folder all cases are carried out, and the table is all that there is of them.
         They run on all cores of this machine, or on ``workers`` of them, or ``on`` an executor: one of
         ``concurrent.futures``, a client of Dask, or the address of its scheduler. ``shard`` is (k, n): every n-th case
         from the k-th on, for n jobs that share one store. What is interrupted goes on with the same call; a case that
@@ -102,7 +103,8 @@ class Study(metaclass=Checked):
             raise ParameterError("Study.run: workers and on are not allowed together: an executor has its own")
         count = cores() if workers is None else checked_whole_number("Study.run: workers", workers, at_least=1)
         turn = _shard(shard)
-        store, stop = Store(folder, about=self._about()), stop or Stop()
+        store: Kept = InMemory(self._about()) if folder is None else Store(folder, about=self._about())
+        stop = stop or Stop()
         mine = (pair for k, pair in enumerate(self._cases()) if k % turn[1] == turn[0])
         missing = [Task(case, factors) for case, factors in mine if case not in store]
         if missing:
@@ -112,13 +114,14 @@ class Study(metaclass=Checked):
                 with stop.by_signals():
                     self._carry(missing, store, on, min(count, len(missing)), progress, stop)
             except Stopped as stopped:
-                stopped.result = self.table(folder)
+                stopped.result = self._table(store)
                 raise
             finally:
-                store.pack()
+                if isinstance(store, Store):
+                    store.pack()
         return self._table(store)
 
-    def _carry(self, missing: list[Task], store: Store, on: Any, count: int, progress: Shown, stop: Stop) -> None:
+    def _carry(self, missing: list[Task], store: Kept, on: Any, count: int, progress: Shown, stop: Stop) -> None:
         recipe = packed(self._recipe)
         with workers(on, count) as by, shown_in(progress, stays=True, speaks=True) as bars:
             watcher = Watcher(missing, by, bars)
@@ -159,7 +162,7 @@ class Study(metaclass=Checked):
                     where = f" (in the case {others})" if others else ""
                     raise ParameterError(f"Study: {name} = {short(level)} is refused{where}: {words}") from None
 
-    def _with_known(self, tasks: list[Task], store: Store) -> list[Task]:
+    def _with_known(self, tasks: list[Task], store: Kept) -> list[Task]:
         """The same, with the runs that equal factors had before the function was edited: perhaps they are the same."""
         mine = {case for case, _ in self._cases()}
         known = {}
@@ -201,7 +204,7 @@ class Study(metaclass=Checked):
         store = Store(folder, make=False)
         return self._table(store).result(**factors)
 
-    def _table(self, store: Store) -> Table:
+    def _table(self, store: Kept) -> Table:
         rows = (row for row in store.rows(case for case, _ in self._cases()) if row is not None)
         return Table(rows, self.design.names, store, self.measures)
 

@@ -7,7 +7,6 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import attrs
 import numpy as np
 
 from grainlaw.arguments import checked
@@ -25,7 +24,7 @@ from grainlaw.studies.design import RESERVED
 from grainlaw.studies.export import as_html, as_text, to_pandas, to_xarray, write_csv, write_parquet
 from grainlaw.studies.rows import Rows, is_number, label, number, several
 from grainlaw.studies.statistics import By, Listing
-from grainlaw.studies.store import Store
+from grainlaw.studies.store import Kept
 
 if TYPE_CHECKING:
     import pandas
@@ -38,18 +37,6 @@ if TYPE_CHECKING:
 NO_PROPERTIES = (*LIMITS, *COST)  #: of the rock
 
 
-@attrs.frozen
-class InMemory:
-    """Results that are kept as they are, by the keys of their cases."""
-
-    results: Mapping[str, Result]
-    about: Mapping[str, Any] = {}
-
-    def result(self, case: str) -> Result:
-        """The result of a case. Raises KeyError."""
-        return self.results[case]
-
-
 class Table(Rows):
     """Rows of a study in the order of its cases: factors, status, and the properties of each test (SI).
 
@@ -58,7 +45,7 @@ class Table(Rows):
     """
 
     def __init__(
-        self, rows: Iterable[Mapping[str, Any]], factors: Sequence[str], store: Store | InMemory,
+        self, rows: Iterable[Mapping[str, Any]], factors: Sequence[str], store: Kept,
         measures: Sequence[Measure] | None = None,
     ) -> None:  # fmt: skip
         super().__init__(rows, factors)

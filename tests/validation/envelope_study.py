@@ -4,7 +4,6 @@ python tests/validation/envelope_study.py [--write | --check]
 """
 
 from functools import cache, partial
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from paper_sample import SEEDS, sample
@@ -31,14 +30,9 @@ def case(law, seed, confinement):
 
 
 @cache
-def store():
-    return TemporaryDirectory(prefix="envelope-")
-
-
-@cache
 def tested(law):
     study = gl.Study(case, law=[law], seed=SEEDS, confinement=[p * MPa for p in CONFINEMENTS])
-    return study.run(store().name, progress=False)
+    return study.run(progress=False)
 
 
 def peaks(confinement):
