@@ -17,18 +17,15 @@ from grainlaw.integration import Integrator, Motion
 from grainlaw.observation import Observer
 from grainlaw.results.files import Arrays, below, write_atomically
 
-FORMAT = 4  #: raise when a checkpoint of before could not be read any more
+FORMAT = 5  #: raise when a checkpoint of before could not be read any more
 
 
 @attrs.define(kw_only=True)
 class Counters:
-    """Where a run stands, and what governs its time step."""
+    """Where a run stands."""
 
     stage: int = 0  #: its number
     first_sample: int = 0  #: of the stage
-    first_step: int = 0  #: of the stage
-    next_adapt: int = 0  #: step since the stage began
-    halts: int = 0
     pieces: int = 1  #: into which the next sample is divided, as contacts are being damaged
     without_static: int = 0  #: static stages whose loads had no static solution
     supplied: float = 1e-300  #: J, largest external work so far, or that of giving all grains the platens' speed

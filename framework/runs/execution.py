@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -11,19 +10,13 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import ENERGY, SPENT, SUPPLIED, THERMAL
-from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.condition import StageError
 from grainlaw.engine.ageing import age_at_rest
 from grainlaw.engine.diagnosis import fastest, first_fault
 from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbalanced
-from grainlaw.engine.parts.fluids import FLOW
-from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
-from grainlaw.engine.stepping import InstabilityError, advance
-from grainlaw.engine.thread_count import ThreadCount
+from grainlaw.engine.stepping import InstabilityError
 from grainlaw.fields import ParameterError
-from grainlaw.integration import Integrator, Motion
-from grainlaw.loads import FluidPressure
 from grainlaw.observation import Observer
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
@@ -33,10 +26,10 @@ from grainlaw.runs.estimate import warn_of_cost
 from grainlaw.runs.loader import Loader
 from grainlaw.runs.progress import without_bars
 from grainlaw.runs.run_folder import RunFolder
-from grainlaw.runs.stopping import Stop, Stopped
+from grainlaw.runs.stepper import Stepper
+from grainlaw.runs.stopping import Stopped
 from grainlaw.stage import Stage
 
-CALL = 4_000_000  #: zones times steps of one call of the engine: some tenths of a second, the delay of Ctrl-C
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
 
@@ -92,29 +85,19 @@ class Execution:
 
     def __init__(
         self,
-        state: State,
+        stepper: Stepper,
         protocol: LoadingProtocol,
         stages: Sequence[Stage],
         *,
-        threads: int | ThreadCount,
-        factor: float,
-        scaling: float,
         observers: Sequence[Observer],
         frames: int,
-        stop: Stop,
         folder: RunFolder | None,
     ) -> None:
-        self.state, self.protocol, self.stages = state, protocol, stages
-        self.threads, self.factor, self.stop, self.folder = threads, factor, stop, folder
-        self.recorder, self.watching = FrameRecorder(FrameClock(frames)), list(observers)
+        self.state, self.stepper, self.protocol, self.stages = stepper.state, stepper, protocol, stages
+        self.folder, self.recorder, self.watching = folder, FrameRecorder(FrameClock(frames)), list(observers)
         self.observers = without_bars(observers)  #: of which a checkpoint keeps what they have
-        self.columns, self.at, state.stages = CurveTable(), Counters(), len(stages)
-        self.integrator: Integrator = stages[0].moved_by
-        self.before: Motion | None = None  #: the motion that the integrator has seen last
-        self.compiled: tuple[Integrator, Compiled] | None = None  #: the integrator of the last steps
-        self.most_steps = max(1, CALL // len(state.mesh.zones))
-        self.stability = StableStep(state, scaling)
-        self.loader = Loader(state, self.stability)
+        self.columns, self.at, self.state.stages = CurveTable(), Counters(), len(stages)
+        self.loader = Loader(self.state, stepper.stability)
         self.goes_on = False  #: in a stage that began before a checkpoint
 
     def go(self) -> Result:
@@ -134,9 +117,9 @@ class Execution:
         stage, state = self.stages[self.at.stage], self.state
         if not self.goes_on:
             self._begin(stage)
-        self._steps(0)  # compiles, so that the clock measures the time loop alone
+        self.stepper.do(0)  # compiles, so that the clock measures the time loop alone
         if not self.goes_on and not self.columns.count:
-            warn_of_cost(state, self.stages, self._steps)
+            warn_of_cost(state, self.stages, self.stepper.do)
         self.goes_on = False
         while self.columns.count - self.at.first_sample < stage.sample_limit:
             moment = self.moment()
@@ -144,7 +127,7 @@ class Execution:
             damage = state.damage if stage.pieces > 1 else 0.0
             start = time.perf_counter()
             try:
-                self._advance(stage, steps)
+                self.stepper.advance(stage, steps, self.loader.look)
             except Stopped:
                 self._return_to(moment)
                 self._save(moment)
@@ -180,13 +163,13 @@ class Execution:
     def _begin(self, stage: Stage) -> None:
         state, at = self.state, self.at
         state.begin(stage)
-        self.integrator, self.before = stage.moved_by, None
-        state.change_time_step(self._time_step(stage))
+        self.stepper.begin(stage)
         at.without_static += not self.loader.begin(stage)
-        self.integrator = self.loader.integrator(stage)
+        self.stepper.integrator = self.loader.integrator(stage)
         at.supplied = max(at.supplied, least_work(state))
         state.take_back_half_a_step_of_gravity()
-        at.first_sample, at.first_step, at.next_adapt, at.halts, at.pieces = self.columns.count, state.steps, 0, 0, 1
+        self.stepper.first = state.steps  # a static solution takes steps of its own
+        at.first_sample, at.pieces = self.columns.count, 1
 
     def _observe(self, stage: Stage) -> float:
         """Show the sample to all observers; returns the share of the stage that is done."""
@@ -203,51 +186,6 @@ class Execution:
                 self.folder.summarize(self._summary_so_far(), "running")
         return progress
 
-    def _time_step(self, stage: Stage) -> float:
-        step = self.factor * self.stability.step(self.integrator)
-        return step if math.isfinite(step) else stage.interval
-
-    def _advance(self, stage: Stage, steps: int) -> None:
-        """Do ``steps``; integrator and time step change at steps counted from the stage's start, not at samples."""
-        state, at = self.state, self.at
-        end, look = state.steps + steps, self.stability.look
-        flow = FLOW if stage.of(FluidPressure) else look
-        while state.steps < end:
-            self.stop.check()
-            since = state.steps - at.first_step
-            if since % look == 0:
-                self.loader.look(stage)
-                state.let_membranes_follow()
-                if since and self.stability.has_changed():
-                    state.change_time_step(self._time_step(stage))
-            if since % flow == 0:
-                state.let_fluids_follow()
-            burst = self.integrator.burst
-            if burst and since >= at.next_adapt:
-                now = state.freedoms.motion()
-                (self.integrator, halt), self.before = self.integrator.adapt(now, self.before), now
-                # With bursts of equal length a mode of that period would be seen at rest every time.
-                at.next_adapt = since + burst + at.halts % burst // 2
-                if halt:
-                    at.halts += 1
-                    self.before = attrs.evolve(now, velocity=np.zeros_like(now.velocity))
-                    state.freedoms.stop()
-                    self._steps(1)
-                    state.start_from_rest(now.velocity)
-                    continue
-            pause = at.next_adapt - since if burst else look
-            self._steps(min(pause, look - since % look, flow - since % flow, self.most_steps, end - state.steps))
-
-    def _steps(self, steps: int) -> None:
-        if self.compiled is None or self.compiled[0] is not self.integrator:
-            before = None if self.compiled is None else self.compiled[1]
-            self.compiled = self.integrator, compile_integrator(self.integrator, before)
-        if steps and self.state.freedoms.lags:
-            advance(self.state, self.compiled[1], 1, threads=self.threads)
-            self.state.freedoms.catch_up()
-            steps -= 1
-        advance(self.state, self.compiled[1], steps, threads=self.threads)
-
     def _record(self, energies: dict[str, float]) -> None:
         state = self.state
         state.note_breaks()
@@ -261,11 +199,11 @@ class Execution:
         """All that the run needs to go on from here; copies."""
         state = self.state
         numbers = {
-            "counters": attrs.asdict(self.at), "time_step": state.time_step, "began": state.began,
-            "samples": self.columns.count, "frames": len(self.recorder.frames), "stable_step": self.stability.save(),
-            "loader": self.loader.save(), "clock": {k: row.tolist() for k, row in self.recorder.clock.save().items()},
+            "counters": attrs.asdict(self.at), "began": state.began, "samples": self.columns.count,
+            "frames": len(self.recorder.frames), "steps": self.stepper.save(), "loader": self.loader.save(),
+            "clock": {k: row.tolist() for k, row in self.recorder.clock.save().items()},
         }  # fmt: skip
-        return SavedMoment(state.save(), self.integrator, self.before, numbers)
+        return SavedMoment(state.save(), self.stepper.integrator, self.stepper.before, numbers)
 
     def _save(self, moment: SavedMoment) -> None:
         """Write a checkpoint. No observer may have seen a later moment."""
@@ -300,10 +238,7 @@ class Execution:
 
     def _return_to(self, moment: SavedMoment) -> None:
         self.state.restore(moment.state)
-        self.integrator, self.before, numbers = moment.integrator, moment.before, moment.numbers
-        self.state.time_step = numbers["time_step"]
-        self.at.next_adapt, self.at.halts = (numbers["counters"][name] for name in ("next_adapt", "halts"))
-        self.stability.restore(numbers["stable_step"])
+        self.stepper.restore(moment.numbers["steps"], moment.integrator, moment.before)
 
     # --- failure -----------------------------------------------------------------------------------------------------
 
@@ -323,7 +258,7 @@ class Execution:
         state = self.state
         state.restore(moment.state)
         for _ in range(steps):
-            self._steps(1)
+            self.stepper.do(1)
             if place := first_fault(state):
                 break
         else:

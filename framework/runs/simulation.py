@@ -32,6 +32,7 @@ from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.plausibility import refuse_lost_loads, warn_of_scales
 from grainlaw.runs.progress import RunBar, Shown, shown_in
 from grainlaw.runs.run_folder import RunFolder, checkpoint_of
+from grainlaw.runs.stepper import Stepper
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -97,11 +98,11 @@ def simulate(
     }  # fmt: skip
 
     def execution(folder: RunFolder | None) -> Execution:
-        return Execution(
-            state, protocol, stages,
-            threads=ThreadCount(cores) if shared == AUTO else shared, factor=time_step_factor,
-            scaling=mass_scaling, observers=watching, frames=frames, stop=stop, folder=folder,
+        stepper = Stepper(
+            state, stages[0].moved_by, threads=ThreadCount(cores) if shared == AUTO else shared,
+            factor=time_step_factor, scaling=mass_scaling, stop=stop,
         )  # fmt: skip
+        return Execution(stepper, protocol, stages, observers=watching, frames=frames, folder=folder)
 
     with ExitStack() as stack:
         if (bars := stack.enter_context(shown_in(progress))) is not None:
