@@ -4,6 +4,10 @@ import numpy as np
 import pytest
 
 import grainlaw as gl
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.laws import Linear
+from grainlaw.protocols import UniaxialTension
+from grainlaw.results import acoustic
 from grainlaw.results.acoustic import clustered
 
 
@@ -65,6 +69,24 @@ def test_breaks_near_in_space_and_time_are_one_event():
     assert len(clustered(cracks_of(0), 1, 1)) == 0
     silent = clustered(cracks_of(2, position=[(0, 0), (2e-3, 0)]), 3e-3, 0)
     assert silent.position == pytest.approx(np.array([(1e-3, 0)]))
+
+
+def test_events_reach_as_far_as_a_shear_wave_goes_unless_told(monkeypatch):
+    """Bricks of 2 x 8 mm: twice the root of their area is 8 mm, which a wave of sqrt(G/rho) passes in 2.86 us."""
+    asked = []
+    monkeypatch.setattr(acoustic, "clustered", lambda *given: asked.append(given))
+    rock = gl.Elastic(youngs_modulus=50e9, poissons_ratio=0.25, density=2560)  # 2795 m/s
+    grains = Bricks(rows=1, columns=2).tessellate(rectangle(4e-3, 8e-3))
+    made = gl.simulate(
+        gl.Specimen(grains, rock), Linear(kn=1e13, ks=1e13), UniaxialTension(maximum_strain=1e-7, samples=10),
+        frames=1, progress=False,
+    )  # fmt: skip
+    gl.acoustic_events(made)
+    gl.acoustic_events(made, distance=1e-3, duration=1e-6, thickness=2.0)
+    (cracks, distance, duration, thickness), other = asked
+    assert (len(cracks), thickness, other[1:]) == (0, 1.0, (1e-3, 1e-6, 2.0))
+    assert distance == pytest.approx(8e-3)
+    assert duration == pytest.approx(8e-3 / np.sqrt(20e9 / 2560))
 
 
 def events_of(magnitudes):

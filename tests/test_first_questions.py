@@ -146,3 +146,13 @@ def test_a_law_is_asked_once_for_its_numbers(monkeypatch):
     for law in (one, one, other, one, MohrCoulomb(**STRONG)):
         ask_first_questions(Model(None, law))
     assert asked == [one, other]
+
+
+def test_laws_are_asked_in_all_directions():
+    paths = first_questions._paths(1e13)
+    opening, slip = (np.concatenate([path[:, k] for path in paths.values()]) for k in (0, 1))
+    for each in (opening, slip):
+        assert each.min() < 0 < each.max()
+    assert np.array_equal(paths["slip back"], -paths["slip"])
+    assert paths["slip"][1:, 1].min() > 0
+    assert paths["closing"].min() < 0 == paths["closing"].max()

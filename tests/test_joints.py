@@ -138,6 +138,16 @@ def test_phases_are_those_of_the_grains_cut():
     assert np.array_equal(made.phase, minerals.tessellate(REGIONS["rectangle"]).phase[made.parent])
 
 
+def test_joints_of_the_grains_stay_where_traces_cut_them():
+    """Two horizontal joints, and a trace across both."""
+    sets = JointSets(sets=[JointSet(dip=0, spacing=1.0, name="bedding")])
+    before = sets.tessellate(rectangle(2, 3))
+    made = Jointed(sets, {"fault": [[(1.0, -1.0), (1.1, 4.0)]]}).tessellate(rectangle(2, 3))
+    assert length_of(before, "bedding") > 3.9
+    assert length_of(made, "bedding") == pytest.approx(length_of(before, "bedding"))
+    assert length_of(made, "fault") == pytest.approx(np.hypot(3, 0.06))
+
+
 # --- joint sets ------------------------------------------------------------------------------------------------------
 
 OBLIQUE = [JointSet(dip=20, spacing=0.5, name="bedding"), JointSet(dip=-35, spacing=0.6), JointSet(dip=80, spacing=0.7)]

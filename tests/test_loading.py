@@ -13,7 +13,7 @@ import grainlaw as gl
 from grainlaw.columns import SPENT
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
-from grainlaw.loading import RELEASED, Pace
+from grainlaw.loading import RECENT, RELEASED, Pace
 from grainlaw.materials import Thermal
 from grainlaw.protocols import BiaxialCompression, Cyclic, Heating, Platens, UniaxialCompression, UniaxialTension
 from grainlaw.strength import borne_in
@@ -219,6 +219,34 @@ def test_a_loading_knows_the_unit_of_its_speed():
     seen = Pace(speed=2.0, unit="K/s", span=1.0, inertia=1.0, frequency=1e6, imbalance=1.0, least_imbalance=1.0)
     with pytest.raises(gl.AccuracyError, match=r"at 2 K/s$"):
         gl.Adaptive(rate=0.04).next(seen)
+
+
+class Watching(gl.Loading):
+    """Keeps what it is told."""
+
+    def first(self, pace):
+        return 0.5
+
+    def next(self, pace):
+        TOLD.append((pace.imbalance, pace.least_imbalance))
+        return 0.5, False
+
+    def slower(self):
+        return self
+
+
+TOLD = []
+
+
+def test_a_loading_is_told_the_least_of_the_last_imbalances():
+    TOLD.clear()
+    test = UniaxialCompression(samples=12, maximum_strain=1e-4, loading=Watching())
+    gl.simulate(small_sample(12), BRITTLE, test, threads=1, frames=1, progress=False)
+    last, least = np.transpose(TOLD)
+    assert np.ptp(last) > 0
+    assert not least[: RECENT - 1].any()
+    windows = np.lib.stride_tricks.sliding_window_view(last, RECENT)
+    assert least[RECENT - 1 :].tolist() == windows.min(axis=1).tolist()
 
 
 def test_tests_refuse_loadings_of_another_kind():

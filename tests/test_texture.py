@@ -18,6 +18,7 @@ from grainlaw.geometry import (
     Minerals,
     Voronoi,
     VoronoiCells,
+    from_polygons,
     rectangle,
     texture,
 )
@@ -38,6 +39,12 @@ def test_bricks_by_hand():
     assert found.edge.percentiles[50] == pytest.approx(1)
     assert not len(found.slivers)
     assert (found.fractions, found.like_share) == ({"0": pytest.approx(1)}, 1)
+
+
+def test_scatter_of_two_squares():
+    """Diameters as 1 to 2: their mean is 1.5, their deviation 0.5."""
+    squares = [[(0, 0), (1, 0), (1, 1), (0, 1)], [(1, 0), (5, 0), (5, 1), (1, 1)]]
+    assert texture(from_polygons(squares, ["a", "a"], rectangle(5, 1))).diameters.cv == pytest.approx(1 / 3)
 
 
 def test_cells_of_one_grain_count_as_one():

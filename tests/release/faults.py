@@ -107,14 +107,23 @@ def defined(text):
     return [name for name in names if not name.startswith("_") and (len(name) > 7 or not name.islower())]
 
 
+@functools.cache
+def helpers():
+    """Texts of what tests share, by the name that they import it by."""
+    files = [file for file in sorted(ROOT.glob("tests/**/*.py")) if not file.stem.startswith(("test_", "conftest"))]
+    return {file.stem: file.read_text(encoding="utf-8") for file in files}
+
+
 def scores(file):
     """How much each file of tests seems to be about a source, by file."""
     found, words = {}, set(defined(sources()[file]))
+    said = {name: 2 * bool(words & set(re.findall(r"\w+", text))) for name, text in helpers().items()}
     for test, text in tests().items():
         name = set(test.stem.split("_"))
         score = 6 * (test.stem == f"test_{file.stem}") + 3 * (file.stem in name or {*file.stem.split("_")} <= name)
         score += 4 * bool(re.search(rf"\b{re.escape(module(file))}\b", text))
         score += min(4, len(words & set(re.findall(r"\w+", text))))
+        score += max((said[name] for name in re.findall(r"^from (\w+) import", text, re.M) if name in said), default=0)
         if score:
             found[test] = score - 0.5 * ("validation" in test.parts)
     return found
