@@ -1,5 +1,6 @@
 """The stability margin: its value by theory, what it leaves alone, and columns that buckle at their load."""
 
+import itertools
 import sys
 from pathlib import Path
 
@@ -174,3 +175,22 @@ def test_one_softened_spring_is_found_from_a_smooth_motion():
         return margin._lowest(lambda motion: now @ motion, [margin.first_guess(), steady]).margin
 
     assert asked(100, ask) == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_rounding_is_no_motion_of_its_own(count):
+    """As many freedoms as the first trials span: what is left of a residual is rounding, and was taken for a motion
+    that nothing resists.
+    """
+    sound = scipy.sparse.csc_matrix(np.diag(1e9 * np.arange(1.0, count + 1)))
+    margin, calls = Margin.__new__(Margin), itertools.count(1)
+    margin._sound, margin._mass, margin._factors = sound, np.full(count, 30.0), scipy.sparse.linalg.splu(sound)
+    shares = np.linspace(0.7, 0.9, count)
+
+    def tangent(motion):
+        return shares * (sound @ motion) * (1 + 1e-14 * next(calls))
+
+    found = margin._lowest(tangent, [np.ones(count), np.zeros(count)])
+    assert found.margin == pytest.approx(0.7)
+    assert found.frequency == pytest.approx(np.sqrt(1e9 / 30))
+    assert margin._lowest(tangent, [np.zeros(count), np.zeros(count)]) is None

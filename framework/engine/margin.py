@@ -29,6 +29,7 @@ AHEAD = 300  #: times that: how far ahead on its way the specimen is when trial 
 FREE = 1e-3  #: of the frequency of the steady motion: below, a motion that nothing resists counts as sound
 EXACT = 0.01  #: residual of the eigenvalue, in the norm of K0, and
 SETTLED, SINCE = 0.01, 3  #: by how much it may have changed over so many spaces: what has softened may be small
+IN_SPACE = 1e-10  #: share of a motion, in the norm of K0, that is left by rounding once the space is taken from it
 MOST = 16  #: trial motions; a margin that is not found with them is not known
 FARTHEST = 0.05  #: of the grain size: largest displacement by which a soft motion is brought to its place at once
 INCREMENTS = 10  #: steps in which it is moved: the work of contacts that open or close on the way is that of steps
@@ -182,15 +183,16 @@ class Margin:
         Friction makes the tangent unsymmetric: of a pair of complex eigenvalues the real part counts.
         """
         basis = np.zeros((self.unknowns, MOST), order="F")
-        sound, now, count = np.zeros_like(basis), np.zeros_like(basis), 0  # K0 and K(u) times the basis
+        sound, now, count, asked = np.zeros_like(basis), np.zeros_like(basis), 0, 0  # K0 and K(u) times the basis
         projected, found = np.zeros((MOST, MOST)), [math.inf] * SINCE
         while count < MOST:
             new = starts.pop(0)
+            before = float(new @ (self._sound @ new))
             for _ in range(2):
                 new = new - basis[:, :count] @ (sound[:, :count].T @ new)
             resisted = self._sound @ new
             energy = float(new @ resisted)
-            if energy > 0:
+            if energy > IN_SPACE**2 * before:  # less is rounding of what the space has already
                 basis[:, count], sound[:, count] = new / np.sqrt(energy), resisted / np.sqrt(energy)
                 now[:, count] = tangent(basis[:, count])
                 count += 1
@@ -198,15 +200,16 @@ class Margin:
                 projected[count - 1, :count] = basis[:, count - 1] @ now[:, :count]
             if starts:
                 continue
-            if not np.isfinite(projected).all():
+            if not count or not np.isfinite(projected).all():
                 return None
+            is_whole, asked = count == asked, count
             values, vectors = np.linalg.eig(projected[:count, :count])
             lowest = int(np.argmin(values.real))
             value, shares = values[lowest], vectors[:, lowest]
             residual = (now[:, :count] @ shares - value * (sound[:, :count] @ shares)).real
             following = self._factors.solve(residual)
             found = [*found[1:], float(value.real)]
-            if residual @ following <= EXACT**2 and max(found) - min(found) <= SETTLED:
+            if is_whole or (residual @ following <= EXACT**2 and max(found) - min(found) <= SETTLED):
                 motion = basis[:, :count] @ (shares.real / np.linalg.norm(shares.real))
                 frequency = float(1 / np.sqrt(motion @ (self._mass * motion)))
                 return LowestMode(margin=float(value.real), frequency=frequency, motion=motion)
