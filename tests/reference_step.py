@@ -1,6 +1,6 @@
 """A step in plain Python loops, by docs/theory.md alone: the judge of every engine, slow and without numba.
 
-A specimen of elastic or of rigid grains with bonds, pressures, tractions, weight and driven
+A specimen of elastic or of rigid grains with bonds, pressures, tractions, weight, and driven, held and quiet
 boundaries; what an engine does in its own order and its own form is done here freedom by freedom.
 """
 
@@ -28,6 +28,7 @@ class Reference:
             for i in corners:
                 self.mass[i] += specimen.material.density * self.area(z) / 3
         self.before = [self.weight(i) for i in range(count)]  # a change of the weight is no vibration
+        self.platens = [Platen(self, hold) for hold in self.of(gl.Hold)]
 
     def area(self, z):
         a, b, c = (self.x0[i] for i in self.mesh.zones[z].tolist())
@@ -111,6 +112,11 @@ class Reference:
             (int(i), drive.axis): drive.speed
             for drive in self.of(gl.Drive) for i in self.mesh.boundaries[drive.boundary]
         }  # fmt: skip
+        held |= {(i, platen.hold.axis): math.nan for platen in self.platens for i in platen.nodes}
+        self.absorb(f, held)
+        for platen in self.platens:
+            speed = platen.step(f)
+            held |= {(i, platen.hold.axis): speed for i in platen.nodes}
         for i in range(len(self.u)):
             v = []
             rows = zip(*map(parts, (f[i], self.before[i], self.v[i])), strict=True)
@@ -120,6 +126,47 @@ class Reference:
             self.v[i] = complex(*v)
             self.u[i] += self.v[i] * self.dt
         self.before = f
+
+    def absorb(self, f, held):
+        """Dashpots of quiet boundaries, on the mean of the velocities before and after the step."""
+        dashpots = {}
+        rock = self.specimen.material
+        young, nu, density = rock.youngs_modulus, rock.poissons_ratio, rock.density
+        along = math.sqrt(density * young * (1 - nu) / ((1 + nu) * (1 - 2 * nu)))
+        across = math.sqrt(density * young / (2 * (1 + nu)))
+        for load in self.of(gl.Quiet):
+            for i, j in self.mesh.boundary_edges[load.boundary].tolist():
+                way = self.x0[j] - self.x0[i]
+                t = np.array(parts(way / abs(way)))
+                n = np.array([t[1], -t[0]])
+                for node in (i, j):
+                    more = abs(way) / 2 * (along * np.outer(n, n) + across * np.outer(t, t))
+                    dashpots[node] = dashpots.get(node, 0) + more
+        for i, dashpot in dashpots.items():
+            free = np.array([float((i, axis) not in held) for axis in (0, 1)])
+            dashpot = dashpot * np.outer(free, free)
+            half = self.dt / (2 * self.mass[i])
+            mean = np.linalg.solve(np.eye(2) + half * dashpot, parts(self.v[i] + half * f[i]))
+            f[i] -= complex(*(dashpot @ mean))
+
+
+class Platen:
+    """The nodes of a held boundary, which move as one body along an axis."""
+
+    def __init__(self, of, hold):
+        self.of, self.hold = of, hold
+        self.nodes = of.mesh.boundaries[hold.boundary].tolist()
+        self.length = sum(abs(of.x0[j] - of.x0[i]) for i, j in of.mesh.boundary_edges[hold.boundary].tolist())
+        self.mass = sum(of.mass[i] for i in self.nodes)
+        self.speed = sum(of.mass[i] * parts(of.v[i])[hold.axis] for i in self.nodes) / self.mass
+        self.moved = self.before = 0.0
+
+    def step(self, f):
+        force = self.length * (self.hold.stress - self.hold.stiffness * self.moved)
+        force += sum(parts(f[i])[self.hold.axis] for i in self.nodes)
+        self.speed, _ = self.of.integrator.step(force, force - self.before, self.speed, self.mass, self.of.dt)
+        self.moved, self.before = self.moved + self.of.dt * self.speed, force
+        return self.speed
 
 
 class RigidReference(Reference):

@@ -30,6 +30,11 @@ LOADS = {
     "pressed": [*DRIVES, gl.Pressure(boundary="left", pressure=4e6)],
     "loaded": [gl.Traction(boundary="top", stress=(1e6, 3e6, -2e6)), gl.Gravity(acceleration=(300.0, -1e4))],
 }
+#: of grains that deform alone
+SOFT = {
+    "held": [DRIVES[0], gl.Hold(boundary="top", axis=1, stress=-3e6, stiffness=1e13)],
+    "quiet": [*DRIVES, gl.Quiet(boundary="left"), gl.Quiet(boundary="right")],
+}
 DAMPINGS = {
     "vibration": gl.VibrationDamping(),
     "sway": gl.SwayDamping(coefficient=1e5),
@@ -75,7 +80,7 @@ def test_laws(law):
 
 
 @pytest.mark.parametrize("damping", DAMPINGS.values(), ids=DAMPINGS)
-@pytest.mark.parametrize("loads", LOADS.values(), ids=LOADS)
+@pytest.mark.parametrize("loads", (LOADS | SOFT).values(), ids=LOADS | SOFT)
 def test_loads_and_dampings(loads, damping):
     assert_same(*compared(LAWS["cohesive crack"], loads, damping))
 
