@@ -1,9 +1,10 @@
 """A step in plain Python loops, by docs/theory.md alone: the judge of every engine, slow and without numba.
 
-A specimen of elastic or of rigid grains with bonds, pressures, tractions, weight, and driven, held and quiet
-boundaries; what an engine does in its own order and its own form is done here freedom by freedom.
+A specimen of grains of any material, or of rigid ones, with bonds, pressures, tractions, weight, and driven, held and
+quiet boundaries; what an engine does in its own order and its own form is done here freedom by freedom.
 """
 
+import inspect
 import math
 
 import numpy as np
@@ -24,6 +25,9 @@ class Reference:
         self.mass = [0.0] * count
         self.memory = {(c, p): list(memory) for c in range(len(self.mesh.interfaces)) for p in (0, 1)}
         self.tractions = {}
+        asked = () if specimen.is_rigid else inspect.signature(specimen.material.stress).parameters
+        self.across = [0.0] * ("ezz" in asked)  # no strain across the plane
+        self.remembered = [[0.0] * (len(asked) - 3 - len(self.across))] * len(self.mesh.zones)
         for z, corners in enumerate(self.mesh.zones.tolist()):
             for i in corners:
                 self.mass[i] += specimen.material.density * self.area(z) / 3
@@ -73,9 +77,15 @@ class Reference:
         R = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
         strain = R.T @ F - np.eye(2)
         strain = (strain + strain.T) / 2
-        young, nu = rock.youngs_modulus, rock.poissons_ratio
-        lame, shear = young * nu / ((1 + nu) * (1 - 2 * nu)), young / (2 * (1 + nu))
-        stress = R @ (lame * np.trace(strain) * np.eye(2) + 2 * shear * strain)
+        if isinstance(rock, gl.Elastic):
+            young, nu = rock.youngs_modulus, rock.poissons_ratio
+            lame, shear = young * nu / ((1 + nu) * (1 - 2 * nu)), young / (2 * (1 + nu))
+            stress = R @ (lame * np.trace(strain) * np.eye(2) + 2 * shear * strain)
+        else:  # Eq. (21): the stress in the turned frame, with the turn that leaves the zone no moment
+            exx, eyy, exy = strain[0, 0], strain[1, 1], strain[0, 1]
+            xx, yy, xy, *memory = rock.stress(exx, eyy, exy, *self.across, *self.remembered[z])
+            turn = (xy * (exx - eyy) - exy * (xx - yy)) / (2 + exx + eyy)
+            self.remembered[z], stress = memory, R @ [[xx, xy + turn], [xy - turn, yy]]
         for i, g in zip(corners, slopes, strict=True):
             f[i] -= area * complex(*(stress @ [g.real, g.imag]))
 

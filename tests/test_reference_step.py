@@ -14,6 +14,7 @@ from grainlaw.laws import (
     MohrCoulomb,
     MunjizaJoint,
 )
+from grainlaw.materials import DruckerPrager, MohrCoulombPlastic, TransverselyIsotropic
 
 WEAK = STRONG | {"tensile_strength": 1e6, "cohesion": 2e6}
 LAWS = {
@@ -35,6 +36,15 @@ SOFT = {
     "held": [DRIVES[0], gl.Hold(boundary="top", axis=1, stress=-3e6, stiffness=1e13)],
     "quiet": [*DRIVES, gl.Quiet(boundary="left"), gl.Quiet(boundary="right")],
 }
+WHOLE = {"youngs_modulus": 60e9, "poissons_ratio": 0.25, "density": 3100}
+MATERIALS = [
+    MohrCoulombPlastic(**WHOLE, tensile_strength=1e5, cohesion=3e5, friction_angle=30, dilation_angle=10),
+    DruckerPrager(**WHOLE, cohesion=3e5, friction_angle=30),
+    TransverselyIsotropic(
+        youngs_modulus=60e9, youngs_modulus_across=30e9, poissons_ratio=0.2, poissons_ratio_across=0.15,
+        shear_modulus_across=12e9, foliation_angle=35, density=2700,
+    ),
+]  # fmt: skip
 DAMPINGS = {
     "vibration": gl.VibrationDamping(),
     "sway": gl.SwayDamping(coefficient=1e5),
@@ -83,6 +93,15 @@ def test_laws(law):
 @pytest.mark.parametrize("loads", (LOADS | SOFT).values(), ids=LOADS | SOFT)
 def test_loads_and_dampings(loads, damping):
     assert_same(*compared(LAWS["cohesive crack"], loads, damping))
+
+
+@pytest.mark.parametrize("material", MATERIALS, ids=lambda material: type(material).__name__)
+def test_materials(material):
+    state, reference = compared(LAWS["cohesive crack"], DRIVES, gl.VibrationDamping(), material=material)
+    assert_same(state, reference)
+    plastic = np.array([memory[-1] if memory else 0.0 for memory in reference.remembered])
+    assert np.any(plastic > 0) == hasattr(material, "cohesion")
+    assert state.materials.memory("plastic_strain") == pytest.approx(plastic, rel=1e-9)
 
 
 @pytest.mark.parametrize("points", [gl.EndPoints(), gl.GaussPoints()], ids=repr)
