@@ -15,6 +15,7 @@ from support import BRITTLE, PULL, small_sample
 import grainlaw as gl
 from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
+from grainlaw.results.figures.cracks import box
 
 
 @pytest.fixture(scope="module")
@@ -223,3 +224,14 @@ def test_an_animation_without_ffmpeg_says_so(broken, tmp_path, monkeypatch):
     with pytest.raises(gl.ParameterError, match=r"ends in \.gif or \.mp4"):
         broken.animate(tmp_path / "cracks.avi")
     assert not list(tmp_path.iterdir())
+
+
+def test_what_flew_far_is_left_out_of_the_box():
+    """A specimen of 20 x 40 mm, of which one grain is a metre away: 0.3 of its sizes are shown beside it."""
+    made = gl.simulate(small_sample(12), BRITTLE, PULL, frames=1, progress=False)
+    made.frames[-1].displacement[0] = (-1.0, 1.0)
+    low, high = box(made, [-1])
+    assert low[0] == pytest.approx(-0.3 * 20)
+    assert high[1] == pytest.approx(1.3 * 40)
+    assert -1 < low[1] < 1
+    assert 19 < high[0] < 21

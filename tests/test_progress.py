@@ -16,6 +16,8 @@ import grainlaw as gl
 from grainlaw.laws import Linear
 from grainlaw.runs import progress
 from grainlaw.runs.progress import Progress
+from grainlaw.studies.case import Task
+from grainlaw.studies.workers import Watcher
 
 SHORT = attrs.evolve(PULL, samples=20)
 
@@ -109,6 +111,17 @@ def test_a_study_says_how_many_cases_are_done_and_what_workers_do(terminal, tmp_
     seen = terminal.getvalue()
     assert "4 of 4" in seen.splitlines()[-2]
     assert "law = brittle, seed = 0" in seen
+
+
+def test_the_time_left_is_that_of_cases_of_their_kind(monkeypatch):
+    """Two workers: 4 s of work are done in 2 s; left are one case of 1 s and two of 3 s."""
+    now = iter([100.0, 102.0])
+    monkeypatch.setattr("grainlaw.studies.workers.time", SimpleNamespace(monotonic=lambda: next(now)))
+    tasks = [Task(f"{k}", {"law": law, "seed": k}) for k, law in enumerate(["slow", "fast", "slow", "fast", "slow"])]
+    watcher = Watcher(tasks, None, None)
+    for task, seconds in zip(tasks[:2], (3.0, 1.0), strict=True):
+        watcher.done(task, {"status": "finished", "cost": {"seconds": seconds}})
+    assert watcher.seconds_left() == pytest.approx((1 + 2 * 3) / 2)
 
 
 def test_a_run_that_was_watched_goes_on_unwatched(terminal, tmp_path):

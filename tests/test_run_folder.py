@@ -18,7 +18,7 @@ from support import STRONG, small_sample
 from test_restart import same
 
 import grainlaw as gl
-from grainlaw.cli.running import finished
+from grainlaw.cli.running import contents, finished
 from grainlaw.laws import CohesiveCrack
 from grainlaw.protocols import UniaxialTension
 from grainlaw.results import files
@@ -390,3 +390,10 @@ def test_a_claim_is_passed_on(tmp_path):
         gl.simulate(**RUN, checkpoint=claim)
     assert isinstance(claim, Claim)
     assert json.loads((tmp_path / "run.json").read_text())["question"] == "why"
+
+
+def test_what_was_written_is_said_without_the_pictures_of_a_series(tmp_path):
+    for name in ("grains_0001.vtu", "grains.pvd", ".hidden", "curves.csv"):
+        (tmp_path / name).touch()
+    (tmp_path / "frames").mkdir()
+    assert contents(tmp_path) == f"written to {tmp_path}{os.sep}: curves.csv, frames{os.sep}, grains.pvd"

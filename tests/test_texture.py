@@ -129,6 +129,10 @@ def test_pictures():
     axes = made.plot().axes[0]
     legend = [text.get_text() for text in axes.get_legend().get_texts()]
     assert [words.split()[0] for words in legend] == ["quartz", "mica", "bedding"]
+    shares = [made.areas[made.phase == k].sum() / 0.005 for k in (0, 1)]
+    assert [float(words.split()[1]) for words in legend[:2]] == pytest.approx(
+        [100 * share for share in shares], abs=0.05
+    )
     filled, *lines = axes.collections
     assert isinstance(filled, PolyCollection)
     assert [type(each) for each in lines] == [LineCollection] * 3
