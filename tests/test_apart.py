@@ -36,6 +36,7 @@ def test_hexagons_lose_half_the_gap_on_every_side() -> None:
     assert parted.areas[whole] == pytest.approx(2 * np.sqrt(3) * (apothem - 0.005) ** 2, rel=1e-9)
 
 
+@pytest.mark.thorough
 @settings(max_examples=25)
 @given(
     seed=st.integers(0, 1000),

@@ -142,6 +142,7 @@ def test_a_result_that_is_read_is_written_again_the_same(result):
     assert to_bytes(from_bytes(content)) == content
 
 
+@pytest.mark.thorough
 def test_laws_and_tests_are_names_and_numbers():
     read = from_bytes(to_bytes(by_phase()))
     assert list(read.law) == [(0, 0), (0, 1), (1, 1)]
@@ -266,6 +267,7 @@ def test_a_material_of_another_version_is_named(content):
         from_bytes(rewritten(content, "about", about(content, material={"type": "Plastic", "parameters": {}})))
 
 
+@pytest.mark.thorough
 @settings(max_examples=60)
 @given(data=st.data())
 def test_a_damaged_file_is_refused_or_read_as_it_was(content, data):

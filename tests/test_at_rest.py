@@ -45,6 +45,7 @@ def column(rows, width):
     return gl.Specimen(Bricks(rows=rows, columns=1).tessellate(rectangle(width, HEIGHT)), ROCK)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("integrator", [CentralDifference(), DynamicRelaxation()], ids=["damped", "relaxed"])
 @pytest.mark.parametrize("ramp", [1e-5, 1e-3])
 def test_a_long_column_is_at_rest_where_it_is_shortened(ramp, integrator):

@@ -43,6 +43,7 @@ def outline_areas(grains):
     return np.bincount(np.unique(grains.parent, return_inverse=True)[1], grains.areas)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS)
 @settings(max_examples=5)
 @given(cells=FILLINGS, count=st.integers(1, 25), seed=st.integers(0, 10**6))
@@ -67,6 +68,7 @@ def test_every_cell_lies_in_its_grain(cells, seed):
             assert (along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0] > -1e-9).all()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("cells", [VoronoiCells(count=8), Trigons(count=12)], ids=lambda cells: type(cells).__name__)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_no_short_edge_is_left(cells, seed):

@@ -92,6 +92,7 @@ def test_a_target_is_met_within_five_percent_or_in_the_interval(answered):
     assert attrs.evolve(far, interval=(0.9 * row.target.value, 1.5 * row.target.value)).is_met
 
 
+@pytest.mark.thorough
 def test_the_page_has_all_pictures_and_the_numbers_are_whole(answered, tmp_path):
     answered.write(tmp_path / "out")
     page = (tmp_path / "out" / "report.html").read_text()
@@ -137,6 +138,7 @@ def test_it_prints_its_parameters_in_one_line(answered, conflicting):
     assert "<table>" in answered._repr_html_()
 
 
+@pytest.mark.thorough
 def test_one_target_and_one_parameter_have_a_report(tmp_path):
     """For which Sobol indices of scipy do not exist."""
     targets, rock = targets_at(HIDDEN, ["tensile_strength"]), FormulaRock()

@@ -104,6 +104,7 @@ def test_the_most_telling_points_lie_where_the_emulators_know_least():
     assert apart.min() > 0.1  # not the same corner again and again
 
 
+@pytest.mark.thorough
 def test_targets_that_exclude_each_other_are_named():
     # Each two of these can be had; but a line with this cohesion and angle has a UCS of 2 c tan(45 + phi/2) = 69 MPa.
     targets = targets_at(HIDDEN, FOUR, ucs=90 * MPa, cohesion=20 * MPa, friction_angle=30.0).tested
@@ -114,6 +115,7 @@ def test_targets_that_exclude_each_other_are_named():
     assert found.implausibility > 3
 
 
+@pytest.mark.thorough
 def test_a_target_that_is_out_of_reach_alone_is_named_alone():
     match = matched(space(), targets_at(HIDDEN, FOUR, friction_angle=20.0).tested)  # 27 to 45 degrees can be had
     assert [each.targets for each in conflicts(match, TRIED, 0)] == [("friction_angle",)]

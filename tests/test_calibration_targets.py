@@ -138,6 +138,7 @@ def test_what_cannot_be_looked_for_is_refused(law, free, tied, words):
         space_of(law, free, tied, {})
 
 
+@pytest.mark.thorough
 def test_ranges_that_the_law_refuses_as_a_whole_are_refused():
     rocks = space(free={"tensile_strength": (20 * MPa, 30 * MPa), "cohesion": (1 * MPa, 2 * MPa)}, tied={})
     with pytest.raises(gl.ParameterError, match="CohesiveCrack refuses nearly all of it"):

@@ -149,6 +149,7 @@ def test_what_is_in_the_store_is_not_run_again(tested, monkeypatch):
     assert again.cpu > 0  # what it took then
 
 
+@pytest.mark.thorough
 def test_a_test_without_a_peak_has_no_strength(tmp_path):
     tests = {**TESTS, "tension": attrs.evolve(TESTS["tension"], maximum_strain=5e-5)}
     simulated = simulator(tmp_path / "s", tests=tests)

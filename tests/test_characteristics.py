@@ -75,6 +75,7 @@ def test_pressure_is_held_while_a_contact_dilates():
     assert lifted == pytest.approx(slid * np.tan(np.radians(10)), rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_rough_joint_lifts_under_a_held_pressure_and_never_breaks():
     law = BartonBandis(**STIFF, friction_angle=54, dilation_angle=24.5, closure=BandisClosure(maximum_closure=5e-6))
     for mode in gl.characteristics(law).shear[1:]:
@@ -89,6 +90,7 @@ def test_tension_is_held_until_the_contact_fails():
     assert run.damage[-1] == 0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", [BRITTLE, COHESIVE], ids=["brittle", "cohesive"])
 def test_the_envelope_is_a_straight_line_with_a_cut_off(law):
     found = envelope(law, pressure=100e6)
@@ -169,6 +171,7 @@ def test_a_law_without_an_answer_at_rest_is_drawn():
     assert [len(line.get_xdata()) > 0 for line in shear.lines[1:]] == [False, True, True, True]
 
 
+@pytest.mark.thorough
 def test_the_picture_shows_the_strengths_of_the_law():
     pull, closure, strength, shear, normal, tangential = gl.plot_law(COHESIVE).axes
 

@@ -67,6 +67,7 @@ def test_a_file_gives_the_parameters_of_all_laws(made):
     assert 3 <= len(list((folder / "linear").glob("grains_*.vtu"))) <= 5
 
 
+@pytest.mark.thorough
 def test_options_count_more_than_the_file(made, tmp_path):
     file = made[0].parent / "granite.toml"
     result = invoke(
@@ -81,6 +82,7 @@ def test_options_count_more_than_the_file(made, tmp_path):
     assert strains[-1] == pytest.approx(5e-5, rel=0.1)
 
 
+@pytest.mark.thorough
 def test_the_folder_repeats_itself_without_the_file(made):
     folder, _ = made
     kept = tomllib.loads((folder / "config.toml").read_text())

@@ -68,6 +68,7 @@ def test_a_missing_constant_is_told():
         configured("uniaxial-compression", given, quick=True)
 
 
+@pytest.mark.thorough
 def test_plastic_strain_is_in_frames_and_files(tmp_path):
     state = state_of(small_sample(material=MOHR), Linear(**STIFF))
     state.materials.arrays.memory[-1, :] = np.arange(len(state.mesh.zones))
@@ -86,6 +87,7 @@ def test_the_temperature_is_in_files(tmp_path):
     assert np.all(last.cell_data["temperature"] == 120)
 
 
+@pytest.mark.thorough
 def test_pictures_show_the_strength_in_compression():
     """Of a material that bears far more than in tension: 2 c cos(phi) / (1 - sin(phi)) without confinement."""
     curves = gl.plot_material(MOHR).axes[0].lines
@@ -119,6 +121,7 @@ rock = Mine(shear=24e9)
 """
 
 
+@pytest.mark.thorough
 def test_a_material_of_a_file_runs_from_a_configuration_and_is_copied_beside_it(tmp_path):
     (tmp_path / "mine.py").write_text(MINE)
     (tmp_path / "parts.py").write_text("LAME = 24e9\n")

@@ -154,6 +154,7 @@ def test_cases_that_fail_are_told_and_not_tried_again(tmp_path):
     assert [row["status"] for row in rows_of(*call[1:])] == ["finished", "unstable"]
 
 
+@pytest.mark.thorough
 def test_pictures_and_a_report_are_study_file(done, tmp_path):
     file, _ = done
     assert f"written to {file.with_suffix('') / 'strength.png'}" in invoke("study", "plot", file, "--quick").output

@@ -70,6 +70,7 @@ def test_scripts_are_refused_in_words(options, words, tmp_path):
 PRINTED = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"], exclude_characters="/"), min_size=1)
 
 
+@pytest.mark.thorough
 @given(name=PRINTED, value=PRINTED)
 @example(name="1", value="0")
 @example(name="$(touch here).toml", value="`id`; \"'$HOME")

@@ -55,6 +55,7 @@ def test_file_options_and_single_values_reach_the_run_in_this_order(done):
     assert ["3"] in page.rows["seed"]
 
 
+@pytest.mark.thorough
 def test_the_written_configuration_runs_the_same_test_again(done, tmp_path):
     again = invoke("test", "uniaxial-compression", "--config", done[1] / "config.toml", "--out", tmp_path)
     assert again.exit_code == 0, again.output
@@ -133,6 +134,7 @@ def test_a_law_stiffer_than_it_says_is_refused_before_the_test(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.thorough
 def test_an_unstable_run_keeps_what_it_recorded(tmp_path):
     (tmp_path / "mine.py").write_text(STIFFER)
     result = invoke(
@@ -151,6 +153,7 @@ def test_an_unstable_run_keeps_what_it_recorded(tmp_path):
     assert (tmp_path / "curves.csv").exists()
 
 
+@pytest.mark.thorough
 def test_a_specimen_that_breaks_under_the_confinement_keeps_what_it_recorded(tmp_path):
     (tmp_path / "soil.toml").write_text(
         '[law]\ntype = "mohr-coulomb"\ntensile_strength = "1 Pa"\ncohesion = "2 Pa"\nfriction_angle = 0.5\n'

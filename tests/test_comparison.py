@@ -110,6 +110,7 @@ class Overturned(gl.Observer):
             raise self.error
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_law_that_fails_leaves_the_others_and_its_reason(threads, tmp_path, comparison):
     laws = {"bad": BRITTLE, "linear": Linear(**STIFF)}
@@ -154,6 +155,7 @@ def test_a_law_that_is_refused_stops_the_comparison():
         )  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_a_stopped_comparison_has_what_is_finished(tmp_path):
     stop, order = gl.Stop(), []
 

@@ -54,6 +54,7 @@ def test_everything_a_law_may_be_made_of():
     assert_compiled_is_interpreted(EVERYTHING)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "change",
     [

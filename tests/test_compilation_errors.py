@@ -90,6 +90,7 @@ REFUSALS = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("traction", REFUSALS, ids=lambda f: f.__name__)
 def test_refusals_name_the_law_the_place_and_the_reason(traction):
     @attrs.frozen(kw_only=True)

@@ -59,6 +59,7 @@ def varied(law, count, **names):
     return attrs.evolve(law, **{name: value * rng.uniform(0.8, 1.0, count) for name, value in names.items()})
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "law",
     [

@@ -57,6 +57,7 @@ INTEGRATORS = [
 ]  # fmt: skip
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=lambda i: f"{type(i).__name__}")
 def test_integrators_compiled_are_interpreted(integrator):
     before, after = advance(integrator)
@@ -116,6 +117,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", OTHERS)
 def test_an_integrator_with_other_numbers_takes_the_code_of_the_one_before(case):
     one, other, same = OTHERS[case]

@@ -37,6 +37,7 @@ QUICK_AND_FULL = [(name, True) for name in SETUPS]
 QUICK_AND_FULL += [(name, False) for name, setup in SETUPS.items() if setup.sample != setup.quick]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "quick"), QUICK_AND_FULL)
 def test_what_is_configured_is_configured_again_by_its_own_sections(name, quick):
     coarse = {"columns": 20} if name == "plane-wave" else {"grain_size": 0.012}
@@ -60,6 +61,7 @@ def test_a_template_is_the_configuration_with_units_bounds_and_names_to_choose_f
     assert {field.name for field in attrs.fields(laws.CohesiveCrack)} <= set(words)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", SETUPS)
 def test_a_template_of_every_test_says_what_is_to_be_filled_in(name):
     text, needed = template(name, {}, quick=True), NEEDED.get(name, {})
@@ -130,6 +132,7 @@ def test_the_example_of_the_configuration_page_means_what_it_says():
     assert configured("uniaxial-compression", tomllib.loads(toml(made.sections))).sections == made.sections
 
 
+@pytest.mark.thorough
 def test_the_example_of_getting_started_runs(tmp_path):
     (text,) = blocks("getting-started.md")
     (tmp_path / "granite.toml").write_text(text)

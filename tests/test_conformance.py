@@ -16,6 +16,7 @@ from grainlaw.workbench.properties import PROPERTIES
 SOUND = [Hillerborg(), Hillerborg(energy=3.0, strength=1e6), Joint(), Linear(**STIFF)]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("kind", "name"), FAULTS.items(), ids=lambda value: getattr(value, "__name__", value))
 def test_a_seeded_fault_is_caught(kind, name):
     report = gl.check_law(kind(), compiled=name == "compiled")
@@ -36,6 +37,7 @@ def test_a_sound_law_passes(law):
     assert str(report).splitlines()[0] == f"{type(law).__name__} conforms"
 
 
+@pytest.mark.thorough
 def test_every_scale_passes():
     """Paths follow the law: a clay and a diamond are tried like a rock."""
     for stiff, strong in ((1e-6, 1e-6), (1e3, 1e2), (1, 1e-4)):
@@ -161,6 +163,7 @@ def check(reference):
     return CliRunner().invoke(main, ["check", str(reference)])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["spring", "Ready"])
 def test_command_prints_the_report(file, name):
     result = check(f"{file}:{name}")

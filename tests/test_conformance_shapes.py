@@ -19,12 +19,14 @@ SHAPES = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", SHAPES, ids=lambda law: type(law).__name__)
 def test_a_published_shape_passes(law):
     report = gl.check_law(law)
     assert report.passed, str(report)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("strength", [f * 1e6 for f in (9.7, 10, 11.3, 12, 13, 14.9, 16, 17)])
 def test_the_work_under_a_level_peak_is_whole_wherever_it_is_sampled(strength):
     """It begins where a rounded secant times a rounded opening comes out largest, or does not."""

@@ -162,6 +162,7 @@ def edge_factor(share):
     return np.polynomial.Polynomial([1.122, -0.231, 10.550, -21.710, 30.382])(share)
 
 
+@pytest.mark.thorough
 def test_an_edge_crack_in_tension_converges_to_its_factor():
     """Zones of constant strain err in proportion to their size: two sizes give the limit."""
     specimen, depth = plate(10, 30, (0, 8 * mm), brick=2 * mm), 8 * mm
@@ -201,6 +202,7 @@ def stored(depth):
     return sum(curves[f"energy_{name}"][-1] for name in ("zones", "contacts_normal", "contacts_shear"))
 
 
+@pytest.mark.thorough
 def test_j_and_k_are_the_energy_that_a_longer_crack_sets_free():
     """Under given forces it is what the specimen stores more; central difference of the fourth order, over bricks."""
     result = stretched(plate(20, 40, (0, 8 * mm)), SOFT)

@@ -90,6 +90,7 @@ def test_bonds_in_series_fail_with_the_first():
     assert failed_after(bar(4), 0.8, growth) == pytest.approx(failed_after(bar(2), 0.8, growth), rel=1e-3)
 
 
+@pytest.mark.thorough
 def test_exponential_growth_in_a_bar():
     exact = quad(lambda s: np.exp(25 * (1 - 0.7 / s)) / RATE, 0.7, 1)[0]
     found = failed_after(bar(2), 0.7, ExponentialGrowth(activation=25), 0.005)

@@ -73,11 +73,13 @@ def test_any_number_of_threads(specimen, law):
         assert_same_bits(first, gl.simulate(specimen, law, TENSION, threads=threads))
 
 
+@pytest.mark.thorough
 def test_a_specimen_made_again_is_the_same():
     first, again = (gl.simulate(small_sample(seed=5), COHESIVE, TENSION) for _ in range(2))
     assert_same_bits(first, again)
 
 
+@pytest.mark.thorough
 def test_another_seed_is_not_the_same():
     """What the other tests compare can differ."""
     first, other = (gl.simulate(small_sample(seed=seed), COHESIVE, TENSION) for seed in (1, 2))

@@ -21,6 +21,7 @@ DETECTIONS = {
 HANDED_OVER = 0.01 * WIDTH
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", DILATING.values(), ids=DILATING)
 @pytest.mark.parametrize("detection", DETECTIONS.values(), ids=DETECTIONS)
 def test_lift_and_shear_of_a_joint(law, detection):
@@ -40,6 +41,7 @@ def test_lift_and_shear_of_a_joint(law, detection):
     assert result.summary["energy_error"] < 1e-6
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", DILATING.values(), ids=DILATING)
 def test_dilation_leaves_the_time_step_alone(law):
     steps = [
@@ -49,6 +51,7 @@ def test_dilation_leaves_the_time_step_alone(law):
     assert steps[1] < 1.1 * steps[0]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("damping", [0.0, 0.2])
 @pytest.mark.parametrize("material", [RIGID, SOFT], ids=["rigid", "deformable"])
 @pytest.mark.parametrize("law", DILATING.values(), ids=DILATING)
@@ -62,6 +65,7 @@ def test_a_block_rides_up_an_incline_it_slides_down(law, material, damping):
     assert acceleration == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("damping", [0.0, 0.2])
 def test_a_joint_that_dilates_does_not_lift_a_block_whose_joint_does_not(damping):
     """Two blocks slide down one incline: the second keeps to the plane."""

@@ -83,6 +83,7 @@ def test_rigid_blocks_are_their_contacts():
 # --- the run ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("material", [ROCK, RIGID], ids=["elastic", "rigid"])
 @pytest.mark.parametrize("name", ["linear", "cohesive", "by phase"])
 def test_equal_to_uniaxial_compression(name, material):

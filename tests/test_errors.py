@@ -183,6 +183,7 @@ def assert_good(result):
     assert len(result.curves.get("time", ())) == 0 or result.frames[-1].time == result.curves["time"][-1]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("ramp", [1e-4, 1e-5])
 @pytest.mark.parametrize(
     "integrator", [gl.CentralDifference(damping=gl.Undamped()), gl.DynamicRelaxation()], ids=lambda i: type(i).__name__

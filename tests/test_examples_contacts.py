@@ -55,6 +55,7 @@ def test_a_collision_keeps_the_motion_of_the_centre_of_mass(material):
     assert abs(curves["rotation_1"][-1]) > 1e-3
 
 
+@pytest.mark.thorough
 @materials
 @pytest.mark.parametrize("height", [0.0, 0.5])
 def test_a_collision_keeps_the_energy_with_the_step_unless_another_is_given(material, height):
@@ -119,6 +120,7 @@ joints = st.builds(
 )  # fmt: skip
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS)
 @settings(max_examples=40)
 @given(sets=st.lists(joints, min_size=1, max_size=3))

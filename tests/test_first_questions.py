@@ -71,6 +71,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("respond", "words"), REFUSED.values(), ids=REFUSED)
 def test_a_law_that_no_run_can_trust_is_refused(respond, words):
     law = law_of(respond, memory="wide" if "wide" in respond else "")

@@ -27,6 +27,7 @@ def sample():
     return gl.Specimen(Voronoi(grains=120, seed=1).tessellate(rectangle(20 * mm, 50 * mm)), ROCK)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", QUIET)
 def test_a_law_that_keeps_an_energy_is_quiet(name):
     held = gl.hold(sample(), QUIET[name], 58 * MPa, confined=name in UNBONDED)
@@ -38,6 +39,7 @@ def test_a_law_that_keeps_an_energy_is_quiet(name):
     assert "does not flutter: held at 5" in str(held)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", [PRINTED, LAWS["munjiza"]], ids=["printed", "munjiza"])
 def test_a_law_whose_rise_follows_the_pressure_flutters(law):
     """At more pressure it flutters faster, and no contact is damaged while it grows."""

@@ -38,6 +38,7 @@ def unaccounted(curves):
     return energy(curves, SUPPLIED) - energy(curves, *SPENT)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_sliding_goes_on_after_the_hand_over(law, material):

@@ -59,6 +59,7 @@ def deviation(law, watch):
     return np.abs(alone[:, 0].T - normal).max(), np.abs(alone[:, 1].T - shear).max()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", BONDED, ids=label)
 def test_joint_in_tension_follows_the_law(law):
     watch = Watch()  # of every step: between samples the law alone would miss how far it has been
@@ -103,6 +104,7 @@ def test_joint_in_shear_follows_the_law_and_its_reversal(law):
     assert result.summary["energy_error"] < 1e-4
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("law", "tangent"), [(FRICTION, np.tan(np.radians(30))), (COHESIVE, np.tan(np.radians(5)))])
 def test_friction_holds_what_it_should_and_follows_the_reversal(law, tangent):
     test = DirectShear(normal_stress=40e6, loading=gl.Constant(speed=0.02), maximum_slip=40e-6, reverse_to=0.5)
@@ -111,6 +113,7 @@ def test_friction_holds_what_it_should_and_follows_the_reversal(law, tangent):
     assert result.curves["shear"][-1] == pytest.approx(-40e6 * tangent, rel=2e-3)
 
 
+@pytest.mark.thorough
 def test_a_rough_joint_rises_and_hardens_under_constant_stiffness():
     """Dilation of 10 deg: it rises by tan(10 deg) times the slip, which a spring answers with stress."""
     free = DirectShear(normal_stress=10e6, loading=gl.Constant(speed=0.02), maximum_slip=20e-6)

@@ -32,6 +32,7 @@ def by_label(grains):
     return np.bincount(grains.parent, grains.areas)[1:]
 
 
+@pytest.mark.thorough
 @settings(max_examples=12)
 @given(count=st.integers(1, 20), seed=st.integers(1, 1000), height=st.sampled_from([0.01, 0.02]))
 def test_drawn_grains_come_back_with_their_areas(count, seed, height):
@@ -60,6 +61,7 @@ def test_drawn_cells_come_back_with_their_centroids(count, seed):
     assert label_agreement(made, image, pixel, fill=True).share > 0.98
 
 
+@pytest.mark.thorough
 @settings(max_examples=8)
 @given(count=st.integers(2, 12), seed=st.integers(1, 1000))
 def test_fine_cells_have_the_label_of_most_of_their_pixels(count, seed):

@@ -54,6 +54,7 @@ def test_a_softened_joint_gives_back_along_its_secant():
     assert lost_after(law, (opening, 0), (-1e-7, 0)) == pytest.approx([expected, 0], rel=1e-3, abs=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("place", [(0.3e-6, 0), (0.15e-6, 0), (-1e-6, 0), (0, 0.8e-6), (0, -0.4e-6)])
 def test_a_sound_joint_has_lost_nothing(place):
     """Also on the curved rise to the peak, in tension (to 0.34 um) and slip (0.83 um), and on a curved closure."""
@@ -136,6 +137,7 @@ def test_a_joint_that_softens_as_it_slides_gives_back_what_friction_leaves():
     assert lost_after(law, (pressed, 0), (pressed, slip)) == pytest.approx([0, work - given], rel=5e-3, abs=1e-9)
 
 
+@pytest.mark.thorough
 def test_what_a_break_spends_leaves_out_closure_and_the_spring_of_friction():
     pressed, slip = -40e6 / STIFF["kn"], 10e-6
     state = joint_after(COHESIVE, (pressed, 0), (pressed, slip), steps=2000)
@@ -161,6 +163,7 @@ def test_a_joint_pulled_apart_has_spent_its_fracture_energy():
     assert measured["fragments"] == 2
 
 
+@pytest.mark.thorough
 def test_a_joint_sheared_through_has_spent_its_fracture_energy():
     result = gl.simulate(blocks(2e-3), COHESIVE, DirectShear(normal_stress=0, loading=gl.Constant(speed=0.05)))
     measured = result.laboratory.properties

@@ -114,6 +114,7 @@ def force_through(result, x):
 HALF_DISC = semi_disc(40 * mm, notch_depth=8 * mm, notch_width=1 * mm, span=24 * mm, bearing=3 * mm)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("region", "test", "sections"),
     [
@@ -230,6 +231,7 @@ def test_levels_count_from_the_end_of_a_heating():
     assert found.summary["unloading_moduli"] == pytest.approx(cold.summary["unloading_moduli"], rel=0.01)
 
 
+@pytest.mark.thorough
 def test_cycles_of_grains_that_slide_lose_work():
     """Friction alone under confinement: every loop costs, and more the farther it goes."""
     press = BiaxialCompression(confinement=10e6, maximum_strain=1.2e-3, samples=200, stop_fraction=0)
@@ -292,6 +294,7 @@ def test_levels_must_grow(levels):
         Cyclic(levels=levels)
 
 
+@pytest.mark.thorough
 def test_a_specimen_that_breaks_under_its_confinement_is_reported():
     """Weak joints of a pile that is free to slide inside: the confining stage ends with the data so far."""
     specimen = gl.Specimen(Bricks(rows=4, columns=2).tessellate(rectangle(10 * mm, 20 * mm)), ROCK)

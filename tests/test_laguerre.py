@@ -28,6 +28,7 @@ CONCAVE = {"beam": BEAM, "semi-disc": BEND, "holed": HOLED, "L": ELL}
 deviations = st.floats(0, 0.7)
 
 
+@pytest.mark.thorough
 @settings(max_examples=40)
 @given(
     region=st.sampled_from(list(CONVEX.values())),
@@ -76,6 +77,7 @@ def test_concave_regions_are_tiled(region, grains, deviation, seed) -> None:
     assert fit.after.sum() == pytest.approx(region.area)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", CONCAVE)
 @pytest.mark.parametrize("grains", [40, 300])
 def test_areas_inside_concave_regions(name: str, grains: int) -> None:
@@ -129,6 +131,7 @@ def test_a_point_belongs_to_the_least_power(seed: int, grains: int) -> None:
     assert areas.sum() == pytest.approx(2)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", CONCAVE)
 def test_areas_inside_a_region_by_counting(name: str) -> None:
     region, random = CONCAVE[name], np.random.default_rng(5)
@@ -162,6 +165,7 @@ def test_slope_of_areas_is_edge_length_over_twice_the_distance() -> None:
         assert change - change.mean() == pytest.approx(nudge - nudge.mean(), abs=2e-8)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_even_grains_have_equal_areas_and_seeds_at_centroids(seed: int) -> None:
     fit = Laguerre(grains=200, sizes=Even(), relaxation=60, merge=0, seed=seed).fit(rectangle(1, 1))

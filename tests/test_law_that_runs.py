@@ -54,6 +54,7 @@ def test_an_edit_is_followed_wherever_it_is(cache, tmp_path, place):
     assert_edits_are_followed("mine.py", tmp_path, place, "in the method")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("loader", LOADERS)
 def test_an_edit_is_followed_however_the_law_is_made(cache, tmp_path, loader):
     """Files named like modules of Python among them; the law calls a helper in another file."""

@@ -83,6 +83,7 @@ def test_pressure_is_full_and_harmless_at_any_damage(compiled):
     assert t.damage[1] == t.damage[2]
 
 
+@pytest.mark.thorough
 @both
 def test_as_printed_the_way_back_before_the_peak_is_the_way_out(compiled):
     # 17.2375 MPa by hand: 1.05e14 x 0.2 um x exp(-0.2/0.336549); the shear likewise.
@@ -116,6 +117,7 @@ def test_pressed_at_rest_before_the_peak_a_contact_holds_no_more(compiled):
     assert t.shear[3] == pytest.approx(9.45e13 * 3 * um * math.exp(-3 * um / peak), rel=1e-6)
 
 
+@pytest.mark.thorough
 @both
 @pytest.mark.parametrize(
     ("residual", "expected"),
@@ -164,6 +166,7 @@ def test_friction_of_a_broken_contact_follows_any_reversal(residual, compiled):
     )
 
 
+@pytest.mark.thorough
 @both
 def test_mixed_table(compiled):
     t = trace(CONSTANT, np.array([2, 5, 10, 20]) * um, np.array([2, 5, 10, 20]) * um, compiled=compiled)
@@ -187,6 +190,7 @@ def test_work_before_the_peak():
     assert trace(LAW, 0, path(0, LAW.peak_slip(29 * MPa))).work[-1] == pytest.approx(17.3761, rel=3e-6)
 
 
+@pytest.mark.thorough
 @both
 @pytest.mark.parametrize(("law", "expected"), [(LAW, 150), (PRINTED, 173.838)])
 def test_work_beyond_the_peak(law, expected, compiled):

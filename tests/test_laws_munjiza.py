@@ -38,6 +38,7 @@ def path(*corners, steps=1000):
     return np.concatenate([*legs, corners[-1:]])
 
 
+@pytest.mark.thorough
 @both
 @any_unloading
 def test_the_parabola_and_the_branch(law, compiled):

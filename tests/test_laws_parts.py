@@ -92,6 +92,7 @@ def test_hordijk_near_its_end_stays_above_nothing():
     assert all(curve.remaining(1 - 2.0**-k) > 0 for k in range(1, 50))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("curve", [curve for curve, _ in PUBLISHED], ids=lambda curve: type(curve).__name__)
 def test_published_curves_dissipate_the_energy(curve):
     law = CohesiveCrack(**PALABORA, softening=curve)

@@ -169,6 +169,7 @@ def test_what_is_refused(make, message):
         make()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", [CamachoOrtiz, XuNeedleman, MohrCoulomb], ids=lambda kind: kind.__name__)
 def test_a_strength_for_each_contact(law):
     """Arrays of the law within are those of its points."""

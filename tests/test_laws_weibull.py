@@ -114,6 +114,7 @@ def test_both_points_and_all_names_have_one_factor(rock):
     assert law.friction_angle == 54
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 def test_each_contact_follows_the_law_of_its_own_strength(rock, law):
     scattered = WeibullField(modulus=3).scatter(law, rock)

@@ -101,6 +101,7 @@ FAULTS = {
 }  # fmt: skip
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
 def test_the_kit_finds_the_fault(fault):
     values = {field.name: getattr(YIELDING, field.name) for field in attrs.fields(Yielding)}
@@ -211,6 +212,7 @@ class StiffensCold(StiffensHot):
 STIFFER = "°C, stiffness: .* times as stiff as declared"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("kind", "found"),
     [

@@ -22,6 +22,7 @@ def strained(state, gradient, steps=10):
     return forces
 
 
+@pytest.mark.thorough
 @EVERY
 def test_patch(name):
     """A uniform strain gives every zone the stress of one zone alone, and inner nodes no force."""

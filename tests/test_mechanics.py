@@ -173,6 +173,7 @@ def test_stable_step_is_the_limit(damping, safety):
     assert (np.abs(state.freedoms.arrays.velocity).max() < 10 * start) == (safety < 1)  # nan is not below anything
 
 
+@pytest.mark.thorough
 def test_rigid_grains_are_the_limit_of_stiff_ones():
     """The same contacts, grains a hundred times stiffer than the contacts or rigid: the same modulus."""
     law = Linear(kn=1e12, ks=0.9e12)

@@ -39,6 +39,7 @@ def compositions():
     return parts.filter(lambda p: min(p) >= 0.05 * sum(p)).map(lambda p: {f"m{k}": x / sum(p) for k, x in enumerate(p)})
 
 
+@pytest.mark.thorough
 @settings(max_examples=40)
 @given(fractions=compositions(), seed=st.integers(0, 10**6), count=st.integers(150, 500))
 def test_fractions_are_met_to_a_thousandth(fractions, seed, count):
@@ -46,6 +47,7 @@ def test_fractions_are_met_to_a_thousandth(fractions, seed, count):
     assert shares_of(made) == pytest.approx(fractions, abs=1e-3)
 
 
+@pytest.mark.thorough
 @settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), clustering=st.floats(0.5, 1.7), last=st.floats(0.3, 0.5))
 def test_clustering_is_as_asked_and_fractions_stay(seed, clustering, last):
@@ -56,6 +58,7 @@ def test_clustering_is_as_asked_and_fractions_stay(seed, clustering, last):
     assert shares_of(made) == pytest.approx(fractions, abs=1e-3)
 
 
+@pytest.mark.thorough
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_more_clustering_makes_more_like_boundary(seed):
@@ -66,6 +69,7 @@ def test_more_clustering_makes_more_like_boundary(seed):
     assert (np.diff(found) > 0).all()
 
 
+@pytest.mark.thorough
 def test_grains_as_dealt_are_not_clustered_on_average():
     found = [clustering_of(Minerals(Voronoi(grains=200), GRANITE, seed=s).tessellate(REGION)) for s in range(60)]
     assert np.mean(found) == pytest.approx(1, abs=3 * np.std(found) / np.sqrt(len(found)))

@@ -56,6 +56,7 @@ def test_cells_are_those_of_the_convex_hull(region, count, step, spread, seed) -
     assert border[0] == pytest.approx(np.hypot(*(region.end - region.start).T))
 
 
+@pytest.mark.thorough
 def test_two_cells_meet_at_the_power_line() -> None:
     """In a unit square, at (0.25, 0.5) and (0.75, 0.5): x = 1/2 + (w1 - w2) / (2 d) with d = 1/2."""
     seeds, unit = np.array([(0.25, 0.5), (0.75, 0.5)]), rectangle(1, 1)

@@ -76,6 +76,7 @@ def test_a_side_has_the_name_of_its_domain_edge(tmp_path):
     assert set(read(tmp_path, tess(south="base")).boundary_names) == {"base", "right", "top", "left"}
 
 
+@pytest.mark.thorough
 @settings(max_examples=20)
 @given(
     region=st.sampled_from([rectangle(0.05, 0.1), disc(1.0), BEAM, polygon([(0, 0), (3, 1), (2, 4)], "rim")]),

@@ -43,6 +43,7 @@ class Imposed(gl.LoadingProtocol):
         return {}
 
 
+@pytest.mark.thorough
 @both
 def test_a_grain_falls_as_galileo_says(material):
     result = gl.simulate(blocks(material), LAW, FreeMotion(duration=0.1))

@@ -237,6 +237,7 @@ def test_a_window_shows_the_last_moment(broken, monkeypatch, tmp_path):
     assert len(cells) >= 2
 
 
+@pytest.mark.thorough
 def test_frames_are_denser_while_cracks_grow():
     """Failure takes little of the way to the strain limit, and is what pictures are wanted of."""
     test = UniaxialCompression(maximum_strain=0.05, stop_fraction=0.7, samples=5000, loading=gl.Constant(speed=0.2))

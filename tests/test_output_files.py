@@ -223,6 +223,7 @@ def test_the_script_opens_what_a_result_has_written(made, paraview, monkeypatch)
     assert paraview["saved"] == ["picture.png"]
 
 
+@pytest.mark.thorough
 def test_the_script_of_a_comparison_shows_all_runs_beside_each_other(tmp_path, paraview, monkeypatch):
     few = ["compare", "--quick", "--threads", "1", "--grains", 6, "--seeds", "1,2", "--set", "test.samples=10"]
     options = ["--max-strain", "5e-5", "--laws", "linear,mohr-coulomb", "--out", tmp_path / "out"]

@@ -115,6 +115,7 @@ def test_steps_change_only_what_is_declared(case):
     assert {"nodes.displacement", "freedoms.velocity", "clock.time"} <= changed
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("case", CASES)
 def test_a_restored_state_goes_on_with_the_same_bits(case, threads):

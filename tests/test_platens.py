@@ -140,6 +140,7 @@ def test_platens_stay_in_place_and_rigid_ones_in_shape(rigid):
     assert (shorter < 1e-15) if rigid else (0.8 * plain < shorter < 2 * plain)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rigid", [False, True])
 def test_confinement_is_that_of_the_rock_not_of_the_wider_platen(rigid):
     test = BiaxialCompression(confinement=5e6, maximum_strain=3e-4, samples=50, loading=gl.Constant(speed=0.02))
@@ -153,6 +154,7 @@ def test_confinement_is_that_of_the_rock_not_of_the_wider_platen(rigid):
     assert result.summary["apparent_modulus"] == pytest.approx(bare.summary["apparent_modulus"], rel=0.01)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rigid", [False, True])
 def test_a_disc_between_platens_bears_the_same_in_its_middle(rigid):
     grains = Voronoi(grains=150, seed=1).tessellate(disc(40e-3))

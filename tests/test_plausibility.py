@@ -73,6 +73,7 @@ def test_a_speed_near_that_of_waves_is_told_and_the_certificate_has_failed():
     assert sum("cannot be computed, so the test has failed its certificate" in line for line in lines) == 3
 
 
+@pytest.mark.thorough
 def test_the_report_shows_a_certificate_that_cannot_be_computed_as_failed(tmp_path):
     run(test=attrs.evolve(PRESS, loading=gl.Constant(speed=1e9))).write_report(tmp_path / "report.html")
     assert (tmp_path / "report.html").read_text("utf-8").count("cannot be computed FAIL") == 3
@@ -86,6 +87,7 @@ def test_one_filter_silences_all():
         run(MohrCoulomb(**STRONG | {"kn": 105, "ks": 95}))
 
 
+@pytest.mark.thorough
 def test_the_command_line_tells_it_in_one_line(tmp_path):
     done = invoke("test", "uniaxial-compression", *SMALL, "--set", "rock.density=2.7", "--out", tmp_path)
     assert done.exit_code == 0
@@ -185,6 +187,7 @@ def test_a_loop_that_does_not_end_is_refused_with_its_place(monkeypatch):
             ask(Endless())
 
 
+@pytest.mark.thorough
 def test_a_loop_that_ends_runs_in_a_thread_of_its_own_with_the_same_numbers():
     from grainlaw.compiler.batch import compile_law
 

@@ -94,6 +94,7 @@ def test_every_point_is_given_up_once_the_first_have_broken(pulled):
     assert rows[0].dtype == np.float32
 
 
+@pytest.mark.thorough
 def test_what_has_not_broken_is_not_among_the_first():
     probe = gl.Probe(first=2)
     short = attrs.evolve(PULL, maximum_strain=2e-5)
@@ -102,6 +103,7 @@ def test_what_has_not_broken_is_not_among_the_first():
     assert str(probe) == "nothing was followed"
 
 
+@pytest.mark.thorough
 def test_a_probe_begins_anew_with_another_run():
     probe, law = gl.Probe(points=[1]), Linear(**STIFF)
     short = attrs.evolve(PULL, maximum_strain=2e-5)
@@ -110,6 +112,7 @@ def test_a_probe_begins_anew_with_another_run():
     assert len(probe.paths[0].time) == len(first.curves["time"])
 
 
+@pytest.mark.thorough
 def test_a_point_has_the_law_of_its_phases_and_its_own_numbers():
     bricks = Bricks(rows=4, columns=1).tessellate(rectangle(10 * mm, 40 * mm))
     phases = attrs.evolve(bricks, phase=np.array([0, 0, 1, 1]))

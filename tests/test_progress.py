@@ -71,6 +71,7 @@ def test_what_is_compiled_is_said_beside_the_bars(terminal):
     assert not logging.getLogger("grainlaw").handlers
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("is_terminal", "told"), [(True, False), (False, True)])
 def test_nothing_is_said_if_not_wanted_or_without_a_terminal(terminal, is_terminal, told):
     terminal.is_terminal = is_terminal

@@ -53,6 +53,7 @@ def one_block(width=10e-3, height=20e-3, material=ROCK, refinement=0):
     return gl.Specimen(grain, material, refinement=refinement)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("moving", Moving)
 @pytest.mark.parametrize("ramp", [0.0, 2e-5])
 @pytest.mark.parametrize("protocol", PROTOCOLS, ids=lambda p: type(p).__name__)
@@ -89,6 +90,7 @@ def test_rough_platens_confine_a_flat_block():
     assert found["stress_window"][-1] / found["strain_points"][-1] == pytest.approx(confined, rel=0.01)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("grains", [1, 7, 40])
 @pytest.mark.parametrize("protocol", PROTOCOLS, ids=lambda p: type(p).__name__)
 def test_voronoi_samples_balance(grains, protocol):
@@ -98,6 +100,7 @@ def test_voronoi_samples_balance(grains, protocol):
     assert found["kinetic_ratio"] < 0.02
 
 
+@pytest.mark.thorough
 def test_tension_breaks_at_the_strength_of_the_weakest_section():
     """Bricks in a row: every joint carries the same stress, so the specimen has the joints' strength."""
     specimen = gl.Specimen(Bricks(rows=4, columns=1).tessellate(rectangle(5e-3, 20e-3)), ROCK)

@@ -38,6 +38,7 @@ SHAPES = {
 every_shape = pytest.mark.parametrize("region", SHAPES.values(), ids=SHAPES)
 
 
+@pytest.mark.thorough
 @every
 @every_shape
 @pytest.mark.parametrize("grains", [1, 2, 40, 300])
@@ -119,6 +120,7 @@ def test_grains_fill_with_any_options(region: Region, seed: int, relaxation: int
     assert np.array_equal(made.corners, again.corners)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "least"), [("beam", 0.1), ("semi_disc", 0.1), ("L", 0.1), ("plate with holes", 0)])
 def test_few_grains_are_added_and_none_is_a_sliver(name: str, least: float) -> None:
     """A hole with sides far shorter than the grains is the exception: each side bounds a grain of its own."""

@@ -212,6 +212,7 @@ def test_another_run_does_not_go_on_from_a_checkpoint(other, words, tmp_path):
         gl.simulate(**run | other, checkpoint=tmp_path, restart=True)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("damage", ["cut", "empty", "text"])
 def test_a_damaged_checkpoint_is_refused(damage, tmp_path):
     run = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
@@ -228,6 +229,7 @@ def arrays_of(file):
         return {name: stored[name] for name in stored.files}
 
 
+@pytest.mark.thorough
 def test_a_checkpoint_whose_numbers_were_changed_is_refused(tmp_path):
     run = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
     gl.simulate(**run, checkpoint=tmp_path)
@@ -243,6 +245,7 @@ def test_a_checkpoint_whose_numbers_were_changed_is_refused(tmp_path):
     gl.simulate(**run, checkpoint=tmp_path, restart=True)  # as it was written
 
 
+@pytest.mark.thorough
 def test_a_checkpoint_that_somebody_has_made_corrupts_no_memory(tmp_path):
     """With a checksum of its own: what has another form is refused before a byte of it is used."""
     run = {"specimen": small_sample(), "law": WEAK, "protocol": PULL}
@@ -323,6 +326,7 @@ def test_no_contact_names_what_is_not_there(crushed, name, number):
         state.check_saved(saved)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.99, None])
 def test_a_frame_that_is_cut_is_named_and_left_out(share, tmp_path):
     run = {"specimen": small_sample(20), "law": WEAK, "protocol": PULL}

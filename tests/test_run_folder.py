@@ -226,6 +226,7 @@ class Refuses(gl.LoadingProtocol):
         return {}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("several", [False, True])
 def test_a_run_that_does_not_begin_replaces_nothing(several, tmp_path):
     def run(protocol, **options):
@@ -257,6 +258,7 @@ def begin_another(folder):
     raise KeyboardInterrupt
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("moved", [0, 3, None])
 def test_a_run_that_was_killed_before_it_began_has_replaced_nothing(moved, tmp_path, monkeypatch):
     """While the old run was moved aside, or after that."""

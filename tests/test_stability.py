@@ -74,6 +74,7 @@ def test_the_margin_of_a_run_that_is_much_too_fast_points_to_the_buckling_load()
     assert any("the load rose above what the specimen can bear" in words for words in doubts(result))
 
 
+@pytest.mark.thorough
 def test_a_softening_joint_between_two_blocks_has_the_margin_of_springs_in_series():
     """Of the joint: (k - h)/(k + kn) with k = E/L of both blocks in series, and -h the slope of its softening."""
     width, height, modulus, kn, fall = 4e-3, 40e-3, 50e9, 5e12, 0.6e12

@@ -101,6 +101,7 @@ class Weight(gl.LoadingProtocol):
         return {}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("material", [ROCK, gl.Rigid(density=3100)], ids=["elastic", "rigid"])
 @pytest.mark.parametrize("law", [BRITTLE, COHESIVE], ids=lambda law: type(law).__name__)
 def test_the_specimen_comes_to_rest_where_motion_would_bring_it(law, material):
@@ -118,6 +119,7 @@ def test_the_specimen_comes_to_rest_where_motion_would_bring_it(law, material):
     assert "without_static_solution" not in still.summary
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "law",
     [

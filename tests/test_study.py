@@ -70,6 +70,7 @@ def test_the_table_does_not_depend_on_who_ran_it(workers, table, tmp_path):
     assert content(found) == content(table)
 
 
+@pytest.mark.thorough
 def test_without_a_folder_it_is_the_same_table_with_its_results(table):
     found = tiny_study().run(on=ThreadPoolExecutor(2), progress=False)
     assert content(found) == content(table)
@@ -102,6 +103,7 @@ def test_shards_and_another_order_give_the_same_table(table, tmp_path):
     assert content(found) == content(table)
 
 
+@pytest.mark.thorough
 def test_what_is_finished_is_neither_built_nor_run_again(tmp_path, monkeypatch):
     study = tiny_study()
     first = study.run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)

@@ -53,6 +53,7 @@ def files_of(folder):
 CUTS = {"empty": 0.0, "first": 0.02, "half": 0.5, "nearly": 0.98}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("cut", [*CUTS, "absent", "linked", "device", "folder"])
 def test_what_cannot_be_read_is_missing_named_and_written_again(made, cut, tmp_path):
     for number, file in enumerate(files_of(made)):

@@ -252,6 +252,7 @@ def test_threads_and_a_restart_give_the_same_bits(tmp_path):
     assert runs[0]["tensile_cracks"][-1] > 0
 
 
+@pytest.mark.thorough
 def test_what_is_heated_and_free_is_measured_by_its_own_stresses():
     """Its ends bear nothing that an imbalance could be a share of, and nothing keeps it from swaying."""
     crystal = Thermal(material=MOHR, expansion=14e-6, expansion_along=8e-6, axis_angle=np.linspace(0, 165, 12))
@@ -334,6 +335,7 @@ class Flat(gl.Material):
         return self.modulus * (0.5 * (exx**2 + eyy**2) + 2 * exy**2)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("make", "words"),
     [

@@ -110,6 +110,7 @@ def test_inner_hexagons_are_regular() -> None:
     assert made.edges.length[np.isin(made.edges.left, inner)] == pytest.approx(side, rel=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_short_edges_are_merged(seed: int) -> None:
     region, size = rectangle(50e-3, 125e-3), np.sqrt(50e-3 * 125e-3 / 755)

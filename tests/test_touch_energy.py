@@ -125,6 +125,7 @@ def test_nothing_jumps_where_a_corner_leaves_the_other_edge(cotangent):
     assert touching(sunk, cotangent)[OVERLAP] == pytest.approx(touching(out, cotangent)[OVERLAP], rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_face_on_a_face_is_an_elastic_foundation():
     """Two faces that overlap by a wedge: kn times the mean depth, at the centre of the wedge."""
     d1, d2 = 1e-4, 3e-4

@@ -66,6 +66,7 @@ def test_rocking_gains_no_energy_but_rounding_of_the_step():
     assert fine < coarse / 3
 
 
+@pytest.mark.thorough
 @BOTH
 @pytest.mark.parametrize(("turn", "height"), MEETINGS)
 def test_two_blocks_collide(material, turn, height):
