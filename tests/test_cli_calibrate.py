@@ -7,12 +7,16 @@ import subprocess
 import sys
 import time
 import tomllib
+from types import SimpleNamespace
 
+import attrs
 import pytest
 from command_line import invoke
 
 import grainlaw as gl
-from grainlaw.cli.calibrate import calibration_of, targets_of
+from grainlaw.cli.calibrate import _write_rock, calibration_of, targets_of
+from grainlaw.cli.configuration import configured
+from grainlaw.cli.sections import read_file
 from grainlaw.units import GPa, MPa
 
 FILE = """
@@ -119,6 +123,17 @@ def done(tmp_path_factory):
     file = written(tmp_path_factory.mktemp("calibration"))
     result = invoke("calibrate", file, "--workers", 2)
     return file, result
+
+
+def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):
+    asked = calibration_of(written(tmp_path))
+    law = attrs.evolve(asked.given["law"], tensile_strength=7 * MPa, cohesion=21 * MPa)
+    stiff = gl.Elastic(youngs_modulus=50 * GPa, poissons_ratio=0.2, density=2700)
+    _write_rock(SimpleNamespace(law=law, rock=lambda rock: attrs.evolve(rock, material=stiff)), asked, tmp_path)
+    made = configured("uniaxial-tension", read_file(tmp_path / "calibrated.toml"))
+    assert made.law == law
+    assert made.specimen.material == stiff
+    assert made.specimen.grains.count == 20
 
 
 @pytest.mark.slow
