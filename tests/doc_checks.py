@@ -225,7 +225,7 @@ def check_coming_from(page):
 
 
 def check_strength(page):
-    assert page["result"].summary["strength"] == pytest.approx(181.5e6, rel=0.01)  # as the text says, by processor
+    assert page["result"].summary["strength"] == pytest.approx(181.6e6, rel=0.005)  # as the text says: 181.1 or 182.1
 
 
 CHECKS = {

@@ -165,10 +165,9 @@ class Execution:
         state.begin(stage)
         self.stepper.begin(stage)
         at.without_static += not self.loader.begin(stage)
-        self.stepper.integrator = self.loader.integrator(stage)
+        self.stepper.start(self.loader.integrator(stage))
         at.supplied = max(at.supplied, least_work(state))
         state.take_back_half_a_step_of_gravity()
-        self.stepper.first = state.steps  # a static solution takes steps of its own
         at.first_sample, at.pieces = self.columns.count, 1
 
     def _observe(self, stage: Stage) -> float:

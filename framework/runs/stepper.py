@@ -48,8 +48,11 @@ class Stepper:
     def begin(self, stage: Stage) -> None:
         """Take the time step of a stage that has just begun."""
         self.integrator, self.before = stage.moved_by, None
-        self.first, self.next_adapt, self.halts = self.state.steps, 0, 0
         self.state.change_time_step(self._time_step(stage))
+
+    def start(self, integrator: Integrator) -> None:
+        """Count steps from here on: what brought the stage here, as a static solution, has taken some of its own."""
+        self.integrator, self.first, self.next_adapt, self.halts = integrator, self.state.steps, 0, 0
 
     def _time_step(self, stage: Stage) -> float:
         step = self.factor * self.stability.step(self.integrator)

@@ -85,7 +85,7 @@ def with_fault(text, rng):
 
 @functools.cache
 def tests():
-    """Texts of the files of tests that do not take long, by file."""
+    """Texts of the files of tests, by file."""
     files = sorted(ROOT.glob("tests/**/test_*.py"))
     return {file: file.read_text(encoding="utf-8") for file in files}
 
