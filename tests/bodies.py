@@ -81,6 +81,21 @@ def each(*velocities):
     return field
 
 
+def thrown(seed, material):
+    """Four polygons of any shape, apart from each other, and velocities of nodes towards their middle, with a spin."""
+    rng, blocks = np.random.default_rng(seed), []
+    for k, at in enumerate([(8e-3, 1e-3), (-1e-3, 9e-3), (-9e-3, -2e-3), (1e-3, -8e-3)]):
+        sides = 3 + rng.integers(4)
+        angles = 2 * np.pi * (np.arange(sides) + rng.uniform(-0.3, 0.3, sides)) / sides
+        corners = np.column_stack([np.cos(angles), np.sin(angles)]) * rng.uniform(0.004, 0.007, 2)
+        blocks.append(block(corners + at, f"rim {k}"))
+    specimen = gl.Specimen(together(*blocks), material)
+    centre = specimen.grains.centroids[specimen.mesh.node_grain]
+    x, y = (specimen.mesh.nodes - centre).T
+    spin = rng.normal(0, 1000, 4)[specimen.mesh.node_grain, None]
+    return specimen, -5000 * centre + spin * np.column_stack([-y, x])
+
+
 def momentum(state):
     """(3,) linear and angular momentum about the origin, after the last step."""
     mass, velocity = state.freedoms.arrays.mass, state.freedoms.arrays.velocity
@@ -104,5 +119,6 @@ def total(row):
 
 
 __all__ = [
-    "FACES", "GRAVITY", "RIGID", "SOFT", "Motion", "box", "each", "gap", "momentum", "together", "total", "turned",
+    "FACES", "GRAVITY", "RIGID", "SOFT", "Motion", "box", "each", "gap", "momentum", "thrown", "together", "total",
+    "turned",
 ]  # fmt: skip

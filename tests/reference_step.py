@@ -1,22 +1,28 @@
 """A step in plain Python loops, by docs/theory.md alone: the judge of every engine, slow and without numba.
 
-A specimen of grains of any material, or of rigid ones, with bonds, pressures, tractions, weight, and driven, held and
-quiet boundaries; what an engine does in its own order and its own form is done here freedom by freedom.
+A specimen of grains of any material, or of rigid ones, with bonds, contacts without a bond, pressures, fluids,
+tractions, weight, and driven, held and quiet boundaries; what an engine does in its own order and its own form is done
+here freedom by freedom.
 """
 
-import inspect
 import math
 
 import numpy as np
+from reference_plane import cross, dot, parts
+from reference_touch import Touching
 
 import grainlaw as gl
+from grainlaw.contact import memory_names
+from grainlaw.material import material_arguments
 
 
 class Reference:
     """Displacements and velocities of a specimen under constant loads, from rest or from given velocities."""
 
-    def __init__(self, specimen, law, loads, integrator, time_step, memory, velocity=None):
-        self.mesh, self.specimen, self.law = specimen.mesh, specimen, law
+    def __init__(
+        self, specimen, law, loads, integrator, time_step, memory, velocity=None, detection=None, temperature=20.0
+    ):  # fmt: skip
+        self.mesh, self.specimen, self.law, self.names = specimen.mesh, specimen, law, memory_names(law)
         self.loads, self.integrator, self.dt = loads, integrator, time_step
         count = len(self.mesh.nodes)
         self.x0 = [complex(*node) for node in self.mesh.nodes.tolist()]
@@ -25,14 +31,19 @@ class Reference:
         self.mass = [0.0] * count
         self.memory = {(c, p): list(memory) for c in range(len(self.mesh.interfaces)) for p in (0, 1)}
         self.tractions = {}
-        asked = () if specimen.is_rigid else inspect.signature(specimen.material.stress).parameters
-        self.across = [0.0] * ("ezz" in asked)  # no strain across the plane
-        self.remembered = [[0.0] * (len(asked) - 3 - len(self.across))] * len(self.mesh.zones)
+        asked = () if specimen.is_rigid else material_arguments(specimen.material, "stress")
+        told = {"temperature": temperature, "ezz": 0.0}  # no strain across the plane
+        self.told = [told[name] for name in asked if name in told]
+        self.remembered = [[0.0] * (len(asked) - len(self.told))] * len(self.mesh.zones)
         for z, corners in enumerate(self.mesh.zones.tolist()):
             for i in corners:
                 self.mass[i] += specimen.material.density * self.area(z) / 3
         self.before = [self.weight(i) for i in range(count)]  # a change of the weight is no vibration
         self.platens = [Platen(self, hold) for hold in self.of(gl.Hold)]
+        self.came = [0j] * count  #: the last increments of the displacements
+        self.touching = Touching(self, law, memory, detection) if detection else None
+        self.wet = {}
+        self.soak()
 
     def area(self, z):
         a, b, c = (self.x0[i] for i in self.mesh.zones[z].tolist())
@@ -52,6 +63,9 @@ class Reference:
             self.add_zone(z, f)
         for c in range(len(self.mesh.interfaces)):
             self.add_bond(c, f)
+        if self.touching:
+            self.touching.add(f)
+        self.add_fluids(f)
         for load in self.of(gl.Pressure):
             for i, j in self.mesh.boundary_edges[load.boundary].tolist():
                 now = self.x0[j] + self.u[j] - self.x0[i] - self.u[i]
@@ -83,7 +97,7 @@ class Reference:
             stress = R @ (lame * np.trace(strain) * np.eye(2) + 2 * shear * strain)
         else:  # Eq. (21): the stress in the turned frame, with the turn that leaves the zone no moment
             exx, eyy, exy = strain[0, 0], strain[1, 1], strain[0, 1]
-            xx, yy, xy, *memory = rock.stress(exx, eyy, exy, *self.across, *self.remembered[z])
+            xx, yy, xy, *memory = rock.stress(exx, eyy, exy, *self.told, *self.remembered[z])
             turn = (xy * (exx - eyy) - exy * (xx - yy)) / (2 + exx + eyy)
             self.remembered[z], stress = memory, R @ [[xx, xy + turn], [xy - turn, yy]]
         for i, g in zip(corners, slopes, strict=True):
@@ -114,6 +128,46 @@ class Reference:
     def at(self, i):
         return self.x0[i] + self.u[i]
 
+    def gone(self, i):
+        return self.came[i]
+
+    def behind(self, edge):
+        """kg that a force on an edge accelerates directly."""
+        return sum(self.mass[i] for i in edge)
+
+    # --- fluids ------------------------------------------------------------------------------------------------------
+
+    def soak(self):
+        """Find the contact points that a fluid has reached: on its boundary, or through points that are broken."""
+        self.wet = {}
+        damage = self.names.index("damage") if self.of(gl.FluidPressure) else None
+        for fluid in sorted(self.of(gl.FluidPressure), key=lambda fluid: fluid.pressure):
+            corners, points, reached = set(self.mesh.boundaries[fluid.boundary].tolist()), set(), -1
+            while reached < len(corners) + len(points):
+                reached = len(corners) + len(points)
+                for c, (a1, a2, b1, b2) in enumerate(self.mesh.interfaces.tolist()):
+                    broken = [self.memory[c, p][damage] >= 1 for p in (0, 1)]
+                    for p, corner in enumerate(({a1, b1}, {a2, b2})):
+                        if (c, p) in points or corners & corner:
+                            corners |= corner
+                            points |= {(c, p)} if broken[p] else set()
+                        if (c, 1 - p) in points and broken[p]:
+                            points.add((c, p))
+            self.wet |= dict.fromkeys(points, fluid.pressure)
+
+    def add_fluids(self, f):
+        for (c, p), pressure in self.wet.items():
+            a1, a2, b1, b2 = self.mesh.interfaces[c].tolist()
+            w = float(self.specimen.contact_points.weights(np.array([abs(self.x0[a2] - self.x0[a1])]))[0])
+            for first, second, w2 in ((a1, a2, w if p == 0 else 1 - w), (b2, b1, 1 - w if p == 0 else w)):
+                force = pressure / 2 * 1j * (self.at(second) - self.at(first))
+                f[first] += (1 - w2) * force
+                f[second] += w2 * force
+        for fluid in self.of(gl.FluidPressure):
+            for i, j in [] if fluid.cracks_only else self.mesh.boundary_edges[fluid.boundary].tolist():
+                for node in (i, j):
+                    f[node] += fluid.pressure * 1j * (self.at(j) - self.at(i)) / 2
+
     # --- a step ----------------------------------------------------------------------------------------------------
 
     def step(self):
@@ -134,17 +188,17 @@ class Reference:
                 moved, _ = self.integrator.step(force, force - before, speed, self.mass[i], self.dt)
                 v.append(held.get((i, axis), moved))
             self.v[i] = complex(*v)
-            self.u[i] += self.v[i] * self.dt
+            self.came[i] = self.v[i] * self.dt
+            self.u[i] += self.came[i]
         self.before = f
 
     def absorb(self, f, held):
         """Dashpots of quiet boundaries, on the mean of the velocities before and after the step."""
-        dashpots = {}
-        rock = self.specimen.material
-        young, nu, density = rock.youngs_modulus, rock.poissons_ratio, rock.density
-        along = math.sqrt(density * young * (1 - nu) / ((1 + nu) * (1 - 2 * nu)))
-        across = math.sqrt(density * young / (2 * (1 + nu)))
+        dashpots, rock = {}, self.specimen.material
         for load in self.of(gl.Quiet):
+            young, nu, density = rock.youngs_modulus, rock.poissons_ratio, rock.density
+            along = math.sqrt(density * young * (1 - nu) / ((1 + nu) * (1 - 2 * nu)))
+            across = math.sqrt(density * young / (2 * (1 + nu)))
             for i, j in self.mesh.boundary_edges[load.boundary].tolist():
                 way = self.x0[j] - self.x0[i]
                 t = np.array(parts(way / abs(way)))
@@ -182,8 +236,8 @@ class Platen:
 class RigidReference(Reference):
     """Grains that do not deform: two translations and a turn each, with the moments of the forces on their corners."""
 
-    def __init__(self, specimen, law, loads, integrator, time_step, memory, velocity=None):
-        super().__init__(specimen, law, loads, integrator, time_step, memory)
+    def __init__(self, specimen, law, loads, integrator, time_step, memory, velocity=None, **more):
+        super().__init__(specimen, law, loads, integrator, time_step, memory, **more)
         self.grain = self.mesh.node_grain.tolist()
         grains = range(specimen.grains.count)
         self.middle = [complex(*centroid) for centroid in specimen.grains.centroids.tolist()]
@@ -205,6 +259,9 @@ class RigidReference(Reference):
 
     def heavy(self, g):
         return sum((self.whole[g] * complex(*each.acceleration) for each in self.of(gl.Gravity)), 0j)
+
+    def behind(self, edge):
+        return self.whole[self.grain[edge[0]]]
 
     def weight(self, i):
         return 0j  # it acts on the whole grain
@@ -233,16 +290,5 @@ class RigidReference(Reference):
             self.pulled[g] = force, moment
             turn = complex(math.cos(self.turned[g]), math.sin(self.turned[g]))
             for i in own:
-                self.u[i] = self.moved[g] + (turn - 1) * (self.x0[i] - self.middle[g])
-
-
-def parts(z):
-    return z.real, z.imag
-
-
-def cross(a, b):
-    return a.real * b.imag - a.imag * b.real
-
-
-def dot(a, b):
-    return a.real * b.real + a.imag * b.imag
+                was, self.u[i] = self.u[i], self.moved[g] + (turn - 1) * (self.x0[i] - self.middle[g])
+                self.came[i] = self.u[i] - was

@@ -2,19 +2,21 @@
 
 import numpy as np
 import pytest
+from bodies import thrown
 from reference_step import Reference, RigidReference
-from support import STIFF, STRONG, advance, impose, small_sample, state_of
+from support import ROCK, STIFF, STRONG, advance, impose, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.contact import memory_names
 from grainlaw.laws import (
     BandisClosure,
     CohesiveCrack,
+    Friction,
     Linear,
     MohrCoulomb,
     MunjizaJoint,
 )
-from grainlaw.materials import DruckerPrager, MohrCoulombPlastic, TransverselyIsotropic
+from grainlaw.materials import DruckerPrager, MohrCoulombPlastic, Thermal, TransverselyIsotropic
 
 WEAK = STRONG | {"tensile_strength": 1e6, "cohesion": 2e6}
 LAWS = {
@@ -37,6 +39,8 @@ SOFT = {
     "quiet": [*DRIVES, gl.Quiet(boundary="left"), gl.Quiet(boundary="right")],
 }
 WHOLE = {"youngs_modulus": 60e9, "poissons_ratio": 0.25, "density": 3100}
+FLUIDS = [*DRIVES, gl.FluidPressure(boundary="left", pressure=3e6)]
+FLUIDS += [gl.FluidPressure(boundary="right", pressure=8e6, cracks_only=True)]
 MATERIALS = [
     MohrCoulombPlastic(**WHOLE, tensile_strength=1e5, cohesion=3e5, friction_angle=30, dilation_angle=10),
     DruckerPrager(**WHOLE, cohesion=3e5, friction_angle=30),
@@ -54,18 +58,27 @@ DAMPINGS = {
 STEPS = 60
 
 
-def compared(law, loads, damping, kind=Reference, seed=1, **options):
+def compared(law, loads, damping, kind=Reference, seed=1, temperature=20.0, **options):
     """A specimen that is thrown apart: states of the engine and of the reference after the same steps."""
     specimen = small_sample(9, **options)
     velocity = np.random.default_rng(seed).normal(0, 1.0, (len(specimen.mesh.nodes), 2))
-    state = state_of(specimen, law)
+    return both(specimen, law, loads, velocity, kind, gl.CentralDifference(damping=damping), temperature=temperature)
+
+
+def both(specimen, law, loads, velocity, kind, integrator, time_step=4e-8, steps=STEPS, detection=None, temperature=20):
+    state = state_of(specimen, law, detection)
     impose(state, [*loads, gl.InitialVelocity(velocity=velocity)])
-    integrator, time_step = gl.CentralDifference(damping=damping), 4e-8
-    memory = state.bonds.arrays.memory[: len(memory_names(law)), 0].tolist()
-    reference = kind(specimen, law, loads, integrator, time_step, memory, velocity)
-    advance(state, STEPS, time_step, integrator)
-    for _ in range(STEPS):
-        reference.step()
+    state.heat.reach(temperature)
+    groups = state.contacts.groups if detection else state.bonds.groups
+    memory = groups[0].virgin.tolist() if detection else [0.0] * len(memory_names(law))
+    told = {"detection": detection, "temperature": temperature}
+    reference = kind(specimen, law, loads, integrator, time_step, memory, velocity, **told)
+    for count in (steps // 2, steps - steps // 2):
+        advance(state, count, time_step, integrator)
+        state.let_fluids_follow()
+        for _ in range(count):
+            reference.step()
+        reference.soak()
     return state, reference
 
 
@@ -104,6 +117,21 @@ def test_materials(material):
     assert state.materials.memory("plastic_strain") == pytest.approx(plastic, rel=1e-9)
 
 
+def test_heat():
+    """Grains that a temperature has strained at once."""
+    loads, hot = LOADS["free"], Thermal(material=ROCK, expansion=8e-6, expansion_along=3e-6, axis_angle=20)
+    assert_same(*compared(LAWS["cohesive crack"], loads, gl.VibrationDamping(), material=hot, temperature=90.0))
+
+
+def test_fluids():
+    """At half of the steps they enter what has broken until then."""
+    state, reference = compared(LAWS["cohesive crack"], FLUIDS, gl.VibrationDamping(), seed=4)
+    assert_same(state, reference)
+    pressures = list(reference.wet.values())
+    assert pressures.count(3e6) > 0
+    assert pressures.count(8e6) > 9
+
+
 @pytest.mark.parametrize("points", [gl.EndPoints(), gl.GaussPoints()], ids=repr)
 def test_contact_points(points):
     assert_same(*compared(LAWS["linear"], LOADS["free"], gl.Undamped(), contact_points=points))
@@ -119,6 +147,30 @@ def test_rigid_grains(loads, damping):
         assert np.abs(mine - theirs).max() <= 1e-12 * np.abs(theirs).max() * STEPS
     place = np.array([[z.real, z.imag] for z in reference.u])
     assert np.abs(state.displacement - place).max() <= 1e-12 * np.abs(place).max() * STEPS
+
+
+FACES = {
+    "friction": Friction(kn=1e12, ks=6e11, friction_angle=30),
+    "dilation": MohrCoulomb(
+        kn=1e12, ks=6e11, tensile_strength=0, cohesion=0, friction_angle=35, residual_friction_angle=35,
+        dilation_angle=8,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("material", [gl.Rigid(density=2600), pytest.param(ROCK, marks=pytest.mark.thorough)], ids=repr)
+@pytest.mark.parametrize(("law", "dashpots"), [("friction", 0.0), ("friction", 0.3), ("dilation", 0.0)])
+def test_contacts_without_a_bond(law, dashpots, material, seed):
+    """Corners that dig into edges, faces that slide on each other, and part."""
+    specimen, velocity = thrown(seed, material)
+    kind = RigidReference if specimen.is_rigid else Reference
+    motion = gl.CentralDifference(damping=gl.Undamped()), 1e-7, 1500, gl.Detection(damping=dashpots)
+    state, reference = both(specimen, FACES[law], [], velocity, kind, *motion)
+    place = np.array([[z.real, z.imag] for z in reference.u])
+    assert np.abs(state.displacement - place).max() <= 1e-12 * np.abs(place).max()
+    assert len(reference.touching.met) > 6
+    assert not all(pair.closed for pair in reference.touching.met)
 
 
 def test_contacts_have_broken_meanwhile():

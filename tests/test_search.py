@@ -4,10 +4,10 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from bodies import FACES, GRAVITY, RIGID, SOFT, Motion, box, each, together, turned
+from bodies import FACES, GRAVITY, RIGID, SOFT, Motion, box, each, thrown, together, turned
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support import ROCK, STRONG, state_of
+from support import ROCK, STRONG, advance, impose, state_of
 
 import grainlaw as gl
 from grainlaw.compiler.entry import compiled
@@ -16,7 +16,7 @@ from grainlaw.engine.contacts import contact_search as search
 from grainlaw.engine.contacts.contact_rows import BLOCK, rows_of
 from grainlaw.engine.contacts.contact_table import APART, CLOSED, HELD, WAITING
 from grainlaw.geometry import Voronoi, block, rectangle
-from grainlaw.laws import MohrCoulomb
+from grainlaw.laws import Friction, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
 
 TURN = 0.15  #: rad that an edge may turn by
@@ -54,16 +54,28 @@ def cross(a, b):
     return a[0] * b[1] - a[1] * b[0]
 
 
+def deep(p, q, reach):
+    """Whether each of two edges is behind the other's line, and they may overlap, seen along their mean, soon."""
+    ways = p[1] - p[0], q[0] - q[1]
+    lengths = [np.hypot(*way) for way in ways]
+    mean = sum(way / length for way, length in zip(ways, lengths, strict=True))
+    mean = mean / np.hypot(*mean)
+    along = [np.sort(edge @ mean) for edge in (p, q)]
+    overlap = min(along[0][1], along[1][1]) - max(along[0][0], along[1][0])
+    behind = [max(cross(one[1] - one[0], x - one[0]) for x in other) > 0 for one, other in ((p, q), (q, p))]
+    return all(behind) and overlap > -reach - 2 * TURN * sum(lengths) and distance(p, q) < 3 * reach
+
+
 def brute_force(edges, grain, reach):
-    """Pairs of edges (e, 2, 2) that are nearer than ``reach`` and face each other, the lower grain first."""
+    """Pairs of edges (e, 2, 2) that are near and face each other, the lower grain first."""
     found = set()
     for e, p in enumerate(edges):
         for f, q in enumerate(edges):
             a, b = p[1] - p[0], q[1] - q[0]
             angle = np.arccos(np.clip(a @ b / np.hypot(*a) / np.hypot(*b), -1, 1))
             facing = angle >= np.arccos(overlap.FACING) - 2 * TURN
-            if grain[e] < grain[f] and facing and not corner(p, q, reach) and distance(p, q) < reach:
-                found.add((e, f))
+            if grain[e] < grain[f] and facing and not corner(p, q, reach):
+                found |= {(e, f)} if distance(p, q) < reach or deep(p, q, reach) else set()
     return found
 
 
@@ -244,6 +256,25 @@ def test_how_often_neighbours_are_searched_changes_no_bit(make, monkeypatch):
     assert seldom.state.contacts.work.any()
     assert np.array_equal(often.state.freedoms.arrays.displacement, seldom.state.freedoms.arrays.displacement)
     assert np.array_equal(often.state.freedoms.arrays.velocity, seldom.state.freedoms.arrays.velocity)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", [2, 5])
+def test_how_often_all_neighbours_are_searched_changes_no_bit(seed):
+    """Thrown at each other so that corners dig deep: edges meet that were farther than the skin behind each other."""
+    runs = []
+    for each_step in (False, True):
+        specimen, velocity = thrown(seed, RIGID)
+        state = state_of(specimen, Friction(kn=1e12, ks=6e11, friction_angle=30), gl.Detection())
+        impose(state, [gl.InitialVelocity(velocity=velocity)])
+        for _ in range(1500):
+            advance(state, 1, 1e-7)
+            if each_step:
+                state.contacts._neighbours.forget()
+                state.search(state.displacement_at_forces())
+        runs.append(state)
+    assert runs[1].contacts.searches > 1500 > 10 * runs[0].contacts.searches
+    assert np.array_equal(*(state.displacement for state in runs))
 
 
 @pytest.mark.alone

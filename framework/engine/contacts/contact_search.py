@@ -12,6 +12,7 @@ from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.contacts.overlap import FACING, behind, beside, in_front, mean_tangent
 
 AWAY = math.sqrt(1 - FACING**2)  #: the sine of the same angle
+DEEP = 2.0  #: skins: edges that touch are nowhere farther from each other, as their mean overlap is at most so deep
 
 
 @njit(forceinline=True, **OPTIONS)
@@ -80,7 +81,7 @@ def _clearly_in_front(ax, ay, bx, by, wx, wy, reach):
 
 @njit(**OPTIONS)
 def _near(x0, y0, x1, y1, turn, e, f, reach, skin):
-    """Whether two edges come nearer than ``reach`` and may overlap before the next search."""
+    """Whether two edges may overlap before the next search, until when they come nearer by at most ``reach``."""
     ax, ay, bx, by = x1[e] - x0[e], y1[e] - y0[e], x1[f] - x0[f], y1[f] - y0[f]
     cx, cy = x0[f] - x0[e], y0[f] - y0[e]
     if _clearly_in_front(ax, ay, -bx, -by, cx + bx, cy + by, reach):  # most are, and this is found soonest
@@ -100,20 +101,22 @@ def _near(x0, y0, x1, y1, turn, e, f, reach, skin):
             _to_segment(x0[f], y0[f], x0[e], y0[e], x1[e], y1[e]), _to_segment(x1[f], y1[f], x0[e], y0[e], x1[e], y1[e])
         ),
     )
+    deep = DEEP * skin + reach
     return nearest < reach * reach or (
-        nearest < skin * skin and _are_behind(ax, ay, -bx, -by, cx + bx, cy + by, turn[e] + turn[f], reach)
+        nearest < deep * deep and _are_behind(ax, ay, -bx, -by, cx + bx, cy + by, turn[e] + turn[f], reach)
     )
 
 
 def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
     """(n, 2) pairs of near edges of different grains, that of the lower grain first; a pair may occur twice.
 
-    ``reach`` (m) is the distance between edges up to which they are near; each edge turns by at most ``turn`` (rad)
-    until the next search. Each edge is entered in the cells of ``size`` (m) that it passes. Cells are hashed to a
-    table, so that a long floor or a grain that flies far away costs no more than the length of its edges.
+    ``reach`` (m) is the skin, by which edges come nearer at most until the next search, while each turns by at most
+    ``turn`` (rad): near are those within it, and those that lie deep behind each other. Each edge is entered in the
+    cells of ``size`` (m) that it passes. Cells are hashed to a table, so that a long floor or a grain that flies far
+    away costs no more than the length of its edges.
     """
     count = x0.shape[0]
-    pad = 0.5 * reach
+    pad = 0.5 * (DEEP + 1) * reach
     mask = 1
     while mask < 2 * count:
         mask *= 2
