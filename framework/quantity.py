@@ -9,13 +9,23 @@ from typing import Any
 
 import attrs
 
+from grainlaw.arguments import Checked
+from grainlaw.messages import refusal
 from grainlaw.unit_text import factor_into
 
 THREE = "three digits"  #: in place of a form of Python
 
 
-@attrs.frozen
-class Quantity:
+def _is_form(quantity: Quantity, attribute: Any, value: Any) -> None:
+    if value != THREE:
+        try:
+            format(1.5, value)
+        except (ValueError, TypeError):
+            raise refusal("Quantity: form", value, "how Python formats a number, as '.4g'") from None
+
+
+@attrs.frozen(repr=False)
+class Quantity(metaclass=Checked):
     """A number by its name: in which words, unit and digits it is shown, and whether it is shown unasked.
 
     Who records a number declares it: a test in :attr:`LoadingProtocol.quantities`, a measure by itself; those that
@@ -26,7 +36,7 @@ class Quantity:
     name: str  #: of a column, of an entry of a summary, of an array
     unit: str = "1"  #: in which it is shown
     words: str = attrs.field(kw_only=True)  #: in place of the name; the name with blanks, if not given
-    form: str = attrs.field(kw_only=True, default=".4g")  #: its digits, as Python formats them
+    form: str = attrs.field(kw_only=True, default=".4g", validator=_is_form)  #: its digits, as Python formats them
     meaning: str = attrs.field(kw_only=True, default="")  #: what it is, for a report
     is_main: bool = attrs.field(kw_only=True, default=False)  #: whether tables show it unasked
     #: a value in SI times this is the value in ``unit``; by the unit, if not given

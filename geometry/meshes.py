@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import io
 import os
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +27,7 @@ CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4,
 LINES = ("line", "line3", "vertex")  #: kinds that a mesh of an area has beside
 PHYSICAL = "gmsh:physical"  #: cell data of meshio: the physical group
 SURFACE = "gmsh:geometrical"  #: cell data of meshio: the surface that an element is of
+WAIT, WAIT_PER_BYTE = 5.0, 3e-6  #: s, s/byte: twenty times what the slowest reader takes
 CLOSE = 1e-6  #: of the median size of elements: nearer nodes are one
 
 
@@ -45,13 +48,10 @@ def from_mesh(
     Raises :class:`~grainlaw.fields.ParameterError` for what cannot be read, has three dimensions, overlaps or has
     parts that do not hang together.
     """
-    import meshio  # here, for it takes long to load
-
     where = f"from_mesh: {os.fspath(file)}"
     unit, merge = checked_number("from_mesh: unit", unit, "m", above=0), checked_merge("from_mesh", merge)
     try:
-        with contextlib.redirect_stdout(io.StringIO()):  # it prints empty lines, and errors once more
-            mesh = meshio.read(file)
+        mesh = _read(file)
     except (Exception, SystemExit) as error:  # meshio ends the program for what it cannot read
         raise ParameterError(f"{where} cannot be read as a mesh: {short(str(error))}") from None
     for block in mesh.cells:
@@ -64,6 +64,8 @@ def from_mesh(
     first = np.cumsum([0, *map(len, elements)])
     points = checked_points(f"{where}: nodes", _flat(where, np.asarray(mesh.points)) * unit)
     named = np.concatenate(elements)
+    if not np.issubdtype(named.dtype, np.integer):
+        raise ParameterError(f"{where} has elements whose nodes are no whole numbers")
     if not 0 <= named.min() <= named.max() < len(points):
         wrong = named[(named < 0) | (named >= len(points))][0]
         raise ParameterError(f"{where} has an element with the node {wrong}, it must be one of 0 to {len(points) - 1}")
@@ -77,6 +79,36 @@ def from_mesh(
         names=_boundaries(mesh, dict(zip(nodes.tolist(), number.tolist(), strict=True))),
         phase=phase, phase_names=names, parent=parent, merge=merge,
     )  # fmt: skip
+
+
+def _read(file: str | os.PathLike[str]) -> Any:
+    import meshio  # here, for it takes long to load
+
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()), _ends(_time_for(file)):
+        return meshio.read(file)  # which prints empty lines, and errors once more
+
+
+def _time_for(file: str | os.PathLike[str]) -> float:
+    """s, after which a reader of meshio is in an endless loop."""
+    return WAIT + WAIT_PER_BYTE * (os.path.getsize(file) if os.path.exists(file) else 0)
+
+
+@contextlib.contextmanager
+def _ends(seconds: float) -> Iterator[None]:
+    """Raise TimeoutError in this thread if it is still here after some time.
+
+    Readers of meshio loop over as many elements as a header claims, or until they find the end of it.
+    """
+    here = ctypes.c_ulong(threading.get_ident()), ctypes.py_object(TimeoutError)
+    timer = threading.Timer(seconds, ctypes.pythonapi.PyThreadState_SetAsyncExc, here)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    except TimeoutError:
+        raise TimeoutError(f"it has no end within {seconds:.3g} s") from None
+    finally:
+        timer.cancel()
 
 
 def _flat(where: str, points: np.ndarray) -> np.ndarray:
@@ -109,7 +141,8 @@ def _phases(where: str, mesh: Any, chosen: Sequence[int], name: str) -> tuple[np
 
 
 def _group_names(mesh: Any, dimension: int) -> dict[int, str]:
-    return {int(tag): name for name, (tag, dim) in mesh.field_data.items() if dim == dimension}
+    pairs = {name: data for name, data in mesh.field_data.items() if np.size(data) == 2}  # other formats have others
+    return {int(tag): name for name, (tag, dim) in pairs.items() if dim == dimension}
 
 
 def _boundaries(mesh: Any, vertex: dict[int, int]) -> Names:

@@ -43,7 +43,7 @@ def read_tess(
     unit, merge = checked_number("read_tess: unit", unit, "m", above=0), checked_merge("read_tess", merge)
     try:
         raw = _Raw.of(where, Path(file).read_text(encoding="utf-8", errors="replace").split())
-    except (ValueError, IndexError, KeyError) as error:
+    except (ValueError, IndexError, KeyError, OverflowError) as error:
         if isinstance(error, ParameterError):
             raise
         raise ParameterError(f"{where} is no complete tessellation file of Neper: {short(str(error))}") from None
@@ -98,7 +98,10 @@ class _Raw:
         if table[:, 3].any():
             raise ParameterError(f"{where}: vertex {1 + int(table[:, 3].astype(bool).argmax())} has z other than 0")
         faces = list(_faces(parts["**face"]))
-        edges = _rows(parts["**edge"], 4)[:, 1:3].astype(int) - 1
+        edges = _rows(parts["**edge"], 4)[:, 1:3]
+        if (edges != np.round(edges)).any() or not np.all((1 <= edges) & (edges <= len(table))):
+            raise ValueError(f"an edge ends at another vertex than 1 to {len(table)}")
+        edges = edges.astype(int) - 1
         names = dict(_names(parts["**domain*edge"], edges)) if "**domain*edge" in parts else {}
         group = np.array(parts["**cell*group"], dtype=int) if "**cell*group" in parts else None
         parent = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
@@ -15,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from grainlaw.fields import ParameterError
 from grainlaw.geometry.region import rectangle
-from grainlaw.messages import refusal
+from grainlaw.messages import refusal, short
 from grainlaw.polygon import cross
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
@@ -120,9 +121,11 @@ def _read(where: str, file: str | os.PathLike[str]) -> np.ndarray:
             return np.load(file, allow_pickle=False)
         from matplotlib.image import imread  # here, for it takes long to load
 
-        values = imread(os.fspath(file))
-    except (OSError, EOFError, ValueError, SyntaxError) as error:
-        raise ParameterError(f"{where}: {os.fspath(file)} cannot be read as an image: {error}") from None
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of what stands beside the pixels
+            values = imread(os.fspath(file))
+    except Exception as error:  # readers of pictures and of headers have errors of their own
+        raise ParameterError(f"{where}: {os.fspath(file)} cannot be read as an image: {short(str(error))}") from None
     if values.ndim == 3 and (values[..., :3] == values[..., :1]).all():
         values = values[..., 0]
     if values.ndim != 2:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from fuzz import calls, configurations
+from fuzz import calls, configurations, files
 from fuzz.limits import Case, fault_of
 
 import grainlaw as gl
@@ -21,7 +21,10 @@ def drawn_into_files(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.parametrize(("draw", "count"), [(calls.cases, 150), (configurations.cases, 50)], ids=["calls", "tests"])
+@pytest.mark.parametrize(
+    ("draw", "count"), [(calls.cases, 150), (configurations.cases, 50), (files.cases, 90)],
+    ids=["calls", "tests", "files"],
+)  # fmt: skip
 @pytest.mark.thorough
 def test_a_few_random_cases_are_refused_or_run(draw, count):
     assert [fault for case in draw(1, count) if (fault := fault_of(case))] == []
@@ -37,6 +40,12 @@ def test_random_calls_are_refused_or_run(seed):
 @pytest.mark.parametrize("seed", [2, 3, 4, 5])
 def test_random_configurations_are_refused_or_run(seed):
     assert [fault for case in configurations.cases(seed, 500) if (fault := fault_of(case))] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [2, 3])
+def test_damaged_files_are_refused_or_read(seed):
+    assert [fault for case in files.cases(seed, 700) if (fault := fault_of(case))] == []
 
 
 def fits(confinement, peak):
@@ -105,6 +114,9 @@ REFUSED = {
     "region: holes": lambda: gl.Region(calls.SQUARE, "abcd", range(3)),
     "heating: text": lambda: Heating(to=np.array("x")),
     "thermal: reference": lambda: Thermal(material=calls.ROCK, expansion=ALBITE, reference=np.full(3, 1e6)),
+    "quantity: a name": lambda: gl.Quantity(5),
+    "quantity: no name": lambda: gl.Quantity(unit="Pa"),
+    "quantity: form": lambda: gl.Quantity("stress", form="4q"),
     "sizes: none": lambda: Empirical(diameters=None),
 }
 
