@@ -14,6 +14,7 @@ from support import BRITTLE, PULL, small_sample
 
 import grainlaw as gl
 from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.grains import _told_apart
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
 from grainlaw.results.figures.cracks import box
 
@@ -202,6 +203,14 @@ def test_what_is_no_result_is_refused(results):
 
 
 # --- moving ----------------------------------------------------------------------------------------------------------
+
+
+def test_grains_that_share_an_edge_have_different_colours():
+    grains = small_sample(60).grains
+    number = np.array(_told_apart(grains))
+    inner = grains.edges.right >= 0
+    assert not np.any(number[grains.edges.left[inner]] == number[grains.edges.right[inner]])
+    assert number.max() < 7
 
 
 def test_an_animation_has_a_picture_for_each_frame(broken, tmp_path):

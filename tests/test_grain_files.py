@@ -10,6 +10,7 @@ from command_line import invoke
 from tess_files import GROUPS, tess
 
 from grainlaw.cli.configuration import configured
+from grainlaw.cli.law_copy import copied_grains
 from grainlaw.cli.sections import read_file, toml
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import from_labels, from_mesh, read_tess
@@ -92,6 +93,16 @@ def test_a_run_of_a_file_is_repeated_without_it(folder):
     again = invoke("rerun", folder / "out")
     assert again.exit_code == 0, again.output
     assert "every number is the same" in again.output
+
+
+def test_the_file_of_the_grains_is_copied_once(folder):
+    """A run that is repeated in its own folder has it there."""
+    section, (record,) = copied_grains({"file": str(folder / "x.npy"), "pixel": "1 mm"}, folder / "out")
+    copy = folder / "out" / section["file"]
+    assert copy.read_bytes() == (folder / "x.npy").read_bytes()
+    assert record["file"] == str((folder / "x.npy").resolve())
+    again, _ = copied_grains({**section, "file": str(copy)}, folder / "out")
+    assert again == section
 
 
 def test_a_file_that_cannot_be_read_ends_in_one_line(folder):

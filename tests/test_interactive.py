@@ -80,6 +80,19 @@ def test_what_it_holds_is_what_the_result_has(made):
     assert set(tables["paths"]["point"]) == {path.point for path in probe.paths}
 
 
+def test_the_curve_is_in_the_units_of_its_axes(made):
+    """Nominal stress in MPa over strain in per cent or per mille, as the headings of the axes say."""
+    from bokeh.models import ColumnDataSource
+
+    result = made[0]
+    moments = interactive._tables(result, interactive._chosen(result), {})["moments"]
+    drawn, _ = interactive._curve(result, ColumnDataSource(moments))
+    line = drawn.renderers[0].data_source.data
+    assert "MPa" in drawn.yaxis[0].axis_label
+    assert line["y"] == pytest.approx(result.curves["stress"] / 1e6, rel=1e-6)
+    assert np.interp(moments["x"], line["x"], line["y"]) == pytest.approx(moments["y"], rel=1e-3)
+
+
 def test_a_large_specimen_shows_fewer_moments(made, monkeypatch):
     result, _, _ = made
     monkeypatch.setattr(interactive, "MOST_BYTES", 8 * len(interactive._ring(result)) * 3)

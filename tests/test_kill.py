@@ -1,5 +1,6 @@
 """Commands that are killed or stopped at random moments: nothing damaged, and they go on as if nothing had been."""
 
+import hashlib
 import json
 import os
 import signal
@@ -42,6 +43,19 @@ COMMANDS = {
 GO_ON = {command: ["--restart"] for command in COMMANDS} | {"envelope": []}  #: a study goes on with the same call
 ENDS = (".csv", ".vtu", ".pvd", ".toml")  #: files that must have the same bytes
 KILL, TERM, INT = "SIGKILL", "SIGTERM", "SIGINT"
+#: what Python runs first in a command whose power will be lost: it notes the content of each file that is forced
+NOTES = """
+import hashlib, os
+
+def fsync(opened, force=os.fsync):
+    force(opened)
+    name = os.readlink(f"/proc/self/fd/{opened}")
+    if os.path.isfile(name):
+        with open(name, "rb") as file, open(os.environ["FORCED"], "a") as notes:
+            notes.write(f"{os.stat(name).st_ino} {hashlib.sha256(file.read()).hexdigest()}\\n")
+
+os.fsync = fsync
+"""
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
 
@@ -172,6 +186,50 @@ def test_a_killed_comparison_goes_on(tmp_path, reference):
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_command_goes_on_from_any_moment(command, name, seed, tmp_path, reference):
     stop_and_go_on(command, name, np.random.default_rng(seed), tmp_path, reference)
+
+
+@pytest.fixture
+def notes(tmp_path, monkeypatch):
+    """File with the contents that commands have forced to the disk."""
+    (tmp_path / "sitecustomize.py").write_text(NOTES)
+    (tmp_path / "forced").touch()
+    before = os.environ.get("PYTHONPATH")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{before}" if before else str(tmp_path))
+    monkeypatch.setenv("FORCED", str(tmp_path / "forced"))
+    return tmp_path / "forced"
+
+
+def lose_power(folder, forced, rng):
+    """Cut every file that was not forced to the disk as it is."""
+    for file in sorted(each for each in folder.rglob("*") if each.is_file()):
+        content = file.read_bytes()
+        if f"{file.stat().st_ino} {hashlib.sha256(content).hexdigest()}" not in forced:
+            os.truncate(file, rng.choice([0, rng.integers(0, len(content) + 1), len(content)]))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="names of open files are those of Linux")
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("command", ["test", "water", "heating", "envelope"])
+def test_what_is_promised_outlasts_a_loss_of_power(command, seed, tmp_path, reference, notes):
+    """It goes on to the same files, from the last checkpoint or the cases that are done."""
+    (unstopped, duration), rng = reference(command), np.random.default_rng(seed)
+    folder, options = tmp_path / command, []
+    for _ in range(3):
+        process = start(command, folder, *options)
+        try:
+            process.wait(timeout=rng.uniform(0.3, 1.0) * duration)
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+        process.communicate(timeout=120)
+        if process.returncode == 0:
+            break
+        if folder.exists():
+            lose_power(folder, set(notes.read_text().splitlines()), rng)
+        options = GO_ON[command]
+    if process.returncode != 0:
+        finish(command, folder, *GO_ON[command])
+    same(folder, unstopped)
 
 
 @pytest.mark.thorough

@@ -281,3 +281,9 @@ def test_rigid_grains_have_no_quiet_boundary():
 def test_unknown_boundaries_are_refused():
     with pytest.raises(gl.ParameterError, match="Quiet: boundary = 'lid'"):
         gl.Quiet(boundary="lid").check_specimen(bar(4))
+
+
+def test_gauges_are_at_the_quarter_points():
+    """Where none are given: far from both ends."""
+    test = PlaneWave(velocity=bell(44e-6, 0.1), duration=1e-4)
+    assert test._gauges(BAR) == pytest.approx((np.array([0.25, 0.75]) * np.ptp(BAR.mesh.nodes[:, 0])).tolist())

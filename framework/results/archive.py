@@ -15,6 +15,7 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.fields import ParameterError, parameters
 from grainlaw.material import Elastic, Material, Plane, Rigid
+from grainlaw.messages import short
 from grainlaw.quantity import Quantity
 from grainlaw.region import Region
 from grainlaw.results.files import Arrays, below, without_nan, write_atomically
@@ -125,7 +126,7 @@ def from_bytes(content: bytes, where: str = "the content") -> Result:
     except ParameterError as error:
         raise ParameterError(f"{where} cannot be read: {error}") from None
     except Exception as error:  # zipfile, zlib, numpy and json have each their own errors for a damaged file
-        raise ParameterError(f"{where} is no result that can be read: {error}") from None
+        raise ParameterError(f"{where} is no result that can be read: {short(str(error))}") from None
 
 
 def _result(arrays: Arrays, about: Mapping[str, Any]) -> Result:

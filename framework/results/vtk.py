@@ -222,8 +222,18 @@ class VtkSeries:
         file = vtu(name, len(self.entries[name]))
         units = [f"{name}: {unit}" for name in (*mesh.point_data, *mesh.cell_data) if (unit := unit_in_si(name)) != "1"]
         fields = {**about, "units": units, "grainlaw": version("grainlaw")}
-        write_atomically(self.folder / file, lambda path: write_vtu(path, mesh, fields))
+        write_atomically(self.folder / file, lambda path: write_vtu(path, mesh, fields), forced=True)
         self.entries[name].append((time, file))
+        self._list(name)
+
+    def go_on(self, times: Mapping[str, np.ndarray]) -> None:
+        """Go on after the files of moments (s) of each kind, which are there; their lists may not be."""
+        for name, known in self.entries.items():
+            known[:] = [(time, vtu(name, k)) for k, time in enumerate(times.get(name, np.zeros(0)).tolist())]
+            if known:
+                self._list(name)
+
+    def _list(self, name: str) -> None:
         lines = "\n".join(
             f'    <DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>' for time, file in self.entries[name]
         )
@@ -270,5 +280,4 @@ class VtkWriter(Observer):
     def restore(self, state: State, saved: Mapping[str, np.ndarray]) -> None:
         """Go on in the same folder; files of moments after the checkpoint are written again."""
         self.clock.restore(saved)
-        for name, known in self._series(state).entries.items():
-            known[:] = [(time, vtu(name, k)) for k, time in enumerate(saved.get(name, np.zeros(0)).tolist())]
+        self._series(state).go_on(saved)
