@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from grainlaw.mesh import Mesh
+from grainlaw.once import once_each
 from grainlaw.specimen import Specimen
 
 
+@once_each
 def points_on(mesh: Mesh, boundary: str, count: int, share: float = 1.0) -> np.ndarray:
     """(k,) nodes of a boundary nearest to ``count`` places, spread evenly along the middle ``share`` of it."""
     nodes = mesh.boundaries[boundary]

@@ -21,9 +21,10 @@ from grainlaw.columns import (
 )
 from grainlaw.engine.state import State
 from grainlaw.moduli import converted, slope
+from grainlaw.once import once_each
 from grainlaw.specimen import Specimen
 from grainlaw.strength import Borne, borne
-from grainlaw.window import window_mean, within_rectangle
+from grainlaw.window import within_rectangle
 
 FEWEST = 3  #: samples of a rising load by which a certificate can be judged
 
@@ -44,6 +45,7 @@ def ends(specimen: Specimen) -> tuple[str, str]:
     return ("rock_top", "rock_bottom") if has_platens(specimen) else ("top", "bottom")
 
 
+@once_each
 def is_rock(specimen: Specimen) -> np.ndarray:
     """(g,) whether a grain is of the specimen; platens are the bodies with the boundaries top and bottom."""
     grains, mesh = specimen.grains, specimen.mesh
@@ -85,15 +87,17 @@ def window_stress(state: State, share: float = 0.5) -> np.ndarray:
 
     If there is none, the mean over all grains of the specimen.
     """
-    grains = state.specimen.grains
-    low, high = grains.region.bounds
+    chosen = _middle(state.specimen, share)
+    return np.average(state.grain_stress()[chosen], axis=0, weights=state.specimen.grains.areas[chosen])
+
+
+@once_each
+def _middle(specimen: Specimen, share: float) -> np.ndarray:
+    """(g,) whether the centroid of a grain lies in the middle ``share`` of both sides; if none does, those of rock."""
+    low, high = specimen.grains.region.bounds
     middle, half = (low + high) / 2, share * (high - low) / 2
-    stress = state.grain_stress()
-    mean = window_mean(grains, stress, within_rectangle(middle - half, middle + half))
-    if np.isfinite(mean).all():
-        return mean
-    rock = is_rock(state.specimen)
-    return np.average(stress[rock], axis=0, weights=grains.areas[rock])
+    inside = within_rectangle(middle - half, middle + half)(specimen.grains.centroids)
+    return inside if inside.any() else is_rock(specimen)
 
 
 def failure_of(curves: Mapping[str, np.ndarray], load: str = STRESS, deformation: str = STRAIN) -> Borne | None:

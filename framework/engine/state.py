@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from operator import is_not
 from typing import Any
 
 import numpy as np
@@ -67,7 +66,7 @@ class State(metaclass=Checked):
         self.contacts = Contacts(self.grains, model.contacts, detection, self.bonds.ends)
         self.clock, self.breaks, self.heat = Clock(), Breaks(2 * len(self.bonds)), EvenTemperature(self.materials)
         self.steady = Steady(self.freedoms, self.heat)
-        self._shared: tuple[int, list[Any], Parts] | None = None
+        self._shared: dict[str, tuple[int, Any, Any]] = {}  #: threads, arrays and what was made of them, by part
         self.search(self.displacement_at_forces())
 
     @property
@@ -84,19 +83,22 @@ class State(metaclass=Checked):
     def shared(self, threads: int) -> Parts:
         """The arrays of all parts, divided among threads; made again only where a part has other arrays than before."""
         parts = self.parts
-        arrays = [parts[name].arrays for name in Parts._fields]
-        if self._shared is None or self._shared[0] != threads or any(map(is_not, arrays, self._shared[1])):
-            self._shared = threads, arrays, self._share_out(threads)
-        self._shared[2].contacts.tally[:] = 0
-        return self._shared[2]
+        made = Parts(**{name: self._share(name, parts[name], threads) for name in Parts._fields})
+        made.contacts.tally[:] = 0
+        return made
 
-    def _share_out(self, threads: int) -> Parts:
-        """Give each thread whole grains with about equal numbers of nodes, and its share of every part."""
+    def _share(self, name: str, part: Part, threads: int) -> Any:
+        known = self._shared.get(name)
+        if known is None or known[0] != threads or known[1] is not part.arrays:
+            known = self._shared[name] = threads, part.arrays, part.shared(self._split(threads))
+        return known[2]
+
+    def _split(self, threads: int) -> Split:
+        """Each thread has whole grains with about equal numbers of nodes."""
         ends = self.mesh.first_node[1:]
         cuts = np.searchsorted(ends, np.arange(1, threads) * ends[-1] / threads)
         grain = np.array([0, *cuts, self.specimen.grains.count])
-        split, parts = Split(threads, grain, self.mesh.first_node[grain]), self.parts
-        return Parts(**{name: parts[name].shared(split) for name in Parts._fields})
+        return Split(threads, grain, self.mesh.first_node[grain])
 
     def save(self) -> Saved:
         """Copy what steps change."""
@@ -113,7 +115,8 @@ class State(metaclass=Checked):
 
     def restore(self, saved: Saved) -> None:
         """Return to the state at the call of ``save``, in the same stage."""
-        self.every_zone.known = self._shared = None
+        self.every_zone.known = None
+        self._shared.clear()
         for name, part in self.parts.items():
             part.restore(saved.get(name, {}))
 
@@ -343,7 +346,7 @@ class State(metaclass=Checked):
 
     def search(self, before: np.ndarray) -> None:
         """Search neighbours; ``before`` (2, i) m is the displacement one step ago."""
-        self._shared = None  # it keeps the old table, which is freed column by column as it is copied
+        self._shared.pop("contacts", None)  # it keeps the old table, which is freed column by column as it is copied
         self.contacts.search(self.nodes.arrays.displacement, before)
 
     def start_from_rest(self, lost: np.ndarray) -> None:

@@ -16,6 +16,7 @@ AHEAD = 50  #: steps for which pairs are chosen
 LEAST = 0.05  #: of the skin: the least way for which they are chosen
 SPENT = 0.8  #: of that way: when a node has moved so far they are chosen again, before any can overlap
 TORN = 10.0  #: times its undeformed length: no edge is so long in a stable run
+FEW = 50  #: edges that are exposed together and are searched without the grid
 
 
 class Neighbours:
@@ -36,44 +37,53 @@ class Neighbours:
     ) -> None:
         self._edges, self._grain, self._first, self._width = edges, grain, first, width
         self._skin, self._origin = skin, origin
-        self._lengths = np.hypot(*(origin[:, edges[:, 1]] - origin[:, edges[:, 0]]))
-        self._cell = float(2 * skin + (np.median(self._lengths) if len(edges) else 1.0))
+        lengths = np.hypot(*(origin[:, edges[:, 1]] - origin[:, edges[:, 0]]))
+        self._cell = float(2 * skin + (np.median(lengths) if len(edges) else 1.0))
+        self._longest, self._ends, self._turn = TORN * lengths, np.zeros((4, len(edges))), (skin / width)[grain]
         self.forget()
 
     def forget(self) -> None:
-        """Search with a grid next time: edges were exposed."""
+        """Search with a grid next time."""
         self.pairs = np.zeros((0, 2), dtype=np.int32)  #: (n, 2) within the skin at the last search with a grid
         self.searched = np.zeros((2, 0))  #: (2, i) m, displacement at that search; without columns there was none
+        self._fresh = np.zeros(0, dtype=np.int32)
+
+    def expose(self, edges: np.ndarray) -> None:
+        """Search the neighbours of these edges, too, next time."""
+        if len(edges) > FEW:
+            self.forget()
+        else:
+            self._fresh = edges.astype(np.int32)
 
     def find(self, displacement: np.ndarray, before: np.ndarray, exposed: np.ndarray) -> np.ndarray | None:
         """(n, 2) pairs of edges, that of the lower grain first, and in ``room`` how far nodes may move meanwhile.
 
         None in a run that has become unstable: the check of the energies reports where.
         """
-        ends = self._ends(displacement, exposed)
-        if ends is None:
+        chosen = np.flatnonzero(exposed).astype(np.int32)
+        if not self._placed(displacement, chosen):
             return None
         way, farthest = self._ways(displacement, before)
-        if self._search(displacement, farthest, ends, exposed):
+        if self._search(displacement, farthest, chosen):
             way, _ = self._ways(displacement, before)
         self.room = np.repeat(SPENT * way, np.diff(self._first))  #: (i,) m
-        return self.pairs[self._still_near(ends, way)]
+        return self.pairs[self._still_near(way)]
 
     def any_within(self, displacement: np.ndarray, exposed: np.ndarray) -> bool:
         """Whether any are nearer than half the skin, whenever they were searched."""
-        ends = self._ends(displacement, exposed)
-        if ends is None:
+        chosen = np.flatnonzero(exposed).astype(np.int32)
+        if not self._placed(displacement, chosen):
             return False
         _, farthest = self._ways(displacement, displacement)
-        self._search(displacement, farthest, ends, exposed)
-        return bool(self._still_near(ends, np.full(len(self._width), self._skin / 4)).any())
+        self._search(displacement, farthest, chosen)
+        return bool(self._still_near(np.full(len(self._width), self._skin / 4)).any())
 
-    def _ends(self, displacement: np.ndarray, exposed: np.ndarray) -> tuple[np.ndarray, ...] | None:
-        """(e,) x0, y0, x1, y1 m of start and end of each edge; None where one is torn."""
-        (x0, x1), (y0, y1) = (row[self._edges.T].copy() for row in self._origin + displacement)
-        with np.errstate(invalid="ignore", over="ignore"):
-            whole = np.hypot(x1 - x0, y1 - y0) < TORN * self._lengths
-        return (x0, y0, x1, y1) if whole[exposed].all() else None
+    def _placed(self, displacement: np.ndarray, chosen: np.ndarray) -> bool:
+        """Note where the ends of the chosen edges are; False where one is torn."""
+        whole: bool = compiled(contact_search.place_ends)(
+            self._edges, chosen, self._origin, displacement, self._longest, self._ends
+        )
+        return whole
 
     def _ways(self, displacement: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, float]:
         searched = self.searched if self.searched.size else displacement
@@ -83,21 +93,29 @@ class Neighbours:
         )
         return way, farthest
 
-    def _search(
-        self, displacement: np.ndarray, farthest: float, ends: tuple[np.ndarray, ...], exposed: np.ndarray
-    ) -> bool:
-        """Find all pairs within the skin, unless no node has moved by more than half the reach since; whether done."""
+    def _search(self, displacement: np.ndarray, farthest: float, chosen: np.ndarray) -> bool:
+        """Find all pairs within the skin, unless no node has moved by more than half the reach since; whether done.
+
+        If none has, what is near edges that were exposed meanwhile is found without the grid.
+        """
+        fresh, self._fresh = self._fresh, self._fresh[:0]
         if self.searched.size and farthest < REACH * self._skin / 2:
+            if len(fresh):
+                more = compiled(contact_search.near_those)(
+                    *self._ends, self._grain, self._turn, chosen, fresh, self._skin
+                )
+                self.pairs = np.concatenate([self.pairs, more])
             return False
-        chosen, turn = np.flatnonzero(exposed).astype(np.int32), self._skin / self._width
         found = compiled(contact_search.near_pairs)(
-            *(row[chosen] for row in ends), self._grain[chosen], turn[self._grain[chosen]], self._skin, self._cell
+            *(row[chosen] for row in self._ends), self._grain[chosen], self._turn[chosen], self._skin, self._cell
         )
         self.pairs, self.searched = chosen[found], displacement.copy()
         return True
 
-    def _still_near(self, ends: tuple[np.ndarray, ...], way: np.ndarray) -> np.ndarray:
+    def _still_near(self, way: np.ndarray) -> np.ndarray:
         """(n,) which of the pairs may meet while nodes of each grain move by its ``way`` (g,) m."""
         turn = (2 * way / self._width)[self._grain]
-        near: np.ndarray = compiled(contact_search.still_near)(self.pairs, *ends, turn, way[self._grain], self._skin)
+        near: np.ndarray = compiled(contact_search.still_near)(
+            self.pairs, *self._ends, turn, way[self._grain], self._skin
+        )
         return near

@@ -161,6 +161,40 @@ def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
     return found[:size_found]
 
 
+def near_those(x0, y0, x1, y1, grain, turn, chosen, some, skin):
+    """(n, 2) pairs as :func:`near_pairs` finds them, of ``some`` edges with the ``chosen`` ones, each with each."""
+    found, count, room = np.empty((256, 2), dtype=np.int32), 0, (DEEP + 1) * skin
+    for a in some:
+        left, right, low, high = min(x0[a], x1[a]), max(x0[a], x1[a]), min(y0[a], y1[a]), max(y0[a], y1[a])
+        for b in chosen:
+            apart = (min(x0[b], x1[b]) > right + room) | (max(x0[b], x1[b]) < left - room)
+            apart |= (min(y0[b], y1[b]) > high + room) | (max(y0[b], y1[b]) < low - room)
+            if apart or grain[a] == grain[b]:
+                continue
+            e, f = (b, a) if grain[a] > grain[b] else (a, b)
+            if _near(x0, y0, x1, y1, turn, e, f, skin, skin):
+                if count == found.shape[0]:
+                    longer = np.empty((2 * count, 2), dtype=np.int32)
+                    for n in range(count):
+                        longer[n, 0], longer[n, 1] = found[n, 0], found[n, 1]
+                    found = longer
+                found[count, 0], found[count, 1] = e, f
+                count += 1
+    return found[:count]
+
+
+def place_ends(edges, chosen, origin, displacement, longest, ends):
+    """Fill (4, e) x0, y0, x1, y1 m of the chosen edges; whether each is whole, shorter than ``longest`` (e,) m."""
+    for e in chosen:
+        for k in range(2):
+            i = edges[e, k]
+            ends[2 * k, e], ends[2 * k + 1, e] = origin[0, i] + displacement[0, i], origin[1, i] + displacement[1, i]
+        x, y = ends[2, e] - ends[0, e], ends[3, e] - ends[1, e]
+        if not x * x + y * y < longest[e] * longest[e]:
+            return False
+    return True
+
+
 def widths(x, y, first):
     """(g,) m, least width between two parallel lines round a convex polygon with corners first[g]:first[g+1]."""
     result = np.empty(first.shape[0] - 1)

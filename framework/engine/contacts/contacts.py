@@ -78,8 +78,9 @@ class Contacts(Part):
         for k, pair in enumerate(pairs):
             one, other = np.searchsorted(phases, pair)
             self._group[one, other] = self._group[other, one] = k
-        self.arrays = self._empty(0)
-        self.expose(np.zeros(0, dtype=np.int64))
+        self.arrays = self._nothing = self._empty(0)
+        self._in_use = np.zeros(self._origin.shape[1], dtype=bool)  #: (i,) whether a node is one of an exposed edge
+        self.expose(np.flatnonzero(exposed))
 
     def __len__(self) -> int:
         return len(self.books.keys)
@@ -191,7 +192,7 @@ class Contacts(Part):
         place = np.zeros(self._origin.shape[1], dtype=np.int32)
         place[nodes["used"]] = np.arange(len(nodes["used"]))
         kept = self._kept(found)
-        self.arrays = self._empty(0)._replace(
+        self.arrays = self._nothing._replace(
             **nodes, **kept, node=compiled(contact_search.nodes_of)(pairs, self.edges, place),
             largest_overlap=np.minimum(*self._largest[self.edge_grain[pairs.T]]), dashpot=self._dashpots(pairs),
             follow=np.zeros(len(keys), dtype=np.int8), active=np.zeros(len(keys), dtype=np.int32),
@@ -215,8 +216,9 @@ class Contacts(Part):
     def expose(self, edges: np.ndarray) -> None:
         """Let edges take part in the search from now on."""
         self.books.exposed[edges] = True
-        self._used = np.unique(self.edges[self.books.exposed])
-        self._neighbours.forget()
+        self._in_use[self.edges[edges]] = True
+        self._used = np.flatnonzero(self._in_use)
+        self._neighbours.expose(edges)
 
     def check_saved(self, saved: Mapping[str, np.ndarray]) -> None:
         """As of every part, of any number of contacts; all edges, nodes and laws that they name must be there."""
@@ -250,7 +252,8 @@ class Contacts(Part):
         """As of every part, and of the search."""
         super().restore(saved)
         if self.detection is not None:
-            self._used = np.unique(self.edges[self.books.exposed])
+            self._in_use[:] = False
+            self.expose(np.flatnonzero(self.books.exposed))
             self._neighbours.pairs, self._neighbours.searched = self.books.listed.copy(), self.books.listed_at.copy()
 
     def _note_list(self) -> None:
@@ -282,7 +285,7 @@ class Contacts(Part):
     def _kept(self, found: np.ndarray) -> dict[str, Any]:
         """State of contacts that were at these places; each old field is freed once it is copied, to save memory."""
         rows = self.arrays._asdict()
-        self.arrays = self._empty(0)
+        self.arrays = self._nothing
         result: dict[str, Any] = {}
         for name in KEPT:
             old = rows.pop(name)
