@@ -16,7 +16,7 @@ AHEAD = 50  #: steps for which pairs are chosen
 LEAST = 0.05  #: of the skin: the least way for which they are chosen
 SPENT = 0.8  #: of that way: when a node has moved so far they are chosen again, before any can overlap
 TORN = 10.0  #: times its undeformed length: no edge is so long in a stable run
-FEW = 50  #: edges that are exposed together and are searched without the grid
+FEW = 200  #: edges that are searched without the grid: each edge costs as much there as with so many others here
 
 
 class Neighbours:
@@ -50,10 +50,7 @@ class Neighbours:
 
     def expose(self, edges: np.ndarray) -> None:
         """Search the neighbours of these edges, too, next time."""
-        if len(edges) > FEW:
-            self.forget()
-        else:
-            self._fresh = edges.astype(np.int32)
+        self._fresh = edges.astype(np.int32)
 
     def find(self, displacement: np.ndarray, before: np.ndarray, exposed: np.ndarray) -> np.ndarray | None:
         """(n, 2) pairs of edges, that of the lower grain first, and in ``room`` how far nodes may move meanwhile.
@@ -63,9 +60,12 @@ class Neighbours:
         chosen = np.flatnonzero(exposed).astype(np.int32)
         if not self._placed(displacement, chosen):
             return None
-        way, farthest = self._ways(displacement, before)
-        if self._search(displacement, farthest, chosen):
-            way, _ = self._ways(displacement, before)
+        way, moved = self._ways(displacement, before)
+        if self._search(displacement, moved, chosen):
+            way, moved = self._ways(displacement, before)
+        alone = np.ones(len(way), dtype=bool)
+        alone[self._grain[self.pairs]] = False  # for such there is nothing to choose
+        way[alone] = REACH * self._skin - moved[alone]
         self.room = np.repeat(SPENT * way, np.diff(self._first))  #: (i,) m
         return self.pairs[self._still_near(way)]
 
@@ -74,8 +74,8 @@ class Neighbours:
         chosen = np.flatnonzero(exposed).astype(np.int32)
         if not self._placed(displacement, chosen):
             return False
-        _, farthest = self._ways(displacement, displacement)
-        self._search(displacement, farthest, chosen)
+        _, moved = self._ways(displacement, displacement)
+        self._search(displacement, moved, chosen)
         return bool(self._still_near(np.full(len(self._width), self._skin / 4)).any())
 
     def _placed(self, displacement: np.ndarray, chosen: np.ndarray) -> bool:
@@ -85,25 +85,24 @@ class Neighbours:
         )
         return whole
 
-    def _ways(self, displacement: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, float]:
+    def _ways(self, displacement: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         searched = self.searched if self.searched.size else displacement
         least = LEAST if len(self.pairs) else REACH  # where no pairs are listed, none need be chosen
-        way, farthest = compiled(contact_search.ways)(
+        way, moved = compiled(contact_search.ways)(
             displacement, before, searched, self._first, AHEAD, least * self._skin, REACH * self._skin
         )
-        return way, farthest
+        return way, moved
 
-    def _search(self, displacement: np.ndarray, farthest: float, chosen: np.ndarray) -> bool:
-        """Find all pairs within the skin, unless no node has moved by more than half the reach since; whether done.
+    def _search(self, displacement: np.ndarray, moved: np.ndarray, chosen: np.ndarray) -> bool:
+        """Find all pairs within the skin, unless no node has moved (g,) by more than half the reach; whether done.
 
         If none has, what is near edges that were exposed meanwhile is found without the grid.
         """
         fresh, self._fresh = self._fresh, self._fresh[:0]
-        if self.searched.size and farthest < REACH * self._skin / 2:
+        if self.searched.size and moved.max(initial=0.0) < REACH * self._skin / 2 and len(fresh) <= FEW:
             if len(fresh):
-                more = compiled(contact_search.near_those)(
-                    *self._ends, self._grain, self._turn, chosen, fresh, self._skin
-                )
+                ends, skin = self._ends, self._skin
+                more = compiled(contact_search.near_those)(*ends, self._grain, self._turn, chosen, fresh, skin)
                 self.pairs = np.concatenate([self.pairs, more])
             return False
         found = compiled(contact_search.near_pairs)(

@@ -212,12 +212,12 @@ def widths(x, y, first):
 
 
 def ways(displacement, before, searched, first, ahead, least, most):
-    """(g,) m, how far nodes of each grain may move until near pairs are chosen again, and the farthest any has moved.
+    """(g,) m, how far nodes of each grain may move until near pairs are chosen again, and how far one has moved most.
 
     That is the way of ``ahead`` steps at the present speed, or ``least``; with what nodes have moved since the last
     search it is at most ``most`` (m). ``before`` is the displacement one step ago.
     """
-    way, farthest = np.empty(first.shape[0] - 1), 0.0
+    way, farthest = np.empty(first.shape[0] - 1), np.empty(first.shape[0] - 1)
     for g in range(way.shape[0]):
         step, moved = 0.0, 0.0
         for i in range(first[g], first[g + 1]):
@@ -226,7 +226,7 @@ def ways(displacement, before, searched, first, ahead, least, most):
             x, y = displacement[0, i] - searched[0, i], displacement[1, i] - searched[1, i]
             moved = max(moved, x * x + y * y)
         way[g] = max(min(max(ahead * math.sqrt(step), least), most - math.sqrt(moved)), 0.0)
-        farthest = max(farthest, math.sqrt(moved))
+        farthest[g] = math.sqrt(moved)
     return way, farthest
 
 
