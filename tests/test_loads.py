@@ -188,6 +188,17 @@ class InParts(gl.LoadingProtocol):
         return {}
 
 
+def test_a_speed_that_changes_counts_its_time_from_its_stage():
+    """In a second stage, too: the way is the integral of the speed."""
+    state = state_of(small_sample(9), Linear(**STIFF))
+    impose(state, [gl.Drive(boundary="top", axis=1, speed=0.1)])
+    advance(state, 50, 4e-8)
+    top, before = state.mesh.boundaries["top"], state.displacement.copy()
+    impose(state, [gl.Drive(boundary="top", axis=1, speed=[(0, 0), (2e-6, 1.0)])])
+    advance(state, 50, 4e-8)
+    assert (state.displacement - before)[top, 1] == pytest.approx(np.full(len(top), 0.5 * 2e-6), rel=1e-9)
+
+
 def test_the_ledger_knows_the_work_of_a_pressure_between_stages():
     curves = gl.simulate(small_sample(), Linear(**STIFF), InParts()).curves
     supplied = curves[ENERGY + SUPPLIED]

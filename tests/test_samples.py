@@ -7,12 +7,14 @@ from types import SimpleNamespace
 import attrs
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 from support import BRITTLE, PULL, STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.laws import Linear
 from grainlaw.quantity import Quantity
+from grainlaw.results.figures.sample_figures import _draw_peaks
 from grainlaw.results.means import mean_and_range, means
 
 TEST = attrs.evolve(PULL, samples=20)
@@ -44,6 +46,19 @@ def test_means_and_ranges_by_hand():
     assert mean_and_range(look, three, "all") == mean_and_range(look, three, "none") == "-"
     assert mean_and_range(look, [*three, nothing], "load") == "-"
     assert np.isnan(means([{"load": 1.0}, {"load": float("nan")}])["load"])
+
+
+@pytest.mark.thorough
+def test_bars_of_strengths_reach_from_the_lowest_to_the_highest(found):
+    axes = Figure().subplots()
+    results = [found.results["brittle", seed] for seed in SAMPLES]
+    _draw_peaks(axes, results, 0)
+    (bars,) = axes.containers
+    across, up = (lines.get_segments()[0] for lines in bars.lines[2])
+    strengths = [result.summary["strength"] / 1e6 for result in results]
+    strains = [result.summary["failure_strain"] * 100 for result in results]
+    assert sorted(up[:, 1]) == pytest.approx(sorted(strengths), rel=1e-6)
+    assert sorted(across[:, 0]) == pytest.approx(sorted(strains), rel=1e-6)
 
 
 @pytest.mark.thorough
