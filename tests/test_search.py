@@ -178,7 +178,9 @@ def test_what_the_search_leaves_out_stays_beside_or_in_front_until_the_next(reac
         along = length * np.array([np.cos(angle), np.sin(angle)])
         start = (random.uniform(0, 1), random.uniform(-SKIN, SKIN)) - random.choice([0, 1, random.uniform()]) * along
         ends = np.array([(0, 0), (1, 0), start, start + along])  # i, j of edge a, k, m of edge b
-        if not search._near(*ends[::2].T, *ends[1::2].T, np.arcsin([reach, reach / length]), 0, 1, reach, SKIN):
+        if not search._near(
+            *ends[::2].T, *ends[1::2].T, np.arcsin([reach, reach / length]), 0, 1, reach, SKIN, 2 * SKIN
+        ):
             left_out += 1
             turn = random.uniform(-np.pi, np.pi, 4)
             i, j, k, m = ends + 0.5 * reach * np.column_stack([np.cos(turn), np.sin(turn)])

@@ -67,16 +67,16 @@ class Neighbours:
         alone[self._grain[self.pairs]] = False  # for such there is nothing to choose
         way[alone] = REACH * self._skin - moved[alone]
         self.room = np.repeat(SPENT * way, np.diff(self._first))  #: (i,) m
-        return self.pairs[self._still_near(way)]
+        return self.pairs[self._still_near(way, contact_search.DEEP * self._skin)]
 
     def any_within(self, displacement: np.ndarray, exposed: np.ndarray) -> bool:
-        """Whether any are nearer than half the skin, whenever they were searched."""
+        """Whether any are nearer than half the skin, or than the skin if behind each other; whenever searched."""
         chosen = np.flatnonzero(exposed).astype(np.int32)
         if not self._placed(displacement, chosen):
             return False
         _, moved = self._ways(displacement, displacement)
         self._search(displacement, moved, chosen)
-        return bool(self._still_near(np.full(len(self._width), self._skin / 4)).any())
+        return bool(self._still_near(np.full(len(self._width), self._skin / 4), self._skin / 2).any())
 
     def _placed(self, displacement: np.ndarray, chosen: np.ndarray) -> bool:
         """Note where the ends of the chosen edges are; False where one is torn."""
@@ -111,10 +111,10 @@ class Neighbours:
         self.pairs, self.searched = chosen[found], displacement.copy()
         return True
 
-    def _still_near(self, way: np.ndarray) -> np.ndarray:
+    def _still_near(self, way: np.ndarray, deep: float) -> np.ndarray:
         """(n,) which of the pairs may meet while nodes of each grain move by its ``way`` (g,) m."""
         turn = (2 * way / self._width)[self._grain]
         near: np.ndarray = compiled(contact_search.still_near)(
-            self.pairs, *self._ends, turn, way[self._grain], self._skin
+            self.pairs, *self._ends, turn, way[self._grain], self._skin, deep
         )
         return near

@@ -80,8 +80,11 @@ def _clearly_in_front(ax, ay, bx, by, wx, wy, reach):
 
 
 @njit(**OPTIONS)
-def _near(x0, y0, x1, y1, turn, e, f, reach, skin):
-    """Whether two edges may overlap before the next search, until when they come nearer by at most ``reach``."""
+def _near(x0, y0, x1, y1, turn, e, f, reach, skin, deep):
+    """Whether two edges may overlap before the next search, until when they come nearer by at most ``reach``.
+
+    Edges that are behind each other count up to a distance of ``deep`` and ``reach``.
+    """
     ax, ay, bx, by = x1[e] - x0[e], y1[e] - y0[e], x1[f] - x0[f], y1[f] - y0[f]
     cx, cy = x0[f] - x0[e], y0[f] - y0[e]
     if _clearly_in_front(ax, ay, -bx, -by, cx + bx, cy + by, reach):  # most are, and this is found soonest
@@ -101,9 +104,9 @@ def _near(x0, y0, x1, y1, turn, e, f, reach, skin):
             _to_segment(x0[f], y0[f], x0[e], y0[e], x1[e], y1[e]), _to_segment(x1[f], y1[f], x0[e], y0[e], x1[e], y1[e])
         ),
     )
-    deep = DEEP * skin + reach
+    way = turn[e] + turn[f]
     return nearest < reach * reach or (
-        nearest < deep * deep and _are_behind(ax, ay, -bx, -by, cx + bx, cy + by, turn[e] + turn[f], reach)
+        nearest < (deep + reach) * (deep + reach) and _are_behind(ax, ay, -bx, -by, cx + bx, cy + by, way, reach)
     )
 
 
@@ -150,7 +153,7 @@ def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
                     continue
                 if grain[e] > grain[f]:
                     e, f = f, e
-                if _near(x0, y0, x1, y1, turn, e, f, reach, reach):
+                if _near(x0, y0, x1, y1, turn, e, f, reach, reach, DEEP * reach):
                     if size_found == found.shape[0]:
                         longer = np.empty((2 * size_found, 2), dtype=np.int32)
                         for n in range(size_found):  # to copy slices takes 3 s more to compile
@@ -172,7 +175,7 @@ def near_those(x0, y0, x1, y1, grain, turn, chosen, some, skin):
             if apart or grain[a] == grain[b]:
                 continue
             e, f = (b, a) if grain[a] > grain[b] else (a, b)
-            if _near(x0, y0, x1, y1, turn, e, f, skin, skin):
+            if _near(x0, y0, x1, y1, turn, e, f, skin, skin, DEEP * skin):
                 if count == found.shape[0]:
                     longer = np.empty((2 * count, 2), dtype=np.int32)
                     for n in range(count):
@@ -230,12 +233,15 @@ def ways(displacement, before, searched, first, ahead, least, most):
     return way, farthest
 
 
-def still_near(pairs, x0, y0, x1, y1, turn, reach, skin):
-    """(n,) whether the edges of each pair (n, 2) may meet while they move by ``reach`` (e,) and turn by ``turn``."""
+def still_near(pairs, x0, y0, x1, y1, turn, reach, skin, deep):
+    """(n,) whether the edges of each pair (n, 2) may meet while they move by ``reach`` (e,) and turn by ``turn``.
+
+    ``deep`` (m) is how far apart edges behind each other may be.
+    """
     result = np.empty(pairs.shape[0], dtype=np.bool_)
     for n in range(pairs.shape[0]):
         e, f = pairs[n, 0], pairs[n, 1]
-        result[n] = _near(x0, y0, x1, y1, turn, e, f, reach[e] + reach[f], skin)
+        result[n] = _near(x0, y0, x1, y1, turn, e, f, reach[e] + reach[f], skin, deep)
     return result
 
 
