@@ -66,6 +66,7 @@ class State(metaclass=Checked):
         self.contacts = Contacts(self.grains, model.contacts, detection, self.bonds.ends)
         self.clock, self.breaks, self.heat = Clock(), Breaks(2 * len(self.bonds)), EvenTemperature(self.materials)
         self.steady = Steady(self.freedoms, self.heat)
+        self._splits: dict[int, Split] = {}  #: by number of threads
         self._shared: dict[str, tuple[int, Any, Any]] = {}  #: threads, arrays and what was made of them, by part
         self.search(self.displacement_at_forces())
 
@@ -95,10 +96,12 @@ class State(metaclass=Checked):
 
     def _split(self, threads: int) -> Split:
         """Each thread has whole grains with about equal numbers of nodes."""
-        ends = self.mesh.first_node[1:]
-        cuts = np.searchsorted(ends, np.arange(1, threads) * ends[-1] / threads)
-        grain = np.array([0, *cuts, self.specimen.grains.count])
-        return Split(threads, grain, self.mesh.first_node[grain])
+        if threads not in self._splits:
+            ends = self.mesh.first_node[1:]
+            cuts = np.searchsorted(ends, np.arange(1, threads) * ends[-1] / threads)
+            grain = np.array([0, *cuts, self.specimen.grains.count])
+            self._splits[threads] = Split(threads, grain, self.mesh.first_node[grain])
+        return self._splits[threads]
 
     def save(self) -> Saved:
         """Copy what steps change."""
@@ -287,9 +290,14 @@ class State(metaclass=Checked):
         """(p,) Pa; 0 at bonds that a contact has replaced."""
         return self._at_points(self.bonds.arrays.shear)
 
+    def last(self, rows: np.ndarray) -> np.ndarray:
+        """(p,) of the last step, of rows (2, p) of bonds for this and the previous step in turn."""
+        row: np.ndarray = rows[(self.steps + 1) % 2]
+        return row
+
     def _at_points(self, rows: np.ndarray, motion: int | None = None) -> np.ndarray:
         """(p,) from the last step; at replaced bonds ``motion`` of their points, or 0."""
-        row, replaced = rows[(self.steps + 1) % 2], self.bonds.books.replaced
+        row, replaced = self.last(rows), self.bonds.books.replaced
         if not replaced.any():
             return row
         moved = 0.0 if motion is None else self.bonds.motion(self.displacement_at_forces())[motion]

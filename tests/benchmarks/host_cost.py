@@ -2,7 +2,8 @@
 
     python tests/benchmarks/host_cost.py [grains, 150 755] [repeats, 3]
 
-CPU time of one thread; needs one idle core. The first run of each compiles and is not counted.
+CPU time of one thread; needs one idle core. Hand-overs contain their searches. The first run of each
+compiles and is not counted.
 """
 
 import statistics

@@ -87,9 +87,8 @@ class Neighbours:
 
     def _ways(self, displacement: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         searched = self.searched if self.searched.size else displacement
-        least = LEAST if len(self.pairs) else REACH  # where no pairs are listed, none need be chosen
         way, moved = compiled(contact_search.ways)(
-            displacement, before, searched, self._first, AHEAD, least * self._skin, REACH * self._skin
+            displacement, before, searched, self._first, AHEAD, LEAST * self._skin, REACH * self._skin
         )
         return way, moved
 

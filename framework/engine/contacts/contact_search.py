@@ -110,6 +110,17 @@ def _near(x0, y0, x1, y1, turn, e, f, reach, skin, deep):
     )
 
 
+@njit(**OPTIONS)
+def _with_room(found, count):
+    """The rows (n, 2), twice as many where all ``count`` of them are in use."""
+    if count < found.shape[0]:
+        return found
+    longer = np.empty((2 * count, 2), dtype=np.int32)
+    for n in range(count):  # to copy slices takes 3 s more to compile
+        longer[n, 0], longer[n, 1] = found[n, 0], found[n, 1]
+    return longer
+
+
 def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
     """(n, 2) pairs of near edges of different grains, that of the lower grain first; a pair may occur twice.
 
@@ -154,11 +165,7 @@ def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
                 if grain[e] > grain[f]:
                     e, f = f, e
                 if _near(x0, y0, x1, y1, turn, e, f, reach, reach, DEEP * reach):
-                    if size_found == found.shape[0]:
-                        longer = np.empty((2 * size_found, 2), dtype=np.int32)
-                        for n in range(size_found):  # to copy slices takes 3 s more to compile
-                            longer[n, 0], longer[n, 1] = found[n, 0], found[n, 1]
-                        found = longer
+                    found = _with_room(found, size_found)
                     found[size_found, 0], found[size_found, 1] = e, f
                     size_found += 1
     return found[:size_found]
@@ -176,11 +183,7 @@ def near_those(x0, y0, x1, y1, grain, turn, chosen, some, skin):
                 continue
             e, f = (b, a) if grain[a] > grain[b] else (a, b)
             if _near(x0, y0, x1, y1, turn, e, f, skin, skin, DEEP * skin):
-                if count == found.shape[0]:
-                    longer = np.empty((2 * count, 2), dtype=np.int32)
-                    for n in range(count):
-                        longer[n, 0], longer[n, 1] = found[n, 0], found[n, 1]
-                    found = longer
+                found = _with_room(found, count)
                 found[count, 0], found[count, 1] = e, f
                 count += 1
     return found[:count]

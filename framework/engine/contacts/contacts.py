@@ -79,7 +79,6 @@ class Contacts(Part):
             one, other = np.searchsorted(phases, pair)
             self._group[one, other] = self._group[other, one] = k
         self.arrays = self._nothing = self._empty(0)
-        self._in_use = np.zeros(self._origin.shape[1], dtype=bool)  #: (i,) whether a node is one of an exposed edge
         self.expose(np.flatnonzero(exposed))
 
     def __len__(self) -> int:
@@ -226,9 +225,14 @@ class Contacts(Part):
     def expose(self, edges: np.ndarray) -> None:
         """Let edges take part in the search from now on."""
         self.books.exposed[edges] = True
-        self._in_use[self.edges[edges]] = True
-        self._used = np.flatnonzero(self._in_use)
+        self._used = self._exposed_nodes()
         self._neighbours.expose(edges)
+
+    def _exposed_nodes(self) -> np.ndarray:
+        """(k,) nodes of exposed edges, ascending."""
+        found = np.zeros(self._origin.shape[1], dtype=bool)
+        found[self.edges[self.books.exposed]] = True
+        return np.flatnonzero(found)
 
     def check_saved(self, saved: Mapping[str, np.ndarray]) -> None:
         """As of every part, of any number of contacts; all edges, nodes and laws that they name must be there."""
@@ -262,8 +266,7 @@ class Contacts(Part):
         """As of every part, and of the search."""
         super().restore(saved)
         if self.detection is not None:
-            self._in_use[:] = False
-            self.expose(np.flatnonzero(self.books.exposed))
+            self._used = self._exposed_nodes()
             self._neighbours.pairs, self._neighbours.searched = self.books.listed.copy(), self.books.listed_at.copy()
 
     def _note_list(self) -> None:

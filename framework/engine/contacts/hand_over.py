@@ -74,7 +74,7 @@ def _leaving(state: State) -> Leaving:
     arrays, count = bonds.arrays, len(bonds)
     chosen = np.flatnonzero(arrays.leaving)
     arrays.leaving[:] = 0
-    slip, normal = (rows[(state.steps + 1) % 2].reshape(2, -1)[:, chosen] for rows in (arrays.slip, arrays.normal))
+    slip, normal = (state.last(rows).reshape(2, -1)[:, chosen] for rows in (arrays.slip, arrays.normal))
     pressure = -normal
     point = pressure.argmax(axis=0)
     ends = np.arange(4)[:, None] * count + chosen
