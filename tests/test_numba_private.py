@@ -212,6 +212,34 @@ def call():
     assert target[0] == 7
 
 
+def table():
+    """Compiled code finds the same numbers in memory; arrays that do not lie in one piece are refused."""
+    inner = collections.namedtuple("Inner", "count ratio")(7, 0.1)
+    rows = np.arange(6.0).reshape(2, 3), np.array([3, 5], dtype=np.int32), np.array([False, True])
+    outer = collections.namedtuple("Outer", "a b c inner")(*rows, inner)
+    both = private.Table(collections.namedtuple("Both", "first second")(private.Table(outer), private.Table(inner)))
+
+    def total(both, others):
+        first, second = both[0].first[0], both[0].second[0]
+        first.a[1, 2] = -first.a[1, 2]
+        found = first.a.sum() + first.b[1] + first.c[1] + first.inner.count + second.count
+        return round(1000 * (found + 100 * second.ratio)) + len(first.a) + first.a.shape[1] + others
+
+    code = private.compile_for(njit(total), (both.kind, nb.int64))
+    call = ctypes.CFUNCTYPE(*(ctypes.c_int64,) * 3)(private.address_of(code))
+    assert call(both.address, 20) == 1000 * (10 - 5 + 5 + 1 + 7 + 7 + 10) + 2 + 3 + 20
+    assert rows[0][1, 2] == -5.0
+    with pytest.raises(TypeError, match="in one piece"):
+        private.Table((rows[0].T,))
+
+
+def place_of():
+    """The address of a table inside compiled code is that from outside."""
+    pair = private.Table(collections.namedtuple("Pair", "a b")(1, 2))
+    code = private.compile_for(njit(lambda pair: private.place_of(pair)), (pair.kind,))
+    assert ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(private.address_of(code))(pair.address) == pair.address
+
+
 def atomic_add():
     """From four threads at once no addition is lost, and each sees another sum before."""
     counter, seen = np.zeros(2, dtype=np.int64), np.zeros((4, 50_000), dtype=np.int64)
@@ -247,7 +275,7 @@ PIECES = {
     "definition": definition, "compile_for": compile_for, "return_type": return_type, "address_of": address_of,
     "is_number": is_number, "inner_options": inner_options, "uncounted": uncounted,
     "is_tuple_of_numbers": is_tuple_of_numbers, "named_tuple_method": named_tuple_method, "DiskCache": disk_cache,
-    "NotKeptError": not_kept_error, "use_cache": use_cache, "call": call,
+    "NotKeptError": not_kept_error, "use_cache": use_cache, "call": call, "Table": table, "place_of": place_of,
     "atomic_add": atomic_add, "atomic_load": atomic_load, "atomic_store": atomic_store,
 }  # fmt: skip
 

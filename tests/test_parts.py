@@ -152,7 +152,7 @@ def test_a_copy_of_what_is_saved_is_restored_too():
 @pytest.mark.parametrize("case", CASES)
 def test_shares_cover_everything_once(case, threads):
     state = run(case, 200)
-    parts = state.shared(threads)
+    parts = state.shared(threads).parts
     sizes = {
         "nodes": len(state.mesh.nodes), "zones": parts.zones.corner.shape[1], "bonds": len(state.bonds),
         "contacts": len(state.contacts), "pressures": len(parts.pressures.column),

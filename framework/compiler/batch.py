@@ -34,7 +34,7 @@ from grainlaw.memory import SCALARS, only_memory, only_scalars
 
 __all__ = ["CompilationError", "Compiled", "compile_integrator", "compile_law", "compile_material"]
 
-ABI = 7  #: raise when components are compiled differently
+ABI = 8  #: raise when components are compiled differently
 
 
 class _Writer:
@@ -283,4 +283,4 @@ def _build(struct: Structure, methods: tuple[_Scalar, ...], point: _Point | None
     for name in ("inner", "batch"):
         scope[name].__qualname__ = f"{name}_{key[:16]}"
     scope["inner"] = njit(**OPTIONS)(scope["inner"])
-    return compile_for(keyed_njit(scope["batch"], key), signature)
+    return compile_for(keyed_njit(scope["batch"], key, by_address=True), signature)

@@ -27,6 +27,8 @@ FUSED = set() if PORTABLE else {"contract"}
 _begun: list[str] = []  #: keys of what was compiled, or found on disk
 _ENTRY: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": FUSED}
 OPTIONS = inner_options(_ENTRY)  #: how every kernel is compiled; those that Python calls go through :func:`keyed_njit`
+_BY_PYTHON = {**_ENTRY, "no_cfunc_wrapper": True}
+_BY_ADDRESS = {**_ENTRY, "no_cpython_wrapper": True}
 PASS = uncounted(OPTIONS)  #: the same for passes over tables of many arrays; they make no arrays
 
 
@@ -97,11 +99,15 @@ def _warn(message: str) -> None:
     warnings.warn(message, stacklevel=2)
 
 
-def stored(key: str, signature: tuple[Any, ...]) -> Any:
-    """What was compiled before for a key and a signature, or None."""
-    return _cache(key).load(signature)
+def stored(key: str, signature: tuple[Any, ...], what: str = "") -> Any:
+    """What was compiled before for a key and a signature, or None; ``what`` it is, if that shall be said then."""
+    return _cache(key, what).load(signature)
 
 
-def keyed_njit(function: Any, key: str, what: str = "") -> Any:
-    """njit whose disk cache is keyed by ``key``; ``what`` it is in words, if it shall be said that it is compiled."""
-    return use_cache(numba.njit(**_ENTRY)(function), _cache(key, what))
+def keyed_njit(function: Any, key: str, *, by_address: bool = False, counted: bool = True) -> Any:
+    """njit whose disk cache is keyed by ``key``; what is called ``by_address`` cannot be called from Python.
+
+    One that makes no arrays need not count them; see :func:`~grainlaw.compiler.numba_inner.uncounted`.
+    """
+    options = _BY_ADDRESS if by_address else _BY_PYTHON
+    return use_cache(numba.njit(**(options if counted else uncounted(options)))(function), _cache(key))

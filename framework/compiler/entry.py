@@ -2,14 +2,57 @@
 
 from __future__ import annotations
 
+import ctypes
 import functools
+import threading
+from collections.abc import Callable
 from typing import Any
 
-from grainlaw.compiler.cache import OPTIONS, keyed_njit
+from numba import types as nb
+
+from grainlaw.compiler.cache import OPTIONS, keyed_njit, stored
 from grainlaw.compiler.fingerprint import fingerprint
+from grainlaw.compiler.numba_private import Table, address_of, compile_for
 
 
 @functools.cache
-def compiled(function: Any, what: str = "") -> Any:
+def compiled(function: Any) -> Any:
     """The compiled form of a plain function, keyed by all that goes into it; see :func:`keyed_njit`."""
-    return keyed_njit(function, fingerprint(function, extra=("entry", 1, repr(OPTIONS))), what)
+    return keyed_njit(function, _key(function))
+
+
+class Kernel:
+    """A plain function of tables and integers that makes no arrays, compiled when it is first needed.
+
+    It is given tables by their addresses (:class:`~grainlaw.compiler.numba_private.Table`), which takes less time to
+    compile and to call. Two calls give it tables of the same kinds. Other threads run meanwhile. ``what`` it is in
+    words, if it shall be said that it is compiled.
+    """
+
+    def __init__(self, function: Any, what: str = "") -> None:
+        self._function, self._what = function, what
+        self._lock = threading.Lock()
+        self._code: Any = None  # which owns what is called
+        self._call: Callable[..., Any]
+
+    def __call__(self, *arguments: Any) -> Any:
+        """What the function returns, where that is an integer."""
+        self.address(*arguments)
+        return self._call(*(each.address if isinstance(each, Table) else each for each in arguments))
+
+    def address(self, *arguments: Any) -> int:
+        """Where it is, for arguments of these kinds; compiled code calls it by that."""
+        with self._lock:
+            if self._code is None:
+                self._code = self._compile(tuple(e.kind if isinstance(e, Table) else nb.int64 for e in arguments))
+                self._call = ctypes.CFUNCTYPE(*(ctypes.c_int64,) * (1 + len(arguments)))(address_of(self._code))
+        return address_of(self._code)
+
+    def _compile(self, kinds: tuple[Any, ...]) -> Any:
+        key = _key(self._function)
+        code = stored(key, kinds, self._what)
+        return code or compile_for(keyed_njit(self._function, key, by_address=True, counted=False), kinds)
+
+
+def _key(function: Any) -> str:
+    return fingerprint(function, extra=("entry", 3, repr(OPTIONS)))

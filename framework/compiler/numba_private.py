@@ -6,9 +6,10 @@ version of numba does not fit. That is why pyproject.toml bounds the version of 
 
 from __future__ import annotations
 
+import functools
 import inspect
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import llvmlite
@@ -32,6 +33,7 @@ __all__ = [
     "DiskCache",
     "NotKeptError",
     "NumbaError",
+    "Table",
     "address_of",
     "atomic_add",
     "atomic_load",
@@ -42,6 +44,7 @@ __all__ = [
     "is_number",
     "is_tuple_of_numbers",
     "named_tuple_method",
+    "place_of",
     "processor",
     "python_function",
     "return_type",
@@ -88,6 +91,53 @@ def return_type(code: Any) -> Any:
 def address_of(code: Any) -> int:
     """Where the C function of compiled code is. It takes the arguments as C would, and knows no Python."""
     return code.library.get_pointer_to_function(code.fndesc.llvm_cfunc_wrapper_name)
+
+
+# --- tables of arrays in memory ---------------------------------------------------------------------------------------
+
+
+class Table:
+    """A named tuple of arrays and numbers, or of such tuples, where compiled code finds it by its address.
+
+    A function that is given the table itself is given each word of each array, of which the wrapper that numba writes
+    for Python takes longer to compile than the function. In compiled code ``table[0]`` is the tuple. Raises TypeError
+    for arrays that do not lie in one piece, row after row.
+    """
+
+    def __init__(self, value: Any) -> None:
+        self.value = value  #: which owns the arrays
+        self._words = np.array(list(_words_of(value)), dtype=np.int64)
+        self.address = self._words.ctypes.data
+
+    @functools.cached_property
+    def kind(self) -> Any:
+        """The type of its address in compiled code."""
+        return nb.CPointer(_kind_of(self.value))
+
+
+def _kind_of(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return nb.Array(numba.from_dtype(value.dtype), value.ndim, "C")
+    if isinstance(value, Table):
+        return value.kind
+    if isinstance(value, tuple):
+        return nb.NamedTuple([_kind_of(entry) for entry in value], type(value))
+    return nb.float64 if isinstance(value, float) else nb.int64
+
+
+def _words_of(value: Any) -> Iterator[int]:
+    """The words of 8 bytes in which numba has a value; of an array, after two that say who counts it."""
+    if isinstance(value, np.ndarray):
+        if not value.flags.c_contiguous:
+            raise TypeError("an array of a table does not lie in one piece, row after row")
+        yield from (0, 0, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides)
+    elif isinstance(value, Table):
+        yield value.address
+    elif isinstance(value, tuple):
+        for entry in value:
+            yield from _words_of(entry)
+    else:
+        yield int(np.float64(value).view(np.int64)) if isinstance(value, float) else value
 
 
 # --- types -----------------------------------------------------------------------------------------------------------
@@ -258,6 +308,16 @@ def call(typing: Any, address: Any, arguments: Any) -> Any:
         return context.get_dummy_value()
 
     return nb.void(nb.int64, arguments), generate
+
+
+@intrinsic
+def place_of(typing: Any, table: Any) -> Any:
+    """The address of a table (:class:`Table`) that compiled code was given, as :func:`call` takes it."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.ptrtoint(args[0], ir.IntType(64))
+
+    return nb.int64(table), generate
 
 
 def _entry(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:

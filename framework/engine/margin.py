@@ -255,7 +255,8 @@ class _Trials:
 
     def __init__(self, state: State, coasting: Any) -> None:
         self._state = state
-        self._parts = state.shared(1)
+        self._shared = state.shared(1)
+        self._parts = self._shared.parts
         rows = [*self._parts, *(part.books for part in state.parts.values())]
         kept = [getattr(row, name) for row in rows for name in changing(row.__class__)]
         self._kept = [(array, array.copy()) for array in kept]
@@ -307,5 +308,6 @@ class _Trials:
 
     def _step(self, schedule: np.ndarray) -> None:
         state = self._state
-        chunk = step.Chunk(1, state.steps, state.time_step, schedule, self._address, self._numbers.ctypes.data)
-        step.run(1, self._parts, chunk)
+        own, numbers = np.empty((1, schedule.shape[1])), self._numbers.ctypes.data
+        chunk = step.Chunk(1, state.steps, state.time_step, schedule, own, self._address, numbers)
+        step.run(1, self._shared, chunk)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.compiler.numba_private import Table
 from grainlaw.engine.contacts.contacts import Contacts
 from grainlaw.engine.model import Model
 from grainlaw.engine.parts.bonds import Bonds
@@ -31,7 +32,7 @@ from grainlaw.engine.parts.rigid_grains import RigidGrains
 from grainlaw.engine.parts.steady import Steady
 from grainlaw.engine.parts.tractions import Tractions
 from grainlaw.engine.parts.zones import Zones
-from grainlaw.engine.step import Parts
+from grainlaw.engine.step import Parts, Shared
 from grainlaw.fields import ParameterError
 from grainlaw.loads import InitialVelocity
 from grainlaw.stage import Load, Stage
@@ -67,7 +68,7 @@ class State(metaclass=Checked):
         self.clock, self.breaks, self.heat = Clock(), Breaks(2 * len(self.bonds)), EvenTemperature(self.materials)
         self.steady = Steady(self.freedoms, self.heat)
         self._splits: dict[int, Split] = {}  #: by number of threads
-        self._shared: dict[str, tuple[int, Any, Any]] = {}  #: threads, arrays and what was made of them, by part
+        self._shared: dict[str, tuple[int, Any, Table]] = {}  #: threads, arrays and what was made of them, by part
         self.search(self.displacement_at_forces())
 
     @property
@@ -81,17 +82,18 @@ class State(metaclass=Checked):
             "clock": self.clock, "breaks": self.breaks, "steady": self.steady, "heat": self.heat,
         }  # fmt: skip
 
-    def shared(self, threads: int) -> Parts:
+    def shared(self, threads: int) -> Shared:
         """The arrays of all parts, divided among threads; made again only where a part has other arrays than before."""
         parts = self.parts
-        made = Parts(**{name: self._share(name, parts[name], threads) for name in Parts._fields})
+        tables = [self._share(name, parts[name], threads) for name in Parts._fields]
+        made = Parts._make(table.value for table in tables)
         made.contacts.tally[:] = 0
-        return made
+        return Shared(made, Parts._make(tables))
 
-    def _share(self, name: str, part: Part, threads: int) -> Any:
+    def _share(self, name: str, part: Part, threads: int) -> Table:
         known = self._shared.get(name)
         if known is None or known[0] != threads or known[1] is not part.arrays:
-            known = self._shared[name] = threads, part.arrays, part.shared(self._split(threads))
+            known = self._shared[name] = threads, part.arrays, Table(part.shared(self._split(threads)))
         return known[2]
 
     def _split(self, threads: int) -> Split:

@@ -10,7 +10,8 @@ import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
-from grainlaw.compiler.entry import compiled
+from grainlaw.compiler.entry import Kernel
+from grainlaw.compiler.numba_private import Table, call, place_of
 from grainlaw.engine import barrier
 from grainlaw.engine.contacts.contact_passes import (
     DEEP,
@@ -27,7 +28,7 @@ from grainlaw.engine.parts.fluids import FluidArrays, press_fluids
 from grainlaw.engine.parts.freedoms import FreedomArrays, NodeArrays, clear_forces, integrate
 from grainlaw.engine.parts.grains import GrainArrays, collect_forces, place_corners
 from grainlaw.engine.parts.gravity import GravityArrays, add_weight
-from grainlaw.engine.parts.material_passes import MaterialArrays, add_material_forces, take_temperature
+from grainlaw.engine.parts.material_passes import MaterialArrays, forces_of_materials, take_temperature
 from grainlaw.engine.parts.platens import PlatenArrays, move_platens
 from grainlaw.engine.parts.pressures import PressureArrays, gather_pressures, press
 from grainlaw.engine.parts.quiet import QuietArrays, absorb
@@ -69,6 +70,7 @@ class Chunk(NamedTuple):
     first: int  #: number of the first, counted from the start of the run
     time_step: float  #: s
     schedule: np.ndarray  #: (steps, columns) velocities, forces, pressures; temperatures before and at the step
+    velocities: np.ndarray  #: (threads, columns) those of a step, with what platens add to them
     integrator: int  #: address of its code
     parameters: int  #: address of its numbers
 
@@ -90,28 +92,32 @@ def _remember(contacts, nodes, thread):
         contacts.before[0, i], contacts.before[1, i] = nodes.displacement[0, i], nodes.displacement[1, i]
 
 
-def _steps(thread, team, parts, chunk):
+def _steps(thread, team, parts, chunk, forces_of_materials):
     """Do the steps of a chunk; all threads do so together, each with its share of every part.
 
-    Returns how many were done: fewer where bonds become contacts, neighbours must be searched, or grains overlap too
-    much.
+    Team, parts and chunk are tables in memory, of which ``[0]`` is the tuple; ``forces_of_materials`` is an address, or
+    0. Returns how many steps were done: fewer where bonds become contacts, neighbours must be searched, or grains
+    overlap too much.
     """
-    nodes, bonds, contacts, freedoms = parts.nodes, parts.bonds, parts.contacts, parts.freedoms
+    team, parts, chunk = team[0], parts[0], chunk[0]
+    nodes, grains, freedoms = parts.nodes[0], parts.grains[0], parts.freedoms[0]
+    zones, materials, bonds, contacts = parts.zones[0], parts.materials[0], parts.bonds[0], parts.contacts[0]
+    pressures, tractions, fluids = parts.pressures[0], parts.tractions[0], parts.fluids[0]
+    gravity, quiet, platens, drives = parts.gravity[0], parts.quiet[0], parts.platens[0], parts.drives[0]
     searching, tally = contacts.before.shape[1] > 0, contacts.tally
-    velocities = np.empty(chunk.schedule.shape[1])
+    velocities = chunk.velocities[thread]
     temperature_column = chunk.schedule.shape[1] - 1
     for step in range(chunk.steps):
         schedule = chunk.schedule[step]
         clear_forces(nodes, thread)
-        add_zone_forces(parts.zones, nodes, thread)
-        if parts.materials.share.shape[0] > 0:
-            add_material_forces(
-                parts.materials, nodes, schedule[temperature_column] != schedule[temperature_column - 1], thread
-            )
+        add_zone_forces(zones, nodes, thread)
+        if forces_of_materials != 0:
+            changes = int(schedule[temperature_column] != schedule[temperature_column - 1])
+            call(forces_of_materials, (place_of(parts.materials), place_of(parts.nodes), changes, thread))
         leaving = bond_forces(bonds, nodes, chunk.first + step, thread)
         contact_step(contacts, chunk.time_step, thread)
-        press(parts.pressures, nodes, schedule, thread)
-        press_fluids(parts.fluids, nodes, schedule, thread)
+        press(pressures, nodes, schedule, thread)
+        press_fluids(fluids, nodes, schedule, thread)
         if searching:
             tally[thread, LEAVING] = leaving
         barrier.wait(team.meeting, team.threads, team.pauses)  # forces of all bonds, contacts and pressures
@@ -119,26 +125,24 @@ def _steps(thread, team, parts, chunk):
         leaving, deep = _sum(tally, LEAVING), _sum(tally, DEEP)
         if thread == 0 and step < chunk.steps - 1:  # no thread asks a material before the next barrier
             following = chunk.schedule[step + 1]
-            take_temperature(parts.materials, following[temperature_column - 1], following[temperature_column])
+            take_temperature(materials, following[temperature_column - 1], following[temperature_column])
         gather_bond_forces(bonds, nodes, thread)
         gather_contact_forces(contacts, nodes, thread)
-        gather_pressures(parts.pressures, nodes, thread)
-        load(parts.tractions, nodes, schedule, thread)
-        collect_forces(parts.grains, nodes, freedoms, thread)
-        add_weight(parts.gravity, freedoms, thread)
-        absorb(parts.quiet, freedoms, chunk.time_step, thread)
+        gather_pressures(pressures, nodes, thread)
+        load(tractions, nodes, schedule, thread)
+        collect_forces(grains, nodes, freedoms, thread)
+        add_weight(gravity, freedoms, thread)
+        absorb(quiet, freedoms, chunk.time_step, thread)
         for column in range(velocities.shape[0]):
             velocities[column] = schedule[column]
-        if parts.platens.column.shape[0] > 0:
+        if platens.column.shape[0] > 0:
             barrier.wait(team.meeting, team.threads, team.pauses)  # forces on all of a platen's freedoms
-            move_platens(
-                parts.platens, parts.drives, freedoms, schedule, velocities, chunk.integrator, chunk.parameters, thread
-            )
-        impose(parts.drives, freedoms, velocities, chunk.time_step, thread)
+            move_platens(platens, drives, freedoms, schedule, velocities, chunk.integrator, chunk.parameters, thread)
+        impose(drives, freedoms, velocities, chunk.time_step, thread)
         if searching and (step == chunk.steps - 1 or leaving > 0):
             _remember(contacts, nodes, thread)
         integrate(freedoms, chunk.integrator, chunk.parameters, thread)
-        place_corners(parts.grains, nodes, freedoms, thread)
+        place_corners(grains, nodes, freedoms, thread)
         if searching:
             follow_nodes(contacts, nodes, thread)
         barrier.wait(team.meeting, team.threads, team.pauses)
@@ -151,17 +155,35 @@ def _steps(thread, team, parts, chunk):
 _pauses = functools.cache(barrier.pauses)
 
 
-def run(threads: int, parts: Parts, chunk: Chunk) -> int:
+class Shared(NamedTuple):
+    """The arrays of all parts, divided among threads, and the same as the loop finds them."""
+
+    parts: Parts
+    tables: Any  #: :class:`Parts`, with the :class:`~grainlaw.compiler.numba_private.Table` of each
+
+
+def run(threads: int, shared: Shared, chunk: Chunk) -> int:
     """Do the steps of a chunk in ``threads`` threads; the result is the same bit for bit for any number.
 
     The interpreter lock is released meanwhile. Returns how many steps were done (``contacts.tally`` says why fewer).
     """
-    loop: Any = compiled(_steps, "the time loop, once: this takes up to half a minute")
     team = Team(threads, np.zeros(barrier.SIZE, dtype=np.int64), _pauses())
-    helpers = [threading.Thread(target=loop, args=(k, team, parts, chunk)) for k in range(1, threads)]
+    tables = [Table(table) for table in (team, shared.tables, chunk)]
+    forces = _forces_of_materials(shared)
+    helpers = [threading.Thread(target=_loop, args=(k, *tables, forces)) for k in range(1, threads)]
     for helper in helpers:
         helper.start()
-    done: int = loop(0, team, parts, chunk)
+    done: int = _loop(0, *tables, forces)
     for helper in helpers:
         helper.join()
     return done
+
+
+_loop = Kernel(_steps, "the time loop, once: this takes up to half a minute")
+
+
+def _forces_of_materials(shared: Shared) -> int:
+    """Address of what adds them; 0 where no grain has a material with a method for its stress."""
+    if not len(shared.parts.materials.share):
+        return 0
+    return forces_of_materials.address(shared.tables.materials, shared.tables.nodes, 0, 0)

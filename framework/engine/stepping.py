@@ -42,7 +42,8 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int | Th
         start = time.perf_counter()
         if some:
             step.take_temperature(state.materials.arrays, *temperatures[done])
-        chunk = step.Chunk(some, state.steps, state.time_step, imposed, integrator.address, numbers.ctypes.data)
+        own = np.empty((count, schedule.shape[1]))
+        chunk = step.Chunk(some, state.steps, state.time_step, imposed, own, integrator.address, numbers.ctypes.data)
         now, tally = _run(state, count, chunk, loops)
         if isinstance(threads, ThreadCount):
             threads.note(now, time.perf_counter() - start)
@@ -76,11 +77,11 @@ def tell(state: State, **scalars: float) -> None:
 
 def _run(state: State, threads: int, chunk: step.Chunk, loops: bool) -> tuple[int, list[int]]:
     """Do a chunk; how many of its steps were done, and the sum of the threads' tallies."""
-    parts = state.shared(threads)
+    shared = state.shared(threads)
     tell(state, time_step=chunk.time_step)
     try:
-        done = interruptible(lambda: step.run(threads, parts, chunk)) if loops else step.run(threads, parts, chunk)
+        done = interruptible(lambda: step.run(threads, shared, chunk)) if loops else step.run(threads, shared, chunk)
     finally:
         tell(state, time_step=SCALARS["time_step"])  # who asks a law between steps does so outside of time
-    state.platens.take_back(parts.platens)
-    return done, parts.contacts.tally.sum(axis=0).tolist()
+    state.platens.take_back(shared.parts.platens)
+    return done, shared.parts.contacts.tally.sum(axis=0).tolist()

@@ -62,7 +62,7 @@ def main():
         for strain in (5e-4, 5e-3) if name in ("Drucker-Prager", "Mohr-Coulomb") else (5e-4,):
             state = State(Model(gl.Specimen(grains, one), Linear(**STIFF)))
             nodal_forces(state, (state.mesh.nodes - state.mesh.nodes.mean(axis=0)) * [0.28 * strain, -strain])
-            parts = state.shared(1)
+            parts = state.shared(1).parts
             run, zones = (elastic, parts.zones) if one is ROCK else (material, parts.materials)
             share = float(np.mean(state.materials.memory("plastic_strain") > 0))
             note = f", {share:.0%} yielded" if "-" in name else ""

@@ -8,11 +8,13 @@ contact: how a contact is rounded depends neither on its place in the table nor 
 """
 
 import math  # noqa: I001 - the rows in few lines
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from grainlaw.compiler.cache import PASS
+from grainlaw.compiler.entry import Kernel
 from grainlaw.compiler.numba_private import call
 from grainlaw.engine.contacts import contact_exchange as exchange
 from grainlaw.engine.contacts import contact_geometry as geometry
@@ -299,13 +301,27 @@ def _press(t, g, r, count, begin):
     _answer(t, g, r, count, OPENING, trial)
 
 
-def take_over(t, before, g, r, contact, force, slip, memory):
-    """Let new contacts (c,) of law ``g`` begin with nodal forces (2, 4, c) of bonds, their slip (c,) and memory (m, c).
+class Beginning(NamedTuple):
+    """What at most ``BLOCK`` new contacts (c,) of one law take over from bonds."""
+
+    group: int  #: number of the law
+    scratch: np.ndarray
+    contact: np.ndarray  #: (c,) int32, places in the table
+    force: np.ndarray  #: (2, 4, c) N, on the nodes
+    slip: np.ndarray  #: (c,) m
+    memory: np.ndarray  #: (m, c)
+
+
+def _take_over(t, before, beginning):
+    """Let new contacts begin with the forces, slip and memory of bonds.
 
     Bisection finds the offset for which the normal force along the contact's own normal is the same, and Newton's
     method the slip for which the shear force is. ``before`` is the table with nodes where these forces belong. Called
-    from Python, for at most ``BLOCK`` contacts.
+    from Python with tables in memory.
     """
+    t, before, beginning = t[0], before[0], beginning[0]
+    g, r, contact = beginning.group, beginning.scratch, beginning.contact
+    force, slip, memory = beginning.force, beginning.slip, beginning.memory
     count, row, trial = contact.shape[0], t.laws.dilation[g], MEMORY + t.memory.shape[0] * ROW
     geometry.gather_edges(before, r, contact)
     geometry.gather_angles(before, r, contact)
@@ -351,3 +367,6 @@ def take_over(t, before, g, r, contact, force, slip, memory):
         t.force_y[0, c], t.force_y[1, c], t.force_y[2, c] = r[FY + k], force[1, 1, k], force[1, 2, k]
         for m in range(memory.shape[0]):
             t.memory[m, c] = r[MEMORY + m * ROW + k]
+
+
+take_over = Kernel(_take_over)

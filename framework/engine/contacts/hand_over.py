@@ -5,9 +5,9 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from grainlaw.compiler.entry import compiled
 from grainlaw.compiler.loops import interruptible
-from grainlaw.engine.contacts.contact_passes import take_over
+from grainlaw.compiler.numba_private import Table
+from grainlaw.engine.contacts.contact_passes import Beginning, take_over
 from grainlaw.engine.contacts.contact_rows import BLOCK, rows_of
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
@@ -55,17 +55,18 @@ def _memory(laws: list[LawGroup], group: LawGroup, leaving: Leaving, mine: np.nd
 def _begin(state: State, g: int, place: np.ndarray, leaving: Leaving, mine: np.ndarray, memory: np.ndarray) -> None:
     """Let contacts of law ``g``, at a ``place`` (n,) in the table, take over the chosen bonds."""
     contacts = state.contacts
-    table, rows = contacts.arrays, rows_of(1, len(contacts.arrays.memory))[0]
-    before = table._replace(place=table.place - table.increment)  # the forces are those before the last motion
+    now, scratch = contacts.arrays, rows_of(1, len(contacts.arrays.memory))[0]
+    before = now._replace(place=now.place - now.increment)  # the forces are those before the last motion
+    tables = Table(now), Table(before)
     force = leaving.force[:, :, mine][:, [0, 1, 3, 2]]  # a contact has the nodes of b in reverse order
     for first in range(0, len(mine), BLOCK):
         some = slice(first, first + BLOCK)
-        given = table, before, g, rows, place[some], force[:, :, some].copy(), leaving.slip[mine[some]]
-        kept = memory[:, some].copy()
+        given = force[:, :, some].copy(), leaving.slip[mine[some]], memory[:, some].copy()
+        beginning = Table(Beginning(g, scratch, place[some], *given))
         if contacts.groups[g].compiled.loops:
-            interruptible(lambda given=given, kept=kept: compiled(take_over)(*given, kept))  # type: ignore[misc]
+            interruptible(lambda beginning=beginning: take_over(*tables, beginning))  # type: ignore[misc]
         else:
-            compiled(take_over)(*given, kept)
+            take_over(*tables, beginning)
 
 
 def _leaving(state: State) -> Leaving:

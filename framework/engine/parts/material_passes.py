@@ -8,6 +8,7 @@ from typing import NamedTuple
 from numba import njit
 
 from grainlaw.compiler.cache import PASS
+from grainlaw.compiler.entry import Kernel
 from grainlaw.compiler.numba_private import call
 from grainlaw.engine.parts.laws import LANES
 from grainlaw.engine.parts.part import Changing, Constant, Scratch
@@ -238,3 +239,10 @@ def forces_of_zones(zones, force):
         zones.b1, zones.b2, zones.c1, zones.c2, zones.area, w[0], w[1], w[2], w[3],
     )  # fmt: skip
     scatter_forces(force[0], force[1], n[0], n[1], n[2], w[0], w[1], w[2], w[3])
+
+
+def _forces_of_materials(zones, nodes, changes, thread):
+    add_material_forces(zones[0], nodes[0], changes != 0, thread)
+
+
+forces_of_materials = Kernel(_forces_of_materials)  #: compiled apart: most specimens have no such grain
