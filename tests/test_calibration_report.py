@@ -104,6 +104,7 @@ def test_the_page_has_all_pictures_and_the_numbers_are_whole(answered, tmp_path)
     assert {"first", "total"} <= set(content["identifiability"]["sobol"])
 
 
+@pytest.mark.thorough
 def test_bands_pass_through_the_best_parameters(answered):
     figure = figures.bands(answered)
     axes = figure.axes[0]

@@ -136,6 +136,7 @@ def one_strength():
     return match, posterior(match, plausible(match, rocks.prior(2048, 1), 0).points, seed=0)
 
 
+@pytest.mark.thorough
 def test_the_posterior_is_that_of_theory(one_strength):
     _, found = one_strength
     logs = np.log(found.points[:, 0])

@@ -140,6 +140,7 @@ def test_the_rock_itself_is_tested_under_confinement(tested):
     assert confined["cohesion"][0, 0] == pytest.approx(ucs / (2 * np.sqrt(slope)) / 0.5)
 
 
+@pytest.mark.thorough
 def test_what_is_in_the_store_is_not_run_again(tested, monkeypatch):
     folder, free, _ = tested
     refuse_to_run(monkeypatch)

@@ -87,6 +87,7 @@ def test_the_main_job_prints_the_table_and_writes_the_folder(done):
     assert str(folder) in result.output
 
 
+@pytest.mark.thorough
 def test_the_summary_records_what_the_run_was_made_with(done):
     content = json.loads((done[1] / "summary.json").read_text())
     assert content["seed"] == 3

@@ -54,6 +54,7 @@ def test_means_are_in_the_units_of_measures(tmp_path):
     assert "101 ± 12.71" in printed  # of two: 12.706 times half of their difference
 
 
+@pytest.mark.thorough
 def test_a_case_is_the_test_of_the_same_file(done, tmp_path):
     file, _ = done
     alone = tmp_path / "alone.toml"
@@ -68,6 +69,7 @@ def test_a_case_is_the_test_of_the_same_file(done, tmp_path):
         assert float(row[name]) == summary[name]
 
 
+@pytest.mark.thorough
 def test_an_edited_law_is_another_case_and_an_edited_comment_is_not(done, tmp_path, monkeypatch):
     source, _ = done
     file = study_file(tmp_path, LAWS)
@@ -175,6 +177,7 @@ def test_pictures_and_a_report_are_study_file(done, tmp_path):
     assert invoke("study", "report", file, "--quick", "--to", tmp_path / "none" / "r.html").exit_code == 1
 
 
+@pytest.mark.thorough
 def test_nothing_is_drawn_of_nothing(done, tmp_path):
     file = study_file(tmp_path, LAWS.replace("1..2", "5..6"))
     result = invoke("study", "plot", file, "--quick", "--out", done[0].with_suffix(""))

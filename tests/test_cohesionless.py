@@ -36,6 +36,7 @@ def test_cohesionless_rock_is_confined_and_holds(confined):
     assert joints.summary["largest_stress"] == pytest.approx(friction.summary["largest_stress"], rel=0.02)
 
 
+@pytest.mark.thorough
 def test_confining_is_elastic_where_nothing_slips(confined):
     """Under equal stress on all sides: the shortening of the grains, and what the joints give besides."""
     for result in confined:

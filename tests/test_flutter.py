@@ -53,6 +53,7 @@ def test_a_law_whose_rise_follows_the_pressure_flutters(law):
     assert 1e4 < 2 * rates[0] < rates[1] < 1e6
 
 
+@pytest.mark.thorough
 def test_flutter_does_not_come_from_the_time_step():
     """With half the step, alike in time: an instability of the integration would depend on it."""
     rates = []

@@ -205,6 +205,7 @@ def test_a_shear_box_shears_a_specimen_through_the_middle():
     assert len(strong.cracks) > 5
 
 
+@pytest.mark.thorough
 def test_cycles_of_an_elastic_specimen_lose_nothing():
     press = UniaxialCompression(maximum_strain=4e-4, samples=100)
     cycles = Cyclic(test=press, levels=(1e-4, 2e-4))
@@ -219,6 +220,7 @@ def test_cycles_of_an_elastic_specimen_lose_nothing():
     assert turned[4][-1] == pytest.approx(gl.simulate(small_sample(20), LINEAR, press).curves["stress"][-1], rel=0.01)
 
 
+@pytest.mark.thorough
 def test_levels_count_from_the_end_of_a_heating():
     """Elastic, heated by 100 K, which strains it by four times the level: it unloads at the level all the same."""
     warm = small_sample(12, material=Thermal(material=ROCK, expansion=8e-6))

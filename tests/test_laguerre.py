@@ -198,6 +198,7 @@ def test_circularity_out_of_reach_is_told() -> None:
         Laguerre(grains=80, circularity=0.2).tessellate(rectangle(1, 1))
 
 
+@pytest.mark.thorough
 @settings(max_examples=15)
 @given(scale=st.floats(1e-4, 1e4), x=st.floats(-50, 50), y=st.floats(-50, 50))
 def test_grains_move_and_grow_with_their_region(scale: float, x: float, y: float) -> None:

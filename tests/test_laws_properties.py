@@ -124,7 +124,10 @@ COHESIVE = {name: law for name, law in (LAWS | COMBINED).items() if isinstance(l
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 
 
-@every_law
+@pytest.mark.parametrize(
+    "law",
+    [pytest.param(law, id=name, marks=pytest.mark.thorough if "-" in name else ()) for name, law in LAWS.items()],
+)
 def test_law_conforms(law):
     conforms(law, gl.check_law(law))
 

@@ -72,6 +72,7 @@ def test_a_held_grain_that_is_thrown_stays(material):
     assert result.curves["y"][-1] == 0
 
 
+@pytest.mark.thorough
 def test_two_rigid_blocks_slide_with_friction():
     """As a rigid sample starts: the first sample of its press is one step."""
     test = DirectShear(normal_stress=1e5, loading=gl.Constant(speed=1e-3), maximum_slip=40e-6)

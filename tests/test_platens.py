@@ -85,18 +85,21 @@ def test_ends_without_friction_are_smooth_and_with_much_of_it_rough(compressed, 
     )
 
 
+@pytest.mark.thorough
 def test_friction_stiffens_step_by_step(compressed):
     moduli = [compressed[angle, False]["apparent_modulus"] for angle in (0, 3, 6, 12)]
     assert np.all(np.diff(moduli) > 0)
     assert moduli[-1] == pytest.approx(compressed[80, False]["apparent_modulus"], rel=2e-3)
 
 
+@pytest.mark.thorough
 def test_energy_and_forces_balance(compressed):
     for found in compressed.values():
         assert found["energy_error"] < 1e-6
         assert found["imbalance"] < 0.02
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kn", [5e12, 1e14])
 @pytest.mark.parametrize("moving", Moving)
 def test_strain_is_that_of_the_rock_however_soft_the_contacts(moving, kn):
@@ -126,6 +129,7 @@ def test_friction_is_never_more_than_the_pressure_allows():
         assert found["length"][side].sum() == pytest.approx(WIDTH, rel=0.02)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rigid", [False, True])
 def test_platens_stay_in_place_and_rigid_ones_in_shape(rigid):
     ends, specimen = Ends(), held(rigid=rigid)
@@ -185,6 +189,7 @@ def test_a_joint_is_sheared_by_what_friction_carries(rigid):
     assert smooth.curves["broken"][-1] == 0
 
 
+@pytest.mark.thorough
 def test_loops_between_platens_are_elastic():
     test = Cyclic(test=COMPRESSION, levels=(2e-4, 4e-4))
     found = gl.simulate(held(), laws(0), test)

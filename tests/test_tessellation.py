@@ -33,6 +33,7 @@ def test_all_tessellators_are_tried() -> None:
     assert made == {Bricks, *others, *TESSELLATORS}
 
 
+@pytest.mark.thorough
 @every
 @settings(max_examples=40)
 @given(

@@ -27,6 +27,7 @@ def hashin_shtrikman(materials, shares, extreme):
     return 1 / (shares / (bulk + mu)).sum() - mu, 1 / (shares / (shear + around)).sum() - around
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("boundary", ["kinematic", "static"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_two_minerals_lie_between_the_hashin_shtrikman_bounds(seed, boundary):
@@ -57,6 +58,7 @@ def test_minerals_that_are_alike_give_the_bits_of_one():
     assert all(np.array_equal(alike.curves[name], row) for name, row in plain.curves.items())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "cells", [VoronoiCells(count=6), Trigons(count=8), Cleavage(spacing=2e-3)], ids=lambda cells: type(cells).__name__
 )

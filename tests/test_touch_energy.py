@@ -137,6 +137,7 @@ def test_a_face_on_a_face_is_an_elastic_foundation():
     assert centre == pytest.approx((d1 + 2 * d2) / (3 * (d1 + d2)), rel=1e-3)
 
 
+@pytest.mark.thorough
 def test_side_faces_of_corners_that_overlap_carry_next_to_nothing():
     """Half a block rests on another one, a micrometre deep: the faces beside it see half a block as their overlap."""
     deep, wide = 1e-6, 0.5

@@ -122,6 +122,7 @@ def test_speeds_of_the_rock_as_a_whole():
     assert back[300] == pytest.approx((1 - np.sqrt(0.5)) / (1 + np.sqrt(0.5)), rel=0.1)  # of the impedances
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("speed", [1.0, 1e5, 1e9])
 def test_dashpots_of_any_size_leave_the_stable_step_as_it_is(speed):
     """With the whole stable step; a dashpot far too stiff holds the end, one far too soft frees it."""
