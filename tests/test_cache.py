@@ -201,7 +201,7 @@ def test_a_folder_that_can_only_be_read_gives_one_warning_and_is_used(afresh, mo
         monkeypatch.setattr(os, name, full)
     _warn.cache_clear()
     other = Other(kn=1)
-    with pytest.warns(UserWarning, match="not kept in .*cache.*Read-only") as caught:
+    with pytest.warns(UserWarning, match=r"not kept in .*cache.* \(Read-only file system\): set") as caught:
         assert [batch.compile_law(law).respond(1.0, 0.0)[0] for law in (other, attrs.evolve(other, kn=2.0))] == [5, 10]
     assert len(caught) == 1
     monkeypatch.setattr(batch, "Compilation", None)

@@ -69,6 +69,14 @@ def test_an_error_of_the_law_becomes_nan_or_goes_through():
     assert math.isnan(gl.trace(Inverse(k=1e14), 0.0, 0.0, compiled=True).normal[0])
 
 
+def test_a_trace_has_the_names_of_its_memory_and_no_other():
+    run = gl.trace(LAW, [0, 1e-6], [0, 0])
+    assert run.damage is run.memory["damage"]
+    with pytest.raises(AttributeError, match="opening, slip, normal, shear, work and damage, widest; not gap"):
+        _ = run.gap
+    assert not hasattr(run, "_repr_latex_")  # which a notebook asks for
+
+
 def test_a_path_without_points_has_an_answer_without_points():
     run = gl.trace(LAW, [], [])
     lengths = {len(values) for values in (run.opening, run.slip, run.normal, run.work, *run.memory.values())}

@@ -3,11 +3,13 @@
 import re
 
 import attrs
+import numpy as np
 import pytest
 from every_material import GRAIN
 from toy_materials import CUBIC, YIELDING, Cubic, Yielding
 
 import grainlaw as gl
+from grainlaw.workbench.material_bench import LAPS, MaterialBench
 
 CALLS = []
 
@@ -227,3 +229,24 @@ def test_the_kit_asks_at_other_temperatures(kind, found):
     report = gl.check_material(kind(**values, expansion=1e-5, softening=5e-4))
     assert report["temperature"].passed == (not found), report
     assert re.search(found, report["temperature"].found)
+
+
+def test_paths_of_strain_are_what_their_names_say():
+    """Closed laps, alike; who turns the axes does not swell, and who is pressed stays so while it is sheared."""
+    bench = MaterialBench(YIELDING)
+    scale, paths = bench.scale, bench.paths
+    for path in paths.values():
+        assert np.array_equal(path[[0, -1]], np.zeros((2, 3)))
+        assert np.array_equal(path[: len(path) // LAPS], path[len(path) // LAPS : 2 * (len(path) // LAPS)])
+    along, across = paths["stretch, release, compress"], paths["the same across"]
+    assert np.array_equal(along[:, [1, 0, 2]], across)
+    assert np.array_equal([along[:, 0].min(), along[:, 0].max()], np.array([-3.0, 3.0]) * scale)
+    assert np.abs(paths["turn the axes"][:, :2].sum(axis=1)).max() < 1e-12 * scale
+    assert set(np.sign(paths["turn the axes"][:, 0])) == {-1, 0, 1}
+    assert [paths["turn the axes"][:, 2].min(), paths["turn the axes"][:, 2].max()] == [-0.8 * scale, 3 * scale]
+    sheared = paths["shear while pressed"]
+    assert np.all(sheared[sheared[:, 2] != 0, :2] < 0)
+    reversed_ = paths["shear, reverse"]
+    assert reversed_[:, 2].min() == -reversed_[:, 2].max() == -3 * scale
+    half = len(paths["shear, reverse"]) // LAPS // 5  # of a lap of five legs, to the first turn and the second
+    assert reversed_[half, 2] == -reversed_[2 * half, 2] == pytest.approx(0.8 * scale)

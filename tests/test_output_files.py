@@ -17,7 +17,7 @@ from support import PULL, ROCK, STRONG, nodal_forces, small_sample, state_of
 import grainlaw as gl
 from grainlaw.laws import CohesiveCrack
 from grainlaw.results.frames import FrameClock, packed, take_frame, unpacked
-from grainlaw.results.paraview import NAME
+from grainlaw.results.paraview import NAME, write_script
 from grainlaw.results.vtk import VtkWriter, strains, tensors
 
 LAW = CohesiveCrack(**STRONG, mode_i_energy=1, mode_ii_energy=2)
@@ -221,6 +221,15 @@ def test_the_script_opens_what_a_result_has_written(made, paraview, monkeypatch)
     assert paraview["opened"] == [folder / "grains.pvd", folder / "cracks.pvd"]
     assert paraview["coloured"] == [("grains", "stress_2"), ("cracks", "mode")]
     assert paraview["saved"] == ["picture.png"]
+
+
+def test_colours_of_grains_that_bear_nothing_end_below_nothing(tmp_path):
+    grains = SimpleNamespace(vertices=np.array([[0.0, 0.0], [0.02, 0.04]]))
+    for stress, lowest in ((0.0, -1.0), (-4e6, -4e6)):
+        frame = SimpleNamespace(stress=np.full((3, 3), stress) * [1.0, 1.0, 0.0])
+        result = SimpleNamespace(specimen=SimpleNamespace(grains=grains), frames=[frame])
+        write_script(tmp_path, [[("alone", ".", result)]])
+        assert f"\nLOWEST = {lowest!r}  #" in (tmp_path / NAME).read_text("utf-8")
 
 
 @pytest.mark.thorough
