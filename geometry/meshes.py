@@ -26,7 +26,6 @@ from grainlaw.tessellation import Tessellation
 CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}  #: of kinds of elements
 LINES = ("line", "line3", "vertex")  #: kinds that a mesh of an area has beside
 PHYSICAL = "gmsh:physical"  #: cell data of meshio: the physical group
-SURFACE = "gmsh:geometrical"  #: cell data of meshio: the surface that an element is of
 WAIT, WAIT_PER_BYTE = 5.0, 3e-6  #: s, s/byte: twenty times what the slowest reader takes
 CLOSE = 1e-6  #: of the median size of elements: nearer nodes are one
 
