@@ -23,6 +23,7 @@ def test_the_limit_is_richardsons():
     assert "8.0% off" in str(found)
 
 
+@pytest.mark.thorough
 def test_a_joint_tends_to_its_strength():
     blocks = gl.Specimen(Bricks(rows=2).tessellate(rectangle(10 * mm, 4 * mm)), ROCK)
     test = DirectShear(normal_stress=5 * MPa, maximum_slip=15 * um, loading=gl.Constant(speed=0.2))

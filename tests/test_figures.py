@@ -41,6 +41,7 @@ def test_a_figure_shows_itself_as_a_picture_of_its_size(broken):
     assert shown[..., :3].std() > 0.01
 
 
+@pytest.mark.thorough
 def test_no_picture_needs_pyplot(tmp_path):
     """It keeps every figure that it makes, and chooses a window system."""
     code = (
@@ -213,6 +214,7 @@ def test_grains_that_share_an_edge_have_different_colours():
     assert number.max() < 7
 
 
+@pytest.mark.thorough
 def test_an_animation_has_a_picture_for_each_frame(broken, tmp_path):
     broken.animate(tmp_path / "cracks.gif", per_second=5)
     with Image.open(tmp_path / "cracks.gif") as film:

@@ -73,6 +73,7 @@ def test_the_rate_of_a_known_growth():
     assert gl.Flutter(1e6, time, breaks, np.where(time > 5e-4, 1, 0), 1e-7).rate == 0
 
 
+@pytest.mark.thorough
 def test_a_sample_that_fails_before_is_refused_with_its_strength():
     with pytest.raises(
         gl.StageError, match=r"it reached \d+\.?\d* MPa and holds .* MPa; stress = 300 MPa must be lower"

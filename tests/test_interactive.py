@@ -130,6 +130,7 @@ def test_what_it_needs_is_said(made, monkeypatch, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.thorough
 def test_a_command_writes_it(tmp_path):
     result = invoke("test", "uniaxial-compression", *SMALL, "--interactive", "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output

@@ -128,6 +128,7 @@ def test_a_rough_joint_rises_and_hardens_under_constant_stiffness():
     assert runs[1]["shear"][-1] / -runs[1]["normal"][-1] == pytest.approx(np.tan(np.radians(40)), rel=2e-3)
 
 
+@pytest.mark.thorough
 def test_joint_in_tension_holds_its_strength_on_both_platens():
     result = gl.simulate(blocks(10e-3), COHESIVE, UniaxialTension(loading=gl.Constant(speed=0.01), maximum_strain=1e-3))
     assert result.summary["imbalance"] < 0.02

@@ -43,6 +43,7 @@ def lost_after(law, *places, steps=400):
     return found[:, 0]
 
 
+@pytest.mark.thorough
 def test_a_softened_joint_gives_back_along_its_secant():
     law = Hillerborg(**STIFF, strength=13e6, energy=50)
     peak, last, opening = 13e6 / STIFF["kn"], 2 * 50 / 13e6, 4e-6

@@ -89,6 +89,7 @@ def beam(height, grains, **options):
     return gl.Specimen(Voronoi(grains=grains, seed=1).tessellate(polygon(*beam_outline(height))), ROCK, **options)
 
 
+@pytest.mark.thorough
 def test_an_elastic_beam_bends_as_its_zones_do():
     specimen = beam(10 * mm, 150)
     result = gl.simulate(
@@ -172,6 +173,7 @@ def test_bending_along_a_straight_joint_spends_the_fracture_energy():
     assert result.summary["energy_error"] < 1e-6
 
 
+@pytest.mark.thorough
 def test_toughness_of_a_half_disc():
     """Y' = 5.85 at a/R = 0.5 and s/2R = 0.8 by hand: -1.297 + 7.6128 - 6.8178 + 7.14795."""
     assert shape_factor(0.5, 0.8) == pytest.approx(6.64595, abs=1e-4)

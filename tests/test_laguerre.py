@@ -52,6 +52,7 @@ def test_areas_are_as_asked(region, grains, deviation, seed, relaxation, merge) 
     assert_sides_complete(fit.tessellation)
 
 
+@pytest.mark.thorough
 @settings(max_examples=30)
 @given(width=st.floats(1e-6, 1e3), slenderness=st.floats(0.05, 20), grains=st.integers(1, 60), seed=st.integers(0, 99))
 def test_any_rectangle_is_tiled(width, slenderness, grains, seed) -> None:
@@ -189,6 +190,7 @@ def test_circularity_is_as_asked(wanted: float, seed: int, deviation: float) -> 
     assert made.largest_after <= 0.02
 
 
+@pytest.mark.thorough
 def test_circularity_out_of_reach_is_told() -> None:
     with pytest.raises(
         ParameterError, match=r"circularity = 0\.9 is not allowed, grains of these sizes reach up to 0\.8"
@@ -210,6 +212,7 @@ def test_grains_move_and_grow_with_their_region(scale: float, x: float, y: float
     assert np.array_equal(moved.corners, plain.corners)
 
 
+@pytest.mark.thorough
 def test_same_seed_same_bits() -> None:
     for region in (rectangle(1, 2), HOLED):
         first, second = (Laguerre(grains=80, seed=3).tessellate(region) for _ in range(2))

@@ -168,6 +168,7 @@ def test_what_scatters_together_stays_allowed(rock):
     assert law.residual_cohesion / law.cohesion == pytest.approx(20 / 29)
 
 
+@pytest.mark.thorough
 def test_a_column_is_as_strong_as_its_weakest_link():
     column = gl.Specimen(Bricks(rows=8, columns=1).tessellate(rectangle(10 * mm, 40 * mm)), ROCK)
     for seed in (1, 2, 3):
@@ -177,6 +178,7 @@ def test_a_column_is_as_strong_as_its_weakest_link():
         assert result.summary["strength"] == pytest.approx(13e6 * field.factors(column).min(), rel=0.02)
 
 
+@pytest.mark.thorough
 def test_more_scatter_is_less_strength(rock):
     test = UniaxialTension(loading=gl.Constant(speed=0.05), maximum_strain=4e-4, samples=200)
     fields = {str(modulus): WeibullField(modulus=modulus).scatter(BRITTLE, rock) for modulus in (2, 6, 20)}

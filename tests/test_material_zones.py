@@ -22,6 +22,7 @@ def mixed(count=40):
     return gl.Specimen(attrs.evolve(grains, phase=phase), MIXED)
 
 
+@pytest.mark.thorough
 def test_a_material_alike_gives_the_same_run():
     one, other = (gl.simulate(small_sample(material=material), BRITTLE, PULL) for material in (ROCK, ALIKE))
     before = np.flatnonzero(one.curves["damaged"] == 0)  # what breaks first depends on the last digit

@@ -69,6 +69,7 @@ def test_two_cells_meet_at_the_power_line() -> None:
         assert sorted(made.side.tolist()) == [-1, -1, 0, 0, 1, 2, 2, 3]
 
 
+@pytest.mark.thorough
 def test_a_cell_without_room_is_empty() -> None:
     seeds = np.array([(0.2, 0.2), (0.8, 0.2), (0.5, 0.8), (0.5, 0.45)])
     before = power_diagram(rectangle(1, 1), seeds, np.zeros(4), 1.0)

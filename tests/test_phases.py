@@ -62,6 +62,7 @@ def test_phases_by_number_and_by_name_are_the_same():
     assert laws_between(wall([0, 0, 0, 1]), by_name) == laws_between(wall([0, 0, 0, 1]), by_number) == [A, A, B]
 
 
+@pytest.mark.thorough
 def test_a_specimen_of_one_mineral_is_the_one_without_minerals():
     pull = UniaxialTension(samples=20, maximum_strain=5e-4)
     plain = gl.simulate(gl.Specimen(Bricks(rows=4, columns=2).tessellate(rectangle(0.02, 0.04)), ROCK), BRITTLE, pull)

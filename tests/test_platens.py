@@ -111,6 +111,7 @@ def test_strain_is_that_of_the_rock_however_soft_the_contacts(moving, kn):
     assert found.curves["strain_points"][-1] == pytest.approx(found.curves["strain"][-1], rel=0.03)
 
 
+@pytest.mark.thorough
 def test_friction_is_never_more_than_the_pressure_allows():
     ends = Ends()
     result = gl.simulate(held(), laws(5), COMPRESSION, observers=[ends])
@@ -212,6 +213,7 @@ def test_rough_ends_strengthen_a_rock_that_breaks():
     assert min(peaks[1:]) > 1.05 * peak
 
 
+@pytest.mark.thorough
 def test_rigid_grains_between_platens():
     specimen = gl.Specimen(between_platens(COLUMN, 5e-3, OVERHANG), gl.Rigid(density=3000))
     found = gl.simulate(specimen, laws(20), attrs.evolve(COMPRESSION, platens=Platens.ROUGH)).summary

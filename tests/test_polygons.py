@@ -49,6 +49,7 @@ def test_drawn_grains_come_back(region, seed, size, given_region):
         assert set(made.boundary_names) == set(region.names)
 
 
+@pytest.mark.thorough
 @settings(max_examples=25)
 @given(seed=st.integers(1, 1000), share=st.floats(0.01, 0.45))
 def test_corners_nearer_than_the_tolerance_are_one(seed, share):

@@ -140,6 +140,7 @@ def test_parts_have_their_own_numbers_too():
     assert law_at(COHESIVE, 1) == COHESIVE
 
 
+@pytest.mark.thorough
 def test_the_verdict_says_how_and_how_nearly(pulled):
     probe = pulled[0]
     unbroken, broken = str(probe).splitlines()[0], str(probe.paths[2])

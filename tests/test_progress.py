@@ -98,6 +98,7 @@ def test_a_notebook_sees_bars_below_its_cell(monkeypatch):
     assert progress._console() is not None
 
 
+@pytest.mark.thorough
 def test_laws_have_a_bar_each(terminal):
     gl.compare(small_sample(12), {"one": BRITTLE, "two": Linear(**STIFF)}, SHORT, threads=1)
     last = terminal.getvalue()
@@ -125,6 +126,7 @@ def test_the_time_left_is_that_of_cases_of_their_kind(monkeypatch):
     assert watcher.seconds_left() == pytest.approx((1 + 2 * 3) / 2)
 
 
+@pytest.mark.thorough
 def test_a_run_that_was_watched_goes_on_unwatched(terminal, tmp_path):
     stop = gl.Stop()
 

@@ -142,6 +142,7 @@ def test_the_step_follows_a_closure_that_stiffens():
     assert result.summary["time_step"] < linear
 
 
+@pytest.mark.thorough
 def test_loading_slower_changes_little():
     """Halving the speed moves the stress at a strain by less than the certificate promises."""
     fast, slow = (

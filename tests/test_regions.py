@@ -275,6 +275,7 @@ def test_polygon_may_run_either_way() -> None:
         assert [start[name] for name in "abcd"] == np.array(SQUARE).tolist()
 
 
+@pytest.mark.thorough
 def test_no_vertex_is_left_where_nothing_meets() -> None:
     """Cuts that are joined again leave none on a side of the region: one of them made the time step tiny."""
     region = semi_disc(75 * mm, notch_depth=18 * mm, notch_width=0.5 * mm, span=45 * mm, bearing=3 * mm)

@@ -246,6 +246,7 @@ def test_laws_of_phases_and_scattered_strength(tmp_path):
     assert page.rows["youngs_modulus"] == [["60 GPa"]] * 2
 
 
+@pytest.mark.thorough
 def test_a_test_of_ones_own_has_its_columns_drawn(tmp_path):
     """Without stress and strain: whatever it measures."""
 

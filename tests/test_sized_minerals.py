@@ -122,6 +122,7 @@ def test_round_grains_of_their_sizes_that_break():
     assert found.phase_diameters["quartz"].cv == pytest.approx(0.2, abs=0.05)
 
 
+@pytest.mark.thorough
 def test_the_report_has_the_sizes_of_each_mineral_beside_those_asked_for():
     made = minerals(400)
     found = texture(made.tessellate(REGION), made)
@@ -167,6 +168,7 @@ feldspar = {type = "lognormal", deviation = 0.2, diameter = 2}
 """
 
 
+@pytest.mark.thorough
 def test_from_a_configuration():
     first = configured("uniaxial-tension", tomllib.loads(TEXT))
     sizes = ByPhase({"quartz": Even(), "feldspar": Lognormal(deviation=0.2, diameter=2)})

@@ -162,6 +162,7 @@ def test_the_margin_is_the_lowest_eigenvalue_of_an_unsymmetric_stiffness():
     assert of_symmetric < lowest - 0.2
 
 
+@pytest.mark.thorough
 def test_one_softened_spring_is_found_from_a_smooth_motion():
     """Of rank one, in closed form: a motion of the whole specimen has hardly any of it, and so a small residual."""
 

@@ -180,6 +180,7 @@ def test_a_weight_that_breaks_bonds_comes_in_motion():
     same(*runs)
 
 
+@pytest.mark.thorough
 def test_any_number_of_threads_gives_the_same_bits():
     specimen = small_sample()
     same(*(gl.simulate(specimen, COHESIVE, Confinement(), threads=threads) for threads in (1, 2)))

@@ -206,6 +206,7 @@ print([row["status"] for row in table.rows], table.rows[0]["strength"])
         assert "['finished', 'finished']" in done.stdout
 
 
+@pytest.mark.thorough
 def test_what_it_will_cost_is_known_before(tmp_path, table):
     study = tiny_study()
     probed = study.estimate()

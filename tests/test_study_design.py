@@ -68,6 +68,7 @@ def test_latin_hypercube_has_one_point_in_each_slice(count, seed, ranges):
         assert edges.any() or sorted(slices) == list(range(count))
 
 
+@pytest.mark.thorough
 @given(COUNTS, SEEDS, RANGES)
 def test_sobol_points_lie_in_their_ranges(count, seed, ranges):
     points = gl.sobol(count, seed=seed, **ranges)

@@ -83,6 +83,7 @@ def test_a_level_that_is_refused_is_named_before_anything_runs(kind, words, tmp_
     assert not len(Store(tmp_path / "s"))
 
 
+@pytest.mark.thorough
 def test_a_combination_that_is_refused_is_a_row(tmp_path):
     """Only one case of each level is built before."""
     study = gl.Study(combined, a=[1, 2], b=[1, 2])

@@ -113,6 +113,7 @@ def test_the_samples_for_a_width_are_the_fewest_that_do(width):
     assert made().samples_for(width) == fewest
 
 
+@pytest.mark.thorough
 @given(st.floats(1e-2, 1e6), st.floats(1e-2, 1e6), st.floats(1.0, 10.0))
 def test_samples_are_enough_fewest_and_fall_with_the_width(deviation, width, wider):
     assume(deviation / width < 500)
@@ -138,6 +139,7 @@ def test_samples_that_cannot_be_told_are_refused(fields, width):
 # --- properties ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @settings(max_examples=50)
 @given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=6), st.floats(-1e6, 1e6))
 def test_the_difference_of_shifted_samples_is_the_shift(tmp_path_factory, values, shift):
@@ -159,6 +161,7 @@ def test_a_spread_follows_the_unit_and_the_zero(values, factor, zero):
     assert other["interval"][0] <= other["mean"] <= other["interval"][1]
 
 
+@pytest.mark.thorough
 def test_the_interval_holds_the_mean_as_often_as_it_says():
     rng = np.random.default_rng(11)
     held = [low <= 5 <= high for low, high in (spread(rng.normal(5, 2, 4))["interval"] for _ in range(4000))]

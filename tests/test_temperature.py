@@ -137,6 +137,7 @@ def test_a_crystal_expands_along_its_axis():
     assert crystal.stress(free[0, 0], free[1, 1], free[0, 1], 120, 0.0) == pytest.approx((0, 0, 0), abs=1e-3)
 
 
+@pytest.mark.thorough
 def test_a_heated_sample_is_pressed_by_the_strain_that_it_is_asked_for():
     """Heat has made it longer by 0.1 %, which does not count."""
     largest = (1 + NU) * ALPHA * WARMER

@@ -72,6 +72,7 @@ def test_cores_that_get_other_work_are_given_up_and_taken_again():
     assert machine.threads.count == 2
 
 
+@pytest.mark.thorough
 @given(
     times=st.lists(st.floats(1e-6, 1e-3), min_size=4, max_size=4),
     noise=st.lists(st.floats(0.95, 1.05), min_size=7, max_size=7),

@@ -79,6 +79,7 @@ def test_a_function_of_time_moves_it_by_its_integral():
     assert result.summary["moved"] == pytest.approx(exact, rel=1e-7)
 
 
+@pytest.mark.thorough
 @given(
     steps=st.lists(st.floats(0, 1), min_size=2, max_size=8),
     values=st.lists(st.floats(-1e3, 1e3), min_size=9, max_size=9),

@@ -50,6 +50,7 @@ def test_a_slender_block_topples(material, share, topples):
     assert (turn > 45) if topples else abs(turn) < 2
 
 
+@pytest.mark.thorough
 def test_a_rocking_block_swings_as_housner_says():
     """Housner, 1963, https://doi.org/10.1785/BSSA0530020403: a quarter swing, and half of one of another height."""
     quarter, half, *expected = swing(rocking())

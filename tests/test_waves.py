@@ -79,6 +79,7 @@ def test_half_of_a_stress_enters_through_a_quiet_end():
     assert ledger_gap(result) < 1e-6
 
 
+@pytest.mark.thorough
 def test_a_wave_enters_as_a_velocity():
     test = PlaneWave(velocity=bell(44e-6, 0.1), gauges=(MIDDLE,), duration=1e-4)
     found = gl.simulate(BAR, GLUED, test, frames=1).summary
@@ -87,6 +88,7 @@ def test_a_wave_enters_as_a_velocity():
     assert found["peak_time_0"] == pytest.approx(22e-6 + MIDDLE / P_SPEED, rel=0.02)
 
 
+@pytest.mark.thorough
 def test_a_quiet_end_lets_a_slow_motion_through_too():
     """A traction that stays moves it at stress over impedance, the displacement grows; nothing is lost."""
     result = gl.simulate(
@@ -142,6 +144,7 @@ def test_dashpots_of_any_size_leave_the_stable_step_as_it_is(speed):
     assert moved < 1e-3 if speed == 1e9 else moved > 0
 
 
+@pytest.mark.thorough
 @settings(max_examples=50)
 @given(
     angle=st.floats(0, 360), young=st.floats(1e9, 1e11), ratio=st.floats(0.2, 5.0), foliation=st.floats(0, 180),
@@ -171,6 +174,7 @@ def _turned_block(angle):
     return moved(block([(0, 0), (1, 0), (1, 1), (0, 1)], ["side", "other", "other", "other"]), turn=angle)
 
 
+@pytest.mark.thorough
 def test_waves_are_the_same_for_any_number_of_threads():
     test = PlaneWave(stress=bell(5e-6, -1e6), duration=1.2e-5, quiet=("left", "right"), samples=6)
     specimen = small_sample(12)

@@ -108,6 +108,7 @@ def pulled():
     return gl.simulate(small_sample(12), Linear(**STIFF), attrs.evolve(Pulled()))
 
 
+@pytest.mark.thorough
 def test_a_test_of_ones_own_is_shown_in_its_words(pulled, tmp_path):
     assert pulled.quantity("pull").heading == "tension of the rope (kN/m)"
     assert pulled.quantity("strain") == SHARED["strain"]
