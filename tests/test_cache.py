@@ -12,6 +12,7 @@ from typing import NamedTuple
 import attrs
 import numpy as np
 import pytest
+from support import STIFF, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.compiler import batch, entry
@@ -20,6 +21,7 @@ from grainlaw.compiler.fingerprint import fingerprint
 from grainlaw.compiler.numba_private import Table
 from grainlaw.engine import step
 from grainlaw.engine.step import _steps
+from grainlaw.laws import Linear
 
 LAW = """
 import attrs, sys
@@ -266,10 +268,26 @@ def test_what_is_compiled_is_told_and_what_is_kept_is_not(afresh, caplog):
         assert afresh() == 3
         pair = Table(Pair(np.array([[1.0], [5.0]]), 2))
         assert entry.Kernel(doubled, "a doubling")(pair, 1) == 11
-        assert entry.Kernel(doubled)(pair, 2) == 12  # without words nothing is said
+        silent = entry.Kernel(doubled)  # without words nothing is said
+        assert silent(pair, 2) == 12
+        with pytest.raises(TypeError, match="doubled was compiled for tables of another form"):
+            silent(Table(Pair(np.array([[1], [5]]), 2)), 1)  # integers in place of numbers
         told = [record.getMessage() for record in caplog.records if record.name == "grainlaw"]
         assert told == (["compiling Plain", "compiling a doubling"] if first else [])
 
 
-def test_the_time_loop_is_told():
-    assert step._loop._what.startswith("the time loop, once")
+def test_the_time_loop_is_told(monkeypatch):
+    asked = []
+
+    def stored(key, kinds, what):
+        asked.append(what)
+        raise StopIteration
+
+    monkeypatch.setattr(entry, "stored", stored)
+    monkeypatch.setattr(step._loop, "_code", None)
+    schedule = np.zeros((1, 2))
+    with pytest.raises(StopIteration):
+        step.run(
+            1, state_of(small_sample(2), Linear(**STIFF)).shared(1), step.Chunk(1, 0, 1.0, schedule, schedule, 0, 0)
+        )
+    assert asked[0].startswith("the time loop, once")

@@ -25,8 +25,8 @@ class Kernel:
     """A plain function of tables and integers that makes no arrays, compiled when it is first needed.
 
     It is given tables by their addresses (:class:`~grainlaw.compiler.numba_private.Table`), which takes less time to
-    compile and to call. Two calls give it tables of the same kinds. Other threads run meanwhile. ``what`` it is in
-    words, if it shall be said that it is compiled.
+    compile and to call. Other threads run meanwhile. ``what`` it is in words, if it shall be said that it is compiled.
+    Raises TypeError for tables of another form than those it was compiled for.
     """
 
     def __init__(self, function: Any, what: str = "") -> None:
@@ -42,10 +42,14 @@ class Kernel:
 
     def address(self, *arguments: Any) -> int:
         """Where it is, for arguments of these kinds; compiled code calls it by that."""
+        form = [each.form if isinstance(each, Table) else int for each in arguments]
         with self._lock:
             if self._code is None:
+                self._form = form
                 self._code = self._compile(tuple(e.kind if isinstance(e, Table) else nb.int64 for e in arguments))
                 self._call = ctypes.CFUNCTYPE(*(ctypes.c_int64,) * (1 + len(arguments)))(address_of(self._code))
+        if form != self._form:
+            raise TypeError(f"{self._function.__name__} was compiled for tables of another form")
         return address_of(self._code)
 
     def _compile(self, kinds: tuple[Any, ...]) -> Any:

@@ -106,6 +106,7 @@ class Table:
 
     def __init__(self, value: Any) -> None:
         self.value = value  #: which owns the arrays
+        self.form = _form_of(value)  #: by which two tables of one kind are told, sooner than by their types
         self._words = np.array(list(_words_of(value)), dtype=np.int64)
         self.address = self._words.ctypes.data
 
@@ -123,6 +124,16 @@ def _kind_of(value: Any) -> Any:
     if isinstance(value, tuple):
         return nb.NamedTuple([_kind_of(entry) for entry in value], type(value))
     return nb.float64 if isinstance(value, float) else nb.int64
+
+
+def _form_of(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.dtype, value.ndim
+    if isinstance(value, Table):
+        return value.form
+    if isinstance(value, tuple):
+        return type(value), *map(_form_of, value)
+    return float if isinstance(value, float) else int
 
 
 def _words_of(value: Any) -> Iterator[int]:

@@ -11,7 +11,6 @@ With --write the table goes into docs/textures.md.
 """
 
 import argparse
-import statistics
 import sys
 import time
 import warnings
@@ -19,13 +18,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import scipy
 
 import grainlaw as gl
 from grainlaw.engine.model import Model
 from grainlaw.engine.stability import ScaledMass, scale_masses
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
+from grainlaw.studies.statistics import spread
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "examples"))
 import texture_study
@@ -34,14 +33,14 @@ MOST = 0.01  #: of the mass
 GAINS = np.arange(1.25, 3.1, 0.25)
 
 
-def scaled(run: gl.Run, gains: np.ndarray = GAINS) -> tuple[np.ndarray, list[ScaledMass]]:
+def scaled(run: gl.Run) -> tuple[np.ndarray, list[ScaledMass]]:
     """Steps of nodes over that of the median node (n,), and what lengthening the time step takes, by gain."""
     state = State(Model(run.specimen, run.law, gl.Detection()))
     stable = StableStep(state)
     matrix, mass = stable.stiffness(), state.grains.flat(state.freedoms.arrays.mass)
     alike = state.grains.alike(state.freedoms.arrays.mass.shape[1])
     steps = 1 / np.sqrt(np.asarray(abs(matrix).sum(axis=1)).ravel() / mass)
-    return steps / np.median(steps), [scale_masses(matrix, mass, float(gain), alike) for gain in gains]
+    return steps / np.median(steps), [scale_masses(matrix, mass, float(gain), alike) for gain in GAINS]
 
 
 def gain_of(found: list[ScaledMass], most: float) -> float:
@@ -90,10 +89,8 @@ def pairs(seeds: int, grains: int) -> Iterator[str]:
             (true, slow), (heavy, fast) = carried_out(run), carried_out(run, gain)
             ratios = [heavy.summary[name] / true.summary[name] for name in ("strength", "largest_stress", "steps")]
             rows.append([gain, *ratios, fast / slow])
-        cells = [statistics.mean(column) for column in zip(*rows, strict=True)]
-        reach = scipy.stats.t.ppf(0.975, len(rows) - 1) if len(rows) > 1 else np.nan
-        spread = [reach * np.std(column, ddof=1) / np.sqrt(len(rows)) for column in zip(*rows, strict=True)]
-        columns = (f"{cell:.3f} ± {each:.3f}" for cell, each in zip(cells, spread, strict=True))
+        found = [spread(np.array(column)) for column in zip(*rows, strict=True)]
+        columns = (f"{each['mean']:.3f} ± {each['interval'][1] - each['mean']:.3f}" for each in found)
         yield f"| {texture} | {' | '.join(columns)} |"
 
 
@@ -110,11 +107,7 @@ def main() -> None:
         print(line, flush=True)
         lines.append(line)
     if given.write:
-        page = texture_study.PAGE.read_text(encoding="utf-8")
-        begin, end = f"<!-- texture cost {'pairs' if given.pairs else 'shares'} -->\n", "<!-- end texture cost -->"
-        before, after = page.split(begin)
-        after = after.split(end, 1)[1]
-        texture_study.PAGE.write_text(before + begin + "\n".join(lines) + "\n" + end + after, encoding="utf-8")
+        texture_study.write("cost, pairs" if given.pairs else "cost", "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":
