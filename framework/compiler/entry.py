@@ -33,6 +33,7 @@ class Kernel:
         self._function, self._what = function, what
         self._lock = threading.Lock()
         self._code: Any = None  # which owns what is called
+        self._address: int
         self._call: Callable[..., Any]
 
     def __call__(self, *arguments: Any) -> Any:
@@ -47,10 +48,11 @@ class Kernel:
             if self._code is None:
                 self._form = form
                 self._code = self._compile(tuple(e.kind if isinstance(e, Table) else nb.int64 for e in arguments))
-                self._call = ctypes.CFUNCTYPE(*(ctypes.c_int64,) * (1 + len(arguments)))(address_of(self._code))
+                self._address = address_of(self._code)
+                self._call = ctypes.CFUNCTYPE(*(ctypes.c_int64,) * (1 + len(arguments)))(self._address)
         if form != self._form:
             raise TypeError(f"{self._function.__name__} was compiled for tables of another form")
-        return address_of(self._code)
+        return self._address
 
     def _compile(self, kinds: tuple[Any, ...]) -> Any:
         key = _key(self._function)

@@ -6,10 +6,11 @@ version of numba does not fit. That is why pyproject.toml bounds the version of 
 
 from __future__ import annotations
 
+import ctypes
 import functools
 import inspect
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import llvmlite
@@ -106,9 +107,10 @@ class Table:
 
     def __init__(self, value: Any) -> None:
         self.value = value  #: which owns the arrays
-        self.form = _form_of(value)  #: by which two tables of one kind are told, sooner than by their types
-        self._words = np.array(list(_words_of(value)), dtype=np.int64)
-        self.address = self._words.ctypes.data
+        words: list[int] = []
+        self.form = _laid(value, words)  #: by which two tables of one kind are told, sooner than by their types
+        self._words = np.array(words, dtype=np.int64)
+        self.address = _data(self._words)
 
     @functools.cached_property
     def kind(self) -> Any:
@@ -126,29 +128,31 @@ def _kind_of(value: Any) -> Any:
     return nb.float64 if isinstance(value, float) else nb.int64
 
 
-def _form_of(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return value.dtype, value.ndim
-    if isinstance(value, Table):
-        return value.form
-    if isinstance(value, tuple):
-        return type(value), *map(_form_of, value)
-    return float if isinstance(value, float) else int
-
-
-def _words_of(value: Any) -> Iterator[int]:
-    """The words of 8 bytes in which numba has a value; of an array, after two that say who counts it."""
+def _laid(value: Any, words: list[int]) -> Any:
+    """The form of a value; adds the words of 8 bytes in which numba has it, for an array after two on who counts it."""
     if isinstance(value, np.ndarray):
         if not value.flags.c_contiguous:
             raise TypeError("an array of a table does not lie in one piece, row after row")
-        yield from (0, 0, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides)
-    elif isinstance(value, Table):
-        yield value.address
-    elif isinstance(value, tuple):
-        for entry in value:
-            yield from _words_of(entry)
-    else:
-        yield int(np.float64(value).view(np.int64)) if isinstance(value, float) else value
+        words += (0, 0, value.size, value.itemsize, _data(value), *value.shape, *value.strides)
+        return value.dtype, value.ndim
+    if isinstance(value, Table):
+        words.append(value.address)
+        return value.form
+    if isinstance(value, tuple):
+        return type(value), *(_laid(entry, words) for entry in value)
+    words.append(int(np.float64(value).view(np.int64)) if isinstance(value, float) else value)
+    return float if isinstance(value, float) else int
+
+
+def _data(array: np.ndarray) -> int:
+    """Where the numbers of an array are: ``array.ctypes.data``, in a fifth of the time.
+
+    It is the first field of numpy's ``PyArrayObject_fields``, after the head of every Python object.
+    """
+    return _pointer(id(array) + object.__basicsize__).value or 0
+
+
+_pointer = ctypes.c_void_p.from_address
 
 
 # --- types -----------------------------------------------------------------------------------------------------------

@@ -54,7 +54,7 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int | Th
             where = f"the run stopped at step {state.steps} (t = {state.time:.4g} s, stage '{state.stage}')"
             raise OverlapError(f"{where}: {state.contacts.deepest()}")
         if tally[LEAVING]:
-            hand_over(state)
+            hand_over(state, count)
         elif tally[MOVED]:
             state.search(state.displacement_at_forces())
         if done == steps:

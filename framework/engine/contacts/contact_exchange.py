@@ -42,7 +42,7 @@ def clear(r, place, count):
 @njit(**PASS)
 def take_from_table(t, r, contact, row):
     """Fill the rows of a chunk with what its contacts keep; ``row`` of the memory is the lift, or -1 without one."""
-    gather_edges(t, r, contact)
+    gather_edges(t, t.place, r, contact)
     gather_angles(t, r, contact)
     gather_increments(t, r, contact)
     _take(t.state, contact, r, STATE)

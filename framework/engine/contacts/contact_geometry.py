@@ -41,9 +41,9 @@ NOT, SOME, FAR = 0.0, 1.0, 2.0  #: how edges overlap; ``FAR`` is much too deep
 
 
 @njit(**PASS)
-def gather_edges(t, r, contact):
-    """Both edges, and the vector between them."""
-    x, y, node = t.place[0], t.place[1], t.node
+def gather_edges(t, place, r, contact):
+    """Both edges, and the vector between them, where nodes are at a ``place`` (2, k) m."""
+    x, y, node = place[0], place[1], t.node
     for p in range(contact.shape[0]):
         c = contact[p]
         i, j, k, m = u32(node[0, c]), u32(node[1, c]), u32(node[2, c]), u32(node[3, c])
@@ -150,7 +150,7 @@ def find_followed(r, state, follow):
 @njit(**PASS)
 def drop_apart(t, r, contact, count):
     """Follow no further which of these contacts are apart, do not touch, and do not lie beside each other."""
-    gather_edges(t, r, contact)
+    gather_edges(t, t.place, r, contact)
     gather_angles(t, r, contact)
     for k in range(contact.shape[0]):
         r[OFFSET + k], r[LIFT + k] = 0.0, 0.0
@@ -181,7 +181,7 @@ def list_followed(t, r, contact, first, last, place):
         end = min(begin + BLOCK, last)
         for c in range(begin, end):
             contact[c - begin] = c
-        gather_edges(t, r, contact[: end - begin])
+        gather_edges(t, t.place, r, contact[: end - begin])
         find_followed(r, state[begin:end], follow[begin:end])
         until, count = _list(follow, begin, end, active, place), 0
         for k in range(place, until):

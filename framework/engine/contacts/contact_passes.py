@@ -305,26 +305,25 @@ class Beginning(NamedTuple):
     """What at most ``BLOCK`` new contacts (c,) of one law take over from bonds."""
 
     group: int  #: number of the law
-    scratch: np.ndarray
+    place: np.ndarray  #: (2, k) m, of the nodes in use, where the forces belong
     contact: np.ndarray  #: (c,) int32, places in the table
     force: np.ndarray  #: (2, 4, c) N, on the nodes
     slip: np.ndarray  #: (c,) m
     memory: np.ndarray  #: (m, c)
 
 
-def _take_over(t, before, beginning):
+def _take_over(t, beginning):
     """Let new contacts begin with the forces, slip and memory of bonds.
 
     Bisection finds the offset for which the normal force along the contact's own normal is the same, and Newton's
-    method the slip for which the shear force is. ``before`` is the table with nodes where these forces belong. Called
-    from Python with tables in memory.
+    method the slip for which the shear force is. Called from Python with tables in memory, while no thread does steps.
     """
-    t, before, beginning = t[0], before[0], beginning[0]
-    g, r, contact = beginning.group, beginning.scratch, beginning.contact
+    t, beginning = t[0], beginning[0]
+    g, r, contact = beginning.group, t.rows[0], beginning.contact
     force, slip, memory = beginning.force, beginning.slip, beginning.memory
     count, row, trial = contact.shape[0], t.laws.dilation[g], MEMORY + t.memory.shape[0] * ROW
-    geometry.gather_edges(before, r, contact)
-    geometry.gather_angles(before, r, contact)
+    geometry.gather_edges(t, beginning.place, r, contact)
+    geometry.gather_angles(t, r, contact)
     for k in range(count):
         most = 4 * t.largest_overlap[contact[k]]
         r[LARGEST + k], r[SLIP + k], r[LOW + k], r[HIGH + k] = math.inf, slip[k], -most, most

@@ -61,7 +61,7 @@ class Contacts(Part):
         self.rim = self.edges[2 * len(bonded) :]  #: (r, 2) nodes of the edges that were never bonded
         self.edge_grain = mesh.node_grain[self.edges[:, 0]]
         self.searches, self.seconds = 0, 0.0  #: number of searches, and the time spent on them (s)
-        self.arrays = no_contacts()
+        self.arrays, self._scratch = no_contacts(), dict[str, np.ndarray]()
         none, exposed = np.zeros((0, 2), dtype=np.int32), np.arange(len(self.edges)) >= 2 * len(bonded)
         self.books = ContactBooks(np.zeros(0, dtype=np.int64), none, exposed, none, np.zeros((2, 0)), np.zeros(3))
         if detection is None:
@@ -89,13 +89,17 @@ class Contacts(Part):
 
     def shared(self, split: Split) -> ContactArrays:
         bounds = np.searchsorted(self.groups_of(self.books.keys), np.arange(len(self.groups) + 1))
+        scratch, depth = self._scratch, len(self.arrays.memory)
+        if len(scratch.get("tally", ())) != split.threads:
+            scratch = self._scratch = {
+                "tally": np.zeros((split.threads, 8), dtype=np.int64), "rows": rows_of(split.threads, depth),
+                "chunk": np.zeros((split.threads, BLOCK), dtype=np.int32),
+            }  # fmt: skip
         return self.arrays._replace(
             laws=self.arrays.laws._replace(first=bounds[:-1], last=bounds[1:]),
-            tally=np.zeros((split.threads, 8), dtype=np.int64),
-            rows=rows_of(split.threads, len(self.arrays.memory)),
-            chunk=np.zeros((split.threads, BLOCK), dtype=np.int32),
             used_share=np.searchsorted(self.arrays.used, split.node),
             share=self.share(split),
+            **scratch,
         )
 
     def energy(self, time_step: float) -> dict[str, float]:

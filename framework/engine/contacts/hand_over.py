@@ -8,7 +8,8 @@ import numpy as np
 from grainlaw.compiler.loops import interruptible
 from grainlaw.compiler.numba_private import Table
 from grainlaw.engine.contacts.contact_passes import Beginning, take_over
-from grainlaw.engine.contacts.contact_rows import BLOCK, rows_of
+from grainlaw.engine.contacts.contact_rows import BLOCK
+from grainlaw.engine.contacts.contacts import Contacts
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 
@@ -24,8 +25,8 @@ class Leaving:
     memory: np.ndarray  #: (m, n) of the point with the higher pressure; rows beyond those of a law mean nothing
 
 
-def hand_over(state: State) -> None:
-    """Replace the bonds that the step has marked by contacts.
+def hand_over(state: State, threads: int) -> None:
+    """Replace the bonds that the step, which ``threads`` did, has marked by contacts.
 
     The difference between the opening of such a contact and that of its edges is kept as an offset until it parts.
     """
@@ -38,10 +39,12 @@ def hand_over(state: State) -> None:
     known, keys = contacts.books.keys, contacts.key(chosen, count + chosen)
     place = np.minimum(np.searchsorted(known, keys), max(len(known) - 1, 0))
     found = known[place] == keys if len(known) else np.zeros(len(chosen), dtype=bool)
+    table = state.shared(threads).tables.contacts
     for g, group in enumerate(contacts.groups):
         mine = np.flatnonzero(found & (contacts.groups_of(keys) == g))
         if len(mine):
-            _begin(state, g, place[mine].astype(np.int32), leaving, mine, _memory(bonds.groups, group, leaving, mine))
+            memory = _memory(bonds.groups, group, leaving, mine)
+            _begin(contacts, table, g, place[mine].astype(np.int32), leaving, mine, memory)
 
 
 def _memory(laws: list[LawGroup], group: LawGroup, leaving: Leaving, mine: np.ndarray) -> np.ndarray:
@@ -52,21 +55,26 @@ def _memory(laws: list[LawGroup], group: LawGroup, leaving: Leaving, mine: np.nd
     return memory
 
 
-def _begin(state: State, g: int, place: np.ndarray, leaving: Leaving, mine: np.ndarray, memory: np.ndarray) -> None:
+def _begin(
+    contacts: Contacts,
+    table: Table,
+    g: int,
+    place: np.ndarray,
+    leaving: Leaving,
+    mine: np.ndarray,
+    memory: np.ndarray,
+) -> None:
     """Let contacts of law ``g``, at a ``place`` (n,) in the table, take over the chosen bonds."""
-    contacts = state.contacts
-    now, scratch = contacts.arrays, rows_of(1, len(contacts.arrays.memory))[0]
-    before = now._replace(place=now.place - now.increment)  # the forces are those before the last motion
-    tables = Table(now), Table(before)
+    then = contacts.arrays.place - contacts.arrays.increment  # the forces are those before the last motion
     force = leaving.force[:, :, mine][:, [0, 1, 3, 2]]  # a contact has the nodes of b in reverse order
     for first in range(0, len(mine), BLOCK):
         some = slice(first, first + BLOCK)
         given = force[:, :, some].copy(), leaving.slip[mine[some]], memory[:, some].copy()
-        beginning = Table(Beginning(g, scratch, place[some], *given))
+        beginning = Table(Beginning(g, then, place[some], *given))
         if contacts.groups[g].compiled.loops:
-            interruptible(lambda beginning=beginning: take_over(*tables, beginning))  # type: ignore[misc]
+            interruptible(lambda beginning=beginning: take_over(table, beginning))  # type: ignore[misc]
         else:
-            take_over(*tables, beginning)
+            take_over(table, beginning)
 
 
 def _leaving(state: State) -> Leaving:
