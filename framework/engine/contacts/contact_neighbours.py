@@ -22,8 +22,8 @@ FEW = 200  #: edges that are searched without the grid: each edge costs as much 
 class Neighbours:
     """The search of near pairs of exposed edges; ``room`` says until when what it found last holds.
 
-    ``edges`` (e, 2) nodes, ``grain`` (e,) of each, ``first`` (g + 1,) first node of each grain, ``width`` (g,) m their
-    least width, ``skin`` m, ``origin`` (2, i) m undeformed positions.
+    ``edges`` (e, 2) nodes, ``grain`` (i,) of each node, ``first`` (g + 1,) first node of each grain, ``width`` (g,) m
+    their least width, ``skin`` m, ``origin`` (2, i) m undeformed positions.
     """
 
     def __init__(
@@ -35,11 +35,12 @@ class Neighbours:
         skin: float,
         origin: np.ndarray,
     ) -> None:
-        self._edges, self._grain, self._first, self._width = edges, grain, first, width
+        self._edges, self._grain, self._grain_of_node = edges, grain[edges[:, 0]], grain
+        self._first, self._width = first, width
         self._skin, self._origin = skin, origin
         lengths = np.hypot(*(origin[:, edges[:, 1]] - origin[:, edges[:, 0]]))
         self._cell = float(2 * skin + (np.median(lengths) if len(edges) else 1.0))
-        self._longest, self._ends, self._turn = TORN * lengths, np.zeros((4, len(edges))), (skin / width)[grain]
+        self._longest, self._ends, self._turn = TORN * lengths, np.zeros((4, len(edges))), (skin / width)[self._grain]
         self.forget()
 
     def forget(self) -> None:
@@ -53,7 +54,7 @@ class Neighbours:
         self._fresh = edges.astype(np.int32)
 
     def find(self, displacement: np.ndarray, before: np.ndarray, exposed: np.ndarray) -> np.ndarray | None:
-        """(n, 2) pairs of edges, that of the lower grain first, and in ``room`` how far nodes may move meanwhile.
+        """(n, 2) pairs of edges, that of the lower grain first; ``room`` says how far nodes may move meanwhile.
 
         None in a run that has become unstable: the check of the energies reports where.
         """
@@ -66,8 +67,13 @@ class Neighbours:
         alone = np.ones(len(way), dtype=bool)
         alone[self._grain[self.pairs]] = False  # for such there is nothing to choose
         way[alone] = REACH * self._skin - moved[alone]
-        self.room = np.repeat(SPENT * way, np.diff(self._first))  #: (i,) m
+        self._way = way
         return self.pairs[self._still_near(way, contact_search.DEEP * self._skin)]
+
+    def room(self, nodes: np.ndarray) -> np.ndarray:
+        """(k,) m, how far these nodes (k,) may move from where they were at the last search until the next."""
+        found: np.ndarray = SPENT * self._way[self._grain_of_node[nodes]]
+        return found
 
     def any_within(self, displacement: np.ndarray, exposed: np.ndarray) -> bool:
         """Whether any are nearer than half the skin, or than the skin if behind each other; whenever searched."""

@@ -268,13 +268,3 @@ def matches(keys, old):
         if k < old.shape[0] and old[k] == keys[c]:
             found[c] = k
     return found
-
-
-def carry(rows, found):
-    """Rows (r, c) for contacts that were at the places ``found`` (c,) before; 0 for new contacts (place -1)."""
-    new = np.zeros((rows.shape[0], found.shape[0]), dtype=rows.dtype)
-    for r in range(rows.shape[0]):
-        for c in range(found.shape[0]):
-            if found[c] >= 0:
-                new[r, c] = rows[r, found[c]]
-    return new

@@ -5,7 +5,6 @@ Index letters: ``c`` contact, ``e`` exposed edge, ``i`` node, ``k`` place in the
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -57,6 +56,7 @@ class Contacts(Part):
         rim = np.concatenate([np.zeros((0, 2), dtype=np.int64), *mesh.boundary_edges.values()])
         self.groups = list(pairs.values())
         self._origin = np.ascontiguousarray(mesh.nodes.T)
+        self._place = np.zeros(len(mesh.nodes), dtype=np.int32)  # in the list of nodes in use, of those
         self.edges = np.concatenate([bonded[:, [0, 1]], bonded[:, [3, 2]], np.unique(rim, axis=0)])
         self.rim = self.edges[2 * len(bonded) :]  #: (r, 2) nodes of the edges that were never bonded
         self.edge_grain = mesh.node_grain[self.edges[:, 0]]
@@ -71,7 +71,7 @@ class Contacts(Part):
         width = compiled(contact_search.widths)(corners[:, 0].copy(), corners[:, 1].copy(), specimen.grains.first)
         self._largest = np.minimum(detection.largest_overlap * width, self._skin)  #: (g,) m
         self._cotangent = self._cotangents()
-        self._neighbours = Neighbours(self.edges, self.edge_grain, mesh.first_node, width, self._skin, self._origin)
+        self._neighbours = Neighbours(self.edges, mesh.node_grain, mesh.first_node, width, self._skin, self._origin)
         self._mass = grains.mass_behind(self.edges)
         phases, self._phase = np.unique(specimen.grains.phase[self.edge_grain], return_inverse=True)
         self._group = np.zeros((len(phases), len(phases)), dtype=np.int64)  #: law of each pair of phases
@@ -181,7 +181,9 @@ class Contacts(Part):
             return
         keys = np.sort(np.concatenate([self.key(*near.T), self.books.keys[self.arrays.state >= HELD]]))
         del near
-        keys = keys[np.diff(keys, prepend=-1) > 0]
+        other = np.ones(len(keys), dtype=bool)
+        np.not_equal(keys[1:], keys[:-1], out=other[1:])
+        keys = keys[other]
         self.searches += 1
         self._note_list()
         if np.array_equal(keys, self.books.keys) and np.array_equal(self._used, self.arrays.used):
@@ -198,14 +200,13 @@ class Contacts(Part):
             self.books.gone[k] += getattr(self.arrays, name)[lost].sum()
         self.books = self.books._replace(keys=keys, pairs=pairs)
         nodes = self._nodes_in_use(displacement, before)
-        place = np.zeros(self._origin.shape[1], dtype=np.int32)
-        place[nodes["used"]] = np.arange(len(nodes["used"]))
+        self._place[nodes["used"]] = np.arange(len(nodes["used"]))
         kept = self._kept(found)
         self.arrays = self._nothing._replace(
-            **nodes, **kept, node=compiled(contact_search.nodes_of)(pairs, self.edges, place),
+            **nodes, **kept, node=compiled(contact_search.nodes_of)(pairs, self.edges, self._place),
             largest_overlap=np.minimum(*self._largest[self.edge_grain[pairs.T]]), dashpot=self._dashpots(pairs),
             follow=np.zeros(len(keys), dtype=np.int8), active=np.zeros(len(keys), dtype=np.int32),
-            before=before.copy(), searched=nodes["displacement"].copy(), room=self._neighbours.room[nodes["used"]],
+            before=before.copy(), searched=nodes["displacement"].copy(), room=self._neighbours.room(nodes["used"]),
         )  # fmt: skip
         new = np.flatnonzero(found < 0)
         self.arrays.state[new] = WAITING
@@ -215,7 +216,7 @@ class Contacts(Part):
     def _look_again(self, displacement: np.ndarray, before: np.ndarray) -> None:
         """Go on with the same table until nodes have moved as far again."""
         arrays = self.arrays
-        arrays.searched[:], arrays.room[:] = displacement[:, arrays.used], self._neighbours.room[arrays.used]
+        arrays.searched[:], arrays.room[:] = displacement[:, arrays.used], self._neighbours.room(arrays.used)
         arrays.before[:] = before
 
     def are_near(self, displacement: np.ndarray) -> bool:
@@ -292,8 +293,9 @@ class Contacts(Part):
         if np.array_equal(used, known.used):
             increment[:] = known.increment
         else:
-            _, now, then = np.intersect1d(used, known.used, assume_unique=True, return_indices=True)
-            increment[:, now] = known.increment[:, then]
+            found = compiled(contact_search.matches)(used, known.used)
+            now = np.flatnonzero(found >= 0)
+            increment[:, now] = known.increment[:, found[now]]
         return {
             "used": used, "cotangent": self._cotangent[used], "origin": origin, "place": origin + there,
             "displacement": there, "increment": increment,
@@ -303,12 +305,14 @@ class Contacts(Part):
         """State of contacts that were at these places; each old field is freed once it is copied, to save memory."""
         rows = self.arrays._asdict()
         self.arrays = self._nothing
-        result: dict[str, Any] = {}
+        new, result = np.flatnonzero(found < 0), dict[str, Any]()
         for name in KEPT:
             old = rows.pop(name)
-            flat = old.reshape(math.prod(old.shape[:-1]), old.shape[-1])
-            result[name] = compiled(contact_search.carry)(flat, found)
-            result[name] = result[name].reshape(*old.shape[:-1], len(found))
+            if old.shape[-1]:
+                result[name] = old.take(found, axis=-1, mode="wrap")  # -1 is the last, in place of nothing
+                result[name][..., new] = 0
+            else:
+                result[name] = np.zeros((*old.shape[:-1], len(found)), dtype=old.dtype)
         return result
 
     def _empty(self, count: int) -> ContactArrays:
