@@ -354,10 +354,10 @@ class State(metaclass=Checked):
 
     # --- for the engine ----------------------------------------------------------------------------------------------
 
-    def search(self, before: np.ndarray) -> None:
-        """Search neighbours; ``before`` (2, i) m is the displacement one step ago."""
+    def search(self, before: np.ndarray, *, beside: bool = False) -> None:
+        """Search neighbours; ``before`` (2, i) m is the displacement one step ago; see :meth:`Contacts.search`."""
         self._shared.pop("contacts", None)  # it keeps the old table, which is freed column by column as it is copied
-        self.contacts.search(self.nodes.arrays.displacement, before)
+        self.contacts.search(self.nodes.arrays.displacement, before, beside=beside)
 
     def start_from_rest(self, lost: np.ndarray) -> None:
         """Let the first step after ``stop`` begin from rest; see :meth:`Freedoms.start_from_rest`."""

@@ -1,7 +1,8 @@
 """Which contacts are in the table: pairs of exposed edges that may meet before the next search.
 
 A grid finds all pairs within the skin, seldom. Among these the pairs are chosen, more often, that grains can bring
-together in the next steps, each at its own speed. No result depends on when this happens.
+together in the next steps, each at its own speed. Where bonds break, only what is near their edges is found, and all
+else stays. No result depends on when this happens.
 """
 
 from __future__ import annotations
@@ -47,6 +48,7 @@ class Neighbours:
         """Search with a grid next time."""
         self.pairs = np.zeros((0, 2), dtype=np.int32)  #: (n, 2) within the skin at the last search with a grid
         self.searched = np.zeros((2, 0))  #: (2, i) m, displacement at that search; without columns there was none
+        self.way = np.zeros(len(self._width))  #: (g,) m, for which pairs were chosen last
         self._fresh = np.zeros(0, dtype=np.int32)
 
     def expose(self, edges: np.ndarray) -> None:
@@ -67,12 +69,33 @@ class Neighbours:
         alone = np.ones(len(way), dtype=bool)
         alone[self._grain[self.pairs]] = False  # for such there is nothing to choose
         way[alone] = REACH * self._skin - moved[alone]
-        self._way = way
-        return self.pairs[self._still_near(way, contact_search.DEEP * self._skin)]
+        self.way = way
+        return self.pairs[self._still_near(self.pairs, way, contact_search.DEEP * self._skin)]
+
+    def find_beside(self, displacement: np.ndarray, exposed: np.ndarray, used: np.ndarray) -> np.ndarray | None:
+        """(n, 2) pairs of edges that were exposed since the last search; all others stay, as does ``room``.
+
+        ``used`` (k,) are the nodes of all exposed edges. None where everything has to be searched: after long ways, for
+        many edges, and in a run that has become unstable.
+        """
+        fresh = self._fresh
+        if not self.searched.size or len(fresh) > FEW:
+            return None
+        moved = displacement.take(used, axis=1) - self.searched.take(used, axis=1)
+        chosen = np.flatnonzero(exposed).astype(np.int32)
+        if not (moved * moved).sum(axis=0).max(initial=0.0) < (REACH * self._skin / 2) ** 2:
+            return None
+        if not self._placed(displacement, chosen):
+            return None
+        self._fresh = fresh[:0]
+        more = self._near_those(chosen, fresh)
+        self.pairs = np.concatenate([self.pairs, more])
+        # Nodes may be away from where they were when the ways were chosen, and come back: twice the way.
+        return more[self._still_near(more, 2 * self.way, contact_search.DEEP * self._skin)]
 
     def room(self, nodes: np.ndarray) -> np.ndarray:
         """(k,) m, how far these nodes (k,) may move from where they were at the last search until the next."""
-        found: np.ndarray = SPENT * self._way[self._grain_of_node[nodes]]
+        found: np.ndarray = SPENT * self.way[self._grain_of_node[nodes]]
         return found
 
     def any_within(self, displacement: np.ndarray, exposed: np.ndarray) -> bool:
@@ -82,7 +105,7 @@ class Neighbours:
             return False
         _, moved = self._ways(displacement, displacement)
         self._search(displacement, moved, chosen)
-        return bool(self._still_near(np.full(len(self._width), self._skin / 4), self._skin / 2).any())
+        return bool(self._still_near(self.pairs, np.full(len(self._width), self._skin / 4), self._skin / 2).any())
 
     def _placed(self, displacement: np.ndarray, chosen: np.ndarray) -> bool:
         """Note where the ends of the chosen edges are; False where one is torn."""
@@ -106,9 +129,7 @@ class Neighbours:
         fresh, self._fresh = self._fresh, self._fresh[:0]
         if self.searched.size and moved.max(initial=0.0) < REACH * self._skin / 2 and len(fresh) <= FEW:
             if len(fresh):
-                ends, skin = self._ends, self._skin
-                more = compiled(contact_search.near_those)(*ends, self._grain, self._turn, chosen, fresh, skin)
-                self.pairs = np.concatenate([self.pairs, more])
+                self.pairs = np.concatenate([self.pairs, self._near_those(chosen, fresh)])
             return False
         found = compiled(contact_search.near_pairs)(
             *(row[chosen] for row in self._ends), self._grain[chosen], self._turn[chosen], self._skin, self._cell
@@ -116,10 +137,17 @@ class Neighbours:
         self.pairs, self.searched = chosen[found], displacement.copy()
         return True
 
-    def _still_near(self, way: np.ndarray, deep: float) -> np.ndarray:
-        """(n,) which of the pairs may meet while nodes of each grain move by its ``way`` (g,) m."""
-        turn = (2 * way / self._width)[self._grain]
+    def _near_those(self, chosen: np.ndarray, fresh: np.ndarray) -> np.ndarray:
+        """(n, 2) pairs within the skin of ``fresh`` edges with the ``chosen`` ones."""
+        near: np.ndarray = compiled(contact_search.near_those)(
+            *self._ends, self._grain, self._turn, chosen, fresh, self._skin
+        )
+        return near
+
+    def _still_near(self, pairs: np.ndarray, way: np.ndarray, deep: float) -> np.ndarray:
+        """(n,) which of these pairs (n, 2) may meet while nodes of each grain move by its ``way`` (g,) m."""
+        turn = 2 * way / self._width
         near: np.ndarray = compiled(contact_search.still_near)(
-            self.pairs, *self._ends, turn, way[self._grain], self._skin, deep
+            pairs, *self._ends, self._grain, turn, way, self._skin, deep
         )
         return near

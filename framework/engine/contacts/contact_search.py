@@ -83,13 +83,14 @@ def _clearly_in_front(ax, ay, bx, by, wx, wy, reach):
 def _near(x0, y0, x1, y1, turn, e, f, reach, skin, deep):
     """Whether two edges may overlap before the next search, until when they come nearer by at most ``reach``.
 
-    Edges that are behind each other count up to a distance of ``deep`` and ``reach``.
+    Both together turn by at most ``turn`` (rad). Edges that are behind each other count up to a distance of ``deep``
+    and ``reach``.
     """
     ax, ay, bx, by = x1[e] - x0[e], y1[e] - y0[e], x1[f] - x0[f], y1[f] - y0[f]
     cx, cy = x0[f] - x0[e], y0[f] - y0[e]
     if _clearly_in_front(ax, ay, -bx, -by, cx + bx, cy + by, reach):  # most are, and this is found soonest
         return False
-    if _stay_beside(ax, ay, bx, by, cx, cy, turn[e] + turn[f], reach, skin):
+    if _stay_beside(ax, ay, bx, by, cx, cy, turn, reach, skin):
         return False
     denominator = ax * by - ay * bx
     if denominator != 0:
@@ -104,9 +105,8 @@ def _near(x0, y0, x1, y1, turn, e, f, reach, skin, deep):
             _to_segment(x0[f], y0[f], x0[e], y0[e], x1[e], y1[e]), _to_segment(x1[f], y1[f], x0[e], y0[e], x1[e], y1[e])
         ),
     )
-    way = turn[e] + turn[f]
     return nearest < reach * reach or (
-        nearest < (deep + reach) * (deep + reach) and _are_behind(ax, ay, -bx, -by, cx + bx, cy + by, way, reach)
+        nearest < (deep + reach) * (deep + reach) and _are_behind(ax, ay, -bx, -by, cx + bx, cy + by, turn, reach)
     )
 
 
@@ -164,7 +164,7 @@ def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
                     continue
                 if grain[e] > grain[f]:
                     e, f = f, e
-                if _near(x0, y0, x1, y1, turn, e, f, reach, reach, DEEP * reach):
+                if _near(x0, y0, x1, y1, turn[e] + turn[f], e, f, reach, reach, DEEP * reach):
                     found = _with_room(found, size_found)
                     found[size_found, 0], found[size_found, 1] = e, f
                     size_found += 1
@@ -182,7 +182,7 @@ def near_those(x0, y0, x1, y1, grain, turn, chosen, some, skin):
             if apart or grain[a] == grain[b]:
                 continue
             e, f = (b, a) if grain[a] > grain[b] else (a, b)
-            if _near(x0, y0, x1, y1, turn, e, f, skin, skin, DEEP * skin):
+            if _near(x0, y0, x1, y1, turn[e] + turn[f], e, f, skin, skin, DEEP * skin):
                 found = _with_room(found, count)
                 found[count, 0], found[count, 1] = e, f
                 count += 1
@@ -236,15 +236,16 @@ def ways(displacement, before, searched, first, ahead, least, most):
     return way, farthest
 
 
-def still_near(pairs, x0, y0, x1, y1, turn, reach, skin, deep):
-    """(n,) whether the edges of each pair (n, 2) may meet while they move by ``reach`` (e,) and turn by ``turn``.
+def still_near(pairs, x0, y0, x1, y1, grain, turn, way, skin, deep):
+    """(n,) whether the edges of each pair (n, 2) may meet while each ``grain`` (e,) moves its ``way`` (g,) and turns.
 
-    ``deep`` (m) is how far apart edges behind each other may be.
+    Grains turn by ``turn`` (g,) rad. ``deep`` (m) is how far apart edges behind each other may be.
     """
     result = np.empty(pairs.shape[0], dtype=np.bool_)
     for n in range(pairs.shape[0]):
         e, f = pairs[n, 0], pairs[n, 1]
-        result[n] = _near(x0, y0, x1, y1, turn, e, f, reach[e] + reach[f], skin, deep)
+        g, h = grain[e], grain[f]
+        result[n] = _near(x0, y0, x1, y1, turn[g] + turn[h], e, f, way[g] + way[h], skin, deep)
     return result
 
 

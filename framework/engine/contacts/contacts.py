@@ -38,6 +38,7 @@ class ContactBooks(NamedTuple):
     exposed: Changing  #: (e,) whether the edge takes part in the search
     listed: Changing  #: (n, 2) edges of all pairs within the skin, and
     listed_at: Changing  #: (2, i) m, the displacement at which they were found: the next searches depend on it
+    way: Changing  #: (g,) m, for which pairs were chosen among these
     gone: Changing  #: (3,) J, work in opening, in slip and on dashpots of contacts that have left the table
 
 
@@ -63,7 +64,15 @@ class Contacts(Part):
         self.searches, self.seconds = 0, 0.0  #: number of searches, and the time spent on them (s)
         self.arrays, self._scratch = no_contacts(), dict[str, np.ndarray]()
         none, exposed = np.zeros((0, 2), dtype=np.int32), np.arange(len(self.edges)) >= 2 * len(bonded)
-        self.books = ContactBooks(np.zeros(0, dtype=np.int64), none, exposed, none, np.zeros((2, 0)), np.zeros(3))
+        self.books = ContactBooks(
+            np.zeros(0, dtype=np.int64),
+            none,
+            exposed,
+            none,
+            np.zeros((2, 0)),
+            np.zeros(specimen.grains.count),
+            np.zeros(3),
+        )
         if detection is None:
             return
         self._skin = detection.skin * specimen.grains.grain_size
@@ -79,6 +88,7 @@ class Contacts(Part):
             one, other = np.searchsorted(phases, pair)
             self._group[one, other] = self._group[other, one] = k
         self.arrays = self._nothing = self._empty(0)
+        self._used = np.zeros(0, dtype=np.int64)  # (k,) nodes of exposed edges, ascending
         self.expose(np.flatnonzero(exposed))
 
     def __len__(self) -> int:
@@ -88,7 +98,7 @@ class Contacts(Part):
         return np.arange(split.threads + 1) * len(self) // split.threads
 
     def shared(self, split: Split) -> ContactArrays:
-        bounds = np.searchsorted(self.groups_of(self.books.keys), np.arange(len(self.groups) + 1))
+        bounds = np.searchsorted(self.books.keys, np.arange(len(self.groups) + 1) * len(self.edges) ** 2)
         scratch, depth = self._scratch, len(self.arrays.memory)
         if len(scratch.get("tally", ())) != split.threads:
             scratch = self._scratch = {
@@ -171,42 +181,51 @@ class Contacts(Part):
 
     # --- the search ---------------------------------------------------------------------------------------------------
 
-    def search(self, displacement: np.ndarray, before: np.ndarray) -> None:
-        """Search neighbours at a displacement (2, i), one step after ``before``; contacts keep their state."""
+    def search(self, displacement: np.ndarray, before: np.ndarray, *, beside: bool = False) -> None:
+        """Search neighbours at a displacement (2, i), one step after ``before``; contacts keep their state.
+
+        Only ``beside`` edges that were exposed since the last search, if that will do: all others stay.
+        """
         if self.detection is None:
             return
         clock = time.perf_counter()
-        near = self._neighbours.find(displacement, before, self.books.exposed)
+        near = self._neighbours.find_beside(displacement, self.books.exposed, self._used) if beside else None
+        if whole := near is None:
+            near = self._neighbours.find(displacement, before, self.books.exposed)
         if near is None:
             return
-        keys = np.sort(np.concatenate([self.key(*near.T), self.books.keys[self.arrays.state >= HELD]]))
+        old = self.books.keys
+        keys = np.sort(
+            np.concatenate([old[self.arrays.state >= HELD] if whole else old, self.key(*near.T)]), kind="stable"
+        )
         del near
         other = np.ones(len(keys), dtype=bool)
         np.not_equal(keys[1:], keys[:-1], out=other[1:])
         keys = keys[other]
         self.searches += 1
         self._note_list()
-        if np.array_equal(keys, self.books.keys) and np.array_equal(self._used, self.arrays.used):
+        if whole and np.array_equal(keys, old) and np.array_equal(self._used, self.arrays.used):
             self._look_again(displacement, before)
             self.seconds += time.perf_counter() - clock
             return
         size = len(self.edges)
         pairs = np.empty((len(keys), 2), dtype=np.int32)
         pairs[:, 0], pairs[:, 1] = keys // size % size, keys % size
-        found = compiled(contact_search.matches)(keys, self.books.keys)
-        lost = np.ones(len(self.books.keys), dtype=bool)
-        lost[found[found >= 0]] = False
-        for k, name in enumerate(("opening_work", "slip_work", "damping_work")):
-            self.books.gone[k] += getattr(self.arrays, name)[lost].sum()
+        found = compiled(contact_search.matches)(keys, old)
+        if whole:
+            lost = np.ones(len(old), dtype=bool)
+            lost[found[found >= 0]] = False
+            for k, name in enumerate(("opening_work", "slip_work", "damping_work")):
+                self.books.gone[k] += getattr(self.arrays, name)[lost].sum()
         self.books = self.books._replace(keys=keys, pairs=pairs)
-        nodes = self._nodes_in_use(displacement, before)
+        nodes = self._nodes_in_use(displacement, before, whole)
         self._place[nodes["used"]] = np.arange(len(nodes["used"]))
+        before = before if before is self.arrays.before else before.copy()
         kept = self._kept(found)
         self.arrays = self._nothing._replace(
             **nodes, **kept, node=compiled(contact_search.nodes_of)(pairs, self.edges, self._place),
             largest_overlap=np.minimum(*self._largest[self.edge_grain[pairs.T]]), dashpot=self._dashpots(pairs),
-            follow=np.zeros(len(keys), dtype=np.int8), active=np.zeros(len(keys), dtype=np.int32),
-            before=before.copy(), searched=nodes["displacement"].copy(), room=self._neighbours.room(nodes["used"]),
+            follow=np.zeros(len(keys), dtype=np.int8), active=np.zeros(len(keys), dtype=np.int32), before=before,
         )  # fmt: skip
         new = np.flatnonzero(found < 0)
         self.arrays.state[new] = WAITING
@@ -230,7 +249,11 @@ class Contacts(Part):
     def expose(self, edges: np.ndarray) -> None:
         """Let edges take part in the search from now on."""
         self.books.exposed[edges] = True
-        self._used = self._exposed_nodes()
+        nodes = np.unique(self.edges[edges])
+        place = np.searchsorted(self._used, nodes)
+        new = np.ones(len(nodes), dtype=bool)
+        new[place < len(self._used)] = self._used[place[place < len(self._used)]] != nodes[place < len(self._used)]
+        self._used = np.insert(self._used, place[new], nodes[new])
         self._neighbours.expose(edges)
 
     def _exposed_nodes(self) -> np.ndarray:
@@ -272,10 +295,12 @@ class Contacts(Part):
         super().restore(saved)
         if self.detection is not None:
             self._used = self._exposed_nodes()
-            self._neighbours.pairs, self._neighbours.searched = self.books.listed.copy(), self.books.listed_at.copy()
+            known, books = self._neighbours, self.books
+            known.pairs, known.searched, known.way = books.listed.copy(), books.listed_at.copy(), books.way.copy()
 
     def _note_list(self) -> None:
-        self.books = self.books._replace(listed=self._neighbours.pairs, listed_at=self._neighbours.searched)
+        known = self._neighbours
+        self.books = self.books._replace(listed=known.pairs, listed_at=known.searched, way=known.way)
 
     def _dashpots(self, pairs: np.ndarray) -> np.ndarray:
         """(c,) sqrt(kg/m) for pairs (c, 2) of edges."""
@@ -284,21 +309,21 @@ class Contacts(Part):
         mass_a, mass_b = self._mass[pairs.T]
         return 2 * self.detection.damping * np.sqrt(mass_a * mass_b / (mass_a + mass_b))
 
-    def _nodes_in_use(self, displacement: np.ndarray, before: np.ndarray) -> dict[str, Any]:
-        """Nodes of exposed edges, and where they are."""
+    def _nodes_in_use(self, displacement: np.ndarray, before: np.ndarray, whole: bool) -> dict[str, Any]:
+        """Nodes of exposed edges, where they are, and after a ``whole`` search that it was there."""
         used, known = self._used, self.arrays
         there, origin = displacement.take(used, axis=1), self._origin.take(used, axis=1)
-        increment = there - before.take(used, axis=1)
+        increment, searched, room = there - before.take(used, axis=1), there.copy(), self._neighbours.room(used)
+        found = compiled(contact_search.matches)(used, known.used)
+        now = np.flatnonzero(found >= 0)
+        then = found[now]
         # Copied, not found again: rounding must not depend on how often neighbours are searched.
-        if np.array_equal(used, known.used):
-            increment[:] = known.increment
-        else:
-            found = compiled(contact_search.matches)(used, known.used)
-            now = np.flatnonzero(found >= 0)
-            increment[:, now] = known.increment[:, found[now]]
+        increment[:, now] = known.increment[:, then]
+        if not whole:
+            searched[:, now], room[now] = known.searched[:, then], known.room[then]
         return {
             "used": used, "cotangent": self._cotangent[used], "origin": origin, "place": origin + there,
-            "displacement": there, "increment": increment,
+            "displacement": there, "increment": increment, "searched": searched, "room": room,
         }  # fmt: skip
 
     def _kept(self, found: np.ndarray) -> dict[str, Any]:

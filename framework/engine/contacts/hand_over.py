@@ -35,7 +35,7 @@ def hand_over(state: State, threads: int) -> None:
     chosen, count = leaving.bond, len(bonds)
     bonds.retire(chosen)
     contacts.expose(np.concatenate([chosen, count + chosen]))
-    state.search(contacts.arrays.before)
+    state.search(contacts.arrays.before, beside=True)
     known, keys = contacts.books.keys, contacts.key(chosen, count + chosen)
     place = np.minimum(np.searchsorted(known, keys), max(len(known) - 1, 0))
     found = known[place] == keys if len(known) else np.zeros(len(chosen), dtype=bool)

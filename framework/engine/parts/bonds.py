@@ -352,12 +352,11 @@ class Bonds(Part):
 
     def memory(self, name: str, otherwise: np.ndarray) -> np.ndarray:
         """(p,) of one name of the laws' memory; ``otherwise`` (p,) where a law has no such memory."""
-        values = otherwise.copy()
-        first_and_second, memory = values.reshape(2, -1), self.arrays.memory.reshape(-1, 2, len(self))
+        values, count = otherwise.copy(), len(self)
         for group in self.groups:
             if (row := group.row(name)) >= 0:
-                mine = slice(group.first, group.last)
-                first_and_second[:, mine] = memory[row, :, mine]
+                for mine in (slice(group.first, group.last), slice(count + group.first, count + group.last)):
+                    values[mine] = self.arrays.memory[row, mine]
         return values
 
     def memory_of(self, group: LawGroup) -> np.ndarray:
