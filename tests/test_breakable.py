@@ -148,6 +148,8 @@ def test_phases_may_have_cells_of_their_own_or_none():
     assert np.array_equal(made.phase, phase[made.parent])
     with pytest.raises(ParameterError, match=r"there is no phase 'mika' \(phases: quartz, mica\)"):
         Breakable(minerals, {"mika": Trigons(count=3)}).tessellate(rectangle(1, 1))
+    with pytest.raises(ParameterError, match=r"there is no phase 2 \(phases: quartz, mica\)"):
+        Breakable(minerals, {2: Trigons(count=3)}).tessellate(rectangle(1, 1))
 
 
 def test_joints_of_the_grains_are_kept():

@@ -56,7 +56,12 @@ def test_compression_records_what_pictures_and_measures_look_for():
     found = gl.simulate(small_sample(12), LAW, PRESS).curves
     assert {q.name for q in BETWEEN_ENDS} - set(found) == {DEVIATOR}
     confined = BiaxialCompression(confinement=1e6, maximum_strain=1e-4, samples=20)
-    assert {q.name for q in BETWEEN_ENDS} <= set(gl.simulate(small_sample(12), LAW, confined).curves)
+    found = gl.simulate(small_sample(12), LAW, confined).curves
+    assert {q.name for q in BETWEEN_ENDS} <= set(found)
+    at_rest = np.flatnonzero(found["stage"] == 0)[-1]
+    assert found["stress"][at_rest] == pytest.approx(1e6, rel=0.02)  # compression counts positive
+    assert found["stress"][-1] > 2e6
+    assert found["deviator"] == pytest.approx(found["stress"] - 1e6)
 
 
 SAYS = r"needs the columns strain and stress, which the test does not record; it records force$"

@@ -1,5 +1,7 @@
 """Grains from meshes, and geometries for gmsh."""
 
+import re
+
 import attrs
 import meshio
 import numpy as np
@@ -105,6 +107,15 @@ def gmsh():
     gmsh.option.setNumber("General.Terminal", 0)
     yield gmsh
     gmsh.finalize()
+
+
+def test_places_and_sizes_of_elements_are_in_units_of_the_file(tmp_path):
+    grains = Voronoi(grains=5).tessellate(rectangle(0.02, 0.04))
+    write_geo(grains, tmp_path / "x.geo", size=0.003, unit=1 * mm)
+    points = re.findall(r"Point\(\d+\) = \{(.*), (.*), 0, (.*)\};", (tmp_path / "x.geo").read_text())
+    x, y, size = np.array(points, dtype=float).T
+    assert (x.max(), y.max()) == pytest.approx((20, 40))
+    assert size == pytest.approx(3)
 
 
 @pytest.mark.parametrize("version", [2.2, 4.1])

@@ -314,6 +314,25 @@ def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_whole_search_where_b
     assert len(searched) > 5
 
 
+def test_no_grain_moves_farther_than_pairs_were_found_for_until_the_next_search(monkeypatch):
+    """However fast: what lies farther than the skin was not found, so none may come so near meanwhile."""
+    found = []
+    original = contact_neighbours.Neighbours.find
+
+    def watched(self, *given):
+        pairs = original(self, *given)
+        moved = np.maximum.reduceat(np.hypot(*(given[0] - self.searched)), self._first[:-1])
+        found.append((moved + self.way).max())
+        return pairs
+
+    monkeypatch.setattr(contact_neighbours.Neighbours, "find", watched)
+    motion = corner_on_face(gl.Detection(skin=0.1))
+    motion.steps(300)
+    skin = motion.state.contacts._skin
+    assert len(found) > 3
+    assert max(found) <= contact_neighbours.REACH * skin * (1 + 1e-12)
+
+
 def test_acute_corners_are_known_by_their_angles():
     """A triangle with angles of 30, 80 and 70 degrees, turned: the cotangents of its corners; 0 for right angles."""
     corners = np.array([(0, 0), (1, 0), (0.9397, 0.5425)])  # sin 70 / sin 80 of the base away, at 30 degrees

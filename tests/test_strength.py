@@ -13,6 +13,7 @@ import grainlaw as gl
 from grainlaw.geometry import Voronoi, disc, rectangle
 from grainlaw.laws import CohesiveCrack, Linear
 from grainlaw.protocols import BiaxialCompression, Brazilian, UniaxialCompression, UniaxialTension
+from grainlaw.protocols.measures import elastic_moduli
 from grainlaw.results.certificate import doubts, has_failed
 from grainlaw.strength import Borne, borne
 from grainlaw.units import MPa
@@ -103,6 +104,17 @@ def test_a_test_that_ends_at_the_failure_finds_the_same_strength(test, law):
     assert has_failed(short)
     load = short.curves.get("deviator", short.curves["stress"])
     assert short.summary["strength"] == pytest.approx(load.max() + getattr(test, "confinement", 0))
+
+
+def test_moduli_are_those_between_a_fifth_and_half_of_the_strength():
+    """A toe that closes, a straight part and a bend, each with moduli of its own."""
+    corners = [(0, 0), (1.0, 20), (1.5, 50), (3.5, 100), (3.6, 10)]  # 1e-3, MPa: 20, 60 and 25 GPa
+    strain, stress = course(*corners)
+    lateral = np.interp(strain, [0, 1.0, 1.5, 3.5], [0, 0.1, 0.25, 1.25])  # extension counts positive
+    curves = {"strain": 1e-3 * strain, "stress": stress * MPa, "lateral_strain": 1e-3 * lateral, "stage": 0 * strain}
+    moduli = elastic_moduli(curves, small_sample(), -1.0)
+    assert moduli["apparent_modulus"] == pytest.approx(60e9, rel=0.01)
+    assert moduli["apparent_poisson"] == pytest.approx(0.3, rel=0.01)
 
 
 @pytest.mark.thorough
