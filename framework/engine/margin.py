@@ -19,8 +19,9 @@ import scipy
 from grainlaw.compiler.batch import compile_integrator
 from grainlaw.engine import step
 from grainlaw.engine.coasting import Coasting
+from grainlaw.engine.factors import Factors
 from grainlaw.engine.parts.part import changing
-from grainlaw.engine.stage_statics import LOOSE, factorised, unknowns
+from grainlaw.engine.stage_statics import LOOSE, unknowns
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import advance, schedule_of
 
@@ -38,7 +39,7 @@ ROUGHLY = 0.05  #: rad, for its factors, which only have to guide the search
 KNEE = 0.4  #: of the mean velocity where a motion has just begun: sqrt(2) - 1
 LITTLE = 1e-3  #: least margin by which the first trial of that is found
 BALANCED, TRIALS = 0.01, 16  #: of the force on the motion: what may be left of it; in so many trials
-LARGEST = 500_000  #: freedoms: of larger specimens the margin is not asked, for the room that K0's factors take
+LARGEST = 1_500_000  #: freedoms: of larger specimens the margin is not asked, for the room that K0's factors take
 
 
 @attrs.frozen(kw_only=True)
@@ -84,7 +85,8 @@ class Margin:
         if not np.array_equal(finely, self._angles):
             self._angles, self._sound = finely, self._turned(finely)
         if not np.array_equal(roughly, self._rough_angles):
-            self._rough_angles, self._factors = roughly, factorised(self._turned(roughly))
+            matrix = self._turned(roughly)
+            self._rough_angles, self._factors = roughly, Factors(matrix, self._places)
 
     def _turned(self, angles: np.ndarray) -> scipy.sparse.csc_matrix:
         """Stiffness of the sound specimen over the unknowns, with grains turned by angles (g,) rad."""
@@ -94,7 +96,7 @@ class Margin:
         x, y = (mesh.nodes - centre).T
         turned = centre + np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
         stiffness = self._sound_with(turned if angles.any() else mesh.nodes)
-        carry, matrix = unknowns(state, stiffness, self._highest_frequency)
+        carry, matrix, self._places = unknowns(state, stiffness, self._highest_frequency)
         self._carry, self._gather = carry, carry.T.tocsr()
         self._mass = self._gather @ state.grains.flat(state.freedoms.arrays.mass)
         # Motions that nothing resists, as a slide along smooth platens, get the same little stiffness in both matrices.

@@ -8,11 +8,12 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
+from grainlaw.engine.factors import Factors
 from grainlaw.engine.parts.deformable_grains import DeformableGrains
 from grainlaw.engine.parts.laws import LawGroup, by_interface
 from grainlaw.engine.parts.rigid_grains import RigidGrains
 from grainlaw.engine.stability import add_springs, rigid_map, stiffness_matrix, triplets
-from grainlaw.engine.stage_statics import LOOSE, factorised
+from grainlaw.engine.stage_statics import LOOSE
 from grainlaw.engine.state import State
 from grainlaw.specimen import Specimen
 
@@ -111,7 +112,7 @@ class ElasticModel:
         matrix = self._stiffness[free][:, free]
         springs = matrix.diagonal()
         loose = LOOSE * np.where(springs > 0, springs, springs.max(initial=0.0) or 1.0)  # parts that nothing holds
-        motion[free] = factorised(scipy.sparse.csc_matrix(matrix + scipy.sparse.diags(loose))).solve(right)
+        motion[free] = Factors(matrix + scipy.sparse.diags(loose), self._grains.places[free]).solve(right)
         return motion
 
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.engine.coasting import Coasting
+from grainlaw.engine.factors import Factors
 from grainlaw.engine.stable_step import StableStep
-from grainlaw.engine.stage_statics import factorised, unknowns
+from grainlaw.engine.stage_statics import unknowns
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import OverlapError, advance
 from grainlaw.loads import Drive
@@ -56,8 +57,8 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
     """Go through the increments; whether all of them have a static solution."""
     ramps = [one.lasts for one in stage.loads if not isinstance(one, Drive)]
     state.change_time_step((max(ramps, default=0.0) or stage.interval) / INCREMENTS)
-    carry, matrix = unknowns(state, stability.stiffness(), stability.frequency)
-    factors, coasting = factorised(matrix), compile_integrator(Coasting())
+    carry, matrix, places = unknowns(state, stability.stiffness(), stability.frequency)
+    factors, coasting = Factors(matrix, places), compile_integrator(Coasting())
     f = state.freedoms.arrays
     drifts = _drifts(state)
     velocity, before = np.zeros_like(f.velocity), state.gravity.arrays.weight - state.gravity.new

@@ -219,7 +219,7 @@ class Contacts(Part):
                 self.books.gone[k] += getattr(self.arrays, name)[lost].sum()
         self.books = self.books._replace(keys=keys, pairs=pairs)
         nodes = self._nodes_in_use(displacement, before, whole)
-        self._place[nodes["used"]] = np.arange(len(nodes["used"]))
+        self._place[nodes["used"]] = np.arange(len(nodes["used"]), dtype=np.int32)  # others are cast one by one
         before = before if before is self.arrays.before else before.copy()
         kept = self._kept(found)
         self.arrays = self._nothing._replace(
@@ -312,15 +312,26 @@ class Contacts(Part):
     def _nodes_in_use(self, displacement: np.ndarray, before: np.ndarray, whole: bool) -> dict[str, Any]:
         """Nodes of exposed edges, where they are, and after a ``whole`` search that it was there."""
         used, known = self._used, self.arrays
-        there, origin = displacement.take(used, axis=1), self._origin.take(used, axis=1)
-        increment, searched, room = there - before.take(used, axis=1), there.copy(), self._neighbours.room(used)
         found = compiled(contact_search.matches)(used, known.used)
-        now = np.flatnonzero(found >= 0)
-        then = found[now]
+        new = np.flatnonzero(found < 0)
+
+        def with_known(row: np.ndarray, of_new: np.ndarray) -> np.ndarray:
+            result = (
+                row.take(found, axis=-1, mode="wrap") if len(known.used) else np.empty((*row.shape[:-1], len(used)))
+            )
+            result[..., new] = of_new
+            return result
+
+        there, origin = displacement.take(used, axis=1), self._origin.take(used, axis=1)
         # Copied, not found again: rounding must not depend on how often neighbours are searched.
-        increment[:, now] = known.increment[:, then]
-        if not whole:
-            searched[:, now], room[now] = known.searched[:, then], known.room[then]
+        increment = with_known(known.increment, there[:, new] - before.take(used[new], axis=1))
+        if whole:
+            searched, room = there.copy(), self._neighbours.room(used)
+        else:
+            searched, room = (
+                with_known(known.searched, there[:, new]),
+                with_known(known.room, self._neighbours.room(used[new])),
+            )
         return {
             "used": used, "cotangent": self._cotangent[used], "origin": origin, "place": origin + there,
             "displacement": there, "increment": increment, "searched": searched, "room": room,

@@ -81,6 +81,10 @@ class DeformableGrains(Grains):
     def flat(self, rows: np.ndarray) -> np.ndarray:
         return rows.T.ravel()  # node components in pairs
 
+    @property
+    def places(self) -> np.ndarray:
+        return np.repeat(self.specimen.mesh.nodes, 2, axis=0)
+
     def unflat(self, values: np.ndarray) -> np.ndarray:
         return values.reshape(-1, 2).T
 

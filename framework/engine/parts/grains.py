@@ -125,6 +125,11 @@ class Grains(Part, ABC):
     def flat(self, rows: np.ndarray) -> np.ndarray:
         """Values (r, n) in the order of the stiffness matrix."""
 
+    @property
+    @abstractmethod
+    def places(self) -> np.ndarray:
+        """(q, 2) m, where each freedom is in the undeformed specimen, in the order of ``flat``."""
+
     @abstractmethod
     def unflat(self, values: np.ndarray) -> np.ndarray:
         """The reverse of ``flat``."""

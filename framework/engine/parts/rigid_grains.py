@@ -116,6 +116,10 @@ class RigidGrains(Grains):
     def flat(self, rows: np.ndarray) -> np.ndarray:
         return rows.ravel()  # all x, all y, all angles
 
+    @property
+    def places(self) -> np.ndarray:
+        return np.tile(self.specimen.grains.centroids, (3, 1))
+
     def unflat(self, values: np.ndarray) -> np.ndarray:
         return values.reshape(3, -1)
 
