@@ -1,5 +1,7 @@
 """Emulators, plausible parameters, conflicts and what is determined, on rocks whose answers are formulas."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from formula_rocks import FOUR, HIDDEN, RANGES, FormulaRock, exact, searched, space, targets_at
@@ -7,7 +9,7 @@ from scipy.stats import norm
 from support import STIFF
 
 from grainlaw.calibration.emulator import emulators, fit, samples_of
-from grainlaw.calibration.identifiability import Direction, identifiability
+from grainlaw.calibration.identifiability import Direction, further, identifiability
 from grainlaw.calibration.matching import Match, conflicts, plausible, telling
 from grainlaw.calibration.posterior import posterior
 from grainlaw.calibration.targets import Target
@@ -102,6 +104,23 @@ def test_the_most_telling_points_lie_where_the_emulators_know_least():
     assert chosen[1:].max(axis=1).min() > 0.7
     apart = np.linalg.norm(chosen[1:, None] - chosen[None, 1:], axis=2)[np.triu_indices(3, 1)]
     assert apart.min() > 0.1  # not the same corner again and again
+
+
+def test_what_a_further_test_would_tell_is_the_information_of_a_channel():
+    """Gaussian: half log2 of one and signal over noise, in bits; what is left of a width, by the linear regression."""
+    points = np.random.default_rng(0).normal(size=(4000, 2))
+    means = (1 + 0.06 * points[:, :1]) * 1e8  # of the first parameter alone
+    match = SimpleNamespace(
+        space=SimpleNamespace(names=("kn", "cohesion"), places=lambda given: given),
+        predicted=lambda given, names: (np.log(means), np.full((len(given), 1), 0.01**2)),
+        scatter=lambda names: np.array([[0.02**2]]),
+    )
+    [told] = further(match, SimpleNamespace(points=points), ["ucs"])
+    signal, noise = np.log(means).var(), 0.01**2 + 0.02**2 + 0.02**2
+    assert told.gain == pytest.approx(0.5 * np.log2(1 + signal / noise))
+    assert 1 < told.gain < 1.3
+    assert told.helped == "kn"
+    assert told.width == pytest.approx(np.sqrt(noise / (signal + noise)), rel=0.01)
 
 
 @pytest.mark.thorough

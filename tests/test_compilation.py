@@ -12,6 +12,7 @@ from support import HILLERBORG, small_sample
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_law
 from grainlaw.compiler.fingerprint import fingerprint
+from grainlaw.compiler.loops import has_loop
 from grainlaw.engine import step as loop
 from grainlaw.engine.parts import bonds as passes
 from grainlaw.protocols import UniaxialTension
@@ -135,3 +136,33 @@ def test_an_edit_in_a_running_session_is_used(monkeypatch):
     assert compile_law(Edited(kn=1)).respond(1.0, 0.0) == (2.0, 0.0)
     Edited.factor = lambda self: 3.0
     assert compile_law(Edited(kn=1)).respond(1.0, 0.0) == (3.0, 0.0)
+
+
+def halved(x):
+    while x > 1:
+        x = x / 2
+    return x
+
+
+def once(x):
+    return 2 * x if x > 0 else -x
+
+
+def twice(x):
+    return once(once(x))
+
+
+def far_away(x):
+    return twice(halved(x))
+
+
+def within(x):
+    return sum(x for _ in range(3))
+
+
+@pytest.mark.parametrize(
+    ("function", "jumps"), [(halved, True), (once, False), (twice, False), (far_away, True), (within, True)]
+)
+def test_what_may_never_end_is_known_by_its_jumps_back(function, jumps):
+    """Its own, and those of what it calls: only such code runs in a thread of its own, to be left by Ctrl-C."""
+    assert has_loop([once, function]) is jumps
