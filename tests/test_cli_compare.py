@@ -160,3 +160,18 @@ def test_the_table_marks_what_fails_the_certificate():
     (line,) = [row for row in str(several).splitlines() if row.startswith("energy error")]
     assert re.split(" {2,}", line)[1].endswith(") FAIL")
     assert line.count("FAIL") == 1
+
+
+@pytest.mark.parametrize(("seeds", "words"), [("5", "1 of 2 laws failed"), ("5,6", "1 of 4 runs failed")])
+def test_how_many_failed_is_said_of_laws_or_of_runs(seeds, words, tmp_path, monkeypatch):
+    from grainlaw.cli import compare
+
+    result = gl.simulate(small_sample(4), Linear(**STIFF), attrs.evolve(PULL, maximum_strain=1e-5, samples=10))
+    laws = [(law, int(seed)) for law in ("linear", "cohesive-crack") for seed in seeds.split(",")]
+    keys = [key if "," in seeds else key[0] for key in laws]
+    found = gl.Comparison(dict.fromkeys(keys[:-1], result), failed={keys[-1]: gl.StageError("it slips away")})
+    monkeypatch.setattr(compare, "_compared", lambda *_: found)
+    call = [*FEW, "--laws", "linear,cohesive-crack", "--seeds", seeds, "--grains", "4", "--out", tmp_path / "out"]
+    said = invoke(*call)
+    assert said.exit_code == 1
+    assert words in one_line(said)
