@@ -76,7 +76,8 @@ def test_conversion_from_plane_strain():
 
 def test_thresholds_of_a_kinked_curve():
     path = path_to_peak(KINKED)
-    assert crack_damage(path) == pytest.approx(80 * MPA)
+    assert crack_damage(path) == pytest.approx(80 * MPA)  # the tangent lateral ratio passes 1
+    assert crack_damage(path, laterals=2) == pytest.approx(40 * MPA)  # it passes 1/2
     assert initiation_by_lateral_strain(path) == pytest.approx(40 * MPA)
     # Beyond 40 MPa it opens by 0.35/E per load; a hundredth of the elastic 0.75 x 100 MPa/E is passed 0.75/0.35 later.
     assert initiation_by_crack_volume(path) == pytest.approx((40 + 0.75 / 0.35) * MPA)
@@ -126,6 +127,8 @@ def test_what_does_not_exist_is_nan():
         assert np.isnan(measure(straight))
     bent = path_to_peak(curves_of(LOAD[:161], lateral_of(LOAD[:161])))  # ends at 80 MPa, before the strain turns
     assert np.isnan(crack_damage(bent))
+    assert crack_damage(bent, laterals=2) == pytest.approx(40 * MPA)
+    assert np.isnan(crack_damage(straight, laterals=2))
     assert np.isnan(initiation_by_lateral_strain(bent))
     assert initiation_by_crack_volume(bent) == pytest.approx((40 + 0.6 / 0.35) * MPA)
     tension = {**KINKED, "volumetric_strain": LOAD / E - lateral_of(LOAD), "lateral_strain": -lateral_of(LOAD)}

@@ -103,6 +103,10 @@ def thresholds() -> list[Standard]:
             "crack_damage", "CD, reversal of the volumetric strain",
             lambda lab: crack_damage(lab.path), "MPa", MARTIN, STRAINS,
         ),
+        Standard(
+            "crack_damage_cylinder", "CD, reversal of axial and twice the lateral strain",
+            lambda lab: crack_damage(lab.path, laterals=2), "MPa", MARTIN, STRAINS,
+        ),
     ]  # fmt: skip
 
 

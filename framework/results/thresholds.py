@@ -102,20 +102,23 @@ def secant_constants(path: Path, share: float = 0.5) -> tuple[float, float]:
     return (abs(wanted / axial), -lateral / axial) if axial else (NAN, NAN)
 
 
-def crack_damage(path: Path) -> float:
+def crack_damage(path: Path, laterals: int = 1) -> float:
     """CD (Pa): axial stress at the largest contraction, where the volumetric strain reverses before the peak.
 
+    With one lateral strain it is that of the area, which in plane strain is the volume: it reverses where the tangent
+    lateral ratio passes 1. With two ``laterals`` it is what a laboratory finds on a cylinder, whose two lateral strains
+    are equal: it reverses at a ratio of 1/2, and so sooner.
     nan where the specimen contracts until the peak. (Bieniawski 1967; Martin and Chandler 1994.)
     """
-    turn = _reversal(path)
+    turn = _reversal(path, laterals)
     return float(path.load[turn]) + path.confinement if turn else NAN
 
 
-def _reversal(path: Path) -> int:
+def _reversal(path: Path, laterals: int = 1) -> int:
     """Number of the sample at which the volumetric strain reverses; 0 where it does not."""
     if not path.is_compression:
         return 0
-    turn = int(np.argmin(path.volumetric))
+    turn = int(np.argmin(path.axial + laterals * path.lateral))
     return turn if turn < len(path.load) - 1 else 0
 
 

@@ -17,11 +17,12 @@ from grainlaw.messages import refusal
 from grainlaw.results.figures.stored_cracks import GRAIN, RIM, SHEAR, TENSILE, WIDTHS
 from grainlaw.results.laboratory import Laboratory
 
-THRESHOLDS = {
+THRESHOLDS: dict[str, tuple[str, str, Any]] = {
     "crack_initiation_count": ("CI, cracks", GREEN, "-"),
     "crack_initiation_lateral": ("CI, lateral", ORANGE, "--"),
     "crack_initiation_volumetric": ("CI, volumetric", PURPLE, "-."),
     "crack_damage": ("CD", BLACK, ":"),
+    "crack_damage_cylinder": ("CD, cylinder", BLACK, (0, (1, 4))),
 }
 
 
