@@ -93,9 +93,14 @@ class Neighbours:
         # Nodes may be away from where they were when the ways were chosen, and come back: twice the way.
         return more[self._still_near(more, 2 * self.way, contact_search.DEEP * self._skin)]
 
-    def room(self, nodes: np.ndarray) -> np.ndarray:
-        """(k,) m, how far these nodes (k,) may move from where they were at the last search until the next."""
-        found: np.ndarray = SPENT * self.way[self._grain_of_node[nodes]]
+    def room(self, nodes: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+        """(k,) m, how far nodes (k,) may move from a displacement (2, i) until the next search.
+
+        Together with what they have moved since the last search with a grid that is at most the reach.
+        """
+        x, y = displacement.take(nodes, axis=1) - self.searched.take(nodes, axis=1)
+        left = np.maximum(REACH * self._skin - np.hypot(x, y), 0.0)
+        found: np.ndarray = SPENT * np.minimum(self.way[self._grain_of_node[nodes]], left)
         return found
 
     def any_within(self, displacement: np.ndarray, exposed: np.ndarray) -> bool:
@@ -138,9 +143,13 @@ class Neighbours:
         return True
 
     def _near_those(self, chosen: np.ndarray, fresh: np.ndarray) -> np.ndarray:
-        """(n, 2) pairs within the skin of ``fresh`` edges with the ``chosen`` ones."""
+        """(n, 2) pairs of ``fresh`` edges with the ``chosen`` ones that may meet before the next search with a grid.
+
+        Nodes have moved by at most half the reach since the last one, and will by at most the reach: from here by one
+        and a half.
+        """
         near: np.ndarray = compiled(contact_search.near_those)(
-            *self._ends, self._grain, self._turn, chosen, fresh, self._skin
+            *self._ends, self._grain, 1.5 * self._turn, chosen, fresh, 3 * REACH * self._skin, self._skin
         )
         return near
 

@@ -171,9 +171,12 @@ def near_pairs(x0, y0, x1, y1, grain, turn, reach, size):
     return found[:size_found]
 
 
-def near_those(x0, y0, x1, y1, grain, turn, chosen, some, skin):
-    """(n, 2) pairs as :func:`near_pairs` finds them, of ``some`` edges with the ``chosen`` ones, each with each."""
-    found, count, room = np.empty((256, 2), dtype=np.int32), 0, (DEEP + 1) * skin
+def near_those(x0, y0, x1, y1, grain, turn, chosen, some, reach, skin):
+    """(n, 2) pairs as :func:`near_pairs` finds them, of ``some`` edges with the ``chosen`` ones, each with each.
+
+    They come nearer by at most ``reach`` (m).
+    """
+    found, count, room = np.empty((256, 2), dtype=np.int32), 0, DEEP * skin + reach
     for a in some:
         left, right, low, high = min(x0[a], x1[a]), max(x0[a], x1[a]), min(y0[a], y1[a]), max(y0[a], y1[a])
         for b in chosen:
@@ -182,7 +185,7 @@ def near_those(x0, y0, x1, y1, grain, turn, chosen, some, skin):
             if apart or grain[a] == grain[b]:
                 continue
             e, f = (b, a) if grain[a] > grain[b] else (a, b)
-            if _near(x0, y0, x1, y1, turn[e] + turn[f], e, f, skin, skin, DEEP * skin):
+            if _near(x0, y0, x1, y1, turn[e] + turn[f], e, f, reach, skin, DEEP * skin):
                 found = _with_room(found, count)
                 found[count, 0], found[count, 1] = e, f
                 count += 1

@@ -235,7 +235,8 @@ class Contacts(Part):
     def _look_again(self, displacement: np.ndarray, before: np.ndarray) -> None:
         """Go on with the same table until nodes have moved as far again."""
         arrays = self.arrays
-        arrays.searched[:], arrays.room[:] = displacement[:, arrays.used], self._neighbours.room(arrays.used)
+        arrays.searched[:] = displacement[:, arrays.used]
+        arrays.room[:] = self._neighbours.room(arrays.used, displacement)
         arrays.before[:] = before
 
     def are_near(self, displacement: np.ndarray) -> bool:
@@ -326,11 +327,11 @@ class Contacts(Part):
         # Copied, not found again: rounding must not depend on how often neighbours are searched.
         increment = with_known(known.increment, there[:, new] - before.take(used[new], axis=1))
         if whole:
-            searched, room = there.copy(), self._neighbours.room(used)
+            searched, room = there.copy(), self._neighbours.room(used, displacement)
         else:
             searched, room = (
                 with_known(known.searched, there[:, new]),
-                with_known(known.room, self._neighbours.room(used[new])),
+                with_known(known.room, self._neighbours.room(used[new], displacement)),
             )
         return {
             "used": used, "cotangent": self._cotangent[used], "origin": origin, "place": origin + there,
