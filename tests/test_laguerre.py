@@ -88,6 +88,13 @@ def test_areas_inside_concave_regions(name: str, grains: int) -> None:
         assert fit.tessellation.count <= grains + 12
 
 
+@pytest.mark.parametrize("seed", [3, 5])
+def test_seeds_ask_for_less_by_what_they_inherit_out_of_the_sight_of_others(seed: int) -> None:
+    """Behind the notch of half a disc; asked for as elsewhere, one grain would miss its area by 0.8 and 4 %."""
+    fit = Laguerre(grains=40, sizes=Lognormal(deviation=0.4), seed=seed).fit(CONCAVE["semi-disc"])
+    assert fit.largest_before < 0.005
+
+
 def test_two_seeds_have_the_power_line_between_them() -> None:
     """In a unit square, at (0.25, 0.5) and (0.75, 0.5): x = 1/2 + (w1 - w2) / (2 d) with d = 1/2."""
     seeds, unit = np.array([(0.25, 0.5), (0.75, 0.5)]), rectangle(1, 1)
