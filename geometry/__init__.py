@@ -4,6 +4,7 @@ from grainlaw.geometry.bodies import block, lying, moved, together
 from grainlaw.geometry.breakable import Breakable, Cleavage, GrainCells, Trigons, VoronoiCells
 from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.cells.slivers import SliverWarning
+from grainlaw.geometry.cracked import Cracked
 from grainlaw.geometry.graded import Graded
 from grainlaw.geometry.hexagonal import Hexagonal
 from grainlaw.geometry.joint_sets import JointSet, JointSets
@@ -27,6 +28,7 @@ __all__ = [
     "Bricks",
     "ByPhase",
     "Cleavage",
+    "Cracked",
     "Empirical",
     "Even",
     "Graded",

@@ -8,7 +8,7 @@ import pytest
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import toml
-from grainlaw.laws import Linear
+from grainlaw.laws import Friction, Linear
 
 TEXT = """
 [sample]
@@ -69,6 +69,28 @@ def test_the_sections_make_the_same_again():
     assert "laws" not in configured("uniaxial-tension", {}).sections
 
 
+CRACKS = {"type": "friction", "kn": 1e14, "ks": 1e14, "friction_angle": 30}
+
+
+def test_a_share_of_contacts_is_cracked_by_the_seed_of_the_sample():
+    chosen = made(**{"sample__cracks": "20 %", "laws__initial cracks": CRACKS})
+    edges, kinds = chosen.specimen.grains.edges, chosen.specimen.grains.kinds
+    drawn = edges.kind == kinds.index("initial cracks")
+    may = drawn | ((edges.kind == 0) & (edges.right >= 0))
+    assert edges.length[drawn].sum() / edges.length[may].sum() == pytest.approx(0.2, abs=0.02)
+    assert chosen.law["initial cracks"] == Friction(kn=1e14, ks=1e14, friction_angle=30)
+    again = configured("uniaxial-tension", tomllib.loads(toml(chosen.sections)))
+    assert again.sections == chosen.sections
+    ends, same = (each.specimen.grains.joints["initial cracks"] for each in (chosen, again))
+    assert np.array_equal(ends, same)
+    table = {"share": 0.5, "between": ["mica/quartz"], "direction": "90 deg", "within": 45, "least": 0.1}
+    some = made(**{"sample__cracks": table, "laws__initial cracks": CRACKS})
+    assert some.sections["sample"]["cracks"] == {**table, "direction": 90}
+    assert 0 < len(some.specimen.grains.joints["initial cracks"]) < drawn.sum()
+    other = made(toml({"sample": chosen.sections["sample"]}), **{"sample__seed": 99, "laws__initial cracks": CRACKS})
+    assert not np.array_equal(other.specimen.grains.joints["initial cracks"], ends)
+
+
 def test_bricks_have_minerals_too():
     chosen = made(
         "", sample__tessellator="bricks", sample__rows=4, sample__columns=5, sample__width=1.0, sample__height=1.0,
@@ -92,6 +114,11 @@ def test_bricks_have_minerals_too():
         ({"rocks__mica": 3}, "rocks.mica = 3 is not allowed, it must be a table"),
         ({"rocks__mica": {"young": 3}}, "there is no 'rocks.mica.young'"),
         ({"rock": {"type": "rigid", "density": 2700}}, "rocks is not allowed: rock is rigid"),
+        ({"sample__cracks": 0.1}, r"sample.cracks needs a law of its own in \[laws\]"),
+        ({"sample__cracks": {"between": ["a/b"]}}, "sample.cracks.share is missing"),
+        ({"sample__cracks": {"share": 0.1, "part": 1}}, "there is no 'sample.cracks.part'"),
+        ({"sample__cracks": {"share": 0.1, "between": "mica/quartz"}}, "sample.cracks.between = 'mica/quartz' is not"),
+        ({"sample__cracks": "10 mm"}, "sample.cracks.share = '10 mm' is not allowed"),
         ({"laws__insight": {"cohesion": 25e6}}, "'insight' names what the grains do not have"),
         ({"laws__quartz/mika": {"cohesion": 25e6}}, r"\('quartz', 'mika'\) names what the grains do not have"),
         ({"laws__a/b/c": {"cohesion": 25e6}}, "the key 'a/b/c' is not allowed"),

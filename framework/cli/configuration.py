@@ -11,7 +11,7 @@ import attrs
 from grainlaw.cli.components import begin_with, choices, drafted, evolved, explained, own, settings
 from grainlaw.cli.default_rock import LAWS, ROCK
 from grainlaw.cli.law_file import LawReferenceError, find_law_and_files, find_material_and_files
-from grainlaw.cli.minerals import laws_by_key, materials
+from grainlaw.cli.minerals import check_cracks, laws_by_key, materials
 from grainlaw.cli.sample import sample, with_notes
 from grainlaw.cli.sections import SECTIONS, Sections, toml
 from grainlaw.cli.setups import SETUPS, Setup
@@ -75,6 +75,7 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
     numerics = evolved(Numerics, given["numerics"], "numerics")
     grains = sample(setup.quick if quick else setup.sample, given["sample"])
     specimen = grains.specimen(minerals, numerics.refinement)
+    check_cracks(grains.section, laws)
     check_names(specimen, laws)
     test.stages(specimen)  # refuses a specimen that it cannot hold
     made = {

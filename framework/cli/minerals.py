@@ -1,20 +1,22 @@
-"""Joints, minerals and breakable grains in a configuration: in [sample], and by name in [rocks] and [laws]."""
+"""Joints, minerals, breakable grains and cracks in a configuration: in [sample], and by name in [rocks] and [laws]."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from grainlaw.cli.components import component, evolved, quantities, settings
+from grainlaw.cli.components import component, evolved, quantities, refuse_unknown, settings
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Breakable, ByPhase, GrainCells, Jointed, Minerals, Sizes, VoronoiCells
+from grainlaw.geometry import Breakable, ByPhase, Cracked, GrainCells, Jointed, Minerals, Sizes, VoronoiCells
+from grainlaw.geometry.cracked import CRACKS
 from grainlaw.material import Material, Rigid
 from grainlaw.messages import short
 from grainlaw.tessellation import Tessellator
 from grainlaw.unit_text import quantity
 
-KEYS = ("joints", "minerals", "clustering", "breakable")  #: of [sample]
+KEYS = ("joints", "minerals", "clustering", "breakable", "cracks")  #: of [sample]
+CRACKED = {"share": "1", "least": "1", "direction": "deg", "within": "deg"}  #: units of numbers of [sample] cracks
 BY_PHASE = "by-phase"  #: type of the sizes that are given by mineral
 
 
@@ -24,7 +26,7 @@ def by_phase(sizes: Any) -> bool:
 
 
 def textured(tessellator: Tessellator, values: Mapping[str, Any]) -> tuple[Tessellator, dict[str, Any]]:
-    """A tessellator with what [sample] says of joints, minerals and breakable grains, and its entries to make it again.
+    """A tessellator with what [sample] says of its texture, and the entries to make it again.
 
     Minerals come after joints, so that their shares are exact, unless they decide of what sizes the grains are.
     """
@@ -58,7 +60,38 @@ def textured(tessellator: Tessellator, values: Mapping[str, Any]) -> tuple[Tesse
         cells = component(GrainCells, values["breakable"], "sample.breakable", VoronoiCells(count=8))
         tessellator = Breakable(tessellator, cells, seed=seed)
         section |= {"breakable": settings(cells, GrainCells), "seed": seed}
+    if "cracks" in values:
+        tessellator, section["cracks"] = _cracked(tessellator, values["cracks"], seed)
+        section["seed"] = seed
     return tessellator, section
+
+
+def _cracked(tessellator: Tessellator, given: Any, seed: Any) -> tuple[Tessellator, dict[str, Any]]:
+    """Grains with initial cracks, of a share or of a table with one; and the table."""
+    where = "sample.cracks"
+    table = dict(given) if isinstance(given, Mapping) else {"share": given}
+    refuse_unknown(where, table, [*CRACKED, "between"])
+    if "share" not in table:
+        raise ParameterError(f"{where}.share is missing: the share of the length between grains that is cracked")
+    own: dict[str, Any] = {
+        name: quantity(table[name], CRACKED[name], f"{where}.{name}") for name in CRACKED if name in table
+    }
+    pairs = table.get("between")
+    if pairs is None:
+        return Cracked(tessellator, seed=seed, **own), own
+    if isinstance(pairs, str) or not all(isinstance(pair, str) and pair.count("/") == 1 for pair in pairs):
+        raise ParameterError(f"{where}.between = {short(pairs)} is not allowed, it must be a list like ['quartz/mica']")
+    made = Cracked(tessellator, between=[tuple(pair.split("/")) for pair in pairs], seed=seed, **own)
+    return made, {**own, "between": list(pairs)}
+
+
+def check_cracks(section: Mapping[str, Any], laws: Any) -> None:
+    """Refuse initial cracks that would have the law of all other contacts."""
+    if "cracks" in section and (not isinstance(laws, Mapping) or CRACKS not in laws):
+        raise ParameterError(
+            f'sample.cracks needs a law of its own in [laws]: "{CRACKS}" = {{type = "friction", kn = 1e14, ks = 1e14, '
+            "friction_angle = 30}, or another one"
+        )
 
 
 def _traces(joints: Any) -> dict[str, Any]:
