@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import pyvista
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import ROCK, STRONG
@@ -81,6 +82,19 @@ def test_what_cannot_be_is_refused(wrong, says):
 def test_names_do_not_meet():
     with pytest.raises(ParameterError, match="the grains have joints of this name"):
         Cracked(Cracked(GRAINS, 0.1), 0.1).tessellate(UNIT)
+
+
+def test_paraview_shows_them_from_the_start_by_their_kind(tmp_path):
+    """Half of each edge as a line: their lengths sum to that of the cracks; what is whole is not shown."""
+    made = Cracked(Voronoi(grains=20), 0.3).tessellate(rectangle(0.01, 0.02))
+    test = UniaxialTension(loading=gl.Constant(speed=1e-3), maximum_strain=1e-8, samples=10, stop_fraction=0)
+    law = {"initial cracks": CLOSED, ...: MohrCoulomb(**STRONG)}
+    gl.simulate(gl.Specimen(made, ROCK), law, test).write_vtk(tmp_path)
+    shown = pyvista.read(sorted(tmp_path.glob("cracks_*.vtu"))[0])
+    assert shown.field_data["kinds"].tolist() == ["between, inside, initial cracks"]
+    assert np.all(shown.cell_data["kind"] == 2)
+    lengths = np.linalg.norm(np.diff(shown.points.reshape(-1, 2, 3), axis=1), axis=2)
+    assert lengths.sum() == pytest.approx(cracks(made)[0].sum(), rel=1e-5)
 
 
 def test_a_crack_across_bears_pressure_and_no_tension():

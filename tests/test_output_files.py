@@ -51,6 +51,7 @@ def test_files_say_what_they_are(made):
             read = last(place, name)
             said = {key: read.field_data[key] for key in read.field_data}
             assert said["law"] == "CohesiveCrack"
+            assert said["kinds"] == "between, inside"
             assert said["stage"] == "tension"
             assert said["strain"] == pytest.approx(result.curves["strain"][-1], rel=1e-12)
             assert said["time (s)"] == result.frames[-1].time
@@ -58,7 +59,7 @@ def test_files_say_what_they_are(made):
             units = dict(text.split(": ") for text in said["units"])
             arrays = {*read.cell_data, *read.point_data}
             assert units == {array: UNITS[array] for array in arrays & {*UNITS}}
-            rest = {"grain", "parent", "phase", "damage", "mode", "grain_a", "grain_b", "inside", "zone_strain"}
+            rest = {"grain", "parent", "phase", "damage", "mode", "grain_a", "grain_b", "inside", "kind", "zone_strain"}
             assert arrays <= {*UNITS} | rest  # what has no unit has none
 
 

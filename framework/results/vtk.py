@@ -137,13 +137,13 @@ class VtkSeries:
     their grain the mean stress (Pa, tensor XX, YY, ZZ, XY, YZ, XZ, and the principal ones in the plane, tension
     positive) and the rotation (rad); stress and strain of the zone itself where a frame has them; plastic strain and
     temperature (°C) where a material has them; displacement (m) and velocity (m/s) at nodes.
-    Cracks: each contact point with damage, or wet, as a line along its half of the interface, with damage, mode (share
-    of shear), opening and slip (m), normal and shear traction (Pa), the pressure of a fluid on its faces (Pa), energy
-    lost in opening and in slip (J/m2), time of breaking (s, nan where not broken), the two grains and whether it is
-    inside of one. Contacts, where they are detected: contacts without a bond as lines along their length, with mean
-    opening (negative) and slip (m), normal and shear traction (Pa) and the two grains. The field data have ``law``, the
-    stage, how far the test is and the time, the units of the arrays, and the version of grainlaw. Raises OSError where
-    it cannot write.
+    Cracks: each contact point with damage, wet, or of a joint, as a line along its half of the interface, with its kind
+    (the field data ``kinds`` has their names, from 0), damage, mode (share of shear), opening and slip (m), normal and
+    shear traction (Pa), the pressure of a fluid on its faces (Pa), energy lost in opening and in slip (J/m2), time of
+    breaking (s, nan where not broken), the two grains and whether it is inside of one. Contacts, where they are
+    detected: contacts without a bond as lines along their length, with mean opening (negative) and slip (m), normal and
+    shear traction (Pa) and the two grains. The field data have ``law``, the stage, how far the test is and the time,
+    the units of the arrays, and the version of grainlaw. Raises OSError where it cannot write.
     """
 
     def __init__(
@@ -152,10 +152,14 @@ class VtkSeries:
         self.folder = writable_folder(folder)
         self.specimen, self.interfaces, self.law = specimen, interfaces, law
         self.entries: dict[str, list[tuple[float, str]]] = {"grains": [], "cracks": [], "contacts": []}
+        here, there = np.lexsort(interfaces.T), np.lexsort(specimen.mesh.interfaces.T)
+        self._kind = np.zeros(len(interfaces), dtype=np.int64)
+        self._kind[here] = specimen.mesh.interface_kind[there]
 
     def write(self, frame: Frame, curves: Mapping[str, np.ndarray] | None = None) -> None:
         """Add one frame, with how far the test is in ``curves`` by then."""
-        about: dict[str, Any] = {"law": self.law, "stage": frame.stage, "time (s)": frame.time}
+        kinds = ", ".join(self.specimen.grains.kinds)
+        about: dict[str, Any] = {"law": self.law, "kinds": kinds, "stage": frame.stage, "time (s)": frame.time}
         reached = next((name for name in COURSE if name != TIME and name in (curves or {})), None)
         if curves is not None and reached is not None:
             unit = unit_in_si(reached)
@@ -193,7 +197,9 @@ class VtkSeries:
     def _cracks(self, frame: Frame) -> meshio.Mesh:
         place = self.specimen.mesh.nodes + frame.displacement
         begin, end = contact_segments(place, self.interfaces).swapaxes(0, 1)
-        chosen = np.flatnonzero((frame.bonds["damage"] > 0) | (frame.bonds.get("fluid_pressure", 0.0) > 0))
+        kind = np.tile(self._kind, 2)
+        wet = frame.bonds.get("fluid_pressure", 0.0) > 0
+        chosen = np.flatnonzero((frame.bonds["damage"] > 0) | wet | (kind > 1))
         if not len(chosen):  # some readers need a cell: one undamaged point as a line of length zero
             chosen, end = np.array([0]), begin
         count = len(chosen)
@@ -201,7 +207,7 @@ class VtkSeries:
         points[0::2], points[1::2] = begin[chosen], end[chosen]
         grain = self.specimen.mesh.node_grain[self.interfaces][chosen % len(self.interfaces)]
         data = {name: [values[chosen]] for name, values in frame.bonds.items()}
-        data |= {"grain_a": [grain[:, 0]], "grain_b": [grain[:, 2]]}
+        data |= {"grain_a": [grain[:, 0]], "grain_b": [grain[:, 2]], "kind": [kind[chosen]]}
         parent = self.specimen.grains.parent[grain]
         data["inside"] = [(parent[:, 0] == parent[:, 2]).astype(np.int64)]
         return meshio.Mesh(_in_space(points), [("line", np.arange(2 * count).reshape(-1, 2))], cell_data=data)
