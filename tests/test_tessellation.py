@@ -12,7 +12,18 @@ from tiling import assert_sides_complete, assert_tiles
 
 from grainlaw import geometry
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Breakable, Bricks, Hexagonal, Jointed, JointSets, Laguerre, Minerals, Voronoi, rectangle
+from grainlaw.geometry import (
+    Breakable,
+    Bricks,
+    Cracked,
+    Hexagonal,
+    Jointed,
+    JointSets,
+    Laguerre,
+    Minerals,
+    Voronoi,
+    rectangle,
+)
 from grainlaw.geometry.cells import grain_size
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.ordering import hilbert_order
@@ -29,7 +40,7 @@ every = pytest.mark.parametrize("tessellator", TESSELLATORS)
 def test_all_tessellators_are_tried() -> None:
     exported = [getattr(geometry, name) for name in geometry.__all__]
     made = {each for each in exported if inspect.isclass(each) and issubclass(each, Tessellator)}
-    others = {Breakable, Jointed, JointSets, Laguerre, Minerals}  # have tests of their own
+    others = {Breakable, Cracked, Jointed, JointSets, Laguerre, Minerals}  # have tests of their own
     assert made == {Bricks, *others, *TESSELLATORS}
 
 
