@@ -64,7 +64,7 @@ def touching(edges, cotangent=(0, 0, 0, 0)):
     )  # fmt: skip
     row = rows_of(1, 0)[0]
     row[LARGEST] = np.inf
-    contact_geometry.gather_edges(table, row, np.array([0]))
+    contact_geometry.gather_edges(table, table.place, row, np.array([0]))
     contact_geometry.gather_angles(table, row, np.array([0]))
     contact_geometry.overlaps(row, 1)
     row[NORMAL] = -KN * row[OVERLAP]
