@@ -3,6 +3,7 @@
 from .calibration.calibrate import calibrate
 from .calibration.result import Calibration
 from .calibration.targets import Targets
+from .cli.rocks import Rock, rocks
 from .compiler.batch import CompilationError
 from .condition import AtRest, ComesTo, Condition, Fails, FailsTo, FallsTo, Reaches, StageError
 from .contact import ContactLaw
@@ -173,6 +174,7 @@ __all__ = [
     "Report",
     "Result",
     "Rigid",
+    "Rock",
     "Rose",
     "Run",
     "Specimen",
@@ -226,6 +228,7 @@ __all__ = [
     "plot_curves",
     "plot_law",
     "plot_material",
+    "rocks",
     "side_by_side",
     "simulate",
     "sobol",

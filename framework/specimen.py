@@ -68,6 +68,7 @@ class Specimen(metaclass=Checked):
     material: Material | Rigid | Mapping[Any, Material]  #: by number or name of the phase, ... for all others
     contact_points: ContactPoints = part(ContactPoints, GaussPoints())  #: where the two points of an interface lie
     refinement: int = whole_number(default=0, at_least=0, at_most=6)  #: times every zone is cut into four
+    cite: tuple[str, ...] = ()  #: works that the rock is taken from: results and their files say them
 
     def __attrs_post_init__(self) -> None:
         if isinstance(self.material, Mapping):

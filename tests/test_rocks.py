@@ -1,14 +1,20 @@
 """Rocks as data: their elastic constants against those of single crystals, and that a test takes them."""
 
+import json
+import re
 from pathlib import Path
 
+import attrs
 import numpy as np
 import pytest
+from command_line import invoke
 
 import grainlaw as gl
-from grainlaw.cli.configuration import configured
+from grainlaw.cli.configuration import configured, template
+from grainlaw.cli.default_rock import LAWS, ROCK
 from grainlaw.cli.sections import read_file
-from grainlaw.laws import Linear
+from grainlaw.geometry import rectangle
+from grainlaw.laws import Linear, MohrCoulomb
 
 ROCKS = Path(__file__).parents[1] / "docs" / "examples" / "rocks"
 GRANITE = ROCKS / "lac-du-bonnet-granite.toml"
@@ -83,3 +89,177 @@ def test_the_granite_is_as_stiff_as_its_minerals():
     chosen = configured("uniaxial-compression", read_file(GRANITE), quick=True)
     found = gl.elastic_properties(chosen.specimen, Linear(kn=1e17, ks=1e17)).modulus
     assert found == pytest.approx((0.31 * 95.7 + 0.27 * 77.8 + 0.38 * 89.9 + 0.04 * 69.6) * 1e9, rel=0.03)
+
+
+# --- rocks of papers, by name -----------------------------------------------------------------------------------------
+
+CALIBRATED = {
+    "lac-du-bonnet-granite": ("Lac du Bonnet granite", "Mohr-Coulomb"),
+    "lac-du-bonnet-granite-cohesive": ("Lac du Bonnet granite", "cohesive crack"),
+    "forsmark-granite": ("Forsmark granite", "Mohr-Coulomb"),
+    "forsmark-granite-cohesive": ("Forsmark granite", "cohesive crack"),
+    "forsmark-tonalite": ("Forsmark tonalite", "Mohr-Coulomb"),
+    "forsmark-tonalite-cohesive": ("Forsmark tonalite", "cohesive crack"),
+    "palabora-carbonatite": ("", "Mohr-Coulomb"),
+    "palabora-carbonatite-cohesive": ("", "cohesive crack"),
+}
+PRINTED = "palabora-carbonatite-printed"
+UCS = "uniaxial-compression"
+OWN = """
+about = "A granite of mine"
+cite = ["Me 2026"]
+[sample]
+minerals = {mica = 0.2, quartz = 0.8}
+grain_size = "3 mm"
+[rock]
+type = "elastic"
+youngs_modulus = "70 GPa"
+poissons_ratio = 0.2
+density = 2650
+[rocks]
+mica = {youngs_modulus = "30 GPa"}
+[law]
+type = "cohesive-crack"
+kn = 1e14
+ks = 5e13
+tensile_strength = "9 MPa"
+cohesion = "30 MPa"
+friction_angle = 50
+residual_friction_angle = 20
+mode_i_energy = 40
+mode_ii_energy = 80
+[laws]
+"mica/*" = {tensile_strength = "4 MPa", mode_i_energy = 10}
+"""
+
+
+@pytest.fixture
+def own(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(OWN, encoding="utf-8")
+    return str(file)
+
+
+def test_calibrated_rocks_are_what_the_calibrations_found():
+    docs = Path(__file__).parents[1] / "docs"
+    found = json.loads((docs / "examples/rocks/published.json").read_text("utf-8"))
+    found[""] = json.loads((docs / "paper/paper_calibrated.json").read_text("utf-8"))
+    assert set(gl.rocks) == {*CALIBRATED, PRINTED}
+    for name, (rock, law) in CALIBRATED.items():
+        was, has = found[rock][law], gl.rocks[name]
+        modulus = 70e9 if rock else 60e9  # of the grains that the search began with
+        assert {key: getattr(has.law, key) for key in was["parameters"]} == pytest.approx(was["parameters"], rel=1e-9)
+        assert has.law.residual_friction_angle == 5
+        assert has.material.youngs_modulus == pytest.approx(was["grains"] * modulus, rel=1e-12)
+        assert has.about.count("calibrated") == 1
+        assert has.cite
+
+
+@pytest.mark.parametrize("name", gl.rocks)
+def test_a_rock_by_name_has_the_grains_of_its_paper(name):
+    count, size = (755, (0.05, 0.125)) if "palabora" in name else (150, (0.022, 0.056))
+    specimen = gl.rocks[name].specimen(seed=4)
+    low, high = specimen.grains.region.bounds
+    assert specimen.grains.count == count
+    assert np.subtract(high, low) == pytest.approx(size)
+    assert specimen.cite == gl.rocks[name].cite
+
+
+def test_what_the_command_line_takes_without_a_rock_is_the_printed_one():
+    printed = gl.rocks[PRINTED]
+    assert (printed.law, printed.material) == (LAWS["cohesive-crack"], ROCK)
+
+
+def test_one_line_of_toml_and_one_of_python_are_the_same_specimen(own):
+    for name in ("lac-du-bonnet-granite", own):
+        chosen = configured(UCS, {"rock": {"type": name}, "sample": {"seed": 3}})
+        region = None if name != own else rectangle(0.05, 0.125)
+        made = gl.rocks[name].specimen(region, seed=3)
+        assert np.array_equal(made.grains.vertices, chosen.specimen.grains.vertices)
+        assert np.array_equal(made.grains.phase, chosen.specimen.grains.phase)
+        assert (made.material, gl.rocks[name].law) == (chosen.specimen.material, chosen.law)
+        assert made.cite == chosen.specimen.cite == gl.rocks[name].cite
+
+
+def test_the_grain_size_of_a_rock_holds_in_tests_of_another_shape():
+    rock = {"rock": {"type": "lac-du-bonnet-granite"}}
+    size = gl.rocks["lac-du-bonnet-granite"].specimen().grains.areas.mean() ** 0.5
+    for quick in (False, True):
+        assert configured("brazilian", rock, quick).specimen.grains.areas.mean() ** 0.5 == pytest.approx(size, rel=0.05)
+    prism = configured(UCS, rock, quick=True).specimen.grains
+    assert (prism.region.bounds[1][0], prism.count) == (0.02, round(0.02 * 0.05 / (0.022 * 0.056 / 150)))
+    assert configured(UCS, {**rock, "sample": {"grains": 30}}).specimen.grains.count == 30
+    assert configured(UCS, {**rock, "sample": {"tessellator": "hexagonal", "grains": 40}}).specimen.grains.count < 60
+    assert len(configured("joint-tension", rock).specimen.grains.areas) == 2
+
+
+def test_another_law_has_what_it_shares_with_the_rock_and_nothing_of_another_rock(own):
+    chosen = configured(UCS, {"rock": {"type": own}, "law": {"type": "mohr-coulomb"}})
+    assert chosen.law[...] == MohrCoulomb(
+        kn=1e14, ks=5e13, tensile_strength=9e6, cohesion=30e6, friction_angle=50, residual_friction_angle=20
+    )
+    assert chosen.law["mica", ...] == attrs.evolve(chosen.law[...], tensile_strength=4e6)
+    again = configured(UCS, chosen.sections)
+    assert (again.law, again.specimen.material, again.specimen.cite) == (
+        chosen.law, chosen.specimen.material, ("Me 2026",),
+    )  # fmt: skip
+    with pytest.raises(gl.ParameterError, match=r"law\.mode_i_energy .* is missing: CohesiveCrack needs it"):
+        configured(UCS, {"rock": {"type": "lac-du-bonnet-granite"}, "law": {"type": "cohesive-crack"}})
+
+
+def test_what_is_given_beside_a_rock_counts_more(own):
+    given = {
+        "rock": {"type": own, "poissons_ratio": 0.3, "cite": ["You 2025"]}, "rocks": {"mica": {"density": 2900}},
+        "law": {"cohesion": "31 MPa"},
+        "laws": {"mica/*": {"cohesion": "7 MPa"}, "quartz/quartz": {"type": "linear", "kn": 1e14, "ks": 1e14}},
+    }  # fmt: skip
+    chosen = configured(UCS, given)
+    rock = gl.Elastic(youngs_modulus=70e9, poissons_ratio=0.3, density=2650)
+    assert chosen.specimen.material == {"mica": attrs.evolve(rock, youngs_modulus=30e9, density=2900), ...: rock}
+    assert chosen.law[...].cohesion == 31e6
+    assert (chosen.law["mica", ...].tensile_strength, chosen.law["mica", ...].cohesion) == (4e6, 7e6)
+    assert chosen.law["quartz", "quartz"] == Linear(kn=1e14, ks=1e14)
+    assert chosen.specimen.cite == ("Me 2026", "You 2025")
+    assert 'cite = ["Me 2026", "You 2025"]' in template(UCS, given)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('cite = ["Me 2026"]', 'cite = "Me 2026"', r"mine.toml: cite = 'Me 2026' is not allowed"),
+        ("about =", "abuot =", r"there is no '.*mine.toml.abuot'; did you mean 'about'"),
+        ('about = "A granite of mine"', "about = 3", r"mine.toml: about = 3 is not allowed, it must be a text"),
+        ('type = "elastic"', f'type = "{PRINTED}"', r"mine.toml: rock.type = '.*' is not allowed: a rock of a rock"),
+        ('"70 GPa"', '"70 MP"', r"rock.youngs_modulus"),
+        ('tensile_strength = "9 MPa"', "tensile_strenght = 9e6", r"law.tensile_strenght"),
+    ],
+)  # fmt: skip
+def test_a_rock_of_a_file_is_refused_with_its_place(own, old, new, words):
+    Path(own).write_text(OWN.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(gl.ParameterError, match=words):
+        gl.rocks[own].specimen(rectangle(0.02, 0.04))
+
+
+def test_a_rock_that_does_not_exist_is_refused():
+    with pytest.raises(
+        gl.ParameterError, match="there is no rock 'lac-du-bonet'; did you mean 'lac-du-bonnet-granite'"
+    ):
+        gl.rocks["lac-du-bonet"]
+    with pytest.raises(gl.ParameterError, match=r"none\.toml cannot be read"):
+        gl.rocks["none.toml"]
+
+
+def test_a_run_prints_and_writes_what_to_cite(own, tmp_path):
+    out = tmp_path / "out"
+    arguments = ["test", UCS, "--rock", own, "--grains", "8", "--set", "test.maximum_strain=1e-5", "--out", str(out)]
+    said = invoke(*arguments)
+    assert said.exit_code == 0, said.output
+    assert "to cite: Me 2026\n" in said.output
+    assert json.loads((out / "run.json").read_text("utf-8"))["cite"] == ["Me 2026"]
+    assert "Me 2026" in (out / "report.html").read_text("utf-8")
+    assert 'cite = ["Me 2026"]' in (out / "config.toml").read_text("utf-8")
+
+
+def test_the_page_of_rocks_lists_them_all():
+    page = (Path(__file__).parents[1] / "docs" / "rocks.md").read_text("utf-8")
+    assert [f"| `{name}` | {rock.about} |" for name, rock in gl.rocks.items()] == re.findall(r"\| `.*", page)

@@ -27,6 +27,7 @@ from grainlaw.unit_text import quantity, written
 PACKAGES: tuple[ModuleType, ...] = (
     grainlaw, grainlaw.laws, grainlaw.materials, grainlaw.geometry, grainlaw.protocols,
 )  # fmt: skip
+MADE_OF_THEM = ("Rock", "rocks")  #: public too, but made of components: not loaded before those
 Kind = type | tuple[type, ...]
 FILL_IN = "FILL IN"  #: in a template, in the place of a value that is needed
 KINDS = {  #: of parameters, in the words of a configuration
@@ -51,7 +52,8 @@ def _words(cls: type) -> list[str]:
 
 def choices(kind: Kind) -> dict[str, type]:
     """The components of a kind that the packages offer, by name."""
-    public = [getattr(package, name) for package in PACKAGES for name in package.__all__]
+    names = ((package, name) for package in PACKAGES for name in package.__all__ if name not in MADE_OF_THEM)
+    public = [getattr(package, name) for package, name in names]
     found = [c for c in public if isinstance(c, type) and issubclass(c, kind) and attrs.has(c)]
     return {name_of(c, kind): c for c in dict.fromkeys(found) if not inspect.isabstract(c)}
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
 import attrs
 
-from grainlaw.cli.components import begin_with, choices, drafted, evolved, explained, own, settings
+from grainlaw.cli.components import begin_with, choices, drafted, evolved, explained, name_of, own, settings
 from grainlaw.cli.default_rock import LAWS, ROCK
 from grainlaw.cli.law_file import LawReferenceError, find_law_and_files, find_material_and_files
 from grainlaw.cli.minerals import check_cracks, laws_by_key, materials
-from grainlaw.cli.sample import sample, with_notes
+from grainlaw.cli.rock_file import checked_cite, is_rock, over_rock
+from grainlaw.cli.sample import Sample, sample, with_notes
 from grainlaw.cli.sections import SECTIONS, Sections, toml
 from grainlaw.cli.setups import SETUPS, Setup
 from grainlaw.contact import ContactLaw, Laws, check_names
@@ -66,30 +67,63 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
 
     Raises :class:`~grainlaw.fields.ParameterError` for what is unknown, missing, of another unit or out of bounds.
     """
-    setup, given = _of_setup(name, sections)
+    setup, given = _of_setup(name, sections, quick)
     test = evolved(setup.protocol, given["test"], "test")
-    reference, law, law_files = _law(given["law"])
-    laws, law_section = laws_by_key(law, given["laws"], _law)
-    rock_type, rock, material_files = _rock(given["rock"])
-    minerals, rock_section = materials(rock, given["rocks"])
+    parts = composed(given, setup.quick if quick else setup.sample)
     numerics = evolved(Numerics, given["numerics"], "numerics")
-    grains = sample(setup.quick if quick else setup.sample, given["sample"])
-    specimen = grains.specimen(minerals, numerics.refinement)
-    check_cracks(grains.section, laws)
-    check_names(specimen, laws)
+    specimen = parts.specimen(numerics.refinement)
+    check_names(specimen, parts.law)
     test.stages(specimen)  # refuses a specimen that it cannot hold
     made = {
-        "sample": grains.section,
-        "rock": settings(rock) | rock_type,
-        "rocks": rock_section,
-        "law": settings(law, ContactLaw) | {"type": reference},
-        "laws": law_section,
+        **parts.sections,
         "test": settings(test) | {"type": name},
         "numerics": own(settings(numerics)),
     }
     made = {name: section for name, section in made.items() if section}
     return Configuration(
-        specimen=specimen, law=laws, protocol=test, numerics=numerics, sections=made, law_files=law_files,
+        specimen=specimen, law=parts.law, protocol=test, numerics=numerics, sections=made, law_files=parts.law_files,
+        material_files=parts.material_files,
+    )  # fmt: skip
+
+
+@attrs.frozen(kw_only=True)
+class Composition:
+    """Grains that are not made yet, rock and law, and the sections that make them again."""
+
+    grains: Sample
+    material: Material | Rigid | Mapping[Any, Material]
+    law: Laws
+    cite: tuple[str, ...]
+    sections: Sections
+    law_files: Sequence[Path]
+    material_files: Sequence[Path]
+
+    def specimen(self, refinement: int) -> Specimen:
+        return Specimen(
+            self.grains.grains(), self.material, contact_points=self.grains.contact_points, refinement=refinement,
+            cite=self.cite,
+        )  # fmt: skip
+
+
+def composed(given: Sections, usual: Mapping[str, Any]) -> Composition:
+    """What sections say of grains, rock and law; ``usual`` is the section [sample] beneath them."""
+    rock_given = dict(given["rock"])
+    cite = checked_cite(rock_given.pop("cite", []), "rock.cite")
+    reference, law, law_files = _law(given["law"])
+    laws, law_section = laws_by_key(law, given["laws"], _law)
+    rock_type, rock, material_files = _rock(rock_given)
+    minerals, rock_section = materials(rock, given["rocks"])
+    grains = sample(usual, given["sample"])
+    check_cracks(grains.section, laws)
+    sections = {
+        "sample": grains.section,
+        "rock": settings(rock) | rock_type | ({"cite": list(cite)} if cite else {}),
+        "rocks": rock_section,
+        "law": settings(law, ContactLaw) | {"type": reference},
+        "laws": law_section,
+    }
+    return Composition(
+        grains=grains, material=minerals, law=laws, cite=cite, sections=sections, law_files=law_files,
         material_files=material_files,
     )  # fmt: skip
 
@@ -99,12 +133,13 @@ def template(name: str, sections: Sections, quick: bool = False) -> str:
 
     What has no value is a comment, and what a test cannot do without is to be filled in. Raises ParameterError.
     """
-    setup, given = _of_setup(name, sections)
+    setup, given = _of_setup(name, sections, quick)
+    cite = given["rock"].pop("cite", [])
     reference, law, _ = _begin_law(given["law"])
     rock_type, rock, _ = _begin_rock(given["rock"])
     bases = {"rock": rock, "law": law, "test": setup.protocol, "numerics": Numerics}
     made = {section: drafted(base, own(given[section]), section) for section, base in bases.items()}
-    made["rock"] |= rock_type
+    made["rock"] |= rock_type | ({"cite": list(checked_cite(cite, "rock.cite"))} if cite else {})
     made["law"]["type"], made["test"]["type"] = reference, name
     del made["numerics"]["type"]
     notes = {section: explained(base if isinstance(base, type) else type(base)) for section, base in bases.items()}
@@ -114,7 +149,7 @@ def template(name: str, sections: Sections, quick: bool = False) -> str:
     return f"# grainlaw test {name} --config FILE\n\n{toml({key: whole[key] for key in SECTIONS if whole[key]}, notes)}"
 
 
-def _of_setup(name: str, sections: Sections) -> tuple[Setup, Sections]:
+def _of_setup(name: str, sections: Sections, quick: bool) -> tuple[Setup, Sections]:
     """The test of a name, and what is given of each section; with the rock and the law of the test, if it has such."""
     if name not in SETUPS:
         raise ParameterError(f"there is no test {short(name)}{nearest(name, SETUPS)} (tests: {', '.join(SETUPS)})")
@@ -122,6 +157,8 @@ def _of_setup(name: str, sections: Sections) -> tuple[Setup, Sections]:
     given = {section: dict(sections.get(section, {})) for section in SECTIONS}
     if (other := given["test"].pop("type", name)) != name:
         raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
+    if is_rock(given["rock"].get("type")):
+        given = over_rock(given, setup.quick if quick else setup.sample, quick)
     for section, usual in (("rock", setup.rock()), ("law", setup.law())):
         if "type" not in given[section]:
             given[section] = {**usual, **given[section]}
@@ -165,6 +202,8 @@ def _begin_law(given: dict[str, Any]) -> tuple[str, Any, list[Path]]:
     kind = given.get("type", "cohesive-crack")
     if isinstance(kind, ContactLaw):
         return type(kind).__name__, kind, []
+    if isinstance(kind, type):  # that of a rock of a paper
+        return next((name for name, law in LAWS.items() if type(law) is kind), name_of(kind, ContactLaw)), kind, []
     name = str(kind)
     if ".py" in name:
         try:

@@ -1,10 +1,11 @@
-"""The rock of the command line where none is given, from ``default_rock.toml``: specimen, grains, and laws by name."""
+"""The rock of the command line where none is given: that of a published study, with specimens and laws by name."""
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
 from importlib.resources import files
+from pathlib import Path
 from typing import Any, cast
 
 import attrs
@@ -16,7 +17,17 @@ from grainlaw.material import Elastic, Material
 from grainlaw.messages import nearest
 from grainlaw.unit_text import quantity
 
-_TABLES: dict[str, Any] = tomllib.loads(files("grainlaw.cli").joinpath("default_rock.toml").read_text(encoding="utf-8"))
+FOLDER = Path(str(files("grainlaw.cli"))) / "rocks"  #: of the rocks of papers
+SUFFIX = ".toml"
+NAMES = sorted(file.stem for file in FOLDER.glob(f"*{SUFFIX}"))
+DEFAULT = "palabora-carbonatite-printed"
+
+
+def _read(file: Path) -> dict[str, Any]:
+    return tomllib.loads(file.read_text(encoding="utf-8"))
+
+
+_TABLES, _OF_PAPER = _read(FOLDER.parent / "default_rock.toml"), _read(FOLDER / f"{DEFAULT}{SUFFIX}")
 
 
 def _size(given: Mapping[str, Any]) -> tuple[float, float, int]:
@@ -27,11 +38,11 @@ def _size(given: Mapping[str, Any]) -> tuple[float, float, int]:
 def _law(name: str, given: Mapping[str, Any]) -> ContactLaw:
     kind = choices(ContactLaw)[given.get("type", name)]
     has = {field.name for field in attrs.fields(kind)}
-    shared = {key: value for key, value in _TABLES["contacts"].items() if key in has}
+    shared = {key: value for key, value in own(_OF_PAPER["law"]).items() if key in has}
     return cast(ContactLaw, evolved(kind, {**shared, **own(given)}, f"laws.{name}"))
 
 
-ROCK = cast(Elastic, component(Material, _TABLES["rock"], "rock"))
+ROCK = cast(Elastic, component(Material, _OF_PAPER["rock"], "rock"))
 SAMPLE, QUICK = _size(_TABLES["sample"]), _size(_TABLES["quick"])  #: width, height (m), grains
 LAWS: dict[str, ContactLaw] = {name: _law(name, given) for name, given in _TABLES["laws"].items()}
 

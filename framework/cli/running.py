@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 import attrs
 import click
 
+from grainlaw.cli.default_rock import NAMES
 from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.compiler.cache import compile_portably
@@ -83,17 +84,18 @@ class GivenOptions:
 def model_options(command: Callable[..., None]) -> Callable[..., None]:
     """The options that say which specimen and law; the command gets them as ``given``."""
 
-    @click.option("--law", help="Name of a law, or FILE.py:LAW.  [default: cohesive-crack]")
+    @click.option("--rock", metavar="NAME", help=f"Rock of a paper: {', '.join(NAMES)}, or FILE.toml.")
+    @click.option("--law", help="Name of a law, or FILE.py:LAW.  [default: cohesive-crack, or that of the rock]")
     @click.option("--grains", type=int, help="Number of grains.")
     @click.option("--seed", type=int, help="Seed of the grains.")
     @click.option("--config", type=click.Path(path_type=Path, dir_okay=False), help="TOML file with parameters.")
     @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
     @functools.wraps(command)
     def run(
-        *, law: str | None, grains: int | None, seed: int | None, config: Path | None, assignments: tuple[str, ...],
-        **options: Any,
+        *, rock: str | None, law: str | None, grains: int | None, seed: int | None, config: Path | None,
+        assignments: tuple[str, ...], **options: Any,
     ) -> None:  # fmt: skip
-        single = {("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
+        single = {("rock", "type"): rock, ("law", "type"): law, ("sample", "grains"): grains, ("sample", "seed"): seed}
         command(given=GivenOptions(config, single, assignments), **options)
 
     return run

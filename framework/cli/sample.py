@@ -15,10 +15,9 @@ from grainlaw.cli.components import choices, component, evolved, explained, refu
 from grainlaw.cli.minerals import KEYS, by_phase, textured
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import from_labels, from_mesh, read_tess
-from grainlaw.material import Material, Rigid
 from grainlaw.messages import nearest, short
 from grainlaw.region import Region
-from grainlaw.specimen import ContactPoints, GaussPoints, Specimen
+from grainlaw.specimen import ContactPoints, GaussPoints
 from grainlaw.tessellation import Tessellation, Tessellator
 from grainlaw.unit_text import quantity, written
 
@@ -82,10 +81,7 @@ class Sample:
     section: dict[str, Any]
     grains: Callable[[], Tessellation]
     contact_points: ContactPoints
-
-    def specimen(self, rock: Material | Rigid | Mapping[Any, Material], refinement: int) -> Specimen:
-        """The grains, of a rock."""
-        return Specimen(self.grains(), rock, contact_points=self.contact_points, refinement=refinement)
+    tessellator: Tessellator | None = None  #: None for grains of a file
 
 
 def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
@@ -120,7 +116,7 @@ def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
         **more,
         "contact_points": settings(points, ContactPoints),
     }
-    return Sample(section, lambda: whole.tessellate(region), points)
+    return Sample(section, lambda: whole.tessellate(region), points, whole)
 
 
 def with_notes(section: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:

@@ -114,6 +114,8 @@ def test(
         if interactive:
             write_interactive(result, claim.path / INTERACTIVE, probe=probe)
         click.echo(aligned(texts(result, result.summary).items()))
+        for work in result.specimen.cite:
+            click.echo(f"to cite: {work}")
         if certify and not reason:
             click.echo(f"\n{_certified(name, result, chosen, claim)}")
         tell_certificate({name: result})

@@ -167,7 +167,9 @@ class Result(metaclass=Checked):
         return facts | {what: str(count) for what, count in counts.items()}
 
     def _html(self) -> str:
-        rows = [*(self._facts | texts(self, self.summary)).items(), *(("doubt", words) for words in doubts(self))]
+        cited = [("to cite", work) for work in self.specimen.cite]
+        facts = (self._facts | texts(self, self.summary)).items()
+        rows = [*facts, *(("doubt", words) for words in doubts(self)), *cited]
         return html_table(rows, caption="Result")
 
     def quantity(self, name: str) -> Quantity:

@@ -112,7 +112,7 @@ def simulate(
             return execution(None).go()
         claim = stack.enter_context(claimed(checkpoint, restart=restart, overwrite=overwrite))
         stack.enter_context(stop.by_signals())
-        about = {**claim.about, "threads": shared if isinstance(shared, int) else AUTO}
+        about = {**claim.about, "threads": shared if isinstance(shared, int) else AUTO, "cite": list(specimen.cite)}
         what = record.described_run(state.model, protocol, options)
         found = checkpoint_of(claim.path, what["key"]) if claim.restart else None
         stack.enter_context(record.recorded(claim.path, {**about, **what}))

@@ -159,6 +159,7 @@ def _specimen_rows(result: Result) -> list[list[str]]:
         ["kind of contact points", type(result.specimen.contact_points).__name__],
         ["zones", str(len(mesh.zones))],
         ["refinement", str(result.specimen.refinement)],
+        *(["to cite", work] for work in result.specimen.cite),
     ]
 
 
