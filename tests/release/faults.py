@@ -5,27 +5,34 @@
 
 Run it in a clone of its own, in whose environment grainlaw (editable), coverage and pytest-cov are installed: files
 are changed and put back. ``--learn`` runs the tests that every change passes, and keeps which of them ran which line
-and how long each took. A fault is shown to the tests that run its line, the quickest first. Compiled lines run
-unseen: those are shown to the tests that bear the name of the file, that import it, or that say the names it defines;
-of a module that no test knows, those of the modules that import it. Last come the tests of the file that take longer.
-One process runs them until one fails or ``--limit`` (s) is over. A fault that survives is a hole in the tests, or no
-fault: look at each.
+and how long each took. Tests are collected once; a fault is put into the functions of a forked process, which shows it
+to the tests that run its line, the quickest first. What they do not notice is put into the file, and shown to the tests
+that bear the name of the file, that import it, or that say the names it defines (of a module that no test knows, those
+of the modules that import it): compiled lines run unseen, and some tests start processes of their own or take longer.
+Tests run until one fails or ``--limit`` (s) is over. A fault that survives is a hole in the tests, or no fault: look at
+each.
 """
 
 import argparse
 import ast
 import functools
+import gc
+import importlib
 import math
 import os
 import random
 import re
+import select
 import signal
 import subprocess
 import sys
 import time
+import types
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ("framework", "laws", "geometry", "protocols")
@@ -201,17 +208,106 @@ def tests_of_lines(file, lines):
     return []
 
 
+# --- in the functions of a process ------------------------------------------------------------------------------------
+
+
+def outermost(tree, line):
+    """The qualified name of the outermost function that has a line."""
+    names = []
+    while True:
+        inside = (n for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef) and line in lines_of(n))
+        if (node := next(inside, None)) is None:
+            return ""
+        names.append(node.name)
+        if isinstance(node, ast.FunctionDef):
+            return ".".join(names)
+        tree = node
+
+
+def lines_of(node):
+    return range(node.lineno, node.end_lineno + 1)
+
+
+def code_named(code, name, line):
+    """The code of a name in that of a module: of several, as a property and its setter, the one that has the line."""
+    inner = [each for each in code.co_consts if isinstance(each, types.CodeType)]
+    own = [each for each in inner if each.co_qualname == name and each.co_firstlineno <= line]
+    return own[-1] if own else next((found for each in inner if (found := code_named(each, name, line))), None)
+
+
+def same_place(one, other):
+    same = (one.co_qualname, one.co_firstlineno) == (other.co_qualname, other.co_firstlineno)
+    return same and Path(one.co_filename).resolve() == Path(other.co_filename)
+
+
+def put_into_functions(file, text, line):
+    """Gives the functions of this process the code of a text, and forgets what was kept; whether there was one."""
+    name = outermost(ast.parse(text), line)
+    code = code_named(compile(text, str(file), "exec", dont_inherit=True), name, line) if name else None
+    importlib.import_module(module(file).removesuffix(".__init__"))
+    functions = (each for each in gc.get_objects() if isinstance(each, types.FunctionType)) if code else ()
+    own = [each for each in functions if same_place(each.__code__, code)]
+    for each in own:
+        each.__code__ = code.replace(co_freevars=each.__code__.co_freevars)
+    for each in gc.get_objects():
+        if isinstance(each, functools._lru_cache_wrapper) and str(each.__module__).startswith("grainlaw"):
+            each.cache_clear()
+    return bool(own)
+
+
+def tell_first_failure(pipe, items, fault):
+    """Runs tests in a forked process, and writes which failed first; nothing that was compiled here is kept."""
+    from _pytest.runner import runtestprotocol
+
+    from grainlaw.compiler.cache import _Files
+
+    os.setsid()
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1), os.dup2(null, 2)
+    if "compiler" not in str(fault[0]):
+        _Files.save = lambda *_: None
+    if put_into_functions(*fault):
+        for item, after in zip(items, [*items[1:], None], strict=True):
+            if any(report.failed for report in runtestprotocol(item, log=False, nextitem=after)):
+                os.write(pipe, item.nodeid.encode())
+                break
+    os._exit(0)
+
+
+def forked(items, fault, limit):
+    """The first of the tests that fails with a fault in a forked process, or nothing."""
+    reads, writes = os.pipe()
+    process = os.fork()
+    if process == 0:
+        try:
+            tell_first_failure(writes, items, fault)
+        except BaseException as error:
+            os.write(writes, f"raised {type(error).__name__}".encode())
+        finally:
+            os._exit(0)
+    os.close(writes)
+    ended = select.select([reads], [], [], max(limit, 0.0))[0]
+    said = os.read(reads, 4096).decode() if ended else ""
+    os.close(reads)
+    os.killpg(process, signal.SIGKILL) if os.getpgid(process) == process else os.kill(process, signal.SIGKILL)
+    os.waitpid(process, 0)
+    return said
+
+
 # --- a trial ----------------------------------------------------------------------------------------------------------
 
 
-def noticed(file, lines, limit):
+def noticed(items, file, text, lines, limit):
     """Whether tests fail: "noticed", "survived" or "too long", with the first that failed and the time (s)."""
     began = time.monotonic()
-    files, known, quick = tests_of(file), tests_of_lines(file, lines), "not (thorough or alone or slow)"
-    for tests, tier in ((known or files, quick), (files, "thorough and not slow")):
-        ended, first = tried(tests, tier, limit - (time.monotonic() - began))
-        if ended != "survived":
-            break
+    known = [items[test] for test in tests_of_lines(file, lines) if test in items]
+    first, ended = forked(known, (file, text, lines[0].start), limit) if known else "", "noticed"
+    if not first:
+        file.write_text(text, encoding="utf-8")
+        try:
+            ended, first = tried(tests_of(file), "not alone and not slow", limit - (time.monotonic() - began))
+        finally:
+            file.write_text(sources()[file], encoding="utf-8")
     return ended, f"{len(known)} {first}", time.monotonic() - began
 
 
@@ -234,6 +330,39 @@ def tried(tests, tier, limit):
     return ended, next((line for line in said.splitlines() if line.startswith(("FAILED", "ERROR"))), "")[:100]
 
 
+class Trial:
+    """What pytest does with the tests that it has collected, in place of running them."""
+
+    def __init__(self, given):
+        self.given = given
+
+    def pytest_runtestloop(self, session):
+        items, counts = {item.nodeid: item for item in session.items}, Counter()
+        for file, text, what, lines in drawn(self.given):
+            ended, first, seconds = noticed(items, file, text, lines, self.given.limit)
+            counts[ended] += 1
+            print(f"{ended:9} {file.relative_to(ROOT)}:{what} | {first} ({seconds:.0f} s)", flush=True)
+        print(dict(counts))
+        return True
+
+
+def drawn(given):
+    """Faults, room after room: file, its text with the fault, what it is, and its lines."""
+    rng, done, rooms = random.Random(given.seed), set(), {}
+    for file in sources():
+        if any(word in str(file.relative_to(ROOT)) for word in given.only.split(",")) and places(sources()[file]):
+            rooms.setdefault(file.parent, []).append(file)
+    order = sorted(rooms)
+    while len(done) < given.count:
+        file = rng.choice(rooms[order[len(done) % len(order)]])
+        text, what, lines = with_fault(sources()[file], rng)
+        if (file, what) in done:
+            order.append(order.pop(len(done) % len(order)))  # a room of few faults gives its turn away
+            continue
+        done.add((file, what))
+        yield file, text, what, lines
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=1)
@@ -244,28 +373,9 @@ def main():
     given = parser.parse_args()
     if given.learn:
         learn()
-        return
-    rng, counts, done = random.Random(given.seed), Counter(), set()
-    rooms = {}
-    for file in sources():
-        if any(word in str(file.relative_to(ROOT)) for word in given.only.split(",")) and places(sources()[file]):
-            rooms.setdefault(file.parent, []).append(file)
-    order = sorted(rooms)
-    while sum(counts.values()) < given.count:
-        file = rng.choice(rooms[order[sum(counts.values()) % len(order)]])
-        text, what, lines = with_fault(sources()[file], rng)
-        if (file, what) in done:
-            order.append(order.pop(sum(counts.values()) % len(order)))  # a room of few faults gives its turn away
-            continue
-        done.add((file, what))
-        file.write_text(text, encoding="utf-8")
-        try:
-            ended, first, seconds = noticed(file, lines, given.limit)
-        finally:
-            file.write_text(sources()[file], encoding="utf-8")
-        counts[ended] += 1
-        print(f"{ended:9} {file.relative_to(ROOT)}:{what} | {first} ({seconds:.0f} s)", flush=True)
-    print(dict(counts))
+    else:
+        os.chdir(ROOT)
+        pytest.main(["-n", "0", "-p", "no:cacheprovider", "-p", "no:faulthandler"], plugins=[Trial(given)])
 
 
 if __name__ == "__main__":
