@@ -64,7 +64,13 @@ def test_a_measure_of_a_user_stands_in_the_table_with_unit_and_source(result, tm
     laboratory = gl.Laboratory(result, measures)
     assert list(laboratory.properties) == [*gl.MEASURES, "eighth"]
     assert laboratory.properties["eighth"] == 0.125
-    assert str(laboratory).splitlines()[-1].split(maxsplit=4) == ["one", "eighth", "12.5", "%", "Euclid (300 BC)"]
+    assert str(laboratory).splitlines()[len(gl.MEASURES)].split(maxsplit=4) == [
+        "one",
+        "eighth",
+        "12.5",
+        "%",
+        "Euclid (300 BC)",
+    ]
     assert list(result.laboratory.properties) == list(gl.MEASURES)
     row = '<th scope="row">one eighth (%)</th>' + '<td class="number">12.5</td>' * 2 + "<td>Euclid (300 BC)</td>"
     comparison = gl.Comparison({"one": result, "other": result})
@@ -103,13 +109,31 @@ def test_what_a_test_does_not_record_is_said_and_not_asked_for(result, tmp_path)
     assert laboratory.properties["eighth"] == 0.125
     assert laboratory.note == "the test does not record strain: no never"
     assert str(laboratory).splitlines()[-1] == laboratory.note
-    assert gl.Laboratory(less, [Eighth()]).note == result.laboratory.note == ""
+    assert gl.Laboratory(less, [Eighth()]).note == gl.Laboratory(result, [Eighth()]).note == ""
     standard = less.laboratory.note
     assert standard.startswith("the test does not record stress: no apparent_tangent_modulus, ")
     assert standard.endswith(", crack_damage_ratio, crack_damage_cylinder_ratio")
     less.write_report(tmp_path / "report.html")
     assert f"Not measured: {standard}." in (tmp_path / "report.html").read_text("utf-8")
     assert "the test recorded no peak or no strains" in [t.get_text() for t in less.laboratory.plot().axes[0].texts]
+
+
+def test_a_report_says_why_a_measure_does_not_exist(tmp_path):
+    """A specimen that swells has no largest contraction; its curves are made by hand."""
+    result = gl.simulate(small_sample(4), Linear(**STIFF), attrs.evolve(PRESS, maximum_strain=1e-4, samples=20))
+    load = np.linspace(0, 1e8, len(result.curves["time"]))
+    strains = {"strain": load / 5e10, "lateral_strain": 1.5 * load / 5e10, "volumetric_strain": 0.5 * load / 5e10}
+    laboratory = attrs.evolve(result, curves={**result.curves, "stress": load, **strains}).laboratory
+    assert laboratory.note.split("; ") == [
+        "nothing has broken: no crack_initiation_count, crack_initiation_count_ratio",
+        "there is no CD to end the line at: the sum of axial and lateral strain rises all the way to the peak: no "
+        "crack_initiation_lateral, crack_initiation_lateral_ratio",
+        "the crack volume at the peak is less than 0.01 of the elastic one: no crack_initiation_volumetric, "
+        "crack_initiation_volumetric_ratio",
+        "the sum of axial and lateral strain rises all the way to the peak: no crack_damage, crack_damage_ratio",
+        "the sum of axial and twice the lateral strain rises all the way to the peak: no crack_damage_cylinder, "
+        "crack_damage_cylinder_ratio",
+    ]
 
 
 def test_measures_that_cannot_be_are_refused(result, tmp_path):

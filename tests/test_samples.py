@@ -15,11 +15,19 @@ import grainlaw as gl
 from grainlaw.laws import Linear
 from grainlaw.quantity import Quantity
 from grainlaw.results.figures.sample_figures import _draw_peaks
-from grainlaw.results.means import mean_and_range, means
+from grainlaw.results.means import mean_and_interval, mean_and_range, means
 
 TEST = attrs.evolve(PULL, samples=20)
 LAWS = {"linear": Linear(**STIFF), "brittle": BRITTLE}
 SAMPLES = {1: small_sample(20, seed=1), 7: small_sample(20, seed=7)}
+
+
+def test_means_and_intervals_by_hand():
+    look, three = Quantity("load", factor=10.0, form=".1f"), np.array([1.0, 2.0, 3.0])
+    assert mean_and_interval(look, three) == "20.0 (-4.8 to 44.8)"  # Student: 4.3027 / sqrt(3)
+    assert mean_and_interval(look, np.append(three, np.nan)) == "20.0 (-4.8 to 44.8), 3 of 4"
+    assert mean_and_interval(look, three[:1]) == "10.0"
+    assert mean_and_interval(look, np.array([np.nan])) == "-"
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,11 @@ from grainlaw.moduli import converted
 from grainlaw.results.thresholds import (
     crack_damage,
     crack_volumetric_strain,
+    damage,
     initiation_by_crack_volume,
     initiation_by_lateral_strain,
+    initiation_in_crack_volume,
+    initiation_in_lateral_strain,
     path_to_peak,
     secant_constants,
     strains_disagree,
@@ -134,6 +137,22 @@ def test_what_does_not_exist_is_nan():
     tension = {**KINKED, "volumetric_strain": LOAD / E - lateral_of(LOAD), "lateral_strain": -lateral_of(LOAD)}
     assert np.isnan(crack_damage(path_to_peak(tension)))
     assert secant_constants(path_to_peak(tension)) == pytest.approx((E, 16 / 50))
+    falls = "the sum of axial and lateral strain falls all the way to the peak"
+    assert damage(straight).why == falls
+    assert damage(straight, laterals=2).why == falls.replace("lateral", "twice the lateral")
+    assert initiation_in_lateral_strain(straight).why == f"there is no CD to end the line at: {falls}"
+    assert (
+        initiation_in_crack_volume(straight).why == "the crack volume at the peak is less than 0.01 of the elastic one"
+    )
+    few = initiation_in_crack_volume(path_to_peak(KINKED), low=0.111, high=0.112)
+    assert few.why == "fewer than two samples lie between 0.111 and 0.112 of the peak"
+    swells = path_to_peak(curves_of(LOAD, 1.5 * LOAD / E))
+    assert damage(swells).why == "the sum of axial and lateral strain rises all the way to the peak"
+    flat = initiation_in_lateral_strain(path_to_peak(KINKED), least=0.21)  # 7/34 at 40 MPa
+    assert flat.why == "the lateral strain is nowhere 0.21 of that at CD below its line"
+    for seek in (damage, initiation_in_lateral_strain, initiation_in_crack_volume):
+        assert seek(path_to_peak(KINKED)).why == ""
+        assert seek(path_to_peak(tension)).why.endswith("the specimen has not become shorter")
     for curves in (
         {},
         {"time": LOAD},

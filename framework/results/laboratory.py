@@ -129,13 +129,20 @@ class Laboratory(metaclass=Checked):
 
     @property
     def note(self) -> str:
-        """Which measures do not exist because the test does not record what they need; empty if it records all."""
-        curves = self.result.curves
+        """Which measures do not exist, and why, where that is known; empty if there is nothing to say."""
+        return "; ".join(f"{why}: no {', '.join(names)}" for why, names in self._reasons().items())
+
+    def _reasons(self) -> dict[str, list[str]]:
+        """Measures that do not exist, by the reason."""
+        curves, reasons = self.result.curves, dict[str, list[str]]()
         absent = [measure for measure in self.measures if missing(curves, measure.needs)]
         columns = dict.fromkeys(name for measure in absent for name in missing(curves, measure.needs))
-        if not absent:
-            return ""
-        return f"the test does not record {', '.join(columns)}: no {', '.join(measure.name for measure in absent)}"
+        if absent:
+            reasons[f"the test does not record {', '.join(columns)}"] = [measure.name for measure in absent]
+        for measure in self.measures:
+            if measure not in absent and np.isnan(self.properties[measure.name]) and (why := measure.why(self)):
+                reasons.setdefault(why, []).append(measure.name)
+        return reasons
 
     @property
     def _facts(self) -> dict[str, str]:

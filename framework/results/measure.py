@@ -81,6 +81,10 @@ class Measure(metaclass=Checked):
         acoustic events, and the other measures by :meth:`Laboratory.value`.
         """
 
+    def why(self, laboratory: Laboratory) -> str:
+        """Why it does not exist, in words that reports show; empty if there is nothing to say."""
+        return ""
+
 
 def check_measures(laboratory: Laboratory, attribute: object, measures: Sequence[Measure]) -> None:
     """Raise :class:`ParameterError` for an object that is not a measure, and for two measures of one name."""

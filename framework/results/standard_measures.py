@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import attrs
@@ -13,9 +14,10 @@ from grainlaw.moduli import converted
 from grainlaw.results.measure import Measure
 from grainlaw.results.thresholds import (
     Path,
-    crack_damage,
-    initiation_by_crack_volume,
-    initiation_by_lateral_strain,
+    Sought,
+    damage,
+    initiation_in_crack_volume,
+    initiation_in_lateral_strain,
     secant_constants,
     stress_at_share,
     tangent_constants,
@@ -35,6 +37,7 @@ class Standard(Measure):
     unit: str = "1"
     source: str = ""
     needs: Sequence[str] = ()
+    why_in: Callable[[Laboratory], str] = lambda _: ""
 
     @property
     def is_main(self) -> bool:
@@ -43,6 +46,9 @@ class Standard(Measure):
 
     def find(self, laboratory: Laboratory) -> float:
         return self.find_in(laboratory)
+
+    def why(self, laboratory: Laboratory) -> str:
+        return self.why_in(laboratory)
 
 
 ISRM = "ISRM (1979, 1999)"
@@ -80,6 +86,17 @@ def modulus_and_poisson(name: str, where: str, both: Callable[[Laboratory], tupl
     ]
 
 
+def by_strains(name: str, meaning: str, seek: Callable[[Path], Sought], source: str) -> Standard:
+    """A threshold in the strains, which says why there is none."""
+    return Standard(
+        name, meaning, lambda lab: seek(lab.path).value, "MPa", source, STRAINS, lambda lab: seek(lab.path).why
+    )
+
+
+def no_crack(laboratory: Laboratory) -> str:
+    return "" if len(laboratory.result.cracks) else "nothing has broken"
+
+
 def thresholds() -> list[Standard]:
     """Axial stresses at which damage begins, cracks begin, and cracks become unstable."""
     return [
@@ -89,23 +106,18 @@ def thresholds() -> list[Standard]:
         ),
         Standard(
             "crack_initiation_count", "CI, 1 % of the cracks at the peak",
-            stress_at_cracks, "MPa", POTYONDY, [STRESS],
+            stress_at_cracks, "MPa", POTYONDY, [STRESS], no_crack,
         ),
-        Standard(
-            "crack_initiation_lateral", "CI, lateral strain response",
-            lambda lab: initiation_by_lateral_strain(lab.path), "MPa", NICKSIAR, STRAINS,
+        by_strains(
+            "crack_initiation_lateral", "CI, lateral strain response", initiation_in_lateral_strain, NICKSIAR
         ),
-        Standard(
-            "crack_initiation_volumetric", "CI, crack-volumetric strain",
-            lambda lab: initiation_by_crack_volume(lab.path), "MPa", MARTIN, STRAINS,
+        by_strains(
+            "crack_initiation_volumetric", "CI, crack-volumetric strain", initiation_in_crack_volume, MARTIN
         ),
-        Standard(
-            "crack_damage", "CD, reversal of the volumetric strain",
-            lambda lab: crack_damage(lab.path), "MPa", MARTIN, STRAINS,
-        ),
-        Standard(
+        by_strains("crack_damage", "CD, reversal of the volumetric strain", damage, MARTIN),
+        by_strains(
             "crack_damage_cylinder", "CD, reversal of axial and twice the lateral strain",
-            lambda lab: crack_damage(lab.path, laterals=2), "MPa", MARTIN, STRAINS,
+            partial(damage, laterals=2), MARTIN,
         ),
     ]  # fmt: skip
 
@@ -118,7 +130,13 @@ def ratios() -> list[Standard]:
 
     return [
         Standard(
-            f"{measure.name}_ratio", f"{short}/UCS, {rest}", over_peak(measure.name), "1", measure.source, measure.needs
+            f"{measure.name}_ratio",
+            f"{short}/UCS, {rest}",
+            over_peak(measure.name),
+            "1",
+            measure.source,
+            measure.needs,
+            measure.why_in,
         )
         for measure in thresholds()[1:]
         for short, _, rest in [measure.meaning.partition(", ")]

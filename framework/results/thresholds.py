@@ -13,6 +13,7 @@ from grainlaw.moduli import slope
 from grainlaw.strength import borne_in
 
 NAN = float("nan")
+NOT_COMPRESSED = "the specimen has not become shorter"
 TWOFOLD = 2  #: axial strains of two columns that differ by more than this are not those of one specimen
 
 
@@ -102,6 +103,14 @@ def secant_constants(path: Path, share: float = 0.5) -> tuple[float, float]:
     return (abs(wanted / axial), -lateral / axial) if axial else (NAN, NAN)
 
 
+@attrs.frozen
+class Sought:
+    """A threshold, or in words why there is none."""
+
+    value: float = NAN  #: Pa
+    why: str = ""
+
+
 def crack_damage(path: Path, laterals: int = 1) -> float:
     """CD (Pa): axial stress at the largest contraction, where the volumetric strain reverses before the peak.
 
@@ -110,16 +119,24 @@ def crack_damage(path: Path, laterals: int = 1) -> float:
     are equal: it reverses at a ratio of 1/2, and so sooner.
     nan where the specimen contracts until the peak. (Bieniawski 1967; Martin and Chandler 1994.)
     """
-    turn = _reversal(path, laterals)
-    return float(path.load[turn]) + path.confinement if turn else NAN
+    return damage(path, laterals).value
 
 
-def _reversal(path: Path, laterals: int = 1) -> int:
-    """Number of the sample at which the volumetric strain reverses; 0 where it does not."""
+def damage(path: Path, laterals: int = 1) -> Sought:
+    """:func:`crack_damage`, or why there is none."""
+    turn, why = _reversal(path, laterals)
+    return Sought(why=why) if why else Sought(float(path.load[turn]) + path.confinement)
+
+
+def _reversal(path: Path, laterals: int = 1) -> tuple[int, str]:
+    """Number of the sample at which the volumetric strain reverses, or why it does not."""
     if not path.is_compression:
-        return 0
+        return 0, NOT_COMPRESSED
     turn = int(np.argmin(path.axial + laterals * path.lateral))
-    return turn if turn < len(path.load) - 1 else 0
+    if 0 < turn < len(path.load) - 1:
+        return turn, ""
+    words = "axial and lateral strain" if laterals == 1 else "axial and twice the lateral strain"
+    return 0, f"the sum of {words} {'falls' if turn else 'rises'} all the way to the peak"
 
 
 def initiation_by_lateral_strain(path: Path, least: float = 0.01) -> float:
@@ -129,14 +146,21 @@ def initiation_by_lateral_strain(path: Path, least: float = 0.01) -> float:
     farthest below the line. nan without crack damage, or where that distance is less than ``least`` times the lateral
     strain at crack damage.
     """
-    turn = _reversal(path)
-    if not turn:
-        return NAN
+    return initiation_in_lateral_strain(path, least).value
+
+
+def initiation_in_lateral_strain(path: Path, least: float = 0.01) -> Sought:
+    """:func:`initiation_by_lateral_strain`, or why there is none."""
+    turn, why = _reversal(path)
+    if why:
+        return Sought(why=f"there is no CD to end the line at: {why}")
     load, lateral = path.load[: turn + 1], path.lateral[: turn + 1]
     line = lateral[-1] * (load - load[0]) / (load[-1] - load[0])  # strains count from the start
     short = line - lateral
     most = int(np.argmax(short))
-    return float(load[most]) + path.confinement if short[most] > least * abs(lateral[-1]) else NAN
+    if short[most] > least * abs(lateral[-1]):
+        return Sought(float(load[most]) + path.confinement)
+    return Sought(why=f"the lateral strain is nowhere {least:.2g} of that at CD below its line")
 
 
 def crack_volumetric_strain(path: Path, low: float = 0.1, high: float = 0.3) -> np.ndarray:
@@ -157,15 +181,22 @@ def initiation_by_crack_volume(path: Path, tolerance: float = 0.01, low: float =
     Where it rises above ``tolerance`` times the elastic volumetric strain at the peak, and stays above it until the
     peak. nan where it never does.
     """
+    return initiation_in_crack_volume(path, tolerance, low, high).value
+
+
+def initiation_in_crack_volume(path: Path, tolerance: float = 0.01, low: float = 0.1, high: float = 0.3) -> Sought:
+    """:func:`initiation_by_crack_volume`, or why there is none."""
     if not path.is_compression:
-        return NAN
+        return Sought(why=NOT_COMPRESSED)
     opened = crack_volumetric_strain(path, low, high)
     limit = tolerance * abs(path.volumetric[-1] - opened[-1])
+    if np.isnan(limit):
+        return Sought(why=f"fewer than two samples lie between {low:g} and {high:g} of the peak")
     if not opened[-1] > limit:
-        return NAN
+        return Sought(why=f"the crack volume at the peak is less than {tolerance:.2g} of the elastic one")
     last = int(np.flatnonzero(~(opened > limit))[-1])  # there is one: some residual of a regression is at most zero
     share = (limit - opened[last]) / (opened[last + 1] - opened[last])
-    return float(path.load[last] + share * (path.load[last + 1] - path.load[last])) + path.confinement
+    return Sought(float(path.load[last] + share * (path.load[last + 1] - path.load[last])) + path.confinement)
 
 
 def stress_at_share(curves: Mapping[str, np.ndarray], time: np.ndarray, count: np.ndarray, share: float) -> float:

@@ -16,8 +16,8 @@ from grainlaw.columns import quantity_of
 from grainlaw.fields import ParameterError, checked_number
 from grainlaw.messages import nearest
 from grainlaw.quantity import Quantity, aligned
+from grainlaw.results.means import quantile, spread
 
-CONFIDENCE = 0.95
 MOST = 10_000_000  #: samples that are asked for at most
 
 Interval = tuple[float, float]
@@ -79,21 +79,6 @@ class Interaction(Spread):
     factors: tuple[str, str]  #: names of both
     first: tuple[Any, Any]  #: levels of the first factor
     second: tuple[Any, Any]  #: levels of the second factor
-
-
-def quantile(count: int) -> float:
-    """Of Student's distribution, for an interval of a mean of so many samples."""
-    return float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2, count - 1)) if count > 1 else math.nan
-
-
-def spread(samples: np.ndarray) -> dict[str, Any]:
-    """Count, mean, deviation and interval, without nan, as the fields of :class:`Spread`."""
-    values = samples[~np.isnan(samples)]
-    n = len(values)
-    mean = float(values.mean()) if n else math.nan
-    deviation = float(values.std(ddof=1)) if n > 1 else math.nan
-    half = quantile(n) * deviation / math.sqrt(n) if n > 1 else math.nan
-    return {"count": n, "mean": mean, "deviation": deviation, "interval": (mean - half, mean + half)}
 
 
 def difference(

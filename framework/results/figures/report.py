@@ -21,7 +21,8 @@ from grainlaw.results.figures.pages import Cell, write_page
 from grainlaw.results.figures.report_figures import plot_report_curves
 from grainlaw.results.figures.sample_figures import plot_samples
 from grainlaw.results.laboratory import Laboratory
-from grainlaw.results.means import Samples, mean_and_range
+from grainlaw.results.means import ENOUGH, Samples, mean_and_interval, mean_and_range
+from grainlaw.results.standard_measures import thresholds
 from grainlaw.time_series import TimeSeries
 from grainlaw.unit_text import written
 
@@ -65,7 +66,7 @@ def write_report(
         has_open=any(can_fail(result) and not has_failed(result) for result in results.values()),
         certificate=_certificate(results), curves=plot_report_curves(results) if first.curves else None,
         cracks=side_by_side(results, -1, None), measures=_measures(laboratories) if first.curves else [],
-        not_measured=next(iter(laboratories.values())).note if first.curves else "",
+        not_measured=_not_measured(laboratories) if first.curves else [],
         patterns={law: laboratories[law].plot() if len(each.cracks) else None for law, each in results.items()}
         if first.curves else {},
         components=list(_components(results)), record=list(_record(record or {})), files=files,
@@ -80,11 +81,22 @@ def _all_samples(samples: Samples, first: Result) -> dict[str, Any]:
             [look.heading, *(mean_and_range(look.brief, each.values(), look.name) for each in samples.values())]
             for look in looks
         ],
+        "thresholds": list(_thresholds(samples)),
+        "too_few": min(map(len, samples.values())) < ENOUGH,
         "laws": list(samples),
         "figure": plot_samples(samples),
         "seeds": list(dict.fromkeys(seed for each in samples.values() for seed in each)),
         "this": next(seed for each in samples.values() for seed, result in each.items() if result is first),
     }
+
+
+def _thresholds(samples: Samples) -> Iterator[list[str]]:
+    """CI and CD over the specimens, without those that none has."""
+    for measure in thresholds():
+        values = [np.array([r.laboratory.value(measure.name) for r in each.values()]) for each in samples.values()]
+        if not np.isnan(np.concatenate(values)).all():
+            look = attrs.evolve(measure.quantity, words=measure.meaning).brief
+            yield [look.heading, *(mean_and_interval(look, of_law) for of_law in values), measure.source]
 
 
 def _properties(results: Mapping[str, Result]) -> list[list[str]]:
@@ -118,6 +130,13 @@ def _verdict(name: str, value: float | None) -> str:
         return Cell(f"cannot be computed {FAIL}", "fail")
     failed = fails(name, value)
     return Cell(f"{quantity_of(name).text(value)} {FAIL if failed else 'pass'}", "fail" if failed else "pass")
+
+
+def _not_measured(laboratories: Mapping[str, Laboratory]) -> list[str]:
+    """What does not exist and why, by law where laws differ."""
+    notes = {name: laboratory.note for name, laboratory in laboratories.items() if laboratory.note}
+    same = len(set(notes.values())) == 1 and len(notes) == len(laboratories)
+    return list(notes.values())[:1] if same else [f"{name}: {note}" for name, note in notes.items()]
 
 
 def _measures(laboratories: Mapping[str, Laboratory]) -> list[list[str]]:
