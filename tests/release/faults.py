@@ -46,6 +46,7 @@ COMPARISONS = {
 }  # fmt: skip
 EXTREMES = {"min": "max", "max": "min"}
 FOR_THE_EYE = ("plot", "draw", "label", "animate", "__str__", "__repr__", "_html", "words", "figure")
+PICTURES = ("figure", "drawing/", "plot")  #: in them numbers that are handed over by name are looks
 PASSES, JUDGE = (
     ("engine/step", "engine/parts", "engine/contacts"),
     "test_reference_step",
@@ -79,22 +80,30 @@ def is_tolerance(value):
     return abs(power) >= 6 and power == round(power)
 
 
-def places(text):
-    """Nodes in functions that a fault can be made of, with the function."""
-    found = {}
+def places(file):
+    """Nodes in functions of a file that a fault can be made of, with the function."""
+    found, text = {}, sources()[file]
+    draws = any(word in str(file.relative_to(ROOT)) for word in PICTURES)
     for function in ast.walk(ast.parse(text)):
         if not isinstance(function, ast.FunctionDef) or function.name.startswith(FOR_THE_EYE):
             continue
         said = (n for n in ast.walk(function) if isinstance(n, ast.Raise | ast.JoinedStr | ast.AnnAssign))
         spared = {id(inner) for outer in said for inner in ast.walk(outer)}
+        if draws:  # the width of a line, the size of a text
+            spared |= {
+                id(n.value)
+                for n in ast.walk(function)
+                if isinstance(n, ast.keyword) and isinstance(n.value, ast.Constant)
+            }
         body = (node for statement in function.body for node in ast.walk(statement))
         found |= {id(node): (node, function) for node in body if id(node) not in spared and changed(node)}
     return list(found.values())
 
 
-def with_fault(text, rng):
-    """The text with a fault, what it is, and its lines: those of the fault, and those of the body of its function."""
-    node, function = rng.choice(places(text))
+def with_fault(file, rng):
+    """A file's text with a fault, what it is, and its lines: those of the fault, and those of its function's body."""
+    node, function = rng.choice(places(file))
+    text = sources()[file]
     new, lines = ast.unparse(changed(node)), [line.encode() for line in text.splitlines(keepends=True)]
     first = sum(map(len, lines[: node.lineno - 1])) + node.col_offset
     last = sum(map(len, lines[: node.end_lineno - 1])) + node.end_col_offset
@@ -350,12 +359,12 @@ def drawn(given):
     """Faults, room after room: file, its text with the fault, what it is, and its lines."""
     rng, done, rooms = random.Random(given.seed), set(), {}
     for file in sources():
-        if any(word in str(file.relative_to(ROOT)) for word in given.only.split(",")) and places(sources()[file]):
+        if any(word in str(file.relative_to(ROOT)) for word in given.only.split(",")) and places(file):
             rooms.setdefault(file.parent, []).append(file)
     order = sorted(rooms)
     while len(done) < given.count:
         file = rng.choice(rooms[order[len(done) % len(order)]])
-        text, what, lines = with_fault(sources()[file], rng)
+        text, what, lines = with_fault(file, rng)
         if (file, what) in done:
             order.append(order.pop(len(done) % len(order)))  # a room of few faults gives its turn away
             continue
