@@ -11,6 +11,7 @@ from .detection import Detection
 from .engine.state import State
 from .engine.stepping import InstabilityError, OverlapError
 from .fields import ParameterError, UnitWarning, parameter, parameters, part
+from .gauges import CentreGauges, ClipGauges, Gauges, WholeSpecimen
 from .integration import (
     AdaptiveRelaxation,
     CentralDifference,
@@ -100,7 +101,9 @@ __all__ = [
     "AtRest",
     "Calibration",
     "CentralDifference",
+    "CentreGauges",
     "Characteristics",
+    "ClipGauges",
     "ComesTo",
     "Comparison",
     "CompilationError",
@@ -132,6 +135,7 @@ __all__ = [
     "Fragments",
     "Frame",
     "FrameRecorder",
+    "Gauges",
     "GaussPoints",
     "Gravity",
     "Heat",
@@ -200,6 +204,7 @@ __all__ = [
     "UnitWarning",
     "Until",
     "VibrationDamping",
+    "WholeSpecimen",
     "Window",
     "acoustic_events",
     "calibrate",

@@ -11,18 +11,15 @@ from grainlaw.columns import LATERAL_STRAIN, STRAIN, STRESS, STRESS_BOTTOM, STRE
 from grainlaw.condition import Condition, Curves, Fails, FailsTo, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError
+from grainlaw.gauges import Gauges, ends, has_platens
 from grainlaw.integration import Integrator
 from grainlaw.loading import Loading
 from grainlaw.loads import Drive
 from grainlaw.protocols.measures import (
     axial_strain,
-    axial_strain_of_points,
     certificate,
     elastic_moduli,
-    ends,
     failure_of,
-    has_platens,
-    lateral_strain,
     size,
     strength_of,
     window_stress,
@@ -35,7 +32,12 @@ from grainlaw.strength import Until
 FINE = 800  #: samples of the whole way at least, where contacts are damaged: a peak is missed by up to two
 QUANTITIES = (
     Quantity("stress_window", "MPa", form=".2f", meaning="mean over the grains in the middle of the specimen"),
-    Quantity("strain_points", "%", form=".4f", meaning="change of height over height, from points on both ends"),
+    Quantity(
+        "strain_points",
+        "%",
+        form=".4f",
+        meaning="change of height over height, from points on both ends or other gauges",
+    ),
 )
 NO_TENSION = "tension does not pass the contact between two bodies; pull the specimen at its own ends, without platens"
 
@@ -186,16 +188,16 @@ def platen_drives(sign: float, platens: Platens, moving: Moving) -> list[Drive]:
     return drives
 
 
-def measure_between_platens(state: State, sign: float) -> dict[str, float]:
+def measure_between_platens(state: State, sign: float, gauges: Gauges) -> dict[str, float]:
     """The columns both uniaxial tests record; ``sign`` is 1 where tension counts positive, -1 where compression does.
 
     ``stress`` is the mean of both platens over the width at the start; ``lateral_strain`` and ``volumetric_strain``
-    (two-dimensional, of the area) count extension positive.
+    (two-dimensional, of the area) are those of the gauges and count extension positive.
     """
     width, _ = size(state.specimen)
     top = sign * state.reaction("top")[1] / width
     bottom = -sign * state.reaction("bottom")[1] / width
-    lateral, axial = lateral_strain(state), axial_strain_of_points(state)
+    lateral, axial = gauges.strains(state.specimen, state.displacement)
     return {
         STRAIN: sign * axial_strain(state),
         STRESS: (top + bottom) / 2,

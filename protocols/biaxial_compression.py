@@ -12,6 +12,7 @@ from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
+from grainlaw.gauges import Gauges, WholeSpecimen
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive, Hold, Pressure
@@ -76,6 +77,7 @@ class BiaxialCompression(LoadingProtocol):
     #: share of the peak stress at which the test ends
     stop_fraction: float = parameter("1", default=0.5, at_least=0, below=1)
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
+    gauges: Gauges = part(Gauges, WholeSpecimen())  #: where lateral and axial strain are measured
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     quantities = (*QUANTITIES, Quantity("broken_bonds", "%", meaning="share of the bonded contact points"))
@@ -111,7 +113,7 @@ class BiaxialCompression(LoadingProtocol):
 
     def measure(self, state: State) -> dict[str, float]:
         """As uniaxial compression; also ``deviator`` (axial stress less confinement), share of ``broken_bonds``."""
-        columns = measure_between_platens(state, -1.0)
+        columns = measure_between_platens(state, -1.0, self.gauges)
         bonds = np.concatenate([group.cohesive for group in state.bonds.groups], axis=1).ravel()
         broken = ~np.isnan(state.broken_time[bonds])
         return {

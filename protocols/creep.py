@@ -23,6 +23,7 @@ from grainlaw.columns import (
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, parameter, part, whole_number
+from grainlaw.gauges import WholeSpecimen
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loads import Drive, Hold, Pressure
 from grainlaw.protocol import LoadingProtocol
@@ -166,7 +167,7 @@ class Creep(LoadingProtocol):
         """As uniaxial compression; ``aged`` (s), ``jumps``, mean ``fatigue`` and ``aged_loss`` (J per metre) so far."""
         books = state.clock.books
         return {
-            **measure_between_platens(state, -1.0),
+            **measure_between_platens(state, -1.0, WholeSpecimen()),
             AGED: state.clock.aged,
             JUMPS: float(books.jumps[0]),
             AGED_LOSS: float(books.aged_loss[0]),

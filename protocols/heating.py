@@ -30,7 +30,6 @@ from grainlaw.memory import ROOM
 from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
-from grainlaw.protocols.measures import axial_strain_of_points
 from grainlaw.protocols.preliminary import after_stages, counted_after, samples_before
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -128,7 +127,7 @@ class Heating(LoadingProtocol):
         stress = np.average(state.grain_stress(), axis=0, weights=state.specimen.grains.areas)
         return {
             "expansion_x": gauges.lateral_strain(state.specimen, state.displacement, 12),
-            "expansion_y": axial_strain_of_points(state),
+            "expansion_y": gauges.axial_strain_of_points(state.specimen, state.displacement),
             "stress_x": float(stress[0]),
             "stress_y": float(stress[1]),
         }

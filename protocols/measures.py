@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from grainlaw import gauges
 from grainlaw.columns import (
     IMBALANCE,
     LATERAL_STRAIN,
@@ -20,6 +19,7 @@ from grainlaw.columns import (
     energy,
 )
 from grainlaw.engine.state import State
+from grainlaw.gauges import ends, has_platens
 from grainlaw.moduli import converted, slope
 from grainlaw.once import once_each
 from grainlaw.specimen import Specimen
@@ -35,16 +35,6 @@ def size(specimen: Specimen) -> tuple[float, float]:
     return float(high[0] - low[0]), float(high[1] - low[1])
 
 
-def has_platens(specimen: Specimen) -> bool:
-    """Whether platens are separate bodies: the specimen's ends are then the boundaries rock_top and rock_bottom."""
-    return "rock_top" in specimen.mesh.boundaries
-
-
-def ends(specimen: Specimen) -> tuple[str, str]:
-    """Boundaries at the upper and the lower end of the specimen itself."""
-    return ("rock_top", "rock_bottom") if has_platens(specimen) else ("top", "bottom")
-
-
 @once_each
 def is_rock(specimen: Specimen) -> np.ndarray:
     """(g,) whether a grain is of the specimen; platens are the bodies with the boundaries top and bottom."""
@@ -58,19 +48,6 @@ def is_rock(specimen: Specimen) -> np.ndarray:
 def end_share(specimen: Specimen) -> float:
     """Width of the specimen over the length of the boundary top, through which platens load it; 1 without platens."""
     return size(specimen)[0] / specimen.mesh.boundary_lengths["top"] if has_platens(specimen) else 1.0
-
-
-def lateral_strain(state: State, points: int = 12) -> float:
-    """Change of width over width, as :func:`grainlaw.gauges.lateral_strain` defines it."""
-    return gauges.lateral_strain(state.specimen, state.displacement, points)
-
-
-def axial_strain_of_points(state: State, points: int = 9) -> float:
-    """Change of height over height, from points on both ends (the paper's 9)."""
-    top, bottom = (
-        state.displacement[gauges.points_on(state.mesh, side, points), 1].mean() for side in ends(state.specimen)
-    )
-    return float(top - bottom) / size(state.specimen)[1]
 
 
 def axial_strain(state: State) -> float:

@@ -10,6 +10,7 @@ import attrs
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
+from grainlaw.gauges import Gauges, WholeSpecimen
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.protocol import LoadingProtocol
@@ -42,6 +43,7 @@ class UniaxialCompression(LoadingProtocol):
     #: share of the peak stress at which the test ends
     stop_fraction: float = parameter("1", default=0.5, at_least=0, below=1)
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
+    gauges: Gauges = part(Gauges, WholeSpecimen())  #: where lateral and axial strain are measured
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     quantities = QUANTITIES
@@ -50,7 +52,7 @@ class UniaxialCompression(LoadingProtocol):
         return [uniaxial_stage(self, specimen, "compression", -1.0)]
 
     def measure(self, state: State) -> dict[str, float]:
-        return measure_between_platens(state, -1.0)
+        return measure_between_platens(state, -1.0, self.gauges)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         return uniaxial_summary(curves, specimen, -1.0)
