@@ -197,23 +197,33 @@ SOFT = Linear(kn=2e14, ks=1e14)  #: a quarter of the compliance of the plate is 
 BRICKS = Bricks(rows=40, columns=20).tessellate(rectangle(20 * mm, 40 * mm))
 
 
-def stored(depth):
-    curves = stretched(plate(20, 40, (0, depth)), SOFT).curves
-    return sum(curves[f"energy_{name}"][-1] for name in ("zones", "contacts_normal", "contacts_shear"))
-
-
-@pytest.mark.thorough
-def test_j_and_k_are_the_energy_that_a_longer_crack_sets_free():
+@pytest.mark.parametrize(
+    ("size", "stress", "rings", "within"),
+    [
+        pytest.param((20, 40, 8), (0, TENSION, 0), ((2, 5), (3, 6), (4, 7)), 0.01, marks=pytest.mark.thorough),
+        ((12, 16, 5), (0, TENSION, TENSION), ((1.2, 4), (2.5, 4.5)), 0.02),
+    ],
+)
+def test_j_and_k_are_the_energy_that_a_longer_crack_sets_free(size, stress, rings, within):
     """Under given forces it is what the specimen stores more; central difference of the fourth order, over bricks."""
-    result = stretched(plate(20, 40, (0, 8 * mm)), SOFT)
-    near, far = (stored(8 * mm + k * BRICK) - stored(8 * mm - k * BRICK) for k in (1, 2))
-    free = (8 * near - far) / 12 / BRICK
-    whole = gl.elastic_properties(attrs.evolve(result.specimen, grains=BRICKS), SOFT)
+    columns, rows, depth = size
+
+    def pulled(bricks):
+        return stretched(plate(columns, rows, (0, bricks * BRICK)), SOFT, stress)
+
+    def stored(bricks):
+        curves = pulled(bricks).curves
+        return sum(curves[f"energy_{name}"][-1] for name in ("zones", "contacts_normal", "contacts_shear"))
+
+    near, far = (stored(depth + k) - stored(depth - k) for k in (1, 2))
+    free, result = (8 * near - far) / 12 / BRICK, pulled(depth)
+    grains = Bricks(rows=rows, columns=columns).tessellate(rectangle(columns * BRICK, rows * BRICK))
+    whole = gl.elastic_properties(attrs.evolve(result.specimen, grains=grains), SOFT)
     moduli = {"apparent_modulus": whole.apparent_modulus, "apparent_poisson": whole.apparent_poisson}
-    for inner, outer in ((2, 5), (3, 6), (4, 7)):
-        here = tip(8 * mm, 20 * mm, 0.0, inner * mm, outer * mm)
-        assert gl.j_integral(result, here) == pytest.approx(free, rel=0.01)
-        assert gl.stress_intensity(result, here, **moduli).energy_release_rate == pytest.approx(free, rel=0.01)
+    for inner, outer in rings:
+        here = tip(depth * BRICK, rows / 2 * BRICK, 0.0, inner * mm, outer * mm)
+        assert gl.j_integral(result, here) == pytest.approx(free, rel=within)
+        assert gl.stress_intensity(result, here, **moduli).energy_release_rate == pytest.approx(free, rel=within)
 
 
 def test_without_a_crack_there_is_no_j():
@@ -240,6 +250,53 @@ def test_the_tip_of_a_notch(region, x):
     assert found.axes == pytest.approx(np.array([[0, 1], [-1, 0]]), abs=1e-12)
 
 
+def test_tension_near_the_tip_is_not_of_the_faces(edge_crack):
+    """A crack is bonds that give way near its tip, within ``inner``: there it may be said to be longer than open."""
+    _, result, here = edge_crack
+    longer = tip(9 * mm, 20 * mm)
+    assert gl.j_integral(result, longer) == pytest.approx(gl.j_integral(result, here), rel=0.01)
+    gl.stress_intensity(result, longer, **PLANE)
+    with pytest.raises(gl.ParameterError, match=r"bonds on the line of the crack bear .* beyond 0\.003 m behind"):
+        gl.stress_intensity(result, tip(12 * mm, 20 * mm), **PLANE)
+
+
+@attrs.frozen(kw_only=True)
+class Loaded(Stretch):
+    loads: tuple = ()
+
+    def stages(self, specimen):
+        return [gl.Stage(name="load", loads=self.loads, until=[gl.AtRest()], interval=1e-9)]
+
+
+@pytest.fixture(scope="module")
+def notched():
+    region = notched_beam(20 * mm, 12 * mm, notch_depth=5 * mm, notch_width=0.4 * mm, span=16 * mm, bearing=2 * mm)
+    specimen = gl.Specimen(gl.geometry.Voronoi(grains=120, seed=1).tessellate(region), ROCK, refinement=2)
+    state = state_of(specimen, GLUE)
+    still = take_frame(state)
+    return specimen, lambda *loads: gl.Result.from_run(state, Loaded(loads=loads), {}, [still], 0.0)
+
+
+def test_faces_of_a_notch_may_lie_in_the_ring_where_nothing_loads_them(notched):
+    specimen, under = notched
+    here = gl.notch_tip(specimen, inner=2 * mm, outer=4.5 * mm)
+    pressure = {"boundary": "notch", "pressure": 1e6}
+    bearable = (
+        gl.FluidPressure(**pressure, cracks_only=True), gl.Pressure(boundary="top", pressure=1e6, ramp=1e-9),
+    )  # fmt: skip
+    assert gl.j_integral(under(*bearable), here) == 0
+    for load in (gl.FluidPressure(**pressure), gl.Pressure(**pressure, ramp=1e-9)):
+        with pytest.raises(gl.ParameterError, match=r"the boundary notch, a face of the crack within 0\.0045 m"):
+            gl.j_integral(under(load), here)
+    ahead = attrs.evolve(here, inner=0.1 * mm)
+    with pytest.raises(gl.ParameterError, match=re.escape("the boundary notch is 0 m from the tip at (0.01, 0.005) m")):
+        gl.j_integral(under(), ahead)
+    with pytest.raises(
+        gl.ParameterError, match=r"the boundary notch is 0\.00\d+ m from the tip at \(0\.01, 0\.005\) m"
+    ):
+        gl.j_integral(under(), attrs.evolve(here, direction=0.0))
+
+
 def test_what_has_no_answer_is_refused(edge_crack):
     specimen, result, here = edge_crack
     round_one = gl.Specimen(gl.geometry.Hexagonal(grain_size=8 * mm).tessellate(disc(40 * mm)), ROCK)
@@ -260,6 +317,14 @@ def test_what_has_no_answer_is_refused(edge_crack):
         (lambda: gl.CrackTip(position=3, inner=1, outer=2), "CrackTip: position = 3 is not allowed"),
         (lambda: gl.j_integral(result, tip(30 * mm, 20 * mm)), "position = (0.03, 0.02) m is not allowed, it lies out"),
         (lambda: gl.j_integral(result, tip(15 * mm, 20 * mm)), "the boundary right is 0.005 m from the tip at (0.015"),
+        (
+            lambda: gl.j_integral(result, tip(15 * mm, 3.7 * mm, 45)),
+            "the boundary bottom is 0.0037 m from the tip at (0.015",
+        ),
+        (
+            lambda: gl.j_integral(result, tip(15 * mm, 5.3 * mm, 45)),
+            "the boundary right is 0.005 m from the tip at (0.015",
+        ),
         (lambda: gl.j_integral(result, tip(8 * mm, 20 * mm, 0, 3 * mm, 3.1 * mm)), "no zone lies between them: the gr"),
         (lambda: gl.j_integral(result, tip(8 * mm, 20 * mm, 0, 0.5 * mm)), "inner = 0.0005 m is not allowed, the zon"),
         (lambda: gl.j_integral(closed, here), "grains touch without a bond at 1 places"),

@@ -91,6 +91,12 @@ def test_xarray_has_the_factors_as_axes(mixed):
     assert np.isnan(float(data["largest_stress"].sel(law="B", strength=1.3e7, seed=2)))
 
 
+def test_places_without_a_case_are_empty(tmp_path):
+    table = table_of([row({"a": k, "b": k}, {"force": 1.0}) for k in range(4)], tmp_path / "s")
+    force = table.to_xarray()["force"]
+    assert (force.shape, float(force.sum())) == ((4, 4), 4.0)
+
+
 def test_cases_that_would_fill_an_array_with_nothing_are_refused(tmp_path):
     rows = [row({"a": k / 7, "b": k / 3, "c": k / 11}, {"force": 1.0}) for k in range(101)]
     table = table_of(rows, tmp_path / "s")

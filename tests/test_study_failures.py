@@ -4,7 +4,6 @@ import errno
 import os
 import subprocess
 import sys
-import time
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 
 import attrs
@@ -170,18 +169,48 @@ def test_workers_that_die_between_cases_are_replaced():
     assert sorted(accepted) == ["0", "1", "2", "3", "4"]
 
 
-@pytest.mark.thorough
-def test_what_a_killed_process_had_half_written_is_swept_away(tmp_path):
-    store = tmp_path / "s"
-    tiny_study(1).run(store, on=ThreadPoolExecutor(1), progress=False)
-    folder = next((store / "cases").iterdir())
-    for name, age in (("old", 7200.0), ("new", 60.0)):
-        part = folder / f".{name}.1.part.json"
-        part.write_text("{")
-        os.utime(part, (time.time() - age, time.time() - age))
-    tiny_study(2).run(store, on=ThreadPoolExecutor(1), progress=False)
-    assert [file.name for file in store.rglob(".*.part*")] == [".new.1.part.json"]  # perhaps still written
-    assert Store(store).pack() == 0
+class Dying(Workers):
+    """One worker, which dies over the case "bad", of which it is known when the next is given."""
+
+    count = 1
+
+    def submit(self, recipe, task):
+        future = Future()
+        if task.case == "bad":
+            future.set_exception(BrokenExecutor())
+        else:
+            future.set_result(Done({"case": task.case, "status": "finished"}, None))
+        return future
+
+    def renew(self):
+        return {"bad"}
+
+
+def test_a_case_over_which_four_workers_died_is_killed():
+    accepted = {}
+    tasks = [Task(name, {}) for name in ("first", "bad", "last")]
+    carry_all(iter(tasks), b"", Dying(), lambda task, done: accepted.update({task.case: done.row}), Stop())
+    assert {name: row["status"] for name, row in accepted.items()} == {
+        "first": "finished", "last": "finished", "bad": "killed",
+    }  # fmt: skip
+    assert accepted["bad"]["reason"] == "its worker died 4 times (of too little memory?)"
+
+
+@pytest.mark.parametrize(("kind", "ends"), [(MemoryError, "killed"), (ValueError, None)])
+def test_an_executor_that_gives_back_an_error(kind, ends):
+    class Erring(Dying):
+        def submit(self, recipe, task):
+            future = Future()
+            future.set_exception(kind("too much"))
+            return future
+
+    rows = []
+    if ends:
+        carry_all(iter([Task("a", {})]), b"", Erring(), lambda task, done: rows.append(done.row), Stop())
+        assert (rows[0]["status"], rows[0]["reason"]) == (ends, "MemoryError: too much")
+    else:
+        with pytest.raises(gl.ExecutorError, match="could not carry out a case, ValueError: too much"):
+            carry_all(iter([Task("a", {})]), b"", Erring(), lambda task, done: rows.append(done.row), Stop())
 
 
 @pytest.mark.thorough

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import time
 import warnings
 
 import pytest
@@ -86,6 +87,79 @@ def test_what_cannot_be_read_is_missing_named_and_written_again(made, cut, tmp_p
             whole(hurt)
             Store(hurt).pack(1)
             whole(hurt)
+
+
+def cut(file):
+    file.write_bytes(file.read_bytes()[:-1])
+
+
+def link(file):
+    other = file.with_suffix(".other")
+    file.rename(other)
+    file.symlink_to(other)
+
+
+@pytest.mark.parametrize("what", ["cases", "runs"])
+@pytest.mark.parametrize(
+    "hurt", [cut, link, lambda file: os.truncate(file, 64_000_000), os.unlink], ids=["cut", "linked", "large", "absent"]
+)
+def test_a_file_that_is_hurt_is_missing(what, hurt, tmp_path):
+    """A row, or the run that a row names; a large file is not even read."""
+    fill(tmp_path)
+    hurt(next((tmp_path / what).glob("*/*")))
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        store = Store(tmp_path)
+    assert len(store) == 5
+    assert len(heard) == len(store.damaged) == (what == "runs" or hurt is not os.unlink)
+    assert sum(each is not None for each in store.rows(case["case"] for case in CASES)) == 5
+
+
+@pytest.mark.parametrize("said", ["", "[1]", '["format"]', "{}", "[" * 10**5])
+def test_what_a_store_says_of_itself_is_said_again(said, tmp_path):
+    fill(tmp_path)
+    (tmp_path / "study.json").write_text(said)
+    whole(tmp_path)
+    assert json.loads((tmp_path / "study.json").read_text()) == {"format": 2}
+
+
+def test_a_case_that_is_not_there_has_no_row(made):
+    store = Store(made)
+    assert next(store.rows(["ab" * 32, CASES[0]["case"]])) is None
+    assert (store.status("ab" * 32), "ab" * 32 in store) == ("", False)
+    for of in (store.row, store.run_of, store.result):
+        with pytest.raises(KeyError):
+            of("ab" * 32)
+
+
+def test_a_case_without_a_run_is_packed_too(tmp_path):
+    """As one that was refused; one that was killed is not packed, and is there until it is done."""
+    store = Store(tmp_path)
+    refused, killed = (row({"seed": seed}, status=status) for seed, status in ((7, "refused"), (8, "killed")))
+    for each in (refused, killed):
+        store.write(each, None)
+    fill(tmp_path)
+    assert (store.pack(8), store.pack(7), store.pack(0)) == (0, 7, 0)
+    for again in (store, Store(tmp_path)):
+        assert {again.status(each["case"]) for each in CASES} == {"finished"}
+        assert (again.status(refused["case"]), again.status(killed["case"]), len(again)) == ("refused", "killed", 8)
+        assert (refused["case"] in again, killed["case"] in again) == (True, False)
+        assert again.row(refused["case"]) == refused
+        with pytest.raises(KeyError):
+            again.run_of(refused["case"])
+    store.write({**killed, "status": "finished"}, None)
+    assert [file.name for file in (tmp_path / "cases").glob("*/*")] == [f"{killed['case']}.json"]
+
+
+def test_what_a_killed_process_had_half_written_is_removed_after_an_hour(tmp_path):
+    fill(tmp_path)
+    folder = next((tmp_path / "cases").iterdir())
+    for age in (3500.0, 3700.0):
+        part = folder / f".{age:.0f}.part.json"
+        part.write_text("{")
+        os.utime(part, (time.time() - age, time.time() - age))
+    Store(tmp_path).pack()
+    assert [file.name for file in tmp_path.rglob(".*.part*")] == [".3500.part.json"]
 
 
 @pytest.mark.parametrize("how", ["another case", "a list", "a text", "no factors", "deep", "changed"])

@@ -297,17 +297,17 @@ class _Disc:
 
     def interaction(self, mode: complex, modulus: float, poisson: float) -> float:
         """J/m2, 2 / E* times K_I (``mode`` 1) or K_II (``mode`` -1j) times 1 Pa sqrt(m)."""
-        stress, slope = (field.mean(axis=0) for field in williams(self.points, mode, modulus, poisson))
-        flux = np.einsum("zba,zb->za", self.stress, slope[:, :, 0])
-        flux += np.einsum("zba,zb->za", stress, self.gradient[:, :, 0])
-        flux[:, 0] -= np.einsum("zba,zba->z", stress, self.gradient)
+        traction, slope = (field.mean(axis=0) for field in williams(self.points, mode, modulus, poisson))
+        flux = np.einsum("zba,zb->za", self.stress, slope)
+        flux[:, 0] -= _dot(traction, self.gradient[:, :, 1])  # stress and slope along the crack less all of the energy
+        flux[:, 1] += _dot(traction, self.gradient[:, :, 0])
         zones = np.sum(self.area[:, None] * flux * self.fall)
         one, two = self.bonds, self.faces
         falls = np.flatnonzero(one.along)  # not at the tip itself, where the field has no end
-        stress, _ = williams(one.place[falls], mode, modulus, poisson)
-        bonds = np.sum((one.half * one.along)[falls] * _dot(stress[:, 1], one.jump[falls]))
+        traction, _ = williams(one.place[falls], mode, modulus, poisson)
+        bonds = np.sum((one.half * one.along)[falls] * _dot(traction, one.jump[falls]))
         _, slope = williams(two.behind[:, None] * [-1, 0], mode, modulus, poisson)  # left face; the right has minus it
-        return float(zones + bonds + np.sum(two.half * two.q * _dot(two.traction, 2 * slope[:, :, 0] * two.n[:, 1:])))
+        return float(zones + bonds + np.sum(two.half * two.q * _dot(two.traction, 2 * slope * two.n[:, 1:])))
 
 
 @attrs.frozen
@@ -329,22 +329,18 @@ class _Points:
 
 
 def williams(place: np.ndarray, mode: complex, modulus: float, poisson: float) -> tuple[np.ndarray, np.ndarray]:
-    """Stress (..., 2, 2) Pa and gradient (..., 2, 2) of the displacement (first index) at (..., 2) m from a tip.
+    """Traction (..., 2) Pa across lines along the crack, and slope (..., 2) of the displacement along it, at (..., 2) m.
 
     Those of K_I - i K_II = ``mode`` in Pa sqrt(m) (Williams 1957), by Muskhelishvili's potentials: phi' is
     mode / (2 sqrt(2 pi z)).
     """
-    z = place[..., 0] + 1j * (place[..., 1] + 0.0)  # not -0.0, which is the right face
+    z = place[..., 0] + 1j * place[..., 1]
     phi = mode / (2 * math.sqrt(2 * math.pi)) / np.sqrt(z)
     bent, psi = -phi / (2 * z), np.conj(mode) / mode * phi - phi / 2
     even, odd = (3 - poisson) / (1 + poisson) * phi - np.conj(phi), z * np.conj(bent) + np.conj(psi)
-    twice_shear = modulus / (1 + poisson)
-    along, across = (even - odd) / twice_shear, 1j * (even + odd) / twice_shear
-    turned = np.conj(z) * bent + psi
-    xx, yy, xy = 2 * phi.real - turned.real, 2 * phi.real + turned.real, turned.imag
-    stress = np.stack([xx, xy, xy, yy], axis=-1).reshape(*z.shape, 2, 2)
-    gradient = np.stack([along.real, across.real, along.imag, across.imag], axis=-1).reshape(*z.shape, 2, 2)
-    return stress, gradient
+    slope, turned = (even - odd) * (1 + poisson) / modulus, np.conj(z) * bent + psi
+    traction = np.stack([turned.imag, 2 * phi.real + turned.real], axis=-1)
+    return traction, np.stack([slope.real, slope.imag], axis=-1)
 
 
 def _rotation(deformation: np.ndarray) -> np.ndarray:

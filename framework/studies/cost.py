@@ -56,10 +56,10 @@ def cost_of(tasks: Sequence[Task], rows: Sequence[Mapping[str, Any]], build: Any
     probed: list[tuple[float, float]] = []
     for name, same in waiting.items():
         known = finished.get(name)
-        if known is None:
-            if len(probed) < KINDS:
-                probed.append(probe(build(same[len(same) // 2])))
-            known = probed if len(probed) == KINDS else probed[-1:]
+        if known is None and len(probed) < KINDS:
+            probed.append(probe(build(same[len(same) // 2])))
+            known = probed[-1:]
+        known = known or probed
         cpu += len(same) * sum(each for each, _ in known) / len(known)
         disk += len(same) * sum(each for _, each in known) / len(known)
     return StudyCost(len(tasks), cpu, disk, measured=not probed)

@@ -1,0 +1,131 @@
+"""What a study will cost: sums by hand over finished cases and over probes, and what the workers have left to do."""
+
+from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from study_cases import LAWS, SHORT
+from study_rows import row
+from support import ROCK
+
+import grainlaw as gl
+from grainlaw.geometry import Bricks, rectangle
+from grainlaw.studies import case, cost, workers
+from grainlaw.studies.case import SAME, Task, Watch
+from grainlaw.studies.cost import KINDS, ROW, cost_of
+from grainlaw.studies.workers import GivenExecutor, Watcher
+
+
+def tasks(law, count):
+    return [Task(f"{law}{k}", {"law": law, "seed": k}) for k in range(count)]
+
+
+FINISHED = [
+    row({"law": "A", "seed": 8}, cost={"cpu": 2.0, "bytes": 100}),
+    row({"law": "A", "seed": 9}, cost={"cpu": 4.0, "bytes": 300}),
+    row({"law": "B", "seed": 9}, status="killed") | {"cost": {}},
+]
+
+
+def test_cases_cost_what_finished_ones_of_their_kind_did():
+    found = cost_of(tasks("A", 3), FINISHED, lambda task: pytest.fail("it is built"))
+    assert (found.cases, found.cpu, found.disk, found.measured) == (3, 3 * 3.0, 3 * (200 + ROW), True)
+
+
+def test_one_case_of_each_other_kind_is_probed(monkeypatch):
+    monkeypatch.setattr(cost, "probe", lambda case: (10.0, 1000.0) if case == "B1" else pytest.fail(case))
+    found = cost_of([*tasks("A", 3), *tasks("B", 2)], FINISHED, lambda task: task.case)
+    assert (found.cases, found.cpu, found.disk, found.measured) == (5, 9.0 + 20.0, 3 * (200 + ROW) + 2000.0, False)
+
+
+def test_of_many_kinds_some_are_probed_and_the_others_cost_their_mean(monkeypatch):
+    monkeypatch.setattr(cost, "probe", lambda number: (float(number), 10.0 * number))
+    many = [task for k in range(1, KINDS + 3) for task in tasks(f"law {k}", 1)]
+    found = cost_of(many, [], lambda task: int(task.factors["law"].split()[1]))
+    each = KINDS * (KINDS + 1) / 2
+    assert (found.cpu, found.disk) == (each + 2 * each / KINDS, 10 * each + 20 * each / KINDS)
+
+
+def test_a_probe_is_its_start_the_steps_and_all_samples(monkeypatch):
+    """On a clock that goes on by 1 s at each look, and with steps that take 100 s; four bricks touch at four sides."""
+    looks = iter(range(100))
+    monkeypatch.setattr(cost, "time", SimpleNamespace(process_time=lambda: next(looks)))
+    monkeypatch.setattr(cost, "estimate", lambda *given: SimpleNamespace(seconds=100.0))
+    specimen = gl.Specimen(Bricks(rows=2, columns=2).tessellate(rectangle(0.02, 0.02)), ROCK)
+    bytes_ = 3000 + 6 * (26 * 20 + 10 * 4 * 4 + 20 * 4 * 2)
+    assert cost.probe(gl.Run(specimen, LAWS["linear"], SHORT)) == (1 + 100 + 20 / 3, bytes_)
+
+
+# --- what the workers are doing ---------------------------------------------------------------------------------------
+
+
+class Told:
+    """Bars that keep what they were told, by name."""
+
+    def __init__(self):
+        self.is_seen, self.said = True, {}
+
+    def bar(self, name):
+        def tell(share, words):
+            self.said[name] = share, words
+
+        return SimpleNamespace(tell=tell, remove=lambda: self.said.pop(name))
+
+
+def test_bars_say_what_is_done_failed_and_at_work(monkeypatch, tmp_path):
+    """One worker: 2 s are done in 4 s, so that the other case, of 2 s, takes as long."""
+    clock, bars, by = [100.0], Told(), GivenExecutor(None)
+    monkeypatch.setattr(workers, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    by.folder = str(tmp_path)
+    first, second, third = tasks("A", 3)
+    watcher = Watcher([first, second, third], by, bars)
+    (tmp_path / "A0.77").write_text("0.250 load, 3 samples")
+    (tmp_path / "A1.78").write_text("")
+    (tmp_path / "other.79").write_text("0.5 not of this study")
+    (tmp_path / "A2.80").write_text("what is half written")
+    watcher.look()
+    assert bars.said == {}  # it has just begun
+    clock[0] += 0.6
+    bars.is_seen = False
+    watcher.look()
+    assert bars.said == {}
+    bars.is_seen = True
+    watcher.look()
+    assert bars.said == {
+        "law = A, seed = 0": (0.25, "load, 3 samples"), "law = A, seed = 1": (0.0, "starting"),
+        "cases": (0.0, "0 of 3"),
+    }  # fmt: skip
+    (tmp_path / "A0.77").unlink()
+    clock[0] = 104.0
+    watcher.done(first, {"status": "finished", "cost": {"seconds": 1.0}})
+    watcher.done(third, {"status": "unstable", "cost": {"seconds": 1.0}})
+    watcher.look()
+    assert bars.said == {
+        "law = A, seed = 1": (0.0, "starting"), "cases": (2 / 3, "2 of 3, about 2 s left, 1 failed"),
+    }  # fmt: skip
+    watcher.done(second, {"status": SAME, "cost": {}})
+    assert bars.said["cases"] == (1.0, "3 of 3, 1 failed")
+
+
+def test_at_most_eight_workers_are_shown(monkeypatch, tmp_path):
+    by, bars = GivenExecutor(ThreadPoolExecutor(3)), Told()
+    monkeypatch.setattr(workers, "OFTEN", 0.0)
+    by.folder = str(tmp_path)
+    for k in range(10):
+        (tmp_path / f"A{k}.1").write_text("0.5 load")
+    Watcher(tasks("A", 10), by, bars).look()
+    assert len(bars.said) == 1 + 8
+    assert (by.count, by.ahead) == (3, 9)
+    assert GivenExecutor(None).ahead == 1000  # of some whose number is not known
+
+
+def test_a_worker_says_how_far_it_is_twice_a_second(monkeypatch, tmp_path):
+    clock = [100.0]
+    monkeypatch.setattr(case, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    watch, stage, curves = Watch(tmp_path / "A0.1"), SimpleNamespace(name="load"), {"time": np.arange(3.0)}
+    for passed, progress in ((0.0, 0.125), (0.4, 0.25), (0.2, 0.5)):
+        clock[0] += passed
+        watch.observe(None, curves, stage, progress)
+        said = (tmp_path / "A0.1").read_text()
+        assert said.startswith("0.125 load" if clock[0] < 100.5 else "0.500 load")
