@@ -23,6 +23,7 @@ def test_lengths_by_mode_over_time():
     tensile, shear = gl.crack_lengths(cracks, np.array([0.5, 1, 2.5, 3]))
     assert tensile.tolist() == [0, 1, 3, 3]
     assert shear.tolist() == [0, 0, 4, 12]
+    assert str(cracks_of(3, mode=[0, 0.6, 1])) == "Cracks(cracks: 3, tensile: 1, shear: 2)"
 
 
 def test_rose_is_weighted_by_length():
@@ -66,6 +67,8 @@ def test_breaks_near_in_space_and_time_are_one_event():
     assert clustered(cracks_of(5, **BREAKS), 0.9e-3, 1e-6).breaks.tolist() == [1, 1, 1, 1, 1]
     assert clustered(cracks_of(5, **BREAKS), 1.5e-3, 0.4e-6).breaks.tolist() == [1, 1, 1, 1, 1]
     assert clustered(cracks_of(5, **BREAKS), 1.5e-3, 9.6e-6).breaks.tolist() == [4, 1]
+    assert 0.4 - 0.1 > 0.3  # but by rounding alone
+    assert clustered(cracks_of(2, time=[0.1, 0.4]), 1.0, 0.3).breaks.tolist() == [2]
     assert len(clustered(cracks_of(0), 1, 1)) == 0
     silent = clustered(cracks_of(2, position=[(0, 0), (2e-3, 0)]), 3e-3, 0)
     assert silent.position == pytest.approx(np.array([(1e-3, 0)]))

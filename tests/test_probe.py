@@ -9,8 +9,10 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
+from grainlaw.results.figures.probe import _right
 from grainlaw.results.probe import law_at
 from grainlaw.units import mm
+from grainlaw.workbench.law_figure import Reach
 
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=10, mode_ii_energy=20)
 PULL = UniaxialTension(loading=gl.Constant(speed=0.05), maximum_strain=6e-4)
@@ -151,6 +153,91 @@ def test_the_verdict_says_how_and_how_nearly(pulled):
     still = attrs.evolve(probe.paths[0], law=Linear(**STIFF), normal=-np.abs(probe.paths[0].normal))
     assert "did not break, opening" in str(still)
     assert "never in tension" in str(still)
+
+
+#: 10 MPa at 0.1 um of opening; 20 MPa at 0.4 um of slip, 15 and 25 MPa under 5 MPa of tension and of pressure
+HAND = MohrCoulomb(
+    kn=1e14, ks=5e13, tensile_strength=10e6, cohesion=20e6, friction_angle=45, residual_friction_angle=45
+)
+
+
+def walked(**changed):
+    """A path by hand: pulled and sheared, until it broke."""
+    return gl.ContactPath(**{
+        "point": 5, "grains": (1, 2), "position": np.array([1e-3, 2.5e-3]), "law": HAND, "broken": 2e-3, "mode": 0.3,
+        "time": np.array([0, 1, 2, 3]) * 1e-3, "opening": np.array([0, 0.5, 2, 0]) * 1e-7,
+        "slip": np.array([0, -2, -3, 0]) * 1e-7, "normal": np.array([0, 5e6, 0, 9e6]),
+        "shear": np.array([0, -10e6, 0, 19e6]), "damage": np.array([0, 0, 1, 1.0]), **changed,
+    })  # fmt: skip
+
+
+def test_a_verdict_by_hand():
+    assert str(walked()).replace("9.999", "10") == (
+        "contact 5 between grains 1 and 2 at (1.0, 2.5) mm: broke at 0.002 s in tension (share of shear 0.30), opening "
+        "0.2 um, slip -0.3 um; peak tension 5 of 10 MPa, peak shear 10 of 15 MPa under a tension of 5 MPa"
+    )
+    assert "broke at 0.002 s in shear (share of shear 0.50)" in str(walked(mode=0.5))
+    pressed = walked(
+        broken=np.nan, mode=np.nan, normal=np.array([0, -5e6, 0, 0]), damage=np.array([0, 0, 0, 0.25]),
+        shear=np.array([0, 10e6, 0, 0]), slip=np.array([0, 0, 0, 4e-7]),
+    )  # fmt: skip
+    assert str(pressed) == (
+        "contact 5 between grains 1 and 2 at (1.0, 2.5) mm: did not break, damage 0.25, opening 0 um, slip 0.4 um; "
+        "never in tension, peak shear 10 of 25 MPa under a pressure of 5 MPa"
+    )
+    assert "opening 0 um, slip 0 um; never in tension, peak shear 0 of 20 MPa under a pressure" in str(
+        walked(broken=0.0)
+    )
+
+
+def test_axes_of_a_path_show_it_and_the_law():
+    """The law is drawn to 1.1 times the larger of its break and twice its peak, axes to what has happened."""
+    figure = walked().plot()
+    pull, shear, strength = figure.subfigs[0].axes[:3]
+    (_, law, cross), (free, held, _) = pull.lines, shear.lines
+    assert law.get_xydata()[-1] == pytest.approx([0.22, 0], abs=1e-4)
+    assert law.get_ydata().max() == pytest.approx(10, rel=5e-3)
+    assert cross.get_xydata().tolist() == [pytest.approx([0.2, 0])]
+    assert pull.get_xlim() == pytest.approx((-0.05 * 0.3, 0.3), rel=1e-3)  # three times the peak
+    assert pull.get_ylim() == pytest.approx((-0.6, 11), rel=5e-3)
+    assert free.get_label() == "law, no pressure"
+    assert held.get_label() == "law, 5 MPa tension"
+    assert free.get_xdata()[-1] == pytest.approx(-0.88, rel=1e-3)
+    assert (free.get_ydata().min(), held.get_ydata().min()) == pytest.approx((-20, -15), rel=5e-3)
+    assert shear.get_xlim() == pytest.approx((-1.2, 0.18), rel=1e-3)
+    assert shear.get_ylim() == pytest.approx((-20 - 0.06 * 39, 19 + 0.1 * 39), rel=5e-3)
+    assert np.array(shear.collections[1].get_offsets()) == pytest.approx(
+        np.array([(0, 0), (-0.2, -10), (-0.3, 0), (0, 19)])
+    )
+    assert np.array(strength.collections[1].get_offsets()) == pytest.approx(
+        np.array([(0, 0), (-5, 10), (0, 0), (-9, 19)])
+    )
+    peak = strength.lines[0].get_xydata()
+    assert peak[0] == pytest.approx([-10, 0], abs=0.01)
+    assert peak[-1] == pytest.approx([10, 30], abs=0.01)  # half of the larger strength
+    assert figure.subfigs[0].get_suptitle() == "contact 5, grains 1 and 2, at (1.0, 2.5) mm: broke at 2 ms"
+
+
+def test_axes_of_a_path_that_was_pressed():
+    pressed = walked(
+        broken=np.nan, normal=np.array([0, -20e6, 0, 0]), shear=np.array([0, 10e6, 0, 0]),
+        opening=np.array([0, -2e-7, 0, 0]),
+    )  # fmt: skip
+    figure = pressed.plot()
+    pull, shear, strength = figure.subfigs[0].axes[:3]
+    assert len(pull.lines) == 2  # no cross
+    assert pull.lines[0].get_xydata()[-1] == pytest.approx([-0.2, -20])
+    assert pull.get_xlim() == pytest.approx((-0.2 - 0.05 * 0.3, 0.3), rel=1e-3)
+    assert shear.lines[1].get_label() == "law, 20 MPa pressure"
+    assert shear.get_xlim() == pytest.approx((-0.15 * 2.4, 2.4), rel=1e-3)  # 40 MPa at 0.8 um
+    assert strength.lines[0].get_xydata()[-1] == pytest.approx([22, 42], abs=0.01)
+    assert "unbroken" in figure.subfigs[0].get_suptitle()
+
+
+def test_an_axis_shows_a_path_but_not_all_of_a_long_slide():
+    assert _right(0.1, Reach(0.01, 0.2)) == pytest.approx(1.15 * 0.1)
+    assert _right(0.5, Reach(0.01, 0.2)) == pytest.approx(1.15 * 1.3 * 0.2)
+    assert _right(0.01, Reach(0.1, 0.2)) == pytest.approx(3 * 0.1)
 
 
 @pytest.mark.thorough

@@ -115,6 +115,77 @@ def test_a_file_that_is_hurt_is_missing(what, hurt, tmp_path):
     assert sum(each is not None for each in store.rows(case["case"] for case in CASES)) == 5
 
 
+def test_several_hurt_files_are_one_warning(tmp_path):
+    fill(tmp_path)
+    for file in list((tmp_path / "cases").glob("*/*"))[:3]:
+        cut(file)
+    with pytest.warns(gl.OutputWarning, match="cannot be read, nor 2 others: what they hold") as heard:
+        assert len(Store(tmp_path)) == 3
+    assert len(heard) == 1
+
+
+@pytest.mark.parametrize(("kind", "hurt", "left"), [("index", link, 0), ("jsonl", os.unlink, 0), ("zip", os.unlink, 0)])
+def test_a_file_of_a_pack_that_is_hurt_is_named(kind, hurt, left, tmp_path):
+    fill(tmp_path)
+    Store(tmp_path).pack(1)
+    assert not list((tmp_path / "cases").glob("*/*")) + list((tmp_path / "runs").glob("*/*"))
+    hurt(tmp_path / "packs" / f"000001.{kind}")
+    with pytest.warns(gl.OutputWarning) as heard:
+        assert len(Store(tmp_path)) == left
+    assert f"000001.{kind} cannot be read: what" in str(heard[0].message)
+
+
+@pytest.mark.parametrize("lost", range(8, 18))  # within the line of the last case, whose checksum is the end of it
+def test_an_index_that_is_cut_loses_the_case_where_it_is_cut(lost, tmp_path):
+    fill(tmp_path)
+    Store(tmp_path).pack(1)
+    index = tmp_path / "packs" / "000001.index"
+    index.write_bytes(index.read_bytes()[:-lost])
+    with pytest.warns(gl.OutputWarning, match="cannot be read"):
+        assert len(Store(tmp_path)) == 5
+
+
+def test_an_index_leads_to_no_file_beyond_the_store(tmp_path):
+    folder = tmp_path / "s"
+    fill(folder)
+    Store(folder).pack(1)
+    index, case = folder / "packs" / "000001.index", CASES[0]["case"]
+    index.write_text(index.read_text().replace(f"{case} {case}", f"{case} ../mine"))
+    (folder / "mine.npz").write_bytes(b"")
+    with pytest.warns(gl.OutputWarning, match="000001.* cannot be read"):
+        assert len(Store(folder)) == 5
+
+
+@pytest.mark.parametrize("what", ["cases", "runs"])
+def test_what_cannot_be_read_is_not_packed(what, tmp_path):
+    """It may be of another study, which will write it again."""
+    fill(tmp_path)
+    cut(next((tmp_path / what).glob("*/*")))
+    with pytest.warns(gl.OutputWarning):
+        store = Store(tmp_path)
+    assert (store.pack(6), store.pack(5)) == (0, 5)
+    with pytest.warns(gl.OutputWarning):
+        assert fill(tmp_path) == 1
+    whole(tmp_path)
+
+
+def test_packs_are_numbered_on(tmp_path):
+    store = Store(tmp_path)
+    for each in CASES[:4]:
+        store.write(each, None)
+        assert store.pack(1) == 1
+    assert len(Store(tmp_path)) == len(store) == 4
+    assert [file.name for file in sorted((tmp_path / "packs").glob("*.zip"))] == [f"00000{k}.zip" for k in (1, 2, 3, 4)]
+
+
+def test_a_case_that_was_killed_and_then_finished_is_finished(tmp_path):
+    """Also where the row of the kill was not removed, in whatever order the files are listed."""
+    fill(tmp_path)
+    for file in list((tmp_path / "cases").glob("*/*")):
+        file.with_suffix(".killed.json").write_text(json.dumps(json.loads(file.read_text()) | {"status": "killed"}))
+    whole(tmp_path)
+
+
 @pytest.mark.parametrize("said", ["", "[1]", '["format"]', "{}", "[" * 10**5])
 def test_what_a_store_says_of_itself_is_said_again(said, tmp_path):
     fill(tmp_path)

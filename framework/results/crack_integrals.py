@@ -329,7 +329,7 @@ class _Points:
 
 
 def williams(place: np.ndarray, mode: complex, modulus: float, poisson: float) -> tuple[np.ndarray, np.ndarray]:
-    """Traction (..., 2) Pa across lines along the crack, and slope (..., 2) of the displacement along it, at (..., 2) m.
+    """Traction (..., 2) Pa on lines along the crack, and slope (..., 2) along it of the displacement, at (..., 2) m.
 
     Those of K_I - i K_II = ``mode`` in Pa sqrt(m) (Williams 1957), by Muskhelishvili's potentials: phi' is
     mode / (2 sqrt(2 pi z)).

@@ -215,6 +215,5 @@ def stress_at_share(curves: Mapping[str, np.ndarray], time: np.ndarray, count: n
     if not at_peak > 0:
         return NAN
     reached = int(np.argmax(count >= share * at_peak))
-    before = max(reached - 1, 0)
-    when = np.interp(share * at_peak, count[before : reached + 1], time[before : reached + 1])
+    when = np.interp(share * at_peak, count[: reached + 1], time[: reached + 1])
     return float(np.interp(when, curves[TIME], stress))

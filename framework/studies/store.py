@@ -128,7 +128,7 @@ class Store:
         try:
             file = self._run_file(key)
             return _is_file(file) and size in (None, file.stat().st_size)
-        except (OSError, ParameterError):
+        except OSError:
             return False
 
     def _warn(self, files: list[str]) -> None:
@@ -259,6 +259,9 @@ class Store:
                     self._remove([case.hex()])
                 else:
                     loose.append(case.hex())
+            if len(loose) >= max(least, 1):
+                self.refresh()
+                loose = [case for case in loose if bytes.fromhex(case) in self.entries]  # others are written again
             while len(loose) >= max(least, 1):
                 some, loose = loose[:PACKED], loose[PACKED:]
                 self._write_pack(some)
@@ -308,8 +311,6 @@ class Store:
         return self.path / CASES / case[:2] / f"{case}{f'.{KILLED}' if killed else ''}.json"
 
     def _run_file(self, key: str) -> Path:
-        if not key or not _HEX.issuperset(key):
-            raise ParameterError(f"{self.path}: '{key}' is no key of a run")
         return self.path / RUNS / key[:2] / f"{key}.npz"
 
     def _pack_numbers(self) -> list[int]:
@@ -346,13 +347,14 @@ class Store:
             try:
                 case, run, status, start, size, checksum = line.split(" ")
                 key, first, last = bytes.fromhex(case), int(start), int(start) + int(size)
+                run, right = "" if run == "-" else run, zlib.crc32(rows[first:last]) == int(checksum, 16)
             except ValueError:
                 self._warn([str(index)])
                 continue
-            if len(key) != 32 or zlib.crc32(rows[first:last]) != int(checksum, 16):
+            if len(key) != 32 or not right or not _HEX.issuperset(run):
                 pack.damaged[key] = str(text)
                 continue
-            pack.entries[key] = StoredCase("" if run == "-" else run, status, number, first, last - first)
+            pack.entries[key] = StoredCase(run, status, number, first, last - first)
         return pack
 
 
