@@ -1,16 +1,20 @@
 """The laboratory report: fragments, energy lost and stress windows of small specimens, against hand computation."""
 
+from types import SimpleNamespace
+
 import attrs
 import numpy as np
 import pytest
 from support import ROCK, STIFF, STRONG, Hillerborg, nodal_forces, small_sample, state_of
 
 import grainlaw as gl
+from grainlaw.columns import ENERGIES
 from grainlaw.engine.dissipation import balance
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CamachoOrtiz, CohesiveCrack, Friction, Linear, MohrCoulomb, PrePeak
 from grainlaw.protocols import DirectShear, JointTension, UniaxialCompression, UniaxialTension
 from grainlaw.results.acoustic import shear_wave_speed
+from grainlaw.results.result import energy_error, energy_made, energy_returned
 from grainlaw.window import window_mean
 
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=150)
@@ -18,6 +22,51 @@ COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=150)
 
 def blocks(height=4e-3):
     return gl.Specimen(Bricks(rows=2).tessellate(rectangle(10e-3, height)), ROCK)
+
+
+# --- the ledger of a run, by which it is judged ----------------------------------------------------------------------
+
+
+def ledger(**energies):
+    """Columns of energies, 0 where not given."""
+    return {f"energy_{name}": np.array(energies.get(name, [0.0, 0, 0])) for name in ENERGIES}
+
+
+LIFTING = MohrCoulomb(**STRONG, dilation_angle=5)
+LEDGER = ledger(external=[0, 4, -10], zones=[0, 3, -2], contacts_normal=[0, -2, 5], contacts_shear=[0, -1, 5])
+
+
+def test_the_error_of_the_ledger_is_its_largest_gap_over_the_largest_work():
+    assert energy_error(LEDGER) == pytest.approx(18 / 10)
+    assert energy_error(LEDGER | ledger(external=[0, 4, 8], kinetic=[0, 2, 0], absorbed=[0, 2, 8])) == 0
+    heated = ledger(external=[0, 0, 1], zones=[0, 3, 20], zones_thermal=[0, -2, -20])
+    assert energy_error(heated) == pytest.approx(1 / 20)  # of heat
+
+
+def test_energy_that_contacts_have_made_is_the_most_of_a_frame():
+    frames = [SimpleNamespace(bonds={"made": np.array(made)}) for made in ([0, 0.0], [1, 1.0], [1, 0.0])]
+    assert energy_made(LEDGER, frames, np.array([2, 1])) == pytest.approx(3 / 10)
+    assert energy_made(LEDGER, frames, np.array([20, 1])) == 1  # more than all work
+    assert energy_made(ledger(), frames[:1], np.ones(2)) == 0
+
+
+@pytest.mark.parametrize(
+    ("law", "works", "replaced", "expected"),
+    [
+        (Linear(**STIFF), [[1, 1], [1, 1]], False, 0.2),  # of the two courses the one that gives back most
+        (Linear(**STIFF), [[1, -3], [0, -1]], False, 0.8),  # 3 and 1 J/m2 on 2 m
+        (Linear(**STIFF), [[1, -3], [0, -1]], True, 0.2),
+        (Linear(**STIFF), [[1, -3], [0, 2]], False, 0.6),
+        (LIFTING, [[1, -3], [0, 2]], False, 0.3),  # together
+        (LIFTING, [[1, -3], [0, 1]], False, 0.4),
+    ],
+)
+def test_energy_that_contacts_have_given_back(law, works, replaced, expected):
+    state = SimpleNamespace(
+        model=SimpleNamespace(laws=law), bonds=SimpleNamespace(work=np.array(works, float)),
+        contact_lengths=np.array([1.0, 2.0]), replaced=np.array([replaced]),
+    )  # fmt: skip
+    assert energy_returned(LEDGER, state) == pytest.approx(expected)
 
 
 # --- energy lost -----------------------------------------------------------------------------------------------------

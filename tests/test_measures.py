@@ -84,6 +84,12 @@ def test_a_measure_of_a_user_stands_in_the_table_with_unit_and_source(result, tm
     assert "one eighth" not in (tmp_path / "standard.html").read_text("utf-8")
 
 
+def test_points_that_have_broken_are_those_of_the_cracks(result):
+    laboratory, cracks = result.laboratory, result.cracks
+    assert 0 < len(cracks) == laboratory.broken.sum()
+    assert 0 < cracks.tensile.sum() == (laboratory.broken & laboratory.tensile).sum() < len(cracks)
+
+
 def test_a_measure_may_be_found_from_others(result):
     class Ratio(gl.Measure):
         name, meaning, asked = "ratio", "CI over the onset of damage", 0

@@ -12,13 +12,16 @@ import numpy as np
 import pytest
 import pyvista
 from command_line import invoke
-from support import PULL, ROCK, STRONG, nodal_forces, small_sample, state_of
+from support import BRITTLE, PULL, ROCK, STRONG, nodal_forces, small_sample, state_of
 
 import grainlaw as gl
+from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack
 from grainlaw.results.frames import FrameClock, packed, take_frame, unpacked
 from grainlaw.results.paraview import NAME, write_script
-from grainlaw.results.vtk import VtkWriter, strains, tensors
+from grainlaw.results.tables import breaks
+from grainlaw.results.vtk import VtkSeries, VtkWriter, principal, strains, tensors
+from grainlaw.units import mm
 
 LAW = CohesiveCrack(**STRONG, mode_i_energy=1, mode_ii_energy=2)
 SHORT = attrs.evolve(PULL, samples=20)
@@ -72,6 +75,62 @@ def test_zones_have_their_own_stress_of_which_grains_have_the_mean(made):
     mean = np.array([np.bincount(mesh.zone_grain, row, count) for row in rows]).T
     mean /= result.specimen.grains.areas[:, None]
     assert np.allclose(mean, read.cell_data["stress"][mesh.first_zone[:-1]], rtol=1e-9, atol=1e-3)
+
+
+def pulled_apart():
+    """Three bricks of 10 x 2 mm, the lower two of one grain, each pulled 0.995 um off the one below."""
+    bricks = attrs.evolve(Bricks(rows=3, columns=1).tessellate(rectangle(10 * mm, 6 * mm)), parent=np.array([0, 0, 1]))
+    specimen = gl.Specimen(bricks, ROCK)
+    state = state_of(specimen, BRITTLE)
+    for opening in np.linspace(0, 0.995e-6, 200):
+        nodal_forces(state, np.outer(specimen.mesh.node_grain, [0.0, opening]))
+    state.note_breaks()
+    return state
+
+
+def test_breaks_in_a_table_and_in_a_picture_by_hand(tmp_path):
+    state = pulled_apart()
+    table = breaks(state)
+    assert sorted(zip(table["grain_a"], table["grain_b"], table["x"], table["y"], table["inside"], strict=True)) == [
+        pytest.approx(row)
+        for row in [
+            (0, 1, 0.0025, 0.002, 1),
+            (0, 1, 0.0075, 0.002, 1),
+            (1, 2, 0.0025, 0.004, 0),
+            (1, 2, 0.0075, 0.004, 0),
+        ]
+    ]
+    assert table["orientation"] == pytest.approx(0, abs=1e-12)
+    assert table["length"] == pytest.approx(5 * mm)
+    assert (table["mode"] == 0).all()
+    assert table["spent"] == pytest.approx(13e6**2 / (2 * 1.05e14), rel=0.05)  # what a spring held
+    frame = take_frame(state)
+    assert frame.zones == {}
+    lines = VtkSeries(tmp_path, state.specimen, state.bonds.ends)._cracks(frame)
+    found = {name: rows[0].tolist() for name, rows in lines.cell_data.items()}
+    assert found["kind"] == found["inside"] == [1, 0, 1, 0]
+    assert (found["grain_a"], found["grain_b"]) == ([0, 1, 0, 1], [1, 2, 1, 2])
+    middles = lines.points.reshape(-1, 2, 3).mean(axis=1)
+    assert middles == pytest.approx(
+        np.array([[7.5, 2.0005, 0], [7.5, 4.0015, 0], [2.5, 2.0005, 0], [2.5, 4.0015, 0]]) * mm, rel=1e-5
+    )
+    assert np.ptp(lines.points.reshape(-1, 2, 3), axis=1) == pytest.approx(np.array([[5 * mm, 0, 0]] * 4), abs=1e-12)
+
+
+def test_a_contact_is_a_line_along_its_tangent_by_hand(tmp_path):
+    contacts = {"position": np.array([[1.0, 2.0]]), "tangent": np.array([[0.6, 0.8]]), "length": np.array([2.0])}
+    frame = SimpleNamespace(contacts=contacts | {"grains": np.array([[3, 5]]), "opening": np.array([-1e-6])})
+    specimen = small_sample(6)
+    lines = VtkSeries(tmp_path, specimen, specimen.mesh.interfaces)._contacts(frame)
+    assert lines.points == pytest.approx(np.array([[0.4, 1.2, 0], [1.6, 2.8, 0]]))
+    assert {name: rows[0].tolist() for name, rows in lines.cell_data.items()} == {
+        "opening": [-1e-6], "grain_a": [3], "grain_b": [5],
+    }  # fmt: skip
+
+
+def test_principal_stresses_by_hand():
+    """Mohr's circle about 2 MPa, of radius 5 MPa."""
+    assert principal(np.array([[5.0, -1.0, 4.0]])) == (7.0, -3.0)
 
 
 @pytest.mark.parametrize("plane", list(gl.Plane))

@@ -3,7 +3,7 @@
 import attrs
 import numpy as np
 import pytest
-from support import ROCK, STIFF, STRONG, small_sample
+from support import ROCK, STIFF, STRONG, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
@@ -114,7 +114,6 @@ def test_a_probe_begins_anew_with_another_run():
     assert len(probe.paths[0].time) == len(first.curves["time"])
 
 
-@pytest.mark.thorough
 def test_a_point_has_the_law_of_its_phases_and_its_own_numbers():
     bricks = Bricks(rows=4, columns=1).tessellate(rectangle(10 * mm, 40 * mm))
     phases = attrs.evolve(bricks, phase=np.array([0, 0, 1, 1]))
@@ -124,8 +123,13 @@ def test_a_point_has_the_law_of_its_phases_and_its_own_numbers():
         (0, 0): Linear(**STIFF), (0, 1): MohrCoulomb(**STRONG),
         (1, 1): MohrCoulomb(**STRONG | {"tensile_strength": strengths}),
     }  # fmt: skip
-    probe = gl.Probe(points=range(6))
-    gl.simulate(rock, laws, attrs.evolve(PULL, maximum_strain=2e-5), observers=[probe])
+    probe = gl.Probe(points=range(6), places=[(7 * mm, 21 * mm)])
+    probe.observe(state_of(rock, laws), {}, None, 0.0)
+    assert len(probe.paths) == 6  # the place is that of one of them
+    nearest = gl.Probe(places=[(7 * mm, 21 * mm)])
+    nearest.observe(state_of(rock, laws), {}, None, 0.0)
+    assert nearest.paths[0].position == pytest.approx([7.5 * mm, 20 * mm])
+    assert nearest.paths[0].grains == (1, 2)
     found = {path.point: (path.grains, type(path.law).__name__, getattr(path.law, "tensile_strength", None)) for path in
              probe.paths}  # fmt: skip
     assert sorted(found.values(), key=str) == [
@@ -195,6 +199,7 @@ def test_axes_of_a_path_show_it_and_the_law():
     figure = walked().plot()
     pull, shear, strength = figure.subfigs[0].axes[:3]
     (_, law, cross), (free, held, _) = pull.lines, shear.lines
+    assert [text.get_text() for text in pull.get_legend().get_texts()] == ["law", "broken"]
     assert law.get_xydata()[-1] == pytest.approx([0.22, 0], abs=1e-4)
     assert law.get_ydata().max() == pytest.approx(10, rel=5e-3)
     assert cross.get_xydata().tolist() == [pytest.approx([0.2, 0])]

@@ -126,6 +126,18 @@ def test_the_time_left_is_that_of_cases_of_their_kind(monkeypatch):
     assert watcher.seconds_left() == pytest.approx((1 + 2 * 3) / 2)
 
 
+def test_cases_of_a_kind_of_which_none_is_done_take_the_mean_of_all(monkeypatch):
+    """One worker: 6 s of work are done in 6 s, by three cases; two others are left."""
+    now = iter([100.0, 106.0])
+    monkeypatch.setattr("grainlaw.studies.workers.time", SimpleNamespace(monotonic=lambda: next(now)))
+    tasks = [Task(f"{k}", {"law": law, "seed": k}) for k, law in enumerate("AABCC")]
+    watcher = Watcher(tasks, None, None)
+    assert watcher.seconds_left() == 0
+    for task, seconds in zip(tasks[:3], (1.0, 1.0, 4.0), strict=True):
+        watcher.done(task, {"status": "finished", "cost": {"seconds": seconds}})
+    assert watcher.seconds_left() == pytest.approx(2 * 2)
+
+
 @pytest.mark.thorough
 def test_a_run_that_was_watched_goes_on_unwatched(terminal, tmp_path):
     stop = gl.Stop()

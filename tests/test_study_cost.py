@@ -3,6 +3,7 @@
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
+import attrs
 import numpy as np
 import pytest
 from study_cases import LAWS, SHORT
@@ -48,13 +49,16 @@ def test_of_many_kinds_some_are_probed_and_the_others_cost_their_mean(monkeypatc
 
 
 def test_a_probe_is_its_start_the_steps_and_all_samples(monkeypatch):
-    """On a clock that goes on by 1 s at each look, and with steps that take 100 s; four bricks touch at four sides."""
-    looks = iter(range(100))
+    """By a clock, and with steps that take 100 s; four bricks touch at four sides."""
+    looks, steps = iter([7, 9, 20, 26] * 2), []
     monkeypatch.setattr(cost, "time", SimpleNamespace(process_time=lambda: next(looks)))
-    monkeypatch.setattr(cost, "estimate", lambda *given: SimpleNamespace(seconds=100.0))
+    monkeypatch.setattr(cost, "estimate", lambda count, *_: steps.append(count) or SimpleNamespace(seconds=100.0))
     specimen = gl.Specimen(Bricks(rows=2, columns=2).tessellate(rectangle(0.02, 0.02)), ROCK)
     bytes_ = 3000 + 6 * (26 * 20 + 10 * 4 * 4 + 20 * 4 * 2)
-    assert cost.probe(gl.Run(specimen, LAWS["linear"], SHORT)) == (1 + 100 + 20 / 3, bytes_)
+    run = gl.Run(specimen, LAWS["linear"], SHORT)
+    for factor in (0.8, 0.4):
+        assert cost.probe(attrs.evolve(run, time_step_factor=factor)) == (2 + 100 + 20 * 6 / 3, bytes_)
+    assert steps[1] == pytest.approx(2 * steps[0])
 
 
 # --- what the workers are doing ---------------------------------------------------------------------------------------

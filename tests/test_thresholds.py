@@ -1,5 +1,7 @@
 """Moduli, crack initiation and crack damage of curves whose kinks are known."""
 
+from types import SimpleNamespace
+
 import attrs
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from support import ROCK
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.moduli import converted
+from grainlaw.results.standard_measures import stress_at_damage
 from grainlaw.results.thresholds import (
     crack_damage,
     crack_volumetric_strain,
@@ -175,6 +178,20 @@ def test_first_hundredth_of_the_cracks_at_the_peak():
     assert stress_at_share(curves, rare, np.array([0, 0, 100, 100]), 0.01) == pytest.approx(25.5 * MPA)
     assert np.isnan(stress_at_share(curves, curves["time"], np.zeros(402), 0.01))
     assert np.isnan(stress_at_share({"time": LOAD}, LOAD, LOAD, 0.01))
+
+
+def damaged_at(*moments):
+    """A laboratory of frames with a number of damaged points at a time."""
+    frames = [SimpleNamespace(time=t, bonds={"damage": np.where(np.arange(100) < n, 0.5, 0)}) for t, n in moments]
+    curves = curves_of(np.concatenate([LOAD, LOAD[::-1]]), np.zeros(402))
+    return SimpleNamespace(result=SimpleNamespace(frames=frames, curves=curves, frame=lambda _, number: frames[number]))
+
+
+def test_the_onset_of_damage_is_read_between_frames():
+    few = damaged_at((0.0, 0), (50, 0), (150, 100), (200, 100))
+    assert stress_at_damage(few) == pytest.approx(25.5 * MPA)
+    assert stress_at_damage(few, 0.5) == pytest.approx(50 * MPA)
+    assert stress_at_damage(damaged_at((100.0, 7))) == pytest.approx(50 * MPA)
 
 
 def test_bad_shares_are_refused():
