@@ -69,6 +69,21 @@ def test_intervals_agree_with_a_fit_of_the_constants_themselves():
     assert np.ptp(fit.slope_interval) / 2 == pytest.approx(student * slope_error, rel=0.5)
 
 
+def test_intervals_of_hoek_and_brown_agree_with_a_fit_of_their_constants():
+    """The same, of (s1 - s3)^2 = m s_ci s3 + s_ci^2, in MPa."""
+    x = np.repeat(np.arange(5.0), 3)
+    y = x + np.sqrt(12 * 120 * x + 120**2) + np.random.default_rng(3).normal(0, 3, len(x))
+    (m, ucs), covariance = curve_fit(lambda x, m, ucs: m * ucs * x + ucs**2, x, (y - x) ** 2, p0=(10, 100))
+    fit = gl.fit_hoek_brown(1e6 * x, 1e6 * y)
+    assert (fit.m, fit.ucs) == pytest.approx((m, 1e6 * ucs), rel=1e-5)
+    student = 2.1604
+    for (low, high), value, error in (
+        (fit.m_interval, m, covariance[0, 0] ** 0.5),
+        (fit.ucs_interval, 1e6 * ucs, 1e6 * covariance[1, 1] ** 0.5),
+    ):
+        assert ((low + high) / 2, (high - low) / 2) == pytest.approx((value, student * error), rel=1e-3)
+
+
 def test_two_tests_have_no_interval_and_no_friction_no_angle():
     assert np.isnan(gl.fit_mohr_coulomb([0, 1e6], [1e8, 1.1e8]).slope_interval).all()
     falling = gl.fit_mohr_coulomb([0, 1e6], [1e8, 0.9e8])

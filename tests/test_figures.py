@@ -4,6 +4,7 @@ import io
 import subprocess
 import sys
 
+import attrs
 import matplotlib.figure
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ import grainlaw as gl
 from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.grains import _told_apart
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
-from grainlaw.results.figures.cracks import box
+from grainlaw.results.figures.cracks import _moment, box, fit
 
 
 @pytest.fixture(scope="module")
@@ -185,6 +186,8 @@ def test_side_by_side_is_at_one_scale(broken):
     figure = gl.side_by_side({"one": broken, "other": small, "third": broken}, columns=2)
     limits = [(axes.get_xlim(), axes.get_ylim()) for axes in figure.axes]
     assert len(limits) == 3
+    assert figure.axes[0].get_gridspec().get_geometry() == (2, 2)
+    assert gl.side_by_side({"one": broken, "other": small}).axes[0].get_gridspec().get_geometry() == (1, 2)
     assert limits[0] == limits[1] == limits[2]
     assert [axes.get_title().split("\n")[0] for axes in figure.axes] == ["one", "other", "third"]
     figure.draw_without_rendering()
@@ -212,6 +215,21 @@ def test_grains_that_share_an_edge_have_different_colours():
     inner = grains.edges.right >= 0
     assert not np.any(number[grains.edges.left[inner]] == number[grains.edges.right[inner]])
     assert number.max() < 7
+
+
+def test_a_moment_is_told_by_the_strain_or_else_by_the_time(broken):
+    strain, time = (
+        np.interp(broken.frames[1].time, broken.curves["time"], broken.curves[x]) for x in ("strain", "time")
+    )
+    assert _moment(broken, 1) == f"strain {100 * strain:.4f} %"
+    assert _moment(attrs.evolve(broken, curves={}), 1) == f"time {1e3 * time:.4g} ms"
+
+
+def test_a_little_room_is_left_around_what_is_shown():
+    axes = matplotlib.figure.Figure().subplots()
+    fit(axes, np.array([1.0, 2.0]), np.array([21.0, 42.0]))
+    room = 0.03 * 40
+    assert (*axes.get_xlim(), *axes.get_ylim()) == pytest.approx((1 - room, 21 + room, 2 - room, 42 + room))
 
 
 @pytest.mark.thorough

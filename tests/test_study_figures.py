@@ -106,7 +106,10 @@ def test_falling_pairs_are_told_from_rising_ones(tmp_path):
     ]
     axes = table_of(rows, tmp_path / "s").plot_paired("force", "law").axes[0]
     pairs = [line for line in axes.lines if line.get_marker() == "None"]
-    assert {(line.get_linestyle(), line.get_color()) for line in pairs} == {("-", COLORS[0]), ("--", COLORS[1])}
+    assert [(line.get_ydata()[1] > line.get_ydata()[0], line.get_linestyle()) for line in pairs] == [
+        (True, "-"), (False, "--"),
+    ]  # fmt: skip
+    assert [line.get_color() for line in pairs] == list(COLORS[:2])
 
 
 # --- curves ----------------------------------------------------------------------------------------------------------
@@ -130,6 +133,14 @@ def test_percentiles_of_straight_lines_of_equal_length(slopes, turn):
     assert [grid[0], grid[-1]] == pytest.approx([0, 2 * turn])
     expected = np.percentile(np.outer(slopes, grid), (BAND[0], 50, BAND[1]), axis=0)
     assert found == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("turn", [-1.0, 1.0])
+def test_the_band_of_three_straight_lines_by_hand(turn):
+    """Of 1, 2 and 3 the tenth and the ninetieth percentile are 1.2 and 2.8."""
+    grid, found = on_common_grid([(turn * np.array([0, 2.0]), slope * np.array([0, 2.0])) for slope in (1, 2, 3)])
+    assert found == pytest.approx(np.outer((1.2, 2, 2.8), np.abs(grid)))
+    assert grid[[0, -1]] == pytest.approx([0, 2 * turn])
 
 
 def test_a_curve_that_has_ended_counts_with_its_last_value():
@@ -160,6 +171,17 @@ def test_crack_patterns_have_one_scale(table, run):
     assert figure.get_suptitle() == "seed 0"
 
 
+def test_a_pattern_lies_on_the_outline_of_its_specimen(table, run):
+    """20 x 40 mm with 3 % of the height around."""
+    axes = table.plot_cracks().axes[0]
+    assert axes.patches[0].get_path().get_extents().extents == pytest.approx([0, 0, 20, 40])
+    assert axes.get_xlim() == pytest.approx((-1.2, 21.2), abs=0.1)
+    assert axes.get_ylim() == pytest.approx((-1.2, 41.2), abs=0.1)
+    lines = np.concatenate([each.get_segments() for each in axes.collections if len(each.get_segments())])
+    assert np.hypot(*(lines[:, 1] - lines[:, 0]).T).sum() == pytest.approx(1e3 * run.cracks.length.sum())
+    assert np.sort(lines.mean(axis=1), axis=0) == pytest.approx(np.sort(1e3 * run.cracks.position, axis=0))
+
+
 def test_specimens_of_two_sizes_have_one_scale(run, tmp_path):
     low = gl.simulate(small_sample(12, height=20 * mm), BRITTLE, attrs.evolve(PULL, samples=10))
     runs = [to_bytes(each, frames=False) for each in (run, low)]
@@ -171,12 +193,16 @@ def test_specimens_of_two_sizes_have_one_scale(run, tmp_path):
     assert scales[0][0] == pytest.approx(scales[0][1])
 
 
-@pytest.mark.parametrize(("width", "length"), [(0.05, 10), (0.02, 5), (0.1, 20), (0.0031, 1)])
+@pytest.mark.parametrize(("width", "length"), [(0.05, 10), (0.02, 5), (0.1, 20), (0.0031, 1), (0.03, 10)])
 def test_a_scale_bar_is_round_and_as_long_as_it_says(width, length):
     axes = Figure().subplots()
-    axes.set_xlim(0, width * 1e3)
+    axes.set_xlim(7, 7 + width * 1e3)
+    axes.set_ylim(3, 9)
     scale_bar(axes, width)
     assert np.ptp(axes.lines[0].get_xdata()) == pytest.approx(length)
+    assert np.mean(axes.lines[0].get_xdata()) == axes.texts[0].xy[0] == pytest.approx(7 + width * 1e3 / 2)
+    assert list(axes.lines[0].get_ydata()) == [3, 3]
+    assert axes.texts[0].xyann[1] < 0  # below it
     assert axes.texts[0].get_text() == f"{length} mm"
 
 
