@@ -18,6 +18,7 @@ from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.grains import _told_apart
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
 from grainlaw.results.figures.cracks import _moment, box, fit
+from grainlaw.results.figures.laboratory import _from_zero
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +87,56 @@ def test_a_panel_of_the_laboratory_is_drawn_alone(broken, panel):
     assert broken.laboratory.plot(panel, ax=axes) is whole
     assert axes.has_data() or axes.texts
     assert len(broken.laboratory.plot(panel).axes) == 1
+
+
+def drawn(laboratory, panel):
+    return laboratory.plot(panel).axes[0]
+
+
+def test_panels_show_the_numbers_of_the_laboratory(broken):
+    """Lengths in mm, both ways round the rose; circles as large as the energy of their events; losses of all."""
+    laboratory, cracks = broken.laboratory, broken.cracks
+    lengths = [1e3 * cracks.length[chosen].sum() for chosen in (cracks.tensile, ~cracks.tensile)]
+    growth = drawn(laboratory, "growth")
+    assert [line.get_ydata()[-1] for line in growth.lines] == pytest.approx(lengths)
+    assert growth.lines[0].get_xdata()[-1] == pytest.approx(100 * broken.curves["strain"][-1])
+    assert growth.get_ylim()[0] == 0
+    assert growth.get_ylim()[1] > lengths[0]
+    tensile, shear, *opposite = drawn(laboratory, "rose").containers
+    assert [sum(bar.get_height() for bar in bars) for bars in (tensile, shear)] == pytest.approx(lengths)
+    assert [bar.get_y() for bar in shear] == pytest.approx([bar.get_height() for bar in tensile])
+    assert [bar.get_x() for bar in opposite[0]] == pytest.approx([bar.get_x() + np.pi for bar in tensile])
+    assert [bar.get_x() for bar in tensile][:2] == pytest.approx([0, np.radians(10)], abs=1e-12)
+    events, circles = laboratory.events, drawn(laboratory, "events").collections[2:]
+    assert [len(each.get_offsets()) for each in circles] == [
+        np.sum(events.tensile >= 0.5), np.sum(events.tensile < 0.5)
+    ]  # fmt: skip
+    sizes = np.concatenate([each.get_sizes() for each in circles])
+    assert np.sort(sizes) == pytest.approx(np.sort(400 * events.energy / events.energy.max()))
+    assert np.concatenate([np.array(each.get_offsets()) for each in circles]).sum(axis=0) == pytest.approx(
+        1e3 * events.position.sum(axis=0)
+    )
+    lost = drawn(laboratory, "lost")
+    assert [line.get_ydata()[-1] for line in lost.lines] == pytest.approx(laboratory.energy_lost.sum(axis=1))
+    assert len(lost.lines[0].get_xdata()) == len(broken.frames)
+    fragments = laboratory.fragments
+    several, alone = (fragments.grains > 1).sum(), (fragments.grains == 1).sum()
+    shown = drawn(laboratory, "fragments")
+    assert shown.get_title() == f"{several + alone} fragments, {several} of several grains (single grains white)"
+    white = np.all(shown.collections[0].get_facecolor()[:, :3] == 1, axis=1)
+    assert (
+        white.sum() == np.isin(fragments.of_grain[broken.mesh.zone_grain], np.flatnonzero(fragments.grains == 1)).sum()
+    )
+
+
+def test_an_axis_of_zeros_is_shown_to_one():
+    axes = matplotlib.figure.Figure().subplots(3)
+    for each, top in zip(axes, (0.0, 5.0, -1.0), strict=True):
+        each.plot([0, 1], [0, top])
+        _from_zero(each)
+    assert [each.get_ylim()[0] for each in axes] == [0, 0, 0]
+    assert (axes[0].get_ylim()[1], axes[2].get_ylim()[1]) == (1, 1)
+    assert 5 <= axes[1].get_ylim()[1] < 6
 
 
 def test_a_panel_that_does_not_exist_is_refused(broken):

@@ -93,6 +93,25 @@ def test_the_curve_is_in_the_units_of_its_axes(made):
     assert np.interp(moments["x"], line["x"], line["y"]) == pytest.approx(moments["y"], rel=1e-3)
 
 
+def test_it_opens_at_the_last_moment_and_the_first_path(made):
+    result, probe, _ = made
+    slider, _, specimen, pull, shear = interactive._panels(result, probe.paths)
+    assert (slider.start, slider.end, slider.value) == (0, len(result.frames) - 1, len(result.frames) - 1)
+    assert slider.title == f"axial strain (%): {100 * result.curves['strain'][-1]:.4f}"
+    rims, cracks = (each.data_source.data for each in specimen.renderers)
+    last, first = result.frames[-1], probe.paths[0]
+    place = (result.mesh.nodes + last.displacement) * 1e3
+    assert [np.nanmin(rims["x"]), np.nanmax(rims["y"])] == pytest.approx([place[:, 0].min(), place[:, 1].max()])
+    assert np.array_equal(cracks["point"], broken_at(result, -1))
+    for figure, along, traction in ((pull, "opening", "normal"), (shear, "slip", "shear")):
+        data = figure.renderers[0].data_source.data
+        assert data[along][-1] == pytest.approx(1e6 * getattr(first, along)[-1])
+        assert data[traction].max() == pytest.approx(getattr(first, traction).max() / 1e6, rel=0.1)
+        assert set(data["point"]) == {first.point}
+    assert pull.title.text == f"contact point {first.point}"
+    assert len(interactive._panels(result, [])) == 3
+
+
 def test_a_large_specimen_shows_fewer_moments(made, monkeypatch):
     result, _, _ = made
     monkeypatch.setattr(interactive, "MOST_BYTES", 8 * len(interactive._ring(result)) * 3)

@@ -217,9 +217,45 @@ def test_an_incomplete_test_is_marked_with_the_reason(result, page, tmp_path):
 
 
 def test_a_run_that_recorded_nothing_has_a_report(result, tmp_path):
-    nothing = attrs.evolve(result, curves={}, summary={"steps": 0})
+    summary = {"steps": 0, "energy_error": 2 * LIMITS["energy_error"][0], "energy_made": LIMITS["energy_made"][0]}
+    nothing = attrs.evolve(result, curves={}, summary=summary | {"imbalance": np.nan})
     nothing.write_report(tmp_path / "report.html", incomplete="unstable at once")
-    assert Page(tmp_path / "report.html").rows["steps"] == [["0"]]
+    page = Page(tmp_path / "report.html")
+    assert page.rows["steps"] == [["0"]]
+    assert f"is above its limit; {LIMITS['energy_error'][1]}" in page.text
+    verdicts = [page.rows[quantity_of(name).heading][0][1] for name in ("energy_error", "energy_made", "imbalance")]
+    assert [verdict.split()[-1] for verdict in verdicts] == ["FAIL", "pass", "FAIL"]
+    assert verdicts[2].startswith("cannot be computed")
+
+
+def test_curves_of_one_law_and_of_two_are_told_apart(result):
+    from grainlaw.results.figures.report_figures import plot_report_curves
+
+    def labels(axes):
+        legend = axes.get_legend()
+        return [text.get_text() for text in legend.get_texts()] if legend else None
+
+    stress, strains, broken, *_, energy = plot_report_curves({"law": result}).axes
+    assert (labels(stress), stress.lines[0].get_marker()) == (None, "None")
+    assert labels(strains) == ["volumetric strain", "lateral strain"]
+    assert strains.get_ylabel() == "strain, extension positive (%)"
+    assert labels(broken) == ["tensile cracks", "shear cracks"]
+    assert energy.get_ylabel() == "energy (J/m)"
+    assert labels(energy)[0] == "external"
+    stress, _, broken, *_ = plot_report_curves({"one": result, "other": result}).axes
+    assert labels(stress) == ["one", "other"]
+    assert stress.lines[0].get_marker() != "None"
+    assert labels(broken)[:2] == ["one, tensile cracks", "one, shear cracks"]
+
+
+def test_of_a_test_of_ones_own_the_first_four_columns_are_drawn():
+    from grainlaw.results.figures.report_figures import Panel, _panels
+
+    columns = dict.fromkeys(("time", "stage", "energy_external", "tensile_cracks", *"abcdef"), np.zeros(2))
+    assert _panels(columns, "a") == [Panel("a", [name]) for name in "bcde"]
+    assert _panels(columns | dict.fromkeys(("deflection", "force"), np.zeros(2)), "a") == (
+        Panel("deflection", ["force"]),
+    )
 
 
 @pytest.mark.thorough

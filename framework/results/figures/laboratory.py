@@ -106,7 +106,7 @@ def draw_growth(axes: Axes, laboratory: Laboratory) -> None:
 
 def _from_zero(axes: Axes) -> None:
     """Begin at zero; of nothing but zeros show the axis, not a range that matplotlib invents."""
-    axes.set_ylim(0, 1 if max(axes.dataLim.y1, 0) == 0 else None)
+    axes.set_ylim(0, None if axes.dataLim.y1 > 0 else 1)
 
 
 def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
