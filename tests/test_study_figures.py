@@ -19,6 +19,7 @@ import grainlaw as gl
 from grainlaw.drawing.palette import COLORS
 from grainlaw.results.archive import to_bytes
 from grainlaw.results.figures.stored_cracks import scale_bar
+from grainlaw.studies import report
 from grainlaw.studies.figures import BAND, MOST_PATTERNS, on_common_grid
 from grainlaw.units import mm
 
@@ -248,6 +249,55 @@ def test_colours_are_told_apart_without_red_and_green():
 
 
 # --- the report ------------------------------------------------------------------------------------------------------
+
+
+def test_tables_of_a_report_by_hand(tmp_path):
+    """Of 1, 2 and 3 the mean is 2, and half of its interval Student's 4.3027 / sqrt(3)."""
+    rows = [
+        row({"law": law, "seed": s}, {"strength": 1e6 * s, "own": float(s)}, cost={"cpu": 60.0 * s, "bytes": 3000})
+        for law in ("A", "B") for s in (1, 2, 3)
+    ]  # fmt: skip
+    rows[-1] = row(rows[-1]["factors"], {}, "refused", "so") | {"cost": {}}
+    table = table_of(rows, tmp_path / "s")
+    assert report._others(table, ["law"]) == {
+        "rows": [["own", "2 ± 2.484", "1.5 ± 6.353"]],  # 12.706 / 2 of two
+        "heads": ["law", "A", "B"],
+    }
+    assert report._others(table, [])["heads"] == ["", "all"]
+    assert report._failures(table) == {
+        "rows": [["B", "3", "refused", "so"]], "heads": ["law", "seed", "status", "reason"], "more": 0,
+    }  # fmt: skip
+    assert report._cost(table) == [
+        ["CPU time of all cases", "9 min"],  # 1 + 2 + 3 + 1 + 2
+        ["CPU time of a case, mean and longest", "108 s, 3 min"],
+        ["stored runs", "0.015 MB"],
+        ["stored run of a case, mean", "3 kB"],
+    ]
+    assert report._factors(table) == [["law", "A, B", "2 levels"], ["seed", "1, 2, 3", "3 levels"]]
+    assert report._pairs(table, ["seed"])["words"] == "strength"
+    assert report._pairs(table, ["law"]) is report._pairs(table, []) is None
+    assert report._means(table, ["law"], ["seed"])["how"] == "over seed"
+    assert report._means(table, ["law", "seed"], ["seed"])["how"] == "over all other factors"
+
+
+@pytest.mark.parametrize(
+    ("count", "text"), [(12, ", ".join("abcdefghijkl")), (13, "a, b, c, d, e, f, g, h, i, j, k, l, ...")]
+)
+def test_many_levels_of_a_report_are_not_all_written(count, text, tmp_path):
+    names = [row({"law": law, "speed": 2 + k}, {"strength": 1.0}) for k, law in enumerate("abcdefghijklm"[:count])]
+    numbers = ", ".join(str(2 + k) for k in range(12)) if count == 12 else "2 to 14"
+    assert report._factors(table_of(names, tmp_path / "s")) == [
+        ["law", text, f"{count} levels"], ["speed", numbers, f"{count} levels"],
+    ]  # fmt: skip
+
+
+def test_more_than_24_groups_are_those_of_what_has_names_or_none(tmp_path):
+    def grouped(laws, speeds):
+        cases = [{"law": law, "speed": speed} for law in range(laws) for speed in range(speeds)]
+        rows = [row(case | {"law": f"law {case['law']}"}, {"strength": 1.0}) for case in cases]
+        return report._grouped(table_of(rows, tmp_path / f"{laws} {speeds}"), [])
+
+    assert [grouped(*each) for each in ((4, 6), (5, 5), (25, 1))] == [["law", "speed"], ["law"], []]
 
 
 @pytest.mark.thorough

@@ -169,6 +169,18 @@ def test_what_cannot_be_read_is_not_packed(what, tmp_path):
     whole(tmp_path)
 
 
+def test_a_run_of_two_cases_may_be_in_the_pack_of_the_first(tmp_path):
+    """As that of a function that was edited for nothing."""
+    store, (first, second) = Store(tmp_path), CASES[:2]
+    own = {"run": first["case"], "cost": {"bytes": 9}}
+    store.write(first | own, b"their run")
+    assert store.pack(1) == 1
+    store.write(second | own, None)
+    assert store.pack(1) == 1
+    for again in (store, Store(tmp_path)):
+        assert again.run_of(first["case"]) == again.run_of(second["case"]) == b"their run"
+
+
 def test_packs_are_numbered_on(tmp_path):
     store = Store(tmp_path)
     for each in CASES[:4]:
@@ -244,7 +256,7 @@ def test_what_a_killed_process_had_half_written_is_removed_after_an_hour(tmp_pat
     assert [file.name for file in tmp_path.rglob(".*.part*")] == [".3500.part.json"]
 
 
-@pytest.mark.parametrize("how", ["another case", "a list", "a text", "no factors", "deep", "changed"])
+@pytest.mark.parametrize("how", ["another case", "a list", "a text", "no factors", "deep", "changed", "a number"])
 def test_a_row_that_is_not_what_its_name_says_is_missing(how, tmp_path):
     fill(tmp_path)
     first, second = sorted((tmp_path / "cases").rglob("*.json"))[:2]
@@ -252,6 +264,7 @@ def test_a_row_that_is_not_what_its_name_says_is_missing(how, tmp_path):
     first.write_text({
         "another case": second.read_text(), "a list": "[1]", "a text": '"finished"', "deep": "[" * 10**5,
         "no factors": json.dumps({k: v for k, v in content.items() if k != "factors"}),
+        "a number": json.dumps(content | {"run": 7}),
         "changed": json.dumps(content | {"run": "../../../etc/passwd"}),
     }[how])  # fmt: skip
     with pytest.warns(gl.OutputWarning, match="is missing, and is run again|missing"):

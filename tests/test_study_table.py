@@ -195,6 +195,15 @@ def test_a_missing_case_does_not_turn_the_sign(tmp_path):
     assert [(entry.levels, entry.mean) for entry in found] == [(("A", "B"), 1.0)] * 2
 
 
+def test_a_column_is_of_numbers_where_all_levels_are(tmp_path):
+    levels = {"law": "A", "seed": 1, "size": 2.5, "mixed": 1, "flag": True}
+    rows = [row(levels, {"force": 1.0}), row(levels | {"seed": 2, "mixed": "all", "flag": False}, {"force": None})]
+    table = table_of(rows, tmp_path / "s")
+    kinds = {name: table[name].dtype.kind for name in (*levels, "force", "status")}
+    assert kinds == {"law": "O", "seed": "i", "size": "f", "mixed": "O", "flag": "O", "force": "f", "status": "O"}
+    assert [list(table[name]) for name in ("seed", "mixed", "flag")] == [[1, 2], [1, "all"], [True, False]]
+
+
 def test_a_table_without_rows(tmp_path):
     table = table_of([], tmp_path / "s")
     assert (len(table), table.quantities, table.failed, len(table.means())) == (0, [], [], 0)
