@@ -118,6 +118,8 @@ def test_bricks_have_minerals_too():
         ({"sample__cracks": {"between": ["a/b"]}}, "sample.cracks.share is missing"),
         ({"sample__cracks": {"share": 0.1, "part": 1}}, "there is no 'sample.cracks.part'"),
         ({"sample__cracks": {"share": 0.1, "between": "mica/quartz"}}, "sample.cracks.between = 'mica/quartz' is not"),
+        ({"sample__cracks": {"share": 0.1, "between": ["mica"]}}, r"sample.cracks.between = \['mica'\] is not"),
+        ({"sample__cracks": {"share": 0.1, "between": [3]}}, r"sample.cracks.between = \[3\] is not"),
         ({"sample__cracks": "10 mm"}, "sample.cracks.share = '10 mm' is not allowed"),
         ({"laws__insight": {"cohesion": 25e6}}, "'insight' names what the grains do not have"),
         ({"laws__quartz/mika": {"cohesion": 25e6}}, r"\('quartz', 'mika'\) names what the grains do not have"),

@@ -54,6 +54,14 @@ def test_means_are_in_the_units_of_measures(tmp_path):
     assert "101 ± 12.71" in printed  # of two: 12.706 times half of their difference
 
 
+def test_the_table_is_printed_where_no_case_has_another_seed(tmp_path):
+    rows = [row({"law": law, "seed": 1}, {"strength": 2e8}) for law in "ab"]
+    table = table_of(rows, tmp_path / "s")
+    assert means(table, ["law"]) == str(table)
+    none = table_of([row({"law": "a", "seed": n}, {}) for n in (1, 2)], tmp_path / "t")
+    assert means(none, ["law"]) == str(none)
+
+
 @pytest.mark.thorough
 def test_a_case_is_the_test_of_the_same_file(done, tmp_path):
     file, _ = done

@@ -34,6 +34,7 @@ def test_a_run_prints_the_properties_and_writes_the_folder(done):
     assert re.search(r"^time step \(s\) +\d\.\d+e-0\d$", result.output, re.M)
     names = {"report.html", "summary.json", "curves.csv", "grains.pvd", "cracks.pvd", "config.toml"}
     assert names <= {file.name for file in folder.iterdir()}
+    assert not (folder / "certificate.json").exists()  # which was not asked for
 
 
 def test_file_options_and_single_values_reach_the_run_in_this_order(done):

@@ -162,6 +162,21 @@ def test_a_table_without_confinement_or_peaks_is_refused(table, says, tmp_path):
         gl.StrengthEnvelope(table(tmp_path))
 
 
+@pytest.mark.parametrize(("threads", "workers"), [("3", 3), ("auto", None)])
+def test_threads_of_the_command_are_workers_of_the_study(threads, workers, tmp_path, monkeypatch):
+    seen = []
+
+    def run(study, out, workers):
+        seen.append((len(study), workers))
+        raise gl.ParameterError("it is enough")
+
+    monkeypatch.setattr(gl.Study, "run", run)
+    CliRunner().invoke(
+        main, ["envelope", "--quick", "--confinement", "0,2", "--threads", threads, "--out", str(tmp_path / "s")]
+    )
+    assert seen == [(2, workers)]
+
+
 @pytest.mark.thorough
 def test_the_command(tmp_path):
     out = tmp_path / "out"

@@ -1,6 +1,8 @@
 """A sample held without damping: quiet where the contacts keep an energy, fluttering where they make some."""
 
+import importlib
 import math
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -11,10 +13,12 @@ from support import ROCK, STRONG, small_sample
 import grainlaw as gl
 from grainlaw.cli.commands import main
 from grainlaw.cli.default_rock import LAWS
+from grainlaw.engine.stepping import InstabilityError
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import Friction, MohrCoulomb, PrePeak
 from grainlaw.units import MPa, mm
 
+check = importlib.import_module("grainlaw.cli.check")
 PRINTED = attrs.evolve(LAWS["cohesive-crack"], pre_peak=PrePeak.AS_PRINTED)
 QUIET = {name: law for name, law in LAWS.items() if name != "munjiza"} | {
     "friction": Friction(kn=1.05e14, ks=9.45e13, friction_angle=35),
@@ -82,6 +86,61 @@ def test_a_sample_that_fails_before_is_refused_with_its_strength():
     assert failed.value.result.summary["tensile_cracks"] > 0
     with pytest.raises(gl.ParameterError, match="stress = -1"):
         gl.hold(small_sample(), PRINTED, -1.0)
+
+
+HELD = MohrCoulomb(
+    kn=1e14, ks=5e13, tensile_strength=10e6, cohesion=20e6, friction_angle=45, residual_friction_angle=45
+)
+
+
+def held_by_check(monkeypatch, law, *ends):
+    """What the command holds, each time with another end; and whether it says that the law flutters."""
+    held, ends = [], iter(ends)
+
+    def hold(specimen, law, stress, confined):
+        held.append((specimen, stress, confined))
+        if isinstance(end := next(ends), Exception):
+            raise end
+        return SimpleNamespace(flutters=end)
+
+    monkeypatch.setattr(check, "hold", hold)
+    return check._held(law), held
+
+
+def test_check_holds_grains_that_suit_the_law(monkeypatch):
+    """Under twice the strength of 20 MPa, with 1000 times as much stiffness and kn size / E as of granite."""
+    flutters, [(specimen, stress, confined)] = held_by_check(monkeypatch, HELD, True)
+    assert (flutters, confined) == (True, False)
+    assert stress == pytest.approx(40e6, rel=0.05)  # it is probed in coarse steps
+    assert specimen.material.youngs_modulus == pytest.approx(1000 * stress)
+    assert specimen.grains.count == 120
+    width, height = np.ptp(specimen.grains.vertices, axis=0)
+    assert height == pytest.approx(2.5 * width)
+    assert 1e14 * np.sqrt(width * height / 120) / (1000 * stress) == pytest.approx(5.25)
+    assert held_by_check(monkeypatch, Friction(kn=1e14, ks=1e14, friction_angle=35), False)[1][0][2]
+
+
+def test_check_holds_what_fails_under_less(monkeypatch, capsys):
+    failed = gl.StageError("it fails")
+    flutters, held = held_by_check(monkeypatch, HELD, failed, failed, True)
+    assert flutters
+    full, *less = (stress for _, stress, _ in held)
+    assert less == pytest.approx([full / 2, full / 4])
+    assert held_by_check(monkeypatch, HELD, failed, failed, failed)[0] is False
+    assert f"of 120 grains fails under {full / 4e6:.3g} MPa: it was not held" in capsys.readouterr().out
+    assert held_by_check(monkeypatch, HELD, InstabilityError("it blew up"))[0] is False
+    assert "a specimen of 120 grains: it blew up" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("passed", "flutters", "exceptions", "code"),
+    [(True, False, (), 0), (True, True, (), 1), (True, True, ("energy",), 0), (False, False, (), 1)],
+)
+def test_the_exit_code_of_check(passed, flutters, exceptions, code, monkeypatch):
+    monkeypatch.setattr(check, "law_named", lambda name: SimpleNamespace(exceptions=exceptions))
+    monkeypatch.setattr(check, "check_law", lambda law: SimpleNamespace(passed=passed))
+    monkeypatch.setattr(check, "_held", lambda law: flutters)
+    assert CliRunner().invoke(main, ["check", "mine"]).exit_code == code
 
 
 @pytest.mark.thorough

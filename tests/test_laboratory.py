@@ -43,6 +43,13 @@ def test_the_error_of_the_ledger_is_its_largest_gap_over_the_largest_work():
     assert energy_error(heated) == pytest.approx(1 / 20)  # of heat
 
 
+def test_an_energy_beside_a_large_work_is_rounding():
+    """A thousand millionth of 100 J/m and less."""
+    beside = SimpleNamespace(result=SimpleNamespace(curves=ledger(external=[0, 100, 0])))
+    found = [gl.Laboratory.beyond_rounding(beside, energy) for energy in (0.9e-7, -0.9e-7, 1.1e-7, -1.1e-7)]
+    assert found == [0, 0, 1.1e-7, -1.1e-7]
+
+
 def test_energy_that_contacts_have_made_is_the_most_of_a_frame():
     frames = [SimpleNamespace(bonds={"made": np.array(made)}) for made in ([0, 0.0], [1, 1.0], [1, 0.0])]
     assert energy_made(LEDGER, frames, np.array([2, 1])) == pytest.approx(3 / 10)

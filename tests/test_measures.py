@@ -87,6 +87,7 @@ def test_a_measure_of_a_user_stands_in_the_table_with_unit_and_source(result, tm
 def test_points_that_have_broken_are_those_of_the_cracks(result):
     laboratory, cracks = result.laboratory, result.cracks
     assert 0 < len(cracks) == laboratory.broken.sum()
+    assert np.sort(laboratory.half_lengths[laboratory.broken]) == pytest.approx(np.sort(cracks.length))
     assert 0 < cracks.tensile.sum() == (laboratory.broken & laboratory.tensile).sum() < len(cracks)
 
 

@@ -110,6 +110,25 @@ def test_parameters_have_units_and_parts_their_own(page):
     assert page.rows["integrator.damping.fraction"] == [["0.8"]]
 
 
+@attrs.frozen
+class Part:
+    speed: float = attrs.field(default=2e-3, metadata={"unit": "m/s"})
+    none: None = None
+    empty: tuple = ()
+    pair: tuple = (1, 2)
+    plane: gl.Plane = gl.Plane.STRAIN
+    words: str = "words"
+    inner: gl.LocalDamping = gl.LocalDamping(fraction=0.5)
+    own: int = attrs.field(default=7, init=False)
+
+
+def test_rows_of_a_component_by_hand():
+    assert _rows(Part()) == [
+        ["speed", "2 mm/s"], ["none", "-"], ["empty", "-"], ["pair", "1, 2"], ["plane", "strain"], ["words", "words"],
+        ["inner", "LocalDamping"], ["inner.fraction", "0.5"],
+    ]  # fmt: skip
+
+
 def test_a_load_that_changes_with_time_is_one_entry():
     rows = _rows(PlaneWave())
     assert [row for row in rows if row[0].startswith("stress")] == [
@@ -173,6 +192,8 @@ def test_curves_are_readable_before_the_peak(result):
     assert 0.15 <= high <= 0.6  # % ; the largest is 10
     assert "10.2 %" in panel.get_title()
     assert not plot_report_curves({"law": result}).axes[1].get_title()
+    both = curves | {"volumetric_strain": -lateral}  # as far below 0 as above it
+    assert "10.2 %" in plot_report_curves({"law": attrs.evolve(result, curves=both)}).axes[1].get_title()
 
 
 @pytest.mark.thorough

@@ -1,9 +1,15 @@
 """A run is repeated from its folder: with its law files as they were, and every difference is said."""
 
+import hashlib
 import json
 
+import click
 import pytest
+from click.testing import CliRunner
 from command_line import SMALL, invoke
+
+from grainlaw.cli.law_copy import copied
+from grainlaw.cli.rerun import _differences, rerun
 
 LAW = """
 from parts import KN
@@ -89,6 +95,116 @@ def test_a_comparison_and_an_envelope_are_repeated(tmp_path):
     result = invoke("rerun", tmp_path / "peaks")
     assert result.exit_code == 1
     assert "tests.1.lost_slip 7.0 -> " in result.output
+
+
+RECORD = {
+    "status": "finished", "made_with": {"grainlaw": "1.0", "numpy": "2.0"}, "specimen": {"grains": 20, "sizes": [1, 2]},
+    "law": {"kn": 1e14}, "protocol": {"speed": 0.1}, "options": {}, "engine": {"threads": 1},
+}  # fmt: skip
+CURVES = "time,stress\n0,0\n1,10\n2,20\n3,nan\n"
+
+
+def write(folder, curves=CURVES, cracks="time\n", **changes):
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "run.json").write_text(json.dumps(RECORD | changes))
+    (folder / "curves.csv").write_text(curves)
+    (folder / "cracks.csv").write_text(cracks)
+    return folder
+
+
+PART = "curves.csv: they part in row 2 of 4 (stress, by 2.5e-02 of its largest value); the largest difference is "
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({}, []),
+        ({"made_with": {"grainlaw": "1.0", "numpy": "2.1", "scipy": "1"}}, ["made with another numpy: 2.0 -> 2.1"]),
+        ({"status": "killed"}, ["it ended otherwise: finished -> killed"]),
+        ({"law": {"kn": 2e14, "ks": 1}}, ["another law: kn 100000000000000.0 -> 200000000000000.0, ks None -> 1"]),
+        ({"specimen": {"grains": 20, "sizes": [1, 3]}}, ["another specimen: sizes.1 2 -> 3"]),
+        ({"specimen": {"grains": 20, "sizes": [1]}}, ["another specimen: sizes [1, 2] -> [1]"]),
+        ({"protocol": {"speed": 1}, "engine": None}, [
+            "another test: speed 0.1 -> 1", "another engine:  {'threads': 1} -> None",
+        ]),
+        ({"curves": CURVES.replace("10", "10.5").replace("20", "18")}, [f"{PART}1.0e-01 (stress)"]),
+        ({"curves": CURVES.replace("1,10", "1.3,10.5")}, [
+            "curves.csv: they part in row 2 of 4 (time, by 1.0e-01 of its largest value); the largest difference is "
+            "1.0e-01 (time)",
+        ]),
+        ({"curves": CURVES.replace("3,nan\n", "")}, ["curves.csv: 4 rows -> 3; the rows that both have are the same"]),
+        ({"curves": CURVES + "4,5\n"}, ["curves.csv: 4 rows -> 5; the rows that both have are the same"]),
+        ({"curves": CURVES.replace("stress", "load")}, ["curves.csv: other columns"]),
+        ({"cracks": "time\n5\n"}, ["cracks.csv: 0 rows -> 1; the rows that both have are the same"]),
+    ],
+)  # fmt: skip
+def test_differences_by_hand(changes, says, tmp_path):
+    before, now = write(tmp_path / "before"), write(tmp_path / "now", **changes)
+    assert list(_differences(before, now)) == [f"  {line}" for line in says]
+    several = {"runs": ["one", "other"]}
+    for folder, changed in ((tmp_path / "both", {}), (tmp_path / "again", changes)):
+        write(folder, **several)
+        write(folder / "one")
+        write(folder / "other", **changed)
+    told = [f"  other: {line}" for line in says if not line.startswith(("made", "it ended"))]
+    assert list(_differences(tmp_path / "both", tmp_path / "again")) == told
+
+
+def test_studies_differ_by_their_summaries(tmp_path):
+    for name, ucs in (("before", 5), ("now", 6)):
+        folder = write(tmp_path / name, curves=f"ucs\n{ucs}\n")
+        (folder / "study.json").write_text("{}")
+        (folder / "summary.json").write_text(json.dumps({"ucs": ucs, "tests": [{"law": "a"}]}))
+    assert list(_differences(tmp_path / "before", tmp_path / "now")) == ["  ucs 5 -> 6"]
+
+
+@pytest.mark.parametrize("status", ["finished", "killed"])
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ({"law": "mine.py:law", "grains": 20}, {"law": "{}/mine.py:law", "grains": 20}),
+        ({"law": "mohr-coulomb"}, {"law": "mohr-coulomb"}),
+        ({"law": "mine.py:law", "config": "config.toml"}, {"law": "mine.py:law", "config": "{}/config.toml"}),
+    ],
+)
+def test_the_command_of_a_folder_is_called_again(status, arguments, expected, tmp_path):
+    called = []
+
+    @click.command()
+    def make(out, **given):
+        called.append({name: str(value) if name == "config" else value for name, value in given.items()})
+        write(out, status=status)
+
+    program = click.Group(commands={"rerun": rerun, "make": make})
+    folder = write(tmp_path / "out", command={"name": "make", "arguments": arguments})
+    done = CliRunner().invoke(program, ["rerun", str(folder)])
+    assert called == [{k: v.format(folder) if isinstance(v, str) else v for k, v in expected.items()}]
+    assert (tmp_path / "out-again" / "curves.csv").exists()
+    assert done.exit_code == (status != "finished")
+    assert done.output == (
+        f"\nevery number is the same as in {folder}\n" if status == "finished"
+        else f"\ndifferent from {folder}:\n  it ended otherwise: finished -> killed\n"
+    )  # fmt: skip
+
+
+def test_files_of_a_law_are_copied_once_with_their_folders(tmp_path):
+    home = tmp_path / "home"
+    (home / "inner").mkdir(parents=True)
+    (home / "mine.py").write_text("law = 1\n")
+    (home / "inner" / "helper.py").write_text("")
+    files = [home / "mine.py", home / "inner" / "helper.py"]
+    reference, record = copied(f"{home / 'mine.py'}:law", files, tmp_path / "out")
+    assert reference == "law_files/mine.py:law"
+    assert (tmp_path / "out" / "law_files" / "mine.py").read_text() == "law = 1\n"
+    assert (tmp_path / "out" / "law_files" / "inner" / "helper.py").exists()
+    assert [(one["copy"], one["file"]) for one in record] == [
+        ("law_files/mine.py", str(files[0])), ("law_files/inner/helper.py", str(files[1])),
+    ]  # fmt: skip
+    assert record[0]["sha256"] == hashlib.sha256(b"law = 1\n").hexdigest()
+    there = [tmp_path / "out" / one["copy"] for one in record]
+    assert copied(reference, there, tmp_path / "out")[0] == reference  # they are there
+    assert there[0].read_text() == "law = 1\n"
+    assert copied("mohr-coulomb", [], tmp_path / "none") == ("mohr-coulomb", [])
 
 
 def test_what_holds_no_run_of_a_command_is_refused(tmp_path):

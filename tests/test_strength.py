@@ -1,6 +1,8 @@
 """The first failure: what counts as one, and what does not."""
 
 import itertools
+import math
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -10,6 +12,7 @@ from hypothesis import strategies as st
 from support import BRITTLE, ROCK, STRONG, small_sample
 
 import grainlaw as gl
+from grainlaw.columns import quantity_of
 from grainlaw.geometry import Voronoi, disc, rectangle
 from grainlaw.laws import CohesiveCrack, Linear
 from grainlaw.protocols import BiaxialCompression, Brazilian, UniaxialCompression, UniaxialTension
@@ -130,6 +133,44 @@ def test_what_has_not_failed_has_no_strength():
     assert np.isnan(bent.summary["strength"])
     assert list(doubts(bent)) == ["the specimen had not failed when the test ended"]
     assert f"&gt; {bent.summary['largest_stress'] / MPa:.2f}" in bent._repr_html_()
+
+
+def judged(asked=math.inf, law=BRITTLE, damaged=(), **summary):
+    """Doubts about a test that recorded nothing else."""
+    loading = SimpleNamespace(imbalance=asked)
+    return list(doubts(SimpleNamespace(
+        summary=summary, law=law, curves={"damaged": np.array(damaged)}, protocol=SimpleNamespace(loading=loading),
+        quantity=quantity_of,
+    )))  # fmt: skip
+
+
+NOT_FAILED = "the specimen had not failed when the test ended"
+
+
+def test_what_is_doubted_of_a_strength():
+    assert judged() == judged(strength=100.0) == judged(strength=100.0, largest_stress=100.9) == []
+    assert judged(failure_force=100.0, largest_force=100.9) == []
+    for name, largest, words in (
+        ("strength", "largest_stress", "largest stress"), ("failure_force", "largest_force", "largest force"),
+    ):  # fmt: skip
+        (found,) = judged(**{name: 100.0, largest: 101.1})
+        assert found.startswith("after its first failure the specimen bore more than its strength, its ")
+        assert f"its {words} is that of what was left of it" in found
+    assert judged(strength=math.nan) == [NOT_FAILED]
+    elastic = Linear(kn=1e14, ks=1e14)
+    assert judged(strength=math.nan, law=elastic, damaged=[0, 0.0]) == []
+    assert judged(strength=math.nan, law=elastic, damaged=[0, 1.0]) == [NOT_FAILED]
+    assert judged(strength=math.nan, law={"inside": elastic, ...: BRITTLE}) == [NOT_FAILED]
+
+
+def test_a_balance_that_was_asked_for_and_not_had_is_a_doubt():
+    """Above the limit of 0.01 it is more than that."""
+    assert judged(0.001, imbalance=0.001) == judged(0.02, imbalance=0.009) == judged(imbalance=0.009) == []
+    assert "the imbalance of 0.001 that was asked for was not had" in judged(0.001, imbalance=0.002)[0]
+    (above,) = judged(0.001, imbalance=0.011)
+    assert "is above its limit; the load was not in balance" in above
+    (unknown,) = judged(imbalance=math.nan)
+    assert unknown.endswith("cannot be computed, so the test has failed its certificate")
 
 
 @pytest.mark.thorough

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -19,6 +20,7 @@ from grainlaw.protocols import UniaxialCompression
 from grainlaw.runs.identity import Unknown, digest
 from grainlaw.runs.stopping import Stop
 from grainlaw.studies import store as stores
+from grainlaw.studies import study as studies
 from grainlaw.studies.case import Done, Recipe, Task
 from grainlaw.studies.store import Store
 from grainlaw.studies.study import packed
@@ -80,6 +82,44 @@ def test_a_level_that_is_refused_is_named_before_anything_runs(kind, words, tmp_
     with pytest.raises(gl.ParameterError, match=words):
         gl.Study(failing, kind=["well", kind]).run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     assert not len(Store(tmp_path / "s"))
+
+
+@pytest.mark.parametrize(
+    ("levels", "tried"),
+    [
+        ([4, 0, *range(5, 10), 1, 2, 3.5], {4, 0, 9}),  # of many numbers the first and the outermost
+        (range(8), set(range(8))),
+        ("abcdefghij", set("abcdefghij")),
+        ([*range(9), "a"], {*range(9), "a"}),
+    ],
+)
+def test_levels_that_are_tried(levels, tried, monkeypatch):
+    seen = []
+    run = SimpleNamespace(model=None, specimen=None, protocol=SimpleNamespace(stages=lambda specimen: []))
+    monkeypatch.setattr(studies.Recipe, "run", lambda _, factors: seen.append(factors["level"]) or run)
+    monkeypatch.setattr(studies, "warn_of_scales", lambda *_: None)
+    study = gl.Study(lambda level: None, level=list(levels))
+    study._try_levels([Task(key, factors) for key, factors in study._cases()], compile_too=False)
+    assert (len(seen), set(seen)) == (len(tried), tried)
+
+
+def test_a_shard_is_every_nth_case(tmp_path, monkeypatch):
+    carried = []
+    monkeypatch.setattr(gl.Study, "_try_levels", lambda *_, **__: None)
+    monkeypatch.setattr(gl.Study, "_carry", lambda self, missing, *_: carried.append([t.factors["k"] for t in missing]))
+    study = gl.Study(lambda k: None, k=range(8))
+    for shard in (None, (1, 3), (3, 3)):
+        study.run(shard=shard, workers=1, progress=False)
+    assert carried == [list(range(8)), [0, 3, 6], [2, 5]]
+    for options, words in (
+        ({"shard": (4, 3)}, "shard = 4 is not allowed"),
+        ({"shard": (0, 3)}, "shard = 0 is not allowed"),
+        ({"shard": 3}, "shard = 3 is not allowed, it must be"),
+        ({"workers": 0}, "workers = 0 is not allowed"),
+        ({"workers": 1, "on": ThreadPoolExecutor(1)}, "workers and on are not allowed together"),
+    ):
+        with pytest.raises(gl.ParameterError, match=words):
+            study.run(progress=False, **options)
 
 
 @pytest.mark.thorough

@@ -291,6 +291,12 @@ def test_many_levels_of_a_report_are_not_all_written(count, text, tmp_path):
     ]  # fmt: skip
 
 
+def test_pictures_of_a_report_are_those_that_runs_allow(table, tmp_path):
+    assert all(report._pictures(table, ["law", "strength"], ["seed"]).values())
+    without = table_of([row({"seed": 1}, {"strength": 1.0})], tmp_path / "s")
+    assert report._pictures(without, [], ["seed"]) == {"curves": None, "cracks": None}
+
+
 def test_more_than_24_groups_are_those_of_what_has_names_or_none(tmp_path):
     def grouped(laws, speeds):
         cases = [{"law": law, "speed": speed} for law in range(laws) for speed in range(speeds)]

@@ -10,7 +10,7 @@ from support import ROCK
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.moduli import converted
-from grainlaw.results.standard_measures import stress_at_damage
+from grainlaw.results.standard_measures import peak_of, stress_at_damage
 from grainlaw.results.thresholds import (
     crack_damage,
     crack_volumetric_strain,
@@ -114,6 +114,16 @@ def test_a_path_that_begins_under_load_has_its_kinks_where_they_are():
     # To CD the strain rises by 31.5 MPa/E; 30 of the 70 MPa on the way the line is at 13.5 and the strain at 7.5 MPa/E.
     assert initiation_by_lateral_strain(path, least=0.19) == pytest.approx(40 * MPA)
     assert np.isnan(initiation_by_lateral_strain(path, least=0.191))
+
+
+@pytest.mark.parametrize(("change", "first"), [(45, 45), (55, 0)])
+def test_the_path_begins_with_the_stage_that_reaches_half_of_the_peak(change, first):
+    path = path_to_peak(curves_of(LOAD, lateral_of(LOAD), (LOAD > change * MPA).astype(int)))
+    assert path.load[0] / MPA == pytest.approx(first, abs=0.6)
+    assert peak_of(SimpleNamespace(path=path)) == pytest.approx(100 * MPA)
+    assert np.isnan(peak_of(SimpleNamespace(path=path_to_peak({}))))
+    confined = path_to_peak(curves_of(LOAD, lateral_of(LOAD), 0, 7 * MPA) | {"deviator": LOAD})
+    assert peak_of(SimpleNamespace(path=confined)) == pytest.approx(107 * MPA)
 
 
 def test_drops_before_the_peak_and_what_follows_it_do_not_count():

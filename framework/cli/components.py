@@ -184,8 +184,7 @@ def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str
         return [tuple(map(quantity, point, ("s", field.metadata["unit"]), (where, where))) for point in raw]
     if "unit" in field.metadata and not isinstance(raw, Mapping) and not _names_one(_interface(kinds), raw):
         return quantities(raw, field.metadata["unit"], where)
-    of_present = present is not attrs.NOTHING and present is not None
-    if of_present and not kinds:
+    if present is not attrs.NOTHING and not kinds:
         kinds = (type(present), *(base for base in type(present).__mro__ if inspect.isabstract(base)))
     for kind in kinds:
         if issubclass(kind, enum.Enum):
@@ -194,7 +193,7 @@ def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str
     if interface and isinstance(raw, list):
         return tuple(component(interface, each, f"{where}[{k}]") for k, each in enumerate(raw))
     if interface:
-        return component(interface, raw, where, present if of_present and isinstance(present, interface) else None)
+        return component(interface, raw, where, present if isinstance(present, interface) else None)
     if int in kinds and isinstance(raw, str) and re.fullmatch(r"[+-]?\d+", raw):
         return int(raw)
     return tuple(raw) if isinstance(raw, list) else raw
