@@ -185,15 +185,26 @@ def test_curves_are_readable_before_the_peak(result):
     lateral = np.where(strain <= 0.005, 0.3 * strain, 0.0015 + 20 * (strain - 0.005))
     curves = {name: np.zeros(101) for name in result.curves} | {
         "strain": strain, "stress": stress, "lateral_strain": lateral, "volumetric_strain": lateral - strain,
+        "tensile_cracks": np.where(strain <= 0.005, strain > 0.002, 1000.0),
     }  # fmt: skip
-    panel = plot_report_curves({"law": attrs.evolve(result, curves=curves)}).axes[1]
-    low, high = panel.get_ylim()
-    assert low <= -0.35
-    assert 0.15 <= high <= 0.6  # % ; the largest is 10
-    assert "10.2 %" in panel.get_title()
-    assert not plot_report_curves({"law": result}).axes[1].get_title()
-    both = curves | {"volumetric_strain": -lateral}  # as far below 0 as above it
-    assert "10.2 %" in plot_report_curves({"law": attrs.evolve(result, curves=both)}).axes[1].get_title()
+
+    def drawn(**changed):
+        return plot_report_curves({"law": attrs.evolve(result, curves=curves | changed)}).axes
+
+    upper, panel, cracks, *_ = drawn()
+    assert panel.get_ylim() == pytest.approx((-0.35, 0.15 + 0.6 * 0.5))  # %, of -0.35 to 0.15; the largest is 10
+    assert panel.get_title() == "up to the strength; then to 10.2 %"
+    assert not cracks.get_title()
+    marks = [line.get_xydata()[0] for line in upper.lines if line.get_marker() == "o"]
+    assert marks == [pytest.approx((0.5, 250))] * 2  # full and open
+    whole = plot_report_curves({"law": result}).axes
+    assert not whole[1].get_title()
+    assert len(whole[0].lines) == 1
+    symmetric = drawn(volumetric_strain=-lateral)[1]
+    assert symmetric.get_ylim() == pytest.approx((-0.15 - 0.1 * 0.3, 0.15 + 0.6 * 0.3))
+    for times, cut in ((2.9, False), (3.1, True)):  # of the range before
+        lateral = np.where(strain <= 0.005, 0.3 * strain, 0.0015 + (times - 1) * (strain - 0.005))
+        assert bool(drawn(lateral_strain=lateral, volumetric_strain=0 * strain - 0.0035)[1].get_title()) == cut
 
 
 @pytest.mark.thorough
