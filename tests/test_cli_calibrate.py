@@ -1,5 +1,6 @@
 """Calibration from the command line: what a file asks for, what is refused, killed and called again."""
 
+import importlib
 import json
 import os
 import signal
@@ -14,11 +15,12 @@ import pytest
 from command_line import invoke
 
 import grainlaw as gl
-from grainlaw.cli.calibrate import _write_rock, calibration_of, targets_of
+from grainlaw.cli.calibrate import _tie, _write_rock, calibration_of, targets_of
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import read_file
 from grainlaw.units import GPa, MPa
 
+calibrate = importlib.import_module("grainlaw.cli.calibrate")
 FILE = """
 [targets]
 ucs = ["45 MPa", "1 MPa"]
@@ -123,6 +125,29 @@ def done(tmp_path_factory):
     file = written(tmp_path_factory.mktemp("calibration"))
     result = invoke("calibrate", file, "--workers", 2)
     return file, result
+
+
+@pytest.mark.parametrize("tie", [2, {"of": "cohesion"}, {"of": "cohesion", "times": 2, "more": 1}, ["of", "times"]])
+def test_what_is_no_tie_is_refused(tie):
+    with pytest.raises(gl.ParameterError, match=r"tied.kn = .* is not allowed, it must be like"):
+        _tie("tied.kn", tie)
+    assert _tie("tied.kn", {"of": "cohesion", "times": "10 %"}) == ("cohesion", 0.1)
+
+
+@pytest.mark.parametrize("plausible", [True, False])
+def test_options_of_the_command_and_its_exit_code(plausible, tmp_path, monkeypatch):
+    seen, wrote = {}, []
+    found = SimpleNamespace(is_plausible=plausible, write=wrote.append)
+    monkeypatch.setattr(calibrate, "run", lambda **given: seen.update(given) or found)
+    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-1]))
+    options = ("--out", tmp_path / "out", "--budget", 12, "--seeds", 5, "--workers", 3, "--on", "tcp://host:1")
+    done = invoke("calibrate", written(tmp_path), *options)
+    assert done.exit_code == (not plausible)
+    assert [seen[name] for name in ("budget", "seeds", "workers", "on")] == [12, 5, 3, "tcp://host:1"]
+    assert seen["more"] == 4  # of the file
+    assert seen["store"] == tmp_path / "out" / "tests"
+    assert wrote == [tmp_path / "out"] * (1 + plausible)
+    assert ("the targets are in conflict" in done.output) == (not plausible)
 
 
 def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):

@@ -50,6 +50,18 @@ def test_what_is_configured_is_configured_again_by_its_own_sections(name, quick)
     assert (again.specimen.grains.vertices == first.specimen.grains.vertices).all()
 
 
+def test_toml_by_hand():
+    """Comments stand below each other, to the right of the longest line that has one, 40 columns at most."""
+    sections = {"law": {"kn": 0.5, "type": "linear", "none": None, "a key": True}, "test": {"part": {"speed": 0.1}}}
+    notes = {"law": {"kn": "Pa/m", "type": "one of many", "none": "absent"}}
+    assert toml(sections, notes) == (
+        '[law]\nkn = 0.5         # Pa/m\ntype = "linear"  # one of many\n# none = ...    # absent\n"a key" = true\n\n'
+        "[test]\npart = {speed = 0.1}\n"
+    )
+    long = toml({"law": {"a": "x" * 50, "b": 1}}, {"law": {"a": "A", "b": "B"}})
+    assert long == f'[law]\na = "{"x" * 50}"  # A\nb = 1{" " * 35}  # B\n'
+
+
 def test_a_template_is_the_configuration_with_units_bounds_and_names_to_choose_from():
     text = template("brazilian", {})
     assert configured("brazilian", tomllib.loads(text)).sections == configured("brazilian", {}).sections

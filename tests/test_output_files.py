@@ -1,5 +1,6 @@
 """What files for ParaView say of themselves, which moments they hold, and the script that shows them."""
 
+import os
 import re
 import sys
 import types
@@ -17,6 +18,7 @@ from support import BRITTLE, PULL, ROCK, STRONG, nodal_forces, small_sample, sta
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack
+from grainlaw.results import files
 from grainlaw.results.frames import FrameClock, packed, take_frame, unpacked
 from grainlaw.results.paraview import NAME, write_script
 from grainlaw.results.tables import breaks
@@ -166,6 +168,22 @@ def test_strain_does_not_see_a_turn(plane):
     assert np.allclose(found[:, 2], across, atol=1e-12)
     flat = tensors(specimen, np.ones((6, 3)))
     assert np.allclose(flat[:, 2], 0.5 if plane is gl.Plane.STRAIN else 0.0)
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_a_file_is_whole_or_not_there_and_forced_where_it_must_outlast_a_loss_of_power(shared, tmp_path, monkeypatch):
+    forced, file = [], tmp_path / "x.txt"
+    monkeypatch.setattr(files, "_force", lambda place: forced.append((place, file.exists())))
+    files.write_atomically(file, lambda path: path.write_text("one"), shared=shared)
+    assert (forced, file.read_text()) == ([], "one")
+    file.unlink()
+    files.write_atomically(file, lambda path: path.write_text("two"), shared=shared, forced=True)
+    part = f".x.{os.getpid()}.part.txt" if shared else ".x.part.txt"
+    assert forced == [(tmp_path / part, False), (tmp_path, True)]  # its content, and then its name
+    with pytest.raises(OSError, match="no room") as failed:
+        files.write_atomically(file, lambda path: (_ for _ in ()).throw(OSError(28, "no room", "part")))
+    assert (failed.value.filename, file.read_text()) == (str(file), "two")
+    assert list(tmp_path.iterdir()) == [file]
 
 
 def test_frames_keep_their_stage(made):
