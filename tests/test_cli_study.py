@@ -1,10 +1,12 @@
 """Studies from the command line: cases of a file, what is finished, tables, what is refused."""
 
 import csv
+import importlib
 import json
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +16,9 @@ from matplotlib.image import imread
 from study_rows import row, table_of
 
 from grainlaw.cli.study import means
+from grainlaw.studies.study import Status
+
+cli = importlib.import_module("grainlaw.cli.study")
 
 
 def rows_of(file, *options):
@@ -60,6 +65,62 @@ def test_the_table_is_printed_where_no_case_has_another_seed(tmp_path):
     assert means(table, ["law"]) == str(table)
     none = table_of([row({"law": "a", "seed": n}, {}) for n in (1, 2)], tmp_path / "t")
     assert means(none, ["law"]) == str(none)
+
+
+@pytest.fixture
+def stored(tmp_path, monkeypatch):
+    """A study of six cases, of which three failed, in place of that of a file; the calls of its ``run``."""
+    cases = [({"law": law, "seed": n}, {"strength": n * 1e6}) for law in "ab" for n in (1, 2, 3)]
+    rows = [row(*case) for case in cases[:3]]
+    rows += [row(factors, {}, kind, f"{kind} {factors['seed']}") for (factors, _), kind in zip(
+        cases[3:], ("unstable", "refused", "unstable"), strict=True)]  # fmt: skip
+    table = table_of(rows, tmp_path / "s")
+    calls = []
+    ours = SimpleNamespace(
+        table=lambda folder: table, status=lambda folder: Status(6, 3, {"unstable": 2, "refused": 1}, 0),
+        run=lambda folder, **options: calls.append((folder, options)) or table,
+    )  # fmt: skip
+    chosen = SimpleNamespace(
+        study=ours, folder=tmp_path / "granite", file=tmp_path / "granite.toml", by=["law"], over=["seed"],
+        try_first=lambda: None,
+    )  # fmt: skip
+    monkeypatch.setattr(cli, "study_of", lambda file, assignments, quick: chosen)
+    return table, calls, tmp_path
+
+
+REASONS = "\n2 unstable, the first law = b, seed = 1: unstable 1\n1 refused, the first law = b, seed = 2: refused 2"
+
+
+def test_the_table_is_printed_or_written(stored):
+    table, _, folder = stored
+    csv_file, parquet = folder / "t.csv", folder / "t.parquet"
+    assert invoke("study", "table", "x.toml").output == f"{table}\n"
+    assert invoke("study", "table", "x.toml", "--csv", csv_file).output == f"6 cases written to {csv_file}\n"
+    assert len(csv_file.read_text().splitlines()) == 7
+    both = invoke("study", "table", "x.toml", "--csv", csv_file, "--parquet", parquet).output
+    assert both == f"6 cases written to {csv_file}, {parquet}\n"
+    assert parquet.exists()
+
+
+def test_what_a_study_ran_and_why_cases_failed_is_said(stored):
+    table, calls, folder = stored
+    done = invoke("study", "x.toml", "--workers", 3, "--shard", "2/5", "--out", folder)
+    assert calls == [(folder, {"on": None, "workers": 3, "shard": (2, 5)})]
+    assert done.exit_code == 1
+    status = "6 cases: 3 finished, 1 refused, 2 unstable, 0 missing"
+    assert means(table, ["law"]) in done.output
+    assert f"\n{status}\n" in done.output
+    assert f"3 of 6 cases failed{REASONS}" in done.output
+    assert invoke("study", "status", "x.toml").output == f"{status}{REASONS}\n"
+
+
+@pytest.mark.parametrize("shard", ["0/3", "4/3", "1/0", "3", "a/b", "-1/3"])
+def test_what_is_no_shard_is_refused(shard, stored):
+    assert "is not allowed, it must be a number and of how many" in " ".join(
+        invoke("study", "x.toml", "--shard", shard).output.replace("│", "").split()
+    )
+    assert stored[1] == []
+    assert invoke("study", "x.toml", "--shard", "3/3", "--out", stored[2]).exit_code == 1  # of its failed cases
 
 
 @pytest.mark.thorough

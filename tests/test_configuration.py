@@ -55,7 +55,7 @@ def test_toml_by_hand():
     sections = {"law": {"kn": 0.5, "type": "linear", "none": None, "a key": True}, "test": {"part": {"speed": 0.1}}}
     notes = {"law": {"kn": "Pa/m", "type": "one of many", "none": "absent"}}
     assert toml(sections, notes) == (
-        '[law]\nkn = 0.5         # Pa/m\ntype = "linear"  # one of many\n# none = ...    # absent\n"a key" = true\n\n'
+        '[law]\nkn = 0.5         # Pa/m\ntype = "linear"  # one of many\n# none = ...     # absent\n"a key" = true\n\n'
         "[test]\npart = {speed = 0.1}\n"
     )
     long = toml({"law": {"a": "x" * 50, "b": 1}}, {"law": {"a": "A", "b": "B"}})
