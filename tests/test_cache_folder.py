@@ -186,7 +186,9 @@ def test_the_command_says_where_and_how_much_and_clears(folder):
     fill(folder)
     (folder.path / "notes.txt").write_text("not ours")
     (folder.path / f"{NAMES[1]}.{32 * 'a'}").write_bytes(b"half")
-    lines = dict(line.split(maxsplit=1) for line in invoke("cache").output.splitlines())
+    output = invoke("cache").output
+    assert [line[:11] for line in output.splitlines()] == ["folder     ", "functions  ", "size       ", "limit      "]
+    lines = dict(line.split(maxsplit=1) for line in output.splitlines())
     assert lines == {"folder": str(folder.path), "functions": "6", "size": "0.6 MB", "limit": "500 MB"}
     cleared = invoke("cache", "--clear")
     assert cleared.exit_code == 0

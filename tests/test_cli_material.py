@@ -1,7 +1,9 @@
 """Materials on the command line, in configurations, and in what a run leaves."""
 
+import importlib
 import json
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -44,6 +46,17 @@ def test_a_material_is_shown_with_its_curves(tmp_path):
     assert "TransverselyIsotropic conforms" in result.output
     assert (tmp_path / "material_transversely-isotropic.png").stat().st_size > 10_000
     assert (tmp_path / "material_transversely-isotropic.json").exists()
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_a_material_that_fails_a_property_ends_with_1(passed, tmp_path, monkeypatch):
+    command = importlib.import_module("grainlaw.cli.material")
+    monkeypatch.setattr(command, "check_material", lambda material: SimpleNamespace(passed=passed))
+    monkeypatch.setattr(command, "plot_material", lambda material: None)
+    monkeypatch.setattr(command, "write_picture", lambda *given: f"written of {given[2]}")
+    done = invoke("material", "drucker-prager", "--out", tmp_path)
+    assert done.exit_code == (not passed)
+    assert done.output.endswith("written of drucker-prager\n")
 
 
 def test_an_unknown_material_is_refused(tmp_path):

@@ -15,8 +15,9 @@ from support import BRITTLE, PULL, small_sample
 
 import grainlaw as gl
 from grainlaw.drawing.figure import Figure
-from grainlaw.drawing.grains import _told_apart
+from grainlaw.drawing.grains import _phases, _told_apart
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
+from grainlaw.geometry import Bricks, rectangle
 from grainlaw.results.figures.cracks import _moment, box, fit
 from grainlaw.results.figures.laboratory import _from_zero
 
@@ -261,6 +262,19 @@ def test_what_is_no_result_is_refused(results):
 
 
 # --- moving ----------------------------------------------------------------------------------------------------------
+
+
+def test_phases_are_told_with_their_shares():
+    """Of four equal bricks one is of the second mineral."""
+    bricks = Bricks(rows=4, columns=1).tessellate(rectangle(0.02, 0.04))
+
+    def told(**changes):
+        return [patch.get_label() for patch in _phases(attrs.evolve(bricks, **changes))]
+
+    assert told() == []
+    assert told(phase=np.array([0, 0, 1, 0])) == ["0 75.0 %", "1 25.0 %"]
+    assert told(phase_names=("quartz", "mica")) == ["quartz 100.0 %"]
+    assert told(phase=np.array([2, 2, 0, 2])) == ["0 25.0 %", "2 75.0 %"]
 
 
 def test_grains_that_share_an_edge_have_different_colours():

@@ -91,6 +91,15 @@ def test_points_that_have_broken_are_those_of_the_cracks(result):
     assert 0 < cracks.tensile.sum() == (laboratory.broken & laboratory.tensile).sum() < len(cracks)
 
 
+def test_a_table_of_measures_by_hand(result):
+    measures = [Eighth(), Eighth(name="plain", unit="1", meaning="a share"), Eighth(name="never", value=np.nan)]
+    assert str(gl.Laboratory(result, measures)) == (
+        "one eighth   12.5  %  Euclid (300 BC)\n"
+        "a share     0.125     Euclid (300 BC)\n"
+        "one eighth      -  %  Euclid (300 BC)"
+    )
+
+
 def test_a_measure_may_be_found_from_others(result):
     class Ratio(gl.Measure):
         name, meaning, asked = "ratio", "CI over the onset of damage", 0
