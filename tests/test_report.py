@@ -5,6 +5,7 @@ import re
 import struct
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -13,11 +14,11 @@ from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw.columns import quantity_of
-from grainlaw.geometry import Bricks, rectangle
+from grainlaw.geometry import Bricks, Hexagonal, disc, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import DirectShear, PlaneWave, UniaxialCompression
 from grainlaw.quantity import three_digits
-from grainlaw.results.figures.report import LIMITS, _rows, write_report
+from grainlaw.results.figures.report import LIMITS, _components, _rows, write_report
 from grainlaw.units import mm
 
 LAW = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300, closure=BandisClosure(maximum_closure=5e-6))
@@ -95,6 +96,7 @@ def test_titles_and_records_are_text_not_tags(page):
 
 def test_properties_have_units(page, result):
     assert page.rows["strength (MPa)"] == [[f"> {result.summary['largest_stress'] / 1e6:.3g}"]]  # it had not failed
+    assert "> stands before the largest stress of a specimen that had not failed." in page.text
     assert page.rows["strain at failure (%)"] == [["-"]]
     assert page.rows["E (GPa)"] == [[f"{result.summary['modulus'] / 1e9:.3g}"]]
     named = {quantity_of(name).heading for name in result.summary}
@@ -127,6 +129,25 @@ def test_rows_of_a_component_by_hand():
         ["speed", "2 mm/s"], ["none", "-"], ["empty", "-"], ["pair", "1, 2"], ["plane", "strain"], ["words", "words"],
         ["inner", "LocalDamping"], ["inner.fraction", "0.5"],
     ]  # fmt: skip
+
+
+def test_what_was_tested_by_hand():
+    """A disc about the origin, of some hexagons."""
+    specimen = gl.Specimen(Hexagonal(grain_size=8 * mm).tessellate(disc(40 * mm)), ROCK, contact_points=gl.EndPoints())
+    one = SimpleNamespace(specimen=specimen, mesh=specimen.mesh, protocol=SHORT)
+    laws = {"MohrCoulomb": MohrCoulomb(**STRONG), "mine": Linear(**STIFF)}
+    laws["pairs"] = {("quartz", "mica"): laws["MohrCoulomb"], ...: laws["mine"]}
+    parts = dict(_components({name: SimpleNamespace(**vars(one), law=law) for name, law in laws.items()}))
+    assert list(parts) == [
+        "Specimen", "Elastic grains", "MohrCoulomb", "mine (Linear)", "pairs (MohrCoulomb) between quartz and mica",
+        "pairs (Linear) elsewhere", "Uniaxial compression",
+    ]  # fmt: skip
+    rows = dict(parts["Specimen"])
+    sizes = [float(rows[name].removesuffix(" mm")) for name in ("width", "height", "mean grain size")]
+    assert sizes == pytest.approx([40, 40, 40 * np.sqrt(np.pi / 4 / specimen.grains.count)], rel=0.02)
+    assert rows["contact points"] == str(2 * len(specimen.mesh.interfaces))
+    assert (rows["kind of contact points"], rows["refinement"]) == ("EndPoints", "0")
+    assert dict(parts["mine (Linear)"])["kn"] == "105 TPa/m"
 
 
 def test_a_load_that_changes_with_time_is_one_entry():
@@ -258,6 +279,7 @@ def test_a_run_that_recorded_nothing_has_a_report(result, tmp_path):
     verdicts = [page.rows[quantity_of(name).heading][0][1] for name in ("energy_error", "energy_made", "imbalance")]
     assert [verdict.split()[-1] for verdict in verdicts] == ["FAIL", "pass", "FAIL"]
     assert verdicts[2].startswith("cannot be computed")
+    assert "of a specimen that had not failed" not in page.text  # it has no strength to fail at
 
 
 def test_curves_of_one_law_and_of_two_are_told_apart(result):
