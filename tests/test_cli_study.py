@@ -16,6 +16,8 @@ from matplotlib.image import imread
 from study_rows import row, table_of
 
 from grainlaw.cli.study import means
+from grainlaw.cli.study_file import study_of
+from grainlaw.laws import Linear
 from grainlaw.studies.study import Status
 
 cli = importlib.import_module("grainlaw.cli.study")
@@ -65,6 +67,22 @@ def test_the_table_is_printed_where_no_case_has_another_seed(tmp_path):
     assert means(table, ["law"]) == str(table)
     none = table_of([row({"law": "a", "seed": n}, {}) for n in (1, 2)], tmp_path / "t")
     assert means(none, ["law"]) == str(none)
+
+
+def test_a_file_is_a_study_of_its_cases(tmp_path):
+    vary = 'law = ["linear", "mine.py:Mine"]\n"law.kn" = ["100 TPa/m", 2e13]\n"sample.seed" = "1..3"\n'
+    file = study_file(tmp_path, vary)
+    chosen = study_of(file, ["law.ks=3e13"], quick=True)
+    assert (chosen.over, chosen.by, chosen.folder) == (["seed"], ["law", "kn"], tmp_path / "granite")
+    assert (len(chosen.study), chosen.study.design.names) == (12, ("law", "kn", "seed"))
+    assert chosen.options == ["--set", "law.ks=3e13", "--quick"]
+    run = chosen.study.case(law="linear", kn=1e14, seed=3)
+    assert run.law == Linear(kn=1e14, ks=3e13)
+    assert (run.time_step_factor, run.mass_scaling) == (0.9, 1.5)
+    assert run.protocol.maximum_strain == 0.0001
+    other = chosen.study.case(law="linear", kn=1e14, seed=2)
+    assert run.specimen.grains.count == other.specimen.grains.count == 12
+    assert not np.array_equal(run.specimen.grains.vertices, other.specimen.grains.vertices)
 
 
 @pytest.fixture

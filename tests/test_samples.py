@@ -56,6 +56,28 @@ def test_means_and_ranges_by_hand():
     assert np.isnan(means([{"load": 1.0}, {"load": float("nan")}])["load"])
 
 
+def test_bars_of_strengths_by_hand():
+    """Peaks of 10, 60 and 20 MPa at 0.1, 0.3 and 0.2 %, after which nothing is borne; none is drawn if one is not."""
+    peaks = ((0.1, 10), (0.3, 60), (0.2, 20))
+    way = np.linspace(0, 1.5, 301)
+    results = [
+        SimpleNamespace(curves={
+            "strain": 1e-2 * at * way, "stress": 1e6 * peak * np.where(way <= 1, way, 0.0), "stage": np.zeros(301),
+        })
+        for at, peak in peaks
+    ]  # fmt: skip
+    axes = Figure().subplots()
+    _draw_peaks(axes, results, 0)
+    across, up = (lines.get_segments()[0] for lines in axes.containers[0].lines[2])
+    assert np.sort(across[:, 0]) == pytest.approx([0.1, 0.3])
+    assert np.sort(up[:, 1]) == pytest.approx([10, 60])
+    assert axes.containers[0].lines[0].get_xydata()[0] == pytest.approx([0.2, 30])
+    without = Figure().subplots()
+    rising = SimpleNamespace(curves=results[0].curves | {"stress": way})
+    _draw_peaks(without, [*results, rising], 0)
+    assert not without.containers
+
+
 @pytest.mark.thorough
 def test_bars_of_strengths_reach_from_the_lowest_to_the_highest(found):
     axes = Figure().subplots()
