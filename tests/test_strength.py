@@ -17,7 +17,7 @@ from grainlaw.geometry import Voronoi, disc, rectangle
 from grainlaw.laws import CohesiveCrack, Linear
 from grainlaw.protocols import BiaxialCompression, Brazilian, UniaxialCompression, UniaxialTension
 from grainlaw.protocols.measures import elastic_moduli
-from grainlaw.results.certificate import doubts, has_failed
+from grainlaw.results.certificate import doubts, has_failed, texts
 from grainlaw.strength import Borne, borne
 from grainlaw.units import MPa
 
@@ -159,8 +159,21 @@ def test_what_is_doubted_of_a_strength():
     assert judged(strength=math.nan) == [NOT_FAILED]
     elastic = Linear(kn=1e14, ks=1e14)
     assert judged(strength=math.nan, law=elastic, damaged=[0, 0.0]) == []
-    assert judged(strength=math.nan, law=elastic, damaged=[0, 1.0]) == [NOT_FAILED]
+    assert judged(strength=math.nan, law=elastic, damaged=[0, 0, 1.0]) == [NOT_FAILED]
     assert judged(strength=math.nan, law={"inside": elastic, ...: BRITTLE}) == [NOT_FAILED]
+
+
+def test_a_strength_that_is_not_known_is_shown_as_a_bound():
+    summary = {"strength": math.nan, "largest_stress": 2e6, "modulus": math.nan, "energy_error": 1.0, "steps": 7}
+    unknown = SimpleNamespace(summary=summary, law=BRITTLE, curves={}, quantity=quantity_of)
+    assert texts(unknown, [*summary, "never"]) == {
+        "strength (MPa)": "> 2.00", "largest stress (MPa)": "2.00", "E (GPa)": "-",
+        "energy error": "1.0e+00 FAIL", "steps": "7",
+    }  # fmt: skip
+    elastic = SimpleNamespace(**vars(unknown) | {"law": Linear(kn=1e14, ks=1e14)})
+    known = SimpleNamespace(**vars(unknown) | {"summary": summary | {"strength": 1.5e6, "energy_error": 0.005}})
+    assert texts(elastic, ["strength"]) == {"strength (MPa)": "-"}
+    assert texts(known, ["strength", "energy_error"]) == {"strength (MPa)": "1.50", "energy error": "5.0e-03"}
 
 
 def test_a_balance_that_was_asked_for_and_not_had_is_a_doubt():
