@@ -11,6 +11,7 @@ from command_line import invoke
 from support import PULL, STIFF, small_sample
 
 import grainlaw as gl
+from grainlaw.cli.compare import _rows
 from grainlaw.laws import Linear
 from grainlaw.results.certificate import LIMITS
 
@@ -65,6 +66,20 @@ def test_a_file_gives_the_parameters_of_all_laws(made):
     assert (crack["tensile_strength"], crack["mode_i_energy"], crack["cohesion"]) == (10e6, 70, 25e6)
     assert parameters["laws"]["linear"]["kn"] == crack["kn"] == 1.05e14
     assert 3 <= len(list((folder / "linear").glob("grains_*.vtu"))) <= 5
+
+
+def test_runs_stand_in_a_row_for_each_sample():
+    class Compared(dict):
+        seeds = (1, 2)
+
+    keys = [("a", 1), ("b", 1), ("a", 2), ("b", 2)]
+    rows = _rows(Compared({key: f"result of {key}" for key in keys}))
+    assert [[result for *_, result in row] for row in rows] == [
+        [f"result of {key}" for key in keys[:2]], [f"result of {key}" for key in keys[2:]],
+    ]  # fmt: skip
+    alone = Compared({"a": 1, "b": 2})
+    alone.seeds = ()
+    assert [[result for *_, result in row] for row in _rows(alone)] == [[1, 2]]
 
 
 @pytest.mark.thorough

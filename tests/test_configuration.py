@@ -15,7 +15,7 @@ from grainlaw.cli.components import FILL_IN, choices, name_of
 from grainlaw.cli.configuration import configured, template
 from grainlaw.cli.default_rock import LAWS
 from grainlaw.cli.sections import assign, toml, value_toml
-from grainlaw.cli.setups import SETUPS
+from grainlaw.cli.setups import SETUPS, _bar
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Empirical, Even, Hexagonal, Laguerre, Lognormal, rectangle
 
@@ -60,6 +60,13 @@ def test_toml_by_hand():
     )
     long = toml({"law": {"a": "x" * 50, "b": 1}}, {"law": {"a": "A", "b": "B"}})
     assert long == f'[law]\na = "{"x" * 50}"  # A\nb = 1{" " * 35}  # B\n'
+
+
+def test_a_bar_for_waves_is_of_square_bricks():
+    assert _bar(7) == {
+        "region": "rectangle", "width": pytest.approx(14e-3), "height": pytest.approx(4e-3), "tessellator": "bricks",
+        "rows": 2, "columns": 7,
+    }  # fmt: skip
 
 
 def test_a_template_is_the_configuration_with_units_bounds_and_names_to_choose_from():

@@ -175,6 +175,9 @@ def test_threads_of_the_command_are_workers_of_the_study(threads, workers, tmp_p
         main, ["envelope", "--quick", "--confinement", "0,2", "--threads", threads, "--out", str(tmp_path / "s")]
     )
     assert seen == [(2, workers)]
+    record = json.loads((tmp_path / "s" / "run.json").read_text())
+    assert record["parameters"]["protocol"]["confinement"] == 2e6  # the largest
+    assert record["command"]["arguments"]["confinement"] == "0,2"
 
 
 @pytest.mark.thorough

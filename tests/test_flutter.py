@@ -113,6 +113,7 @@ def test_check_holds_grains_that_suit_the_law(monkeypatch):
     assert (flutters, confined) == (True, False)
     assert stress == pytest.approx(40e6, rel=0.05)  # it is probed in coarse steps
     assert specimen.material.youngs_modulus == pytest.approx(1000 * stress)
+    assert (specimen.material.poissons_ratio, specimen.material.density) == (0.25, 3000)
     assert specimen.grains.count == 120
     width, height = np.ptp(specimen.grains.vertices, axis=0)
     assert height == pytest.approx(2.5 * width)

@@ -61,6 +61,27 @@ def test_a_probe_is_its_start_the_steps_and_all_samples(monkeypatch):
     assert steps[1] == pytest.approx(2 * steps[0])
 
 
+def test_a_case_says_what_it_has_cost(monkeypatch):
+    """By two clocks, and the size of its file."""
+    wall, cpu = iter([100.0, 107.0] * 2), iter([5.0, 8.0] * 2)
+    clocks = SimpleNamespace(perf_counter=lambda: next(wall), process_time=lambda: next(cpu))
+    monkeypatch.setattr(case, "time", clocks)
+    monkeypatch.setattr(case, "_loaded", lambda recipe: None)
+    monkeypatch.setattr(case, "_answered", lambda *_: ({"status": "finished", "run": "ab"}, b"12345"))
+    (task,) = tasks("A", 1)
+    done = case.carry_out(b"", task)
+    expected = {"case": "A0", "run": "ab", "factors": {"law": "A", "seed": 0}, "status": "finished"}
+    assert done.row == expected | {"cost": {"seconds": 7.0, "cpu": 3.0, "bytes": 5}}
+    assert done.run == b"12345"
+
+    def too_large(*_):
+        raise MemoryError("8 GB")
+
+    monkeypatch.setattr(case, "_answered", too_large)
+    row = case.carry_out(b"", task).row
+    assert (row["status"], row["reason"], row["cost"]["bytes"]) == ("killed", "not enough memory: 8 GB", 0)
+
+
 # --- what the workers are doing ---------------------------------------------------------------------------------------
 
 

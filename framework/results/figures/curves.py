@@ -135,8 +135,8 @@ def show_result(result: Result, **options: Any) -> None:
     grains.cell_data["stress yy (MPa)"] = frame.stress[mesh.zone_grain, 1] / 1e6
     plotter = pyvista.Plotter(**options)
     plotter.add_mesh(grains, cmap="cividis")
-    broken = ~np.isnan(frame.bonds["broken_time"])
-    for chosen, paint in ((frame.bonds["mode"] < 0.5, TENSILE), (frame.bonds["mode"] >= 0.5, SHEAR)):
+    broken, tensile = ~np.isnan(frame.bonds["broken_time"]), frame.bonds["mode"] < 0.5
+    for chosen, paint in ((tensile, TENSILE), (~tensile, SHEAR)):
         interfaces = result.interfaces[np.flatnonzero(broken & chosen) % len(result.interfaces)]
         if len(interfaces):
             lines = pyvista.line_segments_from_points(place[interfaces[:, :2].ravel()])
