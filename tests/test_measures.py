@@ -1,5 +1,7 @@
 """Measures, standard ones and those of a user: named, explained, one number each, shown where reports show them."""
 
+from types import SimpleNamespace
+
 import attrs
 import numpy as np
 import pytest
@@ -89,6 +91,29 @@ def test_points_that_have_broken_are_those_of_the_cracks(result):
     assert 0 < len(cracks) == laboratory.broken.sum()
     assert np.sort(laboratory.half_lengths[laboratory.broken]) == pytest.approx(np.sort(cracks.length))
     assert 0 < cracks.tensile.sum() == (laboratory.broken & laboratory.tensile).sum() < len(cracks)
+
+
+class Pieces(SimpleNamespace):
+    def __len__(self):
+        return len(self.areas)
+
+
+def test_standard_measures_by_hand():
+    """Four contact points, of which the last is whole; three cracks; two pieces of 3 and 1 mm2."""
+    laboratory = SimpleNamespace(
+        energy_lost=np.array([[1, 2, 4, 8.0], [10, 20, 40, 80]]), broken=np.array([True, True, True, False]),
+        tensile=np.array([True, True, False, True]), beyond_rounding=float, fragments=Pieces(areas=np.array([3.0, 1])),
+        result=SimpleNamespace(cracks=SimpleNamespace(length=np.array([1, 2, 4.0]), tensile=np.array([1, 1, 0], bool))),
+        events=Pieces(areas=[0] * 7, magnitude=np.array([-4, np.nan, -3]), energy=np.array([1, 0, 2.0])),
+    )  # fmt: skip
+    expected = {
+        "lost_opening": 15, "lost_slip": 150, "lost_tensile_cracks": 33, "lost_shear_cracks": 44, "lost_unbroken": 88,
+        "tensile_length": 3, "shear_length": 4, "fragments": 2, "largest_fragment": 0.75, "acoustic_events": 7,
+        "largest_magnitude": -3,
+    }  # fmt: skip
+    assert {name: gl.MEASURES[name].find(laboratory) for name in expected} == expected
+    laboratory.events.energy = np.zeros(3)
+    assert np.isnan(gl.MEASURES["largest_magnitude"].find(laboratory))
 
 
 def test_a_table_of_measures_by_hand(result):

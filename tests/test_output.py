@@ -235,7 +235,11 @@ def test_a_window_shows_the_last_moment(broken, monkeypatch, tmp_path):
     (drawn,) = (list(entry.values()) for entry in shown)
     assert len(drawn) >= 2
     (grains,) = (each for each in drawn if each.n_cells == len(broken.mesh.zones))
-    assert grains.points[:, :2] == pytest.approx(broken.mesh.nodes + broken.frames[-1].displacement, rel=1e-6)
+    frame, tensile = broken.frames[-1], int(broken.cracks.tensile.sum())
+    assert grains.points[:, :2] == pytest.approx(broken.mesh.nodes + frame.displacement, rel=1e-6)
+    assert grains.cell_data["stress yy (MPa)"] == pytest.approx(frame.stress[broken.mesh.zone_grain, 1] / 1e6)
+    lines = [each.n_cells for each in drawn if each is not grains]
+    assert lines == [count for count in (tensile, len(broken.cracks) - tensile) if count]
 
 
 @pytest.mark.thorough

@@ -119,6 +119,41 @@ def test_breaks_in_a_table_and_in_a_picture_by_hand(tmp_path):
     assert np.ptp(lines.points.reshape(-1, 2, 3), axis=1) == pytest.approx(np.array([[5 * mm, 0, 0]] * 4), abs=1e-12)
 
 
+def test_cracks_in_a_picture_are_what_is_damaged_wet_or_of_a_joint(tmp_path):
+    state = pulled_apart()
+    series, frame = VtkSeries(tmp_path, state.specimen, state.bonds.ends), take_frame(state)
+
+    def shown(kinds=(0, 1), **bonds):
+        series._kind = np.array(kinds)
+        lines = series._cracks(attrs.evolve(frame, bonds=frame.bonds | {"damage": np.zeros(4)} | bonds))
+        return lines.points.reshape(-1, 2, 3)[:, :, :2], {
+            name: row[0].tolist() for name, row in lines.cell_data.items()
+        }
+
+    (line,), _ = shown()  # nothing: one point, as a line of no length
+    assert np.array_equal(line[0], line[1])
+    assert shown(damage=np.array([0, 0, 0.5, 0]))[1]["damage"] == [0.5]
+    assert shown(fluid_pressure=np.array([0, 7.0, 0, 0]))[1]["fluid_pressure"] == [7.0]
+    lines, data = shown(kinds=(0, 2))
+    assert (data["kind"], len(lines), data["grain_a"]) == ([2, 2], 2, [1, 1])
+
+
+@pytest.mark.parametrize(
+    ("curves", "said"),
+    [
+        (None, {}), ({}, {}), ({"time": [0, 4.0]}, {}), ({"strain": [0, 0.01]}, {"strain": 0.005}),
+        ({"displacement": [1, 3.0], "force": [0, 1.0]}, {"displacement (m)": 2.0}),
+    ],
+)  # fmt: skip
+def test_a_picture_says_how_far_the_test_is(curves, said, tmp_path, monkeypatch):
+    state, added = pulled_apart(), []
+    series, frame = VtkSeries(tmp_path, state.specimen, state.bonds.ends, "law"), take_frame(state)
+    monkeypatch.setattr(series, "_add", lambda name, time, mesh, about: added.append((name, time, about)))
+    series.write(attrs.evolve(frame, time=2.0, stage="pull"), curves and {"time": np.array([0, 4.0])} | curves)
+    about = {"law": "law", "kinds": "between, inside", "stage": "pull", "time (s)": 2.0} | said
+    assert added == [("grains", 2.0, about), ("cracks", 2.0, about)]
+
+
 def test_a_contact_is_a_line_along_its_tangent_by_hand(tmp_path):
     contacts = {"position": np.array([[1.0, 2.0]]), "tangent": np.array([[0.6, 0.8]]), "length": np.array([2.0])}
     frame = SimpleNamespace(contacts=contacts | {"grains": np.array([[3, 5]]), "opening": np.array([-1e-6])})
@@ -184,6 +219,17 @@ def test_a_file_is_whole_or_not_there_and_forced_where_it_must_outlast_a_loss_of
         files.write_atomically(file, lambda path: (_ for _ in ()).throw(OSError(28, "no room", "part")))
     assert (failed.value.filename, file.read_text()) == (str(file), "two")
     assert list(tmp_path.iterdir()) == [file]
+
+
+def test_frames_are_counted_from_both_ends():
+    three, none = SimpleNamespace(frames=["first", "second", "third"]), SimpleNamespace(frames=[])
+    found = [gl.Result.frame(three, "f", number) for number in (0, 1, 2, -1, -2, -3)]
+    assert found == ["first", "second", "third", "third", "second", "first"]
+    for number in (3, -4):
+        with pytest.raises(gl.ParameterError, match=f"f: frame = {number} is not allowed"):
+            gl.Result.frame(three, "f", number)
+    with pytest.raises(gl.ParameterError, match="f needs frames, and this result has none"):
+        gl.Result.frame(none, "f", -1)
 
 
 def test_frames_keep_their_stage(made):

@@ -58,6 +58,15 @@ def test_no_text_of_a_csv_is_a_formula(name, tmp_path):
         assert next(csv.reader(stream)) == ["'" + name.replace("\r", " "), "a,b"]
 
 
+def test_curves_of_several_runs_stand_below_each_other(tmp_path):
+    """A column that a run lacks is nan there, as long as the others."""
+    runs = {("a", 1): {"time": np.array([0, 1.0]), "stress": np.array([2, 3.0])}, ("b", 2): {"strain": np.array([0.5])}}
+    write_curves(tmp_path / "c.csv", runs | {("c", 3): {}}, names=("law", "seed"))
+    assert (tmp_path / "c.csv").read_text().splitlines() == [
+        "law,seed,time,stress,strain", "a,1,0.0,2.0,nan", "a,1,1.0,3.0,nan", "b,2,nan,nan,0.5",
+    ]  # fmt: skip
+
+
 def test_csv_is_read_again_with_the_same_bits(mixed, tmp_path):
     mixed.write_csv(tmp_path / "t.csv")
     with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as file:

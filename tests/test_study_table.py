@@ -204,6 +204,15 @@ def test_a_column_is_of_numbers_where_all_levels_are(tmp_path):
     assert [list(table[name]) for name in ("seed", "mixed", "flag")] == [[1, 2], [1, "all"], [True, False]]
 
 
+def test_where_chooses_cases_with_their_runs(drawn, tmp_path):
+    table = peaks(drawn, tmp_path / "s")
+    chosen = table.where(law="B", seed=3)
+    assert chosen["strength"].tolist() == [drawn["B", 3]]
+    assert table.where(law="C")["seed"].tolist() == list(range(8))
+    assert len(table.where()) == len(table) == 24
+    assert len(table.where(law="D")) == 0
+
+
 def test_a_table_without_rows(tmp_path):
     table = table_of([], tmp_path / "s")
     assert (len(table), table.quantities, table.failed, len(table.means())) == (0, [], [], 0)

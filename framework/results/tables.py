@@ -53,7 +53,7 @@ def write_curves(
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(map(plain, [*names, *columns]))
     for entries, recorded in curves.items():
-        count = max((len(values) for values in recorded.values()), default=0)
+        count = len(next(iter(recorded.values()), ()))
         table = [recorded.get(column, np.full(count, np.nan)).tolist() for column in columns]
         writer.writerows([*map(plain, entries), *map(repr, row)] for row in zip(*table, strict=True))
     write_atomically(file, lambda path: path.write_text(text.getvalue(), encoding="utf-8"))

@@ -160,11 +160,12 @@ class VtkSeries:
         """Add one frame, with how far the test is in ``curves`` by then."""
         kinds = ", ".join(self.specimen.grains.kinds)
         about: dict[str, Any] = {"law": self.law, "kinds": kinds, "stage": frame.stage, "time (s)": frame.time}
-        reached = next((name for name in COURSE if name != TIME and name in (curves or {})), None)
-        if curves is not None and reached is not None:
+        known = curves or {}
+        reached = next((name for name in COURSE if name != TIME and name in known), None)
+        if reached is not None:
             unit = unit_in_si(reached)
             heading = reached if unit == "1" else f"{reached} ({unit})"
-            about[heading] = float(np.interp(frame.time, curves[TIME], curves[reached]))
+            about[heading] = float(np.interp(frame.time, known[TIME], known[reached]))
         self._add("grains", frame.time, self._grains(frame), about)
         if len(self.interfaces):
             self._add("cracks", frame.time, self._cracks(frame), about)
