@@ -16,7 +16,7 @@ from matplotlib.image import imread
 from study_rows import row, table_of
 
 from grainlaw.cli.study import means
-from grainlaw.cli.study_file import study_of
+from grainlaw.cli.study_file import _recorded, study_of
 from grainlaw.laws import Linear
 from grainlaw.studies.study import Status
 
@@ -67,6 +67,16 @@ def test_the_table_is_printed_where_no_case_has_another_seed(tmp_path):
     assert means(table, ["law"]) == str(table)
     none = table_of([row({"law": "a", "seed": n}, {}) for n in (1, 2)], tmp_path / "t")
     assert means(none, ["law"]) == str(none)
+
+
+@pytest.mark.parametrize(
+    ("level", "recorded"),
+    [("7", 7), (" -8 ", -8), ("10 MPa", 10e6), ("2.5", 2.5), ("30 deg", 30), ("mohr-coulomb", "mohr-coulomb"),
+     (3, 3), (0.5, 0.5), (True, True), ({"a": 1}, "{a = 1}"), ([1, 2], "[1, 2]")],
+)  # fmt: skip
+def test_what_a_table_records_of_a_level(level, recorded):
+    found = _recorded(level)
+    assert (found, type(found)) == (recorded, type(recorded) if level != "30 deg" else float)
 
 
 def test_a_file_is_a_study_of_its_cases(tmp_path):

@@ -85,6 +85,13 @@ def test_the_same_seed_gives_the_same_points(draw):
     assert draw(16, **ranges) == draw(16, seed=0, **ranges)
 
 
+@pytest.mark.parametrize("draw", [gl.latin_hypercube, gl.sobol])
+def test_four_points_of_a_range_are_one_in_each_quarter(draw):
+    points = draw(4, seed=1, a=(10, 30), b=(-2, -1))
+    for factor, low, quarter in (("a", 10, 5), ("b", -2, 0.25)):
+        assert sorted(int((point[factor] - low) // quarter) for point in points) == [0, 1, 2, 3]
+
+
 def test_sobol_points_fill_more_evenly_than_chance():
     points = np.array([list(p.values()) for p in gl.sobol(256, a=(0, 1), b=(0, 1), c=(0, 1))])
     chance = np.random.default_rng(0).random((256, 3))

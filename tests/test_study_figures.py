@@ -155,6 +155,10 @@ def test_a_curve_that_turns_back_is_followed_forward():
     along = np.array([0, 1, 0.5, 1.5, 2.0])
     grid, (_, median, _) = on_common_grid([(along, np.array([0, 1.0, 7.0, 1.5, 2.0]))])
     assert median == pytest.approx(grid)
+    begun = np.array([0, -0.1, 1, 2])  # the wrong way, by a wave
+    grid, (_, median, _) = on_common_grid([(begun, begun)])
+    assert (grid[0], grid[-1]) == (0, 2)
+    assert median == pytest.approx(grid)
 
 
 # --- cracks ----------------------------------------------------------------------------------------------------------
