@@ -7,6 +7,7 @@ import pytest
 
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
+from grainlaw.cli.minerals import materials
 from grainlaw.cli.sections import toml
 from grainlaw.laws import Friction, Linear
 
@@ -57,6 +58,18 @@ def test_minerals_rocks_and_laws():
     assert [laws[k].tensile_strength for k in ("inside", ("inside", "mica"), ("quartz", ...))] == [20e6, 5e6, 13e6]
     assert (laws["quartz", ...].cohesion, laws[...].cohesion) == (20e6, 29e6)
     assert laws["mica", "K-feldspar"] == Linear(kn=1e14, ks=1e14)
+
+
+def test_a_mineral_names_its_kind_where_that_of_the_rock_is_another():
+    rock = gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.2, density=2700)
+    across = {"youngs_modulus": 6e10, "poissons_ratio": 0.2, "density": 2700, "youngs_modulus_across": 3e10}
+    across |= {"poissons_ratio_across": 0.2, "shear_modulus_across": 1e10}
+    given = {"quartz": {"youngs_modulus": 9e10}, "mica": {"type": "transversely-isotropic", **across}}
+    found, section = materials(rock, given)
+    assert (found["quartz"].youngs_modulus, found["quartz"].density, found[...]) == (9e10, 2700, rock)
+    assert "type" not in section["quartz"]
+    assert section["mica"]["type"] == "transversely-isotropic"
+    assert materials(rock, {}) == (rock, {})
 
 
 def test_the_sections_make_the_same_again():

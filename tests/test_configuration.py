@@ -14,7 +14,7 @@ from grainlaw import laws, protocols
 from grainlaw.cli.components import FILL_IN, choices, name_of
 from grainlaw.cli.configuration import configured, template
 from grainlaw.cli.default_rock import LAWS
-from grainlaw.cli.sections import assign, toml, value_toml
+from grainlaw.cli.sections import assign, checked_sections, toml, value_toml
 from grainlaw.cli.setups import SETUPS, _bar
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Empirical, Even, Hexagonal, Laguerre, Lognormal, rectangle
@@ -60,6 +60,14 @@ def test_toml_by_hand():
     )
     long = toml({"law": {"a": "x" * 50, "b": 1}}, {"law": {"a": "A", "b": "B"}})
     assert long == f'[law]\na = "{"x" * 50}"  # A\nb = 1{" " * 35}  # B\n'
+
+
+def test_files_that_a_file_names_lie_beside_it():
+    given = {"law": {"type": "mine.py:Law"}, "rock": {"type": "elastic"}, "sample": {"file": "in/grains.tess"}}
+    assert checked_sections(given, Path("home") / "run.toml") == {
+        "law": {"type": str(Path("home") / "mine.py:Law")}, "rock": {"type": "elastic"},
+        "sample": {"file": str(Path("home") / "in" / "grains.tess")},
+    }  # fmt: skip
 
 
 def test_a_bar_for_waves_is_of_square_bricks():

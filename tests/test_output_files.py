@@ -353,7 +353,14 @@ def test_colours_of_grains_that_bear_nothing_end_below_nothing(tmp_path):
         frame = SimpleNamespace(stress=np.full((3, 3), stress) * [1.0, 1.0, 0.0])
         result = SimpleNamespace(specimen=SimpleNamespace(grains=grains), frames=[frame])
         write_script(tmp_path, [[("alone", ".", result)]])
-        assert f"\nLOWEST = {lowest!r}  #" in (tmp_path / NAME).read_text("utf-8")
+        text = (tmp_path / NAME).read_text("utf-8")
+        assert f"\nLOWEST = {lowest!r}  #" in text
+        assert f"\nWIDTH, HEIGHT = {1.3 * 0.02!r}, {1.3 * 0.04!r}  #" in text
+    flat = SimpleNamespace(
+        specimen=SimpleNamespace(grains=SimpleNamespace(vertices=np.diag([0.05, 0.01]))), frames=[frame]
+    )
+    write_script(tmp_path, [[("one", "a", result), ("other", "b", flat)]])
+    assert f"\nWIDTH, HEIGHT = {1.3 * 0.05!r}, {1.3 * 0.04!r}  #" in (tmp_path / NAME).read_text("utf-8")
 
 
 @pytest.mark.thorough
