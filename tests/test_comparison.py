@@ -183,3 +183,12 @@ def test_a_stopped_comparison_has_what_is_finished(tmp_path):
 def test_no_runs_are_refused():
     with pytest.raises(gl.ParameterError, match="simulate_all: runs is empty"):
         simulate_all({})
+
+
+def test_nothing_is_not_compared():
+    for specimen, laws, words in (
+        (small_sample(6), {}, "laws is empty"),
+        ({}, {"brittle": BRITTLE}, r"specimen = \{\} is not allowed"),
+    ):
+        with pytest.raises(gl.ParameterError, match=words):
+            gl.compare(specimen, laws, PULL)
