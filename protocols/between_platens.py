@@ -170,8 +170,8 @@ def require_ends(specimen: Specimen, test: str) -> None:
     require_platens(specimen, test)
     require_boundaries(specimen, test, "left", "right")
     inner = tuple(name for name in ("platen_top", "platen_bottom") if name in specimen.mesh.boundaries)
-    outer = ("top", "bottom") if inner or not has_platens(specimen) else ()
-    for name in dict.fromkeys((*ends(specimen), *inner, *outer)):
+    outer = ("top", "bottom") if inner else ()
+    for name in (*ends(specimen), *inner, *outer):
         if np.ptp(specimen.mesh.nodes[specimen.mesh.boundaries[name], 1]) > 1e-9 * size(specimen)[1]:
             raise ParameterError(f"{test}: the {name} of the specimen is not flat and level")
 

@@ -127,7 +127,7 @@ def certificate(curves: Mapping[str, np.ndarray], found: Borne | None, load: str
     first = int(np.argmax(loads >= 0.1 * loads[at])) if found is not None else 0
     if at - first < FEWEST:
         return dict.fromkeys(("kinetic_ratio", "imbalance", "unstable_rise"), math.nan)
-    rise = np.arange(first, max(at, first + 1))  # at the end of the sample of the failure it has begun
+    rise = np.arange(first, at)  # at the end of the sample of the failure it has begun
     kinetic, stored = curves[VIBRATION][rise], energy(curves, *STORED)[rise]
     grown = np.diff(np.maximum.accumulate(loads[: at + 1]))
     unstable = curves[STABILITY][: at + 1] < 0  # not where it is not known
