@@ -1,6 +1,7 @@
 """One small fault in a sound material for each property that the kit asks for: it must be found there."""
 
 import re
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -10,6 +11,7 @@ from toy_materials import CUBIC, YIELDING, Cubic, Yielding
 
 import grainlaw as gl
 from grainlaw.workbench.material_bench import LAPS, MaterialBench
+from grainlaw.workbench.material_properties import PROPERTIES
 
 CALLS = []
 
@@ -112,6 +114,57 @@ def test_the_kit_finds_the_fault(fault):
     report = gl.check_material(fault(**values))
     assert not report[FAULTS[fault]].passed, report
     assert report[FAULTS[fault]].found
+
+
+def asked(kind, name, **more):
+    """What a property finds of a material, by itself."""
+    values = {field.name: getattr(YIELDING, field.name) for field in attrs.fields(Yielding)}
+    if not issubclass(kind, Yielding):
+        values.pop("strength")
+    bench = MaterialBench(kind(**values, **more))
+    return bench, PROPERTIES[name](bench)
+
+
+def test_what_breaks_a_property_is_told_by_its_size():
+    """By hand: 2 % softer, twice as stiff, twice the stress at the eighth point; half of a stress is in the energy."""
+    assert asked(Softer, "stiffness")[1].size == pytest.approx(0.02)
+    assert asked(Stiffens, "stiffness")[1].size == pytest.approx(2.0)
+    bench, found = asked(Declares, "symmetry")
+    assert found.size == pytest.approx(YIELDING.c11 * 0.8 * bench.scale * 7 / 30, rel=1e-6)
+    found = asked(Lopsided, "symmetry")[1]
+    strain = float(re.search("yy ([^,]+),", found.text)[1])
+    assert found.size == pytest.approx(0.05 * YIELDING.c12 * (strain - 5e-4), rel=1e-2)
+    assert asked(Flows, "energy")[1].text.startswith("random path 2: gives")
+    assert asked(Divides, "finite")[1].text.startswith("stress xx is nan at the strain xx 0, ")
+
+
+def test_a_first_response_may_bend():
+    class Bends(Cubic):
+        def stress(self, exx, eyy, exy):
+            xx, yy = exx * (1 + 5 * exx), eyy * (1 + 5 * eyy)
+            return self.c11 * xx + self.c12 * eyy, self.c12 * exx + self.c11 * yy, 2 * self.c44 * exy
+
+    bench, found = asked(Bends, "stiffness")
+    assert found is None
+    assert bench.scale == 1e-3  # nothing ends before
+
+
+def test_the_scale_is_the_least_strain_of_either_sign_that_ends_the_first_response():
+    """Crushed along x at 1e-4: there, eight points to a decade, the next one is 1 % off."""
+
+    class Crushes(Cubic):
+        def stress(self, exx, eyy, exy):
+            exx = max(exx, -1e-4)
+            return self.c11 * exx + self.c12 * eyy, self.c12 * exx + self.c11 * eyy, 2 * self.c44 * exy
+
+    assert asked(Crushes, "units")[0].scale == pytest.approx(10 ** (-4 + 1 / 8))
+
+
+@pytest.mark.parametrize(("values", "size"), [([0, 1, 1, 2.0], None), ([0, 2, 1, 3.0], 1.0), ([-0.5, 1, 2, 3.0], 0.5)])
+def test_plastic_strain_never_falls_and_is_never_negative(values, size):
+    trace = SimpleNamespace(memory={"plastic_strain": np.array(values)}, strain=np.zeros((4, 3)))
+    found = PROPERTIES["memory"](SimpleNamespace(traces={"path": trace, "none": SimpleNamespace(memory={})}))
+    assert (found and found.size) == size
 
 
 def test_the_sound_ones_conform():
@@ -231,6 +284,19 @@ def test_the_kit_asks_at_other_temperatures(kind, found):
     assert re.search(found, report["temperature"].found)
 
 
+def test_a_free_strain_and_a_stiffness_are_asked_for_at_other_temperatures():
+    """By hand: half of the expansion of one kelvin; 1 + 780/750 times as stiff at 800, twice at -100 degrees."""
+    warm = {"expansion": 1e-5, "softening": 5e-4}
+    assert asked(Warm, "temperature", **warm)[1] is None
+    found = asked(Ratchets, "temperature", **warm)[1]
+    assert found.text.startswith("heated to 21 °C and cooled it keeps a free strain of 5e-06")
+    assert found.size == pytest.approx(5e-6)
+    for kind, ratio, where in ((StiffensHot, 2.04, "at 800 °C, stiffness"), (StiffensCold, 2, "at -100 °C, stiffness")):
+        found = asked(kind, "temperature", **warm)[1]
+        assert found.text.startswith(where)
+        assert found.size == pytest.approx(ratio)
+
+
 def test_paths_of_strain_are_what_their_names_say():
     """Closed laps, alike; who turns the axes does not swell, and who is pressed stays so while it is sheared."""
     bench = MaterialBench(YIELDING)
@@ -248,5 +314,15 @@ def test_paths_of_strain_are_what_their_names_say():
     assert np.all(sheared[sheared[:, 2] != 0, :2] < 0)
     reversed_ = paths["shear, reverse"]
     assert reversed_[:, 2].min() == -reversed_[:, 2].max() == -3 * scale
+    a, b, corners = 0.8, 3.0, {name: path[::30] / scale for name, path in paths.items()}  # thirty steps to a leg
+    expected = {
+        "stretch, release, compress": [(a, 0, 0), (0, 0, 0), (b, 0, 0), (0, 0, 0), (-b, 0, 0)],
+        "shear while pressed": [(-a, -a, 0), (-a, -a, b), (-a, -a, -b), (-b, -b, -b), (-b, -b, b)],
+        "swell and shear": [(a, a, 0), (a, a, a), (b, b, b), (0, 0, b)],
+        "press one way, then the other": [(-b, 1, 0), (0, 0, 0), (1, -b, 0)],
+        "turn the axes": [(a, -a, 0), (0, 0, a), (-a, a, 0), (0, 0, -a), (b, -b, 0), (0, 0, b)],
+    }
+    for name, inner in expected.items():
+        assert corners[name][: len(inner) + 2] == pytest.approx(np.array([(0, 0, 0), *inner, (0, 0, 0)]), abs=1e-12)
     half = len(paths["shear, reverse"]) // LAPS // 5  # of a lap of five legs, to the first turn and the second
     assert reversed_[half, 2] == -reversed_[2 * half, 2] == pytest.approx(0.8 * scale)

@@ -1,0 +1,245 @@
+"""Single questions of the kit for laws, and what its pictures show, of answers that are given or known by hand."""
+
+from types import SimpleNamespace
+
+import attrs
+import numpy as np
+import pytest
+from faulty_laws import Hillerborg
+from support import STIFF, STRONG
+from toy_materials import CUBIC
+
+import grainlaw as gl
+from grainlaw.laws import MohrCoulomb
+from grainlaw.workbench import law_figure, material_figure, properties
+from grainlaw.workbench.characteristics import fitting_pressures
+from grainlaw.workbench.driver import Contact, alone
+from grainlaw.workbench.law_figure import Reach, along, mixed, pull_and_release, ratios, reach, shear_and_reverse
+from grainlaw.workbench.paths import designed_paths
+from grainlaw.workbench.refined import Response
+from grainlaw.workbench.scale import Peak, Scale, find_closure
+from grainlaw.workbench.shear_box import opening_at, sheared
+
+BRITTLE = MohrCoulomb(**STRONG)
+TAN = np.tan(np.radians(54))
+#: displacements in um, strengths in MPa: peaks at 1 and 2, broken at 11 and 22
+SCALE = Scale(
+    Peak(10e6, 1e-6, 11e-6, True), Peak(20e6, 2e-6, 22e-6, True), (0.0, 10e6, 20e6, 40e6), (0.0, 1e-6, 2e-6, 4e-6),
+    (Peak(20e6, 2e-6, 22e-6, True), Peak(30e6, 3e-6, 33e-6, True), Peak(40e6, 4e-6, 30e-6, True),
+     Peak(60e6, 5e-6, 25e-6, True)),
+)  # fmt: skip
+
+
+def response(name="path", shear=(), work=None, corners=(), legs=4):
+    """Answers along a path: the shear traction in MPa at each point, or the work."""
+    answers = np.column_stack([np.zeros(len(shear)), 1e6 * np.array(shear)])
+    points = np.column_stack([np.zeros(len(shear)), 1e-6 * np.arange(len(shear))])
+    found = Response(name, points, answers, list(corners), legs, [])
+    return found if work is None else SimpleNamespace(work=np.array(work), points=np.zeros((len(work), 2)),
+                                                       corners=list(corners), legs=legs, name=name)  # fmt: skip
+
+
+def test_a_scale_tells_increments_and_how_far_a_contact_slides():
+    assert (SCALE.pulled, SCALE.pressed, SCALE.sheared) == pytest.approx((0.3e6, 1.2e6, 0.6e6))
+    assert SCALE.far == pytest.approx(39e-6)  # broken, and twice as far again as the peak
+
+
+def test_paths_of_a_law_go_where_their_names_say():
+    """In um; a tenth beyond the break, and at three tenths of the way there."""
+    paths = {name: np.array(corners) * 1e6 for name, corners in designed_paths(SCALE).items()}
+    to, so, th, sh, c, d, far = 12.1, 24.2, 4.0, 8.0, 1.0, 4.0, 39.0
+    expected = {
+        "pull, release, pull on": [(0, 0), (0.8, 0), (0, 0), (th, 0), (0, 0), (to, 0), (0, 0)],
+        "shear, reverse": [(0, 0), (0, 1.6), (0, -1.6), (0, sh), (0, -sh), (0, so), (0, -so), (0, 0)],
+        "shear under high pressure": [(0, 0), (-d, 0), (-d, far), (-d, -far), (-d, 0), (0, 0)],
+        "open, slide, close": [(0, 0), (to, 0), (to, so), (-c, so), (-c, far + so), (0, far + so), (0, 0)],
+        "press, slip, open": [(0, 0), (-c, 0), (-c, sh), (to, sh), (0, sh), (0, 0)],
+        "all directions": [(0, 0), (th, 2), (0.3, -2), (-c, 2), (2, so), (-c, -far), (0, 0)],
+        "mixed, 0.25 opening to 0.75 slip": [(0, 0), (0.25, 1.5), (0, 0), (1, 6), (0, 0), (to, 3 * so), (0, 0)],
+        "mixed, 0.5 opening to 0.5 slip": [(0, 0), (0.5, 1), (0, 0), (2, 4), (0, 0), (to, so), (0, 0)],
+    }
+    for name, corners in expected.items():
+        assert paths[name] == pytest.approx(np.array(corners, dtype=float)), name
+
+
+def test_a_strength_that_falls_with_pressure_is_told_by_how_much():
+    """In MPa under 0, 10, 20 and 40: less by more than a thousandth of 20 is a fall."""
+
+    def runs(peaks, lasts):
+        return [
+            response(shear=[0, peak, last, 0, 0], corners=[0, 2, 3, 4]) for peak, last in zip(peaks, lasts, strict=True)
+        ]
+
+    given = runs([20, 19.981, 30, 27], [5, 5, 4, 3.981])
+    found = list(properties.weakening(given, SCALE, "shear"))
+    assert [each.size for each in found] == pytest.approx([3e6, 1e6])
+    assert found[0].text == "shear: shear strength falls from 30 MPa under 20 MPa pressure to 27 MPa under 40 MPa"
+    assert found[1].text.startswith("shear: shear traction after long slip falls from 5 MPa under 10 MPa pressure to 4")
+    assert list(properties.weakening(runs([1, 2, 3, 4], [1, 1, 1, 1]), SCALE, "shear")) == []
+
+
+def test_friction_that_drives_is_told():
+    """Out it must not be negative, back beyond the start not positive, each by a thousandth of the strength."""
+    corners = [0, 2, 4, 6]
+    assert properties.driven_by_shear(SCALE, response(shear=[-0.019, 5, 5, 9, -9, -5, 0.019], corners=corners)) is None
+    out = properties.driven_by_shear(SCALE, response(shear=[0, -3, 5, 5, 5, -5, -5], corners=corners))
+    assert out.size == 3e6
+    assert out.text == ("path: shear traction -3 MPa drives the contact while slip grows, at opening 0 um, slip 1 um")
+    back = properties.driven_by_shear(SCALE, response(shear=[0, 3, 5, 5, 0, 2, -5], corners=corners))
+    assert back.size == 2e6
+    assert "2 MPa drives the contact while slip goes back beyond its start, at opening 0 um, slip 5 um" in back.text
+
+
+@pytest.mark.parametrize(("change", "size"), [(0.199, None), (0.201, 0.201e6)])
+def test_a_traction_that_changes_at_rest_creeps(change, size):
+    """By more than a hundredth of the strength between two answers at one place."""
+    scale = attrs.evolve(SCALE, closures=(0.0,), sheared_under=SCALE.sheared_under[:1])
+
+    def run(points):
+        assert points[-1] == pytest.approx((0.0, 3e-6))
+        shear = np.repeat(np.arange(len(points) // 2), 2) * 1e6
+        shear[11] += change * 1e6
+        return np.column_stack([0 * shear, shear])
+
+    found = properties.creep(SimpleNamespace(scale=scale, contact=SimpleNamespace(run=run)))
+    assert (found and found.size) == (size and pytest.approx(size))
+    assert found is None or "goes on from 5 MPa to 5.201 MPa at rest" in found.text
+
+
+@pytest.mark.parametrize(("after", "size"), [(9.981, None), (9.979, 0.021e6)])
+def test_a_contact_that_slides_is_pressed_harder(monkeypatch, after, size):
+    """In um: closed by 1, slid to 39, closed by 4 over twice the slip at the peak, and slid as far again."""
+
+    def drive(contact, name, corners, scale):
+        assert np.array(corners) * 1e6 == pytest.approx(np.array([(0, 0), (-1, 0), (-1, 39), (-4, 43), (-4, 86)]))
+        return response(name, shear=[0, 3, 10, 12, after], corners=range(5))
+
+    monkeypatch.setattr(properties, "drive", drive)
+    found = properties.pressed_while_sliding(SimpleNamespace(scale=SCALE, contact=None))
+    assert (found and found.size) == (size and pytest.approx(size))
+
+
+def test_energy_of_laps_by_hand():
+    """Three laps of two legs: given up to the least of each, by lap, and in the last one, settled."""
+    work = [0, 1, -3, -1, 2, -4, 5, 3, 1]
+    run = response(work=work, corners=[0, 1, 2, 4, 5, 6, 8], legs=6)
+    found = dict(properties.gains(run))
+    text = "up to opening 0 um, slip 0 um in lap"
+    assert found == {f"{text} 1": 3.0, f"{text} 2": 2.0, f"{text} 3": 4 / 3, "in a settled lap": -5.0}
+    broken = response(work=work[:5], corners=[0, 1, 2, 4], legs=6)
+    assert dict(properties.gains(broken)) == {f"{text} 1": 3.0, f"{text} 2": 1.5}
+
+
+@pytest.mark.parametrize(("off", "told"), [(0.9, False), (1.1, True)])
+def test_a_law_around_another_answers_as_that_one_where_no_time_passes(off, told):
+    """To a millionth of the largest traction."""
+    inner, path = Hillerborg(), [(0.0, 0.0), (1e-7, 0.0), (2e-6, 1e-6)]
+    answers = alone(inner).run(path)
+    answers[1, 1] += off * 1e-6 * 5e7
+    bench = SimpleNamespace(
+        law=SimpleNamespace(law=inner), contact=alone(inner), paths={"a": path}, answers={"a": answers}
+    )
+    found = properties._as_alone(bench)
+    assert (found is not None) is told
+    assert not told or found.size == pytest.approx(55.0)
+
+
+def test_the_nearer_of_two_limits_of_the_rate_is_told():
+    """A tenth stiffer slowly, a fifth at once; right at one of them is enough."""
+
+    @attrs.frozen(kw_only=True)
+    class Rated(Hillerborg):
+        slow: float = gl.parameter("1", default=1.1)
+
+        def traction(self, opening, slip, time_step, damage, widest):
+            normal, shear, damage, widest = self.softened(opening, slip, damage, max(widest, opening), self.energy)
+            factor = 1.0 if time_step == 0 else self.slow if time_step > 1 else 1.2
+            return factor * normal, shear, damage, widest
+
+    path = {"press": [(0.0, 0.0), (-1e-6, 0.0)]}
+
+    def found(law):
+        return properties._slow_limit(SimpleNamespace(law=law, paths=path, contact=Contact(law),
+                                                      answers={"press": Contact(law).run(path["press"])}))  # fmt: skip
+
+    assert found(Rated()).size == pytest.approx(0.1 * 1e8)
+    assert "infinitely slow" in found(Rated()).text
+    assert found(Rated(slow=1.0)) is None
+
+
+def test_no_answer_at_a_rate_counts_as_energy():
+    @attrs.frozen(kw_only=True)
+    class Fails(Hillerborg):
+        def traction(self, opening, slip, time_step, damage, widest):
+            normal, shear, damage, widest = self.softened(opening, slip, damage, max(widest, opening), self.energy)
+            return normal if time_step < 1 or opening > -1e-6 else float("nan"), shear, damage, widest
+
+    sound, fails = (SimpleNamespace(law=law, scale=SCALE) for law in (Hillerborg(), Fails()))
+    assert properties._energy(sound) is None
+    assert properties._energy(fails).size == np.inf
+
+
+# --- one contact in a shear box, and pictures ------------------------------------------------------------------------
+
+
+def test_an_opening_has_the_traction_that_is_held():
+    contact = alone(BRITTLE)
+    assert opening_at(contact, 6.5e6) == pytest.approx(6.5e6 / 1.05e14, rel=1e-6)
+    assert opening_at(contact, -5e6) == pytest.approx(-5e6 / 1.05e14, rel=1e-6)
+    assert opening_at(contact, 0.0) == 0
+    assert find_closure(contact, 5e6) == pytest.approx(5e6 / 1.05e14, rel=1e-6)
+    assert fitting_pressures(contact) == (0, 14.5e6, 29e6, 58e6)
+
+
+def test_a_contact_has_failed_after_two_steps_that_hold_nothing():
+    """Under a tension of half its strength: it breaks where the shear strength is reached, and the trace ends there."""
+    slips = np.linspace(0, 1e-6, 51)
+    for cut in (True, False):
+        run = sheared(Contact(BRITTLE), 6.5e6, slips, cut=cut)
+        breaks = (29e6 - 6.5e6 * TAN) / 9.45e13
+        assert run.slip.tolist() == slips[slips <= breaks].tolist()
+
+
+def test_pictures_of_a_law_reach_beyond_its_breaks():
+    assert reach(1.0, 5.0) == Reach(1.0, 5.0)
+    assert reach(1.0, 1.5) == Reach(1.0, 2.0)
+    assert reach(1.0, np.nan) == Reach(1.0, 4.0)
+    assert reach(np.nan, np.nan) == Reach(1e-6, 1e-6)
+    path = along([0.0, 2.0, 1.0], steps=4)
+    assert path == pytest.approx([0, 2e-4, 2 / 3, 1, 4 / 3, 1.9998, 2, 1.9999, 5 / 3, 1.5, 4 / 3, 1.0001, 1])
+    assert ratios(Reach(1, 2.0), Reach(1, 40.0)) == pytest.approx([0, 5, 20, 80, np.inf])
+
+
+def test_pictures_of_a_law_drive_it_along_their_paths():
+    """In shares of the way from the peak to the end."""
+    spring = alone(gl.laws.Linear(**STIFF))
+    pull = pull_and_release(spring, Reach(1e-6, 3e-6)).opening * 1e6
+    turns = pull[1:-1][(np.diff(pull)[1:] * np.diff(pull)[:-1]) < 0]
+    assert turns == pytest.approx([0.8, 0, 1.2, 0, 1.7, 0])
+    assert pull[-1] == pytest.approx(3.45)
+    slip = shear_and_reverse(spring, -1e6, Reach(1e-6, 3e-6)).slip * 1e6
+    turns = slip[1:-1][(np.diff(slip)[1:] * np.diff(slip)[:-1]) < 0]
+    assert turns == pytest.approx([1.5, 0, 3.6])
+    assert slip[-1] == pytest.approx(1.8)
+    opening, slip = Reach(1e-6, 3e-6), Reach(1e-6, 8e-6)
+    for ratio, end in ((0.0, (6, 0)), (2.0, (6, 12)), (4.0, (4, 16)), (np.inf, (0, 16))):
+        run = mixed(spring, ratio, opening, slip)
+        assert (run.opening[-1] * 1e6, run.slip[-1] * 1e6) == pytest.approx(end)
+
+
+def test_a_curve_is_shown_a_little_beyond_its_end_and_a_corner_is_free_where_no_curve_is():
+    u, traction = np.linspace(0, 4, 41), np.linspace(10, 0, 41)
+    shown, tractions, *_ = law_figure._upto(Reach(1, 2.01), u, traction, "", "")
+    assert (shown[-1], len(shown), tractions[0]) == (pytest.approx(2.3), 24, 10)
+    low, high = ((u, np.where(u > 1.8, part * 10.0, 10.0), "", "") for part in (0.47, 0.49))
+    assert law_figure._is_free([low])
+    assert not law_figure._is_free([low, high])
+
+
+def test_a_material_is_pressed_until_it_shows_more_than_its_first_response():
+    """One that yields in shear bears less than 0.8 of it, a crystal all of it."""
+    assert not material_figure._is_bent(CUBIC, 1e-3)
+    strain, stress = material_figure._as_far(CUBIC, 1e-3, 2e6)
+    first = (CUBIC.c11 - CUBIC.c12**2 / CUBIC.c11) * 1e-3  # free across
+    assert np.ptp(strain) == pytest.approx(1e-3)
+    assert np.ptp(stress) == pytest.approx(first)
