@@ -42,6 +42,15 @@ def test_a_test_of_seconds_says_nothing():
         begun(small_sample(), UniaxialCompression(loading=gl.Constant(speed=0.05)))
 
 
+def test_a_probe_is_scaled_to_all_steps(monkeypatch):
+    """Of 2,000 zones; the first step warms up and does not count."""
+    done, clock = [], iter([3.0, 5.0])
+    monkeypatch.setattr(estimate.time, "perf_counter", lambda: next(clock))
+    found = estimate.estimate(1e6, 2000, done.append)
+    assert done == [1, count := int(estimate.PROBE / 2000)]
+    assert (found.steps, found.seconds) == (1e6, pytest.approx(1e6 * 2.0 / count))
+
+
 def test_a_probe_leaves_no_trace(monkeypatch):
     run = (
         small_sample(),

@@ -149,6 +149,28 @@ def test_a_law_is_asked_once_for_its_numbers(monkeypatch):
     assert asked == [one, other]
 
 
+def test_an_answer_that_is_no_number_is_shown_without_an_error_that_there_was_not():
+    with pytest.raises(gl.ParameterError, match="the normal traction is nan interpreted, it must be finite"):
+        ask_first_questions(Model(None, law_of(f"{K} if opening > -1e-7 else math.nan, {S}")))
+
+
+def test_a_contact_is_driven_to_and_fro_and_sheared_when_broken():
+    """In turn pulled, pulled less and sheared back, closed as far as the highest pressure, and half opened."""
+    paths = first_questions._paths(1e13)
+    u = [0.0, *first_questions.DISPLACEMENTS]
+    shares = [(1, 0.5), (0.3, -1), (0, 0.8), (0.6, 0.1)]
+    expected = [(shares[i % 4][0] * x, shares[i % 4][1] * x) for i, x in enumerate(u)]
+    for i in range(2, len(u), 4):
+        expected[i] = (-min(u[i], first_questions.HIGHEST / 1e13), expected[i][1])
+    assert paths["to and fro"] == pytest.approx(np.array(expected), rel=1e-12)
+    closed = min(first_questions.PRESSURES[1] / 1e13, u[-1])
+    broken = [(0, 0), (u[-1], u[1]), *((-closed, x) for x in u[2:])]
+    assert paths["slip when broken"] == pytest.approx(np.array(broken), rel=1e-12)
+    for pressure in first_questions.PRESSURES:
+        under = paths[f"slip under {pressure:g} Pa"]
+        assert under[:, 0] == pytest.approx(-min(pressure / 1e13, u[-1]))
+
+
 def test_laws_are_asked_in_all_directions():
     paths = first_questions._paths(1e13)
     opening, slip = (np.concatenate([path[:, k] for path in paths.values()]) for k in (0, 1))

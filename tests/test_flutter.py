@@ -13,9 +13,12 @@ from support import ROCK, STRONG, small_sample
 import grainlaw as gl
 from grainlaw.cli.commands import main
 from grainlaw.cli.default_rock import LAWS
+from grainlaw.condition import FailsTo
 from grainlaw.engine.stepping import InstabilityError
-from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.geometry import Bricks, Voronoi, rectangle
 from grainlaw.laws import Friction, MohrCoulomb, PrePeak
+from grainlaw.runs import flutter
+from grainlaw.runs.flutter import _HeldStill
 from grainlaw.units import MPa, mm
 
 check = importlib.import_module("grainlaw.cli.check")
@@ -75,6 +78,74 @@ def test_the_rate_of_a_known_growth():
     assert wobbling.rate == 0
     breaks = np.where(time > 5e-4, 1e-3, 1e-12)  # what a break sets free is no flutter
     assert gl.Flutter(1e6, time, breaks, np.where(time > 5e-4, 1, 0), 1e-7).rate == 0
+
+
+def test_the_rate_is_that_from_the_root_of_ten_on_up_to_the_first_damage():
+    """Level, then a pure growth, then a burst at a break; less than tenfold is none."""
+    time = np.linspace(0, 1e-3, 201)
+    kinetic = np.exp(2e4 * np.maximum(time - 4e-4, 0.0))
+    damaged = np.where(time > 8.2e-4, 3, 1)
+    held = gl.Flutter(1e6, time, np.where(damaged > 1, 1e9, kinetic), damaged, 1e-7)
+    assert held.rate == pytest.approx(2e4, rel=1e-9)
+    assert held.flutters
+    assert not gl.Flutter(1e6, time[:102], kinetic[:102], np.ones(102), 1e-7).flutters  # 7.4 times
+    assert "grows tenfold in 115 us (1151 steps)" in str(held)
+
+
+def test_a_specimen_is_pressed_brought_to_rest_and_held_by_hand():
+    """4 mm wide and 8 mm high, of one grain size; at 4 km/s a wave takes 2 us along it."""
+    specimen = gl.Specimen(Bricks(rows=2).tessellate(rectangle(4e-3, 8e-3)), ROCK)
+    test = _HeldStill(stress=50e6, modulus=50e9, wave_speed=4e3, duration=4e-4, confined=True)
+    press, rest, calm, hold = test.stages(specimen)
+
+    def drives(speed=0.0, ramp=0.0):
+        sides = [gl.Drive(boundary=side, axis=0, speed=0.0) for side in ("left", "right")]
+        top = gl.Drive(boundary="top", axis=1, speed=-speed, ramp=ramp)
+        return [top, gl.Drive(boundary="bottom", axis=1, speed=0.0), *sides]
+
+    assert list(press.loads) == drives(1e-3 * 8e-3 / 16e-6, 2e-6)
+    assert list(rest.loads) == list(calm.loads) == list(hold.loads[:-1]) == drives()
+    assert [stage.interval for stage in (press, rest, calm, hold)] == pytest.approx([8e-8, 3e-6, 1e-6, 2e-6])
+    assert press.until == [gl.Reaches("stress", 50e6), FailsTo("stress", 0.5)]
+    assert press.sample_limit == 25 * 10 * 8
+    assert [stage.until[0].progress({"time": np.zeros(5)}) for stage in (rest, calm, hold)] == [0.5, 0.5, 5 / 200]
+    size = specimen.grains.grain_size
+    assert calm.integrator.damping.coefficient == pytest.approx(0.3 * 4e3 / size)
+    assert hold.loads[-1].velocity.std() == pytest.approx(2e-10 * 4e3, rel=0.5)
+    assert len(attrs.evolve(test, confined=False).stages(specimen)[0].loads) == 2
+    state = SimpleNamespace(mesh=specimen.mesh, reaction={"top": (0, -9e3), "bottom": (0, 7e3)}.get)
+    assert test.measure(state) == {"stress": pytest.approx(2e6)}
+
+
+@pytest.mark.parametrize(
+    ("pressed", "fails"), [([30, 51, 50, 46, 40], False), ([30, 49, 49, 48, 40], True), ([30, 51, 50, 44, 40], True)]
+)
+def test_what_was_held_is_told_from_the_moment_without_damping(monkeypatch, pressed, fails):
+    """Less than nine tenths of the stress that is left at rest is a failure, and so is less than the stress before."""
+    asked = {}
+    curves = {
+        "stage": np.array([0, 1, 2, 3, 3]), "stress": np.array(pressed) * 1e6, "damaged": np.array([0, 0, 1, 2, 3]),
+        "time": np.array([0, 1, 2, 3, 5.0]), "energy_kinetic": np.array([9, 9, 9, 1, 2.0]),
+    }  # fmt: skip
+
+    def simulate(specimen, law, test, **options):
+        asked.update(duration=test.duration, modulus=test.modulus, **options)
+        return SimpleNamespace(curves=curves, summary={"time_step": 1e-8})
+
+    monkeypatch.setattr(flutter, "simulate", simulate)
+    monkeypatch.setattr(flutter, "scales", lambda model: (5e10, 4e3, 2e-3))
+    if fails:
+        with pytest.raises(
+            gl.StageError, match=rf"it reached {max(pressed)} MPa and holds {pressed[3]} MPa; stress = 50"
+        ):
+            gl.hold(small_sample(4), PRINTED, 50e6)
+        return
+    found = gl.hold(small_sample(4), PRINTED, 50e6)
+    assert (found.stress, found.step) == (46e6, 1e-8)
+    assert (found.time.tolist(), found.kinetic.tolist(), found.damaged.tolist()) == ([0, 2], [1, 2], [2, 3])
+    assert asked["duration"] == pytest.approx(1300 * 2e-3 / 4e3)
+    gl.hold(small_sample(4), PRINTED, 50e6, duration=1e-3)
+    assert asked["duration"] == 1e-3
 
 
 @pytest.mark.thorough

@@ -1,6 +1,7 @@
 """The folder of a run: whole at any moment, one run at a time, and a full disk stops no run."""
 
 import csv
+import importlib
 import json
 import linecache
 import math
@@ -11,6 +12,7 @@ import stat
 import subprocess
 import sys
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,6 +28,7 @@ from grainlaw.results.files import OutputWarning
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs import claim, run_folder
 from grainlaw.runs.claim import Claim, claimed, tidy
+from grainlaw.runs.execution import CurveTable
 from grainlaw.runs.record import own_sources
 
 WEAK = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
@@ -129,6 +132,53 @@ def test_a_component_whose_file_is_no_python_any_more_has_no_source(tmp_path):
     file.write_text("class Mine: def\n")
     linecache.clearcache()
     assert own_sources(scope["Mine"]())["Mine"]["source"] == ""
+
+
+def test_a_function_of_a_module_has_its_own_source(tmp_path, monkeypatch):
+    """From its first line on to its last, between others."""
+    text = "def before():\n    return 1\n\n\ndef mine(x):\n    return x\n\n\ndef after():\n    return 2\n"
+    (tmp_path / "functions.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    mine = importlib.import_module("functions").mine
+    assert own_sources({"a": mine})["mine"]["source"] == "def mine(x):\n    return x\n"
+
+
+def test_a_table_grows_by_its_new_rows_until_it_has_other_columns(tmp_path):
+    """Rows that a file has are not written again, as who follows it would see."""
+    file = tmp_path / "curves.csv"
+    grown = run_folder._Table(file)
+    grown.grow({"x": np.array([1.0, 2.0])})
+    file.write_text("x\n10\n20\n")  # of somebody else
+    grown.grow({"x": np.array([1.0, 2.0, 3.0])})
+    assert [row["x"] for row in table(file)] == ["10", "20", "3.0"]
+    grown.grow({"x": np.array([1.0, 2.0, 3.0]), "y": np.array([4.0, 5.0, 6.0])})
+    assert [(float(row["x"]), float(row["y"])) for row in table(file)] == [(1, 4), (2, 5), (3, 6)]
+    grown.close()
+
+
+def test_cracks_are_written_where_there_are_more_of_them_and_not_before_it_is_time(tmp_path, monkeypatch):
+    written = []
+    monkeypatch.setattr(run_folder, "breaks", lambda state: {"time": state.broken_time[~np.isnan(state.broken_time)]})
+    monkeypatch.setattr(run_folder.time, "monotonic", lambda: 100.0)
+    folder = run_folder.RunFolder(SimpleNamespace(path=tmp_path, begins=lambda: None), 1.0, "key")
+    grow = folder._cracks.grow
+    folder._cracks.grow = lambda table: (written.append(len(table["time"])), grow(table))
+    for times in ([np.nan, np.nan], [np.nan, np.nan], [1.0, np.nan], [1.0, np.nan]):
+        folder.sample({"time": np.array([0.0])}, SimpleNamespace(broken_time=np.array(times)))
+    assert written == [0, 1]
+    folder._cracks.again = 101.0
+    folder.sample({"time": np.array([0.0])}, SimpleNamespace(broken_time=np.array([1.0, 2.0])))
+    assert written == [0, 1]
+    folder.sample({"time": np.array([0.0])}, SimpleNamespace(broken_time=np.array([1.0, 2.0])), last=True)
+    assert written == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    "curves", [{"x": np.zeros(2), "y": np.zeros(3)}, {"x": np.zeros((2, 2)), "y": np.zeros((2, 2))}]
+)
+def test_curves_that_are_no_table_are_refused(curves):
+    with pytest.raises(ValueError, match="the curves are not of equal length"):
+        CurveTable().fill(curves)
 
 
 # --- whose folder it is ----------------------------------------------------------------------------------------------

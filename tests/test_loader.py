@@ -1,0 +1,238 @@
+"""What a loading is told after a sample and what it makes of the steady motion, of numbers that are given."""
+
+import math
+from types import SimpleNamespace
+
+import attrs
+import numpy as np
+import pytest
+
+from grainlaw.loading import Adaptive, Constant
+from grainlaw.runs.loader import Loader, _Seen
+
+MASS = np.array([[1.0, 2.0], [1.0, 2.0], [9.0, 9.0]])
+SEEN = _Seen(span=2.0, inertia=4e6, frequency=0.5, supplied=10.0, lost=3.0, momentum=(1.0, 2.0), load=50.0, force=2.0,
+             stored=6.0, released=0.2, way=7.0, fastest=9.0)  # fmt: skip
+
+
+def loader(seen=SEEN, load=40.0, pace=2.0, time=9.0, momentum=(3.0, 8.0), damage=(0.0, 0.5, 1.0)):
+    """Of a state in which vibration has 5 J/m; of rows that turn the momentum does not count."""
+    velocity = np.array([[momentum[0], 0.0], [0.0, momentum[1] / 2], [7.0, 7.0]])
+    steady = SimpleNamespace(pace=pace, vibration=lambda: 5.0, velocity=np.zeros(2), rises=False)
+    made = object.__new__(Loader)
+    made._seen = made._new = seen
+    made._wanted, made._highest, made._margin, made._sound = 1.0, 10.0, None, None
+    made._state = SimpleNamespace(
+        steady=steady, freedoms=SimpleNamespace(arrays=SimpleNamespace(mass=MASS, velocity=velocity)), time=time,
+        began=4.0, boundaries=SimpleNamespace(largest_load=lambda: load), time_step=1e-3, usual_end=0.0,
+        memory=lambda name: np.array(damage), heat=SimpleNamespace(sign=0, target=None, temperature=20.0),
+    )  # fmt: skip
+    return made
+
+
+def energies(**changed):
+    kinds = {"external": 30.0, "zones_thermal": 4.0, "damping": 6.0, "zones": 1.0, "contacts_normal": 2.0,
+             "contacts_shear": 5.0}  # fmt: skip
+    return kinds | changed
+
+
+def test_what_a_sample_tells_by_hand():
+    """Of 0.25 s at 2 m/s; the noise is a millionth of 4e6 * 2^2 / 2 J/m."""
+    found = loader()._look(energies(), 0.25)
+    assert found.way == 7.0 + 0.5
+    assert (found.supplied, found.lost) == (26.0, 11.0)
+    assert found.force == (26 - 10) / 0.5
+    assert found.vibration == 0.0  # less than the noise
+    assert found.released == pytest.approx(0.2 * math.exp(-0.25 * 0.5 / (2 * math.pi * 5)))
+    assert (found.load, found.stored, found.momentum) == (50.0, 8.0, (3.0, 8.0))
+    assert found.fallen  # below 0.95 of the largest load
+    assert found.imbalances == (0.0,)  # it counts no more
+    assert found.impulses == ((4.0, 0.0, 0.0), (9.0, 2.0, 6.0))
+    assert found.imbalance == 6 / 5 / 50
+    less = loader(attrs.evolve(SEEN, inertia=2e6), pace=1.0)._look(energies(), 0.25)  # the noise is 1 J/m
+    assert (less.vibration, less.released) == (4.0, pytest.approx(7 / (64 * 0.25)))
+
+
+def test_a_load_that_holds_shows_its_imbalance():
+    """By the larger gain of momentum, over the time and the largest load."""
+    seen = attrs.evolve(SEEN, imbalances=(0.1, 0.2, 0.3, 0.4, 0.5))
+    found = loader(seen, load=100.0, momentum=(6.0, 5.0))._look(energies(), 0.25)
+    assert not found.fallen
+    assert found.imbalances == (0.2, 0.3, 0.4, 0.5, 5 / 0.25 / 100)
+    assert found.load == 100.0
+    still = loader(load=48.0)._look(energies(), 0.25)  # 0.96 of the largest
+    assert not still.fallen
+    weak = loader(attrs.evolve(SEEN, least=60.0), load=10.0)._look(energies(), 0.25)
+    assert not weak.fallen  # no load yet
+    assert weak.imbalances == (6 / 0.25 / 60,)
+    own = loader(attrs.evolve(SEEN, inner=40.0))._look(energies(), 0.25)  # its own stresses bear more
+    assert own.imbalance == pytest.approx(6 / 5 / (40 * math.sqrt(8)))
+    before = attrs.evolve(SEEN, impulses=((2.0, 1.0, 1.0), (3.0, 8.0, 8.0), (6.0, 9.0, -4.0)))
+    assert loader(before)._look(energies(), 0.25).imbalance == pytest.approx((9 + 2 - 1) / (9 - 2) / 50)
+    free = loader(attrs.evolve(SEEN, load=0.0), load=0.0)._look(energies(), 0.25)
+    assert (free.imbalance, free.imbalances) == (0.0, (0.0,))
+
+
+def test_the_first_sample_of_a_stage_has_nothing_to_compare_with():
+    found = loader(attrs.evolve(SEEN, supplied=math.nan, released=0.0, force=1.0))._look(energies(), 0.25)
+    assert (found.supplied, found.lost, found.force, found.released) == (26.0, 11.0, 1.0, 0.0)
+
+
+def test_impulses_are_those_of_the_last_period():
+    """Which is 2 pi / 0.5 = 12.57 s: from the last sample before it on."""
+    times = (0.0, 2.0, 3.0, 8.0)
+    seen = attrs.evolve(SEEN, impulses=tuple((time, time, -time) for time in times))
+    assert loader(seen, time=15.0)._impulses(seen, [1.0, 2.0]) == (
+        (2.0, 2.0, -2.0), (3.0, 3.0, -3.0), (8.0, 8.0, -8.0), (15.0, 9.0, -6.0),
+    )  # fmt: skip
+    late = loader(seen, time=100.0)._impulses(seen, [0.0, 0.0])
+    assert [one[0] for one in late] == [8.0, 100.0]
+
+
+def test_a_loading_is_told_what_was_seen():
+    seen = attrs.evolve(SEEN, imbalances=(0.3, 0.1, 0.2, 0.5, 0.4), settled=1.0, vibration=0.7)
+    pace = loader(seen)._pace()
+    told = attrs.asdict(pace)
+    assert told == {
+        "speed": 2.0, "unit": "m/s", "span": 2.0, "inertia": 4e6, "frequency": 0.5, "fastest": 9.0, "stored": 6.0,
+        "vibration": 0.7, "damaged": True, "soft": True, "released": 0.2, "imbalance": 0.4, "least_imbalance": 0.1,
+    }  # fmt: skip
+    fresh = loader(damage=(0.0, 0.0))._pace()
+    assert (fresh.damaged, fresh.soft, fresh.imbalance, fresh.least_imbalance) == (False, False, 0.0, 0.0)
+    few = loader(attrs.evolve(seen, imbalances=(0.3, 0.1, 0.2, 0.5)))._pace()
+    assert (few.imbalance, few.least_imbalance) == (0.5, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "due"),
+    [
+        ({}, True),  # it was never found
+        ({"stability": 0.5, "asked": 6.99}, False),  # nearer than a hundredth of the span
+        ({"stability": 0.5, "asked": 6.9}, True),  # damaged since
+        ({"stability": 0.5, "asked": 6.9, "damaged": 2}, False),
+        ({"stability": 0.5, "asked": 6.0, "damaged": 2}, True),  # farther than 0.15 of the way when it was asked for
+        ({"stability": 0.5, "asked": 6.2, "damaged": 2}, False),
+        ({"stability": 0.5, "asked": 6.99, "weakening": 5.1}, True),  # it has fallen by a tenth of 0.5
+        ({"stability": 0.5, "asked": 6.99, "weakening": 4.9}, False),
+        ({"stability": 0.05, "asked": 6.99, "weakening": 1.1}, True),  # or of 0.1
+        ({"stability": 0.05, "asked": 6.99, "weakening": 0.9}, False),
+        ({"stability": 0.5, "asked": 6.999, "settled": 1.0}, True),  # while the softest motion is settled
+        ({"settled": 1.0, "fallen": True}, False),
+    ],
+)
+def test_when_the_margin_is_asked_for(change, due):
+    seen = attrs.evolve(SEEN, **change)
+    assert loader()._margin_is_due(seen) is due
+
+
+@pytest.mark.parametrize(
+    ("margin", "frequency", "settled", "settles"),
+    [
+        (0.15, 1.0, 0.0, True),  # 0.39 / s: slower than the load, and soft
+        (0.15, 2.0, 0.0, False),  # 0.77 / s: quicker than the 0.5 / s of the load
+        (0.21, 1.0, 0.0, False),  # not soft
+        (0.21, 1.0, 3.0, True),  # but it was before
+        (-0.1, 9.0, 0.0, True),
+    ],
+)
+def test_a_soft_motion_that_is_slower_than_the_load_is_settled(margin, frequency, settled, settles):
+    """Since it was so last; how fast the margin fell counts from where it was asked for, at 5 m of 7 m."""
+    ways, softened = [], []
+    seen = attrs.evolve(SEEN, stability=0.3, asked=5.0, settled=settled)
+    made = loader(seen)
+    made._sound = "sound"
+    made._state.steady.books = SimpleNamespace(softest=[1.0])
+    made._state.steady.soften = softened.append
+    made._margin = SimpleNamespace(
+        find=lambda guess: SimpleNamespace(margin=margin, motion="motion", frequency=frequency),
+        settle=lambda found, way: ways.append(way) or True,
+    )
+    found = made._ask_margin(Adaptive(), seen)
+    assert (found.stability, found.asked, found.damaged) == (margin, 7.0, 2)
+    assert found.weakening == pytest.approx((0.3 - margin) / 2)
+    assert (ways, softened) == ([7.0 - settled] * settles, ["motion"])
+    assert found.settled == (7.0 if settles else settled)
+    first = made._ask_margin(Adaptive(), attrs.evolve(seen, stability=math.nan))
+    assert first.weakening == pytest.approx((1.0 - margin) / 2)
+    rising = made._ask_margin(Adaptive(), attrs.evolve(seen, stability=-0.5))
+    assert rising.weakening == 0.0
+    made._margin = SimpleNamespace(find=lambda guess: None)
+    assert made._ask_margin(Adaptive(), seen) == attrs.evolve(seen, asked=7.0, damaged=2)
+    near = attrs.evolve(seen, asked=6.999, settled=0.0)
+    assert made._ask_margin(Adaptive(), near) is near  # not due
+    made._sound = None
+    assert made._ask_margin(Adaptive(), seen) is seen
+
+
+def test_a_sample_is_taken_again_where_the_loading_asks_for_it():
+    class Asks(Constant):
+        def next(self, pace):
+            asked.append(pace.released)
+            return 0.25, True
+
+    asked, made = [], loader(attrs.evolve(SEEN, inertia=0.0))
+    stage = SimpleNamespace(loading=Asks(speed=1.0))
+    assert made.accepts(stage, energies(), 8.75) is False
+    assert asked == [8 / (32 * 0.5)]  # lost, over the force times the way of 0.25 s
+    assert made._wanted == 0.25
+    assert made.accepts(SimpleNamespace(loading=Constant(speed=1.0)), energies(), 8.75) is True
+    assert made.accepts(SimpleNamespace(loading=None), energies(), 8.75) is True
+
+
+def test_samples_have_as_many_steps_as_the_speed_asks_for_and_pieces_while_a_motion_is_soft():
+    stage = SimpleNamespace(interval=0.1)
+    assert loader().steps(stage) == 50
+    assert loader().steps(stage, 4) == 12
+    assert loader(pace=1e9).steps(stage) == 1
+    heated = loader()
+    heated._state.heat = SimpleNamespace(sign=1, target=100.0, temperature=99.857)  # 71.5 steps are left, or 74
+    assert heated.steps(stage) == 72
+    heated._state.heat = SimpleNamespace(sign=-1, target=20.0, temperature=20.16)
+    assert heated.steps(stage) == 50
+    assert loader().pieces(stage) == 1
+    soft = attrs.evolve(SEEN, settled=1.0)
+    assert loader(soft).pieces(stage) == 4  # 0.1 over 0.004 of 7
+    assert loader(attrs.evolve(soft, way=0.5)).pieces(stage) == 10
+    assert loader(attrs.evolve(soft, fallen=True)).pieces(stage) == 1
+
+
+def test_a_stage_usually_ends_after_its_samples_at_the_speed_of_its_loading():
+    made = loader()
+    stage = SimpleNamespace(interval=0.5, expected=8, loading=Constant(speed=2.0))
+    made._expect(stage)
+    assert made._state.usual_end == 4.0 + 2.0
+    made._expect(SimpleNamespace(interval=0.5, expected=8, loading=None))
+    assert made._state.usual_end == 4.0 + 4.0
+    made._expect(SimpleNamespace(interval=0.5, expected=8, loading=Adaptive(rate=0.001)))
+    assert made._state.usual_end == pytest.approx(4.0 + (1 / 20 + 0.25) / (0.001 * 0.5))
+    made._expect(SimpleNamespace(interval=0.5, expected=None, loading=None))
+    assert made._state.usual_end == 0.0
+
+
+@pytest.mark.parametrize(("time", "done"), [(4.9, False), (5.1, True)])
+def test_a_ramp_is_done_after_its_time_since_the_stage_began(time, done):
+    """Until then all motion is damped; beside the steady motion after it."""
+    said = []
+    made = loader(time=time)
+    steady = made._state.steady
+    steady.rises = True
+
+    def rise(now, done):
+        said.append((now, done))
+        steady.rises = not done
+
+    steady.rise, steady.damp_beside = rise, lambda beside: said.append(beside)
+    integrator = SimpleNamespace(beside_loading="beside")
+    made.look(SimpleNamespace(loading=Constant(speed=1.0, ramp=1.0), integrator=integrator))
+    assert said == [(time, done), *["beside"] * done]
+
+
+def test_the_steady_motion_follows_over_its_period():
+    said = []
+    made = loader()
+    made._state.drives, made._state.imposed = "drives", SimpleNamespace(speeds="speeds")
+    made._state.steady.follow = lambda *given: said.append(given)
+    made.look(SimpleNamespace(loading=Adaptive()))
+    assert said == [("drives", "speeds", 9.0, pytest.approx(4 * math.pi))]
+    made.look(SimpleNamespace(loading=None))
+    assert len(said) == 1
