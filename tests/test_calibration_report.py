@@ -1,7 +1,9 @@
 """What a calibration prints and writes, of rocks whose answers are formulas."""
 
 import json
+import math
 import re
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -10,11 +12,12 @@ from formula_rocks import FOUR, RANGES, FormulaRock, exact, searched, space, tar
 from support import STIFF
 
 import grainlaw as gl
-from grainlaw.calibration import figures
-from grainlaw.calibration.check import check
+from grainlaw.calibration import figures, waves
+from grainlaw.calibration.check import Compared, check
 from grainlaw.calibration.identifiability import identifiability
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.simulator import Failure
+from grainlaw.calibration.targets import Target, Targets
 from grainlaw.laws import MohrCoulomb
 from grainlaw.short_form import MOST
 from grainlaw.units import MPa
@@ -64,6 +67,122 @@ def conflicting():
         seeds=3,
         store="",
     )
+
+
+# --- of numbers that are given ---------------------------------------------------------------------------------------
+
+SPACE = space(**ROCKS)
+TWICE = np.array([2 * SPACE.reference, 33 * MPa, 41.0])  #: a rock twice as strong as its specimens
+TESTED = np.array([[SPACE.reference, 20 * MPa, 35.0], [SPACE.reference, 30 * MPa, 45.0]])
+
+
+@pytest.fixture
+def given():
+    """Everywhere a UCS of 200 MPa and an angle of 40 degrees, known to 3 and 4 % and to 3 degrees."""
+    names = ("ucs", "friction_angle")
+    means, spread = {"ucs": np.log(200e6), "friction_angle": 40.0}, {"ucs": 0.03, "friction_angle": 3.0}
+    left_out = np.array([[1.0, 1.1, 0.1], [3.0, 2.8, 0.2], [2.0, 2.0, 0.3]])
+    emulators = {
+        name: SimpleNamespace(
+            name=name, left_out=left_out, q_squared=0.975, points=np.zeros(3), errors=np.array([-1, 1, 0])
+        )
+        for name in names
+    }
+    match = SimpleNamespace(
+        names=names, targets={"ucs": Target(190e6, 4e6), "friction_angle": Target(38.0, 1.0)}, emulators=emulators,
+        samples=SimpleNamespace(names=names, means=np.array([[18.0, 36.0], [18.5, 44.0]]), shift=np.array([0.1, -1.0])),
+        predicted=lambda line, asked: (
+            np.full((len(line), 1), means[asked[0]]), np.full((len(line), 1), spread[asked[0]] ** 2),
+        ),
+        scatter=lambda asked: np.array([[(0.04 if asked == ["ucs"] else 0.0) ** 2]]),
+    )  # fmt: skip
+    design = waves.TestedPoints(TESTED, np.ones(2), {})
+    points = SPACE.points(np.array([[0.25, 0.25, 0.88], [0.25, 0.75, 0.88], [0.75, 0.75, 0.88]]))
+    found = waves.SearchResult(design, (), match, None, SimpleNamespace(points=points, best=TWICE), ())
+    checks = [
+        Compared("ucs", Target(190e6, 4e6), 2e8, (1e8, 3e8), 180e6, (170e6, 195e6), 10),
+        Compared("cohesion", None, 0, (math.nan, math.nan), 40e6, (math.nan, math.nan), 10),
+        Compared("friction_angle", None, 0, (0, 0), 30.0, (29.0, 31.0), 10),
+    ]
+    targets = Targets(ucs=190e6, cohesion=50e6, friction_angle=20.0, confinements=[5e6, 20e6])
+    return Calibration(targets=targets, space=SPACE, stiffness=None, found=found, seeds=3, store="", checks=checks,
+                       best=SPACE.mapping(TWICE))  # fmt: skip
+
+
+def test_bands_show_points_emulator_and_target_at_the_strength_of_the_rock(given):
+    figure = figures.bands(given)
+    scale, cohesion, angle, *others = figure.axes
+    assert len(figure.axes) == 6
+    assert [axes.get_xlabel() for axes in figure.axes[3:]] == [
+        "tensile strength (MPa)", "cohesion (MPa)", "friction angle (deg)",
+    ]  # fmt: skip
+    assert (scale.get_ylabel(), others[0].get_ylabel()) == ("UCS (MPa)", "friction angle (deg)")
+    assert len(scale.lines) == 2  # of the scale there are no points
+    dots, line, target = cohesion.lines
+    share = np.log(2 * TESTED[:, 1] / (20 * MPa)) / np.log(3)
+    assert dots.get_xdata() == pytest.approx(share)
+    assert dots.get_ydata() == pytest.approx(2 * np.exp([18.1, 18.6]) / 1e6)
+    assert np.array(line.get_ydata()) == pytest.approx(200 * 2 / 2)
+    half = 1.959964 * 0.05
+    band = cohesion.collections[0].get_paths()[0].vertices[:, 1]
+    assert (band.min(), band.max()) == pytest.approx((200 * np.exp(-half), 200 * np.exp(half)))
+    assert target.get_ydata()[0] == 190
+    low, high = cohesion.patches[0].get_extents().transformed(cohesion.transData.inverted()).intervaly
+    assert (low, high) == pytest.approx((190 - 1.959964 * 4, 190 + 1.959964 * 4))
+    assert angle.lines[0].get_xdata() == pytest.approx([0.25, 0.75])
+    assert others[1].lines[0].get_ydata() == pytest.approx([35, 43])
+    assert [tick.get_text() for tick in others[0].get_xticklabels()] == ["5", "12.2", "30"]
+    assert [tick.get_text() for tick in scale.get_xticklabels()] == [""] * 3
+
+
+def test_the_corner_shows_each_pair_once(given):
+    axes = figures.corner(given).axes
+    assert len(axes) == 6  # three alone and three pairs, row by row
+    counts = [np.array([patch.get_height() for patch in axes[k].patches]) for k in (0, 2, 5)]
+    assert [np.flatnonzero(each).tolist() for each in counts] == [[7, 22], [7, 22], [26]]
+    assert [each.max() for each in counts] == [2, 2, 3]
+    assert axes[0].lines[0].get_xdata()[0] == pytest.approx(np.log(2 * SPACE.reference / (5 * MPa)) / np.log(6))
+    cross = axes[1].lines[0]  # cohesion over tensile strength
+    assert (cross.get_xdata()[0], cross.get_ydata()[0]) == pytest.approx(SPACE.places(TWICE[None])[0][:2])
+    assert axes[3].get_xlabel() == "tensile strength (MPa)"
+    assert [axes[k].get_ylabel() for k in (0, 1, 3)] == ["", "cohesion (MPa)", "friction angle (deg)"]
+    assert [tick.get_text() for tick in axes[1].get_yticklabels()] == ["20", "34.6", "60"]
+
+
+def test_points_left_out_are_shown_over_what_they_are(given):
+    first, second = figures.left_out(given).axes
+    assert (first.get_title(), second.get_title()) == ("log UCS, Q2 0.975", "friction angle, Q2 0.975")
+    assert first.lines[0].get_xdata().tolist() == [1.0, 3.0, 2.0]
+    assert first.lines[0].get_ydata().tolist() == [1.1, 2.8, 2.0]
+    bars = np.array([bar[:, 1] for bar in first.collections[0].get_segments()])
+    assert bars == pytest.approx(np.array([[0.9, 1.3], [2.4, 3.2], [1.4, 2.6]]))
+    assert [list(first.lines[-1].get_xdata()), list(first.lines[-1].get_ydata())] == [[1.0, 3.0]] * 2
+
+
+def test_the_envelope_is_the_line_of_cohesion_and_friction_angle(given):
+    """2 c tan(45 + phi/2) + tan2 (45 + phi/2) p: for 40 MPa and 30 degrees 138.56 MPa and three times p."""
+    [axes] = figures.envelope(given).axes
+    fresh, target = axes.lines[:2]
+    assert fresh.get_xdata() == pytest.approx([0, 20])
+    assert fresh.get_ydata() == pytest.approx([80 * math.sqrt(3), 80 * math.sqrt(3) + 60])
+    root = math.tan(math.radians(55))
+    assert target.get_ydata() == pytest.approx([100 * root, 100 * root + 20 * root**2])
+    bars = [each.get_segments()[0][:, 1].tolist() for each in axes.collections]
+    assert bars == [pytest.approx([170, 195]), pytest.approx([186, 194])]
+    assert figures.envelope(attrs.evolve(given, checks=given.checks[:2])) is None
+    assert figures.envelope(attrs.evolve(given, targets=Targets(crack_damage=1e8))) is None
+
+
+def test_the_tables_of_given_numbers(given):
+    _, ucs, cohesion, _ = given.check_lines
+    assert (
+        ucs[1:] == ["190.00", "200.00", "100.00 to 300.00", "180.00", "170.00 to 195.00", "10", "-5.3 %", "not met"]
+        or ucs
+    )
+    assert cohesion[5] == "" == cohesion[1]
+    assert given.quality_lines[1] == ["UCS", "3", "0.975", "0.82", "100 %"]
+    assert given.parameters == given.best | {"residual_cohesion": 0.1 * given.best["cohesion"]}
+    assert given.law == attrs.evolve(LAW, **given.parameters)
 
 
 @pytest.mark.thorough
