@@ -17,6 +17,7 @@ from grainlaw.calibration.check import Compared, check
 from grainlaw.calibration.identifiability import identifiability
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.simulator import Failure
+from grainlaw.calibration.stiffness_search import Stiffness
 from grainlaw.calibration.targets import Target, Targets
 from grainlaw.laws import MohrCoulomb
 from grainlaw.short_form import MOST
@@ -171,6 +172,10 @@ def test_the_envelope_is_the_line_of_cohesion_and_friction_angle(given):
     assert bars == [pytest.approx([170, 195]), pytest.approx([186, 194])]
     assert figures.envelope(attrs.evolve(given, checks=given.checks[:2])) is None
     assert figures.envelope(attrs.evolve(given, targets=Targets(crack_damage=1e8))) is None
+    [axes] = figures.envelope(attrs.evolve(given, targets=Targets(cohesion=5e7, confinements=[5e6]))).axes
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == [
+        "fresh seeds: c = 40.00 MPa, phi = 30.00 deg",
+    ]  # fmt: skip
 
 
 def test_the_tables_of_given_numbers(given):
@@ -183,6 +188,15 @@ def test_the_tables_of_given_numbers(given):
     assert given.quality_lines[1] == ["UCS", "3", "0.975", "0.82", "100 %"]
     assert given.parameters == given.best | {"residual_cohesion": 0.1 * given.best["cohesion"]}
     assert given.law == attrs.evolve(LAW, **given.parameters)
+    assert "grains" not in given.head
+    stiffer = Stiffness(parameters={"kn": 1e14}, grains=2.0, modulus=5e10, poisson=0.2, solutions=1)
+    head = attrs.evolve(given, stiffness=stiffer, grains=2.0, cpu=7200.0).head.splitlines()
+    assert head[0].endswith("2 points on 3 seeds in 0 waves, 2 CPU hours")
+    assert head[1].startswith("by statics E = 50.00 GPa and nu = 0.200 with kn = ")
+    assert head[1].endswith(", grains 2 times as stiff")
+    assert repr(given).endswith("met on fresh seeds: 1 of 1 targets)")
+    lost = attrs.evolve(given, found=attrs.evolve(given.found, posterior=None))
+    assert repr(lost).endswith("in conflict: all of them together, though no smaller set is)")
 
 
 @pytest.mark.thorough

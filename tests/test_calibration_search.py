@@ -121,6 +121,69 @@ def test_what_a_further_test_would_tell_is_the_information_of_a_channel():
     assert 1 < told.gain < 1.3
     assert told.helped == "kn"
     assert told.width == pytest.approx(np.sqrt(noise / (signal + noise)), rel=0.01)
+    match.predicted = lambda given, names: (40 + 3 * points[:, 1:], np.full((len(given), 1), 0.5**2))
+    match.scatter = lambda names: np.array([[0.3**2]])
+    [told] = further(match, SimpleNamespace(points=points), ["friction_angle"])  # no logarithm: 2 % of 40 degrees
+    signal = (3 * points[:, 1]).var()
+    noise = 0.5**2 + 0.3**2 + (0.02 * (40 + 3 * points[:, 1].mean())) ** 2
+    assert told.gain == pytest.approx(0.5 * np.log2(1 + signal / noise))
+    assert told.helped == "cohesion"
+    assert further(match, SimpleNamespace(points=points), []) == ()
+
+
+class Lines:
+    """Targets over two places: how far each is off there is given, in deviations."""
+
+    def __init__(self, *offs, names=("ucs", "cohesion", "friction_angle")):
+        self.offs, self.names, self.space = offs, names[: len(offs)], self
+
+    def implausibility(self, points):
+        return np.column_stack([np.abs(off(*points.T)) for off in self.offs])
+
+    def predicted(self, points, names):
+        return np.column_stack([np.log(1e8 + 0 * points[:, 0]), points]), None
+
+    def places(self, points):
+        return points
+
+    points = places
+
+    def allowed(self, points):
+        return points[:, 0] <= 0.9
+
+
+EVEN = np.random.default_rng(0).uniform(0, 1, (4000, 2)) * [0.9, 1]
+
+
+def test_what_is_plausible_is_searched_for_where_it_is_little():
+    """Within three deviations of x = 0.5; the best point lies on it, and none where the law refuses."""
+    wide = plausible(Lines(lambda x, y: 10 * (x - 0.5)), EVEN, 0)
+    assert wide.share == pytest.approx(0.6 / 0.9, abs=0.02)
+    assert len(wide.points) == 1000
+    narrow = plausible(Lines(lambda x, y: 500 * (x - 0.5), lambda x, y: 500 * (y - 0.4)), EVEN, 0)
+    assert narrow.share < 2e-3
+    assert 100 < len(narrow.points) <= 1000
+    assert np.abs(narrow.points - [0.5, 0.4]).max() <= 6e-3
+    assert narrow.best == pytest.approx([0.5, 0.4], abs=1e-3)
+    assert narrow.least < 0.5
+    refused = plausible(Lines(lambda x, y: 100 * (x - 1)), EVEN, 0)
+    assert (refused.share, len(refused.points)) == (0, 0)
+    assert refused.best[0] == pytest.approx(0.9, abs=2e-3)
+    assert refused.least == pytest.approx(10, rel=0.02)
+
+
+def test_the_smallest_sets_of_targets_that_exclude_each_other():
+    """Each two of three lines meet, all are 5 off at best; of two parallel ones each is off by half the distance."""
+    three = Lines(lambda x, y: 25 * (x - 0.2), lambda x, y: 25 * (y - 0.2), lambda x, y: 25 * (x + y - 1))
+    [found] = conflicts(three, EVEN, 0)
+    assert found.targets == ("ucs", "cohesion", "friction_angle")
+    assert found.implausibility == pytest.approx(5, rel=0.02)
+    assert found.values == pytest.approx({"ucs": 1e8, "cohesion": np.exp(0.4), "friction_angle": 0.4}, rel=0.03)
+    two = Lines(lambda x, y: 40 * (x - 0.2), lambda x, y: 10 * (y - 0.5), lambda x, y: 40 * (x - 0.6))
+    [found] = conflicts(two, EVEN, 0)
+    assert found.targets == ("ucs", "friction_angle")
+    assert found.implausibility == pytest.approx(8, rel=0.02)
+    assert conflicts(Lines(lambda x, y: x, lambda x, y: 3 + 0 * x), EVEN, 0) == []
 
 
 @pytest.mark.thorough
@@ -155,7 +218,6 @@ def one_strength():
     return match, posterior(match, plausible(match, rocks.prior(2048, 1), 0).points, seed=0)
 
 
-@pytest.mark.thorough
 def test_the_posterior_is_that_of_theory(one_strength):
     _, found = one_strength
     logs = np.log(found.points[:, 0])
@@ -165,13 +227,26 @@ def test_the_posterior_is_that_of_theory(one_strength):
     assert found.points[:, 1].mean() == pytest.approx(30, abs=0.6)  # as wide as the prior
     assert found.points[:, 1].std() == pytest.approx(20 / np.sqrt(12), rel=0.06)
     assert found.effective > 300
+    assert len(found.points) == 4000
+    places = one_strength[0].space.places(found.points)
+    assert 0 <= places.min() < places.max() <= 1
 
 
 def test_what_the_tests_do_not_see_is_named_and_what_would_see_it(one_strength):
     match, found = one_strength
     seen = identifiability(match, found, 0)
     assert seen.not_determined == ("friction_angle",)
-    assert seen.parameters[0].verdict == "determined"
+    strength, angle = seen.parameters
+    assert strength.verdict == "determined"
+    assert angle.width == pytest.approx(1, abs=0.03)
+    normal = 2 * 1.96 * np.sqrt(0.04**2 + 3 / 5 * 0.05**2 / 3)  # 95 % of it, over those of the logarithm of the range
+    assert strength.width == pytest.approx(normal / (0.95 * np.log(25)), rel=0.07)
+    logs = np.log(strength.interval)
+    assert logs[1] - logs[0] == pytest.approx(normal, rel=0.07)
+    assert [each.width for each in seen.directions] == pytest.approx(
+        [1, normal / 3.92 / (np.log(25) / 12**0.5)], rel=0.07
+    )
+    assert np.abs(seen.correlation - np.eye(2)).max() < 0.1
     assert [each.words for each in seen.unseen] == ["friction_angle"]
     assert (seen.further[0].quantity, seen.further[0].helped) == ("brazilian_strength", "friction_angle")
     assert seen.further[0].width < 0.7

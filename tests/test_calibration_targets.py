@@ -102,6 +102,19 @@ def test_the_scale_is_free_where_nothing_with_dimensions_is_fixed(law, free, tie
     assert (space(law, free, tied).scale is not None) == is_free
 
 
+def test_coordinates_are_from_minus_one_to_one_of_all_that_the_groups_can_be():
+    """The strength is from 5 to 30 MPa, so that a group in its power n has the root of 6^n more to both sides."""
+    rocks = space()
+    reference, root = rocks.reference, np.sqrt(6)
+    ends = [(reference, 20e6 / root, 30, 5 / 6), (reference, 60e6 * root, 50, 300 * 6)]
+    assert rocks.coordinates(np.array(ends)) == pytest.approx(np.array([[-1, -1, -1], [1, 1, 1]]), abs=1e-9)
+    middle = (reference, np.sqrt(20e6 * 60e6), 40, np.sqrt(5 * 300))
+    twice = (2 * reference, 2 * middle[1], 40, 4 * middle[3])  # a rock that is similar
+    assert rocks.coordinates(np.array([middle, twice])) == pytest.approx(np.zeros((2, 3)), abs=1e-9)
+    plain = space(free={"tensile_strength": (5 * MPa, 20 * MPa), "friction_angle": (30, 50)}, tied={})
+    assert plain.coordinates(np.array([(5e6, 50), (10e6, 30)])) == pytest.approx(np.array([(-1, 1), (0, -1)]), abs=1e-9)
+
+
 def test_the_prior_is_even_and_leaves_out_what_the_law_refuses():
     rocks = space(free={**RANGES, "cohesion": (5 * MPa, 60 * MPa)})
     points = rocks.prior(512, seed=1)
@@ -128,6 +141,8 @@ def test_a_law_is_made_with_what_is_tied():
         (BASE, {"cohesion": (1e6, 2e6)}, {"cohesion": ("cohesion", 2)}, "'cohesion' is free and tied"),
         (BASE, {"cohesion": (1e6, 2e6)}, {"mode_i_energy": ("cohesion", 2)}, "is in J/m2, but cohesion in Pa"),
         (BASE, {"cohesion": (1e6, 2e6)}, {"mode_i_energy": ("energy", 2)}, "'energy' is not free"),
+        (BASE, {"cohesion": (1e6, 2e6)}, {"mode_i_energy": (5, 2)}, "it must be .name of a free parameter, factor"),
+        (BASE, {"cohesion": (1e6, 2e6)}, {"mode_i_energy": ("cohesion", "2")}, "it must be .name of a free parameter"),
         (BASE, {"cohesion": (1e6, 2e6)}, {"mode_i_energy": 2}, "it must be .name of a free parameter, factor"),
         (CohesiveCrack, {"cohesion": (1e6, 2e6)}, {}, "CohesiveCrack needs kn, ks, tensile_strength"),
         ("cohesive", {"cohesion": (1e6, 2e6)}, {}, "law = 'cohesive' is not allowed"),

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from faulty_laws import Hillerborg
 from support import STIFF, STRONG
-from toy_materials import CUBIC
+from toy_materials import CUBIC, Cubic
 
 import grainlaw as gl
+from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.palette import BLUE
 from grainlaw.laws import MohrCoulomb
 from grainlaw.workbench import law_figure, material_figure, properties
 from grainlaw.workbench.characteristics import fitting_pressures
@@ -234,12 +236,39 @@ def test_a_curve_is_shown_a_little_beyond_its_end_and_a_corner_is_free_where_no_
     low, high = ((u, np.where(u > 1.8, part * 10.0, 10.0), "", "") for part in (0.47, 0.49))
     assert law_figure._is_free([low])
     assert not law_figure._is_free([low, high])
+    short = u / 2, np.full(41, 20.0), "", ""
+    assert law_figure._is_free([(u, np.where(u > 1.8, 0.0, 10.0), "", ""), (u[:18], np.full(18, 20.0), "", "")])
+    assert not law_figure._is_free([(u, np.where(u > 1.8, 4.0, 10.0), "", ""), short])
+
+
+def test_curves_are_drawn_in_um_and_mpa_and_magnified_about_a_peak_that_is_near():
+    figure = Figure()
+    u = np.array([0, 1e-6, 2e-6, 20e-6])
+    for k, (end, traction, zoomed) in enumerate(
+        [(9e-6, [0, 5e6, 1e6, 0], True), (7e-6, [0, 5e6, 1e6, 0], False), (9e-6, [0, 5e6, 5e6, 5e6], False)]
+    ):
+        axes = figure.add_subplot(1, 3, k + 1)
+        law_figure._draw(axes, [(u, np.array(traction), BLUE, "")], "x", "y", "title", Reach(1e-6, end))
+        assert axes.lines[-1].get_xdata() == pytest.approx([0, 1, 2, 20])
+        assert axes.lines[-1].get_ydata() == pytest.approx(np.array(traction) * 1e-6)
+        assert [inset.get_xlim() for inset in axes.child_axes] == [(0, 3)] * zoomed
+        assert not axes.texts
+    law_figure._draw(axes, [(u, 0 * u, BLUE, "")], "x", "y", "title", None)
+    assert [text.get_text() for text in axes.texts] == ["nothing is held"]
 
 
 def test_a_material_is_pressed_until_it_shows_more_than_its_first_response():
-    """One that yields in shear bears less than 0.8 of it, a crystal all of it."""
+    """One that is crushed bears less than 0.8 of it, a crystal all of it."""
     assert not material_figure._is_bent(CUBIC, 1e-3)
     strain, stress = material_figure._as_far(CUBIC, 1e-3, 2e6)
     first = (CUBIC.c11 - CUBIC.c12**2 / CUBIC.c11) * 1e-3  # free across
     assert np.ptp(strain) == pytest.approx(1e-3)
     assert np.ptp(stress) == pytest.approx(first)
+
+    class Crushed(Cubic):
+        def stress(self, exx, eyy, exy):
+            return self.c11 * exx, self.c11 * max(eyy, -2e-4), 2 * self.c44 * exy
+
+    crushed = Crushed(c11=9e10, c12=1.0, c44=4.5e10, density=3000)
+    assert not material_figure._is_bent(crushed, 2.3e-4)  # 0.87 of it
+    assert material_figure._is_bent(crushed, 2.7e-4)  # 0.74
