@@ -18,7 +18,7 @@ from grainlaw.workbench.characteristics import fitting_pressures
 from grainlaw.workbench.driver import Contact, alone
 from grainlaw.workbench.law_figure import Reach, along, mixed, pull_and_release, ratios, reach, shear_and_reverse
 from grainlaw.workbench.paths import designed_paths
-from grainlaw.workbench.refined import Response
+from grainlaw.workbench.refined import Response, drive
 from grainlaw.workbench.scale import Peak, Scale, find_closure
 from grainlaw.workbench.shear_box import opening_at, sheared
 
@@ -39,6 +39,41 @@ def response(name="path", shear=(), work=None, corners=(), legs=4):
     found = Response(name, points, answers, list(corners), legs, [])
     return found if work is None else SimpleNamespace(work=np.array(work), points=np.zeros((len(work), 2)),
                                                        corners=list(corners), legs=legs, name=name)  # fmt: skip
+
+
+def spring(normal, shear=lambda slip: 0.0):
+    """A contact of given tractions (Pa) over opening and slip, without memory."""
+    return SimpleNamespace(start=(), step=lambda opening, slip, state: (normal(opening), shear(slip)))
+
+
+@pytest.mark.parametrize(("k", "steps"), [(1e12, 12), (4e12, 48), (1e9, 12)])
+def test_steps_are_halved_until_tractions_change_little(k, steps):
+    """A leg of 2 um in twelfths; an increment of 0.3 MPa is the largest in opening, 0.6 in shear."""
+    run = drive(spring(lambda u: k * u), "pull", [(0.0, 0.0), (2e-6, 0.0)], SCALE)
+    assert run.points[:, 0] == pytest.approx(np.linspace(0, 2e-6, steps + 1))
+    assert run.answers[-1].tolist() == [k * 2e-6, 0]
+    run = drive(spring(lambda u: 0.0, lambda s: k * s), "shear", [(0.0, 0.0), (0.0, 4e-6), (0.0, 0.0)], SCALE)
+    assert run.corners == [0, steps, 2 * steps]
+    assert (run.complete, run.jumps) == (True, [])
+    pressed = drive(spring(lambda u: 2 * k * u), "press", [(0.0, 0.0), (-4e-6, 0.0)], SCALE)  # 1.2 MPa
+    assert len(pressed.points) == steps + 1
+
+
+def test_a_drop_is_a_jump_and_what_is_no_number_ends_a_path():
+    drop = spring(lambda u: 1e12 * u if u < 1e-6 else 0.0)
+    run = drive(drop, "pull", [(0.0, 0.0), (2e-6, 0.0)], SCALE)
+    [jump] = run.jumps
+    assert (jump.opening, jump.slip, jump.size) == pytest.approx((1e-6, 0, 1e6), rel=1e-5)
+    assert jump.kind == "normal"
+    sheared_ = drive(spring(lambda u: 0.0, lambda s: 1e6 * (s > 1e-6)), "shear", [(0.0, 0.0), (0.0, 2e-6)], SCALE)
+    assert [(jump.kind, jump.size) for jump in sheared_.jumps] == [("shear", 1e6)]
+    wild = spring(lambda u: 1e9 * np.sin(1e15 * u))
+    run = drive(wild, "pull", [(0.0, 0.0), (2e-6, 0.0)], SCALE)
+    assert len(run.jumps) == 12  # then it goes on in coarse steps
+    ends = drive(
+        spring(lambda u: 1e11 * u if u < 1.5e-6 else np.nan), "pull", [(0.0, 0.0), (1e-6, 0.0), (2e-6, 0.0)], SCALE
+    )
+    assert (ends.complete, ends.corners) == (False, [0, 12])
 
 
 def test_a_scale_tells_increments_and_how_far_a_contact_slides():

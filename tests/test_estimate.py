@@ -1,6 +1,7 @@
 """What is said before a run that would take very long, or more memory than there is."""
 
 import warnings
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -99,6 +100,19 @@ def test_more_memory_than_is_free_is_said(monkeypatch):
     monkeypatch.setattr(estimate.psutil, "virtual_memory", lambda: free)
     with pytest.warns(CostWarning, match=r"GB are free: 40 grains, refinement = 0, frames = 30; fewer frames help"):
         check_memory(specimen, 30)
+
+
+def test_memory_grows_by_zones_and_frames(monkeypatch):
+    """A zone to a corner, four times as many with each refinement; warned above a share of what is free."""
+    specimen = gl.Specimen(Bricks(rows=2).tessellate(rectangle(4 * mm, 8 * mm)), ROCK, refinement=3)
+    needed = 8 * 4**3 * (estimate.PER_ZONE + 2 * estimate.PER_FRAME)
+    for share, warned in ((0.99, True), (1.01, False)):
+        free = SimpleNamespace(available=share * needed / estimate.MOST)
+        monkeypatch.setattr(estimate.psutil, "virtual_memory", lambda free=free: free)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            check_memory(specimen, 2)
+        assert len(told) == warned
 
 
 @pytest.mark.parametrize(

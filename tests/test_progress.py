@@ -98,6 +98,29 @@ def test_a_notebook_sees_bars_below_its_cell(monkeypatch):
     assert progress._console() is not None
 
 
+def test_the_time_left_is_that_of_the_steps_that_usually_follow(monkeypatch):
+    """From 100 steps at 50 s to 300 at 54 s: 20 ms a step, and (6 - 2) s / 0.01 s of them to come."""
+    clock, said = iter([50.0, 54.0, 55.0]), []
+    monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    told = SimpleNamespace(tell=lambda bar, share, words: said.append((share, words)))
+    bar = progress.RunBar(progress.Bar(told, "run", None))
+    stage, curves = SimpleNamespace(name="axial"), {"strain": np.array([0.0, 1e-3]), "stress": np.array([0.0, 5e6])}
+    state = SimpleNamespace(usual_end=6.0, time=1.0, time_step=0.01, steps=100)
+    bar.observe(state, curves, stage, 0.1)
+    state.time, state.steps = 2.0, 300
+    bar.observe(state, curves, stage, 0.4)
+    state.time, state.steps = 7.0, 800  # it takes longer than usual
+    bar.observe(state, curves, stage, 0.9)
+    bar.observe(state, curves, stage, 1.0)
+    where = "axial, 0.1000 %, 5.00 MPa"
+    assert said == [(0.1, where), (0.4, f"{where}, 8 s left"), (0.9, where), (1.0, where)]
+
+
+def test_a_checkpoint_keeps_nothing_of_bars():
+    bar = progress.RunBar(progress.Bar(None, "run", None))
+    assert progress.without_bars([bar, "watcher"]) == ["watcher"]
+
+
 @pytest.mark.thorough
 def test_laws_have_a_bar_each(terminal):
     gl.compare(small_sample(12), {"one": BRITTLE, "two": Linear(**STIFF)}, SHORT, threads=1)

@@ -34,6 +34,7 @@ from grainlaw.protocols import (
     Moving,
     PlaneWave,
     Platens,
+    Saturated,
     ThreePointBending,
     UniaxialCompression,
     UniaxialTension,
@@ -359,3 +360,28 @@ def test_a_wave_enters_at_the_left_end(wave, axis, stress):
         with pytest.raises(gl.ParameterError, match=r"is not in the specimen, 0 to 0.004 m"):
             attrs.evolve(test, gauges=[1e-3, place]).stages(BLOCKS)
     assert attrs.evolve(test, gauges=[0.0, 4e-3]).stages(BLOCKS)
+
+
+@pytest.mark.parametrize("ramp", [3e-5, 2e-4])
+def test_a_fluid_comes_before_a_test_or_with_its_confinement(ramp):
+    """What the test drives is held by no force meanwhile; the fluid presses the sides, and is in the cracks behind."""
+    press = UniaxialCompression(maximum_strain=0.02, **RISES)
+    (main,) = press.stages(BLOCKS)
+
+    def fluids(time, cracks_only):
+        return [gl.FluidPressure(boundary=name, pressure=2e6, ramp=time, cracks_only=cracks_only)
+                for name in ("left", "right")]  # fmt: skip
+
+    saturate = gl.Stage(
+        name="saturate", interval=ramp / 20, sample_limit=10_000, static=True, until=[gl.AtRest(1e-4)],
+        loads=[gl.Hold(boundary="top", axis=1, stress=0.0), *held(1, "bottom"), *fluids(ramp, False)],
+    )  # fmt: skip
+    wet = attrs.evolve(main, loads=[*main.loads, *fluids(0.0, False)])
+    same(Saturated(test=press, pressure=2e6, ramp=ramp).stages(BLOCKS), [saturate, wet])
+    confined = BiaxialCompression(confinement=3e6, confining_ramp=1e-4, maximum_strain=0.02, **RISES)
+    confine, axial = confined.stages(BLOCKS)
+    expected = [
+        attrs.evolve(confine, loads=[*confine.loads, *fluids(1e-4, True)]),
+        attrs.evolve(axial, loads=[*axial.loads, *fluids(0.0, True)]),
+    ]
+    same(Saturated(test=confined, pressure=2e6, ramp=ramp).stages(BLOCKS), expected)
