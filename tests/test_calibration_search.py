@@ -9,9 +9,9 @@ from scipy.stats import norm
 from support import STIFF
 
 from grainlaw.calibration.emulator import emulators, fit, samples_of
-from grainlaw.calibration.identifiability import Direction, further, identifiability
+from grainlaw.calibration.identifiability import Direction, _width, further, identifiability
 from grainlaw.calibration.matching import Match, conflicts, plausible, telling
-from grainlaw.calibration.posterior import posterior
+from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.targets import Target
 from grainlaw.laws import MohrCoulomb
 from grainlaw.units import MPa
@@ -251,6 +251,14 @@ def test_what_the_tests_do_not_see_is_named_and_what_would_see_it(one_strength):
     assert (seen.further[0].quantity, seen.further[0].helped) == ("brazilian_strength", "friction_angle")
     assert seen.further[0].width < 0.7
     assert seen.total_order == pytest.approx(np.eye(2), abs=0.05)  # each quantity follows one parameter
+
+
+def test_intervals_hold_as_much_below_as_above():
+    places = np.linspace(0, 1, 1001)[:, None] * [1.0, 2.0]
+    assert _width(places) == pytest.approx([0.95, 1.9])
+    found = Posterior(points=places, best=places[0], effective=1.0)
+    assert found.interval(1) == pytest.approx((0.05, 1.95))
+    assert found.interval(0, 0.5) == pytest.approx((0.25, 0.75))
 
 
 def test_a_direction_is_told_in_words():

@@ -1,5 +1,7 @@
 """Elastic constants by statics, and simulated tests as cases of a study."""
 
+import re
+
 import attrs
 import numpy as np
 import pytest
@@ -104,6 +106,16 @@ def test_modulus_and_poissons_ratio_are_met_by_statics(modulus, poisson, what):
 def test_what_cannot_be_had_is_refused_with_what_can(modulus, poisson, what, words):
     with pytest.raises(gl.ParameterError, match=words):
         fit_stiffness([prism(1)], BRITTLE, modulus, poisson, what)
+
+
+def test_poissons_ratio_a_little_beyond_what_can_be_had_is_refused():
+    """By two hundredths of it."""
+    small = gl.Specimen(Voronoi(grains=6, seed=1).tessellate(rectangle(20 * mm, 40 * mm)), ROCK)
+    with pytest.raises(gl.ParameterError, match="lies between") as told:
+        fit_stiffness([small], BRITTLE, 45 * GPa, 0.45, "contacts")
+    high = float(re.search(r"between 0\.\d+ and (0\.\d+)", str(told.value))[1])
+    with pytest.raises(gl.ParameterError, match="lies between"):
+        fit_stiffness([small], BRITTLE, 45 * GPa, high + 0.006, "contacts")
 
 
 # --- tests as cases --------------------------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """What a component prints by itself, in a notebook and under ``help``: short, and never an error."""
 
+import functools
 import inspect
 import pickle
 import types
@@ -158,6 +159,18 @@ def test_keys_and_fingerprints_see_what_is_not_printed(monkeypatch):
         monkeypatch.setattr(kind, "__repr__", lambda self: "something")
     assert described_run(Model(specimen, one), PULL, {})["key"] == key
     assert digest(one, ROCK, PULL) == before
+
+
+def test_keys_see_what_a_function_is_made_of():
+    """What a partial function holds, what a wrapped one wraps, and whose method it is."""
+    powers = [functools.partial(pow, 2, mod=mod) for mod in (3, 5, 5)]
+    one, other, same = map(digest, powers)
+    assert one != other == same
+    cached = [functools.cache(each) for each in powers]
+    one, other, same = map(digest, cached)
+    assert one != other == same
+    stronger = attrs.evolve(BRITTLE, cohesion=30e6)
+    assert digest(BRITTLE.traction) == digest(attrs.evolve(BRITTLE).traction) != digest(stronger.traction)
 
 
 def test_keys_see_components_inside_mappings_and_sets():

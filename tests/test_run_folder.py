@@ -26,9 +26,8 @@ from grainlaw.protocols import UniaxialTension
 from grainlaw.results import files
 from grainlaw.results.files import OutputWarning
 from grainlaw.results.vtk import VtkWriter
-from grainlaw.runs import claim, run_folder
+from grainlaw.runs import claim, execution, run_folder
 from grainlaw.runs.claim import Claim, claimed, tidy
-from grainlaw.runs.execution import CurveTable
 from grainlaw.runs.record import own_sources
 
 WEAK = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
@@ -178,7 +177,7 @@ def test_cracks_are_written_where_there_are_more_of_them_and_not_before_it_is_ti
 )
 def test_curves_that_are_no_table_are_refused(curves):
     with pytest.raises(ValueError, match="the curves are not of equal length"):
-        CurveTable().fill(curves)
+        execution.CurveTable().fill(curves)
 
 
 # --- whose folder it is ----------------------------------------------------------------------------------------------

@@ -44,8 +44,8 @@ def _paths(kn: float) -> dict[str, np.ndarray]:
     closed = np.minimum(u, HIGHEST / kn)
     turn = np.arange(len(u)) % 4
     to, fro = u * np.array([1.0, 0.3, 0.0, 0.6])[turn], u * np.array([0.5, -1.0, 0.8, 0.1])[turn]
-    pulled_first = np.where(np.arange(len(u)) < 2, u[-1] * np.arange(len(u)), -min(PRESSURES[1] / kn, u[-1]))
-    pulled_first[0] = 0.0
+    pulled_first = np.full(len(u), -min(PRESSURES[1] / kn, u[-1]))
+    pulled_first[:2] = 0.0, u[-1]
     columns = {
         "opening": (u, none), "slip": (none, u), "slip back": (none, -u), "opening and slip": (u, u),
         "closing": (-closed, none), "to and fro": (to - np.where(turn == 2, closed, 0.0), fro),
