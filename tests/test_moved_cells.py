@@ -10,9 +10,10 @@ from scipy.sparse import coo_array, csc_array, diags_array, eye_array
 from test_laguerre import CONCAVE, CONVEX
 from tiling import assert_sides_complete, assert_tiles
 
-from grainlaw.geometry import Laguerre, Lognormal, rectangle
-from grainlaw.geometry.cells import area_fit, sparse_solve
+from grainlaw.geometry import Laguerre, Lognormal, disc, rectangle
+from grainlaw.geometry.cells import area_fit, moved_cells, sparse_solve
 from grainlaw.geometry.cells.area_fit import PowerCells, round_cells
+from grainlaw.geometry.cells.bounded_voronoi import Diagram
 from grainlaw.geometry.cells.moved_cells import moved_diagram
 from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.geometry.cells.power_diagram import power_diagram
@@ -20,6 +21,13 @@ from grainlaw.geometry.cells.sparse_solve import solved
 from grainlaw.region import Region
 
 REGIONS = {**CONVEX, "strip": rectangle(4, 0.1)}
+
+
+@pytest.fixture
+def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compilation takes 2 s."""
+    for name in ("_cells", "_at_odds"):
+        monkeypatch.setattr(moved_cells, name, getattr(moved_cells, name).py_func)
 
 
 def scattered(region: Region, count: int, random: np.random.Generator) -> np.ndarray:
@@ -56,7 +64,7 @@ def test_cells_are_those_of_the_convex_hull(region, count, step, spread, seed) -
     assert border[0] == pytest.approx(np.hypot(*(region.end - region.start).T))
 
 
-@pytest.mark.thorough
+@pytest.mark.usefixtures("interpreted")
 def test_two_cells_meet_at_the_power_line() -> None:
     """In a unit square, at (0.25, 0.5) and (0.75, 0.5): x = 1/2 + (w1 - w2) / (2 d) with d = 1/2."""
     seeds, unit = np.array([(0.25, 0.5), (0.75, 0.5)]), rectangle(1, 1)
@@ -69,13 +77,35 @@ def test_two_cells_meet_at_the_power_line() -> None:
         assert sorted(made.side.tolist()) == [-1, -1, 0, 0, 1, 2, 2, 3]
 
 
-@pytest.mark.thorough
+@pytest.mark.usefixtures("interpreted")
 def test_a_cell_without_room_is_empty() -> None:
     seeds = np.array([(0.2, 0.2), (0.8, 0.2), (0.5, 0.8), (0.5, 0.45)])
     before = power_diagram(rectangle(1, 1), seeds, np.zeros(4), 1.0)
     made = moved_diagram(rectangle(1, 1), seeds, np.array([0, 0, 0, -0.3]), before)
     assert made.areas()[3] == 0
     assert made.areas().sum() == pytest.approx(1, abs=1e-12)
+
+
+def met(diagram: Diagram) -> dict[tuple[int, int, int], float]:
+    """Lengths of the edges of each seed, by the other seed and side that they are shared with."""
+    ends = zip(diagram.seed.tolist(), diagram.other.tolist(), diagram.side.tolist(), strict=True)
+    lengths = dict(zip(ends, diagram.lengths().tolist(), strict=True))
+    return {pair: length for pair, length in lengths.items() if length > 1e-9}
+
+
+@pytest.mark.usefixtures("interpreted")
+@pytest.mark.parametrize(("region", "seed", "spread"), [(rectangle(2, 1), 17, 1.0), (disc(1), 3, 0.2)])
+def test_cells_at_odds_are_cut_again(region: Region, seed: int, spread: float, monkeypatch) -> None:
+    """Weights that leave some seeds of the rectangle without a cell, so that others meet who were far apart."""
+    cells, tried = moved_cells._cells, []
+    monkeypatch.setattr(moved_cells, "_cells", lambda who, *others: tried.append(who) or cells(who, *others))
+    random = np.random.default_rng(seed)
+    seeds = scattered(region, 60, random)
+    before = power_diagram(region, seeds, np.zeros(60), 3.0)
+    weights = spread * region.area / 60 * random.standard_normal(60)
+    made = moved_diagram(region, before.centroids(), weights, before)
+    assert (len(tried), (made.areas() == 0).any()) == ((3, True) if spread == 1 else (1, False))
+    assert met(made) == pytest.approx(met(power_diagram(region, before.centroids(), weights, 3.0)), abs=1e-9)
 
 
 def test_a_diagram_of_other_seeds_gives_none() -> None:
