@@ -60,7 +60,7 @@ def _cut(region: Region, seeds: np.ndarray, size: float, near: float) -> Tessell
 def _lattice(region: Region, spacing: float) -> np.ndarray:
     """(n, 2) m, the middle of the region and all centres of hexagons round it that lie well inside."""
     pitch = spacing * np.array([1, np.sqrt(0.75)])
-    n, m = np.ceil(np.ptp(region.bounds, axis=0) / pitch) + 1
+    n, m = np.ceil(np.ptp(region.bounds, axis=0) / pitch)
     row, place = (i.ravel() for i in np.mgrid[-m : m + 1, -n : n + 1])
     points = region.outline.mean(axis=0) + pitch * np.column_stack([place + row % 2 / 2, row])
     depth = convex_sides(region).distance(points).min(axis=1) if is_convex(region) else depths(region, points)

@@ -227,3 +227,21 @@ def test_four_quarter_turns_change_nothing():
         "bottom_upper",
         "bottom_lower",
     }
+
+
+def test_a_body_far_away_lies_where_it_stood():
+    """Its lower left corner stays, what was its bottom is now on the right."""
+    made = lying(block([(5, 7), (6, 7), (6, 10), (5, 10)], ["bottom", "right", "top", "left"]))
+    made.check()
+    assert made.region.bounds.tolist() == [[5, 7], [8, 8]]
+    ends = dict(zip(made.region.sides, np.stack([made.region.start, made.region.end], axis=1).tolist(), strict=True))
+    assert ends == {
+        "right": [[8, 7], [8, 8]], "top": [[8, 8], [5, 8]], "left": [[5, 8], [5, 7]], "bottom": [[5, 7], [8, 7]],
+    }  # fmt: skip
+
+
+def test_phases_without_names_are_named_by_their_numbers_beside_those_with_names():
+    rock = attrs.evolve(block(np.add(SQUARE, (2, 0))), phase_names=["mica"])
+    both = together(block(SQUARE, phase=2), rock)
+    assert both.phase_names == ("0", "1", "2", "mica")
+    assert both.phase.tolist() == [2, 3]

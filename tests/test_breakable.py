@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tiling import BEAM, BEND, SLOPE, SQUARE, assert_sides_complete, assert_tiles, polygon_of
+from scipy import stats
+from tiling import BEAM, BEND, SLOPE, SQUARE, assert_sides_complete, assert_tiles, polygon_of, shoelace
 
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import (
@@ -23,7 +24,8 @@ from grainlaw.geometry import (
     polygon,
     rectangle,
 )
-from grainlaw.geometry.cells.lines import held
+from grainlaw.geometry.cells.filling import _cells, _lattice, _scattered, triangles
+from grainlaw.geometry.cells.lines import held, released
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.tiling import Tiling
 
@@ -94,6 +96,8 @@ def test_a_merge_does_not_fold_a_cell_with_a_straight_corner():
     tiling.tessellation()
     middle = np.array([3, 2, 5]), np.zeros(3, dtype=int)
     tiling, lines = held(tiling, np.array([[0, 0.5]]), np.array([[1, 0.5]]), middle)
+    assert np.flatnonzero((tiling.on == 4).any(axis=1)).tolist() == [2, 3, 5]
+    assert np.array_equal(np.sort(released(tiling).on), np.sort(on))
     merged = merge_short_edges(tiling, 0.1, 0.0, lines)
     merged.tessellation()
     assert len(merged.first) == 5
@@ -202,3 +206,55 @@ def test_the_same_seed_makes_the_same_cells():
 def test_what_is_refused(make, words):
     with pytest.raises(ParameterError, match=words):
         make()
+
+
+def test_triangles_well_inside_are_equilateral():
+    """As many as fit where all corners are deeper than two edges; those at the rim fill the rest."""
+    edge = 2 / 3**0.25 * 0.05
+    made = np.array(triangles(SQUARE, 0.05, np.random.default_rng(1)))
+    assert sum(map(shoelace, made)) == pytest.approx(1)
+    assert min(map(shoelace, made)) > 0
+    deep = made[(abs(made - 0.5).max(axis=(1, 2)) < 0.5 - 2 * edge)]
+    assert np.hypot(*(np.roll(deep, 1, axis=1) - deep).transpose(2, 0, 1)) == pytest.approx(edge)
+    assert (1 - 6 * edge) ** 2 < len(deep) * 0.05**2 < (1 - 4 * edge) ** 2
+    rim = np.unique(np.round(made[made[..., 1] == 0][:, 0], 9))
+    assert rim == pytest.approx(np.linspace(0, 1, round(1 / edge) + 1))
+
+
+def test_lattices_of_triangles_are_turned_at_random():
+    """By up to 60 degrees, and shifted: their first point is anywhere in a cell of the lattice."""
+    points = [np.array(_lattice(SQUARE, 0.25, np.random.default_rng(seed))) @ [1, 1j] for seed in range(150)]
+    along = [min(each[1:] - each[0], key=abs) for each in points]
+    assert np.abs(along) == pytest.approx(0.25)
+    assert stats.kstest(np.angle(along, deg=True) % 60 / 60, "uniform").pvalue > 0.01
+    away = [(each[0] - (0.5 + 0.5j)) / step for each, step in zip(points, along, strict=True)]
+    row = np.imag(away) / np.sqrt(0.75)
+    assert stats.kstest(row % 1, "uniform").pvalue > 0.01
+    assert stats.kstest((np.real(away) - row / 2) % 1, "uniform").pvalue > 0.01
+
+
+@pytest.mark.parametrize(("length", "count"), [(1.9, 2), (2.1, 4)])
+def test_a_polygon_too_narrow_for_the_lattice_has_its_middle_if_it_is_large(length, count):
+    """Beyond three times the size squared, which 1.5 m by 2 m is."""
+    made = triangles([(5, 0), (5 + length, 0), (5 + length, 1.5), (5, 1.5)], 1.0, np.random.default_rng(1))
+    assert len(made) == count
+    assert [(5 + length / 2, 0.75) in triangle for triangle in made] == [count == 4] * count
+
+
+def test_cells_of_seeds_are_what_is_nearest_to_them():
+    """Round the origin, where signs differ: parts that all cells have alone cover the square once."""
+    seeds = np.random.default_rng(3).uniform(-1, 1, (60, 2))
+    square = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    made = _cells(square, [tuple(seed) for seed in seeds], 1e-12)
+    assert sum(shoelace(np.array(cell)) for cell in made) == pytest.approx(4, rel=1e-12)
+    for k, cell in enumerate(made):
+        away = np.hypot(*(np.array(cell)[:, None] - seeds).transpose(2, 0, 1))
+        assert away[:, k] == pytest.approx(away.min(axis=1), abs=1e-12)
+
+
+def test_seeds_of_cells_are_uniform():
+    """In a trapezoid: x up to the share p of its area; sqrt, for the width falls evenly from 2 to 1."""
+    points = np.array(_scattered([(1, 1), (5, 1), (5, 2), (1, 3)], 4000, np.random.default_rng(1)))
+    x, y = (points - 1).T
+    assert stats.kstest((2 * x - x**2 / 8) / 6, "uniform").pvalue > 0.01
+    assert stats.kstest(y / (2 - x / 4), "uniform").pvalue > 0.01

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tiling import SLOPE, assert_sides_complete, assert_tiles
+from tiling import SLOPE, assert_sides_complete, assert_tiles, shoelace
 
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import (
@@ -22,6 +22,7 @@ from grainlaw.geometry import (
     polygon,
     rectangle,
 )
+from grainlaw.geometry.cells.tracing import cut_by
 from grainlaw.tessellation import TilingError
 
 REGIONS = {
@@ -198,3 +199,25 @@ def test_sets_that_meet_at_right_angles_stay_as_they_are():
 def test_what_is_refused(make, words):
     with pytest.raises(ParameterError, match=words):
         make()
+
+
+@pytest.mark.parametrize(
+    ("dip", "through", "areas"),
+    [
+        (0, (3, 0.2), [0.2, 0.5, 0.3]),
+        (90, (0.3, 7), [0.2, 0.5, 0.3]),  # from right to left
+        (45, (0.75, 1.25), [0.125, 0.375, 0.375, 0.125]),  # y - x = -1/2, 0 and 1/2
+    ],
+)
+def test_a_square_between_the_joints_of_a_set(dip, through, areas):
+    spacing = 0.5 if dip != 45 else 0.5 / np.sqrt(2)
+    strips = JointSet(dip=dip, spacing=spacing, through=through).cut([(0, 0), (1, 0), (1, 1), (0, 1)], 1e-9)
+    assert [shoelace(np.array(strip)) for strip in strips] == pytest.approx(areas)
+
+
+def test_a_trace_that_comes_back_cuts_a_grain_twice():
+    square, chords = [[[(0, 0), (1, 0), (1, 1), (0, 1)]]], [((0, 0.3), (1, 0.3)), ((1, 0.7), (0, 0.7))]
+    assert cut_by(square, np.array([(-1, 0.3), (2, 0.3), (2, 0.7), (-1, 0.7)]), 1e-9) == [
+        tuple(pytest.approx(end) for end in chord) for chord in chords
+    ]
+    assert sorted(shoelace(np.array(part)) for part in square[0]) == pytest.approx([0.3, 0.3, 0.4])

@@ -224,3 +224,20 @@ def test_agreement_needs_the_region_of_the_image():
         label_agreement(made, np.ones((8, 8), dtype=int), 1e-3)
     with pytest.raises(ParameterError, match="pixel = 0 m is not allowed"):
         label_agreement(attrs.evolve(made), np.ones((4, 4), dtype=int), 0)
+
+
+def test_cells_have_the_label_of_most_pixels_by_counting():
+    x, y = np.meshgrid(np.arange(40), np.arange(40))
+    image = 1 + (y > 12 + 0.3 * x) + 2 * (x > 22 + 0.2 * y)
+    made = from_labels(image, 1e-3, cell_size=3.3e-3)
+    middles = np.column_stack([x.ravel() + 0.5, 39.5 - y.ravel()]) * 1e-3
+    for g in range(made.count):
+        inside = Path(polygon_of(made, g)).contains_points(middles)
+        assert made.parent[g] == np.bincount(image.ravel()[inside]).argmax()
+
+
+def test_cells_smaller_than_a_pixel_have_the_label_at_their_middle():
+    image = np.array([[1, 2, 2], [3, 4, 4]])
+    made = from_labels(image, 5.0, cell_size=1.3)
+    column, row = (made.centroids // 5).astype(int).T
+    assert made.parent.tolist() == image[1 - row, column].tolist()

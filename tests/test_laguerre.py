@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,11 +12,13 @@ from tiling import BEAM, BEND, assert_sides_complete, assert_tiles, polygon_of, 
 
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Empirical, Even, Laguerre, Lognormal, disc, polygon, rectangle
+from grainlaw.geometry.cells import round_grains
 from grainlaw.geometry.cells.any_voronoi import frame
 from grainlaw.geometry.cells.area_cells import areas_cells
 from grainlaw.geometry.cells.area_fit import PowerCells, fitted, inside_areas
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram
 from grainlaw.geometry.cells.power_diagram import power_diagram
+from grainlaw.geometry.cells.round_grains import _Moves
 from grainlaw.region import Region
 
 TRIANGLE = Region([(0, 0), (4, 0), (1, 3)], ("base", "flank", "flank"))
@@ -289,3 +293,33 @@ def test_areas_that_do_not_fit_are_refused_before_any_work(monkeypatch) -> None:
         Laguerre(areas=[1, 2]).tessellate(rectangle(1, 2))
     with pytest.raises(ParameterError, match="memory"):
         Laguerre(grains=10**12).tessellate(rectangle(1, 2))
+
+
+def test_seeds_between_two_rounds_are_on_the_way() -> None:
+    """A quarter of it, and where that leads out of the region they stay."""
+    places = [(0.3, 0.2), (1.8, 0.9)], [(0.7, 0.6), (0.9, 1.8)], [(1.7, 0.6), (1.9, 0.8)]
+    areas = np.array([1.0, 2.0])
+    made = [PowerCells(ELL, frame(ELL), np.array(each), np.zeros(2), 4.0) for each in places]
+    moves = _Moves(areas, iter(made))
+    assert moves.after(0.25).seeds == pytest.approx(np.array([(0.4, 0.3), (1.8, 0.9)]))
+    assert moves.after(1) is made[1]
+    assert moves.after(1.5).seeds == pytest.approx(np.array([(1.2, 0.6), (0.9, 1.8)]))
+
+
+@pytest.mark.parametrize("wanted", [0.6005, 0.63, 0.7, 0.75, 0.78, 0.799])
+def test_rounds_are_searched_for_a_circularity(wanted: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Grains that grow rounder from 0.6 to 0.8 with the rounds; within them 0.003 is met."""
+    tried = []
+    monkeypatch.setattr(round_grains, "first_cells", lambda *_: (None, np.ones(3), np.arange(3)))
+    monkeypatch.setattr(round_grains, "rounds_of", lambda *_: iter([]))
+    monkeypatch.setattr(_Moves, "after", lambda self, number: tried.append(number) or number)
+    monkeypatch.setattr(
+        round_grains, "grains_of",
+        lambda number, *_: SimpleNamespace(circularity=np.array([0.5, 0.7]) + 0.2 * (1 - np.exp(-number / 9))),
+    )  # fmt: skip
+    fit = round_grains.grains_of_circularity("Laguerre", None, np.ones(3), None, wanted, 0.25)
+    assert fit.circularity.mean() == pytest.approx(wanted, abs=0.003)
+    assert max(tried) <= 60
+    for beyond, words in ((0.59, r"reach from 0\.600 in"), (0.81, r"reach up to 0\.800 in")):
+        with pytest.raises(ParameterError, match=rf"Laguerre: circularity = {beyond} is not allowed.*{words}"):
+            round_grains.grains_of_circularity("Laguerre", None, np.ones(3), None, beyond, 0.25)

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
+from scipy.optimize import brentq
 from support import BRITTLE, STIFF, STRONG
 
 import grainlaw as gl
@@ -111,6 +112,21 @@ def test_exponential_growth_against_quadrature(load):
     law = StaticFatigue(law=BRITTLE, rate=1e-3, growth=ExponentialGrowth(activation=25))
     exact = quad(lambda s: math.exp(25 * (1 - load / s)) / 1e-3, load, 1)[0]
     assert held(law, load, exact / 4000) == pytest.approx(exact, rel=2e-3)
+
+
+def test_exponential_growth_is_of_second_order():
+    """Half the step, a quarter of the error: of the share that is left under a load of 0.6 after half of its life."""
+    life = quad(lambda s: math.exp(9 * (1 - 0.6 / s)), 0.6, 1)[0]
+    exact = brentq(lambda share: quad(lambda s: math.exp(9 * (1 - 0.6 / s)), share, 1)[0] - life / 2, 0.61, 1)
+    growth, wrong = ExponentialGrowth(activation=9), []
+    for steps in (20, 40):
+        share = 1.0
+        for _ in range(steps):
+            share = growth.left(share, 0.6, life / 2 / steps)
+        wrong.append(share - exact)
+    assert wrong[0] / wrong[1] == pytest.approx(4, rel=0.1)
+    assert abs(wrong[0]) < 1e-3
+    assert growth.left(0.5, 2.0, 0.01) == pytest.approx(0.49)  # beyond its strength the speed is 1
 
 
 def test_the_load_of_a_point_is_that_at_which_it_would_fail():

@@ -7,7 +7,7 @@ import meshio
 import numpy as np
 import pytest
 from support import BRITTLE, ROCK
-from tiling import BEAM, assert_tiles
+from tiling import BEAM, assert_tiles, shoelace
 
 import grainlaw as gl
 from grainlaw.fields import ParameterError
@@ -19,8 +19,11 @@ POINTS = [(0, 0, 0), (2, 0, 0), (4, 0, 0), (0, 2, 0), (2, 2, 0), (4, 2, 0), (9, 
 
 
 def mixed(folder, points=POINTS, **data):
-    """A square of two triangles and, beside it, a quadrilateral that runs clockwise; lines along the bottom."""
-    cells = [("line", [(0, 1), (1, 2)]), ("triangle", [(0, 1, 4), (0, 4, 3)]), ("quad", [(1, 4, 5, 2)])]
+    """A square of two triangles and, beside it, a quadrilateral that runs clockwise.
+
+    Lines along the bottom, one on the right in a group without a name, and one to a node of no element.
+    """
+    cells = [("line", [(0, 1), (1, 2), (2, 5), (5, 6)]), ("triangle", [(0, 1, 4), (0, 4, 3)]), ("quad", [(1, 4, 5, 2)])]
     mesh = meshio.Mesh(points, cells, cell_data={k: [np.array(v) for v in each] for k, each in data.items()})
     mesh.field_data = {"base": np.array([5, 1]), "mica": np.array([2, 2])}
     file = folder / "x.msh"
@@ -28,7 +31,7 @@ def mixed(folder, points=POINTS, **data):
     return file
 
 
-GROUPS = {"gmsh:physical": [[5, 5], [2, 2], [3]], "gmsh:geometrical": [[1, 2], [7, 7], [8]]}
+GROUPS = {"gmsh:physical": [[5, 5, 9, 5], [2, 2], [3]], "gmsh:geometrical": [[1, 2, 3, 4], [7, 7], [8]]}
 
 
 def test_every_element_is_a_grain(tmp_path):
@@ -168,3 +171,18 @@ def test_a_node_that_is_nowhere_is_named(node, place, said, tmp_path):
     meshio.write(tmp_path / "x.vtk", meshio.Mesh(points, [("triangle", [(0, 1, 2), (0, 2, node)])]))
     with pytest.raises(ParameterError, match=said):
         from_mesh(tmp_path / "x.vtk")
+
+
+def test_the_loops_of_gmsh_run_round_their_grains(tmp_path):
+    """Line by line, backwards where the number is negative: counter-clockwise, with the area of the grain."""
+    grains = Voronoi(grains=12).tessellate(rectangle(0.02, 0.04))
+    write_geo(grains, tmp_path / "x.geo", size=0.003)
+    text = (tmp_path / "x.geo").read_text()
+    point = {int(v): (float(x), float(y)) for v, x, y in re.findall(r"Point\((\d+)\) = \{(.*?), (.*?), 0", text)}
+    line = {int(e): (int(i), int(j)) for e, i, j in re.findall(r"Line\((\d+)\) = \{(\d+), (\d+)\}", text)}
+    loops = re.findall(r"Curve Loop\(\d+\) = \{(.*)\}", text)
+    runs = [[line[abs(int(e))][:: 1 if int(e) > 0 else -1] for e in loop.split(", ")] for loop in loops]
+    for run in runs:
+        assert [end for _, end in run] == [start for start, _ in run[1:] + run[:1]]
+    rings = [np.array([point[start] for start, _ in run]) for run in runs]
+    assert [shoelace(ring) for ring in rings] == pytest.approx(grains.areas)

@@ -108,6 +108,18 @@ def test_cells_at_odds_are_cut_again(region: Region, seed: int, spread: float, m
     assert met(made) == pytest.approx(met(power_diagram(region, before.centroids(), weights, 3.0)), abs=1e-9)
 
 
+@pytest.mark.parametrize("forgotten", [(0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1), None])
+def test_cells_that_meet_in_a_corner_know_each_other_or_are_cut_again(forgotten: tuple[int, int] | None) -> None:
+    """Three cells round one corner, counter-clockwise from a side each, and one apart that meets but sides."""
+    known = [[-1, 1, 2], [-2, 2, 0], [0, 1, -3], [-1, -2, -3]]
+    if forgotten:
+        cell, other = forgotten
+        known[cell][known[cell].index(other)] = -4
+    begin = np.array([0, 3, 6, 9])
+    odd = moved_cells._at_odds.py_func(np.concatenate(known), begin, np.full(4, 3))
+    assert odd.tolist() == [forgotten is not None] * 3 + [False]
+
+
 def test_a_diagram_of_other_seeds_gives_none() -> None:
     random, region = np.random.default_rng(3), rectangle(1, 1)
     seeds = random.random((2000, 2))

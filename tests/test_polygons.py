@@ -11,6 +11,7 @@ from tiling import BEAM, assert_sides_complete, assert_tiles, polygon_of, shoela
 
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Voronoi, disc, from_polygons, polygon, rectangle
+from grainlaw.geometry.cells.shared_edges import Polygons
 
 pytestmark = pytest.mark.filterwarnings("ignore::grainlaw.geometry.SliverWarning")
 
@@ -112,11 +113,12 @@ def test_a_hanging_vertex_does_not_bend_an_edge():
 
 
 def test_corners_near_to_a_given_region_are_put_on_it():
-    made = from_polygons([[(0, 0.0003), (1, -0.0002), (1, 1), (0, 1)], [(1.0002, 0), (2, 0), (2, 1), (1, 1)]],
-                         region=rectangle(2, 1), tolerance=1e-3)  # fmt: skip
+    rings = [[(0, 0.0003), (1, -0.0002), (1, 1), (0, 1)], [(1.0002, 0), (2, 0), (2, 1), (1, 1)]]
+    region = polygon(np.add([(0, 0), (2, 0), (2, 1), (0, 1)], (6, 3)))
+    made = from_polygons([np.add(ring, (6, 3)) for ring in rings], region=region, tolerance=1e-3)
     assert_tiles(made)
     assert_sides_complete(made)
-    assert made.areas.sum() == 2
+    assert made.areas.sum() == pytest.approx(2, rel=1e-12)
     assert from_polygons([UNIT, RIGHT], region=rectangle(2, 1)).areas.tolist() == [1, 1]
 
 
@@ -198,3 +200,21 @@ def test_a_gap_is_no_hole_of_a_given_region():
 def test_other_input_is_refused(polygons, options, said):
     with pytest.raises(ParameterError, match=said):
         from_polygons(polygons, **options)
+
+
+def test_only_concave_polygons_are_cut():
+    rings = [np.add(UNIT, (5, 7)), ANGLE, [(9, 0), (10, 0), (11, 0), (9, 1)]]
+    first = np.cumsum([0, *map(len, rings)])
+    made = Polygons(np.concatenate(rings), np.arange(first[-1]), first, np.arange(3))
+    assert made.concave.tolist() == [1]
+    assert made.areas == pytest.approx([1, 3, 1])
+
+
+def test_a_cut_that_ends_on_an_edge_gives_its_neighbour_a_corner():
+    """From the corner at (3, 1) at 45 degrees down to (2, 0); no corner of the polygon is near to that direction."""
+    angle = [(0, 0), (4, 0), (4, 1), (3, 1), (3, 2), (0, 2)]
+    made = from_polygons([np.add(ring, (6, 3)) for ring in (angle, [(0, -1), (4, -1), (4, 0), (0, 0)])])
+    assert_tiles(made)
+    assert made.parent.tolist() == [0, 0, 1]
+    assert sorted(made.areas[:2]) == pytest.approx([1.5, 5.5])
+    assert polygon_of(made, 2).tolist() == [[6, 2], [10, 2], [10, 3], [8, 3], [6, 3]]

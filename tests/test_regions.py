@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -11,8 +12,26 @@ from tiling import BEAM, BEND, assert_sides_complete, assert_tiles
 
 import grainlaw as gl
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Hexagonal, Voronoi, disc, polygon, rectangle, semi_disc, shear_box
-from grainlaw.geometry.cells.any_voronoi import Cells
+from grainlaw.geometry import (
+    Breakable,
+    Cleavage,
+    Hexagonal,
+    Jointed,
+    JointSet,
+    JointSets,
+    Laguerre,
+    Lognormal,
+    Trigons,
+    Voronoi,
+    VoronoiCells,
+    disc,
+    polygon,
+    rectangle,
+    semi_disc,
+    shear_box,
+)
+from grainlaw.geometry.cells.any_voronoi import Cells, Pair, _equally_far, _turned, settled
+from grainlaw.geometry.cells.cutting import Cutter
 from grainlaw.geometry.cells.sides import depths
 from grainlaw.region import Region
 from grainlaw.units import mm
@@ -35,6 +54,7 @@ SHAPES = {
     "L": polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]),
     "plate with holes": polygon(SQUARE, holes={"hole": ring(24, 0.8, 2, 2), "pore": ring(5, 0.05, 0.4, 0.4)}),
 }
+HOLED = polygon(SQUARE, holes={"hole": [(1, 1), (3, 1.2), (2.5, 3)]})
 every_shape = pytest.mark.parametrize("region", SHAPES.values(), ids=SHAPES)
 
 
@@ -292,3 +312,72 @@ def test_depth_below_the_nearest_side_of_a_bent_region():
     points = np.array([(0.5, 0.4), (0.9, 0.9), (1.2, 1.3), (3, 0.5), (1.8, 0.5), (3, 2)])
     expected = [0.4, np.hypot(0.1, 0.1), -0.2, -1, 0.2, -np.hypot(1, 1)]  # of the second and last to corners
     assert depths(bent, points) == pytest.approx(expected)
+
+
+def scaled(region: Region, by: float) -> Region:
+    return attrs.evolve(region, outline=by * region.outline, holes=[by * hole for hole in region.holes])
+
+
+@pytest.mark.parametrize("region", [SHAPES["L"], HOLED], ids=["L", "holed"])
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda by: Hexagonal(grains=60),
+        lambda by: Voronoi(grains=60),
+        lambda by: Laguerre(grains=40, sizes=Lognormal(deviation=0.3)),
+        lambda by: Jointed(Hexagonal(grains=40), {"fault": [np.multiply([(0.1, 0.1), (3, 2.5)], by)]}),
+        lambda by: JointSets(sets=[JointSet(dip=d, spacing=0.7 * by, through=(by / 9, by / 5)) for d in (30, -50)]),
+        lambda by: Breakable(Voronoi(grains=8), Trigons(count=6), merge=0),
+        lambda by: Breakable(Voronoi(grains=8), VoronoiCells(count=6)),
+        lambda by: Breakable(Voronoi(grains=8), Cleavage(spacing=0.2 * by)),
+    ],
+)
+def test_grains_of_a_region_as_large_as_a_country_or_as_small_as_a_crystal_are_the_same(made, region: Region) -> None:
+    """Powers of two scale numbers without rounding."""
+    here = made(1.0).tessellate(region)
+    for by in (2.0**-20, 2.0**20):
+        there = made(by).tessellate(scaled(region, by))
+        assert there.vertices / by == pytest.approx(here.vertices, abs=1e-8)
+        assert np.sort(there.areas) / by**2 == pytest.approx(np.sort(here.areas))
+
+
+def test_seeds_go_to_the_large_parts_of_cells_that_a_corner_cuts() -> None:
+    """One cell fills an L, which is parted from its corner: two trapezoids, each a square and half a square."""
+    moved = Cells(SHAPES["L"], np.array([(0.6, 0.7)]), 1.0).next_seeds(relaxed=False)
+    assert moved[np.argsort(moved[:, 0])] == pytest.approx(np.array([(4 / 9, 11 / 9), (11 / 9, 4 / 9)]))
+    small = Cells(SHAPES["L"], np.array([(0.6, 0.7)]), 3.0)  # a part has 1.5 m2 of 9
+    assert small.next_seeds(relaxed=False).tolist() == [[0.6, 0.7]]
+    longer = polygon([(0, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2)])
+    relaxed = Cells(longer, np.array([(0.6, 0.7)]), 4.0).next_seeds(relaxed=True)  # of the part of 2.5 m2
+    assert relaxed == pytest.approx(np.array([(26 / 15, 7 / 15)]))
+    convex = Cells(rectangle(2, 1), np.array([(0.6, 0.7), (1.5, 0.2)]), 1.0)
+    assert convex.next_seeds(relaxed=False).tolist() == [[0.6, 0.7], [1.5, 0.2]]
+
+
+def test_seeds_become_equally_far_from_a_corner_by_moving_as_little_as_can_be() -> None:
+    seeds = np.array([(1.3, 0.6), (0.5, 1.2), (0.2, 0.1), (1.8, 0.2)])
+    moved = settled(seeds, Cutter(SHAPES["L"], 1e-9), 1.0)
+    far, then = (np.hypot(*(each - [1, 1]).T) for each in (seeds, moved))
+    assert then[0] == pytest.approx(then[1], abs=1e-12)
+    assert np.array_equal(moved[2:], seeds[2:])
+    least = abs(far[0] - far[1]) / np.sqrt(2)  # each goes half of the way, on its ray
+    assert np.linalg.norm(moved - seeds) == pytest.approx(least, rel=0.01)
+
+
+@pytest.mark.parametrize(("skew", "turned"), [(0, None), (40, None), (-40, None), (41, 36), (85, 36), (-41, -36)])
+def test_a_boundary_is_turned_where_it_would_leave_more_than_half_a_turn(skew: float, turned: float | None) -> None:
+    """From a corner of 270 degrees it may run up to 45 degrees beside the bisector, at 225 degrees."""
+    found = Cutter(SHAPES["L"], 1e-9).reentrant[2]
+    assert (found.corner, found.play) == ((1, 1), pytest.approx(np.pi / 4))
+    angles = np.radians(225 + skew + np.array([25, -25]))
+    seeds = np.array([1, 1]) + np.array([[0.3], [0.8]]) * np.column_stack([np.cos(angles), np.sin(angles)])
+    direction = _turned(found, seeds)
+    if turned is None:
+        assert direction is None
+    else:
+        turn = np.radians(225 + turned)
+        assert direction == pytest.approx((np.cos(turn), np.sin(turn)))
+        pair = Pair(found.corner, (0, 1), direction)
+        one, other = _equally_far(seeds, [pair]) - [1, 1]
+        assert np.hypot(*one) == pytest.approx(np.hypot(*other))
+        assert (one - other) @ direction == pytest.approx(0, abs=1e-12)

@@ -44,6 +44,18 @@ def test_a_strip_between_grains_is_told_and_merged():
     assert texture(made).step_ratio == pytest.approx(texture(squares).step_ratio, rel=1e-3)
 
 
+@pytest.mark.parametrize(("width", "count"), [(0.1, 3), (0.09, 2)])
+def test_a_thin_triangle_vanishes_below_half_of_an_edge_by_a_grain_size(width, count):
+    """Between two halves of 4 m by 1 m: the grain size is nearly 2 m, so the limit is 0.2 m2 less a little."""
+    low, high = 1 - width / 2, 1 + width / 2
+    rings = [[(0, 0), (4, 0), (4, 1), (0, low)], [(0, low), (4, 1), (0, high)], [(0, high), (4, 1), (4, 2), (0, 2)]]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SliverWarning)
+        made = from_polygons(rings, merge=0.1)
+    assert_tiles(made)
+    assert made.count == count
+
+
 def test_what_is_told_is_the_step_of_the_texture():
     with pytest.warns(SliverWarning) as told:
         drawn = from_polygons([LEFT, STRIP, RIGHT])

@@ -19,6 +19,7 @@ from grainlaw.geometry import (
     Voronoi,
     VoronoiCells,
     from_polygons,
+    moved,
     rectangle,
     texture,
 )
@@ -35,6 +36,9 @@ def test_bricks_by_hand():
     assert found.rose.sum() == pytest.approx(26)
     assert found.anisotropy == pytest.approx(10 / 26)
     assert found.direction == pytest.approx(np.pi / 2)
+    turned = texture(moved(Bricks(rows=3, columns=4).tessellate(rectangle(4, 6)), turn=25))
+    assert (turned.anisotropy, turned.direction) == pytest.approx((10 / 26, np.radians(115)))
+    assert turned.rose[[2, 11]] == pytest.approx([8, 18])
     assert found.shortest_edge == pytest.approx(1)
     assert found.edge.percentiles[50] == pytest.approx(1)
     assert not len(found.slivers)

@@ -73,9 +73,8 @@ def triangles(polygon: Polygon, size: float, random: np.random.Generator) -> lis
     made = []
     for i, j, k in Delaunay(np.array(points)).simplices.tolist():
         triangle = [points[i], points[j], points[k]]
-        twice = 2 * area(triangle)
-        if abs(twice) > FLAT * edge**2:
-            made.append(triangle if twice > 0 else triangle[::-1])
+        if 2 * area(triangle) > FLAT * edge**2:
+            made.append(triangle)
     return made
 
 
