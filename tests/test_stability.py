@@ -11,7 +11,8 @@ import scipy
 from support import BRITTLE, ROCK, STIFF, small_sample
 
 import grainlaw as gl
-from grainlaw.engine.margin import Margin
+from grainlaw.engine.margin import Margin, _zero
+from grainlaw.engine.stability import touching_stiffness
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
@@ -196,3 +197,103 @@ def test_rounding_is_no_motion_of_its_own(count):
     assert found.margin == pytest.approx(0.7)
     assert found.frequency == pytest.approx(np.sqrt(1e9 / 30))
     assert margin._lowest(tangent, [np.zeros(count), np.zeros(count)]) is None
+
+
+def diagonal_margin(softened, start):
+    """The lowest mode of a diagonal stiffness of which shares are left, from one start, and the trials it took."""
+    sound, trials = scipy.sparse.diags(1e9 * np.linspace(1, 2, len(softened)), format="csc"), []
+    margin = Margin.__new__(Margin)
+    margin._sound, margin._mass, margin._factors = sound, np.full(len(start), 30.0), scipy.sparse.linalg.splu(sound)
+
+    def tangent(motion):
+        trials.append(motion)
+        return softened * (sound @ motion)
+
+    found = margin._lowest(tangent, [start, np.zeros(len(start))])
+    assert found.motion @ sound @ found.motion == pytest.approx(1)
+    return found, len(trials)
+
+
+def test_one_soft_freedom_of_many_is_found_beside_others_that_differ():
+    """The first trial has so little of it that its residual is small."""
+    softened = np.ones(10_000)
+    softened[0] = 0.5
+    found, trials = diagonal_margin(softened, np.ones(len(softened)))
+    assert found.margin == pytest.approx(0.5)
+    assert trials < 6
+    assert found.frequency == pytest.approx(np.sqrt(1e9 / 30))
+    found, trials = diagonal_margin(np.append(0.3, np.linspace(0.8, 1, 99)), np.ones(100))
+    assert found.margin == pytest.approx(0.3, abs=1e-4)
+    assert trials < 10
+
+
+def test_of_a_pair_of_complex_eigenvalues_the_real_part_counts():
+    margin, sound = Margin.__new__(Margin), scipy.sparse.csc_matrix(1e9 * np.eye(2))
+    margin._sound, margin._mass, margin._factors = sound, np.full(2, 30.0), scipy.sparse.linalg.splu(sound)
+    turning = 1e9 * np.array([[0.5, 0.3], [-0.3, 0.5]])
+    found = margin._lowest(lambda motion: turning @ motion, [np.array([1.0, 0.0]), np.array([1.0, 1.0])])
+    assert found.margin == pytest.approx(0.5)
+    assert found.motion @ sound @ found.motion == pytest.approx(1)
+    assert found.frequency == pytest.approx(np.sqrt(1e9 / 30))
+
+
+@pytest.mark.parametrize(
+    ("force", "margin", "farthest", "trials"),
+    [
+        (lambda u: 6 - 3 * u, 3, 10, [0, 2]),
+        (lambda u: -6 - 3 * u, 3, 10, [0, -2]),
+        (lambda u: 6 - 3 * u, 3, 0.5, [0, 0.5]),
+        (lambda u: -6 - 3 * u, 3, 0.5, [0, -0.5]),
+        (lambda u: 6 - 3 * u, 12, 10, [0, 0.5, 1, 2]),
+        (lambda u: 6 - 3 * u, 12, 1.5, [0, 0.5, 1, 1.5]),
+        (lambda u: 6 - 3 * u, 1, 10, [0, 6, 2]),
+        (lambda u: 100 - 99.1 * u, 100, 10, [0, 1]),
+        (lambda u: 3e-3 - 1e-3 * u, -5, 10, [0, 3]),
+        (lambda u: 4 - u**2, 1, 10, [0, 4, 1, 1.6, 1.857143, 2.071429, 1.997403]),
+        (lambda u: 1 - 10 * u if u < 0.2 else -99, 1, 10, [0, 1, 0.1]),
+        (lambda u: 9 - 10 * u if u < 0.95 else -0.2, 9, 10, [0, 1, 0.9]),
+    ],
+    ids=[
+        "straight", "to the other side", "far", "far on the other side", "softer", "softer and far", "stiffer",
+        "one percent is left", "a margin below 0", "curved", "steep at the end", "flat at the end",
+    ],
+)  # fmt: skip
+def test_where_a_force_is_zero_is_found_by_secants(force, margin, farthest, trials):
+    asked = []
+    found = _zero(lambda u: asked.append(u) or force(u), margin, farthest)
+    assert asked == pytest.approx(trials)
+    assert found == asked[-1]
+
+
+def test_a_force_that_ends_before_its_zero_is_followed_to_where_it_ends():
+    for sign in (1, -1):
+        asked = []
+        found = _zero(lambda u: asked.append(u) or (2 - u * sign if u * sign < 0.3 else np.nan) * sign, 2, 10)  # noqa: B023
+        assert asked[:4] == [0, sign, 0.5 * sign, 0.25 * sign]
+        assert 0.29 < found * sign < 0.3
+
+
+@pytest.mark.parametrize(
+    ("gaps", "points"),
+    [((-0.1, -0.1), (1, 1)), ((-0.05, 0.15), (1, 0)), ((0.05, -0.15), (0, 1)), ((0.15, 0.05), (0, 0))],
+    ids=["pressed", "open at its end", "open at its start", "apart"],
+)
+def test_edges_touch_by_springs_on_their_common_part(gaps, points):
+    """Edge a goes from 0 to 2, b back from 3 to 1: each point has half of the springs from 1 to 2."""
+    kn, ks, size, turn = np.array([7e9, 5e9]), np.array([3e9, 2e9]), 1e-4, np.exp(0.4j)
+    b = 3 - 1j * gaps[1], 1 - 1j * gaps[0]  # the outward normal of a points down
+    ends = size * (np.array([[0, 0], [2, 2], [b[0]] * 2, [b[1]] * 2]) * turn + [0.3 + 0.7j, 5 - 2j])  # of two contacts
+    places = np.stack([ends.real, ends.imag], axis=2)
+    motion = np.random.default_rng(1).normal(size=(4, 2))
+    along, normal = (np.array([each.real, each.imag]) for each in (turn, -1j * turn))
+    squares = np.zeros(2)  # of the jump along the normal, and along the edges
+    for x, touches in zip((1.5 - 0.5 / np.sqrt(3), 1.5 + 0.5 / np.sqrt(3)), points, strict=True):
+        jump = [np.interp(x, [1, 3], motion[[3, 2], k]) - np.interp(x, [0, 2], motion[:2, k]) for k in (0, 1)]
+        squares += touches * np.array([jump @ normal, jump @ along]) ** 2
+    nodes, moved = np.array([[4, 7], [1, 6], [0, 8], [2, 5]]), np.zeros((9, 2))
+    for contact in (0, 1):
+        moved[nodes[:, contact]] = (contact + 1) * motion
+    expected = size / 2 * (np.array([kn, ks]).T @ squares) @ [1, 4]
+    assert moved.ravel() @ touching_stiffness(places, nodes, kn, ks, 9) @ moved.ravel() == pytest.approx(expected)
+    places[2:] += 2.5 * size * along
+    assert abs(touching_stiffness(places, nodes, kn, ks, 9)).max() == 0
