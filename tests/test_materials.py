@@ -1,5 +1,7 @@
 """Each material of grainlaw alone against closed forms, and through the conformance kit."""
 
+import itertools
+
 import attrs
 import numpy as np
 import pytest
@@ -7,7 +9,7 @@ from every_material import CONE, CRUSHED, GRAIN, MATERIALS, MISES, MOHR, OUTER, 
 
 import grainlaw as gl
 import grainlaw.materials
-from grainlaw.materials import MohrCoulombPlastic, TransverselyIsotropic
+from grainlaw.materials import Cone, MohrCoulombPlastic, TransverselyIsotropic
 
 STRAIN = np.linspace(0, 2e-2, 401)
 
@@ -47,6 +49,138 @@ def test_an_isotropic_schist_is_elastic():
             foliation_angle=25, plane=plane,
         )  # fmt: skip
         assert np.allclose(alike.stiffness, gl.Elastic(**GRAIN, plane=plane).stiffness, rtol=1e-12, atol=1e-3)
+
+
+def turned(tensor, angle):
+    """A tensor (2, 2) by its components in axes at an angle (degrees)."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    turn = np.array([[c, -s], [s, c]])
+    return turn.T @ tensor @ turn
+
+
+@pytest.mark.parametrize("material", [SCHIST, gl.Elastic(**GRAIN)], ids=["schist", "elastic"])
+@pytest.mark.parametrize("angle", [0, 30, 115])
+def test_an_elastic_grain_follows_hookes_law_in_space(material, angle):
+    """Its compliance along x, y and z of the foliation, inverted as a whole, with a strain across the plane."""
+    if isinstance(material, TransverselyIsotropic):
+        m = attrs.evolve(material, foliation_angle=angle)
+        e, far, nu, nu_far, shear = 60e9, 20e9, 0.2, 0.1, 8e9
+    else:
+        m, e, far, nu, nu_far, shear = material, 60e9, 60e9, 0.25, 0.25, 60e9 / 2.5
+    soft = np.array(
+        [[1 / e, -nu_far / far, -nu / e], [-nu_far / far, 1 / far, -nu_far / far], [-nu / e, -nu_far / far, 1 / e]]
+    )
+    for exx, eyy, exy, ezz in np.random.default_rng(0).normal(size=(3, 4)) * 1e-3:
+        strain = turned(np.array([[exx, exy], [exy, eyy]]), angle)
+        sx, sy, sz = np.linalg.solve(soft, [strain[0, 0], strain[1, 1], ezz])
+        sxy = 2 * shear * strain[0, 1]
+        stress = turned(np.array([[sx, sxy], [sxy, sy]]), -angle)
+        stored = 0.5 * (sx * strain[0, 0] + sy * strain[1, 1] + sz * ezz) + sxy * strain[0, 1]
+        assert m.stress(exx, eyy, exy, ezz) == pytest.approx((stress[0, 0], stress[1, 1], stress[0, 1]))
+        assert m.energy(exx, eyy, exy, ezz) == pytest.approx(stored)
+        assert np.array(m.stiffness) @ [exx, eyy, 2 * exy] == pytest.approx(m.stress(exx, eyy, exy, 0.0))
+
+
+@pytest.mark.parametrize("material", [SCHIST, gl.Elastic(**GRAIN)], ids=["schist", "elastic"])
+def test_in_plane_stress_the_third_direction_is_free(material):
+    m = attrs.evolve(material, plane=gl.Plane.STRESS)
+    stress = m.stress(1e-3, 2e-3, 3e-4, 0.0)
+    assert m.stress(1e-3, 2e-3, 3e-4, 5e-3) == stress
+    assert np.array(m.stiffness) @ [1e-3, 2e-3, 6e-4] == pytest.approx(stress)
+    stored = 0.5 * (stress[0] * 1e-3 + stress[1] * 2e-3) + stress[2] * 3e-4
+    assert m.energy(1e-3, 2e-3, 3e-4, 5e-3) == pytest.approx(stored)
+
+
+BULK, SHEAR = 60e9 / 1.5, 60e9 / 2.5  # of GRAIN
+HOOKE = BULK - 2 * SHEAR / 3 + 2 * SHEAR * np.eye(3)  # of principal strains
+
+
+def returned(trial, planes, flows, limits):
+    """Principal stresses (Pa) after the return to the planes n.s <= limit with these flows: all sets of them tried."""
+    for count in range(4):
+        for some in map(list, itertools.combinations(range(len(planes)), count)):
+            n, g = planes[some], HOOKE @ flows[some].T
+            steps = np.linalg.lstsq(n @ g, n @ trial - limits[some])[0] if count else np.zeros(0)
+            stress = trial - (g @ steps if count else 0.0)
+            if (steps >= 0).all() and (planes @ stress <= limits + 1.0).all():
+                return stress
+    raise AssertionError("no set of planes holds it")
+
+
+def hexagon(sine):
+    """Normals (6, 3) of the planes of Mohr and Coulomb at the sine of an angle."""
+    each = [np.array([1 + sine, -(1 - sine), 0])[list(order)] for order in itertools.permutations(range(3))]
+    return np.array(each)
+
+
+@pytest.mark.parametrize(
+    "trial",
+    [(0, -50e6, -90e6), (5e6, -80e6, -300e6), (-20e6, -22e6, -400e6), (-10e6, -390e6, -400e6), (9e6, 8e6, -200e6)],
+    ids=["elastic", "plane", "upper edge", "lower edge", "upper edge in tension"],
+)
+@pytest.mark.parametrize("dilation", [0.0, 10.0, 40.0])
+def test_mohr_coulomb_returns_to_planes_and_edges(trial, dilation):
+    sine, limit = np.sin(np.radians(40)), 60e6 * np.cos(np.radians(40))
+    material = attrs.evolve(MOHR, dilation_angle=dilation)
+    expected = returned(np.array(trial), hexagon(sine), hexagon(np.sin(np.radians(dilation))), np.full(6, limit))
+    assert material.sheared(*trial, sine, limit) == pytest.approx(np.sort(expected)[::-1], rel=1e-6, abs=10)
+
+
+@pytest.mark.parametrize(
+    "trial", [(9e6, 5e6, 1e6), (40e6, 2e6, -30e6), (40e6, 30e6, -30e6), (60e6, 50e6, 40e6), (40e6, 12e6, 3e6)]
+)
+def test_the_cut_off_returns_to_its_planes_edges_and_corner(trial):
+    expected = returned(np.array(trial), np.eye(3), np.eye(3), np.full(3, 10e6))
+    assert MOHR.cut_off(*trial, 10e6) == pytest.approx(expected, rel=1e-6, abs=10)
+
+
+INNER = attrs.evolve(CONE, cone=Cone.INNER)
+
+
+def slopes(material, angle):
+    """Of sqrt(J2) over the mean stress and over the cohesion: the cones of Drucker and Prager for that of Coulomb."""
+    s, c = np.sin(angle), np.cos(angle)
+    factor = {
+        Cone.PLANE_STRAIN: 3 / np.sqrt(9 * c**2 + 12 * s**2), Cone.OUTER: 6 / np.sqrt(3) / (3 - s),
+        Cone.INNER: 6 / np.sqrt(3) / (3 + s),
+    }[material.cone]  # fmt: skip
+    return factor * s, factor * c
+
+
+@pytest.mark.parametrize("material", [MOHR, CRUSHED, CONE, OUTER, INNER, MISES])
+def test_stress_is_that_of_the_elastic_strain_and_within_the_strength(material):
+    """Half softened where it softens: plastic strain is that of Vermeer and de Borst (1984)."""
+    random, yielded = np.random.default_rng(0), 0
+    angle = np.radians(40 if material is not MISES else 0)
+    for exx, eyy, exy, ezz in random.normal(size=(40, 4)) * np.geomspace(3e-5, 5e-3, 40)[:, None]:
+        before = random.normal(size=4) * 2e-5
+        sxx, syy, sxy, *after, plastic = material.stress(exx, eyy, exy, ezz, *before, 5e-3)
+        elastic = np.array([exx, eyy, ezz, exy]) - after
+        szz = HOOKE[2] @ elastic[:3]
+        assert (sxx, syy) == pytest.approx(HOOKE[:2] @ elastic[:3], rel=1e-9, abs=1e-3)
+        assert sxy == pytest.approx(2 * SHEAR * elastic[3], rel=1e-9, abs=1e-3)
+        stored = 0.5 * (sxx * elastic[0] + syy * elastic[1] + szz * elastic[2]) + sxy * elastic[3]
+        assert material.energy(exx, eyy, exy, ezz, *after, plastic) == pytest.approx(stored)
+        new = after - before
+        equivalent = np.sqrt(2 / 3 * (new[:3] @ new[:3] + 2 * new[3] ** 2))
+        assert plastic - 5e-3 == pytest.approx(equivalent, abs=1e-12)
+        principal = np.sort(np.append(np.linalg.eigvalsh([[sxx, sxy], [sxy, syy]]), szz))
+        mean, deviator = principal.mean(), np.sqrt(np.sum((principal - principal.mean()) ** 2) / 2)
+        yielded += (strained := np.abs(new).max() > 1e-12)
+        if isinstance(material, MohrCoulombPlastic):
+            soft = 0.5 if material is CRUSHED else 0.0
+            sine = np.sin(angle) + soft * (0.5 - np.sin(angle))
+            held = 60e6 * np.cos(angle) + soft * (10e6 * np.cos(np.pi / 6) - 60e6 * np.cos(angle))
+            over = max((hexagon(sine) @ principal).max() - held, principal[2] - 10e6 * (1 - soft))
+        else:
+            cone, slope = slopes(material, angle), slopes(material, np.radians(material.dilation_angle))
+            over = deviator + cone[0] * mean - cone[1] * 30e6
+            swollen, sheared = new[:3].sum(), np.sqrt(equivalent**2 * 3 / 2 - new[:3].sum() ** 2 / 3)
+            at_tip = cone[0] > 0 and mean == pytest.approx(cone[1] / cone[0] * 30e6)
+            assert at_tip or swollen == pytest.approx(slope[0] * np.sqrt(2) * sheared, abs=1e-9)
+        assert over < 1e3
+        assert over == pytest.approx(0, abs=1e3) or not strained
+    assert 5 < yielded < 40
 
 
 @pytest.mark.parametrize("pressure", [0.0, 10e6, 40e6])

@@ -137,6 +137,22 @@ def test_a_crystal_expands_along_its_axis():
     assert crystal.stress(free[0, 0], free[1, 1], free[0, 1], 120, 0.0) == pytest.approx((0, 0, 0), abs=1e-3)
 
 
+def test_a_table_is_straight_between_its_temperatures():
+    random = np.random.default_rng(0)
+    at = np.cumsum(random.uniform(5, 60, 24)) - 100
+    table = ExpansionTable(at, random.normal(size=24) * 1e-3)
+    for temperature in random.uniform(at[0], at[-1], 100):
+        expected = np.interp(temperature, table.at, table.strains)
+        assert table.strain(temperature) == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_crystal_is_known_where_all_its_tables_are():
+    cold = ExpansionTable([-50, 500], [0, 1e-3])
+    assert Thermal(material=ELASTIC, expansion=QUARTZ, expansion_along=cold).temperatures == (20, 500)
+    assert Thermal(material=ELASTIC, expansion=cold, expansion_along=QUARTZ).temperatures == (20, 500)
+    assert Thermal(material=ELASTIC, expansion=1e-5).temperatures == (-273.15, np.inf)
+
+
 @pytest.mark.thorough
 def test_a_heated_sample_is_pressed_by_the_strain_that_it_is_asked_for():
     """Heat has made it longer by 0.1 %, which does not count."""
