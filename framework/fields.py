@@ -62,12 +62,8 @@ class Bounds:
 
     def why_not(self, value: float) -> str:
         """What else is wrong with a number that these words allow."""
-        size = abs(value)
-        return (
-            ""
-            if size in (0.0, math.inf) or 1 / LARGEST <= size <= LARGEST
-            else f", of size {1 / LARGEST:g} to {LARGEST:g}"
-        )
+        is_odd = 0 < abs(value) < 1 / LARGEST or LARGEST < abs(value) < math.inf
+        return f", of size {1 / LARGEST:g} to {LARGEST:g}" if is_odd else ""
 
 
 @checked

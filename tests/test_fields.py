@@ -41,6 +41,8 @@ class Joint:
         ({"stiffness": 1j}, ["stiffness = 1j"]),
         ({"stiffness": [[1.0]]}, ["stiffness = [[1.0]]"]),
         ({"cohesion": [1.0, math.nan]}, ["cohesion = nan Pa"]),
+        ({"cohesion": 2e30}, ["cohesion = 2e+30 Pa", ", of size 1e-30 to 1e+30"]),
+        ({"stiffness": 1e-31}, ["stiffness = 1e-31 Pa/m", "above 0", ", of size 1e-30 to 1e+30"]),
     ],
 )
 def test_a_refusal_names_component_parameter_value_and_bound(wrong, said):
@@ -48,6 +50,7 @@ def test_a_refusal_names_component_parameter_value_and_bound(wrong, said):
         Joint(**wrong)
     for words in ["Joint: ", "not allowed", *said]:
         assert words in str(refusal.value)
+    assert ("of size" in str(refusal.value)) == ("of size" in said[-1])
 
 
 def test_bounds_that_are_included_are_allowed():

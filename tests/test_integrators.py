@@ -9,6 +9,7 @@ from support import BRITTLE, ROCK, STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
+from grainlaw.integration import Motion
 from grainlaw.laws import Linear, Viscous
 from grainlaw.protocols import FreeMotion, UniaxialCompression
 
@@ -76,6 +77,53 @@ def test_what_is_damped_by_mass_decays_at_its_rate(damping):
     peaks = places[1:-1][(places[1:-1] > places[:-2]) & (places[1:-1] > places[2:])]
     period = 2 * np.pi / np.sqrt(100.0**2 - 2.0**2)
     assert peaks[1:] / peaks[:-1] == pytest.approx(np.exp(-2.0 * period), rel=2e-3)
+
+
+def test_forces_of_dampings_by_hand():
+    """On 2 kg that move by 3 m/s under 8 N, in a step of 0.5 s; a change of the force, and the force."""
+    local, vibration = gl.LocalDamping(fraction=0.6), gl.VibrationDamping(fraction=0.6)
+    sway = gl.SwayDamping(fraction=0.6, coefficient=1.5)
+    for force in (8.0, -8.0):
+        for speed, wanted in ((3.0, -4.8), (0.0, 0.0), (-3.0, 4.8)):
+            assert local.force(force, 1.0, speed, 2.0, 0.5) == pytest.approx(wanted)
+        for change, wanted in ((1.0, 4.8), (0.0, 0.0), (-1.0, -4.8)):
+            assert vibration.force(force, change, 3.0, 2.0, 0.5) == pytest.approx(wanted)
+            assert sway.force(force, change, 3.0, 2.0, 0.5) == pytest.approx(wanted - 1.5 * 2 * 3)
+    drag = gl.CentralDifference(damping=gl.MassDamping(coefficient=1.5))
+    for integrator in (drag, gl.DynamicRelaxation(damping=drag.damping)):
+        after, resistance = integrator.step(8.0, 1.0, 3.0, 2.0, 0.5)
+        assert resistance == pytest.approx(-1.5 * 2 * (3 + after) / 2)  # by the mean velocity of the step
+        assert after == pytest.approx(3 + (8 + resistance) / 2 * 0.5)
+
+
+def test_steps_and_dampings_of_stages_by_hand():
+    damping = gl.VibrationDamping(fraction=0.44)
+    integrator = gl.CentralDifference(damping=damping)
+    assert integrator.stable_step(100.0) == pytest.approx(0.9 * 2 / 100 / 1.2)
+    assert gl.CentralDifference(damping=gl.Undamped()).stable_step(100.0) == pytest.approx(0.3 * 2 / 100)
+    assert gl.DynamicRelaxation().stable_step(100.0) == pytest.approx(0.9 * 2 / 100)
+    assert integrator.seeking_rest().damping == gl.LocalDamping(fraction=0.44)
+    sway = gl.SwayDamping(fraction=0.44, coefficient=5.0)  # of a mode of 50 / s: 5 % of its critical damping
+    assert integrator.holding_sway(50.0).damping == sway
+    for other in (gl.LocalDamping(), gl.Undamped()):
+        assert (other.seeking_rest(), other.holding_sway(50.0)) == (other, other)
+
+
+def test_relaxations_choose_by_hand():
+    """Rayleigh's quotient of masses of 2 and 3 kg that moved by 1 and 2 m as their forces fell by 8 and 30 N."""
+    rows = {"velocity": np.array([[1.0, 2.0]]), "mass": np.array([[2.0, 3.0]])}
+    start = Motion(**rows, displacement=np.array([[5.0, 1.0]]), force=np.array([[9.0, 40.0]]))
+    now = Motion(**rows, displacement=np.array([[6.0, 3.0]]), force=np.array([[1.0, 10.0]]))
+    assert now.kinetic_energy == 0.5 * (2 * 1 + 3 * 4)
+    critical = 2 * np.sqrt((1 * 8 + 2 * 30) / (2 * 1 + 3 * 4))
+    chosen, halt = gl.DynamicRelaxation().adapt(now, start)
+    assert (chosen.damping.coefficient, halt) == (pytest.approx(critical), False)
+    pushed = attrs.evolve(now, force=np.array([[20.0, 50.0]]))
+    for motion, before in ((now, None), (pushed, start), (now, now)):
+        assert gl.AdaptiveRelaxation().choose(motion, before) == (0.0, False)
+    slower = attrs.evolve(now, velocity=np.array([[1.0, 1.9]]))
+    for motion, before, halts in ((slower, now, True), (now, slower, False), (now, now, False), (now, None, False)):
+        assert gl.KineticRelaxation().choose(motion, before) == (0.0, halts)
 
 
 @pytest.mark.parametrize("damping", [gl.VibrationDamping(), gl.LocalDamping()], ids=lambda d: type(d).__name__)

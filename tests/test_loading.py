@@ -164,6 +164,49 @@ def test_an_adaptive_speed_stays_in_its_bounds(**seen):
         assert wanted <= 1.001 * slowest or kinetic <= 1.001 * adaptive.rate**2 * pace.stored * (2 if again else 4)
 
 
+@pytest.mark.parametrize(
+    ("seen", "expected"),
+    [
+        ({"speed": 1.0}, (1.1, False)),  # intact: up to 20 x 0.001 x 1e5 / s x 1 mm = 2 m/s
+        ({"speed": 1.9}, (2.0, False)),
+        ({"speed": 3.9}, (2.0, False)),
+        ({"speed": 4.1}, (2.0, True)),
+        ({"speed": 0.4, "fastest": 0.3}, (0.3, False)),
+        ({"speed": 0.03, "damaged": True}, (0.033, False)),  # up to 4 times 0.001 of the 10 m/s that store so much
+        ({"speed": 0.07, "damaged": True}, (0.04, False)),
+        ({"speed": 0.09, "damaged": True}, (0.04, True)),
+        ({"speed": 0.015, "damaged": True, "stored": 0.0}, (0.016, False)),  # 4 times a 500th of that at first
+        ({"speed": 0.019, "damaged": True, "released": 0.01}, (0.02, False)),  # twice: half of 2 % is released
+        ({"speed": 0.019, "released": 0.01}, (0.02, False)),
+        ({"speed": 0.019, "damaged": True, "released": 0.08}, (0.01, False)),
+        ({"speed": 0.039, "soft": True}, (0.04, False)),
+        ({"speed": 0.03, "vibration": 0.0036}, (0.02, False)),  # (3 / 2)^2 times the energy that the loading may have
+        ({"speed": 1.0, "vibration": 0.64}, (0.05, True)),
+        ({"speed": 1.0, "vibration": 0.00159}, (1.1, False)),
+        ({"speed": 0.019, "vibration": 1.0}, (0.01, False)),
+        ({"speed": 1.0, "imbalance": 0.05}, (0.5, True)),
+        ({"speed": 1.0, "imbalance": 0.01}, (1.1, False)),
+        ({"speed": 0.02, "imbalance": 0.05, "released": 0.02}, (0.014, False)),
+        ({"speed": 0.0016, "imbalance": 0.05, "released": 0.02}, (0.00125, False)),  # the lowest: an eighth
+        ({"speed": 0.00125, "imbalance": 0.05, "least_imbalance": 0.01}, (0.00125, False)),
+        ({"speed": 0.3, "imbalance": 0.05, "stored": 1e8}, (0.25, True)),
+    ],
+)
+def test_the_next_speed_is_by_hand(seen, expected):
+    pace = Pace(**{"span": 1e-3, "inertia": 2.0, "frequency": 1e5, "stored": 100.0} | seen)
+    speed, again = gl.Adaptive(rate=0.001, imbalance=0.01).next(pace)
+    assert (speed, again) == (pytest.approx(expected[0]), expected[1])
+
+
+def test_how_long_a_stage_takes_and_how_it_is_slowed_down():
+    assert gl.Adaptive(rate=0.001).usual(1e-3, 1e5) == pytest.approx((0.05 + 0.25) / 100)
+    assert gl.Adaptive(rate=0.001).slower() == gl.Adaptive(rate=0.0005)
+    steady = gl.Constant(speed=0.1, ramp=1.1e-3)
+    assert steady.usual(1e-3, 1e5) == pytest.approx(0.01)
+    assert steady.slower() == gl.Constant(speed=0.05, ramp=2.2e-3)
+    assert steady.delay(1e-5) == 6  # half of the ramp: 55 um
+
+
 def test_loading_is_checked():
     stage = {"name": "load", "until": [gl.Reaches("time", 1)], "interval": 1e-6, "loading": gl.Adaptive()}
     moving, still = (gl.Drive(boundary="top", axis=1, speed=speed) for speed in (1.0, 0.0))
@@ -176,6 +219,12 @@ def test_loading_is_checked():
         gl.Stage(**stage | {"loading": heats}, loads=[moving], expected=10)
     with pytest.raises(gl.ParameterError, match=r"must be one in K/s .* such as Adaptive\(\) or HeatingRate"):
         gl.Stage(**stage | {"loading": gl.Constant(speed=0.1)}, loads=[gl.Heat(to=60)], expected=10)
+    for loads, more in (([moving], {}), ([], {"static": True})):
+        with pytest.raises(gl.ParameterError, match="a stage with a temperature holds its boundaries"):
+            gl.Stage(**stage | more, loads=[*loads, gl.Heat(to=60)], expected=10)
+    with pytest.raises(gl.ParameterError, match="it has 2 temperatures to come to, it can have one"):
+        gl.Stage(**stage, loads=[gl.Heat(to=60), gl.Heat(to=70)], expected=10)
+    assert gl.Stage(**stage, loads=[still, gl.Heat(to=60)], expected=10).loading == gl.Adaptive()
     assert heats.slower() == gl.HeatingRate(rate=5e4)
     with pytest.raises(gl.ParameterError, match=r"Adaptive: rate = 0\.5 is not allowed"):
         gl.Adaptive(rate=0.5)

@@ -86,6 +86,22 @@ def test_laws_that_do_not_fit_are_refused(laws, words):
         laws_between(wall([0, 0, 0, 1]), laws)
 
 
+@pytest.mark.parametrize(
+    ("laws", "words"),
+    [
+        ({"inside": B, "bedding": A}, "the phases quartz and mica$"),
+        ({"inside": B, "between": A}, r"the phases quartz and quartz \(bedding\)$"),
+        ({"bedding": B, "between": A}, r"the phases quartz and quartz \(inside\)$"),
+    ],
+)
+def test_a_bond_without_a_law_is_told_by_its_phases_and_its_kind(laws, words):
+    edges = wall([0, 0, 0, 1]).edges
+    joint = np.column_stack([edges.start, edges.end])[edges.right == 1]
+    grains = wall([0, 0, 0, 1], parent=[0, 1, 1, 2], joints={"bedding": joint})
+    with pytest.raises(gl.ParameterError, match=words):
+        laws_between(grains, laws)
+
+
 def test_materials_by_name_and_for_all_others():
     stiff = attrs.evolve(ROCK, youngs_modulus=120e9)
     grains = wall([0, 1, 2, 2])

@@ -29,6 +29,21 @@ def found(way, load, stage=None):
     return borne(load, way, np.zeros(len(way)) if stage is None else np.asarray(stage))
 
 
+def test_a_stage_fails_by_its_own_deformation_and_damage():
+    """The load is level from 1 mm of this stage on, which is 10 mm of the run: 1 % of 1 mm later it has failed."""
+    way = np.linspace(10e-3, 11.02e-3, 1021)
+    load = np.minimum((way - 10e-3) * 1e8, 1e5)
+
+    def fails(samples, damaged, stage=1.0, after=0.0):
+        columns = {"load": load, "way": way + after, "damaged": damaged * np.ones(1021), "stage": np.full(1021, stage)}
+        return gl.Fails("load", "way").progress({name: column[:samples] for name, column in columns.items()})
+
+    cracks = np.append(7.0, np.full(1020, 8.0))
+    assert [fails(samples, cracks) for samples in (1005, 1021)] == [0, 1]
+    assert fails(1021, 7.0) == 0  # of the stage before
+    assert fails(1021, 7.0, stage=0.0, after=-10e-3) == 1
+
+
 def course(*corners, samples=2001):
     """Straight lines between (deformation, load), sampled evenly from the first step on."""
     x, y = np.transpose(corners)

@@ -56,6 +56,12 @@ def moved(speed, **options):
     return gl.simulate(block(), Linear(**STIFF), Moves(speed=speed, **options), frames=1)
 
 
+def test_a_series_is_straight_between_its_points_and_level_beyond_them():
+    series = gl.TimeSeries([1, 3, 4, 4, 8], [5.0, 9.0, 2.0, 6.0, -2.0])
+    times, values = [0.0, 1, 1.5, 3, 3.25, 4, 5, 7, 8, 9], [5.0, 5, 6, 9, 7.25, 6, 4, 0, -2, -2]
+    assert [series(time) for time in times] == pytest.approx(values)
+
+
 def test_a_boundary_moves_by_the_integral_of_its_speed():
     """Half of 4 us times 0.5 m/s, to rounding, although no point of the table is at a step."""
     for speed in (TRIANGLE, [(0, 0), (2e-6, 0.5), (4e-6, 0)]):
