@@ -6,6 +6,7 @@ import pytest
 from support import ROCK
 
 import grainlaw as gl
+from grainlaw.condition import ComesTo
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.integration import CentralDifference, DynamicRelaxation
 from grainlaw.laws import Linear
@@ -85,3 +86,30 @@ def test_forces_and_motion_must_both_stay_small():
     assert rest(low, high) == rest(high, low) == pytest.approx(1 / 3)
     assert rest([*high, 0.05], low + low[:1]) == 1
     assert rest([0, 0, 0], [0, 0, 0]) == 1
+
+
+def test_how_far_a_stage_is_by_hand():
+    def progress(condition, *values):
+        return condition.progress({"load": np.array(values, dtype=float)})
+
+    assert progress(gl.Reaches("load", 4.0), 9, 3, 1) == 0.25
+    for end, start in ((60.0, 20.0), (-20.0, 20.0), (20.0, -20.0)):
+        assert progress(ComesTo("load", end), start, 7.0, (start + end) / 2) == pytest.approx(0.5)
+        assert progress(ComesTo("load", end), start, start) == 0
+        assert progress(ComesTo("load", end), start, end) == 1
+    assert progress(ComesTo("load", 20.0), 20.0, 25.0) == 1  # it was there
+    for values, falls in (((0, 8, 4), 1), ((0, 8, 4.1), 0), ((8, 2, 9), 0), ((-1, -4), 0), ((0, 0), 0), ((4, 8), 0)):
+        assert progress(gl.FallsTo("load", 0.5), *values) == falls
+
+
+@pytest.mark.parametrize("share", [(1, 0), (0, 1), (1, 1)], ids=["in tension", "in shear", "in both"])
+def test_a_fall_is_a_failure_if_a_contact_has_broken_in_this_stage(share):
+    def progress(cracks, stage):
+        columns = {"load": [8, 9, 4], "stage": [stage] * 3}
+        columns |= {
+            kind: np.array(cracks) * k for kind, k in zip(("tensile_cracks", "shear_cracks"), share, strict=True)
+        }
+        return gl.FailsTo("load", 0.5).progress({name: np.array(column) for name, column in columns.items()})
+
+    assert [progress(cracks, 0) for cracks in ([0, 0, 0], [0, 0, 1], [1, 1, 1])] == [0, 1, 1]
+    assert [progress(cracks, 1) for cracks in ([2, 2, 2], [2, 2, 3])] == [0, 1]

@@ -38,7 +38,7 @@ def test_a_stage_fails_by_its_own_deformation_and_damage():
         columns = {"load": load, "way": way + after, "damaged": damaged * np.ones(1021), "stage": np.full(1021, stage)}
         return gl.Fails("load", "way").progress({name: column[:samples] for name, column in columns.items()})
 
-    cracks = np.append(7.0, np.full(1020, 8.0))
+    cracks = np.append(np.full(1000, 7.0), np.full(21, 8.0))
     assert [fails(samples, cracks) for samples in (1005, 1021)] == [0, 1]
     assert fails(1021, 7.0) == 0  # of the stage before
     assert fails(1021, 7.0, stage=0.0, after=-10e-3) == 1

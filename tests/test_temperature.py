@@ -352,13 +352,23 @@ class Flat(gl.Material):
         return self.modulus * (0.5 * (exx**2 + eyy**2) + 2 * exy**2)
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("make", "words"),
     [
         (lambda: ExpansionTable([20, 500, 400], [0, 1e-3, 2e-3]), "400 °C follows 500 °C; temperatures must rise"),
         (lambda: ExpansionTable([20, 500], [0]), "at has 2 temperatures and strains 1"),
+        (lambda: ExpansionTable([20], [0]), "at has 1 temperatures and strains 1 entries"),
+        (lambda: ExpansionTable(range(25), range(25)), "both must have the same number, from 2 to 24"),
+        (lambda: ExpansionTable([20, 20], [0, 1e-3]), "20 °C follows 20 °C"),
         (lambda: ExpansionTable([20, np.nan], [0, 1e-3]), "finite"),
+        (lambda: ExpansionTable([20, 40], [0, np.inf]), "finite"),
+        (lambda: ExpansionTable([-274, 40], [0, 1e-3]), "from absolute zero on"),
+        (lambda: ExpansionTable(24, [0, 1e-3]), "two lists of numbers"),
+        (lambda: ExpansionTable("24", [0, 1e-3]), "two lists of numbers"),
+        (lambda: ExpansionTable([20, "40"], [0, 1e-3]), "two lists of numbers"),
+        (lambda: ExpansionTable([20, 40], [False, True]), "two lists of numbers"),
+        (lambda: Thermal(material=ELASTIC, expansion=None), "Thermal: expansion = None is not allowed"),
+        (lambda: Thermal(material=ELASTIC, expansion=True), "Thermal: expansion = True is not allowed"),
         (lambda: Thermal(material=ELASTIC, expansion="much"), "Thermal: expansion = 'much' is not allowed"),
         (lambda: Thermal(material=gl.Rigid(density=2650), expansion=1e-5), "a material of grains that deform"),
         (lambda: Thermal(material=Flat(modulus=1e9, density=2650), expansion=1e-5), "Flat.stress must take ezz"),
@@ -371,7 +381,16 @@ class Flat(gl.Material):
         (lambda: gl.Stage(name="heat", loads=[gl.Heat(to=60)], interval=1.0), "it must be one in K/s without a ramp"),
         (lambda: gl.Heat(to=-300), "Heat: to = -300 degC"),
         (lambda: heated(small_sample(grains=2), Held.BOTTOM), "no material of the specimen depends on the temperature"),
-        (lambda: heated(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ)), Held.BOTTOM, to=1200), "to 1000 °C"),
+        (lambda: gl.Heat(to=1001).check_specimen(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ))), "to 1000 °C"),
+        (
+            lambda: gl.Heat(to=19).check_specimen(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ))),
+            "20 to 1000 °C",
+        ),
+        pytest.param(
+            lambda: heated(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ)), Held.BOTTOM, to=1200),
+            "to 1000 °C",
+            marks=pytest.mark.thorough,
+        ),
     ],
 )
 def test_what_makes_no_heating_is_refused(make, words):
