@@ -152,6 +152,8 @@ def test_stress_is_that_of_the_elastic_strain_and_within_the_strength(material):
     """Half softened where it softens: plastic strain is that of Vermeer and de Borst (1984)."""
     random, yielded = np.random.default_rng(0), 0
     angle = np.radians(40 if material is not MISES else 0)
+    plane = [[HOOKE[0, 0], HOOKE[0, 1], 0], [HOOKE[1, 0], HOOKE[1, 1], 0], [0, 0, SHEAR]]
+    assert np.array(material.stiffness) == pytest.approx(np.array(plane))
     for exx, eyy, exy, ezz in random.normal(size=(40, 4)) * np.geomspace(3e-5, 5e-3, 40)[:, None]:
         before = random.normal(size=4) * 2e-5
         sxx, syy, sxy, *after, plastic = material.stress(exx, eyy, exy, ezz, *before, 5e-3)
