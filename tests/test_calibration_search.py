@@ -50,6 +50,8 @@ def test_an_emulator_knows_how_well_it_knows(wavy):
     errors = (mean - value(at)) / np.sqrt(variance)
     assert np.sqrt(np.mean((mean - value(at)) ** 2)) < 0.1 * value(at).std()
     assert 0.5 < np.sqrt(np.mean(errors**2)) < 1.6
+    assert 0.7 < np.sqrt(np.mean(emulator.errors**2)) < 1.4  # of points that were left out
+    assert 0.97 < emulator.q_squared < 1
     assert emulator.predict(np.array([[6.0, -6.0]]))[1][0] > 10 * variance.mean()  # far away it does not know
 
 

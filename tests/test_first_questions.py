@@ -121,6 +121,11 @@ def test_memory_may_be_what_is_left_of_larger_numbers():
     ask_first_questions(Model(None, law_of(f"{K}, {S}, {S} + 1e7 - self.k * (slip + opening)", memory="left")))
 
 
+def test_a_traction_may_be_what_is_left_of_larger_ones():
+    """Where opening and slip are equal there is none, but for their last digits."""
+    ask_first_questions(Model(None, law_of(f"{K} - {S}, {S}")))
+
+
 def test_all_laws_of_a_run_are_asked():
     """Those of pairs of phases, and the one of contacts that are no bonds."""
     sound, wrong = Linear(**STIFF), law_of(f"2 * {K}, {S}")

@@ -81,15 +81,16 @@ def test_the_rate_of_a_known_growth():
 
 
 def test_the_rate_is_that_from_the_root_of_ten_on_up_to_the_first_damage():
-    """Level, then a pure growth, then a burst at a break; less than tenfold is none."""
+    """Level, then a growth that wobbles, then a burst at a break; less than tenfold is none."""
     time = np.linspace(0, 1e-3, 201)
-    kinetic = np.exp(2e4 * np.maximum(time - 4e-4, 0.0))
+    kinetic = 2e-12 * np.exp(2e4 * np.maximum(time - 4e-4, 0.0))
+    kinetic *= np.exp(0.1 * (-1.0) ** np.arange(201))
     damaged = np.where(time > 8.2e-4, 3, 1)
     held = gl.Flutter(1e6, time, np.where(damaged > 1, 1e9, kinetic), damaged, 1e-7)
-    assert held.rate == pytest.approx(2e4, rel=1e-9)
+    assert held.rate == pytest.approx(2e4, rel=0.01)
     assert held.flutters
-    assert not gl.Flutter(1e6, time[:102], kinetic[:102], np.ones(102), 1e-7).flutters  # 7.4 times
-    assert "grows tenfold in 115 us (1151 steps)" in str(held)
+    assert not gl.Flutter(1e6, time[:102], kinetic[:102], np.ones(102), 1e-7).flutters  # 8 times
+    assert "its kinetic energy grows tenfold in 11" in str(held)
 
 
 def test_a_specimen_is_pressed_brought_to_rest_and_held_by_hand():

@@ -6,8 +6,13 @@ from types import SimpleNamespace
 import attrs
 import numpy as np
 import pytest
+from support import STIFF, small_sample, state_of
 
+import grainlaw as gl
+from grainlaw.laws import Linear
 from grainlaw.loading import Adaptive, Constant
+from grainlaw.runs import stepper
+from grainlaw.runs.execution import Execution
 from grainlaw.runs.loader import Loader, _Seen
 
 MASS = np.array([[1.0, 2.0], [1.0, 2.0], [9.0, 9.0]])
@@ -236,3 +241,27 @@ def test_the_steady_motion_follows_over_its_period():
     assert said == [("drives", "speeds", 9.0, pytest.approx(4 * math.pi))]
     made.look(SimpleNamespace(loading=None))
     assert len(said) == 1
+
+
+def test_a_call_of_the_engine_does_so_many_steps_that_it_can_be_stopped(monkeypatch):
+    def most():
+        options = {"threads": 1, "factor": 0.9, "scaling": 1.0, "stop": gl.Stop()}
+        return stepper.Stepper(state, gl.CentralDifference(), **options)._most
+
+    state = state_of(small_sample(4), Linear(**STIFF))
+    zones = len(state.mesh.zones)
+    assert most() == 4_000_000 // zones
+    monkeypatch.setattr(stepper, "CALL", zones - 1)
+    assert most() == 1
+
+
+def test_a_run_is_kept_where_it_ends_and_not_again():
+    kept = []
+    run = object.__new__(Execution)
+    run.at, run.folder = SimpleNamespace(finished=False), "folder"
+    run.moment, run._save, run._result = lambda: "moment", kept.append, lambda: "result"
+    run._run_stage = lambda: setattr(run.at, "finished", True)
+    assert (run.go(), kept) == ("result", ["moment"])
+    assert (run.go(), kept) == ("result", ["moment"])
+    run.at.finished, run.folder = False, None
+    assert (run.go(), kept) == ("result", ["moment"])

@@ -24,6 +24,7 @@ from grainlaw.geometry import (
 from grainlaw.protocols import (
     BiaxialCompression,
     Brazilian,
+    Creep,
     DirectShear,
     Excavation,
     FreeMotion,
@@ -37,6 +38,7 @@ from grainlaw.protocols import (
     Wave,
 )
 from grainlaw.protocols.bending import ligament, notch_depth
+from grainlaw.protocols.creep import lowest_rate
 from grainlaw.protocols.measures import certificate, failure_of
 
 BLOCK = gl.Specimen(Bricks(rows=1).tessellate(rectangle(4e-3, 8e-3)), ROCK, refinement=3)  # eight parts of each side
@@ -445,3 +447,47 @@ def test_what_heating_tells_before_a_test_and_without_one():
         assert tested.counted(curves, first)["strain"].tolist() == strain
     heated = {name: values[:6] for name, values in curves.items()}
     assert tested.summary(heated, ROWS) == hot
+
+
+def crept(**changed):
+    """Loaded in two samples, then held: jumps after the fourth and the sixth sample; at rest at the end."""
+    names = ("energy_external", "unbalanced", "motion")
+    curves = {name: np.ones(8) for name in names} | {
+        "stage": [0, 0, 1, 1, 1, 1, 1, 1], "jumps": [0, 0, 0, 0, 1, 1, 2, 2], "aged": [0, 0, 0, 0, 10, 10, 40, 40],
+        "strain": np.array([0, 9, 10, 11, 12, 13, 14, 16]) * 1e-4, "lateral_strain": np.arange(8) * 1e-5,
+        "tensile_cracks": [0, 0, 1, 1, 2, 2, 3, 4], "shear_cracks": [0, 1, 1, 1, 1, 2, 2, 2],
+    }  # fmt: skip
+    for name in names[1:]:
+        curves[name] = np.full(8, 1e-5)
+    return {name: np.asarray(values, dtype=float) for name, values in (curves | changed).items()}
+
+
+def test_creep_is_told_by_its_equilibria():
+    test = Creep(load=5e7, duration=100.0, failure_strain=7e-4)
+    curve = {name: values.tolist() for name, values in test.curve(crept()).items()}
+    assert curve == {
+        "time": [0, 10, 40], "strain": pytest.approx([11e-4, 13e-4, 16e-4]),
+        "lateral_strain": pytest.approx([3e-5, 5e-5, 7e-5]), "cracks": [2, 4, 6],
+    }  # fmt: skip
+    moving = crept(unbalanced=[0] * 7 + [1], motion=[0] * 7 + [1])
+    assert test.curve(moving)["time"].tolist() == [0, 10]  # it does not rest after the last jump
+    found = test.summary(crept(), ROWS)
+    assert 10 < found.pop("time_of_lowest_rate") < 40
+    assert 0 < found.pop("lowest_rate") <= 1e-5  # 3e-4 in 30 s, after 2e-4 in 10 s
+    assert np.isnan(found.pop("time_to_failure"))
+    assert found == {
+        "held_stress": 5e7, "confinement": 0.0, "failed": False, "initial_strain": pytest.approx(11e-4),
+        "creep_strain": pytest.approx(5e-4), "cracks_at_first": 2, "cracks": 6, "jumps": 2,
+    }  # fmt: skip
+    broken = attrs.evolve(test, failure_strain=5.9e-4).summary(crept(), ROWS)
+    assert (broken["failed"], broken["time_to_failure"]) == (True, 40.0)
+
+
+def test_the_lowest_rate_is_that_over_a_tenth_of_the_growth():
+    """A tenth a second, between 0.4 and 0.5 a hundredth, about the time 9 s."""
+    time = np.array([0, 4, 14, 19.0])
+    strain = np.array([0, 0.4, 0.5, 1.0])
+    fine = np.linspace(0, 19, 19001)
+    assert lowest_rate(fine, np.interp(fine, time, strain)) == pytest.approx((0.01, 9.0), rel=1e-3)
+    assert np.isnan(lowest_rate(time[:2], strain[:2])).all()
+    assert np.isnan(lowest_rate(time, -strain)).all()
