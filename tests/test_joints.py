@@ -221,3 +221,11 @@ def test_a_trace_that_comes_back_cuts_a_grain_twice():
         tuple(pytest.approx(end) for end in chord) for chord in chords
     ]
     assert sorted(shoelace(np.array(part)) for part in square[0]) == pytest.approx([0.3, 0.3, 0.4])
+
+
+@pytest.mark.parametrize(("height", "count"), [(0.25, 2), (0.24, 1)])
+def test_a_thin_triangle_that_a_trace_leaves_vanishes_below_half_of_an_edge_by_a_grain_size(height, count):
+    """Cut off a brick of 4 m by 1 m, whose size is 2 m: the limit is 0.49 m2 for a merge of 0.245."""
+    trace = [(-4, 2 * height), (4, 0)]
+    made = Jointed(Bricks(rows=1, columns=1), {"fault": [trace]}, merge=0.245).tessellate(rectangle(4, 1))
+    assert made.count == count

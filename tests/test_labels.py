@@ -157,6 +157,13 @@ def ring():
     return image
 
 
+def pairs():
+    """Parts of 49 and 4 pixels touch at a corner; one of 9 lies apart, the first that is at fault."""
+    image = np.ones((20, 20), dtype=int)
+    image[1:8, 1:8] = image[8:10, 8:10] = image[14:17, 2:5] = 2
+    return image
+
+
 def with_zero():
     image = np.ones((20, 20), dtype=int)
     image[3:, 8] = 0
@@ -176,6 +183,11 @@ def with_zero():
             np.repeat([[1, 2, 1]], 9, axis=0),
             {},
             "the label 1 has a part of 9 pixels apart from its largest, at row 0, co",
+        ),
+        (
+            pairs(),
+            {},
+            "the label 2 has a part of 9 pixels apart from its largest, at row 14, column 2 (0.0025,",
         ),
         (with_zero(), {}, "the label 0 at row 3, column 8 (0.0085, 0.0165) m is background, 17 pixels in all"),
         (-np.eye(3, dtype=int), {}, "the label -1 at row 0, column 0 (0.0005, 0.0025) m is not allowed"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,10 +12,10 @@ from hypothesis import strategies as st
 from tiling import BEAM, BEND, assert_sides_complete, assert_tiles, polygon_of, shoelace
 
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Empirical, Even, Laguerre, Lognormal, disc, polygon, rectangle
+from grainlaw.geometry import Bricks, Empirical, Even, Laguerre, Lognormal, disc, polygon, rectangle
 from grainlaw.geometry.cells import round_grains
 from grainlaw.geometry.cells.any_voronoi import frame
-from grainlaw.geometry.cells.area_cells import areas_cells
+from grainlaw.geometry.cells.area_cells import AreaFit, areas_cells
 from grainlaw.geometry.cells.area_fit import PowerCells, fitted, inside_areas
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram
 from grainlaw.geometry.cells.power_diagram import power_diagram
@@ -323,3 +324,44 @@ def test_rounds_are_searched_for_a_circularity(wanted: float, monkeypatch: pytes
     for beyond, words in ((0.59, r"reach from 0\.600 in"), (0.81, r"reach up to 0\.800 in")):
         with pytest.raises(ParameterError, match=rf"Laguerre: circularity = {beyond} is not allowed.*{words}"):
             round_grains.grains_of_circularity("Laguerre", None, np.ones(3), None, beyond, 0.25)
+
+
+def test_errors_of_areas_by_hand() -> None:
+    """Two grains have the second area; errors of 0.3 and -0.1 before, of 0.05 and -0.1 after."""
+    grains = Bricks(rows=1, columns=3).tessellate(rectangle(3, 2))
+    fit = AreaFit(grains, np.array([1, 0, 1]), np.array([2 / 1.05, 4 / 0.9]), np.array([2.6 / 1.05, 4.0]))
+    assert fit.after == pytest.approx([2, 4])
+    assert (fit.largest_before, fit.rms_before) == pytest.approx((0.3, np.sqrt((0.09 + 0.01) / 2)))
+    assert (fit.largest_after, fit.rms_after) == pytest.approx((0.1, np.sqrt((0.0025 + 0.01) / 2)))
+    assert fit.circularity == pytest.approx(np.full(3, 4 * np.pi * 2 / 6**2))
+    assert str(fit) == (
+        "2 areas, 3 grains, mean circularity 0.698\n"
+        "error of the areas before merging: largest 30.00%, rms 22.36%\n"
+        "error of the areas of the grains:  largest 10.00%, rms 7.91%"
+    )
+
+
+@attrs.frozen
+class Steep:
+    """Areas that follow an arc tangent, on which Newton's method without halved steps runs away from 1.4 on."""
+
+    weights: np.ndarray
+    before: None = None
+    diagram = None
+
+    @property
+    def areas(self) -> np.ndarray:
+        share = np.arctan(self.weights[0] - self.weights[1]) / np.pi
+        return np.array([0.5 + share, 0.5 - share])
+
+    def error(self, areas: np.ndarray) -> float:
+        return float(abs(self.areas / areas - 1).max())
+
+    def change(self, areas: np.ndarray) -> np.ndarray:
+        slope = 1 / np.pi / (1 + (self.weights[0] - self.weights[1]) ** 2)
+        return np.array([(areas - self.areas)[0] / slope, 0])
+
+
+def test_steps_that_lead_away_are_halved() -> None:
+    found = fitted(Steep(np.array([3.0, 0.0])), np.array([0.5, 0.5]), 1e-9)
+    assert found.weights == pytest.approx([0, 0], abs=1e-8)

@@ -1,5 +1,7 @@
 """Minerals dealt to grains: shares of the area, clusters, what is refused."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,6 +9,15 @@ from hypothesis import strategies as st
 
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Breakable, Bricks, Hexagonal, Minerals, Trigons, Voronoi, rectangle
+from grainlaw.geometry.cells.dealing import (
+    carried,
+    dealt,
+    expected_share,
+    like_share,
+    rearranged,
+    refined,
+    shuffled_share,
+)
 
 REGION = rectangle(50e-3, 100e-3)
 GRANITE = {"quartz": 0.31, "K-feldspar": 0.43, "plagioclase": 0.20, "mica": 0.06}
@@ -130,3 +141,54 @@ def test_large_grains_come_as_near_as_they_can():
 def test_what_minerals_refuse(fractions, more, words):
     with pytest.raises(ParameterError, match=words):
         Minerals(Voronoi(grains=10), fractions, **more)
+
+
+def test_a_grain_is_dealt_to_the_phase_in_which_its_middle_lies():
+    """In their order in a row of 10 m2 the middles are at 1, 2.5, 5, 8 and 9.5 m2."""
+    in_order = SimpleNamespace(permutation=lambda count: np.array([0, 2, 1, 3, 4]))
+    areas = np.array([2.0, 4.0, 1.0, 2.0, 1.0])
+    for first, phases in ((0.24, [0, 1, 1, 1, 1]), (0.26, [0, 1, 0, 1, 1]), (0.9, [0, 0, 0, 0, 1])):
+        assert dealt(areas, np.array([first, 1 - first]), in_order).tolist() == phases
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_shares_are_refined_by_swaps(seed):
+    random, shares = np.random.default_rng(seed), np.array([0.31, 0.63, 0.06])
+    areas = random.lognormal(0, 0.8, 200)
+    phase = refined(random.integers(3, size=200), areas, shares, random)
+    assert np.bincount(phase, areas, 3) / areas.sum() == pytest.approx(shares, abs=2e-4)
+
+
+def test_shares_of_like_boundary_by_hand():
+    """Round a square of four grains, of the phases 0, 0, 1 and 1, edges of 1, 2, 3 and 4 m."""
+    phase, pairs = np.array([0, 0, 1, 1]), np.array([(0, 1), (1, 2), (2, 3), (3, 0)])
+    lengths = np.array([1.0, 2.0, 3.0, 4.0])
+    assert like_share(phase, pairs, lengths) == pytest.approx((1 + 3) / 10)
+    assert expected_share(phase) == pytest.approx(1 / 3)  # of three others one is like it
+    own = [5, 3, 5, 7]  # m of boundary
+    alike, every = 2 * (5 * 3 + 5 * 7), 20**2 - sum(n * n for n in own)
+    assert shuffled_share(phase, pairs, lengths) == pytest.approx(alike / every)
+    assert like_share(phase[:1], np.empty((0, 2), dtype=int), np.empty(0)) == expected_share(phase[:1]) == 1
+
+
+def test_phases_that_change_places_take_their_areas_with_them():
+    before, after = np.array([0, 0, 0, 1, 1, 2]), np.array([1, 0, 2, 0, 1, 0])
+    areas = carried(before, after, np.array([1.0, 2, 3, 4, 5, 6]), np.random.default_rng(1))
+    assert areas[[0, 1, 2, 4]].tolist() == [4, 2, 6, 5]
+    assert sorted(areas[[3, 5]]) == [1, 3]
+
+
+@pytest.mark.parametrize("wanted", [0.35, 0.45, 0.65])
+def test_swaps_reach_a_share_of_like_boundary(wanted):
+    """On a chessboard of 20 by 20, where 0.455 is what is expected; shares of the area stay near to what they were."""
+    random, number = np.random.default_rng(2), np.arange(400).reshape(20, 20)
+    pairs = np.concatenate([np.column_stack([a.ravel(), b.ravel()]) for a, b in (
+        (number[:, 1:], number[:, :-1]), (number[1:], number[:-1])
+    )])  # fmt: skip
+    lengths, areas = random.uniform(0.5, 1.5, len(pairs)), random.uniform(0.5, 2, 400)
+    shares = np.array([0.3, 0.6, 0.1])
+    phase = refined(dealt(areas, shares, random), areas, shares, random)
+    then, share = rearranged(phase, pairs, lengths, areas, shares, wanted, random)
+    assert share == pytest.approx(wanted, rel=2e-3)
+    assert share == pytest.approx(like_share(then, pairs, lengths), abs=1e-12)
+    assert np.bincount(then, areas) / areas.sum() == pytest.approx(shares, abs=8e-4)

@@ -31,7 +31,7 @@ from grainlaw.geometry import (
     shear_box,
 )
 from grainlaw.geometry.cells.any_voronoi import Cells, Pair, _equally_far, _turned, settled
-from grainlaw.geometry.cells.cutting import Cutter
+from grainlaw.geometry.cells.cutting import Cutter, _parting
 from grainlaw.geometry.cells.sides import depths
 from grainlaw.region import Region
 from grainlaw.units import mm
@@ -327,7 +327,7 @@ def scaled(region: Region, by: float) -> Region:
         lambda by: Laguerre(grains=40, sizes=Lognormal(deviation=0.3)),
         lambda by: Jointed(Hexagonal(grains=40), {"fault": [np.multiply([(0.1, 0.1), (3, 2.5)], by)]}),
         lambda by: JointSets(sets=[JointSet(dip=d, spacing=0.7 * by, through=(by / 9, by / 5)) for d in (30, -50)]),
-        lambda by: Breakable(Voronoi(grains=8), Trigons(count=6), merge=0),
+        lambda by: Breakable(Voronoi(grains=8), Trigons(count=6), seed=5),
         lambda by: Breakable(Voronoi(grains=8), VoronoiCells(count=6)),
         lambda by: Breakable(Voronoi(grains=8), Cleavage(spacing=0.2 * by)),
     ],
@@ -381,3 +381,17 @@ def test_a_boundary_is_turned_where_it_would_leave_more_than_half_a_turn(skew: f
         one, other = _equally_far(seeds, [pair]) - [1, 1]
         assert np.hypot(*one) == pytest.approx(np.hypot(*other))
         assert (one - other) @ direction == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("corners", "direction"),
+    [
+        ([(0, 0.1), (2, -3), (2.4, 0.6)], (-1, -0.9)),  # of the three the one nearest to the bisector
+        ([(0.2, 0.9), (2, -3), (2.4, 0.6)], (-np.sqrt(0.5), -np.sqrt(0.5))),  # none is near: the bisector
+        ([(0.4, 0.7), (0.7, 0.4), (0.6, 0.5)], (-0.4, -0.5)),
+    ],
+)
+def test_a_corner_is_parted_along_its_bisector_or_to_a_corner_near_to_that(corners: list, direction: tuple) -> None:
+    """From a corner at (1, 1), where the bisector is at 225 degrees: within 20 degrees of it."""
+    found = Cutter(SHAPES["L"], 1e-9).reentrant[2]
+    assert _parting(found, corners) == pytest.approx(direction)

@@ -194,3 +194,11 @@ def test_from_a_configuration():
 def test_what_a_configuration_refuses(change, words):
     with pytest.raises(ParameterError, match=words):
         configured("uniaxial-tension", tomllib.loads(TEXT.replace(*change)))
+
+
+@pytest.mark.parametrize("clustering", [0.75, 1.25])
+def test_clustering_of_a_few_grains_is_as_asked(clustering):
+    made = minerals(60, 1, clustering)
+    grains = made.tessellate(REGION)
+    assert_as_asked(grains, made, REGION)
+    assert clustering_of(grains) == pytest.approx(clustering, abs=0.05)  # a sixtieth of the boundary, of a third of it

@@ -158,3 +158,10 @@ def areas_by_grain(grains):
     for parent in np.unique(grains.parent):
         mine = grains.parent == parent
         yield grains.areas[mine].sum(), mine.sum()
+
+
+def test_phases_are_named_where_there_are_several():
+    bricks = Bricks(rows=1, columns=2).tessellate(rectangle(2, 1))
+    assert repr(texture(bricks)) == "Texture(grains: 2, cells: 2, slivers: 0)"
+    both = attrs.evolve(bricks, phase=np.array([1, 0]), phase_names=("quartz", "mica"))
+    assert repr(texture(both)) == "Texture(grains: 2, cells: 2, slivers: 0, phases: quartz, mica)"
