@@ -230,6 +230,8 @@ def test_what_is_given_beside_a_rock_counts_more(own):
         ("about =", "abuot =", r"there is no '.*mine.toml.abuot'; did you mean 'about'"),
         ('about = "A granite of mine"', "about = 3", r"mine.toml: about = 3 is not allowed, it must be a text"),
         ('type = "elastic"', f'type = "{PRINTED}"', r"mine.toml: rock.type = '.*' is not allowed: a rock of a rock"),
+        ('type = "cohesive-crack"', "", r"mine.toml: law.type is missing: the name of the law that has these"),
+        ('"mica/*" = {tensile_strength = "4 MPa", mode_i_energy = 10}', "x = 3", r"laws\.x = 3 is not allowed"),
         ('"70 GPa"', '"70 MP"', r"rock.youngs_modulus"),
         ('tensile_strength = "9 MPa"', "tensile_strenght = 9e6", r"law.tensile_strenght"),
     ],
@@ -238,6 +240,26 @@ def test_a_rock_of_a_file_is_refused_with_its_place(own, old, new, words):
     Path(own).write_text(OWN.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(gl.ParameterError, match=words):
         gl.rocks[own].specimen(rectangle(0.02, 0.04))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"rock": {"cite": "You 2025"}}, r"rock\.cite = 'You 2025' is not allowed, it must be a list of texts"),
+        ({"rock": {"cite": 3}}, r"rock\.cite = 3 is not allowed, it must be a list of texts"),
+        ({"rocks": {"mica": "elastic"}}, r"rocks\.mica = 'elastic' is not allowed, it must be a table of parameters"),
+        ({"laws": {"mica/*": 3}}, r"laws\.mica/\* = 3 is not allowed, it must be a table of parameters"),
+    ],
+)
+def test_what_is_wrong_beside_a_rock_is_refused_as_without_one(own, given, words):
+    with pytest.raises(gl.ParameterError, match=words):
+        configured(UCS, {**given, "rock": {"type": own, **given.get("rock", {})}})
+
+
+def test_a_file_is_read_again_when_it_has_changed(own):
+    assert gl.rocks[own].material[...].youngs_modulus == 70e9
+    Path(own).write_text(OWN.replace('"70 GPa"', '"71 GPa"'), encoding="utf-8")
+    assert gl.rocks[own].material[...].youngs_modulus == 71e9
 
 
 def test_a_rock_that_does_not_exist_is_refused():

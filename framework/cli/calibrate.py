@@ -247,6 +247,8 @@ def _write_rock(found: Calibration, asked: CalibrationFile, folder: Path) -> Non
         sections["rocks"] = {str(name): _plain(rock) for name, rock in material.items() if name is not ...}
     else:
         sections["rock"] = settings(material)
+    if "cite" in chosen.sections["rock"]:
+        sections["rock"] = sections.get("rock", {}) | {"cite": chosen.sections["rock"]["cite"]}
     law_there, _ = copied(chosen.sections["law"]["type"], chosen.law_files, folder)
     sections["law"] = settings(found.law, ContactLaw) | {"type": law_there}
     heading = "".join(f"# {package} {number}\n" for package, number in versions().items())

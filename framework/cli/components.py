@@ -92,6 +92,11 @@ def own(given: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in given.items() if name != "type"}
 
 
+def shared(given: Mapping[str, Any], cls: type) -> dict[str, Any]:
+    """The parameters of a table that a class has, too."""
+    return {name: value for name, value in given.items() if name in attrs.fields_dict(cls)}
+
+
 def begin_with(kind: Kind, given: Mapping[str, Any], where: str, base: Any = None) -> Any:
     """What :func:`evolved` makes a component of: ``base`` where it is of the type that is given, else the class."""
     cls = _class(kind, given.get("type"), where, base)

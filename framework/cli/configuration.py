@@ -12,7 +12,7 @@ from grainlaw.cli.components import begin_with, choices, drafted, evolved, expla
 from grainlaw.cli.default_rock import LAWS, ROCK
 from grainlaw.cli.law_file import LawReferenceError, find_law_and_files, find_material_and_files
 from grainlaw.cli.minerals import check_cracks, laws_by_key, materials
-from grainlaw.cli.rock_file import checked_cite, is_rock, over_rock
+from grainlaw.cli.rock_file import checked_cite, is_rock, over_rock, rock_file
 from grainlaw.cli.sample import Sample, sample, with_notes
 from grainlaw.cli.sections import SECTIONS, Sections, toml
 from grainlaw.cli.setups import SETUPS, Setup
@@ -24,6 +24,7 @@ from grainlaw.messages import nearest, refusal, short
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.runs.simulation import LEAST_FACTOR
 from grainlaw.specimen import Specimen
+from grainlaw.tessellation import Tessellation
 
 CONFIG = "config.toml"  #: in the folder of a run
 
@@ -98,17 +99,16 @@ class Composition:
     law_files: Sequence[Path]
     material_files: Sequence[Path]
 
-    def specimen(self, refinement: int) -> Specimen:
-        return Specimen(
-            self.grains.grains(), self.material, contact_points=self.grains.contact_points, refinement=refinement,
-            cite=self.cite,
-        )  # fmt: skip
+    def specimen(self, refinement: int, grains: Tessellation | None = None) -> Specimen:
+        """A specimen of the grains of the sections, or of others."""
+        made = self.grains.grains() if grains is None else grains
+        points = self.grains.contact_points
+        return Specimen(made, self.material, contact_points=points, refinement=refinement, cite=self.cite)
 
 
 def composed(given: Sections, usual: Mapping[str, Any]) -> Composition:
     """What sections say of grains, rock and law; ``usual`` is the section [sample] beneath them."""
-    rock_given = dict(given["rock"])
-    cite = checked_cite(rock_given.pop("cite", []), "rock.cite")
+    rock_given, cite = _without_cite(given["rock"])
     reference, law, law_files = _law(given["law"])
     laws, law_section = laws_by_key(law, given["laws"], _law)
     rock_type, rock, material_files = _rock(rock_given)
@@ -134,12 +134,12 @@ def template(name: str, sections: Sections, quick: bool = False) -> str:
     What has no value is a comment, and what a test cannot do without is to be filled in. Raises ParameterError.
     """
     setup, given = _of_setup(name, sections, quick)
-    cite = given["rock"].pop("cite", [])
+    given["rock"], cite = _without_cite(given["rock"])
     reference, law, _ = _begin_law(given["law"])
     rock_type, rock, _ = _begin_rock(given["rock"])
     bases = {"rock": rock, "law": law, "test": setup.protocol, "numerics": Numerics}
     made = {section: drafted(base, own(given[section]), section) for section, base in bases.items()}
-    made["rock"] |= rock_type | ({"cite": list(checked_cite(cite, "rock.cite"))} if cite else {})
+    made["rock"] |= rock_type | ({"cite": list(cite)} if cite else {})
     made["law"]["type"], made["test"]["type"] = reference, name
     del made["numerics"]["type"]
     notes = {section: explained(base if isinstance(base, type) else type(base)) for section, base in bases.items()}
@@ -158,11 +158,17 @@ def _of_setup(name: str, sections: Sections, quick: bool) -> tuple[Setup, Sectio
     if (other := given["test"].pop("type", name)) != name:
         raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
     if is_rock(given["rock"].get("type")):
-        given = over_rock(given, setup.quick if quick else setup.sample, quick)
+        given = over_rock(rock_file(given["rock"]["type"]), given, setup.quick if quick else setup.sample, quick)
     for section, usual in (("rock", setup.rock()), ("law", setup.law())):
         if "type" not in given[section]:
             given[section] = {**usual, **given[section]}
     return setup, given
+
+
+def _without_cite(rock: dict[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """A section [rock] without the works to cite, and these."""
+    rest = {name: value for name, value in rock.items() if name != "cite"}
+    return rest, checked_cite(rock.get("cite", []), "rock.cite")
 
 
 def _rock(given: dict[str, Any]) -> tuple[dict[str, Any], Material | Rigid, list[Path]]:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, cast
 
-import attrs
 import click
 
-from grainlaw.cli.components import choices, component, evolved, own
+from grainlaw.cli.components import choices, component, evolved, own, shared
+from grainlaw.cli.sections import read_tables
 from grainlaw.contact import ContactLaw
 from grainlaw.material import Elastic, Material
 from grainlaw.messages import nearest
@@ -23,11 +22,7 @@ NAMES = sorted(file.stem for file in FOLDER.glob(f"*{SUFFIX}"))
 DEFAULT = "palabora-carbonatite-printed"
 
 
-def _read(file: Path) -> dict[str, Any]:
-    return tomllib.loads(file.read_text(encoding="utf-8"))
-
-
-_TABLES, _OF_PAPER = _read(FOLDER.parent / "default_rock.toml"), _read(FOLDER / f"{DEFAULT}{SUFFIX}")
+_TABLES, _OF_PAPER = read_tables(FOLDER.parent / "default_rock.toml"), read_tables(FOLDER / f"{DEFAULT}{SUFFIX}")
 
 
 def _size(given: Mapping[str, Any]) -> tuple[float, float, int]:
@@ -37,9 +32,7 @@ def _size(given: Mapping[str, Any]) -> tuple[float, float, int]:
 
 def _law(name: str, given: Mapping[str, Any]) -> ContactLaw:
     kind = choices(ContactLaw)[given.get("type", name)]
-    has = {field.name for field in attrs.fields(kind)}
-    shared = {key: value for key, value in own(_OF_PAPER["law"]).items() if key in has}
-    return cast(ContactLaw, evolved(kind, {**shared, **own(given)}, f"laws.{name}"))
+    return cast(ContactLaw, evolved(kind, {**shared(_OF_PAPER["law"], kind), **own(given)}, f"laws.{name}"))
 
 
 ROCK = cast(Elastic, component(Material, _OF_PAPER["rock"], "rock"))

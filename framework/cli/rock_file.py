@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 import attrs
 
-from grainlaw.cli.components import choices, own, refuse_unknown
+from grainlaw.cli.components import choices, own, refuse_unknown, shared
 from grainlaw.cli.default_rock import FOLDER, LAWS, NAMES, SUFFIX
 from grainlaw.cli.minerals import KEYS
 from grainlaw.cli.sections import Sections, checked_sections, read_tables
@@ -19,13 +18,8 @@ from grainlaw.fields import ParameterError
 from grainlaw.messages import short
 
 SECTIONS_OF_ROCK = ("sample", "rock", "rocks", "law", "laws")
-BY_REGION = (
-    "region",
-    "width",
-    "height",
-    "diameter",
-    "grains",
-)  #: of [sample]: the specimen of the paper, not the texture
+#: of [sample]: the specimen of the paper, not the texture
+BY_REGION = ("region", "width", "height", "diameter", "grains")
 
 
 @attrs.frozen
@@ -43,7 +37,6 @@ def is_rock(name: Any) -> bool:
     return isinstance(name, str) and (name in NAMES or name.endswith(SUFFIX))
 
 
-@functools.cache
 def rock_file(name: str) -> RockFile:
     """The rock of a name, or of a TOML file. Raises :class:`~grainlaw.fields.ParameterError`."""
     file = FOLDER / f"{name}{SUFFIX}" if name in NAMES else Path(name)
@@ -53,6 +46,8 @@ def rock_file(name: str) -> RockFile:
     if not isinstance(about, str):
         raise ParameterError(f"{file}: about = {short(about)} is not allowed, it must be a text")
     sections = checked_sections(tables, file)
+    if sections.get("law") and "type" not in sections["law"]:
+        raise ParameterError(f"{file}: law.type is missing: the name of the law that has these parameters")
     if is_rock(sections.get("rock", {}).get("type")):
         raise ParameterError(f"{file}: rock.type = {short(sections['rock']['type'])} is not allowed: a rock of a rock")
     return RockFile(name, about, cite, sections)
@@ -65,19 +60,18 @@ def checked_cite(given: Any, where: str) -> tuple[str, ...]:
     return tuple(given)
 
 
-def over_rock(given: Sections, usual: Mapping[str, Any], quick: bool) -> Sections:
-    """The sections with those of the rock that ``rock.type`` names beneath them; ``usual`` is the test's own sample.
+def over_rock(rock: RockFile, given: Sections, usual: Mapping[str, Any], quick: bool) -> Sections:
+    """The sections with those of a rock beneath them; ``usual`` is the test's own sample.
 
     The size of the paper's specimen counts in tests of a specimen of the same shape. Another law than the rock's own
     has of the rock the parameters that both know; one of a file has none.
     """
-    rock = rock_file(given["rock"]["type"])
     of_rock = {name: dict(rock.sections.get(name, {})) for name in SECTIONS_OF_ROCK}
-    cite = [*rock.cite, *given["rock"].get("cite", [])]
+    cite = [*rock.cite, *checked_cite(given["rock"].get("cite", []), "rock.cite")]
     return {
         **given,
         "sample": _texture(of_rock["sample"], given["sample"], usual, quick) | given["sample"],
-        "rock": {**of_rock["rock"], **own(given["rock"]), **({"cite": cite} if cite else {})},
+        "rock": {**of_rock["rock"], **own(given["rock"]), "cite": cite},
         "rocks": _over(of_rock["rocks"], given["rocks"]),
         **_laws(of_rock["law"], of_rock["laws"], given),
     }
@@ -88,19 +82,19 @@ def _laws(law: dict[str, Any], laws: dict[str, Any], given: Sections) -> Section
     kind = given["law"].get("type", law.get("type"))
     if not isinstance(kind, str) or ".py" in kind:
         return {"law": given["law"], "laws": given["laws"]}
-    if kind != law.get("type") and isinstance(cls := law_class(kind), type):
-        known = {"type", *(field.name for field in attrs.fields(cls))}
-        law = {key: value for key, value in law.items() if key in known}
-        laws = {name: {key: v for key, v in entry.items() if key in known} for name, entry in laws.items()}
-    laws = {
-        name: entry | ({"type": law_class(entry["type"])} if "type" in entry else {}) for name, entry in laws.items()
-    }
-    return {"law": {**law, **given["law"], "type": law_class(kind)}, "laws": _over(laws, given["laws"])}
+    cls, tables = law_class(kind), {name: dict(entry) for name, entry in laws.items() if isinstance(entry, Mapping)}
+    if kind != law.get("type") and isinstance(cls, type):
+        law = shared(law, cls)
+        tables = {name: entry if "type" in entry else shared(entry, cls) for name, entry in tables.items()}
+    for entry in tables.values():
+        if "type" in entry:
+            entry["type"] = law_class(entry["type"])
+    return {"law": {**law, **given["law"], "type": cls}, "laws": _over({**laws, **tables}, given["laws"])}
 
 
-def law_class(name: str) -> Any:
+def law_class(name: Any) -> Any:
     """The class of a law's name, of Table 1's or of any other; the name where there is none."""
-    return ({each: type(law) for each, law in LAWS.items()} | choices(ContactLaw)).get(name, name)
+    return ({each: type(law) for each, law in LAWS.items()} | choices(ContactLaw)).get(str(name), name)
 
 
 def _texture(rock: dict[str, Any], given: Mapping[str, Any], usual: Mapping[str, Any], quick: bool) -> dict[str, Any]:
@@ -118,5 +112,6 @@ def _texture(rock: dict[str, Any], given: Mapping[str, Any], usual: Mapping[str,
 
 def _over(rock: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
     """Tables by name: what is given of one over what the rock has of it, unless it is of another type."""
-    both = {name: {**rock[name], **given[name]} for name in given if name in rock and "type" not in given[name]}
+    tables = [name for name in given if isinstance(rock.get(name), Mapping) and isinstance(given[name], Mapping)]
+    both = {name: {**rock[name], **given[name]} for name in tables if "type" not in given[name]}
     return {**rock, **given, **both}

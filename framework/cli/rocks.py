@@ -55,10 +55,7 @@ class Rock:
 
         Raises :class:`~grainlaw.fields.ParameterError`.
         """
-        found = self._composed(seed=seed, **sample).grains.tessellator
-        if found is None:
-            raise ParameterError(f"the grains of {short(self.file.name)} are those of a file: take its specimen()")
-        return found
+        return self._filling(self._composed(seed=seed, **sample))
 
     def specimen(self, region: Region | None = None, *, seed: int = 1, refinement: int = 0, **sample: Any) -> Specimen:
         """A specimen of it, of the paper's size where no region is given, and with the grain size of the paper.
@@ -67,19 +64,17 @@ class Rock:
         :class:`~grainlaw.fields.ParameterError`.
         """
         found = self._composed(seed=seed, **sample)
-        if region is None:
-            return found.specimen(refinement)
-        grains = self.tessellator(seed, **sample).tessellate(region)
-        points = found.grains.contact_points
-        return Specimen(grains, found.material, contact_points=points, refinement=refinement, cite=self.cite)
+        return found.specimen(refinement, None if region is None else self._filling(found).tessellate(region))
+
+    def _filling(self, found: Composition) -> Tessellator:
+        if found.grains.tessellator is None:
+            raise ParameterError(f"the grains of {short(self.file.name)} are those of a file: take its specimen()")
+        return found.grains.tessellator
 
     def _composed(self, **sample: Any) -> Composition:
         empty: dict[str, Any] = {name: {} for name in SECTIONS_OF_ROCK}
-        usual = {
-            **PRISM,
-            **{key: each for key, each in self.file.sections.get("sample", {}).items() if key == "region"},
-        }
-        return composed(over_rock({**empty, "rock": {"type": self.file.name}, "sample": sample}, usual, False), usual)
+        usual = PRISM | {"region": self.file.sections.get("sample", {}).get("region", PRISM["region"])}
+        return composed(over_rock(self.file, {**empty, "sample": sample}, usual, False), usual)
 
     def __repr__(self) -> str:
         return f"{self.file.name}: {self.about}"
