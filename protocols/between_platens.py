@@ -33,10 +33,7 @@ FINE = 800  #: samples of the whole way at least, where contacts are damaged: a 
 QUANTITIES = (
     Quantity("stress_window", "MPa", form=".2f", meaning="mean over the grains in the middle of the specimen"),
     Quantity(
-        "strain_points",
-        "%",
-        form=".4f",
-        meaning="change of height over height, from points on both ends or other gauges",
+        "strain_points", "%", form=".4f", meaning="change of height over height, from points on both ends or gauges"
     ),
 )
 NO_TENSION = "tension does not pass the contact between two bodies; pull the specimen at its own ends, without platens"

@@ -12,7 +12,7 @@ from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
-from grainlaw.gauges import Gauges, WholeSpecimen
+from grainlaw.gauges import Gauges, WholeSpecimen, has_platens
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive, Hold, Pressure
@@ -26,7 +26,7 @@ from grainlaw.protocols.between_platens import (
     uniaxial_stage,
     uniaxial_summary,
 )
-from grainlaw.protocols.measures import end_share, has_platens
+from grainlaw.protocols.measures import end_share
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage

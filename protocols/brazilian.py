@@ -13,13 +13,14 @@ from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
 from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
+from grainlaw.gauges import ends
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive
 from grainlaw.messages import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import Platens, failing, held_across, require_platens, sampling
-from grainlaw.protocols.measures import certificate, ends, failure_of, size, strength_of
+from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage

@@ -12,13 +12,14 @@ from grainlaw.columns import STAGE
 from grainlaw.condition import AtRest, Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part
+from grainlaw.gauges import ends
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive, Hold
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_platens
 from grainlaw.protocols.joint import joint_means, require_joint
-from grainlaw.protocols.measures import certificate, end_share, ends, failure_of, size, strength_of
+from grainlaw.protocols.measures import certificate, end_share, failure_of, size, strength_of
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage

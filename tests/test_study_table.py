@@ -11,7 +11,8 @@ from scipy import stats
 from study_rows import peaks, row, table_of
 
 import grainlaw as gl
-from grainlaw.studies.statistics import MOST, Listing, Mean, difference, level, spread
+from grainlaw.results.means import spread
+from grainlaw.studies.statistics import MOST, Listing, Mean, difference, level
 
 LAWS = ("A", "B", "C")
 NUMBERS = st.floats(-1e9, 1e9, allow_subnormal=False)

@@ -12,7 +12,7 @@ from grainlaw.calibration.emulator import restored
 from grainlaw.calibration.matching import Match
 from grainlaw.calibration.simulator import Simulator
 from grainlaw.calibration.targets import Target, Targets, measured_by
-from grainlaw.studies.statistics import spread
+from grainlaw.results.means import spread
 
 NEAR = 0.05  #: of a target
 NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %

@@ -12,7 +12,7 @@ from grainlaw.calibration.stiffness_search import Stiffness
 from grainlaw.calibration.trials import StudySimulator
 from grainlaw.calibration.waves import Search
 from grainlaw.fields import ParameterError
-from grainlaw.studies.statistics import spread
+from grainlaw.results.means import spread
 
 WITHIN = 0.01  #: of the targets: near enough
 ROUNDS = 10  #: of statics and tests

@@ -15,9 +15,9 @@ from grainlaw.results.measure import Measure
 from grainlaw.results.thresholds import (
     Path,
     Sought,
-    damage,
-    initiation_in_crack_volume,
-    initiation_in_lateral_strain,
+    crack_damage,
+    initiation_by_crack_volume,
+    initiation_by_lateral_strain,
     secant_constants,
     stress_at_share,
     tangent_constants,
@@ -109,15 +109,15 @@ def thresholds() -> list[Standard]:
             stress_at_cracks, "MPa", POTYONDY, [STRESS], no_crack,
         ),
         by_strains(
-            "crack_initiation_lateral", "CI, lateral strain response", initiation_in_lateral_strain, NICKSIAR
+            "crack_initiation_lateral", "CI, lateral strain response", initiation_by_lateral_strain, NICKSIAR
         ),
         by_strains(
-            "crack_initiation_volumetric", "CI, crack-volumetric strain", initiation_in_crack_volume, MARTIN
+            "crack_initiation_volumetric", "CI, crack-volumetric strain", initiation_by_crack_volume, MARTIN
         ),
-        by_strains("crack_damage", "CD, reversal of the volumetric strain", damage, MARTIN),
+        by_strains("crack_damage", "CD, reversal of the volumetric strain", crack_damage, MARTIN),
         by_strains(
             "crack_damage_cylinder", "CD, reversal of axial and twice the lateral strain",
-            partial(damage, laterals=2), MARTIN,
+            partial(crack_damage, laterals=2), MARTIN,
         ),
     ]  # fmt: skip
 

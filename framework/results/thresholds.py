@@ -107,23 +107,18 @@ def secant_constants(path: Path, share: float = 0.5) -> tuple[float, float]:
 class Sought:
     """A threshold, or in words why there is none."""
 
-    value: float = NAN  #: Pa
+    value: float = NAN  #: Pa, nan where there is none
     why: str = ""
 
 
-def crack_damage(path: Path, laterals: int = 1) -> float:
+def crack_damage(path: Path, laterals: int = 1) -> Sought:
     """CD (Pa): axial stress at the largest contraction, where the volumetric strain reverses before the peak.
 
     With one lateral strain it is that of the area, which in plane strain is the volume: it reverses where the tangent
     lateral ratio passes 1. With two ``laterals`` it is what a laboratory finds on a cylinder, whose two lateral strains
     are equal: it reverses at a ratio of 1/2, and so sooner.
-    nan where the specimen contracts until the peak. (Bieniawski 1967; Martin and Chandler 1994.)
+    Without a value where the specimen contracts until the peak. (Bieniawski 1967; Martin and Chandler 1994.)
     """
-    return damage(path, laterals).value
-
-
-def damage(path: Path, laterals: int = 1) -> Sought:
-    """:func:`crack_damage`, or why there is none."""
     turn, why = _reversal(path, laterals)
     return Sought(why=why) if why else Sought(float(path.load[turn]) + path.confinement)
 
@@ -139,18 +134,13 @@ def _reversal(path: Path, laterals: int = 1) -> tuple[int, str]:
     return 0, f"the sum of {words} {'falls' if turn else 'rises'} all the way to the peak"
 
 
-def initiation_by_lateral_strain(path: Path, least: float = 0.01) -> float:
+def initiation_by_lateral_strain(path: Path, least: float = 0.01) -> Sought:
     """CI (Pa) by the lateral strain response (Nicksiar and Martin 2012, doi:10.1007/s00603-012-0221-6).
 
     The lateral strain over load is compared with a straight line from the start to crack damage: CI is where it lies
-    farthest below the line. nan without crack damage, or where that distance is less than ``least`` times the lateral
-    strain at crack damage.
+    farthest below the line. Without a value where there is no crack damage, or where that distance is less than
+    ``least`` times the lateral strain at crack damage.
     """
-    return initiation_in_lateral_strain(path, least).value
-
-
-def initiation_in_lateral_strain(path: Path, least: float = 0.01) -> Sought:
-    """:func:`initiation_by_lateral_strain`, or why there is none."""
     turn, why = _reversal(path)
     if why:
         return Sought(why=f"there is no CD to end the line at: {why}")
@@ -175,17 +165,12 @@ def crack_volumetric_strain(path: Path, low: float = 0.1, high: float = 0.3) -> 
     return path.volumetric - np.polyval(np.polyfit(path.load[chosen], path.volumetric[chosen], 1), path.load)
 
 
-def initiation_by_crack_volume(path: Path, tolerance: float = 0.01, low: float = 0.1, high: float = 0.3) -> float:
+def initiation_by_crack_volume(path: Path, tolerance: float = 0.01, low: float = 0.1, high: float = 0.3) -> Sought:
     """CI (Pa) by the crack-volumetric strain (Martin and Chandler 1994, doi:10.1016/0148-9062(94)90014-0).
 
     Where it rises above ``tolerance`` times the elastic volumetric strain at the peak, and stays above it until the
-    peak. nan where it never does.
+    peak. Without a value where it never does.
     """
-    return initiation_in_crack_volume(path, tolerance, low, high).value
-
-
-def initiation_in_crack_volume(path: Path, tolerance: float = 0.01, low: float = 0.1, high: float = 0.3) -> Sought:
-    """:func:`initiation_by_crack_volume`, or why there is none."""
     if not path.is_compression:
         return Sought(why=NOT_COMPRESSED)
     opened = crack_volumetric_strain(path, low, high)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grainlaw.studies.statistics import Difference, Interaction, Mean, difference, spread
+from grainlaw.results.means import spread
+from grainlaw.studies.statistics import Difference, Interaction, Mean, difference
 
 if TYPE_CHECKING:
     from grainlaw.studies.table import Table

@@ -24,7 +24,7 @@ from grainlaw.engine.model import Model
 from grainlaw.engine.stability import ScaledMass, scale_masses
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
-from grainlaw.studies.statistics import spread
+from grainlaw.results.means import spread
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "examples"))
 import texture_study

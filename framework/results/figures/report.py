@@ -14,6 +14,7 @@ import numpy as np
 
 from grainlaw.columns import quantity_of
 from grainlaw.contact import words_of
+from grainlaw.quantity import Quantity
 from grainlaw.results.archive import READ, called
 from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
 from grainlaw.results.figures.cracks import side_by_side
@@ -95,7 +96,7 @@ def _thresholds(samples: Samples) -> Iterator[list[str]]:
     for measure in thresholds():
         values = [np.array([r.laboratory.value(measure.name) for r in each.values()]) for each in samples.values()]
         if not np.isnan(np.concatenate(values)).all():
-            look = attrs.evolve(measure.quantity, words=measure.meaning).brief
+            look = _look(measure)
             yield [look.heading, *(mean_and_interval(look, of_law) for of_law in values), measure.source]
 
 
@@ -132,6 +133,11 @@ def _verdict(name: str, value: float | None) -> str:
     return Cell(f"{quantity_of(name).text(value)} {FAIL if failed else 'pass'}", "fail" if failed else "pass")
 
 
+def _look(measure: Measure) -> Quantity:
+    """How a measure is shown: by its meaning."""
+    return attrs.evolve(measure.quantity, words=measure.meaning).brief
+
+
 def _not_measured(laboratories: Mapping[str, Laboratory]) -> list[str]:
     """What does not exist and why, by law where laws differ."""
     notes = {name: laboratory.note for name, laboratory in laboratories.items() if laboratory.note}
@@ -145,7 +151,7 @@ def _measures(laboratories: Mapping[str, Laboratory]) -> list[list[str]]:
     for measure in next(iter(laboratories.values())).measures:
         values = [laboratory.properties[measure.name] for laboratory in laboratories.values()]
         if not np.isnan(values).all():
-            how = attrs.evolve(measure.quantity, words=measure.meaning).brief
+            how = _look(measure)
             rows.append([how.heading, *(Cell(how.text(float(value))) for value in values), measure.source])
     return rows
 
