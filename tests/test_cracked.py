@@ -1,5 +1,6 @@
 """Initial cracks: which edges are drawn, and that they bear no tension."""
 
+import attrs
 import numpy as np
 import pytest
 import pyvista
@@ -10,7 +11,7 @@ from support import ROCK, STRONG
 import grainlaw as gl
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Breakable, Bricks, Cracked, Jointed, Minerals, Voronoi, VoronoiCells, rectangle
-from grainlaw.laws import Friction, MohrCoulomb
+from grainlaw.laws import Friction, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialTension
 
 UNIT = rectangle(1, 1)
@@ -108,3 +109,55 @@ def test_a_crack_across_bears_pressure_and_no_tension():
     assert np.abs(stress[1]).max() < 0.03 * stress[0][-1]  # half the plate is set in motion
     moduli = [gl.elastic_properties(*each).apparent_modulus for each in ((sound, law[...]), (cracked, law))]
     assert moduli[1] == pytest.approx(moduli[0])
+
+
+@attrs.frozen(kw_only=True)
+class Pressed(gl.LoadingProtocol):
+    """A pressure along y on the whole rim."""
+
+    pressure: float  #: Pa
+
+    def stages(self, specimen):
+        stress = (0, -self.pressure, 0)
+        rim = [gl.Traction(boundary=name, stress=stress, ramp=4e-5) for name in specimen.mesh.boundaries]
+        return [gl.Stage(name="press", loads=rim, until=[gl.AtRest(ratio=1e-3)], interval=2e-6)]
+
+    def measure(self, state):
+        return {}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+@pytest.mark.thorough
+def test_an_open_crack_closes_at_the_stress_of_the_handbook():
+    """A slit of 20 mm and a gap of 2 um in a plate of 50 mm x 100 mm.
+
+    Its faces come nearer by 4 sigma a V / E* in the middle (Tada, Paris and Irwin 2000, doi:10.1115/1.801535). Zones of
+    constant strain are too stiff at the tips, by half as much where they are half as large.
+    """
+    width, half, gap = 0.05, 0.01, 2e-6
+    trace = [(width / 2 - half, width), (width / 2 + half, width)]
+    grains = Jointed(Voronoi(grains=1200, seed=1), {"slit": [trace]}).tessellate(rectangle(width, 2 * width))
+    half = np.ptp(grains.vertices[grains.joints["slit"]][..., 0]) / 2
+    share = 2 * half / width
+    wider = -0.071 - 0.535 * share + 0.169 * share**2 + 0.020 * share**3 - 1.071 / share * np.log(1 - share)
+    bond = Linear(kn=4e15, ks=4e15)
+    laws = {"slit": Friction(kn=4e15, ks=4e15, friction_angle=0, gap=gap), ...: bond}
+
+    def pressed(times, refinement):
+        """Opening and pressure of the slit under a stress that should close it so many times."""
+        specimen = gl.Specimen(grains, ROCK, refinement=refinement)
+        closes = gap * gl.elastic_properties(specimen, bond).apparent_modulus / (4 * half * wider)
+        result = gl.simulate(specimen, laws, Pressed(pressure=times * closes), frames=2)
+        x, y = specimen.mesh.nodes[result.interfaces].mean(axis=1).T
+        slit = np.tile((abs(y - width) < 1e-9) & (abs(x - width / 2) < half), 2)
+        return [result.frames[-1].bonds[name][slit] for name in ("opening", "normal")]
+
+    coarse, fine = pressed(0.9, 0), pressed(0.9, 1)
+    assert not coarse[1].any()
+    assert not fine[1].any()
+    assert 2 * fine[0].min() - coarse[0].min() == pytest.approx(-0.9 * gap, rel=0.02)
+    opening, normal = pressed(1.2, 0)
+    assert 0 < (normal < 0).mean() < 0.7  # the ends stay open
+    assert np.all((opening < -gap) == (normal < 0))

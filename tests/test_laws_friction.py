@@ -2,6 +2,7 @@
 
 import math
 
+import attrs
 import numpy as np
 import pytest
 
@@ -29,6 +30,21 @@ def test_closed_faces_stick_slide_and_follow_the_reversal():
 def test_faces_that_part_forget_where_they_stuck():
     t = gl.trace(FACES, [-1e-5, -1e-5, 1e-6, -1e-5], [0, 8e-6, 8e-6, 8e-6])
     assert t.shear == pytest.approx([0, 4e6, 0, 0], abs=1e-3)
+
+
+def test_faces_that_are_apart_press_and_rub_once_they_have_met():
+    """A gap of 4 um: 6 um of closure are 2 um of contact, which hold 1 MPa of shear."""
+    apart = attrs.evolve(FACES, gap=4e-6)
+    t = gl.trace(apart, np.array([0, -4, -6, -6, -3]) * 1e-6, np.array([0, 3, 3, 9, 9]) * 1e-6)
+    assert t.normal == pytest.approx(np.array([0, 0, -2, -2, 0]) * 1e6, abs=1e-3)
+    assert t.shear == pytest.approx(np.array([0, 0, 0, 1, 0]) * 1e6, abs=1e-3)
+    assert gl.check_law(apart).passed
+    assert FACES.exceptions == {}
+    assert "the faces are 4e-06 m apart" in apart.exceptions["stiffness"]
+    stiffening = attrs.evolve(apart, closure=BandisClosure(maximum_closure=4e-6))
+    assert gl.trace(stiffening, -6e-6, 0).normal[0] == pytest.approx(-1e12 * 2e-6 / (1 - 0.5))
+    with pytest.raises(gl.ParameterError, match="Friction: gap = -1 m is not allowed"):
+        attrs.evolve(FACES, gap=-1)
 
 
 def test_closure_is_a_part():

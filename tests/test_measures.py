@@ -166,6 +166,7 @@ def test_a_report_says_why_a_measure_does_not_exist(tmp_path):
     strains = {"strain": load / 5e10, "lateral_strain": 1.5 * load / 5e10, "volumetric_strain": 0.5 * load / 5e10}
     laboratory = attrs.evolve(result, curves={**result.curves, "stress": load, **strains}).laboratory
     assert laboratory.note.split("; ") == [
+        "the axial strain has no foot of 0.01 of that at 0.5 of the peak: no crack_closure, crack_closure_ratio",
         "nothing has broken: no crack_initiation_count, crack_initiation_count_ratio",
         "there is no CD to end the line at: the sum of axial and lateral strain rises all the way to the peak: no "
         "crack_initiation_lateral, crack_initiation_lateral_ratio",

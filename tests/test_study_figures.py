@@ -347,6 +347,15 @@ def test_a_report_of_points_without_seeds(tmp_path):
         table.write_report(tmp_path / "r.html", over="seed")
 
 
+@pytest.mark.parametrize(("count", "warned"), [(9, True), (10, False)])
+def test_ci_and_cd_of_fewer_than_ten_are_doubted(count, warned, tmp_path):
+    rows = [row({"seed": s}, {"force": 1e3}, measures={"crack_damage": 1e8 + s}) for s in range(count)]
+    table_of([*rows, row({"seed": 99}, {"force": 1e3})], tmp_path / "s").write_report(tmp_path / "r.html")
+    assert ("Fewer than ten cases in a mean" in Page(tmp_path / "r.html").text) == warned
+    table_of([row({"seed": s}, {"force": 1e3}) for s in range(3)], tmp_path / "t").write_report(tmp_path / "r.html")
+    assert "Fewer than ten" not in Page(tmp_path / "r.html").text
+
+
 def test_a_report_of_nothing_but_failures(tmp_path):
     table_of([row({"seed": 1}, {}, "killed", "its worker died")], tmp_path / "s").write_report(tmp_path / "r.html")
     page = Page(tmp_path / "r.html")

@@ -12,6 +12,7 @@ from grainlaw.geometry import Bricks, rectangle
 from grainlaw.moduli import converted
 from grainlaw.results.standard_measures import peak_of, stress_at_damage
 from grainlaw.results.thresholds import (
+    crack_closure,
     crack_damage,
     crack_volumetric_strain,
     initiation_by_crack_volume,
@@ -88,6 +89,31 @@ def test_thresholds_of_a_kinked_curve():
     assert initiation_by_crack_volume(path, tolerance=0.02).value == pytest.approx((40 + 1.5 / 0.35) * MPA)
     opened = crack_volumetric_strain(path)
     assert opened[[80, 160, 200]] == pytest.approx(np.array([0, 14, 39]) * MPA / E, abs=1e-9)
+
+
+def soft_foot(load, upto=20 * MPA):
+    """Axial strain with twice the slope of E up to a load."""
+    return -(load + np.minimum(load, upto)) / E
+
+
+def test_open_cracks_have_closed_at_the_end_of_the_foot():
+    foot = curves_of(LOAD, lateral_of(LOAD), confinement=7 * MPA) | {"deviator": LOAD}
+    foot["volumetric_strain"] = soft_foot(LOAD) + foot["lateral_strain"]
+    path = path_to_peak(foot)
+    assert crack_closure(path).value == pytest.approx(27 * MPA)
+    # At 20 of 50 MPa it is 40 MPa/E, and 28 on the line to 70: 12 of 70. The line to 25 MPa has 36 there of 45.
+    assert crack_closure(path, least=0.171).value == pytest.approx(27 * MPA)
+    flat = crack_closure(path, least=0.172)
+    assert np.isnan(flat.value)
+    assert flat.why == "the axial strain has no foot of 0.17 of that at 0.5 of the peak"
+    assert crack_closure(path, share=0.25, least=0.088).value == pytest.approx(27 * MPA)
+    assert np.isnan(crack_closure(path, share=0.25, least=0.09).value)
+    assert crack_closure(path, share=0.15).why.startswith("the axial strain has no foot")  # all within the foot
+    assert crack_closure(path, share=0.004).why == "fewer than three samples lie below 0.004 of the peak"
+    assert crack_closure(path_to_peak(KINKED)).why.startswith("the axial strain has no foot of 0.01")
+    assert np.isnan(crack_closure(path_to_peak({})).value)
+    later = {name: values[20:] for name, values in foot.items()}  # the path begins at 10 MPa, in the foot
+    assert crack_closure(path_to_peak(later)).value == pytest.approx(27 * MPA)
 
 
 def test_confinement_is_added_and_what_came_before_is_left_out():

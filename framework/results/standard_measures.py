@@ -15,6 +15,7 @@ from grainlaw.results.measure import Measure
 from grainlaw.results.thresholds import (
     Path,
     Sought,
+    crack_closure,
     crack_damage,
     initiation_by_crack_volume,
     initiation_by_lateral_strain,
@@ -55,6 +56,7 @@ ISRM = "ISRM (1979, 1999)"
 POTYONDY = "Potyondy and Cundall (2004)"
 NICKSIAR = "Nicksiar and Martin (2012)"
 MARTIN = "Martin and Chandler (1994)"
+PENG = "after Peng and others (2015)"
 GUTENBERG = "Gutenberg and Richter (1956)"
 AKI = "Aki (1965)"
 MARDIA = "Mardia and Jupp (2000)"
@@ -98,12 +100,13 @@ def no_crack(laboratory: Laboratory) -> str:
 
 
 def thresholds() -> list[Standard]:
-    """Axial stresses at which damage begins, cracks begin, and cracks become unstable."""
+    """Axial stresses at which damage begins, open cracks have closed, cracks begin, and cracks become unstable."""
     return [
         Standard(
             "damage_onset", "onset of damage, 1 % of the damaged points at the peak",
             stress_at_damage, "MPa", needs=[STRESS],
         ),
+        by_strains("crack_closure", "CC, axial strain response", crack_closure, PENG),
         Standard(
             "crack_initiation_count", "CI, 1 % of the cracks at the peak",
             stress_at_cracks, "MPa", POTYONDY, [STRESS], no_crack,

@@ -134,6 +134,27 @@ def _reversal(path: Path, laterals: int = 1) -> tuple[int, str]:
     return 0, f"the sum of {words} {'falls' if turn else 'rises'} all the way to the peak"
 
 
+def crack_closure(path: Path, share: float = 0.5, least: float = 0.01) -> Sought:
+    """CC (Pa): axial stress at which cracks that were open have closed and the axial strain goes on straight.
+
+    The axial strain over load is compared with a straight line from the start to a ``share`` of the peak: CC is where
+    the specimen is shortened most beyond the line. Without a value where that is less than ``least`` times the strain
+    at the end of the line. After the axial strain response (Peng and others 2015, Chinese Journal of Rock Mechanics
+    and Engineering 34(6), 1091); that the line ends at half of the peak is ours.
+    """
+    if not path.is_compression:
+        return Sought(why=NOT_COMPRESSED)
+    chosen = path.between(0.0, share)
+    if len(chosen) < 3:
+        return Sought(why=f"fewer than three samples lie below {share:g} of the peak")
+    load, shortened = path.load[chosen] - path.load[0], -path.axial[chosen]
+    beyond = shortened - shortened[-1] * load / load[-1]
+    most = int(np.argmax(beyond))
+    if beyond[most] > least * shortened[-1]:
+        return Sought(float(path.load[most]) + path.confinement)
+    return Sought(why=f"the axial strain has no foot of {least:.2g} of that at {share:g} of the peak")
+
+
 def initiation_by_lateral_strain(path: Path, least: float = 0.01) -> Sought:
     """CI (Pa) by the lateral strain response (Nicksiar and Martin 2012, doi:10.1007/s00603-012-0221-6).
 

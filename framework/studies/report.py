@@ -10,6 +10,8 @@ import numpy as np
 
 from grainlaw.columns import STRAIN, STRESS, quantity_of
 from grainlaw.results.figures.pages import headed, write_page
+from grainlaw.results.means import ENOUGH
+from grainlaw.results.standard_measures import ratios, thresholds
 from grainlaw.runs.estimate import in_words
 from grainlaw.runs.record import versions
 from grainlaw.studies import groups
@@ -25,6 +27,7 @@ LEVELS = 12  #: levels of a factor that are written out
 MOST_GROUPS = 24  #: groups of which means are written
 MOST_CURVES = 300  #: runs that are read for the picture of curves
 REASONS = 100  #: cases that failed and are listed
+OF_CRACKING = {measure.name for measure in (*thresholds(), *ratios())}  #: what few specimens do not tell
 
 
 def write_report(table: Table, file: str | os.PathLike[str], title: str, over: Sequence[str]) -> None:
@@ -48,6 +51,7 @@ def _means(table: Table, by: Sequence[str], over: Sequence[str]) -> dict[str, An
         "strip": plot_strip(table, main[0], by, over or table.factors, None) if main else None,
         "words": table.quantity(main[0]).words if main else "",
         "others": _others(table, by),
+        "too_few": any(0 < each.count < ENOUGH for name in OF_CRACKING & {*table.columns} for each in means[name]),
     }
 
 

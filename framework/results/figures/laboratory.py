@@ -12,12 +12,13 @@ from matplotlib.projections.polar import PolarAxes
 from grainlaw.columns import TIME, course
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.grains import FILLS
-from grainlaw.drawing.palette import BLACK, GREEN, ORANGE, PURPLE
+from grainlaw.drawing.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE
 from grainlaw.messages import refusal
 from grainlaw.results.figures.stored_cracks import GRAIN, RIM, SHEAR, TENSILE, WIDTHS
 from grainlaw.results.laboratory import Laboratory
 
 THRESHOLDS: dict[str, tuple[str, str, Any]] = {
+    "crack_closure": ("CC", BLUE, (0, (5, 4))),
     "crack_initiation_count": ("CI, cracks", GREEN, "-"),
     "crack_initiation_lateral": ("CI, lateral", ORANGE, "--"),
     "crack_initiation_volumetric": ("CI, volumetric", PURPLE, "-."),
