@@ -1,9 +1,12 @@
 """Lengths, orientations and acoustic events of cracks made by hand."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import grainlaw as gl
+from grainlaw.engine.parts.breaks import Breaks
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialTension
@@ -55,6 +58,20 @@ BREAKS = {
     "position": [(0, 0), (50e-3, 0), (1e-3, 0), (2e-3, 0), (0, 0)], "time": [0, 0, 0.5e-6, 1e-6, 10e-6],
     "spent": [10, 100, 20, 10, 5], "length": [1e-3, 2e-3, 1e-3, 1e-3, 1e-3], "mode": [0, 1, 1, 0, 0],
 }  # fmt: skip
+
+
+def test_what_springs_still_hold_is_not_spent_on_a_break():
+    """By hand: 6 of 20 and 8 of 30 J/m2 in springs of 1 and 2 Pa/m; of the third point more than was done on it."""
+    breaks = Breaks(4)
+    bonds = SimpleNamespace(
+        stiffness=np.array([[1.0] * 4, [2.0] * 4]), work=np.array([[15, 20, 1, 99], [5, 10, 1, 99]])
+    )
+    traction = np.array([[2, 0, 3, 0], [4, np.sqrt(32), 0, 0]])  # 2 + 4, 8, 4.5 J/m2
+    broken = np.array([True, True, True, False])
+    breaks.note(broken, bonds, 0.5, np.array([0.1, 0.2, 0.3, 0.4]), traction)
+    assert breaks.books.work == pytest.approx([14, 22, 0, np.nan], nan_ok=True)
+    assert breaks.books.time == pytest.approx([0.5, 0.5, 0.5, np.nan], nan_ok=True)
+    assert breaks.books.mode == pytest.approx([0.1, 0.2, 0.3, np.nan], nan_ok=True)
 
 
 def test_breaks_near_in_space_and_time_are_one_event():

@@ -138,6 +138,19 @@ def test_what_breaks_a_property_is_told_by_its_size():
     assert asked(Divides, "finite")[1].text.startswith("stress xx is nan at the strain xx 0, ")
 
 
+@pytest.mark.parametrize(("work", "gives"), [(1.0, 0.0), (1.0, 0.3), (1e3, 1.9), (1e3, 2.1)])
+def test_energy_that_is_given_is_judged_by_the_work_or_by_that_of_the_scale(work, gives):
+    """The larger of both: 100 J/m3 of the scale allow 0.2 J/m3, 1,000 of work 2."""
+    lost = np.array([0.0, gives, 0.0])
+    trace = SimpleNamespace(
+        work=np.array([0.0, gives, work]), stored=np.array([0.0, 0.0, work]), strain=np.zeros((3, 3))
+    )
+    bench = SimpleNamespace(traces={"a path": trace}, scale=1e-3, declared=np.full((3, 3), 1e8))
+    found = PROPERTIES["energy"](bench)
+    assert (found is not None) == (gives > max(0.2, 2e-3 * work))
+    assert found is None or found.size == pytest.approx(lost.max())
+
+
 def test_a_first_response_may_bend():
     class Bends(Cubic):
         def stress(self, exx, eyy, exy):

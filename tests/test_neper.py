@@ -1,5 +1,6 @@
 """Tessellation files of Neper: what is read, written, and refused."""
 
+import itertools
 import re
 
 import attrs
@@ -105,6 +106,16 @@ def test_what_is_written_is_read_to_the_last_bit(tmp_path_factory, region, seed,
     assert two.partition("**domain")[0] == one.partition("**domain")[0] == three.partition("**domain")[0]
     write_tess(read_tess(folder / "two.tess"), folder / "four.tess")
     assert (folder / "four.tess").read_text() == two
+
+
+def test_each_edge_of_the_domain_has_the_corners_of_its_side(tmp_path):
+    """A bench of five corners: edge k goes from vertex k to the next, the last back to the first."""
+    outline = [(0, 0), (3, 0), (3, 1), (1, 1), (0, 2)]
+    write_tess(Voronoi(grains=12).tessellate(polygon(outline, "a b c d e".split())), tmp_path / "x.tess")
+    domain = (tmp_path / "x.tess").read_text().partition("**domain")[2].partition("*edge")[2].split("\n")
+    rows = [row.split() for row in domain]
+    edges = [row for row, after in itertools.pairwise(rows) if after == ["line"]]
+    assert edges == [[str(k), "2", str(k), str(k % 5 + 1)] for k in range(1, 6)]
 
 
 def test_the_digits_of_a_file_stay(tmp_path):

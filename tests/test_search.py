@@ -191,6 +191,38 @@ def test_what_the_search_leaves_out_stays_beside_or_in_front_until_the_next(reac
     assert left_out > 1500
 
 
+def test_what_is_left_out_does_not_depend_on_the_direction_of_the_axes():
+    random, found = np.random.default_rng(1), []
+    for _ in range(400):
+        a, b, c = random.uniform(-1, 1, (3, 2))
+        b = -a * random.uniform(0.5, 2) + random.uniform(-0.3, 0.3, 2)  # nearly opposite, as the two sides of a corner
+        turn, reach = random.uniform(0, 0.05), random.uniform(0, 0.1)
+        answers = []
+        for angle in (0.0, 0.5, 1.5, 2.5):
+            turned = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+            answers.append(bool(search._stay_beside(*turned @ a, *turned @ b, *turned @ c, turn, reach, SKIN)))
+        assert len(set(answers)) == 1
+        found.append(answers[0])
+    assert 20 < sum(found) < 380
+
+
+def test_neighbours_are_searched_with_a_grid_once_and_again_only_after_a_way():
+    """Few edges that become exposed meanwhile are searched by themselves."""
+    motion = corner_on_face()
+    near, still = motion.state.contacts._neighbours, np.zeros_like(motion.state.displacement)
+    moved, chosen = np.zeros(2), np.arange(8, dtype=np.int32)
+    near.forget()
+    near._placed(still, chosen)
+    assert near._search(still, moved, chosen)
+    assert not near._search(still, moved, chosen)
+    near.expose(chosen[:2])
+    assert not near._search(still, moved, chosen)
+    near.expose(np.zeros(contact_neighbours.FEW + 1))
+    assert near._search(still, moved, chosen)
+    assert near._search(still, moved + contact_neighbours.REACH * near._skin / 2, chosen)
+    assert not near._search(still, moved + contact_neighbours.REACH * near._skin / 2.1, chosen)
+
+
 def pair(i, j, k, m, table):
     """What becomes of a pair of edges i to j and k to m, as they stand now: state, offset, and length in contact."""
     place = np.array([i, j, k, m], dtype=float).T.copy()

@@ -68,6 +68,8 @@ def test_a_wrong_column_of_strains_is_a_doubt():
     assert not strains_disagree(KINKED)
     assert strains_disagree(KINKED | {"volumetric_strain": 0 * LOAD})
     assert strains_disagree(KINKED | {"strain": KINKED["strain"] / 100})
+    late = np.where(LOAD < 60 * MPA, 1.0, 0.3) * KINKED["strain"]  # a gauge that came off at 60 % of the peak
+    assert not strains_disagree(KINKED | {"strain": late})
 
 
 def test_conversion_from_plane_strain():

@@ -185,7 +185,8 @@ def test_waves_are_the_same_for_any_number_of_threads():
     assert runs[0].curves["energy_absorbed"][-1] > 0
 
 
-def test_a_new_stage_closes_the_ledger_too():
+@pytest.mark.parametrize("kind", [Wave.P, Wave.S])
+def test_a_new_stage_closes_the_ledger_too(kind):
     """Tractions and quiet ends of two stages that meet as the wave passes, and a change of the time step there."""
 
     @attrs.frozen(kw_only=True)
@@ -201,7 +202,7 @@ def test_a_new_stage_closes_the_ledger_too():
                 attrs.evolve(stage, name="on", loads=more, integrator=slower, until=later),
             ]
 
-    test = Twice(stress=bell(44e-6, -1e6), gauges=(MIDDLE,), duration=30e-6, samples=30)
+    test = Twice(stress=bell(44e-6, -1e6), wave=kind, gauges=(MIDDLE,), duration=30e-6, samples=30)
     result = gl.simulate(BAR, GLUED, test, frames=1)
     assert result.curves["energy_absorbed"][-1] > 0
     assert ledger_gap(result) < 1e-6

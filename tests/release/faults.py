@@ -155,7 +155,8 @@ def scores(file):
         name = set(test.stem.split("_"))
         score = 6 * (test.stem == f"test_{file.stem}") + 3 * (file.stem in name or {*file.stem.split("_")} <= name)
         score += 4 * bool(re.search(rf"\b{re.escape(module(file))}\b", text))
-        score += min(4, len(words & set(re.findall(r"\w+", text))))
+        used = Counter(re.findall(r"\w+", text))
+        score += min(4, len(words & set(used))) + min(used[file.stem], 30) / 10
         score += 4 * (file.parent.name == "cli" and bool(re.search(rf'invoke\(\s*"{file.stem}"', text)))  # a command
         score += max((said[name] for name in re.findall(r"^from (\w+) import", text, re.M) if name in said), default=0)
         if test.stem == JUDGE and any(each in str(file) for each in PASSES):
