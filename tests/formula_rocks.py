@@ -23,6 +23,7 @@ BASE = CohesiveCrack(
 FOUR = ("ucs", "cohesion", "friction_angle", "tensile_strength")  #: quantities
 #: parameters
 HIDDEN = {"tensile_strength": 11 * MPa, "cohesion": 33 * MPa, "friction_angle": 41.0, "mode_i_energy": 40.0}
+UNDER = (20, 75)  #: MPa, confinements of strengths
 TIED = {"mode_ii_energy": ("mode_i_energy", 2)}
 
 
@@ -34,7 +35,7 @@ class FormulaRock(Simulator):
 
     def values(self, points, quantities, seeds, scales):
         self.asked.append(len(points))
-        every = [exact(point) for point in points]
+        every = [exact(point, scale) for point, scale in zip(points, scales, strict=True)]
         return {
             name: np.array([
                 [value[name] * self.factor(name, seed, point) for seed in seeds]
@@ -50,15 +51,18 @@ class FormulaRock(Simulator):
         return np.exp(common * shared + self.own * np.random.default_rng(zlib.crc32(text)).standard_normal())
 
 
-def exact(point):
-    """Values of all seeds together; the energy counts by its group, and saturates."""
+def exact(point, scale=1.0):
+    """Values of all seeds together; the energy counts by its group, and saturates. Confined is a rock ``scale`` times
+    as strong.
+    """
     strength, angle = point["tensile_strength"], 0.9 * point.get("friction_angle", 40.0)
     tough = point.get("mode_i_energy", np.inf) * STIFF["kn"] / strength**2 / 50
     tough = 1 / (1 + 1 / tough)
     root = np.tan(np.pi / 4 + np.radians(angle) / 2)
     cohesion = 0.8 * point.get("cohesion", 33 * MPa) * (0.5 + 0.5 * tough)
     ucs = 2 * cohesion * root
-    return {
+    under = {f"strength at {p} MPa": ucs + root**2 * p * MPa / scale for p in UNDER}
+    return under | {
         "ucs": ucs, "cohesion": cohesion, "friction_angle": angle, "tensile_strength": 0.8 * strength * tough**0.2,
         "brazilian_strength": 0.9 * strength * tough**0.3, "crack_initiation": 0.4 * ucs, "crack_damage": 0.8 * ucs,
     }  # fmt: skip
@@ -71,7 +75,9 @@ def space(law=BASE, free=RANGES, tied=TIED):
 def targets_at(point, names, uncertainty=0.01, **changed):
     """What a laboratory finds of a hidden rock."""
     values = {**exact(point), **changed}
-    return Targets(**{name: (values[name], uncertainty * values[name]) for name in names})
+    wanted = {name: (values[name], uncertainty * values[name]) for name in names}
+    triaxial = {p * MPa: wanted.pop(f"strength at {p} MPa") for p in UNDER if f"strength at {p} MPa" in wanted}
+    return Targets(**wanted, triaxial=triaxial)
 
 
 def searched(targets, names=(), rock=None, budget=60, seed=0, seeds=(1, 2, 3), more=(), **given):

@@ -178,6 +178,18 @@ def test_the_envelope_is_the_line_of_cohesion_and_friction_angle(given):
     ]  # fmt: skip
 
 
+def test_the_envelope_has_strengths_under_confinement_beside_their_targets(given):
+    high = Compared("strength at 75 MPa", Target(703e6, 9e6), 0, (0, 0), 690e6, (680e6, 710e6), 10)
+    targets = Targets(ucs=190e6, triaxial={75e6: (703e6, 9e6)})
+    [axes] = figures.envelope(attrs.evolve(given, targets=targets, checks=[given.checks[0], high])).axes
+    bars = [each.get_segments()[0].tolist() for each in axes.collections]
+    assert bars[2:] == [
+        pytest.approx(np.array([[75, 680], [75, 710]])),
+        pytest.approx(np.array([[75, 694], [75, 712]])),
+    ]
+    assert figures.envelope(attrs.evolve(given, targets=targets, checks=given.checks[:1])) is None
+
+
 def test_the_tables_of_given_numbers(given):
     _, ucs, cohesion, _ = given.check_lines
     assert (

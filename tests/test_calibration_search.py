@@ -304,6 +304,20 @@ def test_waves_stay_in_the_budget_and_tests_are_made_at_one_scale(whole):
     assert len(np.unique(found.design.scales)) > 10  # for rocks of many
 
 
+@pytest.mark.thorough
+def test_a_rock_is_found_by_triaxial_strengths_without_its_ucs():
+    """How strong the rock is, for confined tests, is told by the line through them."""
+    targets = targets_at(HIDDEN_BRITTLE, ("tensile_strength", "strength at 20 MPa", "strength at 75 MPa"))
+    found = searched(targets, ["ucs"], more=range(4, 13), law=BRITTLE, free=STRENGTHS, tied={})
+    for k, value in enumerate(HIDDEN_BRITTLE.values()):
+        low, high = found.posterior.interval(k, 0.99)
+        assert low <= value <= high
+        assert high / low < 1.6
+    ucs = exact(HIDDEN_BRITTLE)["ucs"]
+    near = found.design.scales * found.design.values["ucs"].mean(axis=1) / ucs
+    assert np.median(near) == pytest.approx(1, abs=0.1)
+
+
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_answer():
     two = {name: RANGES[name] for name in ("tensile_strength", "cohesion")}

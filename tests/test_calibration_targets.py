@@ -12,7 +12,7 @@ from support import STIFF
 
 import grainlaw as gl
 from grainlaw.calibration.space import space_of
-from grainlaw.calibration.targets import AIMS, measured_by, needed_tests
+from grainlaw.calibration.targets import AIMS, Target, measured_by, needed_tests
 from grainlaw.laws import BandisClosure, CohesiveCrack, MohrCoulomb
 from grainlaw.units import GPa, MPa
 
@@ -36,6 +36,10 @@ def test_a_target_is_a_value_or_a_value_with_its_uncertainty():
         ({"ucs": "120 MPa"}, r"ucs = '120 MPa' is not allowed, it must be a number \(Pa\)"),
         ({"ucs": 1e8, "confinements": [-1e6]}, r"confinements\[0\] = -1000000.0 Pa"),
         ({"ucs": 1e8, "confinements": [1e6, 1e6]}, "each only once"),
+        ({"triaxial": [1e6, 4e6]}, "triaxial = .* must be a mapping of confinements"),
+        ({"triaxial": {-1e6: 4e6}}, r"triaxial = -1000000\.0 Pa"),
+        ({"triaxial": {2e7: 1e7}}, r"strength of 10000000\.0 Pa under 20000000\.0 Pa is not allowed, it is the axial"),
+        ({"triaxial": {2e7: (4e8, -1)}}, "Targets: strength at 20 MPa: uncertainty = -1"),
         ({"uniaxial": 1e8}, "there is no 'uniaxial'"),
         ({}, "there is no target"),
     ],
@@ -48,9 +52,33 @@ def test_targets_that_no_rock_has_are_refused(wrong, words):
 def test_tests_follow_from_the_targets():
     assert needed_tests(["tensile_strength", "cohesion"]) == ("compression", "confined", "tension")
     assert needed_tests(["fracture_toughness", "brazilian_strength"]) == ("brazilian", "bending")
-    assert {"ucs", "crack_damage"} <= set(measured_by(["compression"]))
-    assert "cohesion" not in measured_by(["compression"])
-    assert {name for name in gl.Targets.__slots__ if not name.startswith("_")} - {"confinements"} <= set(AIMS)
+    line = gl.Targets(ucs=1e8)
+    assert {"ucs", "crack_damage"} <= set(measured_by(["compression"], line))
+    assert "cohesion" not in measured_by(["compression"], line)
+    assert "cohesion" in measured_by(["compression", "confined"], line)
+    names = {name for name in gl.Targets.__slots__ if not name.startswith("_")}
+    assert names - {"confinements", "triaxial"} <= set(AIMS)
+
+
+def test_strengths_under_confinement_are_targets_by_their_pressure():
+    """Without a line, unless it is asked for too; they are measured where confined tests are."""
+    targets = gl.Targets(triaxial={75 * MPa: (703 * MPa, 9 * MPa), 2.5 * MPa: 200 * MPa})
+    assert targets.given == {
+        "strength at 2.5 MPa": Target(200 * MPa, 4 * MPa), "strength at 75 MPa": Target(703 * MPa, 9 * MPa)
+    }  # fmt: skip
+    assert targets.tested == targets.given
+    assert targets.pressures == ()
+    assert targets.confined
+    assert AIMS["strength at 2.5 MPa"].confinement == 2.5 * MPa
+    assert AIMS["strength at 2.5 MPa"].shown.heading == "strength at 2.5 MPa (MPa)"
+    assert needed_tests([*targets.given]) == ("compression", "confined")
+    names = measured_by(["compression", "confined"], targets)
+    assert {*targets.given, "ucs"} <= set(names)
+    assert not {"cohesion", "friction_angle"} & set(names)
+    assert "strength at 75 MPa" not in measured_by(["compression"], targets)
+    both = gl.Targets(cohesion=3e7, friction_angle=50, confinements=[1e6], triaxial={75 * MPa: 703 * MPa})
+    assert both.pressures == (1e6,)
+    assert not gl.Targets(tensile_strength=1e7).confined
 
 
 def test_confinements_are_a_twentieth_of_the_strength_if_none_is_given():

@@ -153,6 +153,16 @@ def test_the_rock_itself_is_tested_under_confinement(tested):
 
 
 @pytest.mark.thorough
+def test_a_strength_under_confinement_is_that_of_the_rock_over_its_scale(tmp_path, monkeypatch):
+    simulated = simulator(tmp_path / "s", [])
+    found = simulated.values([POINT], ["strength at 4 MPa"], [1], [0.5])
+    half = attrs.evolve(BRITTLE, **{name: value / 2 for name, value in POINT.items()})
+    pressed = attrs.evolve(TESTS["confined"], confinement=4 * MPa)
+    peak = gl.simulate(prism(1), half, pressed, threads=1).summary["strength"]
+    assert found["strength at 4 MPa"][0, 0] == peak / 0.5
+
+
+@pytest.mark.thorough
 def test_what_is_in_the_store_is_not_run_again(tested, monkeypatch):
     folder, free, _ = tested
     refuse_to_run(monkeypatch)

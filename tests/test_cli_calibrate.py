@@ -15,9 +15,11 @@ import pytest
 from command_line import invoke
 
 import grainlaw as gl
+from grainlaw.calibration.targets import Target
 from grainlaw.cli.calibrate import _tie, _write_rock, calibration_of, targets_of
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import read_file
+from grainlaw.fields import ParameterError
 from grainlaw.units import GPa, MPa
 
 calibrate = importlib.import_module("grainlaw.cli.calibrate")
@@ -87,6 +89,11 @@ def test_targets_have_units():
     assert targets.youngs_modulus.value == 60 * GPa
     assert (targets.fracture_toughness.value, targets.fracture_toughness.uncertainty) == (1.2e6, 5e4)
     assert targets.pressures == (4 * MPa,)
+    triaxial = targets_of({"triaxial": [["20 MPa", "404 MPa"], [75e6, "703 MPa", "9 MPa"]]}).triaxial
+    assert triaxial == {20 * MPa: Target(404 * MPa, 8.08 * MPa), 75 * MPa: Target(703 * MPa, 9 * MPa)}
+    for wrong in ({"20 MPa": "404 MPa"}, ["20 MPa", "404 MPa"], [["20 MPa"]]):
+        with pytest.raises(ParameterError, match=r"targets\.triaxial = .* a list of \[confinement, strength\]"):
+            targets_of({"triaxial": wrong})
 
 
 @pytest.mark.parametrize(

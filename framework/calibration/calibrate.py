@@ -79,7 +79,7 @@ def calibrate(
     wanted = needed_tests((*targets.tested, *asked))
     made = checked_tests(tests or {})
     shapes = checked_specimens(specimens, (*wanted, *(["compression"] if targets.elastic else [])))
-    if "confined" in wanted and not targets.pressures:
+    if {"cohesion", "friction_angle"} & {*targets.tested, *asked} and not targets.pressures:
         raise ParameterError("calibrate: cohesion or friction_angle needs confinements: Targets(confinements=[...])")
 
     first = _space(law, free, tied or {}, shapes, targets)
@@ -89,9 +89,7 @@ def calibrate(
     case = TrialCase(first.law, first.base, first.ties, shapes, made, 1.0)
     simulator = StudySimulator(case, first.powers, targets.pressures, store, workers=workers, on=on, progress=progress)
     simulator.weakest = first.weakest
-    names = [name for name in measured_by(wanted) if not AIMS[name].is_elastic]
-    if "confined" not in wanted:
-        names = [name for name in names if "confined" not in AIMS[name].tests]
+    names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]
     others = range(seeds + 1, seeds + more + 1)
     search = Search(first, targets.tested, names, simulator, range(1, seeds + 1), budget, seed, others, tell)
     stiffness = None
@@ -108,7 +106,7 @@ def calibrate(
     best = _rounded(space, found.posterior.best)
     tell(f"the best parameters on {fresh} other seeds")
     simulator.weakest = 1.0  # they have the rock's own strength
-    possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.pressures)]
+    possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.confined)]
     rows = check(found.match, targets, simulator, best, possible, range(seeds + more + 1, seeds + more + fresh + 1))
     seen = identifiability(found.match, found.posterior, seed)
     return attrs.evolve(

@@ -48,7 +48,7 @@ def check(
     match: Match, targets: Targets, simulator: Simulator, best: np.ndarray, tests: Sequence[str], seeds: Sequence[int]
 ) -> list[Compared]:
     """Test the best parameters (d,) themselves, and compare with targets and with what emulators predict."""
-    names = measured_by(tests)
+    names = measured_by(tests, targets)
     values = simulator.values([match.space.mapping(best)], names, seeds, np.ones(1))
     given = targets.given
     rows = [_row(match, name, given, best, values[name][0], len(seeds)) for name in names]

@@ -120,31 +120,36 @@ def left_out(found: Calibration) -> Figure:
 
 
 def envelope(found: Calibration) -> Figure | None:
-    """The line of the fresh seeds' mean strengths and that of the targets; None without confined tests."""
+    """Strengths of the fresh seeds and the targets over confinement, with their lines; None without confined tests."""
     checks = {each.name: each for each in found.checks}
-    if not {"ucs", "cohesion", "friction_angle"} <= set(checks) or not found.targets.pressures:
+    under = {AIMS[name].confinement: each for name, each in checks.items() if AIMS[name].confinement or name == "ucs"}
+    lines = {}
+    if found.targets.pressures and {"cohesion", "friction_angle"} <= set(checks):
+        lines["fresh seeds"] = [checks[name].measured for name in ("cohesion", "friction_angle")]
+    if "ucs" not in checks or not (lines or len(under) > 1):
         return None
-    figure = Figure(figsize=(5, 3.8), layout="constrained")
-    axes = figure.subplots()
-    at = np.linspace(0, max(found.targets.pressures), 2)
-    lines = {"fresh seeds": [checks[name].measured for name in ("cohesion", "friction_angle")]}
     if found.targets.cohesion and found.targets.friction_angle:
         lines["targets"] = [found.targets.cohesion.value, found.targets.friction_angle.value]
-    for (words, (cohesion, angle)), color in zip(lines.items(), (BLUE, VERMILLION), strict=False):
-        phi = math.radians(angle)
-        root = math.tan(math.pi / 4 + phi / 2)
+    figure = Figure(figsize=(5, 3.8), layout="constrained")
+    axes = figure.subplots()
+    at = np.linspace(0, max([*found.targets.pressures, *under]), 2)
+    for words, (cohesion, angle) in lines.items():
+        root = math.tan(math.pi / 4 + math.radians(angle) / 2)
         label = f"{words}: c = {cohesion / 1e6:.2f} MPa, phi = {angle:.2f} deg"
+        color = VERMILLION if words == "targets" else BLUE
         axes.plot(at / 1e6, (2 * cohesion * root + root**2 * at) / 1e6, color=color, label=label)
-    ucs = checks["ucs"]
-    reach = np.array([[ucs.measured - ucs.interval[0]], [ucs.interval[1] - ucs.measured]]) / 1e6
-    axes.errorbar(0, ucs.measured / 1e6, reach, fmt="o", color=BLUE, capsize=3)
-    if ucs.target:
-        axes.errorbar(0, ucs.target.value / 1e6, ucs.target.uncertainty / 1e6, fmt="D", color=VERMILLION, capsize=3)
+    for pressure, each in under.items():
+        reach = np.array([[each.measured - each.interval[0]], [each.interval[1] - each.measured]]) / 1e6
+        axes.errorbar(pressure / 1e6, each.measured / 1e6, reach, fmt="o", color=BLUE, capsize=3)
+        if each.target:
+            known = each.target.value / 1e6, each.target.uncertainty / 1e6
+            axes.errorbar(pressure / 1e6, *known, fmt="D", color=VERMILLION, capsize=3)
     axes.set_xlabel("confinement (MPa)")
     axes.set_ylabel("strength (MPa)")
     axes.set_ylim(bottom=0)
     axes.grid(alpha=0.25)
-    axes.legend(frameon=False, fontsize=9, loc="lower right")
+    if lines:
+        axes.legend(frameon=False, fontsize=9, loc="lower right")
     return figure
 
 

@@ -71,7 +71,7 @@ def _targets(found: Calibration) -> list[list[str]]:
     for name, target in found.targets.given.items():
         look = AIMS[name].shown
         rows.append([look.heading, f"{look.text(target.value)} ± {look.text(target.uncertainty)}"])
-    if any("confined" in AIMS[name].tests for name in found.targets.given):
+    if {"cohesion", "friction_angle"} & {*found.targets.given}:
         rows.append(["confinements (MPa)", ", ".join(f"{p / 1e6:g}" for p in found.targets.pressures)])
     return rows
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import attrs
@@ -11,7 +11,7 @@ import attrs
 from grainlaw.arguments import Checked, is_number
 from grainlaw.columns import quantity_of
 from grainlaw.fields import ParameterError, checked_number
-from grainlaw.messages import nearest, short
+from grainlaw.messages import nearest, refusal, short
 from grainlaw.quantity import Quantity
 from grainlaw.unit_text import without_prefixes
 
@@ -33,11 +33,12 @@ class Aim:
     least: float = 0.0  #: a value is above it
     most: float = math.inf  #: and below it
     is_log: bool = True  #: whether its logarithm is emulated
+    confinement: float = 0.0  #: Pa, of a strength under one
 
     @property
     def shown(self) -> Quantity:
         """How it is shown."""
-        return quantity_of(self.name)
+        return Quantity(self.name, "MPa", words=self.name, form=".2f") if self.confinement else quantity_of(self.name)
 
     @property
     def unit(self) -> str:
@@ -50,8 +51,19 @@ class Aim:
         return self.name in ("youngs_modulus", "poissons_ratio")
 
 
-AIMS = {
-    aim.name: aim
+UNDER = "strength at "  #: a confinement in MPa
+
+
+class Aims(dict[str, Aim]):
+    """By name; the strength under a confinement, as "strength at 20 MPa", is made when it is asked for."""
+
+    def __missing__(self, name: str) -> Aim:
+        pressure = float(name.removeprefix(UNDER).removesuffix(" MPa")) * 1e6
+        return Aim(name, (COMPRESSION, CONFINED), "strength", confinement=pressure)
+
+
+AIMS = Aims(
+    (aim.name, aim)
     for aim in (
         Aim("youngs_modulus", (COMPRESSION,), "modulus", power=0),
         Aim("poissons_ratio", (COMPRESSION,), "poisson", power=0, least=-1, most=0.5, is_log=False),
@@ -64,7 +76,7 @@ AIMS = {
         Aim("crack_initiation", (COMPRESSION,), "crack_initiation_lateral"),
         Aim("crack_damage", (COMPRESSION,), "crack_damage"),
     )
-}
+)
 
 
 @attrs.frozen
@@ -76,9 +88,13 @@ class Target:
 
 
 def _target(given: Any, _component: Any, attribute: Any) -> Target | None:
-    if given is None or isinstance(given, Target):
+    return given if given is None else _target_of(AIMS[attribute.name], given)
+
+
+def _target_of(aim: Aim, given: Any) -> Target:
+    if isinstance(given, Target):
         return given
-    aim, where = AIMS[attribute.name], f"Targets: {attribute.name}"
+    where = f"Targets: {aim.name}"
     pair = (given, None) if is_number(given) else given
     if isinstance(pair, (str, bytes)) or not isinstance(pair, Sequence) or len(pair) != 2:
         raise ParameterError(
@@ -91,6 +107,20 @@ def _target(given: Any, _component: Any, attribute: Any) -> Target | None:
     return Target(value, usual if pair[1] is None else checked_number(f"{where}: uncertainty", pair[1], at_least=0))
 
 
+def _triaxial(given: Any) -> dict[float, Target]:
+    if not isinstance(given, Mapping):
+        raise refusal("Targets: triaxial", given, "a mapping of confinements (Pa) to strengths")
+    pressures = [checked_number("Targets: triaxial", pressure, "Pa", above=0) for pressure in given]
+    found = {p: _target_of(AIMS[f"{UNDER}{p / 1e6:g} MPa"], given[p]) for p in sorted(pressures)}
+    for pressure, target in found.items():
+        if target.value <= pressure:
+            raise ParameterError(
+                f"Targets: triaxial: a strength of {short(target.value)} Pa under {short(pressure)} Pa is not allowed, "
+                "it is the axial stress and must be above the confinement"
+            )
+    return found
+
+
 def _wanted() -> Any:
     return attrs.field(default=None, converter=attrs.Converter(_target, takes_self=True, takes_field=True))
 
@@ -101,8 +131,9 @@ class Targets(metaclass=Checked):
 
     ``ucs=126.65 * MPa`` or ``ucs=(126.65 * MPa, 4 * MPa)``; the uncertainty is that of the mean, 2 % of the value if it
     is not given. Cohesion and friction angle are those of a straight line through the strengths without and under the
-    ``confinements`` (Pa, at most a few), a twentieth of the UCS if none is given. Raises ParameterError for a value
-    that no rock has.
+    ``confinements`` (Pa, at most a few), a twentieth of the UCS if none is given. ``triaxial`` are axial stresses at
+    failure by confinement, ``{20 * MPa: 404 * MPa, 75 * MPa: (703 * MPa, 20 * MPa)}``. Raises ParameterError for a
+    value that no rock has.
     """
 
     youngs_modulus: Target | None = _wanted()  #: Pa, of the rock, not of its plane problem
@@ -115,6 +146,7 @@ class Targets(metaclass=Checked):
     fracture_toughness: Target | None = _wanted()  #: Pa sqrt(m), of the notched half disc
     crack_initiation: Target | None = _wanted()  #: Pa, by the lateral strain
     crack_damage: Target | None = _wanted()  #: Pa, by the volumetric strain
+    triaxial: Mapping[float, Any] = attrs.field(factory=dict, converter=_triaxial)  #: Pa by Pa
     confinements: Sequence[float] = ()  #: Pa, of the tests behind cohesion and friction angle
 
     def __attrs_post_init__(self) -> None:
@@ -129,7 +161,8 @@ class Targets(metaclass=Checked):
     def given(self) -> dict[str, Target]:
         """The targets by name."""
         found = {name: getattr(self, name) for name in AIMS}
-        return {name: target for name, target in found.items() if target is not None}
+        named = {name: target for name, target in found.items() if target is not None}
+        return named | {f"{UNDER}{pressure / 1e6:g} MPa": target for pressure, target in self.triaxial.items()}
 
     @property
     def elastic(self) -> dict[str, Target]:
@@ -142,10 +175,17 @@ class Targets(metaclass=Checked):
         return {name: target for name, target in self.given.items() if not AIMS[name].is_elastic}
 
     @property
+    def confined(self) -> bool:
+        """Whether anything is known of confined tests."""
+        return bool(self.pressures or self.triaxial)
+
+    @property
     def pressures(self) -> tuple[float, ...]:
-        """Pa, confinements of the confined tests."""
+        """Pa, confinements of the tests behind cohesion and friction angle."""
         if self.confinements:
             return tuple(sorted(map(float, self.confinements)))
+        if self.triaxial and self.cohesion is None and self.friction_angle is None:
+            return ()
         if self.ucs is not None:
             return (float(f"{CONFINED_AT * self.ucs.value:.3g}"),)
         if self.cohesion is not None and self.friction_angle is not None:
@@ -170,6 +210,8 @@ def needed_tests(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(test for test in TESTS if test in wanted)
 
 
-def measured_by(tests: Sequence[str]) -> tuple[str, ...]:
-    """All quantities that some tests measure, asked for or not."""
-    return tuple(name for name, aim in AIMS.items() if set(aim.tests) <= set(tests))
+def measured_by(tests: Sequence[str], targets: Targets) -> tuple[str, ...]:
+    """All quantities that some tests measure, asked for or not, under the confinements of the targets."""
+    lines = bool(targets.pressures)
+    names = [name for name, aim in AIMS.items() if lines or CONFINED not in aim.tests]
+    return tuple(name for name in dict.fromkeys([*names, *targets.given]) if set(AIMS[name].tests) <= set(tests))

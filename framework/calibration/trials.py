@@ -130,6 +130,8 @@ class StudySimulator(Simulator):
         scales: np.ndarray,
     ) -> Values:  # fmt: skip
         tests, cases = needed_tests(quantities), list[dict[str, Any]]()
+        aims = [AIMS[name] for name in quantities if CONFINED in AIMS[name].tests]
+        confined = dict.fromkeys(p for aim in aims for p in ((aim.confinement,) if aim.confinement else self.pressures))
         self.names = tuple(points[0]) if points else ()
         trials = [
             {test: self._tested(test, point, float(scale)) for test in tests}
@@ -137,7 +139,7 @@ class StudySimulator(Simulator):
         ]
         for of_point in trials:
             for test, tested in of_point.items():
-                levels = self.pressures if test == CONFINED else (0.0,)
+                levels = confined if test == CONFINED else (0.0,)
                 cases += [{**tested, "confinement": level} for level in levels]
         cases = list({tuple(case.items()): case for case in cases}.values())
         if not cases:
@@ -191,6 +193,8 @@ class StudySimulator(Simulator):
 
         if CONFINED not in aim.tests:
             return column(aim.tests[0], 0.0, aim.column)
+        if aim.confinement:
+            return column(CONFINED, aim.confinement, "strength") / scale
         peaks = [scale * column(COMPRESSION, 0.0, "strength")]
         peaks += [column(CONFINED, level, "strength") for level in self.pressures]
         if not np.isfinite(peaks).all():

@@ -20,6 +20,7 @@ LATER = 5  #: of each later one
 WAVES = 3
 SHARE = 0.6  #: of the budget that the first wave takes at most
 ENOUGH = 0.1  #: of the variance of a prediction is the emulator's: then another wave tells little
+STEEP = 5.0  #: of strength over confinement, where one test is all that is known
 CANDIDATES = 600  #: of which the points of a wave are chosen
 
 Tell = Callable[[str], None]
@@ -228,6 +229,8 @@ class Search:
         if "ucs" not in wanted and "ucs" in values and {"cohesion", "friction_angle"} <= set(self.targets):
             phi = np.radians(self.targets["friction_angle"].value)
             wanted["ucs"] = float(2 * self.targets["cohesion"].value * np.cos(phi) / (1 - np.sin(phi)))
+        if "ucs" not in wanted and "ucs" in values and (line := self._line()):
+            wanted["ucs"] = line
         names = ["ucs"] if "ucs" in wanted else list(wanted)
         if not names:
             return np.ones(count)
@@ -235,6 +238,15 @@ class Search:
         found = np.exp(_middle(np.array(logs).T))
         ends = scale.low / self.space.reference, scale.high / self.space.reference
         return np.array([float(f"{value:.4g}") for value in np.clip(np.nan_to_num(found, nan=1.0), *ends)])
+
+    def _line(self) -> float | None:
+        """UCS (Pa), about, from triaxial targets: it only decides which rock is tested under confinement."""
+        of = [(AIMS[name].confinement, target.value) for name, target in self.targets.items() if AIMS[name].confinement]
+        if not of:
+            return None
+        pressure, strength = np.array(of).T
+        steepness = np.polyfit(pressure, strength, 1)[0] if len(of) > 1 else STEEP
+        return float(max(strength[0] - steepness * pressure[0], strength[0] / 4))
 
 
 def _middle(rows: np.ndarray) -> np.ndarray:

@@ -22,7 +22,7 @@ from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables, toml
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError, whole_number
-from grainlaw.messages import nearest, short
+from grainlaw.messages import nearest, refusal, short
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.results.files import writable_folder, write_atomically
 from grainlaw.runs.record import versions
@@ -143,17 +143,28 @@ def _set(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def targets_of(table: Mapping[str, Any]) -> Targets:
     """The table [targets]: quantities, or lists of a value and its uncertainty. Raises :class:`ParameterError`."""
-    refuse_unknown("targets", table, [*AIMS, "confinements"])
+    refuse_unknown("targets", table, [*AIMS, "confinements", "triaxial"])
     values: dict[str, Any] = {}
     for name, given in table.items():
         if name == "confinements":
             listed = given if isinstance(given, list) else [given]
             values[name] = [quantity(each, "Pa", f"targets.{name}") for each in listed]
+        elif name == "triaxial":
+            values[name] = _triaxial(given)
         elif isinstance(given, list):
             values[name] = tuple(_value(name, each) for each in given)
         else:
             values[name] = _value(name, given)
     return Targets(**values)
+
+
+def _triaxial(given: Any) -> dict[float, Any]:
+    if not isinstance(given, list) or not all(isinstance(row, list) and len(row) in (2, 3) for row in given):
+        raise refusal(
+            "targets.triaxial", given, "a list of [confinement, strength] or [confinement, strength, uncertainty]"
+        )
+    rows = [[quantity(each, "Pa", "targets.triaxial") for each in row] for row in given]
+    return {pressure: strength[0] if len(strength) == 1 else tuple(strength) for pressure, *strength in rows}
 
 
 def _value(name: str, given: Any) -> float:
