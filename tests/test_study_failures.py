@@ -1,6 +1,7 @@
 """Studies whose cases, workers, folders or input fail: every failure is a row or a clear error, nothing is lost."""
 
 import errno
+import importlib
 import os
 import subprocess
 import sys
@@ -414,3 +415,25 @@ def test_cases_that_finished_are_doubted_where_the_specimen_had_not_failed(tmp_p
     assert f"{line}." in (tmp_path / "report.html").read_text("utf-8")
     kept = table.where(law="brittle")
     assert kept.doubts[words] == [0, 1]
+
+
+def test_a_class_of_ones_own_is_known_by_what_it_is_not_by_its_file(tmp_path, monkeypatch):
+    """A study that is imported from a script, or from a renamed file, has the cases of the script."""
+    text = (
+        "import grainlaw as gl\n"
+        "class Highest(gl.Measure):\n"
+        "    name, meaning = 'highest', 'the highest'\n"
+        "    def find(self, laboratory):\n"
+        "        return FACTOR * laboratory.result.curves['stress'].max()\n"
+        "def case(seed):\n"
+        "    return Highest\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    found = {}
+    for name, factor in (("one_name", "2"), ("other_name", "2"), ("third_name", "3")):
+        (tmp_path / f"{name}.py").write_text(text.replace("FACTOR", factor))
+        module = importlib.import_module(name)
+        found[name] = digest(module.Highest), digest(module.Highest()), digest(module.case)
+        sys.modules.pop(name)
+    assert found["one_name"] == found["other_name"]
+    assert not set(found["one_name"]) & set(found["third_name"])

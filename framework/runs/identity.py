@@ -62,6 +62,11 @@ def is_own(file: str) -> bool:
     return {"site-packages", "dist-packages"}.isdisjoint(Path(file).parts)
 
 
+def _home(kind: type) -> tuple[str, str]:
+    """Where a class is from: one of the user's own is the same in a script, imported from it, and in a renamed file."""
+    return "" if is_own(file_of(kind)) else kind.__module__, kind.__qualname__
+
+
 @functools.cache
 def _packages() -> Mapping[str, list[str]]:
     return importlib.metadata.packages_distributions()
@@ -102,7 +107,7 @@ class _Walk(Hasher):
             self.word("again", self.known[id(thing)][0])
             return
         self.known[id(thing)] = len(self.known), thing
-        self.word(type(thing).__module__, type(thing).__qualname__)
+        self.word(*_home(type(thing)))
         names = list(self.parts(thing, where))
         self.word(len(names))
         for name, value in names:
@@ -144,7 +149,7 @@ class _Walk(Hasher):
 
     def kind(self, kind: type, where: str) -> None:
         """A class; one of the user's with its bases and all that it defines."""
-        self.word("class", kind.__module__, kind.__qualname__)
+        self.word("class", *_home(kind))
         if not is_own(file_of(kind)):
             self.word(_release(kind.__module__))
             return
