@@ -110,7 +110,7 @@ def stored(tmp_path, monkeypatch):
     )  # fmt: skip
     chosen = SimpleNamespace(
         study=ours, folder=tmp_path / "granite", file=tmp_path / "granite.toml", by=["law"], over=["seed"],
-        try_first=lambda: None,
+        try_first=lambda: [],
     )  # fmt: skip
     monkeypatch.setattr(cli, "study_of", lambda file, assignments, quick: chosen)
     return table, calls, tmp_path

@@ -282,6 +282,22 @@ def test_a_run_prints_and_writes_what_to_cite(own, tmp_path):
     assert 'cite = ["Me 2026"]' in (out / "config.toml").read_text("utf-8")
 
 
+def test_a_comparison_and_a_study_print_what_to_cite_once(own, tmp_path):
+    """A study of two rocks prints the works of both."""
+    few = ["--grains", "8", "--seeds", "1,2", "--laws", "linear", "--max-strain", "1e-5"]
+    (tmp_path / "c.toml").write_text(f"[rock]\ntype = '{own}'\n", encoding="utf-8")
+    said = invoke("compare", "--config", str(tmp_path / "c.toml"), *few, "--out", str(tmp_path / "c"))
+    assert said.exit_code == 0, said.output
+    assert said.output.count("to cite: Me 2026\n") == 1
+    text = f"[sample]\ngrains = 8\n[test]\ntype = '{UCS}'\nmaximum_strain = 1e-5\nsamples = 10\n"
+    text += f"[vary]\nrock = ['{own}', 'palabora-carbonatite-printed']\n'sample.seed' = '1..2'\n"
+    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
+    said = invoke("study", str(tmp_path / "s.toml"), "--workers", "1")
+    assert said.exit_code == 0, said.output
+    cited = [line for line in said.output.splitlines() if line.startswith("to cite: ")]
+    assert cited == [f"to cite: {work}" for work in ("Me 2026", *gl.rocks["palabora-carbonatite-printed"].cite)]
+
+
 def test_the_page_of_rocks_lists_them_all():
     page = (Path(__file__).parents[1] / "docs" / "rocks.md").read_text("utf-8")
     assert [f"| `{name}` | {rock.about} |" for name, rock in gl.rocks.items()] == re.findall(r"\| `.*", page)

@@ -19,6 +19,7 @@ from grainlaw.cli.running import (
     linked,
     portable_option,
     refusing,
+    tell_works,
     threads_option,
     writing_to,
 )
@@ -126,6 +127,7 @@ def compare(
         record = {"sample": first.sections["sample"], "versions": versions()}
         comparison.write_report(claim.path / "report.html", record=record, files=linked(claim.path))
         click.echo(comparison)
+        tell_works(specimens[numbers[0]].cite)
         finished(claim)
     if comparison.failed:
         count, what = len(comparison.failed) + len(comparison.results), "laws" if len(numbers) == 1 else "runs"

@@ -6,7 +6,7 @@ import functools
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
@@ -140,6 +140,12 @@ def finished(claim: Claim) -> None:
     for folder in (claim.path, *claim.path.iterdir()):
         tidy(folder)
     click.echo(f"\n{contents(claim.path)}")
+
+
+def tell_works(works: Iterable[str]) -> None:
+    """Say what to cite, each work once."""
+    for work in dict.fromkeys(works):
+        click.echo(f"to cite: {work}")
 
 
 def tell_certificate(results: Mapping[str, Result]) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 
 import click
 
-from grainlaw.cli.running import contents, end_stopped, refusing
+from grainlaw.cli.running import contents, end_stopped, refusing, tell_works
 from grainlaw.cli.study_file import StudyFile, study_of
 from grainlaw.columns import quantity_of
 from grainlaw.compiler.cache import compile_portably
@@ -147,9 +147,10 @@ def run(
 ) -> None:  # fmt: skip
     """Run the cases that are not finished, and print the means over the seeds."""
     with ending(chosen.study, folder):
-        chosen.try_first()
+        works = chosen.try_first()
         table = chosen.study.run(folder, on=on, workers=workers, shard=shard)
     click.echo(means(table, chosen.by))
+    tell_works(works)
     click.echo(f"\n{chosen.study.status(folder)}\n{contents(folder)}")
     if table.failed:
         raise click.ClickException(f"{len(table.failed)} of {len(table)} cases failed{_reasons(table)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 from collections import Counter
@@ -165,14 +166,23 @@ class StudyFile:
         """Where its store is if nothing else is said: beside the file, under its name."""
         return self.file.with_suffix("")
 
-    def try_first(self) -> None:
-        """Build the first case, so that what is wrong with all of them is known at once. Raises ParameterError."""
-        first = next(iter(self.study.design))
-        try:
-            Recipe(self.study.case, (), self.study.design.named).run(first)
-        except ParameterError as error:
-            levels = ", ".join(f"{name} = {level}" for name, level in first.items())
-            raise ParameterError(f"{self.file}: the case {levels} is refused: {error}") from None
+    def try_first(self) -> list[str]:
+        """Build the first case of each rock, so that what is wrong with all of them is known at once; what to cite.
+
+        Raises ParameterError.
+        """
+        rock = next((factor.name for factor in self.factors if factor.place == ("rock", "type")), None)
+        firsts: dict[Any, Mapping[str, Any]] = {}
+        for levels in self.study.design if rock else itertools.islice(self.study.design, 1):
+            firsts.setdefault(levels[rock] if rock else None, levels)
+        works: list[str] = []
+        for first in firsts.values():
+            try:
+                works += Recipe(self.study.case, (), self.study.design.named).run(first).specimen.cite
+            except ParameterError as error:
+                words = ", ".join(f"{name} = {level}" for name, level in first.items())
+                raise ParameterError(f"{self.file}: the case {words} is refused: {error}") from None
+        return works
 
     @property
     def over(self) -> list[str]:

@@ -19,6 +19,7 @@ from grainlaw.cli.running import (
     portable_option,
     refusing,
     tell_certificate,
+    tell_works,
     threads_option,
     writing_to,
 )
@@ -114,8 +115,7 @@ def test(
         if interactive:
             write_interactive(result, claim.path / INTERACTIVE, probe=probe)
         click.echo(aligned(texts(result, result.summary).items()))
-        for work in result.specimen.cite:
-            click.echo(f"to cite: {work}")
+        tell_works(result.specimen.cite)
         if certify and not reason:
             click.echo(f"\n{_certified(name, result, chosen, claim)}")
         tell_certificate({name: result})
