@@ -1,5 +1,6 @@
 """Grains filled with cells: they tile, keep their grains' outlines, have no short edges; what is refused."""
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -117,6 +118,16 @@ def test_count_and_size_mean_the_same():
     )
     assert np.array_equal(one.corners, other.corners)
     assert one.vertices == pytest.approx(other.vertices)
+
+
+@pytest.mark.parametrize("size", [1e-5, 1e5])
+def test_cells_grow_with_their_region(size):
+    """What counts as one point, as a short edge and as a small cell is measured by the cells; one cell vanishes."""
+    cells = Breakable(Voronoi(grains=20, seed=2), VoronoiCells(count=8, relaxation=0))
+    one, other = (cells.tessellate(rectangle(side, side)) for side in (1, size))
+    assert one.count < attrs.evolve(cells, merge=0.0).tessellate(rectangle(1, 1)).count
+    assert np.array_equal(one.corners, other.corners)
+    assert other.vertices / size == pytest.approx(one.vertices, abs=1e-9)
 
 
 def test_cleavage_of_a_brick_makes_equal_strips():

@@ -15,7 +15,7 @@ from grainlaw.fields import ParameterError
 from grainlaw.geometry import Bricks, Empirical, Even, Laguerre, Lognormal, disc, polygon, rectangle
 from grainlaw.geometry.cells import round_grains
 from grainlaw.geometry.cells.any_voronoi import frame
-from grainlaw.geometry.cells.area_cells import AreaFit, areas_cells
+from grainlaw.geometry.cells.area_cells import AreaFit, _toward, areas_cells
 from grainlaw.geometry.cells.area_fit import PowerCells, fitted, inside_areas
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram
 from grainlaw.geometry.cells.power_diagram import power_diagram
@@ -371,3 +371,13 @@ def test_steps_that_lead_away_are_halved() -> None:
     found = fitted(Steep(np.array([3.0, 0.0])), np.array([0.5, 0.5]), 1e-9)
     assert np.all(np.diff(MET) < 0)
     assert found.weights == pytest.approx([0, 0], abs=1e-8)
+
+
+def test_a_step_goes_the_whole_way_unless_a_cell_would_be_empty() -> None:
+    """Two squares of 1 m2, whose areas are linear in the weights; half of the way to a negative area leaves 0.25."""
+    region = rectangle(2, 1)
+    squares = PowerCells(region, region, np.array([(0.5, 0.5), (1.5, 0.5)]), np.zeros(2), 2.0)
+    assert _toward(squares, np.array([1.2, 0.8]), 0.8).areas == pytest.approx([1.2, 0.8], rel=1e-9)
+    assert _toward(squares, np.array([2.5, -0.5]), 0.02).areas == pytest.approx([1.75, 0.25], rel=1e-9)
+    small = _toward(squares, np.array([1.997, 0.003]), 0.003)
+    assert _toward(small, np.array([1.9978, 0.0022]), 0.5).areas[1] == pytest.approx(0.0022, rel=1e-6)

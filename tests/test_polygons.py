@@ -11,6 +11,8 @@ from tiling import BEAM, assert_sides_complete, assert_tiles, polygon_of, shoela
 
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Voronoi, disc, from_polygons, polygon, rectangle
+from grainlaw.geometry.cells import shared_edges
+from grainlaw.geometry.cells.outline import _inside
 from grainlaw.geometry.cells.shared_edges import Polygons
 
 pytestmark = pytest.mark.filterwarnings("ignore::grainlaw.geometry.SliverWarning")
@@ -122,6 +124,15 @@ def test_corners_near_to_a_given_region_are_put_on_it():
     assert from_polygons([UNIT, RIGHT], region=rectangle(2, 1)).areas.tolist() == [1, 1]
 
 
+def test_a_corner_near_to_an_oblique_side_of_a_given_region_is_put_on_it():
+    """Off by 0.4 mm, with 1 mm allowed; the side is as long as 5 m."""
+    rings = [[(0, 0), (4, 0), (2.00024, 1.50032)], [(0, 0), (2.00024, 1.50032), (0, 3)]]
+    region = polygon(np.add([(0, 0), (4, 0), (0, 3)], (6, 3)))
+    made = from_polygons([np.add(ring, (6, 3)) for ring in rings], region=region, tolerance=1e-3)
+    assert polygon_of(made, 0) == pytest.approx(np.array([(6, 3), (10, 3), (8, 4.5)]), abs=1e-12)
+    assert made.areas == pytest.approx([3, 3])
+
+
 def test_an_angle_is_cut_at_its_corner():
     made = from_polygons([ANGLE, [(1, 1), (2, 1), (2, 2), (1, 2)]])
     assert_tiles(made)
@@ -150,6 +161,7 @@ def test_a_hole_is_one_only_where_it_is_asked_for():
         ([UNIT, [(1, 0), (3, 0), (2, 0), (2, 1), (1, 1)]], "polygon 1 crosses or touches itself near (3, 0) m"),
         ([UNIT, [(1, 0), (1, 0), (1, 1)]], "polygon 1 at (1, 0) m has less than 3 different corners"),
         ([[(0, 0), (2, 0), (1, 0), (1, 1)]], "polygon 0 crosses or touches itself near (2, 0) m"),
+        ([UNIT, [(1, 0), (3, 0), (2, 0)]], "polygon 1 crosses or touches itself near (3, 0) m"),
         ([UNIT, [(0.9, 0), (2, 0), (2, 1), (0.9, 1)]], "polygons 0 and 1 overlap at the edge with the middle (0.95,"),
         ([UNIT, [(0.5, 0.25), (1.5, 0.5), (0.5, 0.75)]], "polygons 0 and 1 overlap near (1, 0.375) m"),
         ([UNIT, [(0.2, 0.2), (0.8, 0.5), (0.2, 0.8)]], "polygon 1 overlaps others near (0.4, 0.5) m, by 0.18 m2"),
@@ -200,6 +212,24 @@ def test_a_gap_is_no_hole_of_a_given_region():
 def test_other_input_is_refused(polygons, options, said):
     with pytest.raises(ParameterError, match=said):
         from_polygons(polygons, **options)
+
+
+def test_only_what_turns_both_ways_is_searched_for_crossings(monkeypatch):
+    searched, search = [], shared_edges.crossing_sides
+    monkeypatch.setattr(
+        shared_edges, "crossing_sides", lambda start, *more: searched.append(len(start)) or search(start, *more)
+    )
+    rings = [np.add(UNIT, (5, 7)), ANGLE, np.add(UNIT, (9, 9))[::-1], [(9, 0), (10, 0), (11, 0), (9, 1), (8, 0.5)]]
+    first = np.cumsum([0, *map(len, rings)])
+    made = shared_edges.cleaned("rings", np.concatenate(rings), np.arange(first[-1]), first)
+    assert searched == [6]
+    assert made.areas == pytest.approx([1, 3, 1, 1.5])
+
+
+def test_a_point_inside_a_loop_is_left_of_its_longest_edge():
+    """Of 5 m, from (3, 4) to the origin; a millionth of its length away from its middle."""
+    found = _inside(np.array([(0, 0), (1, 0), (3, 4)], dtype=float))
+    assert found == pytest.approx(np.array([(1.5 + 4e-6, 2 - 3e-6)]), abs=1e-12)
 
 
 def test_only_concave_polygons_are_cut():

@@ -383,6 +383,29 @@ def test_a_boundary_is_turned_where_it_would_leave_more_than_half_a_turn(skew: f
         assert (one - other) @ direction == pytest.approx(0, abs=1e-12)
 
 
+def test_seeds_of_several_corners_become_equally_far_each_from_its_own() -> None:
+    """The boundaries of the first and the last pair are turned, that of the second is not."""
+    seeds = np.array([(1, 0.3), (-0.8, 0.4), (11, 2.2), (9.3, 1.8), (5, 8), (6.2, 9.3), (3, 3)])
+    ways = [(0.6, 0.8), None, (-0.28, 0.96)]
+    pairs = [Pair(corner, (2 * k, 2 * k + 1), ways[k]) for k, corner in enumerate([(0, 0.1), (10, 1), (5.2, 9.1)])]
+    moved = _equally_far(seeds, pairs)
+    assert np.array_equal(moved[6], seeds[6])
+    for pair in pairs:
+        one, other = moved[list(pair.seeds)] - pair.corner
+        assert one @ one == pytest.approx(other @ other, rel=1e-12)
+        assert pair.turned is None or (one - other) @ pair.turned == pytest.approx(0, abs=1e-12)
+
+
+def test_only_a_corner_of_more_than_a_half_turn_is_reentrant() -> None:
+    """The flanks of the notch rise by 3 m on 2 m, so that a cut may lie 90 degrees less that slope off the bisector."""
+    notched = polygon([(0, 0), (2, 0), (4, 0), (4, 4), (2, 1), (0, 4)])
+    found = Cutter(notched, 1e-9).reentrant
+    assert list(found) == [3]
+    assert found[3].corner == (2, 1)
+    assert found[3].bisector == pytest.approx((0, -1))
+    assert found[3].play == pytest.approx(np.arctan(2 / 3))
+
+
 @pytest.mark.parametrize(
     ("corners", "direction"),
     [
