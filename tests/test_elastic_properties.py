@@ -2,6 +2,7 @@
 
 import re
 import time
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -10,7 +11,7 @@ from bodies import FACES, GRAVITY, Motion, box
 from support import BRITTLE, HILLERBORG, ROCK, STIFF, STRONG, nodal_forces, small_sample, state_of
 
 import grainlaw as gl
-from grainlaw.engine.spring_statics import stiffness_of_contacts
+from grainlaw.engine.spring_statics import _tangents, stiffness_of_contacts
 from grainlaw.geometry import Bricks, Hexagonal, disc, rectangle, together
 from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, Linear, PrePeak
 from grainlaw.protocols import UniaxialCompression
@@ -228,3 +229,26 @@ def test_what_has_no_answer_is_refused():
         named = dict(zip(("specimen", "law", "boundary", "state"), arguments, strict=False))
         with pytest.raises(gl.ParameterError, match=re.escape(words)):
             gl.elastic_properties(**named)
+
+
+def test_trial_displacements_are_a_little_of_those_of_a_point_and_of_the_grain_size():
+    """Against less slip where a bond holds, against more where it is broken; nothing where a point softens."""
+    asked = {}
+
+    def tangent(name, sign):
+        def answer(opening, slip, memory, little):
+            asked[name] = little
+            return sign * np.array([1.0, -2.0, 3.0, 4.0])
+
+        return answer
+
+    group = SimpleNamespace(
+        compiled=SimpleNamespace(batch=lambda opening, slip, memory: (opening, 2 * slip)),
+        tangent=tangent("normal", 1), tangent_in_slip=tangent("shear", -1),
+    )  # fmt: skip
+    state = SimpleNamespace(specimen=SimpleNamespace(grains=SimpleNamespace(grain_size=2e-3)))
+    opening, slip = np.array([0.0, 1e-4, 0.0, 1e-4]), np.array([0.0, -1e-5, -1e-3, 1e-3])
+    rows = _tangents(state, group, opening, slip, np.zeros((1, 4)), np.array([False, False, True, True]))
+    assert rows.tolist() == [[1, 0, 3, 4], [0, 2, 0, 0]]
+    assert asked["normal"] == pytest.approx([2e-12, 1e-10, 1e-9, 1e-9], rel=1e-9)
+    assert asked["shear"] == pytest.approx([-2e-12, 1e-10, -1e-9, 1e-9], rel=1e-9)

@@ -1,6 +1,7 @@
 """What a loading is told after a sample and what it makes of the steady motion, of numbers that are given."""
 
 import math
+import time
 from types import SimpleNamespace
 
 import attrs
@@ -9,9 +10,11 @@ import pytest
 from support import STIFF, small_sample, state_of
 
 import grainlaw as gl
+from grainlaw.engine.state import State
 from grainlaw.laws import Linear
 from grainlaw.loading import Adaptive, Constant
-from grainlaw.runs import stepper
+from grainlaw.protocols import FreeMotion
+from grainlaw.runs import execution, stepper
 from grainlaw.runs.execution import Execution
 from grainlaw.runs.loader import Loader, _Seen
 
@@ -265,3 +268,26 @@ def test_a_run_is_kept_where_it_ends_and_not_again():
     assert (run.go(), kept) == ("result", ["moment"])
     run.at.finished, run.folder = False, None
     assert (run.go(), kept) == ("result", ["moment"])
+
+
+def test_a_run_is_estimated_once_and_its_loop_is_timed(monkeypatch):
+    """Before the first of two stages; the clock of the loop counts no more than the whole run took."""
+    asked, begin = [], time.perf_counter()
+    monkeypatch.setattr(execution, "warn_of_cost", lambda state, stages, do: asked.append((len(stages), state.steps)))
+    body = FreeMotion(duration=1e-5, settle=1e-5, fixed=[0], tracked=[1])
+    result = gl.simulate(small_sample(2), Linear(**STIFF), body, frames=1)
+    assert asked == [(2, 0)]
+    assert 0 < result.summary["seconds"] < time.perf_counter() - begin
+
+
+def test_gravity_that_is_new_takes_half_a_step_from_velocities():
+    """Of 0.2 s: 2 kg gain 3 N * 0.2 s / 2 kg, and what is held gains nothing."""
+    made = object.__new__(State)
+    arrays = SimpleNamespace(
+        mass=np.array([[1.0, 4.0], [2.0, 8.0]]), free=np.array([[1.0, 1.0], [1.0, 0.0]]), velocity=np.full((2, 2), 5.0)
+    )
+    made.freedoms = SimpleNamespace(arrays=arrays, books=SimpleNamespace(given=np.array([7.0])))
+    made.gravity, made.time_step = SimpleNamespace(new=np.array([[0.0, 0.0], [3.0, 9.0]])), 0.2
+    made.take_back_half_a_step_of_gravity()
+    assert arrays.velocity.tolist() == [[5, 5], [pytest.approx(5 - 0.15), 5]]
+    assert made.freedoms.books.given[0] == pytest.approx(7 - 2 * 0.3**2 / 8)

@@ -3,6 +3,7 @@
 import itertools
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -11,7 +12,8 @@ import scipy
 from support import BRITTLE, ROCK, STIFF, small_sample
 
 import grainlaw as gl
-from grainlaw.engine.margin import Margin, _zero
+from grainlaw.engine import margin as margins
+from grainlaw.engine.margin import LowestMode, Margin, _Trials, _zero
 from grainlaw.engine.stability import touching_stiffness
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.geometry import Bricks, rectangle
@@ -297,3 +299,103 @@ def test_edges_touch_by_springs_on_their_common_part(gaps, points):
     assert moved.ravel() @ touching_stiffness(places, nodes, kn, ks, 9) @ moved.ravel() == pytest.approx(expected)
     places[2:] += 2.5 * size * along
     assert abs(touching_stiffness(places, nodes, kn, ks, 9)).max() == 0
+
+
+ROWS = np.array([[1.0, 0.0], [0.0, -2.0]])  #: a soft motion of two nodes of 2 and 4 kg: 18 kg m2 in all
+PULL = 3.0  #: N on it, which falls by 1.5 N/m
+
+
+class TwoNodes:
+    """What a margin needs of a state to settle a motion; it moves without force."""
+
+    def __init__(self, field, settled, velocity, pace):
+        self.arrays = SimpleNamespace(
+            mass=np.array([[2.0, 4.0], [2.0, 4.0]]), velocity=velocity.copy(), displacement=np.ones((2, 2)),
+            free=np.array([[1.0, 0.0], [1.0, 1.0]]),
+        )  # fmt: skip
+        self.freedoms = SimpleNamespace(arrays=self.arrays, catch_up=lambda held: self.done.append(("caught", held)))
+        books = SimpleNamespace(field=field.copy(), settled=settled.copy())
+        self.steady, self.time_step = SimpleNamespace(pace=pace, books=books), 1e-9
+        self.grains = SimpleNamespace(flat=np.ravel, unflat=lambda flat: flat.reshape(2, 2))
+        self.specimen = SimpleNamespace(grains=SimpleNamespace(grain_size=1e3))
+        self.done = []
+
+    def change_velocity(self, rows):
+        self.arrays.velocity += rows
+
+    def advance(self, state, coasting, steps):
+        self.arrays.displacement += steps * self.time_step * self.arrays.velocity
+        self.done.append(steps)
+
+
+class Pulls:
+    """Trials of such a state."""
+
+    def __init__(self, state, coasting):
+        self.remembered = False
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        pass
+
+    def forces(self, moved, scale):
+        return (PULL - 1.5 * moved[1, 1] / ROWS[1, 1]) * ROWS / np.sum(ROWS**2)
+
+
+@pytest.mark.parametrize(("way", "slower"), [(0.25, 1.0), (0.2, 0.4)])
+def test_a_settled_motion_goes_on_with_its_mean_velocity(way, slower, monkeypatch):
+    """By 2 along itself to where it has no force, and by 0.5 before: 2.5 on a way of 0.25 m, a rate of 10 per m.
+
+    It had (2 + 24) / 18 per s, at a pace of 0.25 m/s 5.8 per m: of more than twice as much it has just begun.
+    """
+    field, velocity = np.array([[0.3, 0.0], [0.1, 0.2]]), np.array([[1.0, 0.0], [0.7, -3.0]])
+    state = TwoNodes(field, 1 - 0.5 * ROWS, velocity, 0.25)
+    made = object.__new__(Margin)
+    made._state, made._coasting, made._carry, made._gather = state, None, np.eye(4), np.eye(4)
+    monkeypatch.setattr(margins, "_Trials", Pulls)
+    monkeypatch.setattr(margins, "advance", state.advance)
+    assert made.settle(LowestMode(margin=1.5, frequency=1.0, motion=ROWS.ravel()), way) == pytest.approx(2 * 2.0)
+    assert state.done == [1, ("caught", True), margins.INCREMENTS - 1]
+    assert state.arrays.displacement == pytest.approx(1 + 2 * ROWS)
+    mean = 2.5 / way * slower
+    weight = ROWS * state.arrays.mass / 18
+    assert state.steady.books.field == pytest.approx(field + ROWS * (mean - np.sum(weight * field)), rel=1e-6)
+    assert np.sum(weight * state.steady.books.field) == pytest.approx(mean, rel=1e-6)
+    assert np.array_equal(state.steady.books.settled, state.arrays.displacement)
+    assert state.arrays.velocity == pytest.approx(velocity + ROWS * (0.25 * mean - 26 / 18), rel=1e-6)
+
+
+def test_a_motion_without_force_is_not_settled(monkeypatch):
+    state = TwoNodes(np.zeros((2, 2)), np.zeros((2, 2)), np.ones((2, 2)), 0.5)
+    made = object.__new__(Margin)
+    made._state, made._coasting, made._carry, made._gather = state, None, np.eye(4), np.eye(4)
+    monkeypatch.setattr(margins, "_Trials", Pulls)
+    monkeypatch.setattr(Pulls, "forces", lambda self, moved, scale: 0 * moved)
+    assert made.settle(LowestMode(margin=1.5, frequency=1.0, motion=ROWS.ravel()), 1.0) == 0
+    assert state.done == []
+    assert (state.arrays.velocity == 1).all()
+
+
+def test_a_settled_motion_goes_no_farther_than_five_percent_of_a_grain(monkeypatch):
+    """Its own size is 2 m: half of it where grains are as large as 20 m."""
+    state = TwoNodes(np.zeros((2, 2)), np.ones((2, 2)), np.zeros((2, 2)), 1.0)
+    state.specimen.grains.grain_size = 20.0
+    made = object.__new__(Margin)
+    made._state, made._coasting, made._carry, made._gather = state, None, np.eye(4), np.eye(4)
+    monkeypatch.setattr(margins, "_Trials", Pulls)
+    monkeypatch.setattr(margins, "advance", state.advance)
+    assert made.settle(LowestMode(margin=1.5, frequency=1.0, motion=ROWS.ravel()), 1.0) == pytest.approx(1.0)
+    assert state.arrays.displacement == pytest.approx(1 + 0.5 * ROWS)
+
+
+def test_platens_move_with_what_they_drive():
+    """Each with the first freedom of its column."""
+    driven = SimpleNamespace(column=np.array([0, 7, 3, 7]), row=np.array([0, 1, 1, 0]), place=np.array([0, 2, 1, 0]))
+    platens = SimpleNamespace(column=np.array([3, 7]), velocity=np.zeros((1, 2)))
+    made = object.__new__(_Trials)
+    made._state = SimpleNamespace(drives=SimpleNamespace(arrays=driven))
+    made._parts = SimpleNamespace(platens=platens)
+    made._give_platens(np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]))
+    assert platens.velocity.tolist() == [[5.0, 6.0]]
