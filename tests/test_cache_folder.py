@@ -2,8 +2,10 @@
 
 import os
 import stat
+import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 from command_line import invoke
@@ -162,6 +164,22 @@ def test_a_file_is_replaced_in_one_step(folder):
 
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(work, range(8)))
+
+
+def test_the_folder_is_where_the_system_keeps_such_files(monkeypatch, tmp_path):
+    for name in ("GRAINLAW_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert cache_folder() == tmp_path / ".cache" / "grainlaw"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "x"))
+    assert cache_folder() == tmp_path / "x" / "grainlaw"
+    monkeypatch.setattr(sys, "platform", "win32")
+    assert cache_folder() == tmp_path / "grainlaw"
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "local"))
+    assert cache_folder() == tmp_path / "local" / "grainlaw"
+    monkeypatch.setenv("GRAINLAW_CACHE", str(tmp_path / "given"))
+    assert cache_folder() == tmp_path / "given"
 
 
 def test_the_limit_is_500_megabytes_if_nothing_is_said(folder, monkeypatch):

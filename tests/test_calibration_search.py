@@ -8,6 +8,7 @@ from formula_rocks import FOUR, HIDDEN, RANGES, FormulaRock, exact, searched, sp
 from scipy.stats import norm
 from support import STIFF
 
+from grainlaw.calibration import posterior as posteriors
 from grainlaw.calibration.emulator import emulators, fit, samples_of
 from grainlaw.calibration.identifiability import Direction, _width, further, identifiability
 from grainlaw.calibration.matching import Match, conflicts, plausible, telling
@@ -232,6 +233,14 @@ def test_the_posterior_is_that_of_theory(one_strength):
     assert len(found.points) == 4000
     places = one_strength[0].space.places(found.points)
     assert 0 <= places.min() < places.max() <= 1
+
+
+def test_walkers_may_begin_at_fewer_points_than_they_are(one_strength, monkeypatch):
+    match, found = one_strength
+    monkeypatch.setattr(posteriors, "BLOCK", 40)
+    few = posterior(match, found.points[:3], seed=1, blocks=1)
+    assert len(few.points) == 48 * 40  # of each walker and step
+    assert np.log(few.best[0]) == pytest.approx(np.log(10 * MPa), abs=0.01)
 
 
 def test_what_the_tests_do_not_see_is_named_and_what_would_see_it(one_strength):

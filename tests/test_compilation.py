@@ -1,6 +1,8 @@
 """Laws compiled: the same numbers as interpreted, from wherever they come, and a key that follows every edit."""
 
 import math
+import textwrap
+import types
 
 import attrs
 import everything
@@ -11,6 +13,7 @@ from support import HILLERBORG, small_sample
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_law
+from grainlaw.compiler.compilation import Compilation
 from grainlaw.compiler.fingerprint import fingerprint
 from grainlaw.compiler.loops import has_loop
 from grainlaw.engine import step as loop
@@ -166,3 +169,35 @@ def within(x):
 def test_what_may_never_end_is_known_by_its_jumps_back(function, jumps):
     """Its own, and those of what it calls: only such code runs in a thread of its own, to be left by Ctrl-C."""
     assert has_loop([once, function]) is jumps
+
+
+def sin(x):
+    """No method of the law, though one of Python's has its name."""
+    return x
+
+
+def test_only_a_users_functions_and_modules_are_copied():
+    """Of a law with a method "exp": in math, where one function bears its name, that one is marked."""
+
+    class Copied(Compilation):
+        copy = lambda self, function: ("copy", function)  # noqa: E731
+
+    made = object.__new__(Copied)
+    made.key, made.structure = 20 * "0", [types.SimpleNamespace(methods={"exp": None})]
+    mine = types.ModuleType("helpers")
+    mine.chi, mine.itself, mine.number = sin, mine, 2.0
+    assert made._convert(sin, set()) == ("copy", sin)
+    assert made._convert(textwrap.dedent, set()) is textwrap.dedent
+    assert made._convert(math.sin, set()) is math.sin
+    assert made._convert(3.5, set()) == 3.5
+    assert made._convert(math, {"sin"}) is math
+    marked = made._convert(math, {"sin", "exp"})
+    assert {name for name in vars(marked) if name[0] != "_"} == {"sin", "exp__method"}
+    copied = made._convert(mine, {"chi", "itself", "number", "absent"})
+    assert {name: found for name, found in vars(copied).items() if name[0] != "_"} == {
+        "chi": ("copy", sin),
+        "number": 2.0,
+    }
+    shift = 2.0
+    assert made._marked(lambda x: x + shift)(1.0) == 3.0
+    assert made._marked(lambda x, by=4.0: x + by)(1.0) == 5.0

@@ -1,6 +1,7 @@
 """What cannot be compiled is refused in a few lines that name the law, the place and the reason."""
 
 import math
+from types import SimpleNamespace
 
 import attrs
 import pytest
@@ -8,6 +9,7 @@ from support import small_sample
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator, compile_law
+from grainlaw.compiler.compilation import Compilation
 from grainlaw.protocols import UniaxialTension
 
 TABLE = {"a": 1.0}
@@ -225,3 +227,35 @@ def test_an_integrator_that_moves_to_two_places_is_refused():
 
     with pytest.raises(gl.CompilationError, match=r"(?s)Two.move.*must return a number"):
         compile_integrator(Two())
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", ""),
+        ("Failed in nopython mode pipeline (step: a)\nNo way\n\nThere are 22 of them:\n - one", "No way"),
+        ("During: typing\none\ntwo\nthree\nfour\nfive", "one\ntwo\nthree\nfour"),
+        ("outer raised a specific error:\n  inner\nFile lost", "inner"),
+        (
+            "Can't unify return type from the following types: a, b",
+            "it must return 2 numbers on every path; types: a, b",
+        ),
+        ("at BoundFunction(Mine 'lost')", "at BoundFunction(Mine 'lost')"),
+        ("at BoundFunction(Mine 'stiff')", "at BoundFunction(Mine 'stiff')"),
+        (
+            "at BoundFunction(Mine 'both')",
+            "both is a field of str and the name of a method: give one of them another name",
+        ),
+        (
+            "Unknown attribute 'title' of Mine",
+            "Unknown attribute 'title' of Mine\nself.title is a builtin_function_or_method",
+        ),
+        ("Unknown attribute 'kn' of Mine", "Unknown attribute 'kn' of Mine"),
+    ],
+)
+def test_what_is_told_of_an_error_by_hand(text, told):
+    """Of a component that is a text, with the fields "stiff" and "both" and the methods "lost" and "both"."""
+    made = object.__new__(Compilation)
+    made.key, methods = 16 * "0", {"lost": None, "both": None}
+    made.structure = [SimpleNamespace(component="text", fields=("stiff", "both"), methods=methods)]
+    assert made._reason(Exception(text), 2) == told

@@ -25,7 +25,7 @@ from grainlaw.studies import study as studies
 from grainlaw.studies.case import Done, Recipe, Task
 from grainlaw.studies.store import Store
 from grainlaw.studies.study import packed
-from grainlaw.studies.workers import Workers, carry_all
+from grainlaw.studies.workers import Local, Workers, carry_all
 from grainlaw.units import mm
 
 
@@ -208,6 +208,21 @@ def test_workers_that_die_between_cases_are_replaced():
     tasks = [Task(str(k), {}) for k in range(5)]
     carry_all(iter(tasks), b"", Reluctant(), lambda task, done: accepted.append(task.case), Stop())
     assert sorted(accepted) == ["0", "1", "2", "3", "4"]
+
+
+def test_processes_are_ended_at_once_and_replaced(tmp_path):
+    said = []
+    made, after = object.__new__(Local), SimpleNamespace(_processes=None, shutdown=lambda **how: said.append(how))
+    (tmp_path / "a.1").write_text("0.5 half")
+    made._count, made.folder, made._pool = 2, str(tmp_path), lambda: after
+    busy = {k: SimpleNamespace(kill=lambda k=k: said.append(k)) for k in (7, 8)}
+    made.pool = SimpleNamespace(_processes=busy, shutdown=after.shutdown)
+    assert made.renew() == {"a"}
+    assert said == [7, 8, {"wait": True, "cancel_futures": True}]
+    assert (made.pool, list(tmp_path.iterdir())) == (after, [])
+    made.close()
+    assert said[3:] == [{"wait": True, "cancel_futures": True}]
+    assert not tmp_path.exists()
 
 
 class Dying(Workers):

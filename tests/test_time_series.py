@@ -17,6 +17,7 @@ from grainlaw.condition import AtRest
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import Cyclic, PlaneWave, UniaxialCompression
+from grainlaw.time_series import rise
 
 TRIANGLE = gl.TimeSeries([0, 2e-6, 4e-6], [0.0, 0.5, 0.0])
 NEVER = gl.Reaches("time", 1.0)
@@ -60,6 +61,13 @@ def test_a_series_is_straight_between_its_points_and_level_beyond_them():
     series = gl.TimeSeries([1, 3, 4, 4, 8], [5.0, 9.0, 2.0, 6.0, -2.0])
     times, values = [0.0, 1, 1.5, 3, 3.25, 4, 5, 7, 8, 9], [5.0, 5, 6, 9, 7.25, 6, 4, 0, -2, -2]
     assert [series(time) for time in times] == pytest.approx(values)
+
+
+def test_a_ramp_is_smooth_by_hand():
+    """6 x^5 - 15 x^4 + 10 x^3: at a quarter (6 - 60 + 160) / 1024."""
+    times = np.array([-1.0, 0.0, 0.5, 1.0, 2.0, 5.0])
+    assert rise(times, 2.0, 10.0, 14.0) == pytest.approx([10, 10, 10 + 4 * 106 / 1024, 12, 14, 14], rel=1e-12)
+    assert rise(times, 0.0, 10.0, 14.0).tolist() == [14] * 6
 
 
 def test_a_boundary_moves_by_the_integral_of_its_speed():
