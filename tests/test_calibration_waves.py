@@ -344,6 +344,9 @@ def test_stiffnesses_that_statics_will_find_begin_with_five_times_that_of_the_gr
     targets = Targets(ucs=1e8, youngs_modulus=5e10)
     found = calibration._space(MohrCoulomb, free, {}, {"prism": lambda seed: square}, targets)
     assert found.base == pytest.approx({"kn": 5 * 60e9 / 4e-3, "ks": 5 * 60e9 / 4e-3})
+    del free["cohesion"]  # which is no stiffness, and has no default
+    with pytest.raises(gl.ParameterError, match="cohesion"):
+        calibration._space(MohrCoulomb, free, {}, {"prism": lambda seed: square}, targets)
 
 
 def test_courses_grow_as_the_rock_is_weaker():
