@@ -16,7 +16,7 @@ from matplotlib.image import imread
 from study_rows import row, table_of
 
 from grainlaw.cli.study import means
-from grainlaw.cli.study_file import _recorded, study_of
+from grainlaw.cli.study_file import _names, _recorded, study_of
 from grainlaw.laws import Linear
 from grainlaw.studies.study import Status
 
@@ -354,3 +354,8 @@ def test_help_tells_the_commands():
         assert f"\n  {name} " in text
     assert "--shard" in invoke("study", "run", "--help").output
     assert invoke("study").exit_code != 0
+
+
+def test_factors_have_the_last_word_of_a_key_that_no_other_has():
+    places = [("sample", "seed"), ("test", "loading", "speed"), ("law", "type"), ("law", "kn"), ("laws", "a", "kn")]
+    assert list(_names(dict.fromkeys(places)).values()) == ["seed", "speed", "law", "law.kn", "laws.a.kn"]

@@ -51,6 +51,7 @@ def test_file_options_and_single_values_reach_the_run_in_this_order(done):
         rows = list(csv.DictReader(file))
     # 0.0002 of 50 mm at 0.2 m/s are 50 us in 20 samples; the strain, a mean over a sample, is late by half of one
     assert 50e-6 < float(rows[-1]["time"]) < 50e-6 * (1 + 2 / 20)
+    assert not (done[1] / "certificate.json").exists()  # which was not asked for
     page = Page(done[1] / "report.html")
     assert ["10 MPa"] in page.rows["tensile_strength"]
     assert ["3"] in page.rows["seed"]

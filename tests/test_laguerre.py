@@ -18,7 +18,7 @@ from grainlaw.geometry.cells.any_voronoi import frame
 from grainlaw.geometry.cells.area_cells import AreaFit, _toward, areas_cells
 from grainlaw.geometry.cells.area_fit import PowerCells, fitted, inside_areas
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram
-from grainlaw.geometry.cells.power_diagram import power_diagram
+from grainlaw.geometry.cells.power_diagram import _edges, power_diagram
 from grainlaw.geometry.cells.round_grains import _Moves
 from grainlaw.region import Region
 
@@ -108,6 +108,12 @@ def test_two_seeds_have_the_power_line_between_them() -> None:
         assert areas == pytest.approx([0.5 + difference, 0.5 - difference])
     cells = fitted(PowerCells(unit, unit, seeds, np.zeros(2), 1.0), np.array([0.8, 0.2]), 1e-9)
     assert cells.weights[0] - cells.weights[1] == pytest.approx(0.3)
+
+
+def test_edges_of_triangles_know_those_on_both_sides() -> None:
+    ends, beside = _edges(np.array([[1, 3, 2], [0, 1, 3]]), 4)
+    assert ends.tolist() == [[0, 1], [0, 3], [1, 2], [1, 3], [2, 3]]
+    assert beside.tolist() == [[1, -1], [1, -1], [0, -1], [0, 1], [0, -1]]
 
 
 def test_a_seed_may_lie_outside_its_cell() -> None:

@@ -12,6 +12,7 @@ from command_line import invoke
 import grainlaw as gl
 from grainlaw.cli.configuration import configured, template
 from grainlaw.cli.default_rock import LAWS, ROCK
+from grainlaw.cli.rock_file import _laws
 from grainlaw.cli.sections import read_file
 from grainlaw.geometry import rectangle
 from grainlaw.laws import Linear, MohrCoulomb
@@ -301,3 +302,11 @@ def test_a_comparison_and_a_study_print_what_to_cite_once(own, tmp_path):
 def test_the_page_of_rocks_lists_them_all():
     page = (Path(__file__).parents[1] / "docs" / "rocks.md").read_text("utf-8")
     assert [f"| `{name}` | {rock.about} |" for name, rock in gl.rocks.items()] == re.findall(r"\| `.*", page)
+
+
+@pytest.mark.parametrize("kind", ["mine.py:Mine", None, 5])
+def test_a_law_of_a_file_has_nothing_of_the_rock(kind):
+    """Nor has one without a name."""
+    own = {"kn": 1.0} if kind is None else {"type": kind, "kn": 1.0}
+    given = {"law": own, "laws": {"quartz": {"ks": 2.0}}}
+    assert _laws({"cohesion": 3.0}, {"mica": {"kn": 4.0}}, given) == given

@@ -20,7 +20,7 @@ from support import STRONG, small_sample
 from test_restart import same
 
 import grainlaw as gl
-from grainlaw.cli.running import contents, finished
+from grainlaw.cli.running import contents, finished, linked
 from grainlaw.laws import CohesiveCrack
 from grainlaw.protocols import UniaxialTension
 from grainlaw.results import files
@@ -448,3 +448,23 @@ def test_what_was_written_is_said_without_the_pictures_of_a_series(tmp_path):
         (tmp_path / name).touch()
     (tmp_path / "frames").mkdir()
     assert contents(tmp_path) == f"written to {tmp_path}{os.sep}: curves.csv, frames{os.sep}, grains.pvd"
+
+
+def test_a_checkpoint_and_a_summary_are_due_after_their_time(monkeypatch):
+    made = object.__new__(run_folder.RunFolder)
+    made.every, made._last_checkpoint, made._last_summary = 60.0, 1000.0, 1000.0
+    for now, due in ((1059, False), (1061, True)):
+        monkeypatch.setattr(run_folder.time, "monotonic", lambda now=now: now)
+        assert made.checkpoint_is_due() is due
+    for after, due in ((0.9, False), (1.1, True)):
+        monkeypatch.setattr(run_folder.time, "monotonic", lambda now=1000 + after * run_folder.SUMMARY: now)
+        assert made.summary_is_due() is due
+
+
+def test_a_page_links_the_data_of_its_folder_and_of_the_runs_in_it(tmp_path):
+    names = "b.json a.csv .hidden.csv picture.png report.html script.py no_run/cracks.csv run/curves.csv run/cracks.pvd"
+    for name in names.split():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    given = ["a.csv", "b.json", "script.py", "run/curves.csv", "run/cracks.pvd"]
+    assert linked(tmp_path) == given

@@ -1,6 +1,7 @@
 """The search of neighbours against all pairs; the same bits however it runs."""
 
 import tracemalloc
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from grainlaw.engine.contacts import contact_neighbours, contact_passes, overlap
 from grainlaw.engine.contacts import contact_search as search
 from grainlaw.engine.contacts.contact_rows import BLOCK, rows_of
 from grainlaw.engine.contacts.contact_table import APART, CLOSED, HELD, WAITING
+from grainlaw.engine.contacts.contacts import Contacts
 from grainlaw.geometry import Voronoi, block, rectangle
 from grainlaw.laws import Friction, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
@@ -383,3 +385,18 @@ def corner_angle(table, node):
     after = next(edge[1] for edge in table.edges if edge[0] == node)
     one, other = place[before] - place[node], place[after] - place[node]
     return np.arccos(one @ other / np.linalg.norm(one) / np.linalg.norm(other))
+
+
+def test_the_deepest_contact_is_that_with_the_largest_share_of_what_is_allowed():
+    """Of 2 of 10, 3 of 4 and 6 of 9 mm the second, at the start of its edge."""
+    made = object.__new__(Contacts)
+    made.detection = gl.Detection(largest_overlap=0.25)
+    made.arrays = SimpleNamespace(
+        overlap=np.array([2e-3, 3e-3, 6e-3]), largest_overlap=np.array([10e-3, 4e-3, 9e-3]),
+        place=np.array([[0.0, 1.0, 2.0, 3.0], [5.0, 6.0, 7.0, 8.0]]), node=np.array([[0, 2, 1], [3, 0, 2]]),
+    )  # fmt: skip
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Contacts, "grains", np.array([[0, 1], [4, 2], [5, 6]]), raising=False)
+        said = made.deepest()
+    assert said.startswith("grains 4 and 2 overlap by 0.003 m near (2, 7) m, more than the 0.004 m allowed")
+    assert "largest_overlap = 0.25 of" in said
