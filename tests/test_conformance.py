@@ -1,6 +1,7 @@
 """The kit tells right from wrong: one small law for each fault, and sound ones."""
 
 import re
+from types import SimpleNamespace
 
 import attrs
 import pytest
@@ -11,6 +12,7 @@ from support import STIFF
 import grainlaw as gl
 from grainlaw.cli.commands import main
 from grainlaw.laws import Linear
+from grainlaw.workbench import conformance
 from grainlaw.workbench.properties import PROPERTIES
 
 SOUND = [Hillerborg(), Hillerborg(energy=3.0, strength=1e6), Joint(), Linear(**STIFF)]
@@ -198,3 +200,18 @@ def test_command_refuses_a_bad_reference(file, reference, said):
     result = check(file.parent / reference)
     assert result.exit_code == 2
     assert re.search(".*".join(map(re.escape, said.split("*"))), " ".join(result.output.split()))
+
+
+def test_what_is_said_of_a_property_that_holds(monkeypatch):
+    monkeypatch.setattr(conformance, "PROPERTIES", dict.fromkeys(("fracture energies", "energy"), lambda bench: None))
+
+    def said(name, energies, exceptions):
+        law = SimpleNamespace(fracture_energies=energies, exceptions=exceptions)
+        return conformance._entry(name, SimpleNamespace(law=law)).found
+
+    assert said("fracture energies", (), {}) == "none declared"
+    assert said("fracture energies", (1.0, 2.0), {}) == ""
+    assert said("energy", (), {}) == ""
+    excused = sorted(conformance.EXCUSABLE)[0]
+    monkeypatch.setitem(conformance.PROPERTIES, excused, lambda bench: None)
+    assert said(excused, (1.0,), {excused: "as it is"}) == "not met on these paths"

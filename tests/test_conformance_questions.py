@@ -307,3 +307,21 @@ def test_a_material_is_pressed_until_it_shows_more_than_its_first_response():
     crushed = Crushed(c11=9e10, c12=1.0, c44=4.5e10, density=3000)
     assert not material_figure._is_bent(crushed, 2.3e-4)  # 0.87 of it
     assert material_figure._is_bent(crushed, 2.7e-4)  # 0.74
+
+
+def test_a_zone_is_pressed_as_far_as_it_keeps_its_confinement(monkeypatch):
+    """In four attempts, of which the last is a tenth of the way."""
+    asked, bears = [], []
+
+    def compress(material, path, confinement):
+        asked.append(path[-1])
+        if not bears or path[-1] > bears[0]:
+            raise gl.ParameterError("it softens")
+        return SimpleNamespace(strain=np.column_stack([0 * path, -path, 0 * path]), stress=np.full((len(path), 3), 7.0))
+
+    monkeypatch.setattr(material_figure, "compress", compress)
+    assert material_figure._as_far(CUBIC, 2.0, 5.0) is None
+    assert asked == pytest.approx([2, 1, 0.5, 0.2])
+    bears.append(1.2)
+    strain, stress = material_figure._as_far(CUBIC, 2.0, 5.0)
+    assert (strain[-1], stress[-1]) == (-1, 7)

@@ -1,5 +1,7 @@
 """Time jumped over: bars under a held load against the growth law, and small specimens that creep."""
 
+from types import SimpleNamespace
+
 import attrs
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from support import STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.columns import ENERGY, SPENT, STAGE, SUPPLIED
+from grainlaw.engine import ageing
 from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import BandisClosure, CharlesGrowth, CohesiveCrack, ExponentialGrowth, MohrCoulomb, StaticFatigue
 from grainlaw.protocols import Creep
@@ -254,3 +257,21 @@ def test_confinement_is_held_too():
     last = {name: values[-1] for name, values in run.curves.items()}
     assert last["stress"] == pytest.approx(75 * MPa, rel=1e-3)
     assert last["strain"] > 70 * MPa / 60e9  # grains alone; bonds add to it
+
+
+def test_the_largest_growth_is_that_of_fatigue_alone(monkeypatch):
+    """Of two laws, whose fatigue is their second and their first memory."""
+    told = []
+    memories = {"a": np.array([[0.0, 0.0], [0.1, 0.2]]), "b": np.array([[0.3, 0.4]])}
+    grown = {"a": np.array([[9.0, 9.0], [0.02, 0.05]]), "b": np.array([[0.01, 0.03]])}
+
+    def respond(state, group, memory, seconds):
+        memory += grown[group.name]
+        told.append((group.name, seconds))
+
+    groups = [SimpleNamespace(name=name, row=lambda which, at=at: at) for name, at in (("a", 1), ("b", 0))]
+    monkeypatch.setattr(ageing, "_ageing", lambda state: iter(groups))
+    monkeypatch.setattr(ageing, "_respond", respond)
+    state = SimpleNamespace(bonds=SimpleNamespace(memory_of=lambda group: memories[group.name].copy()))
+    assert ageing._growth(state, 7.0) == pytest.approx(0.05)
+    assert told == [("a", 7.0), ("b", 7.0)]

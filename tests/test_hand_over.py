@@ -1,6 +1,7 @@
 """Broken interfaces that slide away become contacts of their edges: no jump, friction goes on, places are geometric."""
 
 import math
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -9,6 +10,7 @@ from support import small_sample
 
 import grainlaw as gl
 from grainlaw.columns import SPENT, SUPPLIED, energy
+from grainlaw.engine.contacts.hand_over import _leaving
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, MohrCoulomb
 from grainlaw.protocols import DirectShear, UniaxialCompression
@@ -141,3 +143,26 @@ def test_how_often_one_samples_changes_no_bit_of_the_motion(integrator):
     assert len(other.places) > 6 * len(common)  # after every step
     assert all(one.places[step] == other.places[step] for step in common)
     assert one.handed_over == other.handed_over > 3
+
+
+def test_a_bond_leaves_with_the_memory_of_the_point_that_is_pressed_most():
+    """Of three bonds the first and the last: of their points the second and the first."""
+    arrays = SimpleNamespace(
+        leaving=np.array([1, 0, 1]), slip=np.array([1.0, 2, 3, 4, 5, 6]), normal=np.array([5.0, 0, -9, -1, 0, -3]),
+        force_x=np.arange(12.0), force_y=np.arange(12.0) + 100, memory=np.arange(6.0)[None] + 50,
+    )  # fmt: skip
+    groups = [SimpleNamespace(last=2), SimpleNamespace(last=3)]
+
+    class Bonds:
+        def __len__(self):
+            return 3
+
+    bonds = Bonds()
+    bonds.arrays, bonds.groups = arrays, groups
+    found = _leaving(SimpleNamespace(bonds=bonds, last=lambda rows: rows))
+    assert arrays.leaving.tolist() == [0, 0, 0]
+    assert found.bond.tolist() == [0, 2]
+    assert found.slip.tolist() == [4, 3]
+    assert found.group.tolist() == [0, 1]
+    assert found.memory.tolist() == [[53, 52]]
+    assert found.force.tolist() == [[[0, 2], [3, 5], [6, 8], [9, 11]], [[100, 102], [103, 105], [106, 108], [109, 111]]]

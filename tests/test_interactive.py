@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -155,3 +156,11 @@ def test_a_command_writes_it(tmp_path):
     assert result.exit_code == 0, result.output
     assert (tmp_path / "out" / "interactive.html").stat().st_size > 1e6
     assert '<a href="interactive.html">' in (tmp_path / "out" / "report.html").read_text("utf-8")
+
+
+def test_a_page_needs_the_last_frame_and_curves():
+    asked = []
+    bare = SimpleNamespace(frame=lambda who, number: asked.append((who, number)), curves={})
+    with pytest.raises(gl.ParameterError, match="write_interactive: the result has no curves"):
+        interactive.write_interactive(bare, "page.html", [])
+    assert asked == [("write_interactive", -1)]

@@ -11,7 +11,8 @@ from matplotlib.path import Path
 from tiling import assert_tiles, polygon_of
 
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Voronoi, from_labels, label_agreement, rectangle
+from grainlaw.geometry import Voronoi, from_labels, from_polygons, label_agreement, rectangle
+from grainlaw.geometry.labels import _in_one_part_each
 
 
 def drawn(grains, columns):
@@ -253,3 +254,11 @@ def test_cells_smaller_than_a_pixel_have_the_label_at_their_middle():
     made = from_labels(image, 5.0, cell_size=1.3)
     column, row = (made.centroids // 5).astype(int).T
     assert made.parent.tolist() == image[1 - row, column].tolist()
+
+
+def test_the_smaller_part_of_a_label_goes_to_that_with_the_most_edge_in_common():
+    """Along 2 m with the second cell, along 1 m with the third, which lies between it and the large part."""
+    boxes = [(0, 0, 2, 1), (0, 1, 2, 2), (2, 0, 3, 2), (0, 2, 3, 4)]
+    cells = from_polygons([[(x, y), (u, y), (u, v), (x, v)] for x, y, u, v in boxes])
+    assert _in_one_part_each(cells, np.array([0, 1, 2, 0])).tolist() == [1, 1, 2, 0]
+    assert _in_one_part_each(cells, np.array([3, 1, 2, 0])).tolist() == [3, 1, 2, 0]

@@ -18,6 +18,7 @@ from grainlaw.geometry import Bricks, Hexagonal, disc, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import DirectShear, PlaneWave, UniaxialCompression
 from grainlaw.quantity import three_digits
+from grainlaw.results.figures import report
 from grainlaw.results.figures.report import LIMITS, _components, _rows, write_report
 from grainlaw.units import mm
 
@@ -391,3 +392,14 @@ def test_figures_show_the_recorded_numbers(result):
 )
 def test_names_tell_how_they_are_shown(name, value, heading, text):
     assert (quantity_of(name).heading, quantity_of(name).text(value)) == (heading, text)
+
+
+def test_samples_are_too_few_where_any_law_has_too_few(monkeypatch):
+    monkeypatch.setattr(report, "plot_samples", lambda samples: "figure")
+    monkeypatch.setattr(report, "thresholds", list)
+    first, other = SimpleNamespace(summary={}), SimpleNamespace(summary={})
+    enough = dict.fromkeys(range(7, 7 + report.ENOUGH), other)
+    said = report._all_samples({"a": enough, "b": {3: other, 7: first}}, first)
+    assert said["too_few"]
+    assert (said["this"], said["seeds"][:2], said["seeds"][-1]) == (7, [7, 8], 3)
+    assert not report._all_samples({"a": enough, "b": {**enough, 3: first}}, first)["too_few"]

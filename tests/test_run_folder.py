@@ -468,3 +468,25 @@ def test_a_page_links_the_data_of_its_folder_and_of_the_runs_in_it(tmp_path):
         (tmp_path / name).touch()
     given = ["a.csv", "b.json", "script.py", "run/curves.csv", "run/cracks.pvd"]
     assert linked(tmp_path) == given
+
+
+def test_a_folder_is_begun_by_a_sample_that_is_not_the_last():
+    begun, written = [], []
+    made = object.__new__(run_folder.RunFolder)
+    made._claim = SimpleNamespace(begins=lambda: begun.append(True))
+    made._curves, made._cracks = SimpleNamespace(again=0.0), SimpleNamespace(again=0.0, rows=0, columns=("time",))
+    made._try = lambda name, write: written.append(name)
+    state = SimpleNamespace(broken_time=np.array([np.nan, np.nan]))
+    made.sample({}, state, last=True)
+    assert (begun, written) == ([], ["curves.csv"])
+    made.sample({}, state)
+    made.sample({}, state)
+    assert begun == [True]
+    state.broken_time[1] = 1.0
+    made.sample({}, state)
+    assert written[-2:] == ["curves.csv", "cracks.csv"]
+    made._curves.again = made._cracks.again = 1e300
+    made.sample({}, state)
+    assert len(written) == 5
+    made.sample({}, state, last=True)
+    assert len(written) == 7

@@ -97,6 +97,8 @@ def test_ties_count_for_neither_side():
     pairs = np.array([[1.0, 1.0], [1.0, 2.0], [1.0, 2.0], [1.0, 3.0]])
     entry = difference({}, "law", ("A", "B"), pairs, 0)
     assert (entry.higher, entry.p_value) == (3, pytest.approx(2 / 2**3))  # three of three, of either sign
+    both = difference({}, "law", ("A", "B"), np.array([[1.0, 2.0], [1.0, 0.0]]), 0)
+    assert (both.higher, both.p_value) == (1, 1)
     equal = difference({}, "law", ("A", "B"), np.array([[1.0, 1.0]]), 0)
     assert np.isnan(equal.p_value)
     assert str(Listing("force", [equal])).splitlines()[-1].split() == "all B - A 1 0 - +0.0 % 0 of 1 -".split()

@@ -2,6 +2,7 @@
 
 import itertools
 import re
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -10,6 +11,7 @@ from every_material import MOHR, SCHIST
 from support import small_sample, state_of
 
 import grainlaw as gl
+from grainlaw.engine.parts.heat import ROOM, EvenTemperature
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.stage_statics import steady_motion
 from grainlaw.geometry import Bricks, from_polygons, rectangle
@@ -396,3 +398,19 @@ class Flat(gl.Material):
 def test_what_makes_no_heating_is_refused(make, words):
     with pytest.raises(gl.ParameterError, match=re.escape(words)):
         make()
+
+
+def test_temperatures_of_steps_go_on_from_where_the_rate_last_changed():
+    told = []
+    heat = EvenTemperature(SimpleNamespace(take_temperature=told.append))
+    heat.target = ROOM + 30
+    first = heat.course(np.array([1.0, 2.0, 40.0]), 0.5, 1.0) - ROOM
+    assert first.tolist() == [[0, 0.5], [0.5, 1.5], [1.5, 30]]
+    heat.reach(ROOM + 1.5)
+    assert (heat.course(np.array([3.0]), 2.25, 1.0) - ROOM).tolist() == [[1.5, 2.5]]  # at the same rate
+    assert (heat.course(np.array([3.0]), 2.0, 4.0) - ROOM).tolist() == [[1.5, 5.5]]
+    heat.target = ROOM - 3
+    assert (heat.course(np.array([3.0, 9.0]), 2.0, 4.0) - ROOM).tolist() == [[1.5, -2.5], [-2.5, -3]]
+    heat.target = None
+    assert (heat.course(np.array([3.0]), 2.0, 4.0) - ROOM).tolist() == [[1.5, 1.5]]
+    assert told == [ROOM + 1.5]
