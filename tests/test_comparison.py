@@ -11,7 +11,9 @@ from matplotlib.image import imread
 from support import BRITTLE, PULL, STIFF, small_sample
 
 import grainlaw as gl
+from grainlaw.drawing.figure import Figure
 from grainlaw.laws import Linear
+from grainlaw.results.figures import cracks
 from grainlaw.runs.parallel import simulate_all
 
 KEYS = {
@@ -192,3 +194,10 @@ def test_nothing_is_not_compared():
     ):
         with pytest.raises(gl.ParameterError, match=words):
             gl.compare(specimen, laws, PULL)
+
+
+def test_cracks_are_drawn_in_the_last_frame(comparison, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(cracks, "plot_cracks", lambda result, frame, *_: drawn.append((result, frame)) or Figure())
+    comparison.write(tmp_path)
+    assert drawn == [(comparison["linear"], -1), (comparison["brittle"], -1)]

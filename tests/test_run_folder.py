@@ -490,3 +490,10 @@ def test_a_folder_is_begun_by_a_sample_that_is_not_the_last():
     assert len(written) == 5
     made.sample({}, state, last=True)
     assert len(written) == 7
+
+
+@pytest.mark.parametrize("option", ["restart", "overwrite"])
+def test_what_is_asked_of_a_folder_needs_one(option):
+    with pytest.raises(gl.ParameterError, match="restart and overwrite need a checkpoint"):
+        gl.simulate(small_sample(2), CohesiveCrack(**STRONG, mode_i_energy=1, mode_ii_energy=1), UniaxialTension(),
+                    **{option: True})  # fmt: skip

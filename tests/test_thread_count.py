@@ -1,6 +1,7 @@
 """The number of threads follows what pays: found soon, held, given up when the cores have other work."""
 
 import os
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from support import BRITTLE, PULL, small_sample
 from test_restart import CASES, same
 
 import grainlaw as gl
+from grainlaw.engine import barrier
 from grainlaw.engine.thread_count import LATE, SOON, TURN, ThreadCount, checked_threads, cores
 from grainlaw.runs.parallel import _Shared
 
@@ -155,3 +157,45 @@ def test_the_bits_are_the_same_however_the_number_changes(case, monkeypatch):
     monkeypatch.setattr(ThreadCount, "turn", turn)
     same(one, gl.simulate(specimen, law, protocol, **options, threads="auto"))
     assert used == {1, 2, 3}
+
+
+@pytest.fixture
+def meeting(monkeypatch):
+    """A barrier interpreted, at which others arrive after so many looks; and how the waiting thread paused."""
+    made = SimpleNamespace(counts=np.zeros(barrier.SIZE, dtype=np.int64), looks=0, after=0, paused=[])
+
+    def load(counts, at):
+        made.looks += 1
+        assert made.looks <= max(made.after, 1), "it waits for nobody"
+        counts[at] += made.looks == made.after
+        return int(counts[at])
+
+    def add(counts, at, much):
+        counts[at] += much
+        return int(counts[at]) - much
+
+    monkeypatch.setattr(barrier, "atomic_load", load)
+    monkeypatch.setattr(barrier, "atomic_add", add)
+    monkeypatch.setattr(barrier, "atomic_store", lambda counts, at, value: counts.__setitem__(at, value))
+    monkeypatch.setattr(barrier, "call", lambda function, given: made.paused.append((function, *given)))
+    made.wait = lambda threads: barrier.wait.py_func(made.counts, threads, barrier.Pauses(1, 2))
+    return made
+
+
+def test_the_last_thread_opens_the_barrier_for_the_others(meeting):
+    meeting.wait(1)
+    assert (meeting.looks, meeting.counts.any()) == (0, False)
+    meeting.counts[:] = 0
+    meeting.counts[0] = 2  # of three, two wait
+    meeting.wait(3)
+    assert (meeting.counts[0], meeting.counts[16], meeting.paused) == (0, 1, [])
+
+
+def test_a_thread_that_waits_spins_then_yields_then_sleeps(meeting):
+    """Until the others have come: 200 looks for each pause, 400 pauses that yield before the first that sleeps."""
+    meeting.after = 1 + 200
+    meeting.wait(3)
+    assert (meeting.counts[0], meeting.looks, meeting.paused) == (1, 201, [])
+    meeting.looks, meeting.after = 0, 1 + 201 * 402 + 1
+    meeting.wait(3)
+    assert meeting.paused == [(1, barrier.REST)] * 400 + [(2, barrier.REST)] * 2
