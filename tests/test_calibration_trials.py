@@ -1,6 +1,7 @@
 """Elastic constants by statics, and simulated tests as cases of a study."""
 
 import re
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -10,7 +11,7 @@ from study_cases import refuse_to_run
 from support import ROCK, STIFF
 
 import grainlaw as gl
-from grainlaw.calibration.stiffness_search import fit_stiffness, stiffness_names, with_grains
+from grainlaw.calibration.stiffness_search import _found, fit_stiffness, stiffness_names, with_grains
 from grainlaw.calibration.trials import USUAL, StudySimulator, TrialCase, checked_specimens, checked_tests
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack, MohrCoulomb, MunjizaJoint
@@ -258,3 +259,11 @@ def test_a_test_takes_the_place_of_the_usual_one_of_its_kind():
         checked_tests({"tension": TESTS["compression"]})
     with pytest.raises(gl.ParameterError, match="there is no test 'tensile'; did you mean 'tension'"):
         checked_tests({"tensile": TESTS["tension"]})
+
+
+def test_stiffnesses_that_were_found_say_how_many_solutions_they_took():
+    """Those of this search, and of one before it."""
+    search = SimpleNamespace(names=("kn", "ks"), count=4, constants=lambda normal, ratio: (normal / 2, ratio / 3))
+    found = _found(search, 8.0, 0.75, 2.0, 10)
+    assert (found.parameters, found.grains, found.solutions) == ({"kn": 8.0, "ks": 6.0}, 2.0, 14)
+    assert (found.modulus, found.poisson) == (4.0, 0.25)

@@ -16,7 +16,7 @@ from command_line import invoke
 
 import grainlaw as gl
 from grainlaw.calibration.targets import Target
-from grainlaw.cli.calibrate import _tie, _write_rock, calibration_of, targets_of
+from grainlaw.cli.calibrate import _plain, _tie, _write_rock, calibration_of, targets_of
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import read_file
 from grainlaw.fields import ParameterError
@@ -220,3 +220,9 @@ def test_killed_and_called_again_it_goes_on_to_the_same_answer(done, tmp_path):
         time.sleep(0.5)
     assert subprocess.run(call, stderr=subprocess.DEVNULL, check=False).returncode == 0
     assert numbers(file.with_suffix("")) == numbers(done[0].with_suffix(""))
+
+
+def test_minerals_are_written_without_the_word_for_their_kind():
+    assert _plain(gl.Elastic(youngs_modulus=9e10, poissons_ratio=0.1, density=2600)) == {
+        "youngs_modulus": "90 GPa", "poissons_ratio": 0.1, "density": "2600 kg/m3", "plane": "strain",
+    }  # fmt: skip

@@ -339,3 +339,9 @@ def test_the_default_event_is_as_wide_as_two_grains(parted):
     assert gl.acoustic_events(parted, distance=1, duration=1).breaks.tolist() == [len(parted.cracks)]
     with pytest.raises(gl.ParameterError, match="thickness = -1 is not allowed"):
         gl.acoustic_events(parted, thickness=-1)
+
+
+@pytest.mark.parametrize("answer", [[True, False], [1.0, 0.0, 0.0, 0.0]])
+def test_a_window_says_true_or_false_of_every_point(parted, answer):
+    with pytest.raises(gl.ParameterError, match="it must be an array of n True or False"):
+        gl.mean_stress(parted, lambda points: np.array(answer))

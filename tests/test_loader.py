@@ -10,6 +10,7 @@ import pytest
 from support import STIFF, small_sample, state_of
 
 import grainlaw as gl
+from grainlaw.engine.parts.steady import Steady
 from grainlaw.engine.state import State
 from grainlaw.laws import Linear
 from grainlaw.loading import Adaptive, Constant
@@ -291,3 +292,41 @@ def test_gravity_that_is_new_takes_half_a_step_from_velocities():
     made.take_back_half_a_step_of_gravity()
     assert arrays.velocity.tolist() == [[5, 5], [pytest.approx(5 - 0.15), 5]]
     assert made.freedoms.books.given[0] == pytest.approx(7 - 2 * 0.3**2 / 8)
+
+
+@pytest.mark.parametrize("heated", [False, True])
+def test_the_steady_motion_is_the_mean_of_the_last_time(heated):
+    """From 2 s on, after 3 s: over 0.3 s in which a drive moves by 0.6 m, or 20 K that a stage has cooled by."""
+    arrays = SimpleNamespace(mass=np.ones((2, 2)), displacement=np.array([[1.0, 2.0], [3.0, 4.0]]))
+    heat = SimpleNamespace(temperature=50.0, target=0.0 if heated else None)
+    steady = Steady(SimpleNamespace(arrays=arrays), heat)
+    steady.start(np.full((2, 2), 7.0), 1.0, 2.0, rises=False)
+    driven = SimpleNamespace(arrays=SimpleNamespace(column=np.array([1]), row=np.array([1]), place=np.array([0])))
+    moved = np.array([[0.3, 0.0], [-0.6, 1.2]])
+    arrays.displacement += moved
+    heat.temperature = 30.0
+    speeds = np.array([9.0, -2.0])
+    assert not steady.follow(driven, speeds, 4.9, 3.0)
+    assert (steady.books.field == 7).all()
+    assert steady.follow(driven, speeds, 5.0, 3.0)
+    assert steady.books.field == pytest.approx(moved / (20 if heated else 0.3))
+    assert not steady.follow(driven, speeds, 7.9, 3.0)  # marked anew
+    assert steady.follow(driven, speeds, 8.0, 3.0)
+    assert steady.books.field == pytest.approx(moved / (20 if heated else 0.3))  # what did not move tells nothing
+
+
+def test_vibration_is_the_motion_beside_the_steady_one():
+    """Of 0.5 and 1 m/s at a pace of 2, once nothing rises; damping sees it where a freedom is free."""
+    arrays = SimpleNamespace(
+        mass=np.array([[2.0, 4.0]]), velocity=np.array([[3.0, 1.0]]), displacement=np.zeros((1, 2)),
+        free=np.array([[1.0, 0.0]]), imposed=np.full((1, 2), 9.0),
+    )  # fmt: skip
+    steady = Steady(SimpleNamespace(arrays=arrays), SimpleNamespace(temperature=20.0, target=None))
+    steady.start(np.array([[0.5, 1.0]]), 2.0, 0.0, rises=True)
+    assert (steady.rises, steady.velocity.tolist(), steady.vibration()) == (True, [[0, 0]], 0.5 * (2 * 9 + 4 * 1))
+    steady.rise(1.0, done=True)
+    assert (steady.rises, steady.velocity.tolist(), steady.vibration()) == (False, [[1, 2]], 0.5 * (2 * 4 + 4 * 1))
+    steady.damp_beside(True)
+    assert arrays.imposed.tolist() == [[1, 9]]
+    steady.damp_beside(False)
+    assert arrays.imposed.tolist() == [[0, 9]]

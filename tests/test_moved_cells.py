@@ -210,3 +210,16 @@ def test_many_grains(grains: int, seed: int) -> None:
     assert fit.largest_after <= 0.02
     assert_tiles(fit.tessellation)
     assert fit.circularity.mean() == pytest.approx(0.79, abs=0.005)  # of 10,000 grains by convex hulls
+
+
+@pytest.mark.usefixtures("interpreted")
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_cells_grow_with_their_region(size: float) -> None:
+    """Of a row of unequal cells: halfway between two seeds."""
+    places = np.array([0.1, 0.3, 0.4, 0.7, 0.9])
+    seeds, region = size * np.column_stack([places, np.full(5, 0.05)]), rectangle(size, 0.1 * size)
+    before = power_diagram(region, seeds, np.zeros(5), size)
+    made = moved_diagram(region, seeds, np.zeros(5), before)
+    assert made is not None
+    ends = np.array([0, 0.2, 0.35, 0.55, 0.8, 1])
+    assert made.areas() / size**2 == pytest.approx(0.1 * np.diff(ends), rel=1e-9)

@@ -12,7 +12,7 @@ from support import ROCK, STRONG, advance, impose, state_of
 
 import grainlaw as gl
 from grainlaw.compiler.entry import compiled
-from grainlaw.engine.contacts import contact_neighbours, contact_passes, overlap
+from grainlaw.engine.contacts import contact_geometry, contact_neighbours, contact_passes, contact_rows, overlap
 from grainlaw.engine.contacts import contact_search as search
 from grainlaw.engine.contacts.contact_rows import BLOCK, rows_of
 from grainlaw.engine.contacts.contact_table import APART, CLOSED, HELD, WAITING
@@ -400,3 +400,22 @@ def test_the_deepest_contact_is_that_with_the_largest_share_of_what_is_allowed()
         said = made.deepest()
     assert said.startswith("grains 4 and 2 overlap by 0.003 m near (2, 7) m, more than the 0.004 m allowed")
     assert "largest_overlap = 0.25 of" in said
+
+
+@pytest.mark.parametrize(
+    ("state", "stands", "becomes"),
+    [
+        (CLOSED, overlap.BESIDE, APART),
+        (APART, overlap.BESIDE, WAITING),
+        (WAITING, overlap.BESIDE, WAITING),
+        (HELD, overlap.BESIDE, WAITING),
+        (WAITING, overlap.BEHIND, APART),
+    ],
+)
+def test_edges_beside_each_other_wait_unless_they_were_closed(state, stands, becomes):
+    """Without an offset, a lift or an overlap."""
+    row = np.zeros(60 * contact_rows.ROW)
+    row[contact_rows.AX] = row[contact_rows.BX] = 1.0
+    row[contact_rows.WY] = 0.5
+    row[contact_rows.STATE], row[contact_rows.STANDS], row[contact_rows.TOUCH] = state, stands, contact_geometry.NOT
+    assert contact_geometry.settle.py_func(row, 0) == (becomes, 0, 0)
