@@ -16,6 +16,7 @@ from grainlaw.laws import Linear
 from grainlaw.loading import Adaptive, Constant
 from grainlaw.protocols import FreeMotion
 from grainlaw.runs import execution, stepper
+from grainlaw.runs import loader as loaders
 from grainlaw.runs.execution import Execution
 from grainlaw.runs.loader import Loader, _Seen
 
@@ -330,3 +331,41 @@ def test_vibration_is_the_motion_beside_the_steady_one():
     assert arrays.imposed.tolist() == [[1, 9]]
     steady.damp_beside(False)
     assert arrays.imposed.tolist() == [[0, 9]]
+
+
+def test_what_the_static_solution_tells_by_hand(monkeypatch):
+    """0.06 kg m2/s2 of inertia and 0.54 N/s along a motion of 0.2 m/s at most: 3 / s."""
+    field, along = np.array([[0.2, 0.0], [0.0, -0.1], [0.0, 0.0]]), 0.54
+    made = loader()
+    made._stability = SimpleNamespace(stiffness=lambda: "stiffness", frequency=100.0)
+    monkeypatch.setattr(loaders, "steady_motion", lambda state, stiffness, frequency: field)
+    monkeypatch.setattr(loaders, "stiffness_along", lambda state, stiffness, motion: along)
+    stage = SimpleNamespace(interval=0.5, expected=40, pieces=4)
+    assert made._static(stage) == pytest.approx(field)
+    seen = made._seen
+    assert (seen.span, seen.momentum, seen.force, seen.least, seen.inner) == (20.0, (3.0, 8.0), 0, 0, 0)
+    assert (seen.inertia, seen.frequency, seen.fastest) == pytest.approx((0.06, 3.0, 0.5 / (4 * 10 * 1e-3)))
+    assert math.isnan(seen.supplied)
+    made._state.heat.sign = -1  # a hundredth of the force on free strains
+    made._static(stage)
+    assert made._seen.force == pytest.approx(0.01 * 0.54 * 20)
+    assert made._seen.least == pytest.approx(0.01 * 0.54 * 20 / 0.2)
+    assert made._seen.inner == pytest.approx(math.sqrt(2 * 0.54) / 0.2)
+    along = -1.0  # nothing resists
+    made._static(stage)
+    assert made._seen.frequency == pytest.approx(1e-4 * 100)
+    field = 0 * field
+    made._static(stage)
+    assert made._seen.frequency == 100
+
+
+@pytest.mark.parametrize(("static", "found", "said"), [(False, False, True), (True, False, False), (True, True, True)])
+def test_a_stage_that_should_be_static_says_whether_it_is(static, found, said, monkeypatch):
+    made, started = loader(), []
+    made._stability = "stability"
+    made._state.steady.start = lambda field, pace, time, rises: started.append((pace, time, rises))
+    made._expect, made._change = lambda stage: None, lambda stage, before: None
+    monkeypatch.setattr(loaders, "bring_under_load", lambda state, stage, stability: found)
+    assert made.begin(SimpleNamespace(loading=None, static=static)) is said
+    assert started == [(1.0, 9.0, False)]
+    assert (made._new.way, made._new.load) == (0.0, 0.0)  # nothing of the stage before
