@@ -1,0 +1,93 @@
+"""Triaxial strengths that were not calibrated: python docs/examples/red_bohus.py [--seeds 10] [--write]
+
+Red Bohus granite bears 404, 599, 703 and 798 MPa under 20, 50, 75 and 100 MPa. Cohesion and friction angle of the bonds
+are found by the strengths at 20 and 75 MPa alone; those at 50 and 100 MPa, and CI and CD at all four, are predicted on
+specimens that the search has not seen, and only then compared. Keeps all in the folder red-bohus, and goes on where it
+was interrupted.
+"""
+
+import argparse
+import warnings
+
+import grainlaw as gl
+from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.laws import MohrCoulomb
+from grainlaw.protocols import BiaxialCompression, UniaxialCompression
+from grainlaw.results.means import spread
+from grainlaw.strength import Until
+from grainlaw.units import GPa, MPa, mm
+
+MEASURED = {20: 404, 50: 599, 75: 703, 100: 798}  #: MPa by MPa
+INITIATION, DAMAGE = {20: 0.57, 50: 0.55, 75: 0.53, 100: 0.58}, {20: 0.65, 50: 0.73, 75: 0.74, 100: 0.67}  #: of q
+FITTED = (20, 75)
+ROCK = gl.Elastic(youngs_modulus=87 * GPa, poissons_ratio=0.25, density=2650)  # stiffness as of Lac du Bonnet granite
+BOND = MohrCoulomb(kn=1.5e14, ks=5.8e13, tensile_strength=10 * MPa, cohesion=50 * MPa, friction_angle=45,
+                   residual_friction_angle=30)  # fmt: skip
+FREE = {"cohesion": (15 * MPa, 150 * MPa), "friction_angle": (10, 60)}
+TIED = {"tensile_strength": ("cohesion", 0.2)}
+
+
+def specimen(seed):
+    return gl.Specimen(Voronoi(grains=150, seed=seed).tessellate(rectangle(22 * mm, 56 * mm)), ROCK)
+
+
+def case(law, pressure, seed):
+    return gl.Run(specimen(seed), law, BiaxialCompression(confinement=pressure * MPa, maximum_strain=0.03))
+
+
+def calibrated(folder, workers):
+    return gl.calibrate(
+        gl.Targets(triaxial={p * MPa: MEASURED[p] * MPa for p in FITTED}), law=BOND, free=FREE, tied=TIED,
+        specimens=specimen, store=f"{folder}/calibration", workers=workers, budget=24, fresh=10,
+        tests={"compression": UniaxialCompression(maximum_strain=0.03, until=Until.FAILURE),
+               "confined": BiaxialCompression(confinement=0, maximum_strain=0.03, until=Until.FAILURE)},
+    )  # fmt: skip
+
+
+def predicted(law, seeds, folder, workers):
+    return gl.Study(case, law={"found": law}, pressure=list(MEASURED), seed=range(101, 101 + seeds)).run(
+        f"{folder}/prediction", workers=workers
+    )
+
+
+def table_of(table):
+    heads = ["confinement (MPa)", "fitted", "strength (MPa)", "laboratory", "CI/q", "laboratory", "CD/q", "laboratory"]
+    lines = [heads, ["---"] * len(heads)]
+    for p in MEASURED:
+        of = table.where(pressure=p)
+        deviator = of["strength"] - p * MPa
+        ratios = [(of[name] - p * MPa) / deviator for name in ("crack_initiation_count", "crack_damage_cylinder")]
+        strength, ci, cd = (words(values) for values in (of["strength"] / MPa, *ratios))
+        lines.append([f"{p}", "yes" if p in FITTED else "", strength, f"{MEASURED[p]}",
+                      ci, f"{INITIATION[p]}", cd, f"{DAMAGE[p]}"])  # fmt: skip
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def words(values):
+    """Mean and half of its 95 % interval, of those that have it."""
+    found = spread(values)
+    half = (found["interval"][1] - found["interval"][0]) / 2
+    few = f" ({found['count']} of {len(values)})" if found["count"] < len(values) else ""
+    return f"{found['mean']:.3g} ± {half:.2g}{few}" if found["count"] > 1 else "-"
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("--seeds", type=int, default=10, help="specimens of the prediction")
+    arguments.add_argument("--workers", type=int, help="all cores unless given")
+    arguments.add_argument("--folder", default="red-bohus")
+    arguments.add_argument("--write", action="store_true", help="into docs/rock.md")
+    given = arguments.parse_args()
+    warnings.simplefilter("ignore", gl.CostWarning)
+    found = calibrated(given.folder, given.workers)
+    print(found)
+    text = table_of(predicted(found.law, given.seeds, given.folder, given.workers))
+    print(text)
+    if given.write:
+        from rock_study import write
+
+        write("red bohus", text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,375 @@
+"""Which ingredients make bonded grains a rock? python docs/examples/rock_study.py [--seeds 10] [--write]
+
+A factorial design: cells inside of grains, grains that yield, friction of broken contacts, open cracks, minerals. Each
+combination is pressed at 0, 10 and 40 MPa and pulled, on the same grains for each seed, with the bonds and the elastic
+grains of Lac du Bonnet granite. Prints what each ingredient changes, with intervals over the seeds; keeps all in the
+folder rock-study, and goes on where it was interrupted.
+"""
+
+import argparse
+import itertools
+import warnings
+from pathlib import Path
+
+import attrs
+import numpy as np
+from matplotlib.figure import Figure
+
+import grainlaw as gl
+from grainlaw.drawing.palette import color
+from grainlaw.geometry import Breakable, Cracked, Minerals, Voronoi, VoronoiCells, rectangle
+from grainlaw.laws import Friction
+from grainlaw.materials import DruckerPrager
+from grainlaw.protocols import BiaxialCompression, UniaxialTension
+from grainlaw.results.means import spread
+from grainlaw.units import MPa, mm, um
+
+PAGE = Path(__file__).parents[1] / "rock.md"
+ROCK = gl.rocks["lac-du-bonnet-granite"]
+GRAIN, SLENDER = 2.87 * mm, 2.5  #: size of a grain; height over width of a specimen
+YIELD = {"cohesion": 120 * MPa, "friction_angle": 30}  #: of grains that yield: at 416 MPa without confinement
+SHARES = {"feldspar": 0.6, "quartz": 0.3, "mica": 0.1}
+GAP = 1 * um  #: of the open cracks
+LOADS = {
+    f"{pressure} MPa": BiaxialCompression(confinement=pressure * MPa, maximum_strain=0.02) for pressure in (0, 10, 40)
+} | {"tension": UniaxialTension()}
+FACTORS = {
+    "cells": (1, 5),  #: in a grain, whose bonds are twice as strong as those between grains
+    "grains": ("elastic", "plastic"),
+    "residual": (5, 30, 45),  #: deg, friction of a broken contact
+    "cracks": (0.0, 0.1),  #: share of the length between grains that is open before the test
+    "minerals": ("one", "three"),  #: mica is half as stiff, its bonds have half of the strength
+}
+
+
+class Drop(gl.Measure):
+    name = "drop"
+    meaning = "fall of the load after the first failure, before it is exceeded; the test ends at a half"
+    unit = "%"
+    needs = ["deviator"]  # noqa: RUF012 - as a user writes it
+
+    def find(self, laboratory):
+        curves, load = laboratory.result.curves, laboratory.result.curves["deviator"]
+        after = load[int(np.argmax(curves["stress"] >= laboratory.result.summary["strength"])) :]
+        higher = np.flatnonzero(after > after[0])
+        return 1 - after[: higher[0] if len(higher) else None].min() / after[0]
+
+
+def stronger(bond, factor):
+    return attrs.evolve(bond, tensile_strength=factor * bond.tensile_strength, cohesion=factor * bond.cohesion)
+
+
+def case(cells, grains, residual, cracks, minerals, load, seed, count):
+    bond, material = attrs.evolve(ROCK.law, residual_friction_angle=residual), ROCK.material
+    made, laws = Voronoi(grains=count, seed=seed), {...: bond}
+    if grains == "plastic":
+        elastic = {name: getattr(material, name) for name in ("youngs_modulus", "poissons_ratio", "density")}
+        material = DruckerPrager(**elastic, **YIELD)
+    if minerals == "three":
+        made = Minerals(made, SHARES, seed=seed)
+        material = {"mica": attrs.evolve(material, youngs_modulus=material.youngs_modulus / 2), ...: material}
+        laws = {("mica", ...): stronger(bond, 0.5), **laws}
+    if cells > 1:
+        made = Breakable(made, VoronoiCells(count=cells), seed=seed)
+        laws = {"inside": stronger(bond, 2), **laws}
+    if cracks:
+        made = Cracked(made, share=cracks, seed=seed)
+        laws = {"initial cracks": Friction(kn=bond.kn, ks=bond.ks, friction_angle=30, gap=GAP), **laws}
+    width = GRAIN * np.sqrt(count / SLENDER)
+    return gl.Run(gl.Specimen(made.tessellate(rectangle(width, SLENDER * width)), material), laws, load)
+
+
+def study(grains, seeds, residual=FACTORS["residual"]):
+    measures = [*gl.MEASURES.values(), Drop()]
+    factors = FACTORS | {"residual": residual, "load": LOADS, "seed": range(1, seeds + 1), "count": [grains]}
+    return gl.Study(case, measures=measures, **factors)
+
+
+# --- what each ingredient changes -------------------------------------------------------------------------------------
+
+GROWS = ("UCS", "tension", "40 MPa", "E")  #: compared by their ratio, all else by the difference
+QUANTITIES = {  #: words, and the range of Lac du Bonnet granite (Potyondy and Cundall 2004), or of most rocks
+    "UCS": ("UCS (MPa)", (178, 222)),
+    "tension": ("tensile strength (MPa)", (8.0, 10.6)),
+    "UCS/T": ("UCS/T", (17, 26)),
+    "40 MPa": ("strength at 40 MPa (MPa)", None),
+    "slope": ("slope of the envelope up to 10 MPa", (10, 13)),
+    "curvature": ("slope from 10 to 40 MPa over it", None),
+    "CI": ("CI/UCS, 1 % of the cracks", (0.42, 0.47)),
+    "CI lateral": ("CI/UCS, lateral strain", (0.42, 0.47)),
+    "CD": ("CD/UCS, area", (0.7, 0.85)),
+    "CD cylinder": ("CD/UCS, cylinder", (0.7, 0.85)),
+    "drop": ("fall after the first failure, 0 MPa", None),
+    "drop 40": ("fall after the first failure, 40 MPa", None),
+    "transgranular": ("transgranular share of the cracks", None),
+    "E": ("E (GPa)", (63, 75)),
+    "nu": ("Poisson's ratio", (0.22, 0.30)),
+}
+
+
+def quantities(table):
+    """Of each combination and seed what its four tests say, by name; nan where a test did not find it."""
+    found = {}
+    for k, row in enumerate(table.rows):
+        key = tuple(row[name] for name in (*FACTORS, "seed"))
+        found.setdefault(key, {})[row["load"]] = k
+    return {key: values(table, of) for key, of in found.items() if len(of) == len(LOADS)}
+
+
+def values(table, of):
+    """Of the rows ``of`` the four tests of a specimen. One that contracts until the peak has its CD there."""
+    none, ten, forty, pull = (of[load] for load in LOADS)
+    peak = {k: table["strength"][k] for k in of.values()}
+    slope = (peak[ten] - peak[none]) / (10 * MPa)
+    cracks = table["tensile_cracks"][none] + table["shear_cracks"][none]
+    return {
+        "UCS": peak[none] / MPa, "tension": peak[pull] / MPa, "UCS/T": peak[none] / peak[pull],
+        "40 MPa": peak[forty] / MPa, "slope": slope, "curvature": (peak[forty] - peak[ten]) / (30 * MPa) / slope,
+        "CI": table["crack_initiation_count_ratio"][none], "CI lateral": table["crack_initiation_lateral_ratio"][none],
+        "CD": at_most_one(table["crack_damage_ratio"][none]),
+        "CD cylinder": at_most_one(table["crack_damage_cylinder_ratio"][none]),
+        "drop": table["drop"][none], "drop 40": table["drop"][forty],
+        "transgranular": table["transgranular_cracks"][none] / cracks if cracks else np.nan,
+        "E": table["tangent_modulus"][none] / 1e9, "nu": table["tangent_poisson"][none],
+    }  # fmt: skip
+
+
+def at_most_one(ratio):
+    return 1.0 if np.isnan(ratio) else ratio
+
+
+def by_seed(found, name, **levels):
+    """Mean of a quantity over all combinations of these levels that have it, by seed; some of the logarithm."""
+    seeds, each = {}, list(FACTORS)
+    for key, of in found.items():
+        if all(key[each.index(factor)] == level for factor, level in levels.items()) and not np.isnan(of[name]):
+            seeds.setdefault(key[-1], []).append(np.log(of[name]) if name in GROWS else of[name])
+    return {seed: np.mean(some) for seed, some in seeds.items()}
+
+
+def effect(found, name, factor, low, high):
+    """Change of a quantity from one level of a factor to another: mean over the seeds, and half of its interval."""
+    one, other = (by_seed(found, name, **{factor: level}) for level in (low, high))
+    return mean_and_half(name, np.array([other[seed] - one[seed] for seed in one if seed in other]))
+
+
+def interaction(found, name, first, second):
+    """By how much more the first factor changes a quantity at the last level of the second than at its first level."""
+    (a, b), (c, d) = ((FACTORS[factor][0], FACTORS[factor][-1]) for factor in (first, second))
+    corners = [by_seed(found, name, **{first: x, second: y}) for x, y in ((a, c), (b, c), (a, d), (b, d))]
+    seeds = set.intersection(*map(set, corners))
+    return mean_and_half(name, np.array([corners[3][s] - corners[2][s] - corners[1][s] + corners[0][s] for s in seeds]))
+
+
+def mean_and_half(name, changes):
+    of = spread(changes)
+    return of["mean"], (of["interval"][1] - of["interval"][0]) / 2
+
+
+def shown(name, mean, half):
+    """In bold where zero is outside of the interval."""
+    if np.isnan(half):
+        return "-"
+    if name in GROWS:
+        text = (
+            f"{100 * np.expm1(mean):+.0f} % ({100 * np.expm1(mean - half):+.0f} to {100 * np.expm1(mean + half):+.0f})"
+        )
+    else:
+        text = f"{mean:+.2f} ({mean - half:+.2f} to {mean + half:+.2f})"
+    return f"**{text}**" if abs(mean) > half else text
+
+
+def level(value):
+    return value if isinstance(value, str) else f"{value:g}"
+
+
+def changes(found):
+    """Pairs of levels of all factors, as they are in the rows."""
+    for k, factor in enumerate(FACTORS):
+        first, *others = dict.fromkeys(key[k] for key in found)
+        yield from ((factor, first, other) for other in others)
+
+
+def effects_table(found):
+    pairs = list(changes(found))
+    heads = ["", *(f"{factor}: {level(low)} to {level(high)}" for factor, low, high in pairs), "laboratory"]
+    rows = []
+    for name, (words, known) in QUANTITIES.items():
+        laboratory = f"{known[0]:g} to {known[1]:g}" if known else ""
+        rows.append([words, *(shown(name, *effect(found, name, *pair)) for pair in pairs), laboratory])
+    return markdown(heads, rows)
+
+
+def interactions_table(found, names=("UCS", "slope", "CI", "CD cylinder", "drop 40")):
+    """Those of which one quantity's interval is without zero."""
+    rows = []
+    for first, second in itertools.combinations(FACTORS, 2):
+        cells = [shown(name, *interaction(found, name, first, second)) for name in names]
+        if any(cell.startswith("**") for cell in cells):
+            rows.append([f"{first} x {second}", *cells])
+    return markdown(["", *(QUANTITIES[name][0] for name in names)], rows)
+
+
+COMBINED = {  #: rows of their own
+    "even grains": {},
+    "cells": {"cells": 5},
+    "cells, 45 deg": {"cells": 5, "residual": 45},
+    "cells, plastic": {"cells": 5, "grains": "plastic"},
+    "cells, open cracks, minerals": {"cells": 5, "cracks": 0.1, "minerals": "three"},
+    "all": {"cells": 5, "grains": "plastic", "residual": 45, "cracks": 0.1, "minerals": "three"},
+}
+
+
+def combinations_table(found):
+    base, columns = {factor: levels[0] for factor, levels in FACTORS.items()}, []
+    for more in COMBINED.values():
+        columns.append([])
+        for name in QUANTITIES:
+            at = np.array(list(by_seed(found, name, **base | more).values()))
+            of = spread(np.exp(at) if name in GROWS else at)
+            half = (of["interval"][1] - of["interval"][0]) / 2
+            mean = f"{of['mean']:.3g}" if of["count"] else "-"
+            columns[-1].append(mean if np.isnan(half) else f"{mean} ± {half:.2g}")
+    rows = [[QUANTITIES[name][0], *cells] for name, *cells in zip(QUANTITIES, *columns, strict=True)]
+    return markdown(["", *COMBINED], rows)
+
+
+def markdown(heads, rows):
+    return "\n".join(f"| {' | '.join(line)} |" for line in [heads, ["---"] * len(heads), *rows]) + "\n"
+
+
+def draw_effects(found, file):
+    """Means of each level over all other ingredients, with intervals over the seeds; the laboratory's range is grey."""
+    names = [n for n in QUANTITIES if n not in ("tension", "CI lateral", "E")]
+    figure = Figure(figsize=(13, 9), layout="constrained")
+    for axes, name in zip(figure.subplots(3, 4).flat, names, strict=True):
+        place, marks = 0.0, []
+        for k, factor in enumerate(FACTORS):
+            levels = list(dict.fromkeys(key[k] for key in found))
+            for each in levels:
+                at = np.array(list(by_seed(found, name, **{factor: each}).values()))
+                of = spread(np.exp(at) if name in GROWS else at)
+                half = (of["interval"][1] - of["interval"][0]) / 2
+                axes.errorbar(place, of["mean"], 0 if np.isnan(half) else half, fmt="o", color=color(k), markersize=4)
+                marks.append((place, f"{factor} {level(each)}"))
+                place += 1
+            place += 0.7
+        if known := QUANTITIES[name][1]:
+            axes.axhspan(*known, color="#dddddd", zorder=0)
+        axes.set_title(QUANTITIES[name][0], fontsize=9)
+        axes.set_xticks([at for at, _ in marks], [text for _, text in marks], rotation=70, fontsize=7)
+        axes.tick_params(axis="y", labelsize=8)
+    figure.savefig(file, dpi=110)
+
+
+# --- how fast it is loaded --------------------------------------------------------------------------------------------
+
+RATES = (20.0, 10.0, 5.0, 2.0, 1.0, 0.5)  #: 1/s of axial strain; published explicit codes: 9 to 17
+PACES = {f"{rate:g} 1/s": rate for rate in RATES} | {"adaptive": 0.0}
+DAMPINGS = {
+    "ours": gl.CentralDifference(),
+    "local": gl.CentralDifference(damping=gl.LocalDamping(fraction=0.7), beside_loading=False),
+}
+
+
+def paced(cells, pace, damping, seed, count):
+    """The same rock, with or without cells, under a constant speed from the first moment, or as slow as it must be."""
+    run = case(cells, "elastic", 5, 0.0, "one", LOADS["0 MPa"], seed, count)
+    low, high = run.specimen.grains.region.bounds
+    loading = gl.Constant(speed=pace * (high[1] - low[1])) if pace else gl.Adaptive()
+    test = BiaxialCompression(confinement=0, loading=loading, maximum_strain=0.01, integrator=damping)
+    return attrs.evolve(run, protocol=test)
+
+
+def pace_study(grains, seeds):
+    factors = {"cells": FACTORS["cells"], "pace": PACES, "damping": DAMPINGS}
+    measures = [*gl.MEASURES.values(), Drop()]
+    return gl.Study(paced, measures=measures, **factors, seed=range(1, seeds + 1), count=[grains])
+
+
+def pace_table(table):
+    """Means over the seeds; stresses over those of the same specimens under our adaptive loading and damping."""
+    rows = []
+    for cells, damping, pace in itertools.product(FACTORS["cells"], DAMPINGS, PACES):
+        of = table.where(cells=cells, damping=damping, pace=pace)
+        slow = table.where(cells=cells, damping="ours", pace="adaptive")
+        largest = of["largest_stress"]
+        damage = [np.array([reversal(of.run(k).curves, n) for k in range(len(of))]) for n in (1, 2)]
+        ratios = [over(of["strength"] / slow["strength"]), over(largest / slow["largest_stress"])]
+        words = ["even" if cells == 1 else f"{cells} cells", damping, pace, *ratios, *map(about, damage)]
+        rows.append([*words, f"{np.mean(of['drop']):.2f}", f"{100 * np.mean(of['imbalance']):.2g} %"])
+    heads = ["grains", "damping", "pace", "first failure", "largest stress"]
+    heads += ["CD over it, area", "CD over it, cylinder", "fall after the first failure", "imbalance"]
+    return markdown(heads, rows)
+
+
+def reversal(curves, laterals):
+    """Stress at which axial and so many times the lateral strain reverse on the way to the largest, over that."""
+    stress, lateral = curves["stress"], curves["lateral_strain"]
+    way = slice(0, int(np.argmax(stress)) + 1)
+    volume = curves["volumetric_strain"] + (laterals - 1) * lateral
+    return stress[int(np.argmin(volume[way]))] / stress[way][-1]
+
+
+def over(ratios):
+    """Geometric mean of ratios, and its interval."""
+    of = spread(np.log(ratios))
+    low, high = np.exp(of["interval"])
+    return f"{np.exp(of['mean']):.2f}" + ("" if np.isnan(low) else f" ({low:.2f} to {high:.2f})")
+
+
+def about(values):
+    """Mean, and the range of the seeds."""
+    return f"{values.mean():.2f} ({values.min():.2f} to {values.max():.2f})"
+
+
+# --- from the command line --------------------------------------------------------------------------------------------
+
+
+def write(name, text):
+    """Put a table into the page, between its marks."""
+    page, (begin, end) = PAGE.read_text(encoding="utf-8"), (f"<!-- {name} -->\n", f"<!-- end of {name} -->")
+    before, after = page.split(begin)[0], page.split(end)[1]
+    PAGE.write_text(f"{before}{begin}{text}{end}{after}", encoding="utf-8")
+
+
+def main():
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("--grains", type=int, default=1000)
+    words.add_argument("--seeds", type=int, default=10)
+    words.add_argument("--residual", type=float, nargs="+", default=FACTORS["residual"], help="deg")
+    words.add_argument("--workers", type=int, help="all cores unless given")
+    words.add_argument(
+        "--folder", default="rock-study", help="of the store; that of the paces has -pace behind its name"
+    )
+    words.add_argument("--write", action="store_true", help="tables, picture and data into docs/")
+    given = words.parse_args()
+    warnings.simplefilter("ignore", gl.CostWarning)
+    table = study(given.grains, given.seeds, given.residual).run(given.folder, workers=given.workers)
+    pace = pace_study(given.grains, given.seeds).run(f"{given.folder}-pace", workers=given.workers)
+    found = quantities(table)
+    texts = {
+        "effects": effects_table(found), "interactions": interactions_table(found),
+        "combinations": combinations_table(found), "pace": pace_table(pace), "cost": cost(table, pace),
+    }  # fmt: skip
+    print("\n".join(texts.values()))
+    draw_effects(found, PAGE.parent / "images" / "rock_effects.png" if given.write else "rock_effects.png")
+    if given.write:
+        for name, text in texts.items():
+            write(name, text)
+        table.write_csv(PAGE.with_name("rock.csv"))
+        pace.write_csv(PAGE.with_name("rock-pace.csv"))
+
+
+def cost(*tables):
+    hours = [sum(of["cpu"] for of in table.costs) / 3600 for table in tables]
+    grains, seeds = tables[0].rows[0]["count"], len(tables[0].levels("seed"))
+    failed = sum(len(table.failed) for table in tables)
+    return (
+        f"{len(tables[0]):,} tests of the design and {len(tables[1]):,} of paces, {grains} grains, {seeds} seeds: "
+        f"{hours[0]:.1f} and {hours[1]:.1f} hours of one core; {failed} ended with an error.\n"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,113 @@
+"""The study of ingredients: its cases are what their names say, its effects are those of numbers made by hand."""
+
+import csv
+import itertools
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import grainlaw as gl
+from grainlaw.materials import DruckerPrager
+
+DATA = Path(__file__).parents[1] / "docs" / "rock.csv"
+
+
+def test_cases_are_what_their_names_say(example):
+    study = example("rock_study")
+    load = study.LOADS["10 MPa"]
+    assert load.confinement == 10e6
+    bond = study.ROCK.law
+    even = study.case(1, "elastic", 30, 0.0, "one", load, 1, 40)
+    assert set(even.law) == {...}
+    assert (even.law[...].residual_friction_angle, even.law[...].cohesion) == (30, bond.cohesion)
+    assert not even.specimen.grains.is_breakable
+    low, high = even.specimen.grains.region.bounds
+    assert np.sqrt(np.prod(high - low) / 40) == pytest.approx(2.87e-3)
+    assert (high - low)[1] == pytest.approx(2.5 * (high - low)[0])
+    whole = study.case(5, "plastic", 5, 0.1, "three", load, 1, 40)
+    assert whole.specimen.grains.is_breakable
+    assert whole.law["inside"].tensile_strength == 2 * bond.tensile_strength
+    assert whole.law["mica", ...].cohesion == 0.5 * bond.cohesion
+    assert whole.law["initial cracks"].gap == 1e-6
+    rock = whole.specimen.material_of(2)
+    assert isinstance(rock, DruckerPrager)
+    assert rock.youngs_modulus == study.ROCK.material.youngs_modulus / 2
+    joints = whole.specimen.grains.joints["initial cracks"]
+    assert len(joints) > 3
+    fast = study.paced(1, 20.0, study.DAMPINGS["local"], 1, 40)
+    assert fast.protocol.loading.speed == pytest.approx(20 * (high - low)[1])
+    assert not fast.protocol.integrator.beside_loading
+    assert isinstance(study.paced(1, 0.0, study.DAMPINGS["ours"], 1, 40).protocol.loading, gl.Adaptive)
+
+
+def test_a_fall_ends_where_the_load_is_higher_again(example):
+    """Of 100 it falls to 70, and by three tenths; what comes after 101 is another matter."""
+    load = np.array([0.0, 60, 100, 80, 70, 101, 20])
+    result = SimpleNamespace(curves={"stress": load + 10, "deviator": load}, summary={"strength": 110.0})
+    assert example("rock_study").Drop().find(SimpleNamespace(result=result)) == pytest.approx(0.3)
+
+
+@pytest.fixture
+def made(example):
+    """CI grows by 0.1 with cells, by 0.2 more where there are cracks too, and with the seed; UCS doubles with cells."""
+    study, found = example("rock_study"), {}
+    for key in itertools.product(*study.FACTORS.values(), (1, 2, 3)):
+        cells, _, residual, cracks, _, seed = key
+        ci = 0.3 + 0.1 * (cells == 5) + 0.2 * (cells == 5 and cracks > 0) + 0.01 * seed * (1 + (cells == 5))
+        found[key] = {name: 1.0 for name in study.QUANTITIES}
+        found[key] |= {"CI": ci, "UCS": 100.0 * (2 if cells == 5 else 1) + 0 * residual, "CD": np.nan}
+    return study, found
+
+
+def test_effects_are_means_over_the_seeds_of_what_is_paired(made):
+    """0.1, and 0.2 in half of the cases, and 0.01 to 0.03 by the seed: 0.22, known to t(2) 0.01 / root 3."""
+    study, found = made
+    mean, half = study.effect(found, "CI", "cells", 1, 5)
+    assert mean == pytest.approx(0.22)
+    assert half == pytest.approx(4.302653 * 0.01 / np.sqrt(3))
+    assert study.effect(found, "CI", "residual", 5, 45) == pytest.approx((0, 0), abs=1e-12)
+    assert np.expm1(study.effect(found, "UCS", "cells", 1, 5)[0]) == pytest.approx(1)
+    assert study.interaction(found, "CI", "cells", "cracks") == pytest.approx((0.2, 0), abs=1e-12)
+    assert study.shown("CI", mean, half) == "**+0.22 (+0.20 to +0.24)**"
+    assert study.shown("UCS", np.log(2), np.log(4)) == "+100 % (-50 to +700)"
+    assert study.shown("CI", 0.1, np.nan) == "-"
+    table = study.effects_table(found)
+    assert "| CI/UCS, 1 % of the cracks | **+0.22 (+0.20 to +0.24)** |" in table
+    assert "| CD/UCS, area | - |" in table
+    assert study.interactions_table(found).count("\n") == 3  # heads, rule, and the one there is
+    assert "| UCS (MPa) | 100 ± 0 | 200 ± 0 |" in study.combinations_table(found)
+
+
+def test_tables_go_between_their_marks(example, tmp_path, monkeypatch):
+    study, page = example("rock_study"), tmp_path / "page.md"
+    page.write_text("a\n<!-- effects -->\nold\n<!-- end of effects -->\nb\n")
+    monkeypatch.setattr(study, "PAGE", page)
+    study.write("effects", "new\n")
+    assert page.read_text() == "a\n<!-- effects -->\nnew\n<!-- end of effects -->\nb\n"
+
+
+def test_a_prediction_is_compared_with_the_laboratory(example):
+    """Of two specimens 400 and 404 MPa: 402 and half of t(1) 2.83 / root 2."""
+    study = example("red_bohus")
+    assert study.words(np.array([400.0, 404.0])) == "402 ± 25"
+    assert study.words(np.array([0.5, np.nan, 0.5])) == "0.5 ± 0 (2 of 3)"
+    assert study.words(np.array([np.nan, 0.5])) == "-"
+    assert set(study.FITTED) < set(study.MEASURED) == set(study.INITIATION) == set(study.DAMAGE)
+    run = study.case(study.BOND, 75, 101)
+    assert run.protocol.confinement == 75e6
+
+
+@pytest.mark.slow
+def test_rows_of_the_study_can_be_repeated(example):
+    """Elastic constants and strengths of some rows of the data beside the page, on any processor."""
+    study = example("rock_study")
+    rows = list(csv.DictReader(DATA.open(encoding="utf-8")))
+    chosen = [row for row in rows if row["cells"] == "1" and row["load"] in ("tension", "0 MPa") and row["seed"] == "1"]
+    for row in chosen[::4]:
+        levels = [int(row["cells"]), row["grains"], float(row["residual"]), float(row["cracks"]), row["minerals"]]
+        run = study.case(*levels, study.LOADS[row["load"]], int(row["seed"]), int(row["count"]))
+        summary = gl.simulate(run.specimen, run.law, run.protocol, threads=1).summary
+        assert summary["strength"] == pytest.approx(float(row["strength"]), rel=0.02)
+        assert summary["modulus"] == pytest.approx(float(row["modulus"]), rel=0.002)
