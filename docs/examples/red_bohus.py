@@ -9,11 +9,13 @@ was interrupted.
 import argparse
 import warnings
 
+import numpy as np
+from rock_study import markdown, mean_and_half, write
+
 import grainlaw as gl
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import BiaxialCompression, UniaxialCompression
-from grainlaw.results.means import spread
 from grainlaw.strength import Until
 from grainlaw.units import GPa, MPa, mm
 
@@ -52,7 +54,7 @@ def predicted(law, seeds, folder, workers):
 
 def table_of(table):
     heads = ["confinement (MPa)", "fitted", "strength (MPa)", "laboratory", "CI/q", "laboratory", "CD/q", "laboratory"]
-    lines = [heads, ["---"] * len(heads)]
+    lines = []
     for p in MEASURED:
         of = table.where(pressure=p)
         deviator = of["strength"] - p * MPa
@@ -60,15 +62,15 @@ def table_of(table):
         strength, ci, cd = (words(values) for values in (of["strength"] / MPa, *ratios))
         lines.append([f"{p}", "yes" if p in FITTED else "", strength, f"{MEASURED[p]}",
                       ci, f"{INITIATION[p]}", cd, f"{DAMAGE[p]}"])  # fmt: skip
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+    return markdown(heads, lines)
 
 
 def words(values):
     """Mean and half of its 95 % interval, of those that have it."""
-    found = spread(values)
-    half = (found["interval"][1] - found["interval"][0]) / 2
-    few = f" ({found['count']} of {len(values)})" if found["count"] < len(values) else ""
-    return f"{found['mean']:.3g} ± {half:.2g}{few}" if found["count"] > 1 else "-"
+    mean, half = mean_and_half(values)
+    known = np.count_nonzero(~np.isnan(values))
+    few = f" ({known} of {len(values)})" if known < len(values) else ""
+    return "-" if np.isnan(half) else f"{mean:.3g} ± {half:.2g}{few}"
 
 
 def main():
@@ -84,8 +86,6 @@ def main():
     text = table_of(predicted(found.law, given.seeds, given.folder, given.workers))
     print(text)
     if given.write:
-        from rock_study import write
-
         write("red bohus", text)
 
 

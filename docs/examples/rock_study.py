@@ -150,7 +150,7 @@ def by_seed(found, name, **levels):
 def effect(found, name, factor, low, high):
     """Change of a quantity from one level of a factor to another: mean over the seeds, and half of its interval."""
     one, other = (by_seed(found, name, **{factor: level}) for level in (low, high))
-    return mean_and_half(name, np.array([other[seed] - one[seed] for seed in one if seed in other]))
+    return mean_and_half(np.array([other[seed] - one[seed] for seed in one if seed in other]))
 
 
 def interaction(found, name, first, second):
@@ -158,12 +158,19 @@ def interaction(found, name, first, second):
     (a, b), (c, d) = ((FACTORS[factor][0], FACTORS[factor][-1]) for factor in (first, second))
     corners = [by_seed(found, name, **{first: x, second: y}) for x, y in ((a, c), (b, c), (a, d), (b, d))]
     seeds = set.intersection(*map(set, corners))
-    return mean_and_half(name, np.array([corners[3][s] - corners[2][s] - corners[1][s] + corners[0][s] for s in seeds]))
+    return mean_and_half(np.array([corners[3][s] - corners[2][s] - corners[1][s] + corners[0][s] for s in seeds]))
 
 
-def mean_and_half(name, changes):
-    of = spread(changes)
+def mean_and_half(values):
+    """Mean and half of its 95 % interval, which is nan for fewer than two."""
+    of = spread(values)
     return of["mean"], (of["interval"][1] - of["interval"][0]) / 2
+
+
+def at_levels(found, name, **levels):
+    """The same of a quantity itself over the seeds, at some levels."""
+    each = np.array(list(by_seed(found, name, **levels).values()))
+    return mean_and_half(np.exp(each) if name in GROWS else each)
 
 
 def shown(name, mean, half):
@@ -225,11 +232,9 @@ def combinations_table(found):
     for more in COMBINED.values():
         columns.append([])
         for name in QUANTITIES:
-            at = np.array(list(by_seed(found, name, **base | more).values()))
-            of = spread(np.exp(at) if name in GROWS else at)
-            half = (of["interval"][1] - of["interval"][0]) / 2
-            mean = f"{of['mean']:.3g}" if of["count"] else "-"
-            columns[-1].append(mean if np.isnan(half) else f"{mean} ± {half:.2g}")
+            mean, half = at_levels(found, name, **base | more)
+            text = "-" if np.isnan(mean) else f"{mean:.3g}"
+            columns[-1].append(text if np.isnan(half) else f"{text} ± {half:.2g}")
     rows = [[QUANTITIES[name][0], *cells] for name, *cells in zip(QUANTITIES, *columns, strict=True)]
     return markdown(["", *COMBINED], rows)
 
@@ -247,10 +252,8 @@ def draw_effects(found, file):
         for k, factor in enumerate(FACTORS):
             levels = list(dict.fromkeys(key[k] for key in found))
             for each in levels:
-                at = np.array(list(by_seed(found, name, **{factor: each}).values()))
-                of = spread(np.exp(at) if name in GROWS else at)
-                half = (of["interval"][1] - of["interval"][0]) / 2
-                axes.errorbar(place, of["mean"], 0 if np.isnan(half) else half, fmt="o", color=color(k), markersize=4)
+                mean, half = at_levels(found, name, **{factor: each})
+                axes.errorbar(place, mean, 0 if np.isnan(half) else half, fmt="o", color=color(k), markersize=4)
                 marks.append((place, f"{factor} {level(each)}"))
                 place += 1
             place += 0.7

@@ -54,6 +54,11 @@ class Aim:
 UNDER = "strength at "  #: a confinement in MPa
 
 
+def strength_at(pressure: float) -> str:
+    """The name of the strength under a confinement (Pa)."""
+    return f"{UNDER}{pressure / 1e6:g} MPa"
+
+
 class Aims(dict[str, Aim]):
     """By name; the strength under a confinement, as "strength at 20 MPa", is made when it is asked for."""
 
@@ -111,7 +116,7 @@ def _triaxial(given: Any) -> dict[float, Target]:
     if not isinstance(given, Mapping):
         raise refusal("Targets: triaxial", given, "a mapping of confinements (Pa) to strengths")
     pressures = [checked_number("Targets: triaxial", pressure, "Pa", above=0) for pressure in given]
-    found = {p: _target_of(AIMS[f"{UNDER}{p / 1e6:g} MPa"], given[p]) for p in sorted(pressures)}
+    found = {p: _target_of(AIMS[strength_at(p)], given[p]) for p in sorted(pressures)}
     for pressure, target in found.items():
         if target.value <= pressure:
             raise ParameterError(
@@ -162,7 +167,7 @@ class Targets(metaclass=Checked):
         """The targets by name."""
         found = {name: getattr(self, name) for name in AIMS}
         named = {name: target for name, target in found.items() if target is not None}
-        return named | {f"{UNDER}{pressure / 1e6:g} MPa": target for pressure, target in self.triaxial.items()}
+        return named | {strength_at(pressure): target for pressure, target in self.triaxial.items()}
 
     @property
     def elastic(self) -> dict[str, Target]:
