@@ -79,7 +79,8 @@ def _stopped(samples: np.ndarray, way: np.ndarray, load: np.ndarray) -> np.ndarr
     if samples[0] == 0:  # it begins without a load
         reached, highest = np.append(0.0, reached), np.append(0.0, highest)
     before = np.interp(way[samples] / (1 + WITHIN), reached, highest, left=-np.inf)
-    return samples[highest[-len(samples) :] <= (1 + GROWTH) * before]
+    has_moved = way[samples] > 0  # where a record begins under load the first one tells nothing
+    return samples[has_moved & (highest[-len(samples) :] <= (1 + GROWTH) * before)]
 
 
 def borne_in(curves: Mapping[str, np.ndarray]) -> Borne | None:

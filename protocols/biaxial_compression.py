@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS
+from grainlaw.columns import DEVIATOR, STAGE, STRESS
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
@@ -27,6 +27,7 @@ from grainlaw.protocols.between_platens import (
     uniaxial_summary,
 )
 from grainlaw.protocols.measures import end_share
+from grainlaw.protocols.preliminary import after_stages, counted_after
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -71,7 +72,7 @@ class BiaxialCompression(LoadingProtocol):
     loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the platens approach each other
     platens: Platens = part(Platens, Platens.SMOOTH)  #: whether the ends may slide along the platens
     moving: Moving = part(Moving, Moving.TOP)  #: which platen moves, or both
-    #: axial strain at which the test ends, if it has not failed
+    #: axial strain from the confined state on at which the test ends, if it has not failed
     maximum_strain: float = parameter("1", default=0.01, above=0, below=0.5)
     until: Until = part(Until, Until.FALL)  #: whether the test ends at the first failure
     #: share of the peak stress at which the test ends
@@ -122,12 +123,13 @@ class BiaxialCompression(LoadingProtocol):
             "broken_bonds": float(broken.mean()) if len(broken) else 0.0,
         }
 
+    def counted(self, curves: Curves, first: int) -> Curves:
+        """As of any test; strains, cracks and damage count from the confined state, as in the summary."""
+        return counted_after(super().counted, curves, first, int(self.confinement > 0))
+
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Strength, strain from the confined state on, moduli from the deviator, certificate."""
-        axial = np.flatnonzero(curves[STAGE] == curves[STAGE].max())
-        confined = {name: curves[name][axial[0]] for name in (STRAIN, LATERAL_STRAIN)}
-        part = {name: values[axial] for name, values in curves.items()}
-        part |= {name: part[name] - value for name, value in confined.items()}
-        summary = uniaxial_summary(part, specimen, -1.0, DEVIATOR)
+        confining = int(self.confinement > 0 and curves[STAGE].max() > 0)
+        summary = uniaxial_summary(after_stages(curves, confining), specimen, -1.0, DEVIATOR)
         stresses = {name: summary[name] + self.confinement for name in ("strength", "largest_stress")}
         return {"confinement": self.confinement, **summary, **stresses}

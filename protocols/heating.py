@@ -157,4 +157,8 @@ class Heating(LoadingProtocol):
 
     def counted(self, curves: Curves, first: int) -> Curves:
         """As of any test; strains and cracks count from the beginning of the test, as in its summary."""
-        return counted_after(self.test, curves, first, len(self.to)) if self.test else super().counted(curves, first)
+        return (
+            counted_after(self.test.counted, curves, first, len(self.to))
+            if self.test
+            else super().counted(curves, first)
+        )

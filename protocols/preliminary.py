@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from grainlaw.columns import LATERAL_STRAIN, SHEAR_CRACKS, STAGE, STRAIN, TENSILE_CRACKS, TIME, VOLUMETRIC_STRAIN
+from grainlaw.columns import (
+    DAMAGED,
+    LATERAL_STRAIN,
+    SHEAR_CRACKS,
+    STAGE,
+    STRAIN,
+    TENSILE_CRACKS,
+    TIME,
+    VOLUMETRIC_STRAIN,
+)
 from grainlaw.condition import Curves
-from grainlaw.protocol import LoadingProtocol
 
+Counted = Callable[[Curves, int], Curves]  #: :meth:`LoadingProtocol.counted`
 #: what a test counts from its own beginning
-OFFSET = (TIME, STRAIN, LATERAL_STRAIN, "strain_points", VOLUMETRIC_STRAIN, TENSILE_CRACKS, SHEAR_CRACKS)
+OFFSET = (TIME, STRAIN, LATERAL_STRAIN, "strain_points", VOLUMETRIC_STRAIN, TENSILE_CRACKS, SHEAR_CRACKS, DAMAGED)
 
 
 def samples_before(curves: Curves, stages: int) -> int:
@@ -18,7 +29,7 @@ def samples_before(curves: Curves, stages: int) -> int:
 
 
 def after_stages(curves: Curves, stages: int) -> dict[str, np.ndarray]:
-    """Samples after the first ``stages``; strains, cracks and numbers of stages count from there."""
+    """Samples after the first ``stages``; strains, cracks, damage and numbers of stages count from there."""
     end = samples_before(curves, stages)
     after = {name: values[end:] for name, values in curves.items()}
     if end:
@@ -27,9 +38,9 @@ def after_stages(curves: Curves, stages: int) -> dict[str, np.ndarray]:
     return after
 
 
-def counted_after(test: LoadingProtocol, curves: Curves, first: int, stages: int) -> Curves:
+def counted_after(counted: Counted, curves: Curves, first: int, stages: int) -> Curves:
     """What the conditions of a stage see whose first sample is ``first``, of a test that comes after ``stages``."""
     end = samples_before(curves, stages)
     if first < end:
         return {name: values[first:] for name, values in curves.items()}
-    return test.counted(after_stages(curves, stages), first - end)
+    return counted(after_stages(curves, stages), first - end)

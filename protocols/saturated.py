@@ -100,7 +100,7 @@ class Saturated(LoadingProtocol):
 
     def counted(self, curves: Curves, first: int) -> Curves:
         """As the test; strains and cracks count from its beginning, as in its summary."""
-        return counted_after(self.test, curves, first, _stages_before(curves))
+        return counted_after(self.test.counted, curves, first, _stages_before(curves))
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Of the test, with the pressure of the fluid and the contact points that it has reached.

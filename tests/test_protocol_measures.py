@@ -326,6 +326,29 @@ def test_a_confined_test_counts_from_the_confined_state():
     assert found == pytest.approx(strong | MODULI | CERTIFIED, rel=1e-9)
 
 
+def test_a_confined_test_ends_by_what_it_counts_from_the_confined_state():
+    columns = {"stage": [0, 0, 1, 1], "strain": [0, 2, 3, 7], "damaged": [0, 1, 1, 4], "stress": [1, 2, 3, 4]}
+    curves = {name: np.array(values, dtype=float) for name, values in columns.items()}
+    seen = BiaxialCompression(confinement=8e6).counted(curves, 2)
+    assert {name: values.tolist() for name, values in seen.items()} == {
+        "stage": [0, 0], "strain": [1, 5], "damaged": [0, 3], "stress": [3, 4],
+    }  # fmt: skip
+    confining = BiaxialCompression(confinement=8e6).counted(curves, 0)
+    assert confining["strain"].tolist() == [0, 2, 3, 7]
+    assert BiaxialCompression(confinement=0).counted(curves, 2)["strain"].tolist() == [3, 7]
+
+
+def test_few_samples_after_the_confinement_do_not_end_it():
+    """The first one after it has a tenth of the load already, and a deformation too."""
+    load = np.array([-8, 0, 10, 20, 30, 40, 50, 60, 60, 60]) * 1e6
+    strain = np.array([0, 20, 36, 51, 67, 82, 98, 114, 117, 119]) * 1e-5
+    stage = np.append([0, 0], np.ones(8))
+    curves = given(stress=load + 8e6, deviator=load, strain=strain, lateral_strain=strain / 3, stage=stage)
+    found = BiaxialCompression(confinement=8e6).summary(curves, ROWS)
+    assert found["strength"] == pytest.approx(68e6)
+    assert found["failure_strain"] == pytest.approx(94e-5)
+
+
 def test_what_a_split_disc_tells():
     curves = given(stress=STRESS, strain=STRAIN, force=STRESS * 1e-3)
     expected = {"strength": 60e6, "failure_force": 60e3, "failure_strain": 1.2e-3, "largest_stress": 60e6}

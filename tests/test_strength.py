@@ -85,6 +85,15 @@ def test_waves_at_the_beginning_are_no_failure():
     assert load[found(way, load).at] == pytest.approx(100, rel=2e-3)
 
 
+def test_a_record_that_begins_under_load_has_not_failed_there():
+    """The first sample has a fifth of the load and no deformation yet, as when a loop of loading is judged."""
+    way = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
+    assert not found(way, 20 + 20 * way).failed
+    assert found(np.append(way, [4.1, 4.2]), np.append(20 + 20 * way, [100, 100])) == Borne(
+        failed=True, at=4, largest=4
+    )
+
+
 def test_loops_of_unloading_are_no_failure():
     corners = [(0, 0), (0.5, 50), (0.2, 5), (0.5, 49.9), (1, 100), (0.7, 10), (1, 99), (1.2, 120), (1.3, 60)]
     parts = [course(a, b, samples=200) for a, b in itertools.pairwise(corners)]
@@ -214,9 +223,13 @@ def test_a_largest_stress_above_the_strength_is_a_doubt():
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("samples", [100, 250])
-def test_a_strength_does_not_depend_on_the_number_of_samples(samples):
+@pytest.mark.parametrize(
+    "test", [UniaxialCompression(), BiaxialCompression(confinement=20 * MPa, until=gl.Until.FAILURE)]
+)
+def test_a_strength_does_not_depend_on_the_number_of_samples(test, samples):
+    """Under confinement the first sample has more than a tenth of the load at which contacts begin to break."""
     rock = small_sample(60)
-    usual, few = (gl.simulate(rock, BRITTLE, UniaxialCompression(samples=n)) for n in (1000, samples))
+    usual, few = (gl.simulate(rock, BRITTLE, attrs.evolve(test, samples=n)) for n in (1000, samples))
     assert few.summary["strength"] == pytest.approx(usual.summary["strength"], rel=0.01)
     assert len(few.curves["stress"]) < len(usual.curves["stress"])
 
