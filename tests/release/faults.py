@@ -46,7 +46,7 @@ COMPARISONS = {
 }  # fmt: skip
 EXTREMES = {"min": "max", "max": "min"}
 FOR_THE_EYE = ("plot", "draw", "label", "animate", "__str__", "__repr__", "_html", "words", "figure")
-PICTURES = ("figure", "drawing/", "plot")  #: in them numbers that are handed over by name are looks
+PICTURES = ("figure", "drawing/", "plot")  #: in them numbers are looks
 PASSES, JUDGE = (
     ("engine/step", "engine/parts", "engine/contacts"),
     "test_reference_step",
@@ -89,12 +89,8 @@ def places(file):
             continue
         said = (n for n in ast.walk(function) if isinstance(n, ast.Raise | ast.JoinedStr | ast.AnnAssign))
         spared = {id(inner) for outer in said for inner in ast.walk(outer)}
-        if draws:  # the width of a line, the size of a text
-            spared |= {
-                id(n.value)
-                for n in ast.walk(function)
-                if isinstance(n, ast.keyword) and isinstance(n.value, ast.Constant)
-            }
+        if draws:  # the width of a line, the size of a text, the share of a page
+            spared |= {id(n) for n in ast.walk(function) if isinstance(n, ast.Constant)}
         body = (node for statement in function.body for node in ast.walk(statement))
         found |= {id(node): (node, function) for node in body if id(node) not in spared and changed(node)}
     return list(found.values())
