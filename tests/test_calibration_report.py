@@ -148,6 +148,8 @@ def test_the_corner_shows_each_pair_once(given):
     assert axes[3].get_xlabel() == "tensile strength (MPa)"
     assert [axes[k].get_ylabel() for k in (0, 1, 3)] == ["", "cohesion (MPa)", "friction angle (deg)"]
     assert [tick.get_text() for tick in axes[1].get_yticklabels()] == ["20", "34.6", "60"]
+    below = [[tick.get_text() for tick in axes[k].get_xticklabels()] for k in range(6)]
+    assert below == [[""] * 3] * 3 + [["5", "12.2", "30"], ["20", "34.6", "60"], ["30", "40", "50"]]
 
 
 def test_points_left_out_are_shown_over_what_they_are(given):

@@ -55,14 +55,25 @@ def test_points_on_more_seeds_are_known_better_themselves():
     assert np.array_equal(after.means[others], before.means[others])
 
 
-def test_a_quantity_that_fails_on_more_seeds_stays_as_it_was():
+@pytest.mark.parametrize("known", [4, 7])
+def test_a_quantity_that_fails_on_more_seeds_stays_as_it_was(known):
+    """On half of the nine others at least."""
     values = FormulaRock().values([HIDDEN] * 10, ("ucs", "tensile_strength"), (1, 2, 3), np.ones(10))
     more = FormulaRock().values([HIDDEN], ("ucs", "tensile_strength"), range(1, 13), np.ones(1))
-    more["ucs"][0, 4:] = np.nan
+    more["ucs"][0, known:] = np.nan
     before = samples_of(values)
     after = anchored(before, {0: more})
     assert after.shift[0] == 0 != after.shift[1]
     assert after.scatter[0, 0] == before.scatter[0, 0]
+
+
+def test_a_quantity_that_most_of_more_seeds_have_is_told_by_those():
+    """Eight of twelve: the shift is their mean less that of the first three, of logarithms."""
+    common = np.exp([0.1, 0.2, 0.3])
+    more = np.exp([0.1, 0.2, 0.3, -0.4, -0.2, -0.4, -0.2, -0.2, np.nan, np.nan, np.nan, np.nan])
+    after = anchored(samples_of({"ucs": 1e8 * np.tile(common, (10, 1))}), {0: {"ucs": 1e8 * more[None]}})
+    assert after.shift[0] == pytest.approx(-0.8 / 8 - 0.2)
+    assert after.seeds.tolist() == [12]
 
 
 def test_a_point_without_values_on_more_seeds_takes_nothing_from_another():

@@ -8,6 +8,7 @@ from formula_rocks import FOUR, HIDDEN, RANGES, FormulaRock, exact, searched, sp
 from scipy.stats import norm
 from support import STIFF
 
+from grainlaw.calibration import emulator as emulating
 from grainlaw.calibration import posterior as posteriors
 from grainlaw.calibration.emulator import emulators, fit, samples_of
 from grainlaw.calibration.identifiability import Direction, _width, further, identifiability
@@ -67,6 +68,17 @@ def test_left_out_points_are_predicted_as_if_they_were_left_out(wavy):
     deviation = emulator.size * np.sqrt(covariance[7, 7] - covariance[7, rest] @ solved[:, 1])
     assert emulator.left_out[7, 1:] == pytest.approx([mean, deviation], rel=1e-6)
     assert 0.97 < emulator.q_squared < 1
+
+
+@pytest.mark.parametrize(("groups", "fewest"), [(1, 5), (3, 5), (5, 7)])
+def test_an_emulator_takes_two_points_more_than_groups_and_five_at_least(groups, fewest, monkeypatch):
+    monkeypatch.setattr(emulating, "fit", lambda name, coordinates, *others: coordinates.tolist())
+    coordinates = np.arange(10.0 * groups).reshape(10, groups)
+    values = np.ones((10, 3))
+    values[fewest:] = np.nan
+    less = np.where(np.arange(10)[:, None] == fewest - 1, np.nan, values)
+    found = emulators(coordinates, samples_of({"ucs": values, "tensile_strength": less}), 0)
+    assert found == {"ucs": coordinates[:fewest].tolist()}
 
 
 # --- matching --------------------------------------------------------------------------------------------------------
@@ -241,6 +253,18 @@ def test_walkers_may_begin_at_fewer_points_than_they_are(one_strength, monkeypat
     few = posterior(match, found.points[:3], seed=1, blocks=1)
     assert len(few.points) == 48 * 40  # of each walker and step
     assert np.log(few.best[0]) == pytest.approx(np.log(10 * MPa), abs=0.01)
+
+
+@pytest.mark.parametrize(("time", "blocks"), [(0.7, 1), (1.4, 2), (2.1, 3), (np.nan, 4)])
+def test_a_chain_goes_on_until_it_has_thirty_steps_for_each_correlation_time(one_strength, time, blocks, monkeypatch):
+    """In blocks of 30: 21, 42 and 63 steps are asked for; where no time can be told, as many blocks as there may be."""
+    match, found = one_strength
+    monkeypatch.setattr(posteriors, "BLOCK", 30)
+    monkeypatch.setattr("emcee.EnsembleSampler.get_autocorr_time", lambda *_, **__: np.array([0.1, time]))
+    few = posterior(match, found.points[:60], seed=1, blocks=4)
+    assert len(few.points) == min(48 * 30 * blocks, 4000)
+    if not np.isnan(time):
+        assert few.effective == pytest.approx(48 * 30 * blocks / max(time, 1))
 
 
 def test_what_the_tests_do_not_see_is_named_and_what_would_see_it(one_strength):

@@ -12,7 +12,7 @@ from support import STIFF
 
 import grainlaw as gl
 from grainlaw.calibration.space import space_of
-from grainlaw.calibration.targets import AIMS, Target, measured_by, needed_tests
+from grainlaw.calibration.targets import AIMS, Target, checked_quantities, measured_by, needed_tests
 from grainlaw.laws import BandisClosure, CohesiveCrack, MohrCoulomb
 from grainlaw.units import GPa, MPa
 
@@ -47,6 +47,13 @@ def test_a_target_is_a_value_or_a_value_with_its_uncertainty():
 def test_targets_that_no_rock_has_are_refused(wrong, words):
     with pytest.raises(gl.ParameterError, match=words):
         gl.Targets(**wrong)
+
+
+def test_quantities_are_what_tests_to_failure_measure_each_once():
+    assert checked_quantities("envelope", ["ucs", "crack_damage", "ucs"]) == ("ucs", "crack_damage")
+    for wrong, question in (("youngs_modulus", ""), ("ucs_", "; did you mean 'ucs'")):
+        with pytest.raises(gl.ParameterError, match=f"^envelope: there is no quantity '{wrong}'{question}"):
+            checked_quantities("envelope", ["ucs", wrong])
 
 
 def test_tests_follow_from_the_targets():
@@ -128,6 +135,12 @@ def test_groups_are_one_fewer_than_the_parameters():
 )  # fmt: skip
 def test_the_scale_is_free_where_nothing_with_dimensions_is_fixed(law, free, tied, is_free):
     assert (space(law, free, tied).scale is not None) == is_free
+
+
+def test_the_scale_is_the_first_stress_that_is_above_zero():
+    """Not an energy before it, nor a stress whose range begins at zero: neither can be what all others are over."""
+    first = {"mode_i_energy": RANGES["mode_i_energy"], "cohesion": (0, 60 * MPa), "friction_angle": (30, 50)}
+    assert space(free={**first, "tensile_strength": RANGES["tensile_strength"]}).scale.name == "tensile_strength"
 
 
 def test_coordinates_are_from_minus_one_to_one_of_all_that_the_groups_can_be():

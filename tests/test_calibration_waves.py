@@ -156,7 +156,7 @@ def test_a_pilot_is_a_third_of_the_budget_at_most(monkeypatch, budget, count):
 
 
 def test_rocks_are_as_much_stronger_as_the_targets_ask():
-    """By the UCS, by that of the line, or by all strengths there are; within the range of the scale."""
+    """By the UCS, by that of a line or of triaxial tests, or by all strengths there are; in the range of the scale."""
     low, high = (float(f"{end / ROCKS.reference:.4g}") for end in (5 * MPa, 30 * MPa))
 
     def scales(targets, **values):
@@ -174,6 +174,11 @@ def test_rocks_are_as_much_stronger_as_the_targets_ask():
     assert scales(two, **rows) == [1.6, 2.0]
     assert scales({"tensile_strength": 10 * MPa, "cohesion": 1 * MPa}, tensile_strength=[[5, 5]]) == [2.0]
     assert scales({"friction_angle": 40.0}, ucs=[[34.641, 34.641]]) == [1.0]
+    under_one = {"strength at 20 MPa": 150 * MPa}  # 150 - 5 * 20 = 50 MPa, a usual steepness
+    assert scales(under_one, ucs=[[50, 50], [25, 25]]) == [1.0, 2.0]
+    under_two = {"strength at 20 MPa": 120 * MPa, "strength at 75 MPa": 285 * MPa}  # three times the confinement
+    assert scales(under_two, ucs=[[60, 60], [30, 30]]) == [1.0, 2.0]
+    assert scales({"strength at 40 MPa": 200 * MPa}, ucs=[[50, 50]]) == [1.0]  # a quarter of it at least
 
 
 def test_confined_tests_come_last_at_the_strength_of_the_rock():
