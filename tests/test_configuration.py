@@ -191,6 +191,9 @@ def test_parts_are_set_one_by_one():
 def test_names_are_those_of_the_classes():
     assert name_of(laws.HordijkSoftening, laws.Softening) == "hordijk"
     assert name_of(laws.EvansMarathe, laws.Softening) == "evans-marathe"
+    assert name_of(type("VeryLongSoftening", (), {}), laws.Softening) == "very-long"
+    assert name_of(type("SofteningLaw", (), {}), laws.Softening) == "softening-law"
+    assert name_of(laws.Softening, laws.Softening) == "softening"
     assert {"linear", "bandis"} == set(choices(laws.Closure))
     assert choices(gl.Relaxation) == {"adaptive": gl.AdaptiveRelaxation, "kinetic": gl.KineticRelaxation}
     for name in ("hordijk", "HordijkSoftening", "hordijk-softening", "Hordijk_Softening"):

@@ -148,6 +148,8 @@ REFUSED = {
     "bound method": random.Random(1).random,
     "object": object(),
     "class": Small,
+    "tuple of one's own": type("Pair", (tuple,), {}),
+    "class with fields": type("Fields", (), {"_fields": ("a",)}),
     "dictionary": {"a": 1.0},
     "functions in a tuple": (imposter(), imposter()),
     "array of another kind": np.zeros(3).view(Reversed),

@@ -18,7 +18,7 @@ from grainlaw.engine.model import Model
 from grainlaw.messages import refusal, short
 from grainlaw.runs.identity import digest
 from grainlaw.runs.record import described_run
-from grainlaw.short_form import MOST, MOST_OF_LAW
+from grainlaw.short_form import MOST, MOST_OF_LAW, _listed, _other
 
 PACKAGES = (gl, laws, geometry, protocols)
 EXPORTED = sorted(
@@ -84,6 +84,22 @@ def test_a_law_prints_the_parameters_that_are_not_defaults_with_their_units():
 def test_a_law_that_differs_from_contact_to_contact_prints_the_range():
     law = laws.Linear(kn=np.linspace(1e14, 2e14, 1000), ks=1e14)
     assert repr(law) == "Linear(kn=1000 numbers from 100 TPa/m to 200 TPa/m, ks=100 TPa/m)"
+
+
+def test_parts_are_listed_as_far_as_there_is_room_for_them():
+    """To the last letter; what is left out is told."""
+    assert _listed("(", ["abc", "defg"], ")", 11) == "(abc, defg)"
+    assert _listed("(", ["abc", "defg"], ")", 10) == "(abc, ...)"
+    assert _listed("(", ["abc", "defg"], ")", 9) == "(...)"
+    assert _listed("(", [], ")", 2) == "()"
+
+
+def test_a_mapping_shows_its_entries_each_in_its_short_form():
+    assert (
+        _other({"a": 0.5, "b": {1: laws.Linear(**STIFF)}})
+        == "{'a': 0.5, 'b': {1: Linear(kn=105 TPa/m, ks=94.5 TPa/m)}}"
+    )
+    assert _other({k: 2.0 for k in range(8)}) == "{0: 2, 1: 2, 2: 2, 3: 2, 4: 2, 5: 2, ... 8 in all}"
 
 
 def test_a_class_keeps_a_form_of_its_own():
