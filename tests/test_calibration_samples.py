@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from formula_rocks import FOUR, HIDDEN, FormulaRock, exact, space
 
-from grainlaw.calibration.emulator import anchored, samples_of
+from grainlaw.calibration.emulator import _drawn, anchored, samples_of
 
 
 def test_a_weak_seed_is_scatter_of_all_points_and_noise_of_none():
@@ -15,6 +15,15 @@ def test_a_weak_seed_is_scatter_of_all_points_and_noise_of_none():
     assert samples.noise.max() < 1e-20
     noisy = {"ucs": values["ucs"] * np.exp(0.03 * np.random.default_rng(2).standard_normal((30, 3)))}
     assert samples_of(noisy).noise.mean() == pytest.approx(0.03**2 / 3, rel=0.35)
+
+
+def test_a_few_seeds_are_drawn_towards_a_usual_scatter_and_no_likeness():
+    """By hand, three seeds: two degrees of freedom beside three of 5 %, of the middle unless a logarithm."""
+    given = np.array([[0.01, 0.06], [0.06, 4.0]])  # a correlation of 0.3
+    found = _drawn(("ucs", "friction_angle"), given, 3, np.array([[18.0, 30.0], [18.2, 40.0], [18.4, 60.0]]))
+    ucs, angle = (2 * 0.01 + 3 * 0.05**2) / 5 / 3, (2 * 4.0 + 3 * (0.05 * 40) ** 2) / 5 / 3
+    both = 2 / 5 * 0.3 * np.sqrt(ucs * angle)
+    assert found == pytest.approx(np.array([[ucs, both], [both, angle]]))
 
 
 def test_a_point_whose_tests_failed_is_left_out_and_one_with_a_seed_less_is_noisier():

@@ -288,11 +288,13 @@ def laboratory(monkeypatch):
 def test_values_of_a_point_are_those_of_the_rock_over_its_scale(laboratory):
     """The line of one that is twice as strong has its friction angle and half of its cohesion."""
     rocks = [HIDDEN, HIDDEN | {"cohesion": 50 * MPa}, HIDDEN]
-    found = laboratory.values(rocks, ["ucs", "cohesion", "friction_angle"], (1, 2), np.array([1.0, 2.0, 1.0]))
+    quantities = ["ucs", "cohesion", "friction_angle", "strength at 9 MPa"]
+    found = laboratory.values(rocks, quantities, (1, 2), np.array([1.0, 2.0, 1.0]))
     ucs = 9 * 11 * MPa * np.array([[1.1, 1.2]] * 3)
     assert found["ucs"] == pytest.approx(ucs)
     assert found["friction_angle"] == pytest.approx(np.full((3, 2), 30.0))
     assert found["cohesion"] == pytest.approx(ucs / (2 * math.sqrt(3)))
+    assert found["strength at 9 MPa"] == pytest.approx(ucs + 27 * MPa / np.array([[1.0], [2.0], [1.0]]))
     [(cases, seeds, measures)] = Table.made
     assert (seeds, measures) == ([1, 2], ["crack_initiation_lateral", "crack_damage"])
     twice = {"tensile_strength": 22 * MPa, "cohesion": 100 * MPa, "friction_angle": 41.0}
