@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,7 +17,7 @@ from matplotlib.image import imread
 from study_rows import row, table_of
 
 from grainlaw.cli.study import means
-from grainlaw.cli.study_file import _names, _recorded, study_of
+from grainlaw.cli.study_file import Factor, StudyFile, _names, _recorded, study_of
 from grainlaw.laws import Linear
 from grainlaw.studies.study import Status
 
@@ -354,6 +355,12 @@ def test_help_tells_the_commands():
         assert f"\n  {name} " in text
     assert "--shard" in invoke("study", "run", "--help").output
     assert invoke("study").exit_code != 0
+
+
+def test_means_are_over_what_is_called_a_seed_wherever_it_stands():
+    places = [("law", "law", "seed"), ("seed", "law"), ("sample", "seed"), ("law", "type")]
+    chosen = StudyFile(Path("a.toml"), None, [Factor("-".join(place), place, {}) for place in places], [])
+    assert (chosen.over, chosen.by) == (["law-law-seed", "sample-seed"], ["seed-law", "law-type"])
 
 
 def test_factors_have_the_last_word_of_a_key_that_no_other_has():

@@ -1,5 +1,6 @@
 """Studies on a cluster from the command line: arrays of jobs, and Dask."""
 
+import importlib
 import json
 import os
 import re
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from command_line import LAWS, invoke, study_file
@@ -65,6 +67,17 @@ def test_scripts_are_refused_in_words(options, words, tmp_path):
     result = invoke("study", "slurm", file, "--quick", *options)
     assert result.exit_code == 2
     assert words in " ".join(result.output.split())
+
+
+def test_the_script_names_the_folder_where_it_is_not_that_of_the_file(tmp_path, monkeypatch):
+    chosen = SimpleNamespace(
+        file=Path("granite.toml"), folder=Path("granite"), options=["--quick"], study=range(4), try_first=lambda: [],
+    )  # fmt: skip
+    monkeypatch.setattr(importlib.import_module("grainlaw.cli.study"), "study_of", lambda *_: chosen)
+    for options, said in (([], []), (["--out", "granite"], []), (["--out", "other"], ["--out", "other"])):
+        result = invoke("study", "slurm", "granite.toml", "--shards", 2, "--time", "1:00:00", *options)
+        words = shlex.split(result.output.splitlines()[-1])
+        assert words[words.index("study") + 1 : words.index("--shard")] == ["granite.toml", "--quick", *said]
 
 
 PRINTED = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"], exclude_characters="/"), min_size=1)
