@@ -7,6 +7,7 @@ from support import STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator
+from grainlaw.compiler.structure import other_numbers, structure
 from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialTension
 
@@ -115,6 +116,17 @@ OTHERS = {
     "a flag": (Switched(), Switched(reverse=True), False),
     "a flag that follows from a number": (Switched(), Switched(limit=6.0), False),
 }
+
+
+@pytest.mark.parametrize("case", OTHERS)
+def test_numbers_go_into_the_code_of_an_integrator_that_differs_in_nothing_else(case):
+    one, other, same = OTHERS[case]
+    found = other_numbers(structure(one, "step", "move"), other)
+    assert found == (numbers_of(structure(other, "step", "move")) if same else None)
+
+
+def numbers_of(struct):
+    return [getattr(part.component, name) for part in struct for name in part.numbers]
 
 
 @pytest.mark.thorough

@@ -139,6 +139,8 @@ def test_the_last_jump_may_break():
     _, run = crept_bar(duration=duration, largest_growth=0.5)
     assert run.summary["failed"]
     assert run.summary["time_to_failure"] == duration
+    lost = (0.8 * 3 * MPa) ** 2 / (2 * STIFF["ks"]) * 4 * np.sqrt(2) * mm  # J: of its shear; what presses it stays
+    assert run.curves["aged_loss"][-1] == pytest.approx(lost, rel=1e-3)
 
 
 def test_a_test_ends_at_the_equilibrium_after_the_last_jump():
@@ -146,6 +148,7 @@ def test_a_test_ends_at_the_equilibrium_after_the_last_jump():
     test, run = crept_bar(duration=duration, largest_growth=0.5)
     assert not run.summary["failed"]
     assert test.curve(run.curves)["time"].tolist() == [0.0, duration]
+    assert np.abs(run.curves["aged_loss"]).max() <= 1e-9 * run.curves[ENERGY + SUPPLIED].max()  # weaker, and as stiff
     after = run.curves["jumps"] == 1
     assert after.sum() >= 2
     assert run.curves["unbalanced"][after][-2:].max() <= 1e-6

@@ -6,8 +6,9 @@ import pytest
 from bodies import FACES, box, each, together
 
 import grainlaw as gl
+from grainlaw.engine.model import Model
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.laws import MohrCoulomb, WeibullField
+from grainlaw.laws import Friction, MohrCoulomb, WeibullField
 
 
 @attrs.frozen(kw_only=True)
@@ -65,6 +66,17 @@ def test_a_missing_law_is_refused_before_any_work():
     assert met.summary["speed"] < 1
     given_apart = gl.simulate(specimen, laws, Crash(speed=5.0), detection=gl.Detection(law=FACES))
     assert given_apart.summary["speed"] == met.summary["speed"]
+
+
+def test_laws_of_contacts_are_those_of_pairs_of_phases_that_can_meet():
+    """All but a phase with itself that only one grain has."""
+    grains = together(*(box(1, 1, 1.5 * k, name=f"rim {k}") for k in range(4)))
+    specimen = gl.Specimen(attrs.evolve(grains, phase=np.array([0, 1, 1, 2])), gl.Rigid(density=2600))
+    own = Friction(kn=2e9, ks=2e9, friction_angle=20)
+    model = Model(specimen, {(1, 1): own}, gl.Detection(law={(0, 1): FACES, (0, 2): FACES, (1, 2): FACES}))
+    assert {pair: group.law for pair, group in model.contacts.items()} == {
+        (0, 1): FACES, (0, 2): FACES, (1, 1): own, (1, 2): FACES,
+    }  # fmt: skip
 
 
 def test_a_law_that_differs_from_contact_to_contact_meets_with_its_mean():

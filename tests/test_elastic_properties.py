@@ -11,7 +11,8 @@ from bodies import FACES, GRAVITY, Motion, box
 from support import BRITTLE, HILLERBORG, ROCK, STIFF, STRONG, nodal_forces, small_sample, state_of
 
 import grainlaw as gl
-from grainlaw.engine.spring_statics import _tangents, stiffness_of_contacts
+from grainlaw.engine.spring_statics import ElasticModel, _tangents, stiffness_of_contacts
+from grainlaw.engine.stability import stiffness_matrix
 from grainlaw.geometry import Bricks, Hexagonal, disc, rectangle, together
 from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, Linear, PrePeak
 from grainlaw.protocols import UniaxialCompression
@@ -205,9 +206,21 @@ def test_a_closed_contact_without_a_bond_is_a_spring_along_its_length():
         (np.stack([0 * place[:, 0], upper], axis=1), faces.kn * width),
         (np.stack([upper, 0 * place[:, 0]], axis=1), faces.ks * width),
         (np.stack([-place[:, 1] * upper, place[:, 0] * upper], axis=1), faces.kn * width**3 / 12),
+        (np.stack([-place[:, 1], place[:, 0]], axis=1), 0.0),  # of both blocks together
     ]:
         motion_of_nodes = field.astype(float).ravel()
-        assert motion_of_nodes @ (matrix @ motion_of_nodes) == pytest.approx(expected, rel=1e-4)
+        found = motion_of_nodes @ (matrix @ motion_of_nodes)
+        assert found == pytest.approx(expected, rel=1e-4, abs=1e-4 * faces.kn * width**3)
+
+
+@pytest.mark.parametrize("material", [ROCK, RIGID], ids=["elastic", "rigid"])
+def test_contacts_without_a_bond_are_springs_beside_the_bonds(material):
+    """Three times as stiff as those in the same places: four times the stiffness in all."""
+    specimen = column(2, material)
+    kn, ks = (np.full((2, 1), k / 4) for k in (LAW.kn, LAW.ks))
+    more = stiffness_matrix(specimen, 4 * kn, 4 * ks) - stiffness_matrix(specimen, kn, ks)  # less that of the zones
+    modulus = 1 / (HEIGHT / PLANE_E + 1 / LAW.kn) * HEIGHT if material is ROCK else LAW.kn * HEIGHT
+    assert ElasticModel(specimen, kn, ks, more).between_smooth_platens()[0] == pytest.approx(modulus, rel=1e-9)
 
 
 # --- refusals --------------------------------------------------------------------------------------------------------

@@ -125,6 +125,17 @@ def test_half_a_bond_is_pressed_where_it_is_broken():
     assert state.fluid_pressure.tolist() == [5e6 if p == left else 0 for p in (0, 1)]
 
 
+def test_the_pressure_that_is_read_is_that_since_the_stage_began():
+    """It rises smoothly: half way through its ramp it is half of what it comes to."""
+    state = state_of(two_bricks(), JOINT)
+    state.time_step = 1e-6
+    for stage, count in ((gl.Stage(name="dry", until=[gl.AtRest()], interval=1e-6), 7), (None, 10)):
+        state.begin(stage or gl.Stage(name="wet", loads=[FLOOR, fluid("left")], until=[gl.AtRest()], interval=1e-6))
+        advance(state, count, 1e-6)
+    assert state.began == pytest.approx(7e-6)
+    assert state.fluid_pressure == pytest.approx([2.5e6, 2.5e6])
+
+
 def test_a_crack_that_joins_two_fluids_has_the_higher_pressure():
     state = state_of(two_bricks(), JOINT)
     fluids = (gl.FluidPressure(boundary="left", pressure=2e6), gl.FluidPressure(boundary="right", pressure=1e6))

@@ -7,7 +7,7 @@ from support import ROCK, STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
-from grainlaw.geometry import Voronoi, between_platens, rectangle
+from grainlaw.geometry import Voronoi, between_platens, moved, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialCompression
 
@@ -51,6 +51,16 @@ def test_a_barrel_is_widest_at_mid_height():
     assert read(gl.CentreGauges(), barrel)[0] == pytest.approx(1e-3 * np.sin(eighth) / eighth, rel=0.02)
     assert read(gl.ClipGauges(), barrel)[1] == pytest.approx(0, abs=1e-18)  # the sides do not move up or down
     assert read(gl.CentreGauges(), barrel)[1] == pytest.approx(-1e-3 * np.sin(eighth) / eighth, rel=0.02)
+
+
+@pytest.mark.parametrize("gauges", GAUGES)
+def test_gauges_do_not_see_where_a_prism_stands(gauges):
+    """It is moved by more than its size, and strained and moved as before."""
+    x, y = (PRISM.mesh.nodes - (W / 2, H / 2)).T
+    barrel = np.column_stack([1e-3 * x * np.cos(np.pi * y / H), -1e-3 * y * np.cos(np.pi * x / W)])
+    there = gl.Specimen(moved(PRISM.grains, by=(0.3, -0.7)), ROCK)
+    assert there.mesh.nodes == pytest.approx(PRISM.mesh.nodes + np.array([0.3, -0.7]))
+    assert gauges.strains(there, barrel) == pytest.approx(gauges.strains(PRISM, barrel), rel=1e-6, abs=1e-12)
 
 
 def test_ends_are_those_of_the_rock_between_platens():

@@ -192,6 +192,10 @@ def not_kept_error():
     assert not files.kept
     assert [type(error) for _, error in told] == 2 * [private.NotKeptError]
     assert "boxed" in told[1][0]
+    assert private._written(np.dtype(float)) == [np.dtype(float).str]  # what is read again is the same type
+    for other in (np.dtype([("a", float)]), object()):
+        with pytest.raises(private.NotKeptError, match=f"an object of Python's {type(other).__name__}"):
+            private._written(other)
 
 
 def processor():

@@ -13,7 +13,7 @@ from support import small_sample, state_of
 import grainlaw as gl
 from grainlaw.engine.parts.heat import ROOM, EvenTemperature
 from grainlaw.engine.stable_step import StableStep
-from grainlaw.engine.stage_statics import steady_motion
+from grainlaw.engine.stage_statics import _heated, steady_motion
 from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import Linear, MohrCoulomb
 from grainlaw.materials import QUARTZ, ExpansionTable, MohrCoulombPlastic, Thermal
@@ -398,6 +398,44 @@ class Flat(gl.Material):
 def test_what_makes_no_heating_is_refused(make, words):
     with pytest.raises(gl.ParameterError, match=re.escape(words)):
         make()
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "to", "words"),
+    [
+        (20, 500, 600, "known from 20 to 500 °C, not at 600 °C"),
+        (30, 500, 600, "known from 30 to 500 °C, not at 20 °C at which every run begins"),
+    ],
+)
+def test_a_temperature_that_a_material_does_not_know_is_named(low, high, to, words):
+    rock = Thermal(material=ELASTIC, expansion=ExpansionTable([low, high], [0, 1e-3]), reference=low)
+    with pytest.raises(gl.ParameterError) as refused:
+        gl.Heat(to=to).check_specimen(one_grain(rock))
+    assert str(refused.value).startswith(f"Heat: to = {to} °C is not allowed: Thermal(")
+    assert str(refused.value).endswith(words)
+
+
+@pytest.mark.parametrize(("begins", "target", "by"), [(20.0, 120.0, 1.0), (520.0, 20.0, -5.0)])
+def test_the_first_expansion_is_found_towards_the_temperature_of_the_stage(begins, target, by):
+    """A hundredth of the way; a table may begin or end where the stage does."""
+    asked, reached = [], []
+
+    def force(displacement, temperature, change):
+        asked.append((temperature, change))
+        return np.full((2, 3), 7.0)
+
+    heat = SimpleNamespace(sign=np.sign(by), target=target, temperature=begins, reach=reached.append)
+    arrays = SimpleNamespace(displacement=np.zeros((2, 3)))
+    state = SimpleNamespace(
+        heat=heat, materials=SimpleNamespace(force_per_kelvin=force), nodes=SimpleNamespace(arrays=arrays),
+        grains=SimpleNamespace(flat=np.ravel),
+    )  # fmt: skip
+    assert _heated(state).tolist() == [np.sign(by) * 7.0] * 6  # N/s at 1 K/s, up or down
+    assert asked == [(begins, pytest.approx(by))]
+    assert reached == [begins]
+    for changed in ({"sign": 0.0}, {"target": None}):
+        heat.__dict__.update(changed)
+        assert _heated(state) == 0.0
 
 
 def test_temperatures_of_steps_go_on_from_where_the_rate_last_changed():

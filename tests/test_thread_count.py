@@ -1,13 +1,16 @@
 """The number of threads follows what pays: found soon, held, given up when the cores have other work."""
 
+import ctypes
 import os
+import sys
+import time
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support import BRITTLE, PULL, small_sample
+from support import BRITTLE, PULL, advance, impose, small_sample, state_of
 from test_restart import CASES, same
 
 import grainlaw as gl
@@ -180,6 +183,43 @@ def meeting(monkeypatch):
     monkeypatch.setattr(barrier, "call", lambda function, given: made.paused.append((function, *given)))
     made.wait = lambda threads: barrier.wait.py_func(made.counts, threads, barrier.Pauses(1, 2))
     return made
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="functions of POSIX")
+def test_pauses_are_functions_of_the_system():
+    """Each at its address: one gives the processor away, the other sleeps for as many microseconds."""
+    addresses = barrier.pauses()
+    assert all(addresses)
+    give, sleep = (ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_uint)(address) for address in addresses)
+    assert give(0) == 0
+    begun = time.perf_counter()
+    assert sleep(2000) == 0
+    assert time.perf_counter() - begun >= 2e-3
+
+
+class Turns(ThreadCount):
+    """One thread, and never more than three steps at a time."""
+
+    def turn(self, steps):
+        return 1, min(steps, 3)
+
+
+def test_steps_in_turns_are_the_steps_at_once():
+    """Each has the speeds of its own moment: the drive rises to its speed all the while."""
+    states = []
+    for threads in (1, Turns(lambda: 1)):
+        state = state_of(small_sample(12), BRITTLE)
+        impose(
+            state,
+            [gl.Drive(boundary="top", axis=1, speed=-0.5, ramp=1e-6), gl.Drive(boundary="bottom", axis=1, speed=0)],
+        )
+        advance(state, 8, 1e-7, threads=threads)
+        states.append(state)
+    once, turns = states
+    assert (turns.steps, turns.time) == (once.steps, once.time)
+    assert np.abs(once.displacement).max() > 0
+    assert np.array_equal(turns.displacement, once.displacement)
+    assert np.array_equal(turns.velocity, once.velocity)
 
 
 def test_the_last_thread_opens_the_barrier_for_the_others(meeting):
