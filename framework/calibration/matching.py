@@ -144,7 +144,6 @@ def telling(match: Match, candidates: np.ndarray, count: int, first: np.ndarray)
         covariances.append(emulator.size**2 * (emulator.kernel(where, where) - across @ solved))
         column = match.samples.noise[:, match.samples.names.index(name)]
         noises.append(float(np.nanmean(column)) + emulator.size**2 * emulator.rough)
-        covariances[-1][np.diag_indices(len(where))] -= emulator.size**2 * emulator.rough
     chosen: list[int] = []
     for step in range(min(count, len(where))):
         gain = sum(np.log1p(np.maximum(np.diag(c), 0) / (v + 1e-300)) for c, v in zip(covariances, known, strict=True))
