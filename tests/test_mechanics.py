@@ -1,13 +1,18 @@
 """Conservation, objectivity and exactness of the engine, against theory."""
 
+import math
+from types import SimpleNamespace
+
 import attrs
 import numpy as np
 import pytest
 from support import ROCK, STIFF, STRONG, advance, nodal_forces, small_sample, state_of, static_solution
 
 import grainlaw as gl
+from grainlaw.engine import stable_step as stable_steps
 from grainlaw.engine.ledger import energies
 from grainlaw.engine.stability import highest_frequency, stiffness_matrix
+from grainlaw.engine.stable_step import StableStep
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
@@ -171,6 +176,63 @@ def test_stable_step_is_the_limit(damping, safety):
     start = np.abs(state.freedoms.arrays.velocity).max()
     advance(state, 3000, safety * integrator.stable_step(frequency), integrator)
     assert (np.abs(state.freedoms.arrays.velocity).max() < 10 * start) == (safety < 1)  # nan is not below anything
+
+
+def test_the_step_follows_the_stiffest_closure_with_a_reserve(monkeypatch):
+    """By hand: shortened a fifth more than is needed from 5 % over what it allows for on, and grown again from where
+    that fifth more is less than two thirds of it.
+    """
+    declared, asked = np.array([1e13, 2e13]), []
+    monkeypatch.setattr(stable_steps, "highest_frequency", lambda kn, mass: asked.append(kn.tolist()) or 7.0)
+    step = object.__new__(StableStep)
+    step.state = SimpleNamespace(stiffness=np.stack([declared, declared]), replaced=np.array([False]))
+    step.stiffening, step.touching, step.allowed, step.frequency = True, True, 1.0, 0.0
+    step._touch_ratio, step._matrix = (lambda: 1.0), (lambda kn, rim: kn)
+    step._rim = step._masses = lambda: None
+    for ratio, changed, allowed in [
+        (1.04, False, 1.0), (3.0, True, 3.6), (3.7, False, 3.6), (3.8, True, 4.56), (2.54, False, 4.56),
+        (2.5, True, 3.0), (math.nan, False, 3.0), (1.0, True, 1.2),
+    ]:  # fmt: skip
+        step._closure_tangents = lambda ratio=ratio: declared * [ratio, 1]
+        assert step.has_changed() is changed
+        assert step.allowed == pytest.approx(allowed)
+    assert asked == [pytest.approx([1.2e13 * ratio, 2.4e13]) for ratio in (3.0, 3.8, 2.5, 1.0)]
+    assert step.frequency == 7.0
+    step.state.replaced[:] = True  # contacts have taken the bonds' places: as stiff as the stiffest of those
+    step._touch_ratio, step._closure_tangents = (lambda: 2.0), (lambda: 9 * declared)
+    assert step.has_changed()
+    assert (step.allowed, asked[-1]) == (pytest.approx(2.4), pytest.approx([2.4e13, 4.8e13]))
+
+
+def test_tangents_of_closures_are_found_with_a_little_of_them():
+    """From where faces begin to press, which is an opening where they ride on each other; a thousandth of the farthest
+    closure of a law, and of a billionth of the grain size at least.
+    """
+    asked = []
+
+    def law(k, memory, lift):
+        def tangent(closed, slip, memory, little):
+            asked.append((closed.tolist(), slip.tolist(), little))
+            return np.full(2, float(k))
+
+        points = lambda count: np.array([k, count + k])  # noqa: E731
+        return SimpleNamespace(points=points, row=lambda name: lift, tangent=tangent, memory=np.array(memory))
+
+    class Bonds(list):
+        groups = property(lambda self: self)
+
+        def memory_of(self, group):
+            return group.memory
+
+    step = object.__new__(StableStep)
+    laws = [law(0, [[9.0, 9.0]], -1), law(1, [[9.0, 9.0], [3e-6, 1e-6]], 1), law(2, [[9.0, 9.0]], -1)]
+    step._size, opening = 2e-3, np.array([-2e-6, 1e-6, 4e-6, 5e-7, 5e-6, 3e-6])
+    step.state = SimpleNamespace(bonds=Bonds(laws), opening=opening, slip=np.arange(6.0))
+    assert step._closure_tangents().tolist() == [0, 1, 2, 0, 1, 2]
+    closed, slips, little = zip(*asked, strict=True)
+    assert closed == ([-2e-6, 0], [1e-6, 1e-6], [0, 0])
+    assert slips == ([0, 3], [1, 4], [2, 5])
+    assert little == pytest.approx((2e-9, 2e-9, 2e-15), rel=1e-6, abs=0)
 
 
 @pytest.mark.thorough
