@@ -16,7 +16,7 @@ from command_line import invoke
 
 import grainlaw as gl
 from grainlaw.calibration.targets import Target
-from grainlaw.cli.calibrate import _plain, _tie, _write_rock, calibration_of, targets_of
+from grainlaw.cli.calibrate import _pair, _plain, _tie, _write_rock, calibration_of, targets_of
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import read_file
 from grainlaw.fields import ParameterError
@@ -132,6 +132,13 @@ def done(tmp_path_factory):
     file = written(tmp_path_factory.mktemp("calibration"))
     result = invoke("calibrate", file, "--workers", 2)
     return file, result
+
+
+@pytest.mark.parametrize("pair", ["20 MPa", 2e7, [], ["20 MPa"], ["10 MPa", "20 MPa", "30 MPa"], {"low": 1, "high": 2}])
+def test_what_is_no_range_is_refused(pair):
+    with pytest.raises(gl.ParameterError, match=r"free.kn = .* is not allowed, it must be a list: lowest and highest"):
+        _pair("free.kn", pair, "Pa")
+    assert _pair("free.kn", ["10 MPa", 3e7], "Pa") == (1e7, 3e7)
 
 
 @pytest.mark.parametrize("tie", [2, {"of": "cohesion"}, {"of": "cohesion", "times": 2, "more": 1}, ["of", "times"]])

@@ -17,7 +17,8 @@ from matplotlib.image import imread
 from study_rows import row, table_of
 
 from grainlaw.cli.study import means
-from grainlaw.cli.study_file import Factor, StudyFile, _names, _recorded, study_of
+from grainlaw.cli.study_file import Factor, StudyFile, _names, _range, _recorded, study_of
+from grainlaw.fields import ParameterError
 from grainlaw.laws import Linear
 from grainlaw.studies.study import Status
 
@@ -355,6 +356,15 @@ def test_help_tells_the_commands():
         assert f"\n  {name} " in text
     assert "--shard" in invoke("study", "run", "--help").output
     assert invoke("study").exit_code != 0
+
+
+def test_a_range_has_both_ends_and_a_million_levels_at_most():
+    assert _range("seed", " -2 .. +1 ") == [-2, -1, 0, 1]
+    assert _range("seed", "5000000..5000001") == [5_000_000, 5_000_001]
+    assert len(_range("seed", "1..1000000")) == 1_000_000
+    for wrong, words in (("0..1000000", "1,000,000 levels at most"), ("2..1", "the range is empty, 1 is below 2")):
+        with pytest.raises(ParameterError, match=words):
+            _range("seed", wrong)
 
 
 def test_means_are_over_what_is_called_a_seed_wherever_it_stands():

@@ -71,6 +71,10 @@ def test_the_ending_tells_the_reader(name, options, read, folder):
         ({"file": "x.tess", "unit": "10 MPa"}, "sample.unit = '10 MPa' is not allowed"),
         ({"file": "x.npy"}, "sample.pixel is missing"),
         ({"file": "x.npy", "pixel": "1 mm", "phases": {"1": "quartz"}}, "no entry for the label 2"),
+        (
+            {"file": "x.npy", "pixel": "1 mm", "phases": ["quartz"]},
+            "phases = ['quartz'] is not allowed, it must be a mapping",
+        ),
         ({"file": "x.npy", "pixel": "1 mm", "region": "disc"}, "there is no 'sample.region'"),
         ({"file": "x.vtk", "grain_data": "grains"}, "did you mean 'grain'?"),
     ],
