@@ -33,6 +33,8 @@ def test_size_by_hand():
     bent = Graded(place=[(0, 0), (4, 0), (4, 3)], size=1, growth=0.5, largest=2.2)
     points = np.array([(2, 0), (2, -2), (-3, 4), (5, 2), (4, 3.4)])
     assert bent.at(points) == pytest.approx([1, 2, 2.2, 1.5, 1.2])
+    elsewhere = Graded(place=[(-7, 10), (-3, 10), (-3, 13)], size=1, growth=0.5, largest=2.2)
+    assert elsewhere.at(points + np.array([-7, 10])) == pytest.approx([1, 2, 2.2, 1.5, 1.2])
     assert CORNER.at(np.array([(0.3, 0.4), (0, 0), (1, 1)])) == pytest.approx([0.07, 0.02, 0.1])
 
 

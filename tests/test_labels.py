@@ -118,6 +118,10 @@ def test_a_cell_has_the_label_of_most_of_its_pixels():
     image[4, 0] = 2
     with pytest.raises(ParameterError, match=r"the label 2 at .* gets no cell"):
         from_labels(image, 1e-3, cell_size=0.01)
+    middle = np.ones((10, 10), dtype=int)
+    middle[2:8, 2:8] = 2  # in the middle of the cell, but of fewer pixels
+    with pytest.raises(ParameterError, match=r"the label 2 at .* gets no cell"):
+        from_labels(middle, 1e-3, cell_size=0.01)
 
 
 def test_every_label_of_cells_hangs_together():
@@ -156,6 +160,11 @@ def ring():
     image = np.ones((20, 20), dtype=int)
     image[5:15, 5:15] = 2
     return image
+
+
+def rings():
+    """Two labels with a ring round each: the left pair is named."""
+    return np.concatenate([ring(), ring() + 2], axis=1)
 
 
 def pairs():
@@ -199,6 +208,7 @@ def with_zero():
         (np.array([[1, 2]]), {"phases": {1: "quartz"}}, "phases has no entry for the label 2"),
         (np.repeat([[1] * 19 + [2]], 20, axis=0), {"cell_size": 0.01}, "the label 2 at (0.0195, 0.01) m gets no cell"),
         (ring(), {}, "the labels 1 and 2 have the same centroid (0.01, 0.01) m, one lies round the other"),
+        (rings(), {}, "the labels 1 and 2 have the same centroid (0.01, 0.01) m, one lies round the other"),
         ("absent.png", {}, "absent.png cannot be read as an image"),
     ],
 )

@@ -159,6 +159,13 @@ def test_shares_are_refined_by_swaps(seed):
     assert np.bincount(phase, areas, 3) / areas.sum() == pytest.approx(shares, abs=2e-4)
 
 
+def test_the_swap_that_comes_nearest_is_made():
+    """To give 3.9 m2 of 25, the grain of 5 is swapped for the one of 1."""
+    areas, phase = np.array([5.0, 20, 1, 3]), np.array([0, 0, 1, 1])
+    shares = np.array([25 - 3.9, 4 + 3.9]) / 29
+    assert refined(phase, areas, shares, np.random.default_rng(1)).tolist() == [1, 0, 0, 1]
+
+
 def test_shares_of_like_boundary_by_hand():
     """Round a square of four grains, of the phases 0, 0, 1 and 1, edges of 1, 2, 3 and 4 m."""
     phase, pairs = np.array([0, 0, 1, 1]), np.array([(0, 1), (1, 2), (2, 3), (3, 0)])

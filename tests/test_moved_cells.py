@@ -72,6 +72,8 @@ def test_two_cells_meet_at_the_power_line() -> None:
     for difference in (-0.2, 0.1, 0.4):
         made = moved_diagram(unit, seeds, np.array([difference, 0]), before)
         assert made.areas() == pytest.approx([0.5 + difference, 0.5 - difference], abs=1e-12)
+        middle = np.array([0.5 + difference, 1.5 + difference]) / 2
+        assert made.centroids() == pytest.approx(np.column_stack([middle, [0.5, 0.5]]), abs=1e-12)
         inner = made.vertices[made.start[made.other >= 0]]
         assert inner[:, 0] == pytest.approx(0.5 + difference, abs=1e-12)
         assert sorted(made.side.tolist()) == [-1, -1, 0, 0, 1, 2, 2, 3]
@@ -94,18 +96,22 @@ def met(diagram: Diagram) -> dict[tuple[int, int, int], float]:
 
 
 @pytest.mark.usefixtures("interpreted")
-@pytest.mark.parametrize(("region", "seed", "spread"), [(rectangle(2, 1), 17, 1.0), (disc(1), 3, 0.2)])
+@pytest.mark.parametrize(
+    ("region", "seed", "spread"), [(rectangle(2, 1), 17, 1.0), (disc(1), 3, 0.2), (disc(1000), 3, 0.2)]
+)
 def test_cells_at_odds_are_cut_again(region: Region, seed: int, spread: float, monkeypatch) -> None:
     """Weights that leave some seeds of the rectangle without a cell, so that others meet who were far apart."""
     cells, tried = moved_cells._cells, []
     monkeypatch.setattr(moved_cells, "_cells", lambda who, *others: tried.append(who) or cells(who, *others))
     random = np.random.default_rng(seed)
     seeds = scattered(region, 60, random)
-    before = power_diagram(region, seeds, np.zeros(60), 3.0)
+    reach = 1.5 * float(np.ptp(region.bounds[:, 0]))
+    before = power_diagram(region, seeds, np.zeros(60), reach)
     weights = spread * region.area / 60 * random.standard_normal(60)
     made = moved_diagram(region, before.centroids(), weights, before)
     assert (len(tried), (made.areas() == 0).any()) == ((3, True) if spread == 1 else (1, False))
-    assert met(made) == pytest.approx(met(power_diagram(region, before.centroids(), weights, 3.0)), abs=1e-9)
+    whole = power_diagram(region, before.centroids(), weights, reach)
+    assert met(made) == pytest.approx(met(whole), abs=1e-9 * reach)
 
 
 @pytest.mark.parametrize("forgotten", [(0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1), None])
@@ -198,6 +204,7 @@ def test_many_unknowns_are_found_to_one_percent(monkeypatch: pytest.MonkeyPatch)
     missed = np.linalg.norm(matrix @ found - right) / np.linalg.norm(right)
     assert 1e-6 < missed <= 0.01
     assert np.linalg.norm(found - exact) < 0.05 * np.linalg.norm(exact)
+    assert solved(matrix, right / 2**20) * 2**20 == pytest.approx(found, rel=1e-12)  # areas are small numbers of m2
     monkeypatch.setattr(sparse_solve, "MOST", 3)
     assert np.array_equal(solved(matrix, right), exact)
 

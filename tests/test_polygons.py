@@ -168,6 +168,7 @@ def test_a_hole_is_one_only_where_it_is_asked_for():
         ([UNIT, [(1, 0), (2, 0), (2, 1), (1, 1), (0.7, 0.5)]], "polygons 0 and 1 overlap at the corner (1, 0) m"),
         ([UNIT, UNIT], "polygons 0 and 1 overlap at the edge"),
         ([UNIT, [(1, 1), (2, 1), (2, 2), (1, 2)]], "polygons 0 and 1 touch at a corner only, at (1, 1) m"),
+        ([UNIT, RIGHT, np.add(UNIT, (2, 1))], "polygons 1 and 2 touch at a corner only, at (2, 1) m"),
         ([UNIT, [(3, 0), (4, 0), (4, 1), (3, 1)]], "polygon 1 lies apart from the others, at (3.5, 0.5) m"),
         ([UNIT, [(1, 0), (2, 0), (2, 1), (1, 1), (1.3, 0.5)]], "gap of 0.15 m2 between polygons 0 and 1 near (1.1"),
     ],
@@ -238,6 +239,10 @@ def test_only_concave_polygons_are_cut():
     made = Polygons(np.concatenate(rings), np.arange(first[-1]), first, np.arange(3))
     assert made.concave.tolist() == [1]
     assert made.areas == pytest.approx([1, 3, 1])
+    for size in (1e-6, 1e6):  # m: a dent of a thousandth of the size is one in any of them
+        dented = size * np.array([(0, 0), (1, 0), (1, 1), (0.5, 0.999), (0, 1)])
+        made = Polygons(dented, np.arange(5), np.array([0, 5]), np.arange(1))
+        assert made.concave.tolist() == [0]
 
 
 def test_a_cut_that_ends_on_an_edge_gives_its_neighbour_a_corner():

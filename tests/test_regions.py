@@ -293,6 +293,10 @@ def test_polygon_may_run_either_way() -> None:
         assert region.names[4:] == ("hole",) * 4 + ("other",) * 4
         start = {name: corner.tolist() for name, corner in zip(region.names, region.start, strict=True)}
         assert [start[name] for name in "abcd"] == np.array(SQUARE).tolist()
+    ring = [(-1, 2), *SQUARE[::-1]]  # (0, 4), (4, 4), (4, 0) and (0, 0) follow, and e runs from there back to (-1, 2)
+    region = polygon(ring, tuple("abcde"))
+    assert region.start.tolist() == np.array(ring[::-1]).tolist()
+    assert region.names == tuple("dcbae")
 
 
 @pytest.mark.thorough

@@ -26,6 +26,7 @@ from grainlaw.geometry import (
 )
 from grainlaw.geometry.cells import grain_size
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
+from grainlaw.geometry.cells.joining import tiling_of
 from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator
@@ -283,3 +284,15 @@ def test_own_points_are_points(points: object) -> None:
         Voronoi(points=points)
     with pytest.raises(ParameterError, match="give either grains or grain_size, not grains and points, or points"):
         Voronoi(grains=3, points=[(1, 1)])
+
+
+@pytest.mark.parametrize("shift", [0.0, 1.0])
+def test_a_corner_on_an_edge_becomes_one_of_its_polygon(shift: float) -> None:
+    """Two bricks on one, wherever the origin lies: the corner between them is not in the middle."""
+    region = Region(np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) + shift, ("bottom", "right", "top", "left"))
+    lower, left = [(-1, -1), (1, -1), (1, 0), (-1, 0)], [(-1, 0), (0.7, 0), (0.7, 1), (-1, 1)]
+    points = np.array([*lower, *left, (0.7, 0), (1, 0), (1, 1), (0.7, 1)]) + shift
+    made = tiling_of(region, points, np.array([0, 4, 8, 12]), 1e-9)
+    ring = made.vertices[made.corners[: made.first[1]]] - shift
+    assert ring == pytest.approx(np.array([*lower[:3], (0.7, 0), lower[3]]))
+    assert np.diff(made.first).tolist() == [5, 4, 4]

@@ -15,6 +15,7 @@ from grainlaw.geometry import (
     Cleavage,
     Hexagonal,
     Jointed,
+    Laguerre,
     Minerals,
     Voronoi,
     VoronoiCells,
@@ -43,6 +44,16 @@ def test_bricks_by_hand():
     assert found.edge.percentiles[50] == pytest.approx(1)
     assert not len(found.slivers)
     assert (found.fractions, found.like_share) == ({"0": pytest.approx(1)}, 1)
+
+
+def test_the_diameters_asked_for_are_those_of_circles():
+    """Of 1 and 3 m2, for grains that fill 4 m2."""
+    grains = from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)], [(1, 0), (4, 0), (4, 1), (1, 1)]])
+    asked = texture(grains, Laguerre(areas=[1.0, 3.0])).asked["diameters"]
+    diameters = 2 * np.sqrt(np.array([1, 3]) / np.pi)
+    assert asked.mean == pytest.approx(diameters.mean())
+    assert asked.cv == pytest.approx(diameters.std() / diameters.mean())
+    assert asked.percentiles[50] == pytest.approx(diameters.mean())
 
 
 def test_scatter_of_two_squares():
