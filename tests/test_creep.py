@@ -14,6 +14,7 @@ from grainlaw.engine import ageing
 from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import BandisClosure, CharlesGrowth, CohesiveCrack, ExponentialGrowth, MohrCoulomb, StaticFatigue
 from grainlaw.protocols import Creep
+from grainlaw.protocols.creep import Outlasts
 from grainlaw.units import MPa, mm
 
 STRENGTH, RATE = 10 * MPa, 1e-6
@@ -216,6 +217,22 @@ def test_when_a_specimen_rests(unbalanced, motion, work, at_rest):
     curves = {"unbalanced": unbalanced, "motion": motion, ENERGY + SUPPLIED: work}
     found = gl.Ageing(duration=1.0, ratio=1e-4).rests({name: np.array(values) for name, values in curves.items()})
     assert found is at_rest
+
+
+@pytest.mark.parametrize(
+    ("aged", "jumps", "unbalanced", "progress"),
+    [
+        ([30, 30, 34], [2, 2, 3], 1e-5, 0.4),
+        ([30, 34, 40], [3, 4, 5], 1e-5, 0.99),  # there was a jump between the last samples
+        ([30, 40, 40], [4, 5, 5], 1e-3, 0.99),  # it does not rest
+        ([30, 40, 40], [4, 5, 5], 1e-5, 1.0),
+    ],
+)
+def test_time_passes_from_the_beginning_of_a_stage_until_the_specimen_rests(aged, jumps, unbalanced, progress):
+    curves = {"aged": aged, "jumps": jumps, "unbalanced": [unbalanced] * 3, "motion": [1e-5] * 3}
+    curves = {name: np.array(values, dtype=float) for name, values in curves.items()}
+    found = Outlasts(gl.Ageing(duration=10.0)).progress(curves | {ENERGY + SUPPLIED: np.ones(3)})
+    assert found == pytest.approx(progress, rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -266,7 +266,10 @@ def test_a_specimen_that_does_not_fit_is_refused(region, test, says):
 
 
 def test_the_loops_of_given_curves_lose_what_they_enclose():
-    """Up to (2, 2), down a straight line to (1, 0), up again by (1.5, 2): a triangle of height 1 over a base of 1."""
+    """Up to (2, 2), down a straight line to (1, 0), up again by (1.5, 2): a triangle of height 1 over a base of 1.
+
+    Then up to (4, 6), down to (3, 0) and up by (3.5, 6): a triangle of 1.5.
+    """
 
     @attrs.frozen
     class Given(gl.LoadingProtocol):
@@ -279,17 +282,20 @@ def test_the_loops_of_given_curves_lose_what_they_enclose():
         def summary(self, curves, specimen):
             return {"kept": 1}
 
-    x = np.array([0, 2, 2, 1.5, 1, 1, 1.5, 2, 3])
-    y = np.array([0, 2, 2, 1.0, 0, 0, 2.0, 2, 2])
-    stage = np.array([0, 0, 1, 1, 1, 2, 2, 2, 2])
-    test = Cyclic(test=Given(), levels=(2,), displacement="x", load="y")
+    x = np.array([0, 2, 2, 1.5, 1, 1, 1.5, 2, 4, 4, 3.5, 3, 3, 3.5, 4, 5])
+    y = np.array([0, 2, 2, 1.0, 0, 0, 2.0, 2, 6, 6, 3.0, 0, 0, 6.0, 6, 6])
+    stage = np.repeat([0, 1, 2, 3, 4], [2, 3, 4, 3, 4])
+    test = Cyclic(test=Given(), levels=(2, 4), displacement="x", load="y")
     given = {"x": x, "y": y, "stage": stage, "shear_cracks": 0 * x}
-    found = test.summary(given | {"tensile_cracks": np.array([0, 3, 3, 3, 4, 4, 4, 4, 4])}, None)
-    assert np.isnan(found.pop("felicity_ratios")).tolist() == [True]
-    assert found == {"kept": 1, "unloading_moduli": [2.0], "lost_work": [pytest.approx(0.5, rel=1e-4)]}
-    y[6] = 1.5  # a contact point breaks there, one in unloading does not count: at 1.5 of the 2 before
-    found = test.summary(given | {"tensile_cracks": np.array([0, 3, 3, 3, 4, 4, 5, 6, 7])}, None)
-    assert found["felicity_ratios"] == [0.75]
+    found = test.summary(given | {"tensile_cracks": np.array([0, 3, 3, 3] + 12 * [4])}, None)
+    assert np.isnan(found.pop("felicity_ratios")).tolist() == [True, True]
+    assert found == {"kept": 1, "unloading_moduli": [2.0, 6.0], "lost_work": pytest.approx([0.5, 1.5], rel=1e-4)}
+    # A contact point breaks at 1.5 of the 2 before, then one at all of the 6 before; one in unloading does not count.
+    y[6] = 1.5
+    found = test.summary(given | {"tensile_cracks": np.array([0, 3, 3, 3, 4, 4, 5, 6, 7, 7, 7, 7, 7, 7, 8, 8])}, None)
+    assert found["felicity_ratios"] == [0.75, 1.0]
+    first = {name: values[:9] for name, values in given.items()} | {"tensile_cracks": np.zeros(9)}
+    assert test.summary(first, None)["unloading_moduli"] == [2.0]  # it was not unloaded again
 
 
 @pytest.mark.parametrize("levels", [(), (0.2, 0.1), (-0.1,), [0.1]])

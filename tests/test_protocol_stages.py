@@ -385,3 +385,28 @@ def test_a_fluid_comes_before_a_test_or_with_its_confinement(ramp):
         attrs.evolve(axial, loads=[*axial.loads, *fluids(0.0, True)]),
     ]
     same(Saturated(test=confined, pressure=2e6, ramp=ramp).stages(BLOCKS), expected)
+
+
+@pytest.mark.parametrize("first", ["rests", "moves"])
+def test_a_fluid_comes_before_a_test_that_does_not_begin_with_stresses_alone(first):
+    """Whose first stage imposes nothing, or moves an end while it confines the specimen."""
+    (main,) = UniaxialCompression(maximum_strain=0.02, **RISES).stages(BLOCKS)
+    loads = held(1, "top", "bottom")
+    if first == "moves":
+        sides = [gl.Pressure(boundary=name, pressure=1e6, ramp=1e-5) for name in ("left", "right")]
+        loads = [drive("top", 1, -0.1), *held(1, "bottom"), *sides]
+    begin = gl.Stage(name="begin", loads=loads, until=[gl.Reaches("time", 1e-5)], interval=1e-6)
+
+    class Composed(gl.LoadingProtocol):
+        def stages(self, specimen):
+            return [begin, main]
+
+        def measure(self, state):
+            return {}
+
+        def summary(self, curves, specimen):
+            return {}
+
+    stages = Saturated(test=Composed(), pressure=2e6).stages(BLOCKS)
+    assert [stage.name for stage in stages] == ["saturate", "begin", main.name]
+    assert [fluid.ramp for fluid in stages[1].of(gl.FluidPressure)] == [0.0, 0.0]
