@@ -14,12 +14,13 @@ from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.palette import BLUE
 from grainlaw.laws import MohrCoulomb
 from grainlaw.workbench import law_figure, material_figure, properties
+from grainlaw.workbench.bench import FIRST
 from grainlaw.workbench.characteristics import fitting_pressures
 from grainlaw.workbench.driver import Contact, alone
 from grainlaw.workbench.law_figure import Reach, along, mixed, pull_and_release, ratios, reach, shear_and_reverse
 from grainlaw.workbench.paths import designed_paths
-from grainlaw.workbench.refined import Response, drive
-from grainlaw.workbench.scale import Peak, Scale, find_closure
+from grainlaw.workbench.refined import Jump, Response, drive
+from grainlaw.workbench.scale import Peak, Scale, find_closure, measure
 from grainlaw.workbench.shear_box import opening_at, sheared
 
 BRITTLE = MohrCoulomb(**STRONG)
@@ -67,6 +68,10 @@ def test_a_drop_is_a_jump_and_what_is_no_number_ends_a_path():
     assert jump.kind == "normal"
     sheared_ = drive(spring(lambda u: 0.0, lambda s: 1e6 * (s > 1e-6)), "shear", [(0.0, 0.0), (0.0, 2e-6)], SCALE)
     assert [(jump.kind, jump.size) for jump in sheared_.jumps] == [("shear", 1e6)]
+    falls = drive(spring(lambda u: 0.0, lambda s: 1e6 if s > 1e-6 else 3e6), "", [(0.0, 0.0), (0.0, 2e-6)], SCALE)
+    assert [(jump.kind, jump.size) for jump in falls.jumps] == [("shear", 2e6)]
+    falls = drive(spring(lambda u: 1e6 if u > 1e-6 else 3e6), "", [(0.0, 0.0), (2e-6, 0.0)], SCALE)
+    assert [(jump.kind, jump.size) for jump in falls.jumps] == [("normal", 2e6)]
     wild = spring(lambda u: 1e9 * np.sin(1e15 * u))
     run = drive(wild, "pull", [(0.0, 0.0), (2e-6, 0.0)], SCALE)
     assert len(run.jumps) == 12  # then it goes on in coarse steps
@@ -79,6 +84,10 @@ def test_a_drop_is_a_jump_and_what_is_no_number_ends_a_path():
 def test_a_scale_tells_increments_and_how_far_a_contact_slides():
     assert (SCALE.pulled, SCALE.pressed, SCALE.sheared) == pytest.approx((0.3e6, 1.2e6, 0.6e6))
     assert SCALE.far == pytest.approx(39e-6)  # broken, and twice as far again as the peak
+    found = measure(alone(BRITTLE))  # roughly of the larger strength none, half, all and twice
+    assert 0.94 * 29e6 < found.pressures[2] <= 29e6
+    assert found.pressures == pytest.approx(found.pressures[2] * np.array([0, 0.5, 1, 2]))
+    assert found.closures == pytest.approx(np.array(found.pressures) / 1.05e14, rel=1e-6)
 
 
 def test_paths_of_a_law_go_where_their_names_say():
@@ -156,6 +165,70 @@ def test_a_contact_that_slides_is_pressed_harder(monkeypatch, after, size):
     assert (found and found.size) == (size and pytest.approx(size))
 
 
+def test_a_first_response_is_asked_for_in_every_direction_that_a_contact_bears(monkeypatch):
+    """In um: 1 in opening, unless there is no bond, and 2 in slip, closed by 1 without a bond; the worst is told."""
+    asked = []
+
+    def ask(bench, mode, size, opening):
+        asked.append((mode, size * 1e6, opening * 1e6))
+        return properties.Finding(f"{mode}, {size:g}", mode - size)
+
+    bench = SimpleNamespace(scale=SCALE, contact=spring(lambda u: 0.0))
+    for bonded, pulled, closed in ((True, [(0, 1, 0)], 0), (False, [], -1)):
+        monkeypatch.setattr(properties, "is_bonded", lambda *_, bonded=bonded: bonded)
+        for name, other in (("_limit", "_stiffest"), ("_stiffest", "_limit")):
+            asked.clear()
+            monkeypatch.setattr(properties, name, ask)
+            monkeypatch.setattr(properties, other, lambda *_: None)
+            assert properties.first_response(bench).text == "1, -2e-06"
+            expected = [*pulled, (0, -1, 0), (1, 2, closed), (1, -2, closed)]
+            assert np.array(asked) == pytest.approx(np.array(expected, dtype=float))
+
+
+def test_the_first_of_the_jumps_that_are_nearly_the_largest_is_told():
+    def run(name, *sizes):
+        return SimpleNamespace(name=name, jumps=[Jump(1e-6, 0.0, size * 1e6, "normal") for size in sizes])
+
+    found = properties.no_jump(SimpleNamespace(drives=[run("a", 1), run("b", 4.4, 4.6), run("c", 5)]))
+    assert (found.size, found.text) == (4.6e6, "b: normal traction jumps by 4.6 MPa at opening 1 um, slip 0 um")
+    assert properties.no_jump(SimpleNamespace(drives=[run("a")])) is None
+
+
+def test_displacements_of_either_sign_up_to_a_metre_are_tried():
+    tried = []
+
+    def run(path):
+        tried.extend(path)
+        return np.zeros((len(path), 2))
+
+    contact = SimpleNamespace(run=run, names=(), error="")
+    assert properties.finite(SimpleNamespace(contact=contact, paths={}, answers={})) is None
+    for column in np.array(tried).T:
+        for sign in (1, -1):
+            sizes = sign * column[sign * column > 0]
+            assert len(sizes) > 0.3 * len(column)
+            assert 1e-12 < sizes.min() < 1e-10
+            assert 0.1 < sizes.max() < 1
+        assert 0.1 < np.mean(column == 0) < 0.3
+
+
+def test_what_a_contact_remembers_outside_its_memory_is_told_to_the_end_of_the_longest_path():
+    """Its normal traction counts the steps of all contacts from the fifth on."""
+    taken = []
+
+    def step(opening, slip, state):
+        taken.append(opening)
+        return float(len(taken)) if opening >= 4 else 1.0, 0.0
+
+    paths = {"short": [(0.0, 0.0)] * 2, "long": [(float(i), 0.0) for i in range(6)]}
+    answers = {name: np.tile([1.0, 0.0], (len(path), 1)) for name, path in paths.items()}
+    contact = SimpleNamespace(run=lambda path: np.zeros((len(path), 2)), step=step, start=(), names=())
+    bench = SimpleNamespace(contact=contact, first=np.zeros((len(FIRST), 2)), paths=paths, answers=answers)
+    found = properties.no_hidden_state(bench)
+    assert found.size == 6.0  # the seventh step of all
+    assert found.text.startswith("long: normal traction 7 among other contacts, 1 before, at opening 4e+06 um")
+
+
 def test_energy_of_laps_by_hand():
     """Three laps of two legs: given up to the least of each, by lap, and in the last one, settled."""
     work = [0, 1, -3, -1, 2, -4, 5, 3, 1]
@@ -225,6 +298,9 @@ def test_an_opening_has_the_traction_that_is_held():
     assert opening_at(contact, -5e6) == pytest.approx(-5e6 / 1.05e14, rel=1e-6)
     assert opening_at(contact, 0.0) == 0
     assert find_closure(contact, 5e6) == pytest.approx(5e6 / 1.05e14, rel=1e-6)
+    soft = spring(lambda u: 1e12 * u / 3)
+    soft.law = SimpleNamespace(stiffness=(1e12, 1e12))  # at first
+    assert find_closure(soft, 4e6) == pytest.approx(12e-6, rel=1e-9)
     assert fitting_pressures(contact) == (0, 14.5e6, 29e6, 58e6)
 
 

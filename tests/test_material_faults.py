@@ -10,6 +10,7 @@ from every_material import GRAIN
 from toy_materials import CUBIC, YIELDING, Cubic, Yielding
 
 import grainlaw as gl
+from grainlaw.workbench import material_properties
 from grainlaw.workbench.material_bench import LAPS, MaterialBench
 from grainlaw.workbench.material_properties import PROPERTIES
 
@@ -149,6 +150,52 @@ def test_energy_that_is_given_is_judged_by_the_work_or_by_that_of_the_scale(work
     found = PROPERTIES["energy"](bench)
     assert (found is not None) == (gives > max(0.2, 2e-3 * work))
     assert found is None or found.size == pytest.approx(lost.max())
+
+
+def test_machine_code_that_answers_otherwise_is_told_by_how_much(monkeypatch):
+    """By 30 Pa of 1,000, in the third of the nine points of the first lap."""
+    path = np.arange(81.0).reshape(27, 3) * 1e-4
+
+    def zone(*wrong):
+        answers = np.tile([1000.0, -1000.0, 0.0, 5.0], (9, 1))
+        answers[2, 1] += sum(wrong)
+        return SimpleNamespace(run=lambda points: answers[: len(points)], names=())
+
+    monkeypatch.setattr(material_properties, "Zone", lambda material, compiled: zone(30.0))
+    bench = SimpleNamespace(material=None, zone=zone(), traces={"a path": SimpleNamespace(strain=path)}, scale=1e-9,
+                            declared=np.ones((3, 3)))  # fmt: skip
+    found = PROPERTIES["compiled"](bench)
+    assert found.size == 30
+    assert found.text.startswith("a path: stress yy -970 compiled, -1000 interpreted at the strain xx 0.0006, yy")
+
+
+def test_strains_of_either_sign_up_to_a_tenth_are_tried():
+    tried = []
+
+    def run(points):
+        tried.extend(points)
+        return np.zeros((len(points), 4))
+
+    assert PROPERTIES["finite"](SimpleNamespace(zone=SimpleNamespace(run=run, error=""), traces={})) is None
+    for column in np.array(tried).T:
+        for sign in (1, -1):
+            sizes = sign * column[sign * column > 0]
+            assert len(sizes) > 0.2 * len(column)
+            assert 1e-9 < sizes.min() < 1e-7
+            assert 0.01 < sizes.max() < 0.1
+        assert 0.2 < np.mean(column == 0) < 0.4
+
+
+@pytest.mark.parametrize(("largest", "slope"), [(0.0, 0.9), (0.0, 1.1), (1e6, 9.0), (1e6, 11.0)])
+def test_an_energy_is_judged_by_the_stress_of_its_path_or_by_that_of_the_scale(largest, slope):
+    """The larger of both: 0.1 MPa of the scale allow 1 Pa where there is none, 1 MPa of the path 10 Pa."""
+    stress = np.array([[0.0, 0.0, 0.0], [0.0, largest, 0.0]])
+    trace = SimpleNamespace(stress=stress, strain=np.zeros((2, 3)), memory={})
+    zone = SimpleNamespace(energy=lambda strain, state: slope * strain[0])
+    bench = SimpleNamespace(zone=zone, traces={"a path": trace}, scale=1e-3, declared=np.full((3, 3), 1e8))
+    found = PROPERTIES["symmetry"](bench)
+    assert (found is not None) == (slope > max(1, 1e-5 * largest))
+    assert found is None or found.size == pytest.approx(slope)
 
 
 def test_a_first_response_may_bend():
@@ -304,6 +351,25 @@ def test_a_free_strain_and_a_stiffness_are_asked_for_at_other_temperatures():
     found = asked(Ratchets, "temperature", **warm)[1]
     assert found.text.startswith("heated to 21 °C and cooled it keeps a free strain of 5e-06")
     assert found.size == pytest.approx(5e-6)
+
+    class Elsewhere(Warm):
+        """Free of stress without strain at 19 degrees."""
+
+        def stress(self, exx, eyy, exy, temperature):
+            free = self.expansion * (temperature - 19)
+            xx, yy = exx - free, eyy - free
+            return self.c11 * xx + self.c12 * yy, self.c12 * xx + self.c11 * yy, 2 * self.c44 * exy
+
+        def energy(self, exx, eyy, exy, temperature):
+            free = self.expansion * (temperature - 19)
+            xx, yy = exx - free, eyy - free
+            return 0.5 * self.c11 * (xx**2 + yy**2) + self.c12 * xx * yy + 2 * self.c44 * exy**2
+
+    assert asked(Elsewhere, "temperature", **warm)[1] is None
+    for known, found in (((-50.0, 20.5), "is known from -50 to 20.5 °C; runs begin at 20 °C"), ((0.0, 21.0), "")):
+        near = type("Near", (Warm,), {"temperatures": property(lambda self, known=known: known)})
+        told = asked(near, "temperature", **warm)[1]
+        assert (told.text if told else "") == found
     for kind, ratio, where in ((StiffensHot, 2.04, "at 800 °C, stiffness"), (StiffensCold, 2, "at -100 °C, stiffness")):
         found = asked(kind, "temperature", **warm)[1]
         assert found.text.startswith(where)

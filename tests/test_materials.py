@@ -1,11 +1,13 @@
 """Each material of grainlaw alone against closed forms, and through the conformance kit."""
 
 import itertools
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
 import pytest
 from every_material import CONE, CRUSHED, GRAIN, MATERIALS, MISES, MOHR, OUTER, SCHIST, compliance_along_y
+from toy_materials import CUBIC
 
 import grainlaw as gl
 import grainlaw.materials
@@ -197,6 +199,32 @@ def test_mohr_coulomb_compressed_follows_the_closed_form(pressure):
     up, down = 1 + np.sin(np.radians(10)), 1 - np.sin(np.radians(10))
     assert found.pxx[-1] / found.pyy[-1] == pytest.approx(-up / down, rel=1e-5)
     assert found.pzz[-1] == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("newton", [True, False])
+def test_a_crystal_compressed_follows_hookes_law_and_stores_all_work(newton, monkeypatch):
+    """Its confinement, too; and where Newton's method leads nowhere, the elastic stiffness leads there."""
+    if not newton:
+        monkeypatch.setattr("scipy.optimize.root", lambda apart, values, tol: SimpleNamespace(x=values))
+    c11, c12, pressure = CUBIC.c11, CUBIC.c12, 20e6
+    found = gl.compress(CUBIC, STRAIN, confinement=pressure)
+    confined = -pressure / (c11 + c12)
+    yy = confined - STRAIN
+    xx = (-pressure - c12 * yy) / c11
+    assert found.strain == pytest.approx(np.column_stack([xx, yy, 0 * xx]), abs=1e-10)
+    stress = np.column_stack([0 * xx - pressure, c12 * xx + c11 * yy, 0 * xx])
+    assert found.stress == pytest.approx(stress, rel=1e-5, abs=100)
+    stored = 0.5 * (stress * found.strain).sum(axis=1)
+    assert stored[0] == pytest.approx(pressure**2 / (c11 + c12))
+    assert found.stored == pytest.approx(stored, rel=1e-5)
+    assert found.work == pytest.approx(stored, rel=1e-5)
+
+
+def test_a_trace_of_a_material_has_the_names_of_its_memory_and_no_other():
+    found = gl.trace_material(MOHR, 1e-3, 0.0, 0.0)
+    assert found.plastic_strain is found.memory["plastic_strain"]
+    with pytest.raises(AttributeError, match=r"a trace has strain, stress, work, stored and .*plastic_strain.*damage"):
+        found.damage  # noqa: B018
 
 
 def test_mohr_coulomb_softens_to_its_residual_strength():
