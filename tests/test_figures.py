@@ -3,6 +3,7 @@
 import io
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import attrs
 import matplotlib.figure
@@ -332,3 +333,8 @@ def test_what_flew_far_is_left_out_of_the_box():
     assert high[1] == pytest.approx(1.3 * 40)
     assert -1 < low[1] < 1
     assert 19 < high[0] < 21
+    nodes = np.array([(0.1, 0.2), (0.12, 0.24)])  # wherever the specimen lies
+    far = SimpleNamespace(displacement=np.array([(-1.0, 0.0), (0.0, 1.0)]))
+    elsewhere = SimpleNamespace(specimen=SimpleNamespace(grains=SimpleNamespace(vertices=nodes)), frames=[far],
+                                mesh=SimpleNamespace(nodes=nodes), frame=lambda who, number: far)  # fmt: skip
+    assert box(elsewhere, [-1]) == pytest.approx(np.array([(100 - 0.3 * 20, 200), (120, 200 + 1.3 * 40)]))

@@ -87,11 +87,14 @@ def test_the_curve_is_in_the_units_of_its_axes(made):
 
     result = made[0]
     moments = interactive._tables(result, interactive._chosen(result), {})["moments"]
-    drawn, _ = interactive._curve(result, ColumnDataSource(moments))
+    drawn, marks = interactive._curve(result, ColumnDataSource(moments))
     line = drawn.renderers[0].data_source.data
     assert "MPa" in drawn.yaxis[0].axis_label
     assert line["y"] == pytest.approx(result.curves["stress"] / 1e6, rel=1e-6)
     assert np.interp(moments["x"], line["x"], line["y"]) == pytest.approx(moments["y"], rel=1e-3)
+    assert {name: mark.tolist() for name, mark in marks.data.items()} == {
+        "x": [moments["x"][-1]], "y": [moments["y"][-1]]
+    }  # fmt: skip
 
 
 def test_it_opens_at_the_last_moment_and_the_first_path(made):
@@ -111,6 +114,8 @@ def test_it_opens_at_the_last_moment_and_the_first_path(made):
         assert set(data["point"]) == {first.point}
     assert pull.title.text == f"contact point {first.point}"
     assert len(interactive._panels(result, [])) == 3
+    one, *_ = interactive._panels(attrs.evolve(result, frames=result.frames[-1:]), [])
+    assert (one.start, one.end, one.value) == (0, 1, 0)
 
 
 def test_a_large_specimen_shows_fewer_moments(made, monkeypatch):

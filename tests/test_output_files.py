@@ -49,6 +49,13 @@ def last(folder, name):
     return pyvista.read(sorted(folder.glob(f"{name}_*.vtu"))[-1])
 
 
+def test_one_frame_is_enough_for_files(made, tmp_path):
+    result, _ = made
+    attrs.evolve(result, frames=result.frames[-1:]).write_vtk(tmp_path)
+    assert [file.name for file in tmp_path.glob("grains*")] == ["grains.pvd", "grains_0000.vtu"]
+    assert np.array_equal(last(tmp_path, "grains").points, last(made[1], "grains").points)
+
+
 def test_files_say_what_they_are(made):
     result, folder = made
     for place in (folder, folder / "zones"):

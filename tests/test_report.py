@@ -20,6 +20,7 @@ from grainlaw.protocols import DirectShear, PlaneWave, UniaxialCompression
 from grainlaw.quantity import three_digits
 from grainlaw.results.figures import report
 from grainlaw.results.figures.report import LIMITS, _components, _rows, write_report
+from grainlaw.results.standard_measures import thresholds
 from grainlaw.units import mm
 
 LAW = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300, closure=BandisClosure(maximum_closure=5e-6))
@@ -392,6 +393,48 @@ def test_figures_show_the_recorded_numbers(result):
 )
 def test_names_tell_how_they_are_shown(name, value, heading, text):
     assert (quantity_of(name).heading, quantity_of(name).text(value)) == (heading, text)
+
+
+@pytest.mark.parametrize(
+    ("notes", "said"),
+    [
+        ({"a": "it broke", "b": "it broke"}, ["it broke"]),
+        ({"a": "it broke", "b": "no load"}, ["a: it broke", "b: no load"]),
+        ({"a": "it broke", "b": ""}, ["a: it broke"]),
+        ({"a": "", "b": ""}, []),
+        ({"a": "it broke"}, ["it broke"]),
+    ],
+)
+def test_what_was_not_measured_is_said_once_or_by_law(notes, said):
+    assert report._not_measured({name: SimpleNamespace(note=note) for name, note in notes.items()}) == said
+
+
+def test_a_record_has_its_sections():
+    record = {"version": "1.2", "python": {"numpy": 2, "of": {"threads": 4, "where": "here"}}, "seconds": 3.5}
+    assert list(report._record(record)) == [
+        ("", [["version", "1.2"], ["seconds", "3.5"]]),
+        ("python", [["numpy", "2"], ["of.threads", "4"], ["of.where", "here"]]),
+    ]
+    assert list(report._record({"python": {"numpy": 2}})) == [("python", [["numpy", "2"]])]
+
+
+def test_thresholds_that_some_specimen_has_are_shown_with_their_means():
+    """In MPa: 30 and 50 of three specimens under one law, none under the other; those that none has are left out."""
+    names = [measure.name for measure in thresholds()]
+
+    def specimen(**found):
+        return SimpleNamespace(laboratory=SimpleNamespace(value=lambda name: found.get(name, np.nan)))
+
+    samples = {
+        "a": {1: specimen(**{names[1]: 30e6}), 2: specimen(**{names[1]: 50e6}), 3: specimen()},
+        "b": {1: specimen()},
+    }
+    half = 12.706204736 * 20e6 / np.sqrt(2) / np.sqrt(2)  # t of one degree of freedom at 0.975, deviation 20 / sqrt(2)
+    [[heading, one, other, source]] = report._thresholds(samples)
+    measure = thresholds()[1]
+    assert heading.startswith(measure.meaning)
+    assert one == f"{40:.3g} ({40 - half / 1e6:.3g} to {40 + half / 1e6:.3g}), 2 of 3"
+    assert (other, source) == ("-", measure.source)
 
 
 def test_samples_are_too_few_where_any_law_has_too_few(monkeypatch):
