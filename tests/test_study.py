@@ -6,6 +6,7 @@ import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
+import attrs
 import numpy as np
 import pytest
 from study_cases import LAWS, SHORT, content, refuse_to_run, tiny, tiny_study
@@ -217,6 +218,14 @@ def test_what_it_will_cost_is_known_before(tmp_path, table):
     known = study.estimate(tmp_path / "s")
     assert (known.cases, known.measured) == (2, True)
     assert "2 cases: about" in str(known)
+
+
+def test_another_level_of_the_same_name_is_another_case():
+    def cases(law):
+        return [key for key, _ in gl.Study(tiny, law={"mine": law}, seed=[1])._cases()]
+
+    brittle, again, linear = map(cases, (LAWS["brittle"], attrs.evolve(LAWS["brittle"]), LAWS["linear"]))
+    assert brittle == again != linear
 
 
 @pytest.mark.thorough

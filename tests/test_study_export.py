@@ -79,6 +79,24 @@ def test_csv_is_read_again_with_the_same_bits(mixed, tmp_path):
     assert rows[-1][head.index("reason")] == 'a "quoted",\nreason'
 
 
+@pytest.mark.parametrize("count", [40, 43])
+def test_a_table_is_printed_with_forty_rows_and_its_doubts(count, tmp_path):
+    """Of the cases that finished; how many more there are is said."""
+    rows = [row({"seed": k}, {"force": 1.0}) | {"doubts": ["it vibrated"][: k % 2]} for k in range(count - 1)]
+    rows.append(row({"seed": count}, {}, "refused", "too small") | {"doubts": ["it vibrated"]})
+    table = table_of(rows, tmp_path / "s")
+    doubted = list(range(1, count - 1, 2))
+    assert table.doubts == {"it vibrated": doubted}
+    head, rule, *lines = str(table).splitlines()
+    assert len(head) == len(rule)
+    more = ["... and 3 more"] if count == 43 else []
+    assert lines[40:] == [
+        *more, f"{len(doubted)} of {count} cases: it vibrated", f"seed = {count}: refused, too small"
+    ]  # fmt: skip
+    assert [line.split()[0] for line in lines[:39]] == list(map(str, range(39)))
+    assert ("and 3 more" in table._repr_html_()) == bool(more)
+
+
 def test_parquet_is_read_again_the_same(mixed, tmp_path):
     mixed.write_parquet(tmp_path / "t.parquet")
     again = pandas.read_parquet(tmp_path / "t.parquet")

@@ -82,6 +82,8 @@ def test_a_level_that_is_refused_is_named_before_anything_runs(kind, words, tmp_
     refuse_to_run(monkeypatch)
     with pytest.raises(gl.ParameterError, match=words):
         gl.Study(failing, kind=["well", kind]).run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
+    with pytest.raises(gl.ParameterError, match=rf"kind = '{kind}' is refused \(in the case seed = 0\): "):
+        gl.Study(failing, kind=[kind], seed=[0]).run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     assert not len(Store(tmp_path / "s"))
 
 
