@@ -2,6 +2,7 @@
 
 import math
 import time
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -157,6 +158,20 @@ def test_a_law_is_asked_once_for_its_numbers(monkeypatch):
 def test_an_answer_that_is_no_number_is_shown_without_an_error_that_there_was_not():
     with pytest.raises(gl.ParameterError, match="the normal traction is nan interpreted, it must be finite"):
         ask_first_questions(Model(None, law_of(f"{K} if opening > -1e-7 else math.nan, {S}")))
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [("interpreted", r"is nan interpreted \(ValueError: too far\), it must"), ("compiled", "is nan compiled, it must")],
+)
+def test_the_error_behind_an_answer_that_is_no_number_is_that_of_the_interpreter(how, said):
+    asked = first_questions._Questions.__new__(first_questions._Questions)
+    asked.law, asked.contact = None, SimpleNamespace(error="ValueError: too far", names=())
+    asked.points, answers = np.zeros((1, 2, 2)), np.zeros((1, 2, 2))
+    asked.interpreted = asked.compiled = answers
+    setattr(asked, how, np.where(answers == 0, np.nan, 0.0))
+    with pytest.raises(gl.ParameterError, match=f"at opening 0 m, slip 0 m the normal traction {said} be finite"):
+        asked._finite()
 
 
 def test_a_contact_is_driven_to_and_fro_and_sheared_when_broken():

@@ -90,6 +90,8 @@ def test_the_rate_is_that_from_the_root_of_ten_on_up_to_the_first_damage():
     assert held.rate == pytest.approx(2e4, rel=0.01)
     assert held.flutters
     assert not gl.Flutter(1e6, time[:102], kinetic[:102], np.ones(102), 1e-7).flutters  # 8 times
+    late = np.array([1.0, 1.0, 1.0, 1.0, 100.0])  # between the last two alone
+    assert gl.Flutter(1e6, np.arange(5.0), late, np.zeros(5), 1e-7).rate == pytest.approx(np.log(100))
     assert "its kinetic energy grows tenfold in 11" in str(held)
 
 

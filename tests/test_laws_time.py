@@ -127,6 +127,10 @@ def test_exponential_growth_is_of_second_order():
     assert wrong[0] / wrong[1] == pytest.approx(4, rel=0.1)
     assert abs(wrong[0]) < 1e-3
     assert growth.left(0.5, 2.0, 0.01) == pytest.approx(0.49)  # beyond its strength the speed is 1
+    slow = ExponentialGrowth(activation=1)
+    for lost in (0.5, 0.8, 0.98):  # by the speed at first; the middle is where half of it is lost
+        left = 1 - lost * math.exp(0.1 * (1 / (1 - lost / 2) - 1))
+        assert slow.left(1.0, 0.1, lost * math.exp(0.9)) == pytest.approx(left, rel=1e-12)
 
 
 def test_the_load_of_a_point_is_that_at_which_it_would_fail():

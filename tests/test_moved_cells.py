@@ -146,6 +146,16 @@ def test_where_there_is_none_the_hull_takes_its_place(monkeypatch: pytest.Monkey
     assert again.areas == pytest.approx(next_to.areas, abs=1e-12)
 
 
+def test_round_cells_lie_about_their_seeds() -> None:
+    """As discs of 0.9 and 0.1 m2 would, 0.2 m apart, had the small one not been left 0.1/(4 pi) m2 of power there."""
+    unit, seeds = rectangle(1, 1), np.array([(0.4, 0.5), (0.6, 0.5)])
+    made = round_cells(PowerCells(unit, unit, seeds, np.zeros(2), 1.0), seeds, np.array([0.9, 0.1]))
+    line = 0.5 + (0.2**2 - 0.1 / (4 * np.pi)) / (2 * 0.2)
+    assert made.areas == pytest.approx([line, 1 - line])
+    alone = round_cells(PowerCells(unit, unit, seeds[:1], np.zeros(1), 1.0), seeds[1:], np.ones(1))
+    assert alone.areas == pytest.approx([1.0])
+
+
 def test_another_order_of_the_seeds() -> None:
     random, region = np.random.default_rng(1), rectangle(1, 1)
     diagram = power_diagram(region, random.random((30, 2)), np.zeros(30), 1.0)

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import signal
 
 import attrs
 import numpy as np
@@ -25,7 +26,7 @@ from grainlaw.protocols import (
     UniaxialTension,
 )
 from grainlaw.results.vtk import VtkWriter
-from grainlaw.runs import checkpoint, run_folder, stepper
+from grainlaw.runs import checkpoint, run_folder, stepper, stopping
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.units import MPa, mm
 
@@ -132,6 +133,26 @@ def test_a_stopped_run_goes_on_with_the_same_bits(case, tmp_path, monkeypatch):
         assert len(stopped.value.result.curves.get("time", ())) < len(whole.curves["time"])
         options_now = options | {"threads": 1 + k % 2}
         same(whole, gl.simulate(specimen, law, protocol, **options_now, checkpoint=tmp_path, restart=True))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("SIGINT", "interrupted from the keyboard"), ("SIGTERM", "stopped by the signal SIGTERM")],
+)
+def test_a_signal_stops_and_the_second_ends_at_once(name, said, monkeypatch):
+    number = getattr(signal, name)
+    monkeypatch.setattr(stopping, "_DEFAULTS", (signal.getsignal(number),))
+    before, stop = signal.getsignal(number), Stop()
+    with stop.by_signals() as asked:
+        assert asked is stop
+        stop.check()
+        signal.raise_signal(number)
+        assert (stop.reason, stop.signal) == (said, number)
+        for again in (stop.check, lambda: signal.raise_signal(number)):
+            with pytest.raises(Stopped, match=said) as stopped:
+                again()
+            assert stopped.value.signal == number
+    assert signal.getsignal(number) == before
 
 
 @pytest.mark.alone
