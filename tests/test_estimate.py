@@ -136,6 +136,11 @@ def test_runs_are_put_in_the_order_in_which_they_take_long():
         steps = gl.simulate(specimen, law, short, detection=None).summary["steps"]
         shares.append(work(specimen, law, short)[0] / (steps * len(specimen.mesh.zones)))
     assert max(shares) < 1.15 * min(shares)
+    stiff = attrs.evolve(law, kn=100 * law.kn, ks=100 * law.ks)
+    phases = attrs.evolve(samples[0].grains, phase=np.arange(10) % 2)
+    mixed = gl.Specimen(phases, ROCK)
+    for laws in ({(0, 0): law, ...: stiff}, {(0, 0): stiff, ...: law}):  # the stiffest rules the steps
+        assert work(mixed, laws, short)[0] == pytest.approx(work(mixed, stiff, short)[0])
     slow = attrs.evolve(short, loading=gl.Constant(speed=1.0))
     assert work(samples[0], law, slow)[0] == pytest.approx(2 * work(samples[0], law, short)[0], rel=0.02)
     assert work(samples[0], law, short) > work(samples[0], BRITTLE, short)  # nothing breaks: it goes on to the end
