@@ -194,6 +194,26 @@ def test_the_first_of_the_jumps_that_are_nearly_the_largest_is_told():
     assert properties.no_jump(SimpleNamespace(drives=[run("a")])) is None
 
 
+@pytest.mark.parametrize(
+    ("name", "values", "size", "said"),
+    [
+        ("damage", [0, 0.5, 0.5, 1], None, ""),
+        ("damage", [0, 0.5, 0.3, 0.9], 0.2, "pull: damage falls from 0.5 to 0.3 at opening 2 um, slip 0 um"),
+        ("damage", [0, 0.5, 1.25, 0.9], 1.25, "pull: damage 1.25 at opening 2 um, slip 0 um"),
+        ("damage", [0, -0.5, 0.3, 0.9], -0.5, "pull: damage -0.5 at opening 1 um, slip 0 um"),
+        ("mode", [0, 0.5, 0.3, 1], None, ""),
+        ("mode", [0, 0.5, 1.5, 1], 1.5, "pull: mode 1.5 at opening 2 um, slip 0 um"),
+        ("other", [0, 0.5, 1.5, 1], None, ""),
+    ],
+)
+def test_damage_that_heals_or_leaves_its_range_is_told(name, values, size, said):
+    run = Response("pull", np.array([(k * 1e-6, 0.0) for k in range(4)]), np.array(values), [0, 3], 1, [])
+    bench = SimpleNamespace(contact=SimpleNamespace(names=(name,)), drives=[run], memory=lambda answers, _: answers)
+    found = properties.damage_never_heals(bench)
+    assert (found and found.size) == (size and pytest.approx(size))
+    assert (found.text if found else "") == said
+
+
 def test_displacements_of_either_sign_up_to_a_metre_are_tried():
     tried = []
 
