@@ -172,11 +172,16 @@ class Contacts(Part):
         arrays = self.arrays
         c = int(np.argmax(arrays.overlap / arrays.largest_overlap))
         (a, b), place = self.grains[c], arrays.place[:, arrays.node[0, c]]
+        deep, allowed = arrays.overlap[c], arrays.largest_overlap[c]
+        found = f"grains {a} and {b} overlap by {deep:.4g} m near ({place[0]:.4g}, {place[1]:.4g}) m"
+        if deep > allowed:
+            found += f", more than the {allowed:.4g} m allowed"
+        else:  # the contact that was too deep has lost its touch
+            found = f"an edge has passed through a grain; of what still touches {found}, {allowed:.4g} m are allowed"
         return (
-            f"grains {a} and {b} overlap by {arrays.overlap[c]:.4g} m near ({place[0]:.4g}, {place[1]:.4g}) m, more "
-            f"than the {arrays.largest_overlap[c]:.4g} m allowed (largest_overlap = "
-            f"{self.detection.largest_overlap:g} of the smaller grain's width, at most the skin): give contacts a "
-            "higher normal stiffness, load more slowly, or allow more with Detection(largest_overlap=..., skin=...)"
+            f"{found} (largest_overlap = {self.detection.largest_overlap:g} of the smaller grain's width, at most the "
+            "skin): give contacts a higher normal stiffness, load more slowly, or allow more with "
+            "Detection(largest_overlap=..., skin=...)"
         )
 
     # --- the search ---------------------------------------------------------------------------------------------------
