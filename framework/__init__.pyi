@@ -1,6 +1,7 @@
 # The public names, each loaded when it is first used.
 
-from .calibration.calibrate import calibrate
+from .calibration.calibrate import calibrate, first_look
+from .calibration.first_look import FirstLook
 from .calibration.result import Calibration
 from .calibration.targets import Targets
 from .cli.rocks import Rock, rocks
@@ -129,6 +130,7 @@ __all__ = [
     "FailsTo",
     "FailurePlane",
     "FallsTo",
+    "FirstLook",
     "Fixed",
     "FluidPressure",
     "Flutter",
@@ -218,6 +220,7 @@ __all__ = [
     "crack_rose",
     "elastic_properties",
     "failure_plane",
+    "first_look",
     "fit_hoek_brown",
     "fit_mohr_coulomb",
     "fragments",

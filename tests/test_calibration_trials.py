@@ -11,6 +11,7 @@ from study_cases import refuse_to_run
 from support import ROCK, STIFF
 
 import grainlaw as gl
+from grainlaw.calibration import trials
 from grainlaw.calibration.stiffness_search import _found, fit_stiffness, stiffness_names, with_grains
 from grainlaw.calibration.trials import USUAL, StudySimulator, TrialCase, checked_specimens, checked_tests
 from grainlaw.geometry import Voronoi, rectangle
@@ -37,7 +38,7 @@ def prism(seed):
 def simulator(folder, pressures=(), law=BRITTLE, tests=TESTS):
     case = TrialCase(law, {}, (), checked_specimens(prism, tests), checked_tests(tests), 1.0)
     powers = {"tensile_strength": 1, "cohesion": 1}
-    return StudySimulator(case, powers, pressures, folder, workers=2, progress=False)
+    return StudySimulator(case, powers, pressures, folder, workers=2)
 
 
 # --- elastic constants -----------------------------------------------------------------------------------------------
@@ -267,3 +268,22 @@ def test_stiffnesses_that_were_found_say_how_many_solutions_they_took():
     found = _found(search, 8.0, 0.75, 2.0, 10)
     assert (found.parameters, found.grains, found.solutions) == ({"kn": 8.0, "ks": 6.0}, 2.0, 14)
     assert (found.modulus, found.poisson) == (4.0, 0.25)
+
+
+def test_a_calibration_is_told_as_a_whole(tmp_path, monkeypatch):
+    """Tests that are done of all that can be, and the time that the rest takes if it goes on so."""
+    said = []
+    bar = SimpleNamespace(tell=lambda share, words: said.append((share, words)))
+    made = simulator(tmp_path / "s", pressures=(2e6, 4e6))
+    made.bar = bar
+    made._tell()
+    assert said == []  # where nothing is planned
+    made.plan(["ucs", "tensile_strength", "cohesion", "strength at 9 MPa"], 10)
+    assert made.planned == 10 * (1 + 1 + 3)  # pressed, pulled, and under 2, 4 and 9 MPa
+    made.cases = {"a", "b", "c", "d", "e"}
+    monkeypatch.setattr(trials.time, "monotonic", lambda: made.began + 60.0)
+    made._tell()
+    assert said == [(0.1, "5 of at most 50 tests, about 9 min left")]
+    made.planned = 4
+    made._tell()
+    assert said[1:] == [(1.0, "5 of at most 4 tests")]

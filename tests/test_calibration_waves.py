@@ -13,8 +13,10 @@ import grainlaw as gl
 from grainlaw.calibration import calibrate as calibration
 from grainlaw.calibration import trials, waves
 from grainlaw.calibration.check import Compared, check
+from grainlaw.calibration.first_look import Emulator, FirstLook, FirstMatch
 from grainlaw.calibration.matching import Plausible
 from grainlaw.calibration.moduli import meet_moduli
+from grainlaw.calibration.posterior import Posterior
 from grainlaw.calibration.simulator import Simulator
 from grainlaw.calibration.space import Tie
 from grainlaw.calibration.stiffness_search import Stiffness
@@ -108,6 +110,20 @@ def test_a_budget_is_divided_among_waves(monkeypatch, budget, more, points):
     assert set(found.design.anchors) == ({19, 35} if more else set())
     assert {values["ucs"].shape for values in found.design.anchors.values()} <= {(1, 12)}
     assert found.design.values["ucs"].shape == (sum(points), 3)
+
+
+def test_where_it_is_told_where_to_begin_a_search_takes_half_of_the_points(monkeypatch):
+    """Five for each group and four more: the first of those that it is given, brought to the reference."""
+    Given(monkeypatch)
+    begin = ROCKS.prior(40, 3)
+    plan = attrs.evolve(search(), begin=begin)
+    assert [wave.count for wave in plan.run().waves] == [14, 10, 10]
+    assert plan.run().design.points[:14] == pytest.approx(ROCKS.at_reference(begin[:14]))
+    few = attrs.evolve(search(9), begin=begin)
+    assert [wave.count for wave in few.run().waves] == [6, 1, 2]
+    asked = len(plan.simulator.calls)
+    assert plan.pilot() == pytest.approx(ROCKS.at_reference(begin[:1])[0])  # the likeliest, without a test
+    assert len(plan.simulator.calls) == asked
 
 
 def test_points_of_a_wave_are_those_that_tell_most_among_plausible_ones(monkeypatch):
@@ -383,7 +399,9 @@ def test_a_pilot_that_is_of_no_use_is_taken_off_the_budget(laboratory, monkeypat
 
     plan = search(budget=40)
     monkeypatch.setattr(laboratory, "values", Once(laboratory.values, values))
-    found, stiffness = meet_moduli(plan, laboratory, statics, {"youngs_modulus": 60e9})
+    look = lambda plan, grains: attrs.evolve(plan, begin=np.full((1, 3), grains))  # noqa: E731
+    found, stiffness = meet_moduli(plan, laboratory, statics, {"youngs_modulus": 60e9}, look)
+    assert found.begin.tolist() == [[2.0] * 3]  # told how many times stiffer than given the grains are
     assert stiffness.parameters["kn"] == pytest.approx(60e9 * 60e9 / gives)
     assert found.budget == (40 if gives == 60e9 else 39)
     assert found.space.base == laboratory.case.base == stiffness.parameters
@@ -418,6 +436,7 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
 
     monkeypatch.setattr(calibration, "Search", Found)
     monkeypatch.setattr(calibration, "check", checked)
+    monkeypatch.setattr(calibration, "looked_at", lambda *given: "it does not know it")
     monkeypatch.setattr(calibration, "identifiability", lambda match, found, seed: None)
     free = {name: RANGES[name] for name in HIDDEN}
     given = {"store": "", "seeds": 3, "more": 5, "fresh": 4, "seed": 8, "progress": False}
@@ -436,3 +455,31 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
         calibration.calibrate(angle, LAW, free, lambda seed: None, budget=30, **given)
     calibration.calibrate(attrs.evolve(angle, confinements=[5e6]), LAW, free, lambda seed: None, budget=30, **given)
     assert (asked["names"][0], asked["tests"]) == ("ucs", ["compression", "confined", "tension"])
+
+
+def test_a_search_begins_where_the_first_look_tells(monkeypatch):
+    """With the points that it offers, unless it finds nothing plausible; the answer keeps it."""
+    begun, point = [], np.array([11e6, 33e6, 41.0])
+
+    class Look(FirstLook):
+        def beginning(self, count, seed):
+            return np.array([[count, seed, 0.0]])
+
+        def __str__(self):
+            return "a look"
+
+    def run(self):
+        begun.append(None if self.begin is None else self.begin.tolist())
+        return waves.SearchResult(None, (), None, None, None, ())
+
+    monkeypatch.setattr(Search, "run", run)
+    match = FirstMatch(ROCKS, {}, (), {}, 1.0, Emulator({}, {}))
+    looks = Look(match, Posterior(point[None], point, 1.0), 1.0), Look(match, None, 9.0)
+    for seen in (*looks, "it does not know it"):
+        monkeypatch.setattr(calibration, "looked_at", lambda *given, seen=seen: seen)
+        found = calibration.calibrate(
+            targets_at(HIDDEN, ("ucs", "tensile_strength")), LAW, {name: RANGES[name] for name in HIDDEN},
+            lambda seed: None, budget=30, store="", seed=8, progress=False,
+        )  # fmt: skip
+        assert found.first_look is (seen if isinstance(seen, Look) else None)
+    assert begun == [[[120.0, 8.0, 0.0]], None, None]

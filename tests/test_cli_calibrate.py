@@ -233,3 +233,15 @@ def test_minerals_are_written_without_the_word_for_their_kind():
     assert _plain(gl.Elastic(youngs_modulus=9e10, poissons_ratio=0.1, density=2600)) == {
         "youngs_modulus": "90 GPa", "poissons_ratio": 0.1, "density": "2600 kg/m3", "plane": "strain",
     }  # fmt: skip
+
+
+def test_a_first_look_runs_and_writes_nothing(tmp_path):
+    file = written(tmp_path)
+    said = invoke("calibrate", str(file), "--first").stdout
+    assert "first look, by no test" in said
+    assert [line.split()[0] for line in said.splitlines()[2:4]] == ["tensile_strength", "cohesion"]
+    assert list(tmp_path.iterdir()) == [file]
+    other = FILE.replace("mohr-coulomb", "cohesive-crack")
+    refused = invoke("calibrate", str(written(tmp_path, other)), "--first")
+    assert refused.exit_code == 2
+    assert "does not know this rock: it knows MohrCoulomb, not CohesiveCrack" in refused.output

@@ -131,6 +131,15 @@ def test_bars_say_what_is_done_failed_and_at_work(monkeypatch, tmp_path):
     }  # fmt: skip
     watcher.done(second, {"status": SAME, "cost": {}})
     assert bars.said["cases"] == (1.0, "3 of 3, 1 failed")
+    watcher.remove()  # where others are told, too
+    assert bars.said == {}
+    Watcher([first], by, None).remove()
+
+
+def test_a_case_of_many_factors_is_named_by_the_last_ones():
+    factors = {"tensile_strength": 7552000.0, "cohesion": 26250000.0, "test": "tension", "seed": 2}
+    assert workers._label(factors) == "...50000.0, test = tension, seed = 2"
+    assert workers._label({"law": "a", "seed": 1}) == "law = a, seed = 1"
 
 
 def test_at_most_eight_workers_are_shown(monkeypatch, tmp_path):

@@ -12,6 +12,7 @@ import numpy as np
 
 from grainlaw.arguments import checked
 from grainlaw.calibration.check import check
+from grainlaw.calibration.first_look import FirstLook, looked_at
 from grainlaw.calibration.identifiability import identifiability
 from grainlaw.calibration.moduli import Statics, meet_moduli
 from grainlaw.calibration.result import Calibration
@@ -19,6 +20,7 @@ from grainlaw.calibration.space import Space, space_of
 from grainlaw.calibration.stiffness_search import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
 from grainlaw.calibration.targets import (
     AIMS,
+    Target,
     Targets,
     checked_quantities,
     measured_by,
@@ -27,6 +29,7 @@ from grainlaw.calibration.targets import (
 from grainlaw.calibration.trials import (
     PRISM,
     SHAPES,
+    Specimens,
     StudySimulator,
     TrialCase,
     checked_specimens,
@@ -37,10 +40,12 @@ from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.material import Elastic
 from grainlaw.messages import refusal
+from grainlaw.runs.progress import shown_in
 from grainlaw.specimen import Specimen
 
 DIGITS = 4  #: of the best parameters
 FEWEST_SEEDS = 2
+BEGIN = 40  #: points for each free parameter that a first look offers a search to begin with
 SOFT = 5.0  #: normal stiffness to begin with where none is given, times the grains' modulus over their size
 
 
@@ -59,20 +64,20 @@ def calibrate(
     rectangular specimen; with tests of other shapes a mapping with "prism", "disc" and "half_disc".
 
     E and nu are met by statics: with ``elastic="contacts"`` by both stiffnesses of the contacts, with
-    "grains" by the modulus of the grains, the stiffnesses in proportion to it, and their ratio. A pilot of a few points
-    shows where the strengths lie; where compression tests there give another E or nu, as contacts crack before half of
-    the peak, statics aim as much beside the targets. At most ``budget`` points are tested, each on the same ``seeds``
-    specimens, two of them on ``more``, and the best one on ``fresh`` others. ``also`` names quantities that are
-    measured though they are no targets; ``tests`` replaces tests ("compression", "confined", "tension", "brazilian",
-    "bending"). All runs are cases of a study in the folder ``store``: the same call goes on where it was stopped, and
-    gives the same answer. ``workers`` and ``on`` are those of :meth:`Study.run`.
+    "grains" by the modulus of the grains, the stiffnesses in proportion to it, and their ratio. Where the emulator that
+    comes with grainlaw knows such rocks, :func:`first_look` shows where the strengths lie, else a pilot of a few
+    points; where compression tests there give another E or nu, as contacts crack before half of the peak, statics aim
+    as much beside the targets. At most ``budget`` points are tested, each on the same ``seeds`` specimens, two of them
+    on ``more``, and the best one on ``fresh`` others. ``also`` names quantities that are measured though they are no
+    targets; ``tests`` replaces tests ("compression", "confined", "tension", "brazilian", "bending"). All runs are cases
+    of a study in the folder ``store``: the same call goes on where it was stopped, and gives the same answer.
+    ``workers`` and ``on`` are those of :meth:`Study.run`.
 
     Raises :class:`ParameterError` before anything is run for what cannot be, and where so many tests fail that a
     target has no values; :class:`~grainlaw.runs.stopping.Stopped`.
     """
     _check_numbers(seeds=(seeds, FEWEST_SEEDS), more=(more, 0), fresh=(fresh, 2), seed=(seed, 0))
-    if elastic not in (CONTACTS, GRAINS):
-        raise refusal("calibrate: elastic", elastic, f"'{CONTACTS}' or '{GRAINS}'")
+    _check_elastic(elastic)
     if not targets.tested:
         raise ParameterError("calibrate: targets have no strength: there is nothing that takes a test to failure")
     asked = checked_quantities("calibrate: also", also)
@@ -87,32 +92,84 @@ def calibrate(
     checked_whole_number("calibrate: budget", budget, at_least=parts * (len(first.groups) + 4))
     tell = _say if progress else _silent
     case = TrialCase(first.law, first.base, first.ties, shapes, made, 1.0)
-    simulator = StudySimulator(case, first.powers, targets.pressures, store, workers=workers, on=on, progress=progress)
-    simulator.weakest = first.weakest
-    names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]
-    others = range(seeds + 1, seeds + more + 1)
-    search = Search(first, targets.tested, names, simulator, range(1, seeds + 1), budget, seed, others, tell)
-    stiffness = None
+    with shown_in(progress, stays=True, speaks=True) as bars:
+        simulator = StudySimulator(case, first.powers, targets.pressures, store, bars=bars, workers=workers, on=on)
+        simulator.weakest = first.weakest
+        names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]
+        simulator.plan(names, seeds * budget + 2 * more + fresh)
+        others = range(seeds + 1, seeds + more + 1)
+        search = Search(first, targets.tested, names, simulator, range(1, seeds + 1), budget, seed, others, tell)
+        looks = list[FirstLook]()
+
+        def look(search: Search, grains: float) -> Search:
+            seen = looked_at(search.space, targets, _one_of_each(shapes), grains, seed)
+            if isinstance(seen, str):
+                return search
+            looks.append(seen)
+            tell(f"{seen}")
+            begin = None if seen.posterior is None else seen.beginning(len(search.space.free) * BEGIN, seed)
+            return attrs.evolve(search, begin=begin)
+
+        stiffness = None
+        if targets.elastic:
+            statics = _statics(first, shapes, seeds, elastic)
+            search, stiffness = meet_moduli(search, simulator, statics, _values(targets.elastic), look)
+        else:
+            search = look(search, 1.0)
+        space, found = search.space, search.run()
+        result = Calibration(
+            targets=targets, space=space, stiffness=stiffness, first_look=looks[0] if looks else None, found=found,
+            seeds=seeds, store=os.fspath(store), grains=simulator.case.grains, failures=tuple(simulator.failures),
+            cpu=simulator.cpu,
+        )  # fmt: skip
+        if found.posterior is None:
+            return result
+        best = _rounded(space, found.posterior.best)
+        tell(f"the best parameters on {fresh} fresh specimens")
+        simulator.weakest = 1.0  # they have the rock's own strength
+        possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.confined)]
+        rows = check(found.match, targets, simulator, best, possible, range(seeds + more + 1, seeds + more + fresh + 1))
+        seen = identifiability(found.match, found.posterior, seed)
+        return attrs.evolve(
+            result, identifiability=seen, best=space.mapping(best),
+            checks=tuple(rows), failures=tuple(simulator.failures), cpu=simulator.cpu,
+        )  # fmt: skip
+
+
+@checked
+def first_look(
+    targets: Targets, law: Any, free: Mapping[str, Any], specimens: Any, *, tied: Mapping[str, Any] | None = None,
+    elastic: str = CONTACTS, seeds: int = 3, seed: int = 0,
+) -> FirstLook:  # fmt: skip
+    """What the targets say of the contact parameters by no test, in seconds; arguments as of :func:`calibrate`.
+
+    By an emulator that comes with grainlaw: Mohr-Coulomb contacts between even grains, docs/calibration.md. Raises
+    :class:`ParameterError` where it knows nothing of such a rock.
+    """
+    _check_numbers(seeds=(seeds, FEWEST_SEEDS), seed=(seed, 0))
+    _check_elastic(elastic)
+    shapes = checked_specimens(specimens, needed_tests([*targets.tested]))
+    space, grains = _space(law, free, tied or {}, shapes, targets), 1.0
     if targets.elastic:
-        wanted_moduli = {name: target.value for name, target in targets.elastic.items()}
-        search, stiffness = meet_moduli(search, simulator, _statics(first, shapes, seeds, elastic), wanted_moduli)
-    space, found = search.space, search.run()
-    result = Calibration(
-        targets=targets, space=space, stiffness=stiffness, found=found, seeds=seeds, store=os.fspath(store),
-        grains=simulator.case.grains, failures=tuple(simulator.failures), cpu=simulator.cpu,
-    )  # fmt: skip
-    if found.posterior is None:
-        return result
-    best = _rounded(space, found.posterior.best)
-    tell(f"the best parameters on {fresh} other seeds")
-    simulator.weakest = 1.0  # they have the rock's own strength
-    possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.confined)]
-    rows = check(found.match, targets, simulator, best, possible, range(seeds + more + 1, seeds + more + fresh + 1))
-    seen = identifiability(found.match, found.posterior, seed)
-    return attrs.evolve(
-        result, identifiability=seen, best=space.mapping(best),
-        checks=tuple(rows), failures=tuple(simulator.failures), cpu=simulator.cpu,
-    )  # fmt: skip
+        stiffness = _statics(space, shapes, seeds, elastic)(_values(targets.elastic))
+        space, grains = attrs.evolve(space, base={**space.base, **stiffness.parameters}), stiffness.grains
+    found = looked_at(space, targets, _one_of_each(shapes), grains, seed)
+    if isinstance(found, str):
+        raise ParameterError(f"first_look: the emulator that comes with grainlaw does not know this rock: {found}")
+    return found
+
+
+def _one_of_each(shapes: Mapping[str, Specimens]) -> dict[str, Specimen]:
+    return {shape: make(1) for shape, make in shapes.items()}
+
+
+def _values(targets: Mapping[str, Target]) -> dict[str, float]:
+    return {name: target.value for name, target in targets.items()}
+
+
+def _check_elastic(elastic: str) -> None:
+    if elastic not in (CONTACTS, GRAINS):
+        raise refusal("calibrate: elastic", elastic, f"'{CONTACTS}' or '{GRAINS}'")
 
 
 def _check_numbers(**numbers: tuple[Any, int]) -> None:

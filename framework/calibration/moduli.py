@@ -19,19 +19,21 @@ ROUNDS = 10  #: of statics and tests
 SLOPES = (0.5, 4.0)  #: of Poisson's ratio in the test over that of statics
 
 Statics = Callable[[Mapping[str, float]], Stiffness]  #: from modulus and Poisson's ratio, those that are asked for
+Look = Callable[[Search, float], Search]  #: also told how many times stiffer than given the grains are
 Measure = Callable[[Stiffness], Mapping[str, float]]  #: the same of the test, nan where it gives none
 
 
 def meet_moduli(
-    search: Search, simulator: StudySimulator, statics: Statics, wanted: Mapping[str, float]
+    search: Search, simulator: StudySimulator, statics: Statics, wanted: Mapping[str, float], look: Look
 ) -> tuple[Search, Stiffness]:
     """A search among rocks that have the moduli ``wanted`` (SI) in the test, as far as a pilot tells.
 
+    ``look`` tells it where to begin once the stiffness of the grains is known.
     What the pilot has cost is taken off the budget where its tests are of no use for the search.
     """
     first = statics(wanted)
     search.tell(f"by statics E = {first.modulus / 1e9:.2f} GPa, nu = {first.poisson:.3f}")
-    search = _stiffened(search, simulator, first)
+    search = look(_stiffened(search, simulator, first), first.grains)
     best = search.space.mapping(search.pilot())
     spent = len(simulator.points)
 

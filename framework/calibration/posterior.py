@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import attrs
 import numpy as np
 import scipy
 
 from grainlaw.calibration.emulator import NEEDS, in_one_thread
-from grainlaw.calibration.matching import Match
+from grainlaw.calibration.space import Space
 from grainlaw.fields import ParameterError
 
 WALKERS, BLOCK, BLOCKS = 48, 500, 10
 PER_TIME = 30  #: steps that a chain has for each of its correlation times before it is trusted
 SAMPLES = 4000  #: that are kept
+
+
+class Likelihood(Protocol):
+    """What tells how likely parameters are."""
+
+    @property
+    def space(self) -> Space: ...
+    def log_likelihood(self, points: np.ndarray) -> np.ndarray: ...
 
 
 @attrs.frozen(eq=False)
@@ -30,7 +40,7 @@ class Posterior:
 
 
 @in_one_thread
-def posterior(match: Match, start: np.ndarray, seed: int, blocks: int = BLOCKS) -> Posterior:
+def posterior(match: Likelihood, start: np.ndarray, seed: int, blocks: int = BLOCKS) -> Posterior:
     """Samples by emcee (Foreman-Mackey and others 2013, doi:10.1086/670067), from points (n, d) that are plausible.
 
     The prior is even over the ranges, of what has dimensions over their logarithm, where the law takes the parameters.

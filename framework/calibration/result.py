@@ -13,6 +13,7 @@ import attrs
 from grainlaw.arguments import Checked
 from grainlaw.calibration.check import Compared
 from grainlaw.calibration.emulator import quality
+from grainlaw.calibration.first_look import FirstLook
 from grainlaw.calibration.identifiability import Identifiability
 from grainlaw.calibration.simulator import Failure
 from grainlaw.calibration.space import Space
@@ -39,6 +40,7 @@ class Calibration(metaclass=Checked):
     space: Space  #: parameters and their ranges
     stiffness: Stiffness | None  #: None without elastic targets
     found: SearchResult  #: what the search has found
+    first_look: FirstLook | None = None  #: what was expected before any test
     seeds: int  #: samples of each trial
     store: str  #: folder of the trials
     grains: float = 1.0  #: times the modulus of the grains of the specimens
@@ -118,6 +120,8 @@ class Calibration(metaclass=Checked):
                           for n, v in self.stiffness.tested.items())  # fmt: skip
                 lines.append(f"with which tests gave {' and '.join(moduli)} in the pilot")
         scale = self.space.scale
+        if self.first_look is not None:
+            lines.append(f"first look, by no test: {self.first_look.in_words}")
         if scale is not None:
             lines.append(f"groups: {', '.join(self.space.groups)}; {scale.name} follows from similarity")
         return "\n".join(lines)
@@ -196,6 +200,7 @@ class Calibration(metaclass=Checked):
             "confinements": list(self.targets.pressures), "law": self.space.kind.__name__, "ranges": self.space.ends,
             "plausible": self.is_plausible, "parameters": self.parameters, "grains": self.grains,
             "stiffness": attrs.asdict(self.stiffness) if self.stiffness else None,
+            "first_look": self.first_look.summary if self.first_look else None,
             "waves": [attrs.asdict(wave) for wave in self.found.waves],
             "conflicts": [attrs.asdict(conflict) for conflict in self.found.conflicts],
             "emulators": [dict(zip(("name", "points", "q2", "rms", "within_2"), row, strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -28,7 +29,9 @@ from grainlaw.messages import nearest, refusal, short
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols import BiaxialCompression, Brazilian, SemiCircularBend, UniaxialCompression, UniaxialTension
 from grainlaw.results.standard_measures import MEASURES
+from grainlaw.runs.estimate import in_words
 from grainlaw.runs.parallel import Run
+from grainlaw.runs.progress import Progress
 from grainlaw.specimen import Specimen
 from grainlaw.strength import Until
 from grainlaw.studies.envelope import fit_mohr_coulomb
@@ -110,10 +113,13 @@ class StudySimulator(Simulator):
     """
 
     def __init__(
-        self, case: TrialCase, powers: Mapping[str, int], pressures: Sequence[float], store: Any, **options: Any
-    ) -> None:
+        self, case: TrialCase, powers: Mapping[str, int], pressures: Sequence[float], store: Any, *,
+        bars: Progress | None = None, **options: Any,
+    ) -> None:  # fmt: skip
         self.case, self.powers, self.pressures = case, powers, tuple(pressures)
-        self.store, self.options = store, options
+        self.store, self.options = store, {"progress": bars or False, **options}
+        self.bar = bars.bar("calibration") if bars else None
+        self.planned, self.began = 0, time.monotonic()
         self.weakest = 1.0  #: scale for which courses of tests without confinement are long enough
         self.failures: list[Failure] = []
         self.cpu = 0.0
@@ -125,13 +131,30 @@ class StudySimulator(Simulator):
         """Test from now on with these stiffnesses of the law, and grains so many times stiffer than given."""
         self.case = attrs.evolve(self.case, base={**self.case.base, **parameters}, grains=grains)
 
+    def plan(self, quantities: Sequence[str], specimens: int) -> None:
+        """Say that on so many specimens these quantities are measured at most."""
+        levels = len(self._confinements(quantities))
+        self.planned = specimens * sum(levels if test == CONFINED else 1 for test in needed_tests(quantities))
+
+    def _confinements(self, quantities: Sequence[str]) -> list[float]:
+        """Pa, under which quantities are measured."""
+        aims = [AIMS[name] for name in quantities if CONFINED in AIMS[name].tests]
+        return [*dict.fromkeys(p for aim in aims for p in ((aim.confinement,) if aim.confinement else self.pressures))]
+
+    def _tell(self) -> None:
+        if self.bar is None or not self.planned:
+            return
+        done = len(self.cases)
+        left = (time.monotonic() - self.began) * (self.planned / max(done, 1) - 1)
+        words = f"{done} of at most {self.planned} tests" + (f", about {in_words(left)} left" if left > 0 else "")
+        self.bar.tell(min(done / self.planned, 1.0), words)
+
     def values(
         self, points: Sequence[Mapping[str, float]], quantities: Sequence[str], seeds: Sequence[int],
         scales: np.ndarray,
     ) -> Values:  # fmt: skip
         tests, cases = needed_tests(quantities), list[dict[str, Any]]()
-        aims = [AIMS[name] for name in quantities if CONFINED in AIMS[name].tests]
-        confined = dict.fromkeys(p for aim in aims for p in ((aim.confinement,) if aim.confinement else self.pressures))
+        confined = self._confinements(quantities)
         self.names = tuple(points[0]) if points else ()
         trials = [
             {test: self._tested(test, point, float(scale)) for test in tests}
@@ -147,6 +170,7 @@ class StudySimulator(Simulator):
         measures = [MEASURES[name] for name in MEASURED]
         table = Study(self.case, cases=cases, seed=list(seeds), measures=measures).run(self.store, **self.options)
         rows = self._rows(table)
+        self._tell()
         found = {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
         for point in points:
             self.points.setdefault(tuple(point.values()), len(self.points))

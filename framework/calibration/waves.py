@@ -88,20 +88,22 @@ class Search:
     seed: int
     more: Sequence[int] = ()
     tell: Tell = lambda words: None
+    begin: np.ndarray | None = None  #: (n, d) points to begin with, the likeliest first; None to fill the ranges
 
     def run(self) -> SearchResult:
         groups = len(self.space.groups)
-        chosen = self.space.at_reference(self.space.prior(self._first, self.seed))
+        chosen = self._beginning
         design, waves = TestedPoints(np.empty((0, len(self.space.free))), np.empty(0), {}), list[SearchWave]()
         for number in range(1, WAVES + 1):
-            self.tell(f"wave {number}: {len(chosen)} points on {len(self.seeds)} seeds")
+            self.tell(f"wave {number} of at most {WAVES}: {self._in_words(len(chosen))}")
             first = len(design.points)
             design = design.with_more(chosen, *self._tested(chosen, self.seeds))
             match, left = self._looked_at(design, number)
             if number == 1:
                 design, match, left = self._with_anchor(design, match, left, number)
             waves.append(SearchWave(first, len(design.points) - first, left.share, left.least))
-            self.tell(f"{100 * left.share:.2g} % of the ranges plausible, best implausibility {left.least:.2f}")
+            best = f"the best is {left.least:.1f} standard errors off"
+            self.tell(f"{100 * left.share:.2g} % of the ranges can be this rock; {best}")
             room = (self.budget - len(design.points) - bool(self.more)) // max(WAVES - number, 1)
             room = min(LATER * groups, room)
             chosen = self._next(match, left, room, number) if number < WAVES and room > 0 else chosen[:0]
@@ -116,22 +118,30 @@ class Search:
         return SearchResult(design, tuple(waves), match, left, posterior(match, self._start(left), self.seed), ())
 
     def pilot(self) -> np.ndarray:
-        """(d,) parameters near the best, from a few points: the first ones of the first wave."""
+        """(d,) parameters near the best: the first to begin with, or else from the first ones of the first wave."""
+        if self.begin is not None:
+            return np.asarray(self.space.at_reference(self.begin[:1])[0])
         groups = len(self.space.groups)
         count = max(groups + 4, min(LATER * groups, self.budget // 3))
         chosen = self.space.at_reference(self.space.prior(count, self.seed))
-        self.tell(f"pilot: {len(chosen)} points on {len(self.seeds)} seeds")
+        self.tell(f"pilot: {self._in_words(len(chosen))}")
         nothing = TestedPoints(np.empty((0, len(self.space.free))), np.empty(0), {})
         match = self._match(nothing.with_more(chosen, *self._tested(chosen, self.seeds)))
         best = plausible(match, self._tried, self.seed).best
         near = self.space.at_reference(best[None])
         return np.asarray(near[0] if self.space.allowed(near)[0] else chosen[0])
 
+    def _in_words(self, count: int) -> str:
+        return f"{count} sets of parameters, each on {len(self.seeds)} specimens"
+
     @property
-    def _first(self) -> int:
-        """Points of the first wave."""
+    def _beginning(self) -> np.ndarray:
+        """(n, d) points of the first wave: half as many where it is known where they should be."""
         groups = len(self.space.groups)
-        return min(PER_GROUP * groups, max(int(SHARE * self.budget), groups + 4)) - bool(self.more)
+        wanted = PER_GROUP * groups if self.begin is None else LATER * groups + 4
+        count = min(wanted, max(int(SHARE * self.budget), groups + 4)) - bool(self.more)
+        points = self.space.prior(count, self.seed) if self.begin is None else self.begin[:count]
+        return self.space.at_reference(points)
 
     @property
     def _tried(self) -> np.ndarray:
@@ -157,7 +167,7 @@ class Search:
         point = self.space.at_reference(best[None])
         if not self.space.allowed(point)[0]:
             return design, match, left
-        self.tell(f"its best point on {len(self.more)} seeds more")
+        self.tell(f"the best of them on {len(self.more)} more specimens")
         scales, values = self._tested(point, [*self.seeds, *self.more])
         of_all = {name: each[:, : len(self.seeds)] for name, each in values.items()}
         anchors = {**design.anchors, len(design.points): values}
@@ -189,7 +199,7 @@ class Search:
             best, variances = found.best, match.predicted(found.points, match.names)[1].mean(axis=0)
             others = np.diag(match.scatter(match.names)) + match.target_variance
             if np.all(variances <= ENOUGH * (variances + others)):
-                self.tell("the emulators know all targets better than the laboratory: no further wave")
+                self.tell("more tests would not tell more than the laboratory knows: no further wave")
                 return np.empty((0, len(self.space.free)))
             half = CANDIDATES // 2
             rows = np.linspace(0, len(found.points) - 1, half).astype(int)

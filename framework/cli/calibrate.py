@@ -11,6 +11,7 @@ import attrs
 import click
 
 from grainlaw.calibration.calibrate import calibrate as run
+from grainlaw.calibration.calibrate import first_look
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.stiffness_search import CONTACTS
 from grainlaw.calibration.targets import AIMS, BENDING, BRAZILIAN, Targets, needed_tests
@@ -199,6 +200,7 @@ def _tests(table: Mapping[str, Any]) -> dict[str, Any]:
     return {name: evolved(USUAL[name], given, f"tests.{name}") for name, given in table.items()}
 
 
+FIRST = ("targets", "law", "free", "tied", "elastic", "seeds", "seed")  #: arguments of a first look
 STORE, CALIBRATED = "tests", "calibrated.toml"
 
 
@@ -217,11 +219,12 @@ STORE, CALIBRATED = "tests", "calibrated.toml"
 )
 @click.option("--budget", type=int, help="Points that are tested at most.  [default: 100]")
 @click.option("--seeds", type=int, help="Specimens of each point.  [default: 3]")
+@click.option("--first", is_flag=True, help="Only what is expected by no test, in seconds.")
 @click.option("--workers", type=int, help="Tests at a time on this machine.  [default: one for each core]")
 @click.option("--on", metavar="ADDRESS", help="Scheduler of a Dask cluster, such as tcp://host:8786.")
 def calibrate(
     *, file: Path, assignments: tuple[str, ...], quick: bool, out: Path | None, budget: int | None, seeds: int | None,
-    workers: int | None, on: str | None,
+    first: bool, workers: int | None, on: str | None,
 ) -> None:  # fmt: skip
     """Find the contact parameters of a rock from its laboratory tests, and which of them the tests determine.
 
@@ -230,10 +233,15 @@ def calibrate(
 
     Writes report.html, calibration.json with all numbers, and calibrated.toml, the rock for "grainlaw test NAME
     --config". All tests are kept in the folder: a calibration that is stopped goes on with the same call. The exit code
-    is 1 where targets are in conflict.
+    is 1 where targets are in conflict. With --first nothing is run or written: an emulator that comes with grainlaw
+    tells what it expects of Mohr-Coulomb contacts between even grains.
     """
     with refusing():
         asked = calibration_of(file, assignments, quick, {"budget": budget, "seeds": seeds})
+        if first:
+            known = {name: asked.given[name] for name in FIRST}
+            click.echo(f"{first_look(**known, specimens=asked.specimens)}")
+            return
         folder = writable_folder(asked.folder if out is None else out)
     try:
         with refusing():

@@ -66,7 +66,7 @@ class HoekBrownFit(metaclass=Checked):
 def fit_mohr_coulomb(confinement: Sequence[float], strength: Sequence[float]) -> MohrCoulombFit:
     """Fit strengths (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements."""
     m, b, spread = _line(*_pairs("fit_mohr_coulomb", confinement, strength))
-    angle, c = _angle_and_cohesion(m.value, b.value)
+    angle, c = map(float, angle_and_cohesion(np.array(m.value), np.array(b.value)))
     root = math.sqrt(m.value) if m.value > 0 else math.nan
     by_slope, by_ucs = -b.value / (4 * root**3), 1 / (2 * root)  # c = b / (2 sqrt(m))
     error = math.sqrt(
@@ -80,12 +80,10 @@ def fit_mohr_coulomb(confinement: Sequence[float], strength: Sequence[float]) ->
     )  # fmt: skip
 
 
-def _angle_and_cohesion(slope: float, ucs: float) -> tuple[float, float]:
-    """Angle (deg) and cohesion (Pa) of a line; nan for a slope that is not positive."""
-    if not slope > 0:
-        return math.nan, math.nan
-    phi = math.asin((slope - 1) / (slope + 1))
-    return math.degrees(phi), ucs * (1 - math.sin(phi)) / (2 * math.cos(phi))
+def angle_and_cohesion(slope: np.ndarray, ucs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angles (deg) and cohesions (Pa) of lines (n,); nan for a slope that is not positive."""
+    rises = np.where(slope > 0, slope, np.nan)
+    return np.degrees(np.arcsin((rises - 1) / (rises + 1))), ucs / (2 * np.sqrt(rises))
 
 
 @checked

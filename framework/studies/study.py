@@ -26,7 +26,7 @@ from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.identity import Unknown, digest, fingerprint_of, own_modules
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.plausibility import warn_of_scales
-from grainlaw.runs.progress import Shown, shown_in
+from grainlaw.runs.progress import Progress, Shown, shown_in
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.cost import StudyCost, cost_of
@@ -134,6 +134,8 @@ class Study(metaclass=Checked):
                 watcher.done(task, row)
 
             carry_all(iter(missing), recipe, by, accept, stop, watcher.look)
+            if isinstance(progress, Progress):  # it goes on to tell something else
+                watcher.remove()
 
     def _try_levels(self, tasks: Sequence[Task], compile_too: bool) -> None:
         """Build one case for each level, so that one that is refused is known at once; compile each law once."""

@@ -299,6 +299,7 @@ def _killed(task: Task, reason: str) -> Done:
 
 
 LINES = 8  #: workers that are shown
+LABEL = 36  #: characters that name a case
 OFTEN = 0.5  #: s between looks at the workers
 
 
@@ -342,6 +343,12 @@ class Watcher:
             self.at[case].tell(share, words)
         self._tell()
 
+    def remove(self) -> None:
+        """Take all bars away."""
+        for bar in (self.cases, *self.at.values()):
+            if bar is not None:
+                bar.remove()
+
     def _tell(self) -> None:
         if self.cases is None:
             return
@@ -363,4 +370,6 @@ class Watcher:
 
 
 def _label(factors: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} = {level}" for name, level in factors.items())
+    """The factors of a case; the last of them where they are many, so that there is room for how far it is."""
+    words = ", ".join(f"{name} = {level}" for name, level in factors.items())
+    return words if len(words) <= LABEL else f"...{words[3 - LABEL :]}"

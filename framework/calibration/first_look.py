@@ -1,0 +1,350 @@
+"""What the targets say of Mohr-Coulomb contacts before any test: an emulator that comes with grainlaw.
+
+Even, whole, elastic grains of one material between brittle contacts; by similarity all that counts are ratios. Its
+numbers are in mohr_coulomb.json, made by tests/validation/emulator_study.py from some thousand rocks.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import json
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.arguments import Checked
+from grainlaw.calibration.matching import LIMIT
+from grainlaw.calibration.posterior import Posterior, posterior
+from grainlaw.calibration.space import Space
+from grainlaw.calibration.targets import AIMS, Target, Targets, strength_at
+from grainlaw.laws import MohrCoulomb
+from grainlaw.material import Elastic
+from grainlaw.quantity import aligned
+from grainlaw.short_form import rounded
+from grainlaw.specimen import Specimen
+from grainlaw.studies.envelope import angle_and_cohesion
+
+FILE = "mohr_coulomb.json"
+TRIED = 16384  #: points of the prior that are looked at
+STARTS = 60  #: of them the chains begin at
+DEGREE = 3  #: of the polynomials
+NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %
+EVEN = 0.5  #: largest deviation of the areas of grains over their mean
+CLIPPED = ("width", "slenderness", "pressure")  #: inputs beyond whose ends the value at the end is taken
+WIDENED = 2.0  #: times as far from the middle as the posterior are the points that a search begins with
+COMPRESSIVE = ("ucs", "cohesion", "friction_angle")
+TENSILE = {"tension": "tensile_strength", "brazilian": "brazilian_strength"}  #: targets by what is emulated
+
+
+# --- the emulator -----------------------------------------------------------------------------------------------------
+
+
+@functools.cache
+def terms(dimension: int) -> np.ndarray:
+    """(f, d) degrees in each of d inputs of the products of polynomials, the constant first."""
+    found = [np.zeros(dimension, dtype=int)]
+    for total in range(1, DEGREE + 1):
+        for chosen in itertools.combinations_with_replacement(range(dimension), total):
+            found.append(np.bincount(chosen, minlength=dimension))
+    return np.array(found)
+
+
+def features(places: np.ndarray) -> np.ndarray:
+    """(n, f) products of Legendre polynomials up to a total degree, of inputs (n, d) from -1 to 1."""
+    each = np.polynomial.legendre.legvander(places, DEGREE)  # (n, d, DEGREE + 1)
+    columns = terms(places.shape[1])
+    return np.asarray(np.prod([each[:, k, columns[:, k]] for k in range(places.shape[1])], axis=0))
+
+
+Inputs = Mapping[str, np.ndarray]  #: (n,) each
+Ends = Mapping[str, tuple[float, float]]  #: of each input
+
+
+def places(inputs: Inputs, names: Sequence[str], ends: Ends) -> np.ndarray:
+    """(n, d) from -1 to 1 over the range of each input."""
+    found = [2 * (np.asarray(inputs[name]) - ends[name][0]) / (ends[name][1] - ends[name][0]) - 1 for name in names]
+    return np.column_stack(found)
+
+
+@attrs.frozen(eq=False)
+class Fit:
+    """A quantity as a polynomial of its inputs."""
+
+    inputs: Sequence[str]
+    coefficients: np.ndarray = attrs.field(converter=np.array)  #: (f,)
+    error: float  #: standard deviation of the polynomial from the mean of many specimens
+    scatter: float  #: standard deviation of one specimen
+
+
+@attrs.frozen(eq=False)
+class Emulator:
+    """Quantities of rocks without dimensions: ``ucs``, the logarithm of the strength over the cohesion of the contacts;
+    ``tension`` and ``brazilian``, those over their tensile strength; ``steepness``, the logarithm of the strength under
+    a confinement over that without, over the logarithm of one and the confinement over the strength without.
+    """
+
+    ends: Ends
+    fits: Mapping[str, Fit]
+
+    @classmethod
+    def read(cls) -> Emulator:
+        """That of the package."""
+        given = json.loads(resources.files("grainlaw.calibration").joinpath(FILE).read_text("utf-8"))
+        return cls(given["ends"], {name: Fit(**fit) for name, fit in given["fits"].items()})
+
+    def __call__(self, name: str, inputs: Inputs) -> np.ndarray:
+        """(n,) of a quantity."""
+        fit = self.fits[name]
+        return features(places(inputs, fit.inputs, self.ends)) @ fit.coefficients
+
+    def knows(self, inputs: Inputs) -> np.ndarray:
+        """(n,) whether the inputs are in their ranges."""
+        return np.all([(inputs[n] >= low) & (inputs[n] <= high) for n, (low, high) in self.ends.items()], axis=0)
+
+    def clipped(self, name: str, value: Any) -> np.ndarray:
+        return np.clip(value, *self.ends[name])
+
+
+shipped = functools.cache(Emulator.read)
+
+
+# --- what it can be asked ---------------------------------------------------------------------------------------------
+
+
+def known_targets(targets: Targets) -> dict[str, Target]:
+    """Those that the emulator knows."""
+    known = (*COMPRESSIVE, *TENSILE.values())
+    return {name: each for name, each in targets.tested.items() if name in known or AIMS[name].confinement}
+
+
+def why_unknown(space: Space, targets: Targets, specimens: Mapping[str, Specimen]) -> str:
+    """Why the emulator knows nothing of this rock; empty where it does."""
+    if space.kind is not MohrCoulomb:
+        return f"it knows MohrCoulomb, not {space.kind.__name__}"
+    law: Any = space.made(space.mapping(space.prior(1, 0)[0]))
+    fields = ("kn", "ks", "tensile_strength", "cohesion", "friction_angle", "residual_friction_angle")
+    if any(np.ndim(getattr(law, name)) for name in fields):
+        return "it knows the same contacts between all grains"
+    if law.residual_cohesion or law.residual_tensile_strength:
+        return "it knows broken contacts without cohesion"
+    for specimen in specimens.values():
+        grains, areas = specimen.grains, specimen.grains.areas
+        if not isinstance(specimen.material, Elastic):
+            return "it knows elastic grains of one material"
+        if grains.is_breakable or grains.joints:
+            return "it knows whole grains, bonded everywhere"
+        if areas.std() > EVEN * areas.mean():
+            return "it knows grains of about the same size"
+    return "" if known_targets(targets) else f"it knows none of the targets {', '.join(targets.tested)}"
+
+
+@attrs.frozen(eq=False)
+class FirstMatch:
+    """The emulator beside the targets: :class:`~grainlaw.calibration.matching.Match` without a test."""
+
+    space: Space
+    targets: Mapping[str, Target]
+    pressures: Sequence[float]  #: Pa, behind cohesion and friction angle
+    specimens: Mapping[str, Specimen]  #: by shape
+    grains: float  #: times the modulus of the grains
+    emulator: Emulator
+
+    def inputs(self, points: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """Inputs of the emulator and parameters of the law, for points (n, d)."""
+        free = dict(zip(self.space.names, points.T, strict=True))
+        law: Any = self.space.made(self.space.mapping(points[0]))
+        given = {f.name: np.full(len(points), getattr(law, f.name)) for f in attrs.fields(MohrCoulomb)} | free
+        given |= {tie.name: tie.times * free[tie.to] for tie in self.space.ties}
+        prism = next(iter(self.specimens.values()))
+        rock: Any = prism.material
+        grain, modulus = float(np.sqrt(prism.grains.areas.mean())), self.grains * rock.youngs_modulus
+        slope = np.tan(np.radians(given["friction_angle"]))
+        inputs = {
+            "tension": np.log(given["tensile_strength"] / given["cohesion"]), "angle": given["friction_angle"],
+            "residual": np.tan(np.radians(given["residual_friction_angle"])) / np.maximum(slope, 1e-12),
+            "stiffness": np.log(given["kn"] * grain / modulus), "ratio": np.log(given["ks"] / given["kn"]),
+            "strain": np.log(given["cohesion"] / modulus),
+        }  # fmt: skip
+        return inputs, given
+
+    def _size(self, shape: str, count: int) -> dict[str, np.ndarray]:
+        """Inputs (n,) by the shape of a specimen."""
+        specimen = self.specimens.get(shape) or next(iter(self.specimens.values()))
+        low, high = specimen.grains.region.bounds
+        width, height = high - low
+        grain = np.sqrt(specimen.grains.areas.mean())
+        ask = self.emulator.clipped
+        found = {"width": ask("width", np.log(width / grain)), "slenderness": ask("slenderness", height / width)}
+        return {name: np.full(count, value) for name, value in found.items()}
+
+    def quantities(self, points: np.ndarray) -> dict[str, np.ndarray]:
+        """(n,) of each that the targets need, of stresses the logarithm; the steepness by confinement."""
+        inputs, law = self.inputs(points)
+        prism, disc = ({**inputs, **self._size(shape, len(points))} for shape in ("prism", "disc"))
+        found = {"ucs": self.emulator("ucs", prism) + np.log(law["cohesion"])}
+        if "tensile_strength" in self.targets:
+            found["tension"] = self.emulator("tension", prism) + np.log(law["tensile_strength"])
+        if "brazilian_strength" in self.targets:
+            found["brazilian"] = self.emulator("brazilian", disc) + np.log(law["tensile_strength"])
+        for pressure in self._confinements:
+            share = self.emulator.clipped("pressure", np.log(pressure) - found["ucs"])
+            found[strength_at(pressure)] = self.emulator("steepness", {**prism, "pressure": share})
+        return found
+
+    @property
+    def _confinements(self) -> set[float]:
+        line = {"cohesion", "friction_angle"} & set(self.targets)
+        return {*(self.pressures if line else ()), *(AIMS[n].confinement for n in self.targets)} - {0.0}
+
+    def logs(self, found: Mapping[str, np.ndarray], off: Mapping[str, float]) -> np.ndarray:
+        """Targets (n, t) as they are emulated, if what the emulator says is ``off`` by so much."""
+        ucs = found["ucs"] + off.get("ucs", 0.0)
+
+        def under(pressure: float) -> np.ndarray:
+            steep = found[strength_at(pressure)] + off.get("steepness", 0.0)
+            return np.asarray(ucs + steep * np.log1p(np.exp(np.log(pressure) - ucs)))
+
+        known = {"ucs": ucs}
+        known |= {TENSILE[name]: found[name] + off.get(name, 0.0) for name in TENSILE if name in found}
+        if {"cohesion", "friction_angle"} & set(self.targets):
+            peaks = np.exp([ucs, *(under(pressure) for pressure in self.pressures)])  # (m + 1, n)
+            slope, first = np.polyfit([0.0, *self.pressures], peaks, 1)
+            angle, cohesion = angle_and_cohesion(np.maximum(slope, 1.0), np.maximum(first, 1.0))
+            known |= {"cohesion": np.log(cohesion), "friction_angle": angle}
+        return np.column_stack([
+            under(AIMS[name].confinement) if AIMS[name].confinement else known[name] for name in self.targets
+        ])  # fmt: skip
+
+    def predicted(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Means (n, t) and covariances (n, t, t) of the targets, as they are emulated, by the emulator's errors."""
+        found = self.quantities(points)
+        sides = [
+            (self.logs(found, {name: fit.error}) - self.logs(found, {name: -fit.error})) / 2
+            for name, fit in self.emulator.fits.items()
+        ]
+        return self.logs(found, {}), np.einsum("ent,enu->ntu", sides, sides)
+
+    @property
+    def _wanted(self) -> tuple[np.ndarray, np.ndarray]:
+        """Values (t,) and variances of the targets, as they are emulated."""
+        is_log = np.array([AIMS[name].is_log for name in self.targets])
+        value = np.array([target.value for target in self.targets.values()])
+        spread = np.array([target.uncertainty for target in self.targets.values()])
+        return np.where(is_log, np.log(np.abs(value)), value), np.where(is_log, spread / value, spread) ** 2
+
+    def _off(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far (n, t) predictions lie from the targets, and the covariance of that."""
+        means, covariance = self.predicted(points)
+        wanted, variance = self._wanted
+        return means - wanted, covariance + np.diag(variance)
+
+    def known(self, points: np.ndarray) -> np.ndarray:
+        """(n,) whether the emulator knows rocks with these parameters."""
+        inputs, _ = self.inputs(points)
+        ends = self.emulator.ends
+        sizes = {name: np.full(len(points), ends[name][0]) for name in CLIPPED}
+        return self.emulator.knows({**inputs, **sizes})
+
+    def implausibility(self, points: np.ndarray) -> np.ndarray:
+        """(n, t) of each target."""
+        off, covariance = self._off(points)
+        return np.asarray(np.abs(off) / np.sqrt(np.einsum("ntt->nt", covariance)))
+
+    def log_likelihood(self, points: np.ndarray) -> np.ndarray:
+        """(n,) of the targets, normal; none where the emulator knows nothing."""
+        off, covariance = self._off(points)
+        solved = np.linalg.solve(covariance, off[:, :, None])[:, :, 0]
+        found = -0.5 * (np.einsum("nt,nt->n", off, solved) + np.linalg.slogdet(covariance)[1])
+        return np.where(self.known(points), found, -np.inf)
+
+
+# --- the answer -------------------------------------------------------------------------------------------------------
+
+
+@attrs.frozen(eq=False)
+class FirstLook(metaclass=Checked):
+    """What the emulator that comes with grainlaw says of a rock, before any test."""
+
+    match: FirstMatch
+    posterior: Posterior | None  #: None where no parameters in the ranges are plausible
+    least: float  #: implausibility of the best point
+
+    @property
+    def best(self) -> dict[str, float]:
+        """The most likely parameters by name; empty where none is plausible."""
+        return {} if self.posterior is None else self.match.space.mapping(self.posterior.best)
+
+    @property
+    def expected(self) -> dict[str, tuple[float, float, float]]:
+        """Of each target what the best parameters give, and between which ends with 95 % (SI)."""
+        if self.posterior is None:
+            return {}
+        means, covariance = self.match.predicted(self.posterior.best[None])
+        ends = means[0] + NORMAL * np.sqrt(np.diag(covariance[0])) * np.array([[0], [-1], [1]])
+        is_log = [AIMS[name].is_log for name in self.match.targets]
+        values = np.where(is_log, np.exp(ends), ends)
+        return {name: tuple(map(float, row)) for name, row in zip(self.match.targets, values.T, strict=True)}  # type: ignore[misc]
+
+    def beginning(self, count: int, seed: int) -> np.ndarray:
+        """(n, d) points for a search to begin with, at most ``count``: the posterior, twice as wide."""
+        assert self.posterior is not None
+        space, random = self.match.space, np.random.default_rng(seed)
+        at = space.places(self.posterior.points)
+        middle = space.places(self.posterior.best[None])
+        wide = np.clip(middle + WIDENED * (at[random.permutation(len(at))] - middle), 0, 1)
+        points = space.points(np.concatenate([middle, wide[: 8 * count]]))
+        return points[space.allowed(points)][:count]
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """All numbers by name (SI)."""
+        found: Posterior | None = self.posterior
+        names = self.match.space.names
+        intervals = {name: list(found.interval(k)) for k, name in enumerate(names)} if found else {}
+        return {"best": self.best, "intervals": intervals, "expected": self.expected, "implausibility": self.least}
+
+    @property
+    def in_words(self) -> str:
+        """The best parameters in one line."""
+        if self.posterior is None:
+            return f"nothing in the ranges is plausible, at best {self.least:.1f} deviations off"
+        return ", ".join(f"{f.name} = {rounded(self.best[f.name], f.unit)}" for f in self.match.space.free)
+
+    def __str__(self) -> str:
+        if self.posterior is None:
+            return f"first look, by no test: {self.in_words}"
+        rows = [["first look, by no test", "best", "95 %"]]
+        for k, free in enumerate(self.match.space.free):
+            low, high = (rounded(value, free.unit) for value in self.posterior.interval(k))
+            rows.append([free.name, rounded(self.best[free.name], free.unit), f"{low} to {high}"])
+        told = [["expected", "target", "of the best", "95 %"]]
+        for name, (value, least, most) in self.expected.items():
+            text = AIMS[name].shown.text
+            told.append([AIMS[name].shown.heading, text(self.match.targets[name].value), text(value),
+                         f"{text(least)} to {text(most)}"])  # fmt: skip
+        return f"{aligned(rows, rule=True)}\n\n{aligned(told, rule=True)}"
+
+
+def looked_at(
+    space: Space, targets: Targets, specimens: Mapping[str, Specimen], grains: float, seed: int,
+    emulator: Emulator | None = None,
+) -> FirstLook | str:  # fmt: skip
+    """The posterior of the emulator, in seconds, or why it knows nothing of the rock.
+
+    ``specimens`` are one of each shape, ``grains`` how many times stiffer than given their grains are.
+    """
+    if unknown := why_unknown(space, targets, specimens):
+        return unknown
+    match = FirstMatch(space, known_targets(targets), targets.pressures, specimens, grains, emulator or shipped())
+    points = space.prior(TRIED, seed)
+    likely = match.log_likelihood(points)
+    start = points[np.argsort(-likely, kind="stable")[: min(STARTS, int(np.isfinite(likely).sum()))]]
+    if not len(start):
+        return "it knows no rock with these parameters; its ranges are in docs/calibration.md"
+    found = posterior(match, start, seed)
+    least = float(match.implausibility(found.best[None]).max())
+    return FirstLook(match, found if least <= LIMIT else None, least)

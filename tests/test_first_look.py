@@ -1,0 +1,231 @@
+"""What the emulator that comes with grainlaw says of a rock: its polynomials, its inputs, what it does not know."""
+
+import math
+
+import attrs
+import numpy as np
+import pytest
+from support import small_sample
+
+import grainlaw as gl
+from grainlaw.calibration.first_look import Emulator, FirstMatch, Fit, features, looked_at, places, shipped, terms
+from grainlaw.calibration.space import space_of
+from grainlaw.calibration.targets import Target
+from grainlaw.geometry import Breakable, Voronoi, VoronoiCells, disc, rectangle
+from grainlaw.laws import CohesiveCrack, MohrCoulomb
+from grainlaw.units import GPa, MPa, mm
+
+ROCK = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=2700)
+LAW = MohrCoulomb(kn=1e14, ks=4e13, tensile_strength=10 * MPa, cohesion=30 * MPa, friction_angle=40,
+                  residual_friction_angle=5)  # fmt: skip
+FREE = {"tensile_strength": (4 * MPa, 20 * MPa), "cohesion": (15 * MPa, 60 * MPa), "friction_angle": (25, 55)}
+
+
+def specimen(seed=1, grains=100):
+    return gl.Specimen(Voronoi(grains=grains, seed=seed).tessellate(rectangle(20 * mm, 50 * mm)), ROCK)
+
+
+def linear(inputs, **by):
+    """A fit to ``inputs`` whose only terms are a constant and those of first degree, per unit of place."""
+    powers = terms(len(inputs))
+    coefficients = np.zeros(len(powers))
+    coefficients[0] = by.pop("constant")
+    for one, value in by.items():
+        row = np.flatnonzero((powers.sum(axis=1) == 1) & (powers[:, inputs.index(one)] == 1))
+        coefficients[row] = value
+    return Fit(inputs, coefficients, error=0.0, scatter=0.0)
+
+
+CONTACTS = ("tension", "angle", "residual", "stiffness", "ratio", "strain", "width", "slenderness", "pressure")
+ENDS = {"tension": (-3, 1), "angle": (0, 80), "residual": (0, 1), "stiffness": (-2, 4), "ratio": (-3, 1),
+        "strain": (-10, -5), "width": (1, 3), "slenderness": (2, 3), "pressure": (-5, 1)}  # fmt: skip
+
+
+def coulomb(error=0.0):
+    """Rocks whose strength grows with the angle; by confinement with a power of 8 at 40 degrees."""
+    fits = {
+        "ucs": linear(CONTACTS[:2], constant=1.5, angle=0.4),
+        "tension": linear(CONTACTS[:2], constant=-0.3),
+        "brazilian": linear(("width",), constant=0.1, width=0.2),
+        "steepness": linear(("angle", "pressure"), constant=8.0, angle=2.0),
+    }
+    return Emulator(ENDS, {name: attrs.evolve(fit, error=error) for name, fit in fits.items()})
+
+
+def match(targets, *, error=0.0, specimens=None, **given):
+    space = space_of(attrs.evolve(LAW, **given), FREE, {}, {})
+    made = gl.Targets(**targets)
+    shapes = specimens or {"prism": specimen()}
+    return FirstMatch(space, made.tested, made.pressures, shapes, 1.0, coulomb(error))
+
+
+# --- polynomials ------------------------------------------------------------------------------------------------------
+
+
+def test_features_are_products_of_legendre_polynomials_up_to_the_third_degree():
+    x, y = 0.3, -0.7
+    first, second, third = (lambda t: t), (lambda t: (3 * t**2 - 1) / 2), (lambda t: (5 * t**3 - 3 * t) / 2)
+    expected = [
+        1, x, y, second(x), x * y, second(y), third(x), second(x) * y, first(x) * second(y), third(y),
+    ]  # fmt: skip
+    assert features(np.array([[x, y]]))[0] == pytest.approx(expected)
+    assert terms(2).sum(axis=1).tolist() == [0, 1, 1, 2, 2, 2, 3, 3, 3, 3]
+
+
+def test_places_are_from_minus_one_to_one_over_the_range():
+    found = places(
+        {"a": np.array([2.0, 3.0, 6.0]), "b": np.array([0.0, 1.0, 2.0])}, ("b", "a"), {"a": (2, 6), "b": (0, 4)}
+    )
+    assert found.tolist() == [[-1, -1], [-0.5, -0.5], [0, 1]]
+
+
+# --- what it is asked -------------------------------------------------------------------------------------------------
+
+
+def test_inputs_are_ratios_of_the_law_and_of_the_specimen():
+    """100 grains in 20 mm x 50 mm: a grain has 1e-5 m2."""
+    made = match({"ucs": 100 * MPa}, friction_angle=40)
+    inputs, law = made.inputs(np.array([[10 * MPa, 30 * MPa, 45.0]]))
+    grain = math.sqrt(1e-5)
+    assert {name: float(value[0]) for name, value in inputs.items()} == pytest.approx({
+        "tension": math.log(1 / 3), "angle": 45.0, "residual": math.tan(math.radians(5)), "ratio": math.log(0.4),
+        "stiffness": math.log(1e14 * grain / 60e9), "strain": math.log(30e6 / 60e9),
+    })  # fmt: skip
+    assert law["cohesion"] == [30 * MPa]
+    stiffer = attrs.evolve(made, grains=2.0).inputs(np.array([[10 * MPa, 30 * MPa, 45.0]]))[0]
+    assert stiffer["strain"] == pytest.approx(math.log(15e6 / 60e9))
+
+
+def test_tied_parameters_follow():
+    space = space_of(LAW, {"cohesion": (15 * MPa, 60 * MPa)}, {"tensile_strength": ("cohesion", 0.25)}, {})
+    made = FirstMatch(space, {}, (), {"prism": specimen()}, 1.0, coulomb())
+    assert made.inputs(np.array([[20 * MPa]]))[0]["tension"] == pytest.approx(math.log(0.25))
+
+
+def test_targets_follow_from_what_is_emulated():
+    """UCS is the cohesion times exp(1.5 + 0.4 place); under p it is (1 + p/UCS)^8.25 times as much; lines by hand."""
+    ucs, under = 30 * MPa * math.exp(1.5 + 0.4 * (45 / 40 - 1)), 5 * MPa
+    peak = ucs * (1 + under / ucs) ** 8.25
+    steep = (peak - ucs) / under
+    sine = (steep - 1) / (steep + 1)
+    wide = np.clip(math.log(16e-3 / math.sqrt(math.pi * 8e-3**2 / 60)), 1, 3)
+    round_one = gl.Specimen(Voronoi(grains=60, seed=1).tessellate(disc(16 * mm)), ROCK)
+    made = match(
+        {"ucs": 1e8, "cohesion": 1e7, "friction_angle": 50, "tensile_strength": 5e6, "brazilian_strength": 8e6,
+         "triaxial": {20 * MPa: 200 * MPa}, "confinements": [under]},
+        specimens={"prism": specimen(), "disc": round_one},
+    )  # fmt: skip
+    means, covariances = made.predicted(np.array([[10 * MPa, 30 * MPa, 45.0]]))
+    expected = {
+        "ucs": math.log(ucs), "cohesion": math.log(ucs * (1 - sine) / (2 * math.sqrt(1 - sine**2))),
+        "friction_angle": math.degrees(math.asin(sine)), "tensile_strength": math.log(10 * MPa) - 0.3,
+        "brazilian_strength": math.log(10 * MPa) + 0.1 + 0.2 * (wide - 2),
+        "strength at 20 MPa": math.log(ucs) + 8.25 * math.log(1 + 20 * MPa / ucs),
+    }  # fmt: skip
+    assert dict(zip(made.targets, means[0], strict=True)) == pytest.approx(expected, rel=1e-3)
+    assert covariances == pytest.approx(np.zeros((1, 6, 6)))
+
+
+def test_its_errors_go_into_what_is_likely():
+    """Strengths that rest on the same quantity err together; the likelihood is that of a normal distribution."""
+    given = {"ucs": (120 * MPa, 3 * MPa), "triaxial": {5 * MPa: (160 * MPa, 4 * MPa)}}
+    made = match(given, error=0.05)
+    point = np.array([[10 * MPa, 30 * MPa, 40.0]])
+    ucs = math.log(30 * MPa) + 1.5
+    share = math.log1p(5 * MPa / math.exp(ucs))
+    slope = 1 - 8 * 5 * MPa / (math.exp(ucs) + 5 * MPa)  # of the strength under confinement by that without
+    covariance = 0.05**2 * np.array([[1, slope], [slope, slope**2 + share**2]])
+    covariance += np.diag([(3 / 120) ** 2, (4 / 160) ** 2])
+    off = np.array([ucs - math.log(120 * MPa), ucs + 8 * share - math.log(160 * MPa)])
+    expected = -0.5 * (off @ np.linalg.solve(covariance, off) + math.log(np.linalg.det(covariance)))
+    assert made.log_likelihood(point) == pytest.approx(expected, rel=1e-3)
+    assert made.implausibility(point)[0] == pytest.approx(np.abs(off) / np.sqrt(np.diag(covariance)), rel=1e-3)
+
+
+def test_rocks_beyond_its_ranges_are_not_likely():
+    points = np.array([[10 * MPa, 30 * MPa, 40.0], [1 * MPa, 30 * MPa, 40.0]])
+    assert np.isfinite(match({"ucs": 120 * MPa}).log_likelihood(points)).tolist() == [True, False]
+
+
+# --- the answer -------------------------------------------------------------------------------------------------------
+
+
+def test_a_rock_is_found_by_its_strengths():
+    """Those of the emulator itself, whose inverse is one point."""
+    truth = np.array([[8 * MPa, 25 * MPa, 50.0]])
+    asked = match({"ucs": 1e8, "tensile_strength": 5e6, "triaxial": {5 * MPa: 2e8}}, error=0.01)
+    means = np.exp(asked.predicted(truth)[0][0])
+    targets = gl.Targets(
+        ucs=(means[0], 0.01 * means[0]), tensile_strength=(means[1], 0.01 * means[1]),
+        triaxial={5 * MPa: (means[2], 0.01 * means[2])},
+    )  # fmt: skip
+    found = looked_at(asked.space, targets, asked.specimens, 1.0, 0, asked.emulator)
+    assert list(found.best.values()) == pytest.approx(truth[0].tolist(), rel=0.02)
+    assert all(
+        low < value < high for value, (low, high) in zip(truth[0], found.summary["intervals"].values(), strict=True)
+    )
+    value, low, high = found.expected["tensile_strength"]
+    assert value == pytest.approx(means[1], rel=0.02)
+    assert (low, high) == pytest.approx((value * math.exp(-0.0196), value * math.exp(0.0196)), rel=1e-3)
+    begin = found.beginning(50, seed=1)
+    assert len(begin) == 50
+    assert begin[0] == pytest.approx(list(found.best.values()))
+    spread = begin.std(axis=0) / found.posterior.points.std(axis=0)
+    assert ((spread > 1.4) & (spread < 2.6)).all()
+    assert "first look, by no test" in str(found)
+    assert "tensile strength (MPa)" in str(found)
+
+
+def test_what_no_parameters_can_give_is_said():
+    asked = match({"ucs": 2000 * MPa}, error=0.01)
+    found = looked_at(asked.space, gl.Targets(ucs=2000 * MPa), asked.specimens, 1.0, 0, asked.emulator)
+    assert found.posterior is None
+    assert found.best == found.expected == {}
+    assert "nothing in the ranges is plausible" in str(found)
+    assert found.least > 3
+
+
+CRACK = CohesiveCrack(kn=1e14, ks=4e13, tensile_strength=10 * MPa, cohesion=30 * MPa, friction_angle=40,
+                      residual_friction_angle=5, mode_i_energy=50, mode_ii_energy=100)  # fmt: skip
+CELLS = Breakable(Voronoi(grains=20, seed=1), VoronoiCells(count=4))
+
+
+@pytest.mark.parametrize(
+    ("law", "rock", "targets", "words"),
+    [
+        (CRACK, None, {}, "it knows MohrCoulomb, not CohesiveCrack"),
+        (attrs.evolve(LAW, residual_cohesion=1 * MPa), None, {}, "broken contacts without cohesion"),
+        (LAW, gl.Specimen(CELLS.tessellate(rectangle(0.02, 0.05)), ROCK), {}, "whole grains, bonded everywhere"),
+        (LAW, gl.Specimen(small_sample(20).grains, gl.Rigid(density=2700)), {}, "elastic grains of one material"),
+        (LAW, None, {"fracture_toughness": 1e6}, "none of the targets fracture_toughness"),
+    ],
+)
+def test_what_it_does_not_know_is_said(law, rock, targets, words):
+    space = space_of(law, {"cohesion": (20 * MPa, 40 * MPa)}, {}, {})
+    found = looked_at(space, gl.Targets(**(targets or {"ucs": 1e8})), {"prism": rock or specimen()}, 1.0, 0)
+    assert words in found
+
+
+def test_the_emulator_of_the_package_is_whole():
+    emulator = shipped()
+    assert set(emulator.fits) == {"ucs", "tension", "brazilian", "steepness"}
+    for fit in emulator.fits.values():
+        assert len(fit.coefficients) == len(terms(len(fit.inputs)))
+        assert set(fit.inputs) <= set(emulator.ends)
+        assert 0 < fit.error < fit.scatter
+
+
+@pytest.mark.thorough
+def test_a_first_look_finds_what_a_rock_bears():
+    """The rock of LAW: strengths of six specimens, each other than those the emulator has learnt from."""
+    from grainlaw.protocols import UniaxialCompression, UniaxialTension
+
+    measured = {}
+    for name, test in (("ucs", UniaxialCompression), ("tensile_strength", UniaxialTension)):
+        runs = [gl.simulate(specimen(seed), LAW, test(until=gl.Until.FAILURE)) for seed in range(6)]
+        strengths = np.array([run.summary["strength"] for run in runs])
+        measured[name] = Target(float(strengths.mean()), float(strengths.std(ddof=1) / math.sqrt(6)))
+    found = gl.first_look(gl.Targets(**measured), LAW, FREE, specimen)
+    low, high = found.summary["intervals"]["tensile_strength"]
+    assert low < LAW.tensile_strength < high
+    assert found.expected["ucs"][0] == pytest.approx(measured["ucs"].value, rel=0.05)
