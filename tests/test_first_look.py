@@ -92,6 +92,8 @@ def test_inputs_are_ratios_of_the_law_and_of_the_specimen():
         "stiffness": math.log(1e14 * grain / 60e9), "strain": math.log(30e6 / 60e9),
     })  # fmt: skip
     assert law["cohesion"] == [30 * MPa]
+    soft = match({"ucs": 100 * MPa}, kn=1e10, ks=1e11).inputs(np.array([[10 * MPa, 30 * MPa, 45.0]]))[0]
+    assert (soft["stiffness"], soft["ratio"]) == (ENDS["stiffness"][0], ENDS["ratio"][1])
     stiffer = attrs.evolve(made, grains=2.0).inputs(np.array([[10 * MPa, 30 * MPa, 45.0]]))[0]
     assert stiffer["strain"] == pytest.approx(math.log(15e6 / 60e9))
 

@@ -34,7 +34,8 @@ STARTS = 60  #: of them the chains begin at
 DEGREE = 3  #: of the polynomials
 NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %
 EVEN = 0.5  #: largest deviation of the areas of grains over their mean
-CLIPPED = ("width", "slenderness", "pressure")  #: inputs beyond whose ends the value at the end is taken
+#: inputs beyond whose ends the value at the end is taken: of the specimen, and of stiffnesses that statics found
+CLIPPED = ("width", "slenderness", "pressure", "stiffness", "ratio")
 WIDENED = 2.0  #: times as far from the middle as the posterior are the points that a search begins with
 COMPRESSIVE = ("ucs", "cohesion", "friction_angle")
 TENSILE = {"tension": "tensile_strength", "brazilian": "brazilian_strength"}  #: targets by what is emulated
@@ -169,7 +170,8 @@ class FirstMatch:
             "stiffness": np.log(given["kn"] * grain / modulus), "ratio": np.log(given["ks"] / given["kn"]),
             "strain": np.log(given["cohesion"] / modulus),
         }  # fmt: skip
-        return inputs, given
+        ask = self.emulator.clipped
+        return {name: ask(name, value) if name in CLIPPED else value for name, value in inputs.items()}, given
 
     def _size(self, shape: str, count: int) -> dict[str, np.ndarray]:
         """Inputs (n,) by the shape of a specimen."""
