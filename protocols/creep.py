@@ -220,7 +220,7 @@ def lowest_rate(time: np.ndarray, strain: np.ndarray, parts: int = 10) -> tuple[
     if len(time) < 3 or strain[-1] <= strain[0]:
         return float("nan"), float("nan")
     ends = np.linspace(strain[0], strain[-1], parts + 1)
-    reached = time[np.minimum(np.searchsorted(np.maximum.accumulate(strain), ends), len(time) - 1)]
+    reached = time[np.searchsorted(np.maximum.accumulate(strain), ends)]  # the last end is the last strain itself
     lasts = np.diff(reached)
     k = int(np.argmax(lasts))
     return float((ends[1] - ends[0]) / lasts[k]) if lasts[k] > 0 else float("nan"), float(reached[k : k + 2].mean())

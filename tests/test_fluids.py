@@ -236,6 +236,15 @@ def test_what_a_test_imposes_stays_in_a_fluid():
         assert [one for one in stage.loads if not isinstance(one, (gl.Traction, gl.FluidPressure))] == stays
 
 
+def test_a_fluid_presses_a_side_of_which_only_the_middle_is_held():
+    """On one that is held as a whole, or pressed by a membrane, it is in the cracks alone."""
+    middle = gl.Drive(boundary="left", axis=0, speed=0.0, roller=True)
+    loads = [FLOOR, middle, gl.Drive(boundary="right", axis=1, speed=0.0), gl.Pressure(boundary="top", pressure=1e6)]
+    for stage in Saturated(test=Loads(loads=(loads,)), pressure=5e6, boundaries=SIDES).stages(small_sample(20)):
+        only_in_cracks = {one.boundary: one.cracks_only for one in stage.of(gl.FluidPressure)}
+        assert only_in_cracks == {"left": False, "right": True, "top": True, "bottom": True}
+
+
 def test_a_strength_between_sides_that_a_fluid_presses_names_its_confinement():
     specimen = small_sample(20)
     pressed, found = Saturated(pressure=5e6), {"stage": np.zeros(1), "wet": np.zeros(1), "saturates": np.ones(1)}

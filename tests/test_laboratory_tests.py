@@ -268,7 +268,8 @@ def test_a_specimen_that_does_not_fit_is_refused(region, test, says):
 def test_the_loops_of_given_curves_lose_what_they_enclose():
     """Up to (2, 2), down a straight line to (1, 0), up again by (1.5, 2): a triangle of height 1 over a base of 1.
 
-    Then up to (4, 6), down to (3, 0) and up by (3.5, 6): a triangle of 1.5.
+    Then up to (4, 6), down to (3, 0) and up by (3.5, 6): a triangle of 1.5. Over half the way it is twice
+    as stiff, and loses half of the work.
     """
 
     @attrs.frozen
@@ -294,6 +295,13 @@ def test_the_loops_of_given_curves_lose_what_they_enclose():
     y[6] = 1.5
     found = test.summary(given | {"tensile_cracks": np.array([0, 3, 3, 3, 4, 4, 5, 6, 7, 7, 7, 7, 7, 7, 8, 8])}, None)
     assert found["felicity_ratios"] == [0.75, 1.0]
+    # The same, by points that break in tension at first, and in shear from the second unloading on.
+    sheared = {**given, "tensile_cracks": np.repeat([0, 3, 4], [1, 3, 12]), "x": x / 2,
+               "shear_cracks": np.repeat([0, 1, 2, 3, 4], [6, 1, 1, 6, 2])}  # fmt: skip
+    assert attrs.evolve(test, levels=(1, 2)).summary(sheared, None) == {
+        "kept": 1, "unloading_moduli": [4.0, 12.0], "lost_work": pytest.approx([0.125, 0.75], rel=1e-4),
+        "felicity_ratios": [0.75, 1.0],
+    }  # fmt: skip
     first = {name: values[:9] for name, values in given.items()} | {"tensile_cracks": np.zeros(9)}
     assert test.summary(first, None)["unloading_moduli"] == [2.0]  # it was not unloaded again
 

@@ -512,5 +512,7 @@ def test_the_lowest_rate_is_that_over_a_tenth_of_the_growth():
     strain = np.array([0, 0.4, 0.5, 1.0])
     fine = np.linspace(0, 19, 19001)
     assert lowest_rate(fine, np.interp(fine, time, strain)) == pytest.approx((0.01, 9.0), rel=1e-3)
+    # One that shrinks at first, and all of whose growth has come when it is looked at again: a tenth of it in 2 s.
+    assert lowest_rate(np.array([0, 1.0, 2.0]), np.array([0, -1, 1.0])) == pytest.approx((0.05, 1.0))
     assert np.isnan(lowest_rate(time[:2], strain[:2])).all()
     assert np.isnan(lowest_rate(time, -strain)).all()
