@@ -14,6 +14,7 @@ from support import STIFF, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw.cli.commands import main
+from grainlaw.drawing.figure import Figure
 from grainlaw.laws import Linear, MohrCoulomb
 from grainlaw.protocols import BiaxialCompression
 
@@ -128,7 +129,7 @@ def test_a_study_over_confinement(tmp_path):
     assert (tmp_path / "envelope.png").stat().st_size > 10_000
 
 
-def test_only_cases_that_came_to_their_end_count(tmp_path):
+def test_only_cases_that_came_to_their_end_count(tmp_path, monkeypatch):
     table = peaks(
         {(0.0, 1): 1e8, (1e6, 1): 1.1e8, (2e6, 1): None, (0.0, 2): 1.02e8, (1e6, 2): 1.12e8}, tmp_path,
         ("confinement", "seed"),
@@ -139,6 +140,12 @@ def test_only_cases_that_came_to_their_end_count(tmp_path):
     assert found.summary["confinement"] == [0, 1e6]
     assert [row["confinement"] for row in found.summary["failed"]] == [2e6]
     assert "unstable" in str(found)
+    monkeypatch.setattr(gl.StrengthEnvelope, "plot", lambda self: Figure())  # these rows have no runs
+    found.write(tmp_path / "both", {"law": "mine"})
+    assert {file.name for file in (tmp_path / "both").iterdir()} == {"summary.json", "envelope.png"}
+    written = json.loads((tmp_path / "both" / "summary.json").read_text())
+    assert (written["law"], written["slope"]) == ("mine", pytest.approx(10))
+    assert (tmp_path / "both" / "envelope.png").read_bytes().startswith(b"\x89PNG")
     one = gl.StrengthEnvelope(table.where(confinement=0.0))
     assert one.summary["strength"] == [pytest.approx(1.01e8)]
     assert "not two different confinements" in str(one)

@@ -14,8 +14,10 @@ from support import ROCK
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
+from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.record import grains_hash
 from grainlaw.studies import study as studies
+from grainlaw.studies.case import Task, found_by
 from grainlaw.studies.store import InMemory, Store
 from grainlaw.units import mm
 
@@ -182,6 +184,31 @@ def test_a_function_that_is_edited_for_nothing_runs_nothing(module, tmp_path, mo
     table = gl.Study(edited, rows=[2], k=[1e13]).run(tmp_path / "s", on=ThreadPoolExecutor(1), progress=False)
     assert table.rows[0]["status"] == "finished"
     assert len(Store(tmp_path / "s")) == 2
+
+
+def test_a_case_is_compared_with_an_earlier_run_of_its_factors_that_measured_the_same():
+    """No refused case, which has no run, none that was killed, and none of which other measures are kept."""
+    study, store = gl.Study(tiny, law=["linear"], seed=range(6)), InMemory()
+    (own, _), *_ = study._cases()
+    earlier = {"run": "its run", "status": "finished", "measured": study._measured}
+    changed = [{}, {"run": "", "status": "refused"}, {"status": "killed"}, {"measured": "other"}, {"case": own}]
+    for seed, change in enumerate(changed):
+        store.write({"case": f"case {seed}", "factors": {"seed": seed, "law": "linear"}, **earlier, **change}, None)
+    tasks = [Task(f"new {seed}", {"law": "linear", "seed": seed}) for seed in range(6)]
+    assert [task.known for task in study._with_known(tasks, store)] == [("its run", "case 0")] + 5 * [("", "")]
+    assert [task.case for task in study._with_known(tasks, store)] == [f"new {seed}" for seed in range(6)]
+    assert study._with_known(tasks, InMemory()) == tasks
+
+
+def test_a_result_without_frames_or_curves_has_a_summary_and_no_measures():
+    """Also one that is stopped before its first sample: nothing is said to have gone wrong with its measures."""
+    result = tiny("linear", 0).simulate()
+    whole = found_by(result, tuple(MEASURES.values()))
+    assert whole["measures"]
+    for less in ({"frames": []}, {"curves": {}}, {"frames": [], "curves": {}}):
+        found = found_by(attrs.evolve(result, **less), tuple(MEASURES.values()))
+        assert (found["measures"], "unmeasured" in found) == ({}, False)
+        assert found["summary"] == whole["summary"]
 
 
 @pytest.mark.thorough

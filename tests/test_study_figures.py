@@ -2,6 +2,7 @@
 
 import itertools
 import re
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -20,7 +21,8 @@ from grainlaw.drawing.palette import COLORS
 from grainlaw.results.archive import to_bytes
 from grainlaw.results.figures.stored_cracks import scale_bar
 from grainlaw.studies import report
-from grainlaw.studies.figures import BAND, MOST_PATTERNS, on_common_grid
+from grainlaw.studies.figures import BAND, MOST_PATTERNS, _box, on_common_grid
+from grainlaw.studies.table import Table
 from grainlaw.units import mm
 
 LAWS, SIZES, SEEDS = ("Mohr-Coulomb", "cohesive crack"), (10e6, 13e6), range(4)
@@ -151,6 +153,13 @@ def test_a_curve_that_has_ended_counts_with_its_last_value():
     assert median[grid > 1] == pytest.approx(grid[grid > 1])  # the middle one, not the mean of those left
 
 
+def test_a_band_begins_where_all_of_its_curves_have_begun():
+    """A curve that begins later than others has no values before."""
+    grid, found = on_common_grid([(np.array([first, 2.0]), np.array([first, 2.0])) for first in (0, 0.5, 0.25)])
+    assert grid[[0, -1]].tolist() == [0.5, 2.0]
+    assert found == pytest.approx(np.array([grid] * 3))
+
+
 def test_a_curve_that_turns_back_is_followed_forward():
     along = np.array([0, 1, 0.5, 1.5, 2.0])
     grid, (_, median, _) = on_common_grid([(along, np.array([0, 1.0, 7.0, 1.5, 2.0]))])
@@ -185,6 +194,15 @@ def test_a_pattern_lies_on_the_outline_of_its_specimen(table, run):
     lines = np.concatenate([each.get_segments() for each in axes.collections if len(each.get_segments())])
     assert np.hypot(*(lines[:, 1] - lines[:, 0]).T).sum() == pytest.approx(1e3 * run.cracks.length.sum())
     assert np.sort(lines.mean(axis=1), axis=0) == pytest.approx(np.sort(1e3 * run.cracks.position, axis=0))
+
+
+def test_a_pattern_has_room_for_a_specimen_anywhere_and_for_its_cracks():
+    """Regions from (1, 2) to (3, 6), a crack at (3.5, 4), and 3 % of the height of 4 around."""
+    outlines = [np.array([(1, 2), (3, 2), (3, 4), (1, 4)]), np.array([(1, 4), (3, 4), (3, 6), (1, 6)])]
+    grains = SimpleNamespace(regions=[SimpleNamespace(outline=outline) for outline in outlines])
+    cracks = SimpleNamespace(position=np.array([(3.5, 4.0)]))
+    box = _box(SimpleNamespace(specimen=SimpleNamespace(grains=grains), cracks=cracks))
+    assert box == pytest.approx(np.array([(0.88, 1.88), (3.62, 6.12)]))
 
 
 def test_specimens_of_two_sizes_have_one_scale(run, tmp_path):
@@ -282,6 +300,23 @@ def test_tables_of_a_report_by_hand(tmp_path):
     assert report._pairs(table, ["law"]) is report._pairs(table, []) is None
     assert report._means(table, ["law"], ["seed"])["how"] == "over seed"
     assert report._means(table, ["law", "seed"], ["seed"])["how"] == "over all other factors"
+
+
+@pytest.mark.parametrize(("groups", "drawn"), [(24, True), (25, False)])
+def test_pairs_of_more_than_24_groups_are_written_but_not_drawn(groups, drawn, tmp_path, monkeypatch):
+    cases = [{"law": law, "speed": speed, "seed": 1} for law in "AB" for speed in range(groups)]
+    rows = [row(case, {"strength": 1e6 if case["law"] == "A" else 3e6}) for case in cases]
+    monkeypatch.setattr(Table, "plot_paired", lambda table, *which: which)
+    found = report._pairs(table_of(rows, tmp_path / "s"), ["seed"])
+    assert found["figure"] == (("strength", "law", ["seed"]) if drawn else None)
+    assert len(found["listings"][0]["rows"]) == groups
+
+
+def test_pairs_of_cases_that_measure_nothing_have_no_picture(tmp_path):
+    table = table_of([row({"law": law, "seed": 1}) for law in "AB"], tmp_path / "s")
+    assert report._pairs(table, ["seed"]) == {
+        "factor": "law", "over": "seed", "listings": [], "figure": None, "words": "",
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(
