@@ -16,6 +16,7 @@ from law_sources import STIFFER
 from matplotlib.image import imread
 from study_rows import row, table_of
 
+import grainlaw as gl
 from grainlaw.cli.study import means
 from grainlaw.cli.study_file import Factor, StudyFile, _names, _range, _recorded, study_of
 from grainlaw.fields import ParameterError
@@ -79,6 +80,24 @@ def test_the_table_is_printed_where_no_case_has_another_seed(tmp_path):
 def test_what_a_table_records_of_a_level(level, recorded):
     found = _recorded(level)
     assert (found, type(found)) == (recorded, type(recorded) if level != "30 deg" else float)
+
+
+def test_a_range_has_as_many_levels_as_it_counts_wherever_it_begins(monkeypatch):
+    assert _range("seed", " 98 .. 100 ") == [98, 99, 100]
+    monkeypatch.setattr("grainlaw.cli.study_file.MOST", 4)
+    assert _range("seed", "98..101") == [98, 99, 100, 101]
+    assert _range("seed", "-3..0") == [-3, -2, -1, 0]
+    for text in ("98..102", "-3..1"):
+        with pytest.raises(gl.ParameterError, match=rf"^seed = '{text}' is not allowed, it may have 4 levels at most"):
+            _range("seed", text)
+
+
+def test_means_are_over_what_ends_in_a_seed_at_any_depth(tmp_path):
+    places = [("law", "type"), ("sample", "seed"), ("test", "loading", "speed"), ("law", "spread", "seed")]
+    chosen = [Factor(".".join(place), place, {}) for place in places]
+    file = StudyFile(tmp_path / "granite.toml", gl.Study(lambda: None), chosen, [])
+    assert file.over == ["sample.seed", "law.spread.seed"]
+    assert file.by == ["law.type", "test.loading.speed"]
 
 
 def test_a_file_is_a_study_of_its_cases(tmp_path):

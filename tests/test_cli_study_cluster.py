@@ -105,9 +105,10 @@ def test_nothing_that_is_given_is_a_command_of_the_script(name, value):
 
 @pytest.mark.parametrize("wrong", ["a\nrm -rf x.toml", "a\rb.toml", "a\x1b[2J.toml", "a\u2028b.toml"])
 def test_a_name_that_would_begin_a_line_is_refused(wrong):
-    with pytest.raises(gl.ParameterError, match="has a character that cannot be printed"):
+    said = f"^study slurm: {re.escape(repr(wrong))} is not allowed, it has a character that cannot be printed"
+    with pytest.raises(gl.ParameterError, match=said):
         script(Path(wrong), [], shards=2, time="1:00:00", cpus=1, cases=4)
-    with pytest.raises(gl.ParameterError, match="has a character that cannot be printed"):
+    with pytest.raises(gl.ParameterError, match=said):
         script(Path("a.toml"), ["--set", wrong], shards=2, time="1:00:00", cpus=1, cases=4)
 
 

@@ -75,6 +75,7 @@ def test_the_ending_tells_the_reader(name, options, read, folder):
             {"file": "x.npy", "pixel": "1 mm", "phases": ["quartz"]},
             "phases = ['quartz'] is not allowed, it must be a mapping",
         ),
+        ({"file": "x.npy", "pixel": 1e-3, "cell_size": 3e-3, "seed": {"1": 2}}, "seed = {'1': 2} is not allowed"),
         ({"file": "x.npy", "pixel": "1 mm", "region": "disc"}, "there is no 'sample.region'"),
         ({"file": "x.vtk", "grain_data": "grains"}, "did you mean 'grain'?"),
     ],
