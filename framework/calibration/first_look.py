@@ -33,7 +33,7 @@ TRIED = 16384  #: points of the prior that are looked at
 STARTS = 60  #: of them the chains begin at
 DEGREE = 3  #: of the polynomials
 NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %
-EVEN = 0.5  #: largest deviation of the areas of grains over their mean
+EVEN = 0.8  #: largest deviation of the areas of grains over their mean
 #: inputs beyond whose ends the value at the end is taken: of the specimen, and of stiffnesses that statics found
 CLIPPED = ("width", "slenderness", "pressure", "stiffness", "ratio")
 WIDENED = 2.0  #: times as far from the middle as the posterior are the points that a search begins with
