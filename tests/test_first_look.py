@@ -8,8 +8,11 @@ import pytest
 from support import small_sample
 
 import grainlaw as gl
+from grainlaw.calibration import first_look as module
 from grainlaw.calibration.first_look import Emulator, FirstMatch, Fit, features, looked_at, places, shipped, terms
+from grainlaw.calibration.moduli import expected_stiffness
 from grainlaw.calibration.space import space_of
+from grainlaw.calibration.stiffness_search import Stiffness
 from grainlaw.calibration.targets import Target
 from grainlaw.geometry import Breakable, Voronoi, VoronoiCells, disc, rectangle
 from grainlaw.laws import CohesiveCrack, MohrCoulomb
@@ -18,6 +21,8 @@ from grainlaw.units import GPa, MPa, mm
 ROCK = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=2700)
 LAW = MohrCoulomb(kn=1e14, ks=4e13, tensile_strength=10 * MPa, cohesion=30 * MPa, friction_angle=40,
                   residual_friction_angle=5)  # fmt: skip
+CRACK = CohesiveCrack(kn=1e14, ks=4e13, tensile_strength=10 * MPa, cohesion=30 * MPa, friction_angle=40,
+                      residual_friction_angle=5, mode_i_energy=50, mode_ii_energy=100)  # fmt: skip
 FREE = {"tensile_strength": (4 * MPa, 20 * MPa), "cohesion": (15 * MPa, 60 * MPa), "friction_angle": (25, 55)}
 
 
@@ -48,6 +53,8 @@ def coulomb(error=0.0):
         "tension": linear(CONTACTS[:2], constant=-0.3),
         "brazilian": linear(("width",), constant=0.1, width=0.2),
         "steepness": linear(("angle", "pressure"), constant=8.0, angle=2.0),
+        "modulus": linear(("angle", "ratio"), constant=-0.1, angle=-0.2),
+        "poisson": linear(("angle", "ratio"), constant=0.01, angle=0.04),
     }
     return Emulator(ENDS, {name: attrs.evolve(fit, error=error) for name, fit in fits.items()})
 
@@ -149,6 +156,40 @@ def test_rocks_beyond_its_ranges_are_not_likely():
     assert np.isfinite(match({"ucs": 120 * MPa}).log_likelihood(points)).tolist() == [True, False]
 
 
+# --- moduli -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_test_is_as_soft_as_cracks_make_it():
+    """At 60 degrees by exp(-0.2), and wider by 0.03; cracks make nothing stiffer, as the polynomial has it at 10."""
+    made = match({"ucs": 1e8})
+    found = made.moduli(np.array([10 * MPa, 30 * MPa, 60.0]), 50 * GPa, 0.2)
+    assert found == pytest.approx({"youngs_modulus": 50 * GPa * math.exp(-0.2), "poissons_ratio": 0.23})
+    found = made.moduli(np.array([10 * MPa, 30 * MPa, 10.0]), 50 * GPa, 0.2)
+    assert found == {"youngs_modulus": 50 * GPa, "poissons_ratio": 0.2}
+
+
+def test_statics_aim_beside_the_targets_by_as_much_as_the_test_is_expected_to_differ(monkeypatch):
+    """A UCS that takes 60 degrees, where the test is exp(-0.2) times as stiff, and wider by 0.03."""
+    monkeypatch.setattr(module, "shipped", coulomb)
+    ucs = 30 * MPa * math.exp(1.5 + 0.4 * (60 / 40 - 1))
+    space = space_of(LAW, {"friction_angle": (30, 70)}, {}, {})
+    targets = gl.Targets(ucs=(ucs, 0.001 * ucs), youngs_modulus=40 * GPa, poissons_ratio=0.25)
+
+    def statics(aims):
+        parameters = {"kn": 2e3 * aims["youngs_modulus"], "ks": 1e3 * aims["youngs_modulus"]}
+        young, nu = aims.values()
+        return Stiffness(parameters=parameters, grains=1.0, modulus=young, poisson=nu, solutions=1)
+
+    found = expected_stiffness(space, targets, {"prism": specimen()}, statics, 0)
+    assert found.modulus == pytest.approx(40 * GPa * math.exp(0.2), rel=0.02)
+    assert found.poisson == pytest.approx(0.22, rel=0.02)
+    assert found.tested == pytest.approx({"youngs_modulus": 40 * GPa, "poissons_ratio": 0.25}, rel=0.01)
+    unknown = space_of(CRACK, {"friction_angle": (30, 70)}, {}, {})
+    assert expected_stiffness(unknown, targets, {"prism": specimen()}, statics, 0).modulus == 40 * GPa
+    beyond = space_of(attrs.evolve(LAW, tensile_strength=1 * MPa), {"friction_angle": (30, 70)}, {}, {})
+    assert expected_stiffness(beyond, targets, {"prism": specimen()}, statics, 0).modulus == 40 * GPa
+
+
 # --- the answer -------------------------------------------------------------------------------------------------------
 
 
@@ -187,8 +228,6 @@ def test_what_no_parameters_can_give_is_said():
     assert found.least > 3
 
 
-CRACK = CohesiveCrack(kn=1e14, ks=4e13, tensile_strength=10 * MPa, cohesion=30 * MPa, friction_angle=40,
-                      residual_friction_angle=5, mode_i_energy=50, mode_ii_energy=100)  # fmt: skip
 CELLS = Breakable(Voronoi(grains=20, seed=1), VoronoiCells(count=4))
 
 
@@ -210,7 +249,7 @@ def test_what_it_does_not_know_is_said(law, rock, targets, words):
 
 def test_the_emulator_of_the_package_is_whole():
     emulator = shipped()
-    assert set(emulator.fits) == {"ucs", "tension", "brazilian", "steepness"}
+    assert set(emulator.fits) == {"ucs", "tension", "brazilian", "steepness", "modulus", "poisson"}
     for fit in emulator.fits.values():
         assert len(fit.coefficients) == len(terms(len(fit.inputs)))
         assert set(fit.inputs) <= set(emulator.ends)

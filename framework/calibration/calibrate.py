@@ -14,7 +14,7 @@ from grainlaw.arguments import checked
 from grainlaw.calibration.check import check
 from grainlaw.calibration.first_look import FirstLook, looked_at
 from grainlaw.calibration.identifiability import identifiability
-from grainlaw.calibration.moduli import Statics, meet_moduli
+from grainlaw.calibration.moduli import Statics, expected_stiffness, meet_moduli, stiffened, with_stiffness
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.space import Space, space_of
 from grainlaw.calibration.stiffness_search import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
@@ -99,27 +99,23 @@ def calibrate(
         simulator.plan(names, seeds * budget + 2 * more + fresh)
         others = range(seeds + 1, seeds + more + 1)
         search = Search(first, targets.tested, names, simulator, range(1, seeds + 1), budget, seed, others, tell)
-        looks = list[FirstLook]()
-
-        def look(search: Search, grains: float) -> Search:
-            seen = looked_at(search.space, targets, _one_of_each(shapes), grains, seed)
-            if isinstance(seen, str):
-                return search
-            looks.append(seen)
-            tell(f"{seen}")
-            begin = None if seen.posterior is None else seen.beginning(len(search.space.free) * BEGIN, seed)
-            return attrs.evolve(search, begin=begin)
-
-        stiffness = None
+        ones, stiffness = _one_of_each(shapes), None
         if targets.elastic:
             statics = _statics(first, shapes, seeds, elastic)
-            search, stiffness = meet_moduli(search, simulator, statics, _values(targets.elastic), look)
-        else:
-            search = look(search, 1.0)
+            stiffness = expected_stiffness(first, targets, ones, statics, seed)
+            search = stiffened(search, simulator, stiffness)
+        known = looked_at(search.space, targets, ones, simulator.case.grains, seed)
+        look = known if isinstance(known, FirstLook) else None
+        if look is not None:
+            tell(f"{look}")
+            if look.posterior is not None:
+                search = attrs.evolve(search, begin=look.beginning(len(search.space.free) * BEGIN, seed))
+        if stiffness is not None:
+            search, stiffness = meet_moduli(search, simulator, statics, _values(targets.elastic), stiffness)
         space, found = search.space, search.run()
         result = Calibration(
-            targets=targets, space=space, stiffness=stiffness, first_look=looks[0] if looks else None, found=found,
-            seeds=seeds, store=os.fspath(store), grains=simulator.case.grains, failures=tuple(simulator.failures),
+            targets=targets, space=space, stiffness=stiffness, first_look=look, found=found, seeds=seeds,
+            store=os.fspath(store), grains=simulator.case.grains, failures=tuple(simulator.failures),
             cpu=simulator.cpu,
         )  # fmt: skip
         if found.posterior is None:
@@ -149,11 +145,11 @@ def first_look(
     _check_numbers(seeds=(seeds, FEWEST_SEEDS), seed=(seed, 0))
     _check_elastic(elastic)
     shapes = checked_specimens(specimens, needed_tests([*targets.tested]))
-    space, grains = _space(law, free, tied or {}, shapes, targets), 1.0
+    space, ones, grains = _space(law, free, tied or {}, shapes, targets), _one_of_each(shapes), 1.0
     if targets.elastic:
-        stiffness = _statics(space, shapes, seeds, elastic)(_values(targets.elastic))
-        space, grains = attrs.evolve(space, base={**space.base, **stiffness.parameters}), stiffness.grains
-    found = looked_at(space, targets, _one_of_each(shapes), grains, seed)
+        stiffness = expected_stiffness(space, targets, ones, _statics(space, shapes, seeds, elastic), seed)
+        space, grains = with_stiffness(space, stiffness), stiffness.grains
+    found = looked_at(space, targets, ones, grains, seed)
     if isinstance(found, str):
         raise ParameterError(f"first_look: the emulator that comes with grainlaw does not know this rock: {found}")
     return found

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import itertools
 import json
+import math
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
@@ -38,6 +39,7 @@ EVEN = 0.8  #: largest deviation of the areas of grains over their mean
 CLIPPED = ("width", "slenderness", "pressure", "stiffness", "ratio")
 WIDENED = 2.0  #: times as far from the middle as the posterior are the points that a search begins with
 COMPRESSIVE = ("ucs", "cohesion", "friction_angle")
+MODULI = ("modulus", "poisson")  #: how far they are off in a test
 TENSILE = {"tension": "tensile_strength", "brazilian": "brazilian_strength"}  #: targets by what is emulated
 
 
@@ -85,7 +87,9 @@ class Fit:
 class Emulator:
     """Quantities of rocks without dimensions: ``ucs``, the logarithm of the strength over the cohesion of the contacts;
     ``tension`` and ``brazilian``, those over their tensile strength; ``steepness``, the logarithm of the strength under
-    a confinement over that without, over the logarithm of one and the confinement over the strength without.
+    a confinement over that without, over the logarithm of one and the confinement over the strength without;
+    ``modulus`` and ``poisson``, how far those of a compression test are off statics, as contacts crack before half of
+    the strength: the logarithm of the one over the other, and the difference.
     """
 
     ends: Ends
@@ -197,6 +201,20 @@ class FirstMatch:
             found[strength_at(pressure)] = self.emulator("steepness", {**prism, "pressure": share})
         return found
 
+    def likeliest(self, seed: int) -> np.ndarray | None:
+        """(d,) of the prior; None where nothing is likely at all."""
+        points = self.space.prior(TRIED, seed)
+        likely = self.log_likelihood(points)
+        return points[np.argmax(likely)] if np.isfinite(likely).any() else None
+
+    def moduli(self, point: np.ndarray, youngs_modulus: float, poissons_ratio: float) -> dict[str, float]:
+        """Modulus (Pa) and Poisson's ratio that a test of a point (d,) gives where statics give these."""
+        inputs, _ = self.inputs(point[None])
+        given = {**inputs, **self._size("prism", 1)}
+        modulus, poisson = (float(self.emulator(name, given)[0]) for name in MODULI)
+        softer, wider = math.exp(min(modulus, 0.0)), max(poisson, 0.0)  # cracks never make it stiffer
+        return {"youngs_modulus": youngs_modulus * softer, "poissons_ratio": poissons_ratio + wider}
+
     @property
     def _confinements(self) -> set[float]:
         line = {"cohesion", "friction_angle"} & set(self.targets)
@@ -227,6 +245,7 @@ class FirstMatch:
         sides = [
             (self.logs(found, {name: fit.error}) - self.logs(found, {name: -fit.error})) / 2
             for name, fit in self.emulator.fits.items()
+            if name not in MODULI
         ]
         return self.logs(found, {}), np.einsum("ent,enu->ntu", sides, sides)
 
@@ -271,8 +290,8 @@ class FirstMatch:
 class FirstLook(metaclass=Checked):
     """What the emulator that comes with grainlaw says of a rock, before any test."""
 
-    match: FirstMatch
-    posterior: Posterior | None  #: None where no parameters in the ranges are plausible
+    match: FirstMatch  #: the emulator beside the targets
+    posterior: Posterior | None  #: samples; None where no parameters in the ranges are plausible
     least: float  #: implausibility of the best point
 
     @property
@@ -331,6 +350,13 @@ class FirstLook(metaclass=Checked):
         return f"{aligned(rows, rule=True)}\n\n{aligned(told, rule=True)}"
 
 
+def first_match(
+    space: Space, targets: Targets, specimens: Mapping[str, Specimen], grains: float, emulator: Emulator | None = None
+) -> FirstMatch:
+    """The emulator of the package, or another one, beside the targets that it knows."""
+    return FirstMatch(space, known_targets(targets), targets.pressures, specimens, grains, emulator or shipped())
+
+
 def looked_at(
     space: Space, targets: Targets, specimens: Mapping[str, Specimen], grains: float, seed: int,
     emulator: Emulator | None = None,
@@ -341,7 +367,7 @@ def looked_at(
     """
     if unknown := why_unknown(space, targets, specimens):
         return unknown
-    match = FirstMatch(space, known_targets(targets), targets.pressures, specimens, grains, emulator or shipped())
+    match = first_match(space, targets, specimens, grains, emulator)
     points = space.prior(TRIED, seed)
     likely = match.log_likelihood(points)
     start = points[np.argsort(-likely, kind="stable")[: min(STARTS, int(np.isfinite(likely).sum()))]]

@@ -3,57 +3,59 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import attrs
 import numpy as np
 
+from grainlaw.calibration.first_look import first_match, why_unknown
+from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness
+from grainlaw.calibration.targets import Targets
 from grainlaw.calibration.trials import StudySimulator
 from grainlaw.calibration.waves import Search
 from grainlaw.fields import ParameterError
 from grainlaw.results.means import spread
+from grainlaw.specimen import Specimen
 
 WITHIN = 0.01  #: of the targets: near enough
 ROUNDS = 10  #: of statics and tests
 SLOPES = (0.5, 4.0)  #: of Poisson's ratio in the test over that of statics
 
 Statics = Callable[[Mapping[str, float]], Stiffness]  #: from modulus and Poisson's ratio, those that are asked for
-Look = Callable[[Search, float], Search]  #: also told how many times stiffer than given the grains are
 Measure = Callable[[Stiffness], Mapping[str, float]]  #: the same of the test, nan where it gives none
 
 
 def meet_moduli(
-    search: Search, simulator: StudySimulator, statics: Statics, wanted: Mapping[str, float], look: Look
+    search: Search, simulator: StudySimulator, statics: Statics, wanted: Mapping[str, float], first: Stiffness
 ) -> tuple[Search, Stiffness]:
     """A search among rocks that have the moduli ``wanted`` (SI) in the test, as far as a pilot tells.
 
-    ``look`` tells it where to begin once the stiffness of the grains is known.
+    It begins with the ``first`` stiffness, which :func:`expected_stiffness` gives.
     What the pilot has cost is taken off the budget where its tests are of no use for the search.
     """
-    first = statics(wanted)
     search.tell(f"by statics E = {first.modulus / 1e9:.2f} GPa, nu = {first.poisson:.3f}")
-    search = look(_stiffened(search, simulator, first), first.grains)
+    search = stiffened(search, simulator, first)
     best = search.space.mapping(search.pilot())
     spent = len(simulator.points)
 
     def measure(stiffness: Stiffness) -> dict[str, float]:
-        _stiffened(search, simulator, stiffness)
+        stiffened(search, simulator, stiffness)
         values = simulator.values([best], list(wanted), search.seeds, np.ones(1))
         return {name: float(spread(np.ravel(each))["mean"]) for name, each in values.items()}
 
-    found = fit_moduli(wanted, statics, measure)
+    found = fit_moduli(wanted, statics, measure, moduli_of(first, wanted))
     told = ", ".join(f"{name} = {value:.4g}" for name, value in found.tested.items())
     search.tell(f"tests give {told} with E = {found.modulus / 1e9:.2f} GPa, nu = {found.poisson:.3f} by statics")
     if found.parameters != first.parameters:
         search = attrs.evolve(search, budget=search.budget - spent)
-    return _stiffened(search, simulator, found), found
+    return stiffened(search, simulator, found), found
 
 
-def _stiffened(search: Search, simulator: StudySimulator, stiffness: Stiffness) -> Search:
+def stiffened(search: Search, simulator: StudySimulator, stiffness: Stiffness) -> Search:
+    """The search, and its laboratory, with contacts and grains of this stiffness."""
     simulator.stiffen(stiffness.parameters, stiffness.grains)
-    base = {**search.space.base, **stiffness.parameters}
-    return attrs.evolve(search, space=attrs.evolve(search.space, base=base))
+    return attrs.evolve(search, space=with_stiffness(search.space, stiffness))
 
 
 @attrs.frozen
@@ -67,14 +69,52 @@ class _Round:
         return float(np.max(np.abs(list(self.off.values()))))
 
 
-def fit_moduli(wanted: Mapping[str, float], statics: Statics, measure: Measure) -> Stiffness:
+def moduli_of(stiffness: Stiffness, wanted: Iterable[str]) -> dict[str, float]:
+    """Those that statics give (SI), of the ones that are wanted."""
+    both = {"youngs_modulus": stiffness.modulus, "poissons_ratio": stiffness.poisson}
+    return {name: both[name] for name in wanted}
+
+
+def expected_stiffness(
+    space: Space, targets: Targets, specimens: Mapping[str, Specimen], statics: Statics, seed: int
+) -> Stiffness:
+    """The stiffness with which a test should give the elastic targets, by no test.
+
+    Where the emulator that comes with grainlaw knows the rock, it tells how far tests are off statics; elsewhere, that
+    of statics. ``specimens`` are one of each shape. Raises :class:`ParameterError`.
+    """
+    wanted = {name: target.value for name, target in targets.elastic.items()}
+    if why_unknown(space, targets, specimens):
+        return statics(wanted)
+
+    def measure(stiffness: Stiffness) -> dict[str, float]:
+        match = first_match(with_stiffness(space, stiffness), targets, specimens, stiffness.grains)
+        best = match.likeliest(seed)
+        if best is None:
+            return dict.fromkeys(wanted, math.nan)
+        both = match.moduli(best, stiffness.modulus, stiffness.poisson)
+        return {name: both[name] for name in wanted}
+
+    return fit_moduli(wanted, statics, measure)
+
+
+def with_stiffness(space: Space, stiffness: Stiffness) -> Space:
+    """The same between contacts of this stiffness."""
+    return attrs.evolve(space, base={**space.base, **stiffness.parameters})
+
+
+def fit_moduli(
+    wanted: Mapping[str, float], statics: Statics, measure: Measure, begin: Mapping[str, float] | None = None
+) -> Stiffness:
     """The stiffness with which the test gives ``wanted`` (SI by name) to 1 %, or the nearest that was found.
+
+    It begins where statics give ``begin``, or else what is wanted.
 
     Each round takes what the test gave more or less than the target off what statics shall give: by the ratio for the
     modulus, by secants for Poisson's ratio, which moves more in the test than in statics as softer shear springs
     crack earlier. Where the test gives no modulus, statics keep the last word. Raises :class:`ParameterError`.
     """
-    aims, rounds = dict(wanted), list[_Round]()
+    aims, rounds = dict(begin or wanted), list[_Round]()
     for _ in range(ROUNDS):
         try:
             stiffness = statics(aims)

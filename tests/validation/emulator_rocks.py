@@ -33,6 +33,7 @@ LOGS = {
 }
 EVEN = {"angle": (5, 65), "residual": (0, 1), "slenderness": (2, 3)}  # deg; tan(residual angle) over tan(angle)
 SEED = 37
+MODULI = ("modulus", "poisson")
 TESTS = ("compression", "confined", "tension", "brazilian")
 
 
@@ -86,18 +87,33 @@ def design(count):
     return [{"test": test, "seed": k + 1, **point} for k, point in enumerate(points(count)) for test in TESTS]
 
 
+def moduli(row, drawn):
+    if row["modulus"] is None or row["modulus"] != row["modulus"]:
+        return "", ""
+    run = case("compression", row["seed"], **drawn)
+    found = gl.elastic_properties(run.specimen, run.law)
+    return f"{row['modulus'] / found.modulus:.5g}", f"{row['poisson'] - found.poisson:.5g}"
+
+
 def write(table):
-    """A rock in each row: what was drawn, and its strengths (Pa), empty where a test has none."""
+    """A rock in each row: what was drawn, its strengths (Pa), and how far its moduli in the test are off those of
+    statics: the modulus over it, Poisson's ratio less it. Empty where a test has none.
+    """
     rocks = {}
     for row in table.rows:
         strength = row["strength"] if row["status"] == "finished" else None
         known = strength is not None and strength == strength
         drawn = {name: row[name] for name in (*LOGS, *EVEN)}
-        rocks.setdefault(row["seed"], drawn)[f"{row['test']} strength"] = f"{strength:.5g}" if known else ""
+        rock = rocks.setdefault(row["seed"], drawn)
+        rock[f"{row['test']} strength"] = f"{strength:.5g}" if known else ""
+        if row["test"] == "compression":
+            rock |= dict(zip(MODULI, moduli(row, drawn) if known else ("", ""), strict=True))
     with ROWS.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.DictWriter(file, (*LOGS, *EVEN, *(f"{test} strength" for test in TESTS)), lineterminator="\n")
+        rows = csv.DictWriter(
+            file, (*LOGS, *EVEN, *(f"{test} strength" for test in TESTS), *MODULI), lineterminator="\n"
+        )
         rows.writeheader()
-        rows.writerows(rock for rock in rocks.values() if len(rock) == len(LOGS) + len(EVEN) + len(TESTS))
+        rows.writerows(rock for rock in rocks.values() if len(rock) == len(LOGS) + len(EVEN) + len(TESTS) + len(MODULI))
 
 
 def main():

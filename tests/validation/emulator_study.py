@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import scipy
-from emulator_rocks import ROCK, ROWS, TESTS
+from emulator_rocks import MODULI, ROCK, ROWS, TESTS
 from study_tables import DOCS, Table, main
 
 import grainlaw as gl
@@ -34,7 +34,7 @@ PACKAGE = Path(__file__).parents[2] / "framework" / "calibration"
 
 CONTACTS = ("tension", "angle", "residual", "stiffness", "ratio")
 INPUTS = {
-    "ucs": (*CONTACTS, "width", "slenderness"),
+    **dict.fromkeys(("ucs", "modulus", "poisson"), (*CONTACTS, "width", "slenderness")),
     "tension": ("tension", "angle", "stiffness", "ratio", "width", "slenderness"),
     "brazilian": (*CONTACTS, "width"),
     "steepness": (*CONTACTS, "strain", "width", "slenderness", "pressure"),
@@ -58,6 +58,7 @@ def rocks():
     return inputs, {
         "ucs": np.log(ucs / cohesion), "tension": np.log(tension / bond), "brazilian": np.log(brazilian / bond),
         "steepness": np.log(confined / ucs) / np.log1p(pressure / ucs),
+        "modulus": np.log(given["modulus"]), "poisson": given["poisson"],
     }  # fmt: skip
 
 
@@ -89,7 +90,7 @@ def fitted(name, inputs, values, ends):
         weighted = inverse @ (y - middle)
         coefficients = prior * (x.T @ weighted)
         off = (y - middle - x @ coefficients) * np.sqrt(exact) / np.exp(logs[0])
-        weights = (TAILS + 1) / (TAILS + off**2)
+        weights = np.ones(len(y)) if name in MODULI else (TAILS + 1) / (TAILS + off**2)
     shared = (x * prior) @ x.T
     of_mean = np.diag(shared) - np.sum((shared @ inverse) * shared, axis=1)
     left = weighted / np.diag(inverse)  # value less what the others predict
