@@ -166,6 +166,8 @@ def test_a_test_is_as_soft_as_cracks_make_it():
     assert found == pytest.approx({"youngs_modulus": 50 * GPa * math.exp(-0.2), "poissons_ratio": 0.23})
     found = made.moduli(np.array([10 * MPa, 30 * MPa, 10.0]), 50 * GPa, 0.2)
     assert found == {"youngs_modulus": 50 * GPa, "poissons_ratio": 0.2}
+    unsure = match({"ucs": 1e8}, error=0.02).moduli(np.array([10 * MPa, 30 * MPa, 60.0]), 50 * GPa, 0.2)
+    assert unsure == pytest.approx({"youngs_modulus": 50 * GPa * math.exp(-0.2), "poissons_ratio": 0.2})
 
 
 def test_statics_aim_beside_the_targets_by_as_much_as_the_test_is_expected_to_differ(monkeypatch):

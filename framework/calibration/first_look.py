@@ -208,11 +208,16 @@ class FirstMatch:
         return points[np.argmax(likely)] if np.isfinite(likely).any() else None
 
     def moduli(self, point: np.ndarray, youngs_modulus: float, poissons_ratio: float) -> dict[str, float]:
-        """Modulus (Pa) and Poisson's ratio that a test of a point (d,) gives where statics give these."""
+        """Modulus (Pa) and Poisson's ratio that a test of a point (d,) gives where statics give these.
+
+        What is less than twice the emulator's error is none: in most rocks nothing cracks so early.
+        """
         inputs, _ = self.inputs(point[None])
         given = {**inputs, **self._size("prism", 1)}
         modulus, poisson = (float(self.emulator(name, given)[0]) for name in MODULI)
-        softer, wider = math.exp(min(modulus, 0.0)), max(poisson, 0.0)  # cracks never make it stiffer
+        least, most = (2 * self.emulator.fits[name].error for name in MODULI)
+        softer = math.exp(modulus) if modulus < -least else 1.0  # cracks never make it stiffer
+        wider = poisson if poisson > most else 0.0
         return {"youngs_modulus": youngs_modulus * softer, "poissons_ratio": poissons_ratio + wider}
 
     @property

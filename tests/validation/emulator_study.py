@@ -117,7 +117,7 @@ def fit():
 # --- hidden rocks -----------------------------------------------------------------------------------------------------
 
 COUNT, LABORATORY, FRESH = 20, 10, 10
-REFINED = 10  #: of the rocks are looked for by tests, too
+REFINED = 5  #: of the rocks are looked for by tests, too
 RANGES = {"tensile_strength": (3 * MPa, 40 * MPa), "cohesion": (10 * MPa, 100 * MPa), "friction_angle": (10, 60)}
 TRUE = {"cohesion": (20, 60), "tension": (0.15, 0.9), "angle": (15, 55), "stiffness": (1, 10), "ratio": (0.2, 1)}
 STRENGTHS = ("ucs", "cohesion", "friction_angle", "tensile_strength")
