@@ -13,7 +13,7 @@ import grainlaw as gl
 from grainlaw.calibration import calibrate as calibration
 from grainlaw.calibration import trials, waves
 from grainlaw.calibration.check import Compared, check
-from grainlaw.calibration.first_look import Emulator, FirstLook, FirstMatch
+from grainlaw.calibration.first_look import FirstLook, FirstMatch, ShippedEmulator
 from grainlaw.calibration.matching import Plausible
 from grainlaw.calibration.moduli import meet_moduli
 from grainlaw.calibration.posterior import Posterior
@@ -473,7 +473,7 @@ def test_a_search_begins_where_the_first_look_tells(monkeypatch):
         return waves.SearchResult(None, (), None, None, None, ())
 
     monkeypatch.setattr(Search, "run", run)
-    match = FirstMatch(ROCKS, {}, (), {}, 1.0, Emulator({}, {}))
+    match = FirstMatch(ROCKS, {}, (), {}, 1.0, ShippedEmulator({}, {}))
     looks = Look(match, Posterior(point[None], point, 1.0), 1.0), Look(match, None, 9.0)
     for seen in (*looks, "it does not know it"):
         monkeypatch.setattr(calibration, "looked_at", lambda *given, seen=seen: seen)

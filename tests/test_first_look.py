@@ -9,7 +9,16 @@ from support import small_sample
 
 import grainlaw as gl
 from grainlaw.calibration import first_look as module
-from grainlaw.calibration.first_look import Emulator, FirstMatch, Fit, features, looked_at, places, shipped, terms
+from grainlaw.calibration.first_look import (
+    FirstMatch,
+    Fit,
+    ShippedEmulator,
+    features,
+    looked_at,
+    places,
+    shipped,
+    terms,
+)
 from grainlaw.calibration.moduli import expected_stiffness
 from grainlaw.calibration.space import space_of
 from grainlaw.calibration.stiffness_search import Stiffness
@@ -56,7 +65,7 @@ def coulomb(error=0.0):
         "modulus": linear(("angle", "ratio"), constant=-0.1, angle=-0.2),
         "poisson": linear(("angle", "ratio"), constant=0.01, angle=0.04),
     }
-    return Emulator(ENDS, {name: attrs.evolve(fit, error=error) for name, fit in fits.items()})
+    return ShippedEmulator(ENDS, {name: attrs.evolve(fit, error=error) for name, fit in fits.items()})
 
 
 def match(targets, *, error=0.0, specimens=None, **given):

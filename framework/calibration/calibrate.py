@@ -14,13 +14,19 @@ from grainlaw.arguments import checked
 from grainlaw.calibration.check import check
 from grainlaw.calibration.first_look import FirstLook, looked_at
 from grainlaw.calibration.identifiability import identifiability
-from grainlaw.calibration.moduli import Statics, expected_stiffness, meet_moduli, stiffened, with_stiffness
+from grainlaw.calibration.moduli import (
+    Statics,
+    expected_stiffness,
+    meet_moduli,
+    stiffened,
+    wanted_moduli,
+    with_stiffness,
+)
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.space import Space, space_of
 from grainlaw.calibration.stiffness_search import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
 from grainlaw.calibration.targets import (
     AIMS,
-    Target,
     Targets,
     checked_quantities,
     measured_by,
@@ -111,7 +117,7 @@ def calibrate(
             if look.posterior is not None:
                 search = attrs.evolve(search, begin=look.beginning(len(search.space.free) * BEGIN, seed))
         if stiffness is not None:
-            search, stiffness = meet_moduli(search, simulator, statics, _values(targets.elastic), stiffness)
+            search, stiffness = meet_moduli(search, simulator, statics, wanted_moduli(targets), stiffness)
         space, found = search.space, search.run()
         result = Calibration(
             targets=targets, space=space, stiffness=stiffness, first_look=look, found=found, seeds=seeds,
@@ -157,10 +163,6 @@ def first_look(
 
 def _one_of_each(shapes: Mapping[str, Specimens]) -> dict[str, Specimen]:
     return {shape: make(1) for shape, make in shapes.items()}
-
-
-def _values(targets: Mapping[str, Target]) -> dict[str, float]:
-    return {name: target.value for name, target in targets.items()}
 
 
 def _check_elastic(elastic: str) -> None:

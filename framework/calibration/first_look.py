@@ -1,7 +1,7 @@
 """What the targets say of Mohr-Coulomb contacts before any test: an emulator that comes with grainlaw.
 
 Even, whole, elastic grains of one material between brittle contacts; by similarity all that counts are ratios. Its
-numbers are in mohr_coulomb.json, made by tests/validation/emulator_study.py from some thousand rocks.
+numbers are in mohr_coulomb.json, made by tests/validation/emulator_study.py from a thousand rocks.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.calibration.check import NORMAL
 from grainlaw.calibration.matching import LIMIT
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.space import Space
@@ -33,7 +34,6 @@ FILE = "mohr_coulomb.json"
 TRIED = 16384  #: points of the prior that are looked at
 STARTS = 60  #: of them the chains begin at
 DEGREE = 3  #: of the polynomials
-NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %
 EVEN = 0.8  #: largest deviation of the areas of grains over their mean
 #: inputs beyond whose ends the value at the end is taken: of the specimen, and of stiffnesses that statics found
 CLIPPED = ("width", "slenderness", "pressure", "stiffness", "ratio")
@@ -84,7 +84,7 @@ class Fit:
 
 
 @attrs.frozen(eq=False)
-class Emulator:
+class ShippedEmulator:
     """Quantities of rocks without dimensions: ``ucs``, the logarithm of the strength over the cohesion of the contacts;
     ``tension`` and ``brazilian``, those over their tensile strength; ``steepness``, the logarithm of the strength under
     a confinement over that without, over the logarithm of one and the confinement over the strength without;
@@ -96,7 +96,7 @@ class Emulator:
     fits: Mapping[str, Fit]
 
     @classmethod
-    def read(cls) -> Emulator:
+    def read(cls) -> ShippedEmulator:
         """That of the package."""
         given = json.loads(resources.files("grainlaw.calibration").joinpath(FILE).read_text("utf-8"))
         return cls(given["ends"], {name: Fit(**fit) for name, fit in given["fits"].items()})
@@ -114,7 +114,7 @@ class Emulator:
         return np.clip(value, *self.ends[name])
 
 
-shipped = functools.cache(Emulator.read)
+shipped = functools.cache(ShippedEmulator.read)
 
 
 # --- what it can be asked ---------------------------------------------------------------------------------------------
@@ -156,7 +156,7 @@ class FirstMatch:
     pressures: Sequence[float]  #: Pa, behind cohesion and friction angle
     specimens: Mapping[str, Specimen]  #: by shape
     grains: float  #: times the modulus of the grains
-    emulator: Emulator
+    emulator: ShippedEmulator
 
     def inputs(self, points: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """Inputs of the emulator and parameters of the law, for points (n, d)."""
@@ -201,9 +201,8 @@ class FirstMatch:
             found[strength_at(pressure)] = self.emulator("steepness", {**prism, "pressure": share})
         return found
 
-    def likeliest(self, seed: int) -> np.ndarray | None:
-        """(d,) of the prior; None where nothing is likely at all."""
-        points = self.space.prior(TRIED, seed)
+    def likeliest(self, points: np.ndarray) -> np.ndarray | None:
+        """(d,) of points (n, d); None where nothing is likely at all."""
         likely = self.log_likelihood(points)
         return points[np.argmax(likely)] if np.isfinite(likely).any() else None
 
@@ -356,7 +355,11 @@ class FirstLook(metaclass=Checked):
 
 
 def first_match(
-    space: Space, targets: Targets, specimens: Mapping[str, Specimen], grains: float, emulator: Emulator | None = None
+    space: Space,
+    targets: Targets,
+    specimens: Mapping[str, Specimen],
+    grains: float,
+    emulator: ShippedEmulator | None = None,
 ) -> FirstMatch:
     """The emulator of the package, or another one, beside the targets that it knows."""
     return FirstMatch(space, known_targets(targets), targets.pressures, specimens, grains, emulator or shipped())
@@ -364,7 +367,7 @@ def first_match(
 
 def looked_at(
     space: Space, targets: Targets, specimens: Mapping[str, Specimen], grains: float, seed: int,
-    emulator: Emulator | None = None,
+    emulator: ShippedEmulator | None = None,
 ) -> FirstLook | str:  # fmt: skip
     """The posterior of the emulator, in seconds, or why it knows nothing of the rock.
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 import attrs
 import numpy as np
 
-from grainlaw.calibration.first_look import first_match, why_unknown
+from grainlaw.calibration.first_look import TRIED, first_match, why_unknown
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness
 from grainlaw.calibration.targets import Targets
@@ -69,6 +69,11 @@ class _Round:
         return float(np.max(np.abs(list(self.off.values()))))
 
 
+def wanted_moduli(targets: Targets) -> dict[str, float]:
+    """The elastic targets (SI)."""
+    return {name: target.value for name, target in targets.elastic.items()}
+
+
 def moduli_of(stiffness: Stiffness, wanted: Iterable[str]) -> dict[str, float]:
     """Those that statics give (SI), of the ones that are wanted."""
     both = {"youngs_modulus": stiffness.modulus, "poissons_ratio": stiffness.poisson}
@@ -83,13 +88,14 @@ def expected_stiffness(
     Where the emulator that comes with grainlaw knows the rock, it tells how far tests are off statics; elsewhere, that
     of statics. ``specimens`` are one of each shape. Raises :class:`ParameterError`.
     """
-    wanted = {name: target.value for name, target in targets.elastic.items()}
+    wanted = wanted_moduli(targets)
     if why_unknown(space, targets, specimens):
         return statics(wanted)
+    points = space.prior(TRIED, seed)
 
     def measure(stiffness: Stiffness) -> dict[str, float]:
         match = first_match(with_stiffness(space, stiffness), targets, specimens, stiffness.grains)
-        best = match.likeliest(seed)
+        best = match.likeliest(points)
         if best is None:
             return dict.fromkeys(wanted, math.nan)
         both = match.moduli(best, stiffness.modulus, stiffness.poisson)

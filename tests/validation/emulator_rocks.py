@@ -113,7 +113,7 @@ def write(table):
             file, (*LOGS, *EVEN, *(f"{test} strength" for test in TESTS), *MODULI), lineterminator="\n"
         )
         rows.writeheader()
-        rows.writerows(rock for rock in rocks.values() if len(rock) == len(LOGS) + len(EVEN) + len(TESTS) + len(MODULI))
+        rows.writerows(rocks.values())
 
 
 def main():

@@ -18,13 +18,13 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import scipy
 from emulator_rocks import MODULI, ROCK, ROWS, TESTS
+from hidden_rocks_study import specimens, with_errors
 from study_tables import DOCS, Table, main
 
 import grainlaw as gl
 from grainlaw.calibration.calibrate import first_look
 from grainlaw.calibration.first_look import FILE, features, places, terms
 from grainlaw.calibration.trials import StudySimulator, TrialCase, checked_specimens, checked_tests
-from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import MohrCoulomb
 from grainlaw.units import MPa, mm
 
@@ -53,7 +53,7 @@ def rocks():
     cohesion = given["strain"] * ROCK.youngs_modulus
     ucs, confined, tension, brazilian = (given[f"{test} strength"] for test in TESTS)
     pressure, bond = given["pressure"] * cohesion, given["tension"] * cohesion
-    inputs = {name: np.log(given[name]) if name in LOGS else given[name] for name in (*INPUTS["steepness"][:-1],)}
+    inputs = {name: np.log(given[name]) if name in LOGS else given[name] for name in INPUTS["steepness"][:-1]}
     inputs["pressure"] = np.log(pressure / ucs)
     return inputs, {
         "ucs": np.log(ucs / cohesion), "tension": np.log(tension / bond), "brazilian": np.log(brazilian / bond),
@@ -63,7 +63,7 @@ def rocks():
 
 
 def fitted(name, inputs, values, ends):
-    """Coefficients whose prior has a deviation for each degree, by the largest evidence; and what is left out."""
+    """Coefficients whose prior has a deviation for each degree, by the largest evidence."""
     known = np.isfinite(values) & np.all([np.isfinite(inputs[each]) for each in INPUTS[name]], axis=0)
     given, y = {each: inputs[each][known] for each in INPUTS[name]}, values[known]
     x, degree = features(places(given, INPUTS[name], ends)), terms(len(INPUTS[name])).sum(axis=1)
@@ -99,7 +99,7 @@ def fitted(name, inputs, values, ends):
         "inputs": list(INPUTS[name]), "coefficients": [float(f"{c:.6g}") for c in coefficients],
         "error": float(f"{np.sqrt(np.mean(of_mean)):.3g}"),
         "scatter": float(f"{np.sqrt(np.average(left**2, weights=exact)):.3g}"),
-    }, left  # fmt: skip
+    }  # fmt: skip
 
 
 def fit():
@@ -107,7 +107,7 @@ def fit():
     ends = {name: [float(f"{end:.6g}") for end in np.nanquantile(each, [0, 1])] for name, each in inputs.items()}
     ends["pressure"] = [float(f"{end:.6g}") for end in np.nanquantile(inputs["pressure"], [1 - MOST, MOST])]
     held = {**inputs, "pressure": np.clip(inputs["pressure"], *ends["pressure"])}
-    fits = {name: fitted(name, held, values[name], ends)[0] for name in INPUTS}
+    fits = {name: fitted(name, held, values[name], ends) for name in INPUTS}
     text = json.dumps({"ends": ends, "fits": fits}, indent=1)
     (PACKAGE / FILE).write_text(text + "\n", encoding="utf-8")
     for name, each in fits.items():
@@ -119,19 +119,12 @@ def fit():
 COUNT, LABORATORY, FRESH = 5, 10, 10
 RANGES = {"tensile_strength": (3 * MPa, 40 * MPa), "cohesion": (10 * MPa, 100 * MPa), "friction_angle": (10, 60)}
 TRUE = {"cohesion": (20, 60), "tension": (0.15, 0.9), "angle": (15, 55), "stiffness": (1, 10), "ratio": (0.2, 1)}
+grains_of = partial(specimens, count=100)
 STRENGTHS = ("ucs", "cohesion", "friction_angle", "tensile_strength")
 ELASTIC = ("youngs_modulus", "poissons_ratio")
 PRESSURE = 0.1  #: of the UCS, about
 BUDGET = 18  #: points of the refinement
 FIRST = 500  #: seed of the laboratory's specimens
-
-
-def specimens(number):
-    def specimen(seed):
-        grains = Voronoi(grains=100, seed=1000 * number + seed).tessellate(rectangle(20 * mm, 50 * mm))
-        return gl.Specimen(grains, ROCK)
-
-    return specimen
 
 
 @cache
@@ -157,10 +150,10 @@ def stores():
     return TemporaryDirectory(prefix="emulator-")
 
 
-def simulated(number, law, seeds, pressure, grains=1.0):
+def simulated(number, law, seeds, pressure):
     """Values (seeds,) of a law on specimens of a rock, by name."""
     names = ("compression", "confined", "tension")
-    case = TrialCase(law, {}, (), checked_specimens(specimens(number), names), checked_tests({}), grains)
+    case = TrialCase(law, {}, (), checked_specimens(grains_of(number), names), checked_tests({}), 1.0)
     rock = StudySimulator(case, {"cohesion": 1}, [pressure], Path(stores().name) / str(number), progress=False)
     asked = {"cohesion": law.cohesion}
     values = rock.values([asked], (*ELASTIC, *STRENGTHS), seeds, np.ones(1))
@@ -175,17 +168,14 @@ def pressure_of(number):
 def laboratory(number):
     """Targets from ten specimens of a hidden rock, with their standard errors."""
     values = simulated(number, hidden()[number], range(FIRST, FIRST + LABORATORY), pressure_of(number))
-    return {
-        name: (float(np.nanmean(each)), float(np.nanstd(each, ddof=1) / np.sqrt(np.isfinite(each).sum())))
-        for name, each in values.items()
-    }
+    return with_errors(values)
 
 
 def asked(number):
     targets = gl.Targets(**laboratory(number), confinements=[pressure_of(number)])
     law = MohrCoulomb(kn=1e14, ks=5e13, tensile_strength=6 * MPa, cohesion=30 * MPa, friction_angle=25,
                       residual_friction_angle=5)  # fmt: skip
-    return {"targets": targets, "law": law, "free": RANGES, "specimens": specimens(number)}
+    return {"targets": targets, "law": law, "free": RANGES, "specimens": grains_of(number)}
 
 
 def off(number, values):

@@ -39,11 +39,11 @@ COUNT, BUDGET = 10, 45
 IMPOSSIBLE = "UCS / T = 60"
 
 
-def specimens(number):
+def specimens(number, count=30):
     """Those of one rock: if all had the same grains, one accident would count ten times."""
 
     def specimen(seed):
-        grains = Voronoi(grains=30, seed=1000 * number + seed).tessellate(rectangle(20 * mm, 50 * mm))
+        grains = Voronoi(grains=count, seed=1000 * number + seed).tessellate(rectangle(20 * mm, 50 * mm))
         return gl.Specimen(grains, ROCK)
 
     return specimen
@@ -70,6 +70,11 @@ def laboratory(number):
     case = TrialCase(LAW, {}, (), checked_specimens(specimens(number), TESTS), checked_tests(TESTS), 1.0)
     rock = StudySimulator(case, SPACE.powers, [PRESSURE], store(number), workers=1, progress=False)
     values = rock.values([hidden()[number]], TARGETS, range(FIRST, FIRST + LABORATORY), np.ones(1))
+    return with_errors(values)
+
+
+def with_errors(values):
+    """Means over specimens, each with its standard error, by name."""
     errors = {name: np.nanstd(each, ddof=1) / np.sqrt(np.isfinite(each).sum()) for name, each in values.items()}
     return {name: (float(np.nanmean(each)), float(errors[name])) for name, each in values.items()}
 
