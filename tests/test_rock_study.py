@@ -99,6 +99,48 @@ def test_a_prediction_is_compared_with_the_laboratory(example):
     assert run.protocol.confinement == 75e6
 
 
+def test_the_blind_granite_has_the_parameters_of_its_paper(example):
+    """Of the three small energies alone there are two readings; a minimal specimen has the laws of all its pairs."""
+    study = example("granite_blind")
+    printed, other = (study.laws(energies) for energies in study.ENERGIES)
+    assert {pair for pair in printed if printed[pair] != other[pair]} == {
+        ("feldspar", "feldspar"), ("biotite", "feldspar"), ("biotite", "quartz")
+    }  # fmt: skip
+    assert other["biotite", "quartz"].mode_i_energy == pytest.approx(214)
+    assert printed["inside", "quartz"].friction == pytest.approx(1.27)
+    assert len(printed) == 9
+    run = study.case("as printed", 12, 1)
+    low, high = run.specimen.grains.region.bounds
+    assert tuple(high - low) == pytest.approx((0.061, 0.137))
+    assert run.specimen.grains.is_breakable
+
+
+def test_a_blind_prediction_stands_beside_the_laboratory(example):
+    """Two specimens of 190 and 210 MPa; one contracts until the peak; a quarter of the cracks runs through grains."""
+    study = example("granite_blind")
+    rows = {
+        "strength": [190e6, 210e6], "modulus": [60e9, 60e9], "crack_damage_ratio": [0.9, np.nan],
+        "crack_damage_cylinder_ratio": [0.8, 0.8], "crack_initiation_lateral_ratio": [0.4, 0.4],
+        "crack_initiation_count_ratio": [0.2, 0.2], "tensile_cracks": [6, 6], "shear_cracks": [2, 2],
+        "transgranular_cracks": [2, 2],
+    }  # fmt: skip
+
+    class Table(dict):
+        def where(self, energies):
+            assert energies in study.ENERGIES
+            return self
+
+        def __len__(self):
+            return 2
+
+    text = study.table_of({784: Table({name: np.array(values) for name, values in rows.items()})})
+    line = text.splitlines()[2]
+    assert line.startswith("| 784, 2 specimens | as printed | 200 ± 130 | 0.4 ± ")
+    assert "| 0.95 ± 0.64 | 0.8 ± " in line
+    assert line.rstrip(" |").endswith("| 60 ± 0 | 0.25 ± 0")
+    assert "| laboratory |  | 199 | 0.357 | 0.357 | 0.818 | 0.818 |" in text
+
+
 @pytest.mark.slow
 def test_rows_of_the_study_can_be_repeated(example):
     """Elastic constants and strengths of some rows of the data beside the page, on any processor."""

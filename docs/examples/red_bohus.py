@@ -70,7 +70,8 @@ def words(values):
     mean, half = mean_and_half(values)
     known = np.count_nonzero(~np.isnan(values))
     few = f" ({known} of {len(values)})" if known < len(values) else ""
-    return "-" if np.isnan(half) else f"{mean:.3g} ± {half:.2g}{few}"
+    digits = np.format_float_positional(half, 2, fractional=False, trim="-")
+    return "-" if np.isnan(half) else f"{mean:.3g} ± {digits}{few}"
 
 
 def main():
