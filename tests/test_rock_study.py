@@ -141,6 +141,35 @@ def test_a_blind_prediction_stands_beside_the_laboratory(example):
     assert "| laboratory |  | 199 | 0.357 | 0.357 | 0.818 | 0.818 |" in text
 
 
+def test_a_rock_is_sought_by_two_factors(example):
+    """Strengths go up by 200 / 100, moduli by 69 / 46; ratios stay, and what lies in the laboratory's range is met."""
+    study = example("lac_du_bonnet")
+    run = study.case(5, "minerals", 0.4, "bend", 1, 2.0, 1.5)
+    bond, rock = run.law[...], study.ROCK
+    assert bond.tensile_strength == pytest.approx(0.8 * rock.law.cohesion)
+    assert bond.cohesion == pytest.approx(2 * rock.law.cohesion)
+    assert (bond.kn, bond.ks) == pytest.approx((1.5 * rock.law.kn, 1.5 * rock.law.ks))
+    assert run.law["inside"].cohesion == pytest.approx(2 * bond.cohesion)
+    assert run.law["mica", ...].cohesion == pytest.approx(bond.cohesion / 2)
+    assert run.specimen.material_of(0).youngs_modulus == pytest.approx(1.5 * rock.material.youngs_modulus)
+    even = study.case(1, "one kind", 0.1, "brazilian", 1).specimen.grains
+    assert even.grain_size == pytest.approx(study.GRAIN, rel=0.02)
+    ones = np.ones(2)
+    found = study.scaled({"UCS": 100 * ones, "E": 46 * ones, "nu": 0.25 * ones, "tension": 3.5 * ones,
+                          "brazilian": 3 * ones, "slope": 12 * ones, "CI": np.array([0.45, np.nan]),
+                          "CI count": 0.1 * ones, "CD": ones, "toughness": 0.5 * ones})  # fmt: skip
+    assert found["tension"] == pytest.approx(7)
+    assert found["E"] == pytest.approx(69)
+    assert study.met(found) == ["nu", "tension", "slope", "CI", "toughness"]
+    other = found | {"nu": 0.1 * ones}
+    lines = study.table_of({(1, "minerals", 0.1): other, (5, "one kind", 0.2): found}).splitlines()
+    assert lines[2].startswith(
+        "| 5 | one kind | 0.2 | 5 of 8 | 2.00, 1.50 | 200 ± 0 | 69 ± 0 | **0.25 ± 0** | **7 ± 0** |"
+    )
+    assert lines[3].startswith("| 1 | minerals | 0.1 | 4 of 8 |")
+    assert "**0.45" not in lines[2]  # one specimen has no interval
+
+
 @pytest.mark.slow
 def test_rows_of_the_study_can_be_repeated(example):
     """Elastic constants and strengths of some rows of the data beside the page, on any processor."""
