@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import grainlaw as gl
 from grainlaw.calibration.moduli import WITHIN, fit_moduli
-from grainlaw.calibration.stiffness_search import Stiffness
+from grainlaw.calibration.stiffness_search import Stiffness, UnreachableError
 from grainlaw.units import GPa
 
 WANTED = {"youngs_modulus": 60 * GPa, "poissons_ratio": 0.25}
@@ -67,6 +67,38 @@ def test_the_nearest_is_taken_where_statics_cannot_go_further():
     assert found.tested["poissons_ratio"] == found.poisson + 0.3
     with pytest.raises(gl.ParameterError, match="cannot be had"):
         fit_moduli({**WANTED, "poissons_ratio": 0.45}, statics, wide)
+
+
+def bounded(aims):
+    """Statics that have no Poisson's ratio above 0.4, and say that 0.39 is the nearest."""
+    if aims["poissons_ratio"] > 0.4:
+        raise UnreachableError("calibrate: 0.4 at most", 0.39)
+    return statics(aims)
+
+
+def test_a_ratio_that_only_the_test_has_is_met_by_it():
+    """Cracks widen it by 0.08: 0.45 is 0.37 by statics."""
+    wanted = {**WANTED, "poissons_ratio": 0.45}
+    found = fit_moduli(wanted, bounded, cracking(0, 0.08, 0))
+    assert found.poisson == pytest.approx(0.37, abs=0.45 * WITHIN)
+    assert found.tested["poissons_ratio"] == pytest.approx(0.45, rel=WITHIN)
+    with pytest.raises(UnreachableError, match=r"0.4 at most"):
+        fit_moduli(wanted, bounded, cracking(0, 0.01, 0))
+    with pytest.raises(UnreachableError, match=r"0.4 at most"):
+        fit_moduli(wanted, bounded, lambda stiffness: dict.fromkeys(wanted, math.nan))
+
+
+@pytest.mark.parametrize(("nearest", "times"), [(math.nan, 1), (0.39, 2)])
+def test_statics_without_a_nearest_ratio_refuse_at_once(nearest, times):
+    asked = []
+
+    def never(aims):
+        asked.append(aims)
+        raise UnreachableError("calibrate: none", nearest)
+
+    with pytest.raises(UnreachableError, match="none"):
+        fit_moduli(WANTED, never, None)
+    assert len(asked) == times
 
 
 def test_one_target_alone_is_met():

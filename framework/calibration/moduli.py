@@ -10,7 +10,7 @@ import numpy as np
 
 from grainlaw.calibration.first_look import TRIED, first_match, why_unknown
 from grainlaw.calibration.space import Space
-from grainlaw.calibration.stiffness_search import Stiffness
+from grainlaw.calibration.stiffness_search import Stiffness, UnreachableError
 from grainlaw.calibration.targets import Targets
 from grainlaw.calibration.trials import StudySimulator
 from grainlaw.calibration.waves import Search
@@ -118,15 +118,20 @@ def fit_moduli(
 
     Each round takes what the test gave more or less than the target off what statics shall give: by the ratio for the
     modulus, by secants for Poisson's ratio, which moves more in the test than in statics as softer shear springs
-    crack earlier. Where the test gives no modulus, statics keep the last word. Raises :class:`ParameterError`.
+    crack earlier. Where the test gives no modulus, statics keep the last word. Raises :class:`ParameterError`, also
+    where statics do not have the Poisson's ratio and the test has not got it either.
     """
-    aims, rounds = dict(begin or wanted), list[_Round]()
+    aims, rounds, refused = dict(begin or wanted), list[_Round](), list[UnreachableError]()
     for _ in range(ROUNDS):
         try:
             stiffness = statics(aims)
-        except ParameterError:
+        except ParameterError as error:
             if not rounds:
-                raise
+                if refused or not isinstance(error, UnreachableError) or math.isnan(error.nearest):
+                    raise
+                refused.append(error)
+                aims["poissons_ratio"] = error.nearest  # cracks may widen what the test gives
+                continue
             aims = {name: (aims[name] + rounds[-1].aims[name]) / 2 for name in wanted}  # statics cannot go so far
             continue
         found = measure(stiffness)
@@ -135,12 +140,17 @@ def fit_moduli(
             {name: found[name] / value - 1 for name, value in wanted.items()},
         )  # fmt: skip
         if not math.isfinite(now.worst):
+            if refused:
+                raise refused[0]
             return rounds[0].stiffness if rounds else now.stiffness
         rounds.append(now)
         if now.worst <= WITHIN:
             break
         aims = {name: _next(name, rounds, wanted[name]) for name in wanted}
-    return min(rounds, key=lambda each: each.worst).stiffness
+    best = min(rounds, key=lambda each: each.worst)
+    if refused and best.worst > WITHIN:
+        raise refused[0]
+    return best.stiffness
 
 
 def _next(name: str, rounds: list[_Round], wanted: float) -> float:

@@ -20,7 +20,16 @@ STIFF = "Pa/m"
 ACCURACY = 0.005  #: of modulus and Poisson's ratio
 REACH = 1e4  #: times the stiffness to begin with, and its inverse
 RATIOS = (0.01, 4.0)  #: of shear to normal stiffness
+INSIDE = 0.02  #: of the range of Poisson's ratios: how far from its ends the nearest of them lies
 CONTACTS, GRAINS = "contacts", "grains"  #: what is found
+
+
+class UnreachableError(ParameterError):
+    """Statics do not have the Poisson's ratio that is asked for; ``nearest`` is the one that they have, or nan."""
+
+    def __init__(self, message: str, nearest: float) -> None:
+        super().__init__(message)
+        self.nearest = nearest
 
 
 @attrs.frozen(kw_only=True)
@@ -105,10 +114,11 @@ class StiffnessSearch:
         ends = [math.log(end) for end in RATIOS]
         if gap(ends[0]) * gap(ends[1]) > 0:
             low, high = sorted(gap(end) + poisson for end in ends)
-            raise ParameterError(
+            raise UnreachableError(
                 f"calibrate: poissons_ratio = {poisson:g} cannot be had {what}: ratios of shear to normal stiffness "
                 f"from {RATIOS[0]:g} to {RATIOS[1]:g} give {low:.3f} to {high:.3f}; grains with another Poisson's "
-                "ratio give others"
+                "ratio give others",
+                _within(poisson, low, high),
             )
         return math.exp(scipy.optimize.brentq(gap, *ends, xtol=1e-5))
 
@@ -190,14 +200,21 @@ def _both(search: StiffnessSearch, modulus: float, poisson: float, normal: float
     search.count += first.count
     off = gaps(search)(logs)
     if abs(off[0]) > ACCURACY or abs(off[1]) > ACCURACY * max(abs(poisson), 0.1):
-        nus = sorted(_poisson_range(search, modulus, float(np.exp(logs[0]))))
-        raise ParameterError(
+        nus = _poisson_range(search, modulus, float(np.exp(logs[0])))
+        raise UnreachableError(
             f"calibrate: youngs_modulus = {modulus:g} Pa with poissons_ratio = {poisson:g} cannot be had between these "
-            f"grains: with this modulus Poisson's ratio lies between {nus[0]:.3f} and {nus[1]:.3f}; take other "
-            "grains, or let elastic be 'grains'"
+            f"grains: with this modulus Poisson's ratio lies between {min(nus):.3f} and {max(nus):.3f}; take other "
+            "grains, or let elastic be 'grains'",
+            _within(poisson, min(nus), max(nus)),
         )
     normal, ratio = map(float, np.exp(logs))
     return normal, ratio
+
+
+def _within(poisson: float, low: float, high: float) -> float:
+    """The nearest Poisson's ratio from ``low`` to ``high``, a little inside, where it is no longer at an end."""
+    margin = INSIDE * (high - low)
+    return min(max(poisson, low + margin), high - margin)
 
 
 def _poisson_range(search: StiffnessSearch, modulus: float, normal: float) -> list[float]:
