@@ -11,9 +11,9 @@ from support import small_sample
 import grainlaw as gl
 from grainlaw.columns import SPENT, SUPPLIED, energy
 from grainlaw.engine.contacts.hand_over import _leaving
-from grainlaw.geometry import Bricks, rectangle
+from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, MohrCoulomb
-from grainlaw.protocols import DirectShear, UniaxialCompression
+from grainlaw.protocols import DirectShear, FreeMotion, UniaxialCompression
 
 WIDTH, PRESSURE, ANGLE = 0.02, 5e6, 25
 JOINT = {"kn": 1e12, "ks": 1e12, "tensile_strength": 1e6, "cohesion": 2e6, "friction_angle": 40,
@@ -166,3 +166,53 @@ def test_a_bond_leaves_with_the_memory_of_the_point_that_is_pressed_most():
     assert found.group.tolist() == [0, 1]
     assert found.memory.tolist() == [[53, 52]]
     assert found.force.tolist() == [[[0, 2], [3, 5], [6, 8], [9, 11]], [[100, 102], [103, 105], [106, 108], [109, 111]]]
+
+
+# --- a bond that is broken at one point, about which its grains turn --------------------------------------------------
+
+KITE = 10e-3  #: m, length of the edge that two triangles share
+SPIN = -2000.0  #: rad/s, so that the second point opens
+
+
+@attrs.frozen(kw_only=True)
+class Turning(FreeMotion):
+    """The second grain turns about the first contact point of their bond."""
+
+    def stages(self, specimen):
+        settle, move = super().stages(specimen)
+        share = specimen.contact_points.weights(np.array([KITE]))[0]
+        ends = specimen.mesh.nodes[specimen.mesh.interfaces[0, :2]]
+        x, y = (specimen.mesh.nodes - ends[0] - share * (ends[1] - ends[0])).T
+        moves = (specimen.mesh.node_grain == 1)[:, None]
+        loads = [*move.loads[:-1], gl.InitialVelocity(velocity=SPIN * moves * np.stack([-y, x], axis=1))]
+        return [settle, attrs.evolve(move, loads=loads)]
+
+
+@attrs.define
+class Weakened(gl.Observer):
+    """Breaks the second contact point at rest, and sees how far grains had turned when the bond went."""
+
+    turned: float = math.nan
+
+    def observe(self, state, curves, stage, progress):
+        if stage.name == "settle":
+            state.bonds.arrays.memory[state.bonds.groups[0].row("damage"), 1] = 1.0
+        if math.isnan(self.turned) and state.replaced.any():
+            self.turned = math.degrees(state.rotation(1))
+
+
+@pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
+def test_a_bond_that_is_half_broken_lasts_until_its_edges_stand_across(material):
+    """Free to turn by 298 degrees: beyond 180 the mean edge points the other way, and a gap would be an overlap."""
+    flat = [(0.0, 0.0), (0.0, KITE), (-3e-3, KITE / 2)], [(0.0, 0.0), (3e-3, KITE / 2), (0.0, KITE)]
+    specimen = gl.Specimen(from_polygons(flat), material)
+    law = MohrCoulomb(kn=1e13, ks=1e13, tensile_strength=1e9, cohesion=1e9, friction_angle=0)
+    seen, lasts = Weakened(), math.radians(220) / abs(SPIN)
+    test = Turning(settle=1e-6, duration=lasts, gravity=(0, 0), fixed=[0], tracked=[1], samples=220)
+    result = gl.simulate(specimen, law, test, observers=[seen])
+    assert seen.turned == pytest.approx(-90, abs=2)
+    assert len(result.cracks) == 2
+    energy = result.curves["energy_kinetic"][result.curves["stage"] == 1]
+    assert energy == pytest.approx(energy[0], rel=0.02)
+    assert np.degrees(result.curves["rotation_1"][-1]) % 360 == pytest.approx(140, abs=5)
+    assert result.summary["energy_error"] < 1e-3

@@ -83,6 +83,7 @@ def _leaving(state: State) -> Leaving:
     arrays, count = bonds.arrays, len(bonds)
     chosen = np.flatnonzero(arrays.leaving)
     arrays.leaving[:] = 0
+    bonds.sever(chosen)
     slip, normal = (state.last(rows).reshape(2, -1)[:, chosen] for rows in (arrays.slip, arrays.normal))
     pressure = -normal
     point = pressure.argmax(axis=0)

@@ -127,6 +127,7 @@ def gather_forces(first, second, cx, cy, fx, fy):
         fy[i] += cy[j] + cy[k]
 
 
+ACROSS = math.sqrt(0.5)  #: half of an edge over the length of the mean of two at right angles
 BLOCK = 4096  #: bonds that go through their passes together: their scratch stays in the cache
 
 
@@ -170,13 +171,15 @@ class BondBooks(NamedTuple):
 
 
 @njit(**OPTIONS)
-def _mark_leaving(bonds, g, first, last, d1x, d1y, d2x, d2y):
-    """Mark bonds that are broken at both points and have moved apart; returns how many."""
+def _mark_leaving(bonds, g, first, last, d1x, d1y, d2x, d2y, inverse):
+    """Mark bonds that have moved apart and are broken at both points, or at one about which they have turned."""
     count, leaving = bonds.half.shape[0], 0
     for c in range(first, last):
         k = c - first
         if max(d1x[k] ** 2 + d1y[k] ** 2, d2x[k] ** 2 + d2y[k] ** 2) > bonds.reach[c]:
-            if is_unbonded(bonds.laws, g, bonds.memory, c) and is_unbonded(bonds.laws, g, bonds.memory, count + c):
+            one = is_unbonded(bonds.laws, g, bonds.memory, c)
+            other = is_unbonded(bonds.laws, g, bonds.memory, count + c)
+            if (one and other) or ((one or other) and bonds.half[c] * inverse[k] > ACROSS):
                 bonds.leaving[c] = 1
                 leaving += 1
     return leaving
@@ -208,7 +211,7 @@ def _one_law(bonds, nodes, g, new, old, first, last):
         respond(bonds.laws, g, bonds.memory, 0, c, e, *addresses)
         respond(bonds.laws, g, bonds.memory, 1, c, e, *addresses)
         if moved_apart(d1x, d1y, d2x, d2y, bonds.reach[c:e]) > 0:
-            leaving += _mark_leaving(bonds, g, c, e, d1x, d1y, d2x, d2y)
+            leaving += _mark_leaving(bonds, g, c, e, d1x, d1y, d2x, d2y, inverse)
         n1, n2, t1, t2 = normal[c:e], normal[k:m], shear[c:e], shear[k:m]
         add_work(o1, o_old[c:e], n1, n_old[c:e], bonds.opening_work[c:e])
         add_work(o2, o_old[k:m], n2, n_old[k:m], bonds.opening_work[k:m])
@@ -316,6 +319,14 @@ class Bonds(Part):
             "contacts_normal": float((self.lengths * self.arrays.opening_work).sum()),
             "contacts_shear": float((self.lengths * self.arrays.slip_work).sum()),
         }
+
+    def sever(self, chosen: np.ndarray) -> None:
+        """Break what is left of bonds that leave with a sound point."""
+        for group in self.groups:
+            if (row := group.row("damage")) >= 0:
+                mine = chosen[(chosen >= group.first) & (chosen < group.last)]
+                points = np.concatenate([mine, len(self) + mine])
+                self.arrays.memory[row, points] = np.maximum(self.arrays.memory[row, points], 1.0)
 
     def retire(self, chosen: np.ndarray) -> None:
         """Take bonds out of the step: they rest at no opening, and no node gathers from them."""
