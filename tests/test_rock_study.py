@@ -93,7 +93,9 @@ def test_a_prediction_is_compared_with_the_laboratory(example):
     study = example("red_bohus")
     assert study.words(np.array([400.0, 404.0])) == "402 ± 25"
     assert study.words(np.array([0.5, np.nan, 0.5])) == "0.5 ± 0 (2 of 3)"
-    assert study.words(np.array([np.nan, 0.5])) == "-"
+    assert study.words(np.array([np.nan, 0.5])) == "0.5 (1 of 2)"
+    assert study.words(np.array([0.5])) == "0.5"
+    assert study.words(np.array([np.nan, np.nan])) == "-"
     assert set(study.FITTED) < set(study.MEASURED) == set(study.INITIATION) == set(study.DAMAGE)
     run = study.case(study.BOND, 75, 101)
     assert run.protocol.confinement == 75e6
@@ -167,7 +169,7 @@ def test_a_rock_is_sought_by_two_factors(example):
         "| 5 | one kind | 0.2 | 5 of 8 | 2.00, 1.50 | 200 ± 0 | 69 ± 0 | **0.25 ± 0** | **7 ± 0** |"
     )
     assert lines[3].startswith("| 1 | minerals | 0.1 | 4 of 8 |")
-    assert "**0.45" not in lines[2]  # one specimen has no interval
+    assert "**0.45 (1 of 2)**" in lines[2]
 
 
 @pytest.mark.slow

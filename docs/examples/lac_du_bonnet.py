@@ -92,14 +92,15 @@ def found_in(table):
 
 def scaled(found):
     """The same, with strengths and moduli times the factors that bring their means to those of the rock."""
-    strength, stiffness = UCS / np.mean(found["UCS"]), E / np.mean(found["E"])
+    strength, stiffness = UCS / np.nanmean(found["UCS"]), E / np.nanmean(found["E"])
     way = {name: strength * found[name] for name in ("UCS", *IN_PROPORTION)}
     return found | way | {"E": stiffness * found["E"], "factors": (strength, stiffness)}
 
 
 def met(found):
-    """Those whose mean lies within the range of the laboratory."""
-    return [name for name, (_, (low, high)) in RANGES.items() if low <= np.nanmean(found[name]) <= high]
+    """Those whose mean, of the specimens in which they exist, lies within the range of the laboratory."""
+    known = {name: found[name][~np.isnan(found[name])] for name in RANGES}
+    return [name for name, (_, (low, high)) in RANGES.items() if len(known[name]) and low <= known[name].mean() <= high]
 
 
 def table_of(rows):

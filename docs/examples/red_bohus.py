@@ -66,12 +66,14 @@ def table_of(table):
 
 
 def words(values):
-    """Mean and half of its 95 % interval, of those that have it."""
-    mean, half = mean_and_half(values)
-    known = np.count_nonzero(~np.isnan(values))
-    few = f" ({known} of {len(values)})" if known < len(values) else ""
-    digits = np.format_float_positional(half, 2, fractional=False, trim="-")
-    return "-" if np.isnan(half) else f"{mean:.3g} ± {digits}{few}"
+    """Mean and half of its 95 % interval, of those that have it; one of them alone is told without an interval."""
+    known = values[~np.isnan(values)]
+    if not len(known):
+        return "-"
+    few = f" ({len(known)} of {len(values)})" if len(known) < len(values) else ""
+    half = mean_and_half(known)[1]
+    digits = "" if np.isnan(half) else f" ± {np.format_float_positional(half, 2, fractional=False, trim='-')}"
+    return f"{known.mean():.3g}{digits}{few}"
 
 
 def main():
