@@ -49,12 +49,14 @@ from .region import Region
 from .results.acoustic import AcousticEvents, acoustic_events
 from .results.crack_integrals import CrackTip, StressIntensity, j_integral, notch_tip, stress_intensity
 from .results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
+from .results.figures.cracks import plot_cracks, side_by_side
+from .results.figures.curves import plot_curves
+from .results.figures.interactive import write_interactive
 from .results.files import OutputWarning
 from .results.fragments import Fragments, fragments
 from .results.frames import Frame, FrameRecorder
 from .results.laboratory import Laboratory, mean_stress
 from .results.measure import Measure
-from .results.plot import plot_cracks, plot_curves, side_by_side, write_interactive
 from .results.probe import ContactPath, Probe
 from .results.result import Cracks, Result
 from .results.standard_measures import MEASURES
@@ -87,9 +89,9 @@ from .time_series import TimeSeries
 from .window import Window, within_circle, within_polygon, within_rectangle
 from .workbench.characteristics import Characteristics, Mode, characteristics
 from .workbench.conformance import Entry, Report, check_law
-from .workbench.driver import Trace
-from .workbench.plot import plot_law, plot_material
-from .workbench.trace import trace
+from .workbench.driver import Trace, trace
+from .workbench.law_figure import plot_law
+from .workbench.material_figure import plot_material
 from .workbench.zone import MaterialTrace, compress, trace_material
 
 __all__ = [

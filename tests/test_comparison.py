@@ -198,6 +198,6 @@ def test_nothing_is_not_compared():
 
 def test_cracks_are_drawn_in_the_last_frame(comparison, tmp_path, monkeypatch):
     drawn = []
-    monkeypatch.setattr(cracks, "plot_cracks", lambda result, frame, *_: drawn.append((result, frame)) or Figure())
+    monkeypatch.setattr(cracks, "plot_cracks", lambda result, frame=-1, **_: drawn.append((result, frame)) or Figure())
     comparison.write(tmp_path)
     assert drawn == [(comparison["linear"], -1), (comparison["brittle"], -1)]

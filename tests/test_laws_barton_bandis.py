@@ -8,7 +8,7 @@ import pytest
 
 from grainlaw.fields import ParameterError
 from grainlaw.laws import BandisClosure, BartonBandis, Friction, LinearClosure, Roughness
-from grainlaw.workbench.trace import trace
+from grainlaw.workbench.driver import trace
 
 LAW = BartonBandis(
     kn=1e11,

@@ -12,7 +12,7 @@ import pytest
 
 from grainlaw.fields import ParameterError
 from grainlaw.laws import BilinearMixedMode
-from grainlaw.workbench.trace import trace
+from grainlaw.workbench.driver import trace
 
 LAW = BilinearMixedMode(
     kn=2e12,

@@ -9,7 +9,7 @@ import pytest
 
 import grainlaw as gl
 from grainlaw.laws import CamachoOrtiz
-from grainlaw.workbench.trace import trace
+from grainlaw.workbench.driver import trace
 
 um, MPa = 1e-6, 1e6
 # o_p = f_t/k_n = 0.1 um, o_c = o_p + 2 G_I/f_t = 10.1 um; s_p = c/k_s = 0.2 um, s_c = s_p + 2 G_II/c = 10.2 um.

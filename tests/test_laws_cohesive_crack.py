@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grainlaw.laws import CohesiveCrack, OtherMode, PrePeak, Residual, SofteningLength, TensionShear
-from grainlaw.workbench.trace import trace
+from grainlaw.workbench.driver import trace
 
 LAW = CohesiveCrack(
     kn=1.05e14,

@@ -1,7 +1,7 @@
 import pytest
 
 from grainlaw.laws import Linear
-from grainlaw.workbench.trace import trace
+from grainlaw.workbench.driver import trace
 
 
 @pytest.mark.parametrize("compiled", [False, True])

@@ -7,7 +7,7 @@ import pytest
 
 from grainlaw.fields import ParameterError
 from grainlaw.laws import MohrCoulomb
-from grainlaw.workbench.trace import trace
+from grainlaw.workbench.driver import trace
 
 LAW = MohrCoulomb(
     kn=1e11,

@@ -9,7 +9,7 @@ import pytest
 
 import grainlaw as gl
 from grainlaw.laws import LinearSoftening, MunjizaJoint, Unloading
-from grainlaw.workbench.trace import trace
+from grainlaw.workbench.driver import trace
 
 um, MPa = 1e-6, 1e6
 # o_p = 2 f_t/k_n = 0.2 um and s_p = 2 c/k_s = 0.4 um; with L = 2 the branches are 2 G_I/f_t = 10 um and

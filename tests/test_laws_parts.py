@@ -19,7 +19,7 @@ from grainlaw.laws import (
     PeterssonSoftening,
     Residual,
 )
-from grainlaw.workbench.trace import trace
+from grainlaw.workbench.driver import trace
 
 TABLE = {
     0.05: 0.962306, 0.10: 0.878317, 0.15: 0.778053, 0.20: 0.678411, 0.25: 0.587842, 0.30: 0.509572, 0.40: 0.389045,

@@ -45,8 +45,8 @@ from grainlaw.laws import (
 )
 from grainlaw.laws.closure import Closure
 from grainlaw.laws.softening import Softening
+from grainlaw.workbench.driver import trace
 from grainlaw.workbench.properties import Bench
-from grainlaw.workbench.trace import trace
 
 STIFF = {"kn": 1.05e14, "ks": 9.45e13}
 STRONG = {**STIFF, "tensile_strength": 13e6, "cohesion": 29e6, "friction_angle": 54, "residual_friction_angle": 20}

@@ -12,7 +12,7 @@ import pytest
 import grainlaw as gl
 from grainlaw.fields import ParameterError
 from grainlaw.laws import Coupling, XuNeedleman
-from grainlaw.workbench.trace import trace
+from grainlaw.workbench.driver import trace
 
 LAW = XuNeedleman(
     kn=math.e * 1e12,

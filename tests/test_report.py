@@ -274,11 +274,13 @@ def test_an_incomplete_test_is_marked_with_the_reason(result, page, tmp_path):
 def test_a_run_that_recorded_nothing_has_a_report(result, tmp_path, monkeypatch):
     """With the cracks of its last frame."""
     drawn, draw = [], report.side_by_side
-    monkeypatch.setattr(report, "side_by_side", lambda *asked: drawn.append(asked) or draw(*asked))
+    monkeypatch.setattr(
+        report, "side_by_side", lambda results, frame=-1: drawn.append((results, frame)) or draw(results, frame)
+    )
     summary = {"steps": 0, "energy_error": 2 * LIMITS["energy_error"][0], "energy_made": LIMITS["energy_made"][0]}
     nothing = attrs.evolve(result, curves={}, summary=summary | {"imbalance": np.nan})
     nothing.write_report(tmp_path / "report.html", incomplete="unstable at once")
-    assert [(list(results.values()), frame) for results, frame, _ in drawn] == [([nothing], -1)]
+    assert [(list(results.values()), frame) for results, frame in drawn] == [([nothing], -1)]
     page = Page(tmp_path / "report.html")
     assert page.rows["steps"] == [["0"]]
     assert f"is above its limit; {LIMITS['energy_error'][1]}" in page.text

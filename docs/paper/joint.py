@@ -33,7 +33,7 @@ from grainlaw.runs.record import described, origin
 from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
 from grainlaw.units import MPa, mm, um
-from grainlaw.workbench.trace import trace
+from grainlaw.workbench.driver import trace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -18,7 +18,7 @@ from grainlaw.runs.flutter import Flutter
 from grainlaw.studies.envelope import MohrCoulombFit, fit_mohr_coulomb
 from grainlaw.studies.table import Table
 from grainlaw.units import GPa, MPa, um
-from grainlaw.workbench.trace import trace
+from grainlaw.workbench.driver import trace
 
 #: what the paper reports of its sample: cohesion (Pa), friction angle (deg), and the line that they stand for
 PAPER = {"cohesion": 18.35 * MPa, "friction_angle": 57.68, "slope": 11.909, "ucs": 126.65 * MPa}

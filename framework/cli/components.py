@@ -27,7 +27,6 @@ from grainlaw.unit_text import quantity, written
 PACKAGES: tuple[ModuleType, ...] = (
     grainlaw, grainlaw.laws, grainlaw.materials, grainlaw.geometry, grainlaw.protocols,
 )  # fmt: skip
-MADE_OF_THEM = ("Rock", "rocks")  #: public too, but made of components: not loaded before those
 Kind = type | tuple[type, ...]
 FILL_IN = "FILL IN"  #: in a template, in the place of a value that is needed
 KINDS = {  #: of parameters, in the words of a configuration
@@ -52,8 +51,7 @@ def _words(cls: type) -> list[str]:
 
 def choices(kind: Kind) -> dict[str, type]:
     """The components of a kind that the packages offer, by name."""
-    names = ((package, name) for package in PACKAGES for name in package.__all__ if name not in MADE_OF_THEM)
-    public = [getattr(package, name) for package, name in names]
+    public = [getattr(p, name) for p in PACKAGES for name in p.__all__ if name[0].isupper() and name != "Rock"]
     found = [c for c in public if isinstance(c, type) and issubclass(c, kind) and attrs.has(c)]
     return {name_of(c, kind): c for c in dict.fromkeys(found) if not inspect.isabstract(c)}
 

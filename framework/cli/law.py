@@ -12,7 +12,6 @@ from grainlaw.cli.pictures import write_picture
 from grainlaw.engine.model import prepared
 from grainlaw.runs.record import described, own_sources
 from grainlaw.workbench.characteristics import characteristics
-from grainlaw.workbench.plot import plot_law
 
 
 @click.command(
@@ -25,6 +24,8 @@ whose parameters all have defaults. The file is run."""
 @click.argument("law", metavar="LAW")
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
 def law(*, law: str, out: Path) -> None:
+    from grainlaw.workbench.law_figure import plot_law  # loads matplotlib
+
     try:
         chosen = find_law(law) if ".py" in law else law_named(law)
         table, figure = characteristics(chosen), plot_law(chosen)

@@ -16,7 +16,6 @@ from grainlaw.messages import nearest
 from grainlaw.runs.material_check import check_material
 from grainlaw.runs.record import described, own_sources
 from grainlaw.units import GPa, MPa
-from grainlaw.workbench.plot import plot_material
 
 _GRAIN: dict[str, Any] = {"youngs_modulus": 60 * GPa, "poissons_ratio": 0.25, "density": 2650}
 #: with values of the size of granite's minerals and of a mica schist, to look at their curves
@@ -45,6 +44,8 @@ class whose parameters all have defaults. The file is run. The exit code is 1 if
 @click.argument("material", metavar="MATERIAL")
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
 def material(*, material: str, out: Path) -> None:
+    from grainlaw.workbench.material_figure import plot_material  # loads matplotlib
+
     try:
         chosen = find_material(material) if ".py" in material else _named(material)
         report, figure = check_material(chosen), plot_material(chosen)

@@ -35,7 +35,6 @@ from grainlaw.quantity import aligned
 from grainlaw.results.certificate import texts
 from grainlaw.results.files import write_atomically
 from grainlaw.results.paraview import write_script
-from grainlaw.results.plot import require_bokeh, write_interactive
 from grainlaw.results.probe import Probe
 from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
@@ -90,6 +89,8 @@ def test(
         if certify:
             slower(chosen.protocol)
         if interactive:
+            from grainlaw.results.figures.interactive import require_bokeh, write_interactive  # loads matplotlib
+
             require_bokeh()
     about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG, "portable": is_portable()}}}
     with writing_to(out, restart, overwrite, about) as claim:

@@ -151,10 +151,10 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
 
         Raises ParameterError for a test that does not record them.
         """
-        from grainlaw.results.figures.curves import plot_curves
+        from grainlaw.results.figures.curves import plot_stress_and_strain
         from grainlaw.results.figures.sample_figures import plot_samples
 
-        return plot_samples(self.by_law) if self.seeds else plot_curves(self.named)
+        return plot_samples(self.by_law) if self.seeds else plot_stress_and_strain(self.named)
 
     def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
         """Write ``comparison.png``, ``cracks_<law>.png``, ``summary.json`` and ``curves.csv``.
@@ -180,7 +180,7 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         write_curves(path / "curves.csv", curves, keys)
         write_atomically(path / "comparison.png", lambda file: figure.savefig(file, dpi=150))
         for law, each in self.by_law.items():
-            cracks = plot_cracks_of_samples(law, each) if seeds else plot_cracks(each[None], -1, law, None)
+            cracks = plot_cracks_of_samples(law, each) if seeds else plot_cracks(each[None], title=law)
             write_atomically(path / f"cracks_{file_name(law)}.png", functools.partial(cracks.savefig, dpi=150))
 
     def write_report(

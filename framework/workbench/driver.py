@@ -9,16 +9,19 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, fits
+from grainlaw.arguments import Checked, checked, fits, floats
 from grainlaw.compiler.batch import Compiled, compile_law
 from grainlaw.contact import ContactLaw, answered, declared_stiffness, law_arguments
-from grainlaw.fields import ParameterError, parameters
+from grainlaw.fields import ParameterError, checked_number, parameters
 from grainlaw.memory import SCALARS, only_memory, with_scalars
 from grainlaw.messages import refusal, short
 from grainlaw.workbench.endless import refuse_endless
 
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
+
+
+FARTHEST = 1e6  #: m, beyond it energies overflow
 
 
 @attrs.frozen(eq=False)
@@ -135,3 +138,32 @@ def alone(law: Any) -> Contact:
         raise refusal(f"{type(law).__name__}.stiffness", declared, "two positive numbers (Pa/m)")
     refuse_endless(law)
     return Contact(law)
+
+
+@checked
+def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False, time_step: float = 0.0) -> Trace:
+    """Drive one contact alone along arrays of ``opening`` and ``slip`` (m; either may be a single number).
+
+    For a law that knows time, ``time_step`` (s) passes from point to point; at 0 no time passes.
+    Interpreted, or through the ``compiled`` code a simulation runs; both agree to 1e-12. Raises TypeError for a law
+    that returns anything but its two tractions and its memory, ParameterError for arrays that are no path.
+    """
+    ends = _path("opening", opening), _path("slip", slip)
+    if any(end.ndim > 1 for end in ends) or len({end.size for end in ends if end.size != 1}) > 1:
+        raise ParameterError(
+            f"trace: opening of shape {ends[0].shape} and slip of shape {ends[1].shape} are not allowed, they must be "
+            "numbers or (i,) arrays of equal length"
+        )
+    checked_number("trace: time_step", time_step, "s", at_least=0)
+    points = np.stack(np.broadcast_arrays(*map(np.atleast_1d, ends)), axis=1)
+    return Contact(law, compiled=compiled, raises=True, time_step=time_step).trace(points.tolist())
+
+
+def _path(name: str, value: Any) -> np.ndarray:
+    try:
+        path = floats(value)
+    except (TypeError, ValueError, OverflowError):
+        path = np.array(np.nan)
+    if not (np.abs(path) <= FARTHEST).all():
+        raise refusal(f"trace: {name}", value, f"a number of at most {FARTHEST:g} m or an array of them")
+    return path

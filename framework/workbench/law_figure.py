@@ -10,6 +10,7 @@ import attrs
 import numpy as np
 from matplotlib.axes import Axes
 
+from grainlaw.arguments import checked
 from grainlaw.contact import ContactLaw
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import BLUE, COLORS, GREEN, ORANGE, PURPLE, SKY, VERMILLION, style
@@ -74,8 +75,13 @@ def mixed(contact: Contact, ratio: float, opening: Reach, slip: Reach) -> Trace:
     return contact.trace(np.stack([o * u, s * u], axis=1).tolist())
 
 
-def draw_law(law: ContactLaw) -> Figure:
-    """Six views of one contact; see :func:`grainlaw.plot_law`."""
+@checked
+def plot_law(law: ContactLaw) -> Figure:
+    """Draw what a law answers: pull and release, closure, shear under pressure, mixed paths, and its strength.
+
+    Ranges follow the law's own peaks and breaks. Pressures are held while the contact slips. Raises TypeError for what
+    is no law, ValueError for one whose numbers differ from contact to contact.
+    """
     contact, found = alone(law), characteristics(law)
     opening = reach(found.tension.displacement, found.tension.breaking)
     slips = [reach(mode.displacement, mode.breaking) for mode in found.shear]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from grainlaw.arguments import checked
 from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.palette import style
 from grainlaw.fields import ParameterError
@@ -18,8 +19,12 @@ BENT = 0.8  #: of the stress of the first response: a curve that ends below it s
 FURTHER = (1, 2, 4, 8)  #: times as far, for a material that bears more in compression
 
 
-def draw_material(material: Material) -> Figure:
-    """Three views of one zone; see :func:`grainlaw.plot_material`."""
+@checked
+def plot_material(material: Material) -> Figure:
+    """Draw what one zone of a material answers: compressed under four confinements, pulled, and sheared to and fro.
+
+    Ranges follow the end of its first response. Raises ParameterError for one whose numbers differ from grain to grain.
+    """
     bench = MaterialBench(material)
     far, modulus = FAR * bench.scale, float(bench.zone.stiffness[1, 1])
     furthest = next((k * far for k in FURTHER if _is_bent(material, k * far)), far)

@@ -6,28 +6,22 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 
+from grainlaw.arguments import checked
 from grainlaw.columns import TIME, course
 from grainlaw.drawing.figure import Figure, given_or_new
+from grainlaw.fields import checked_whole_number
 from grainlaw.messages import refusal
 from grainlaw.results.archive import law_name
-from grainlaw.results.figures.stored_cracks import (
-    GRAIN,
-    RIM,
-    draw_modes,
-    draw_stored_cracks,
-    label_cracks,
-)
+from grainlaw.results.figures.stored_cracks import GRAIN, RIM, draw_modes, draw_stored_cracks, label_cracks
 from grainlaw.results.files import write_atomically
+from grainlaw.results.result import Result
 from grainlaw.results.segments import contact_segments
-
-if TYPE_CHECKING:
-    from grainlaw.results.result import Result
 
 FAR = 0.3  #: widths of a specimen around it that are shown
 MARGIN = 0.03  #: of the height, around it
@@ -66,8 +60,14 @@ def count_below(axes: Axes) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2, frameon=False, handlelength=1.2)
 
 
-def plot_cracks(result: Result, frame: int, title: str | None, ax: Any) -> Figure:
-    """See :func:`grainlaw.plot_cracks`."""
+@checked
+def plot_cracks(result: Result, frame: int = -1, *, title: str | None = None, ax: Any = None) -> Figure:
+    """Draw the cracks on the deformed specimen at one frame, counted from the end if negative.
+
+    Tensile cracks are thin and orange, shear cracks thick and blue. Draws into the axes ``ax`` of matplotlib, if they
+    are given. Returns the figure. A result without frames shows its cracks on the outline of the specimen before the
+    test. Raises ParameterError for a frame that is not there.
+    """
     width, height = np.ptp(result.specimen.grains.vertices, axis=0)
     figure, axes = given_or_new("plot_cracks", ax, (min(10.0, 6.5 * width / height + 1.6), 8.0))
     draw_cracks(axes, result, frame)
@@ -76,8 +76,16 @@ def plot_cracks(result: Result, frame: int, title: str | None, ax: Any) -> Figur
     return figure
 
 
-def side_by_side(results: Mapping[Any, Result], frame: int, columns: int | None) -> Figure:
-    """See :func:`grainlaw.side_by_side`."""
+@checked
+def side_by_side(results: Any, frame: int = -1, *, columns: int | None = None) -> Figure:
+    """Draw the cracks of several results beside each other, all at one scale and in the same colours.
+
+    ``results`` are results by name, as a comparison or a dictionary, or a list of results, named by their laws. At most
+    ``columns`` stand in one row. Returns the figure. Raises ParameterError for a frame that is not there.
+    """
+    if columns is not None:
+        checked_whole_number("side_by_side: columns", columns, at_least=1)
+    results = named_results("side_by_side", results)
     low, high = hull([box(result, [frame]) for result in results.values()])
     wide, tall = high - low
     across = min(columns or MOST_ACROSS, len(results))
@@ -96,6 +104,23 @@ def side_by_side(results: Mapping[Any, Result], frame: int, columns: int | None)
         axes.remove()
     label_cracks(figure)
     return figure
+
+
+def named_results(where: str, results: Any) -> dict[str, Result]:
+    """Results by name: by their laws, with a number where several have the same law."""
+    if isinstance(results, Result):
+        results = [results]
+    named: dict[str, Result] = {}
+    if isinstance(results, Mapping):
+        named = {str(name): result for name, result in results.items()}
+    elif isinstance(results, (list, tuple)) and all(isinstance(each, Result) for each in results):
+        for each in results:
+            name = law_name(each.law)
+            taken = sum(other.split(" (")[0] == name for other in named)
+            named[f"{name} ({taken + 1})" if taken else name] = each
+    if not named or not all(isinstance(each, Result) for each in named.values()):
+        raise refusal(f"{where}: results", results, "results by name, or a list of at least one result")
+    return named
 
 
 def animate(result: Result, file: str | os.PathLike[str], per_second: float) -> None:

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
+from grainlaw.arguments import checked
 from grainlaw.columns import LOAD, SHARED, SHEAR_CRACKS, STRAIN, STRESS, TENSILE_CRACKS, course, require
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import color, marker, style
 from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity
 from grainlaw.results.archive import law_name
-from grainlaw.results.figures.cracks import count_below, draw_cracks
+from grainlaw.results.figures.cracks import count_below, draw_cracks, named_results
 from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE
+from grainlaw.results.result import Result
 from grainlaw.strength import borne_in
-
-if TYPE_CHECKING:
-    from grainlaw.results.result import Result
 
 EVERY = 0.12  #: of a picture's width between two markers
 
@@ -76,7 +75,7 @@ def draw_crack_numbers(axes: Axes, k: int, name: str, results: Sequence[Result])
             axes.plot(strain, count, line, color=color(k), linewidth=1.0, label=label, **marks)
 
 
-def plot_curves(results: Mapping[str, Result]) -> Figure:
+def plot_stress_and_strain(results: Mapping[str, Result]) -> Figure:
     """Stress-strain curves of several laws, and how their cracks accumulate."""
     figure = Figure(figsize=(8, 7), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
@@ -88,8 +87,15 @@ def plot_curves(results: Mapping[str, Result]) -> Figure:
     return figure
 
 
-def plot_columns(results: Mapping[str, Result], y: str | None, x: str | None, ax: Any) -> Figure:
-    """See :func:`grainlaw.plot_curves`."""
+@checked
+def plot_curves(results: Any, y: str | None = None, x: str | None = None, *, ax: Any = None) -> Figure:
+    """Draw one column of the curves of one result or several over another, by their names in ``Result.curves``.
+
+    Without names: what the test applies (stress or force) over how far it is (strain or displacement). ``results`` are
+    as for :func:`side_by_side`, or one result. Draws into the axes ``ax`` of matplotlib, if they are given. Returns the
+    figure. Raises ParameterError for a column that was not recorded.
+    """
+    results = named_results("plot_curves", results)
     first = next(iter(results.values())).curves
     if not first:
         raise ParameterError("plot_curves: the result has no curves")

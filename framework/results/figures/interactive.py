@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 import os
 from collections.abc import Sequence
@@ -9,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from grainlaw.arguments import checked
 from grainlaw.columns import LOAD, TIME, course, quantity_of
 from grainlaw.fields import ParameterError
 from grainlaw.results.archive import called, law_name
 from grainlaw.results.figures.curves import course_heading
 from grainlaw.results.figures.pages import write_page
 from grainlaw.results.figures.stored_cracks import RIM, SHEAR, TENSILE
-from grainlaw.results.probe import ContactPath
+from grainlaw.results.probe import ContactPath, Probe
 from grainlaw.results.result import Result
 from grainlaw.results.segments import contact_segments
 
@@ -23,15 +25,28 @@ MOST_BYTES = 2.3e6  #: of rims and cracks in all moments: with Bokeh and in text
 MOST_SAMPLES = 300  #: of each path
 
 
-def write_interactive(result: Result, file: str | os.PathLike[str], paths: Sequence[ContactPath]) -> None:
-    """See :func:`grainlaw.write_interactive`."""
+def require_bokeh() -> None:
+    """Raise ParameterError where Bokeh is not installed."""
+    if importlib.util.find_spec("bokeh") is None:
+        raise ParameterError("an interactive page needs Bokeh: pip install 'grainlaw[report]'")
+
+
+@checked
+def write_interactive(result: Result, file: str | os.PathLike[str], *, probe: Probe | None = None) -> None:
+    """Write a page of HTML to click through: the curve, and beside it the cracks at the moment that is chosen.
+
+    Pointing at a crack shows mode, opening, slip and time, and, where ``probe`` has followed its contact point, its
+    path. The page is one file below 5 MB that needs no network. Raises ParameterError without Bokeh
+    (``grainlaw[report]``) and for a result without frames or curves, OSError.
+    """
+    require_bokeh()
     from bokeh.embed import components
     from bokeh.resources import Resources
 
     result.frame("write_interactive", -1)
     if not result.curves:
         raise ParameterError("write_interactive: the result has no curves")
-    script, divisions = components(_panels(result, paths))
+    script, divisions = components(_panels(result, [] if probe is None else probe.paths))
     resources = Resources(mode="inline", components=["bokeh", "bokeh-widgets"]).render()
     write_page(
         file, "results/figures/interactive.html", title=f"{called(result.protocol)}: {law_name(result.law)}",

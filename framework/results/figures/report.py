@@ -66,7 +66,7 @@ def write_report(
         has_apparent="apparent_modulus" in first.summary,
         has_open=any(can_fail(result) and not has_failed(result) for result in results.values()),
         certificate=_certificate(results), curves=plot_report_curves(results) if first.curves else None,
-        cracks=side_by_side(results, -1, None), measures=_measures(laboratories) if first.curves else [],
+        cracks=side_by_side(results), measures=_measures(laboratories) if first.curves else [],
         not_measured=_not_measured(laboratories) if first.curves else [],
         patterns={law: laboratories[law].plot() if len(each.cracks) else None for law, each in results.items()}
         if first.curves else {},

@@ -63,4 +63,4 @@ def _draw_peaks(axes: Axes, results: list[Result], k: int) -> None:
 
 def plot_cracks_of_samples(name: str, results: Mapping[int, Result]) -> Figure:
     """Crack patterns of one law on all samples, at one scale; fragments that flew far away are cut off."""
-    return side_by_side({f"{name}, seed {seed}": result for seed, result in results.items()}, -1, None)
+    return side_by_side({f"{name}, seed {seed}": result for seed, result in results.items()})
