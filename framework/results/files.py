@@ -60,6 +60,11 @@ def write_atomically(
         other.unlink(missing_ok=True)
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a text by :func:`write_atomically`. Raises OSError."""
+    write_atomically(path, lambda part: part.write_text(text, encoding="utf-8"))
+
+
 def _force(place: Path) -> None:
     """Bring what was written to a file, or the names in a folder, to the disk."""
     opened = os.open(place, os.O_RDWR if os.name == "nt" else os.O_RDONLY)

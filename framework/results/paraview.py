@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from grainlaw.results.files import write_atomically
+from grainlaw.results.files import write_text
 from grainlaw.results.result import Result
 from grainlaw.results.vtk import principal
 
@@ -114,4 +114,4 @@ def write_script(folder: str | os.PathLike[str], rows: Sequence[Sequence[tuple[s
     text = SCRIPT.format(
         script=NAME, folder=str(whole), runs=f"[{places},\n]", width=width, height=height, lowest=min(lowest, -1.0)
     )
-    write_atomically(whole / NAME, lambda path: path.write_text(text, encoding="utf-8"))
+    write_text(whole / NAME, text)

@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 
 from grainlaw.engine.state import State
-from grainlaw.results.files import without_nan, write_atomically
+from grainlaw.results.files import without_nan, write_text
 
 
 def write_json(file: Path, content: Mapping[str, Any]) -> None:
     """Write nested names and values, null for what is not a finite number. Raises OSError."""
-    text = json.dumps(without_nan(content), indent=2, allow_nan=False) + "\n"
-    write_atomically(file, lambda path: path.write_text(text, encoding="utf-8"))
+    write_text(file, json.dumps(without_nan(content), indent=2, allow_nan=False) + "\n")
 
 
 def lines(columns: Iterable[np.ndarray]) -> str:
@@ -56,7 +55,7 @@ def write_curves(
         count = len(next(iter(recorded.values()), ()))
         table = [recorded.get(column, np.full(count, np.nan)).tolist() for column in columns]
         writer.writerows([*map(plain, entries), *map(repr, row)] for row in zip(*table, strict=True))
-    write_atomically(file, lambda path: path.write_text(text.getvalue(), encoding="utf-8"))
+    write_text(file, text.getvalue())
 
 
 def breaks(state: State) -> dict[str, np.ndarray]:

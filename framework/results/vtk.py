@@ -16,7 +16,7 @@ from grainlaw.columns import COURSE, TIME, quantity_of
 from grainlaw.engine.state import State
 from grainlaw.material import Elastic, Plane
 from grainlaw.observation import Observer
-from grainlaw.results.files import check_room, warn, writable_folder, write_atomically
+from grainlaw.results.files import check_room, warn, writable_folder, write_atomically, write_text
 from grainlaw.results.frames import Frame, FrameClock, take_frame
 from grainlaw.results.segments import contact_segments
 from grainlaw.specimen import Specimen
@@ -248,7 +248,7 @@ class VtkSeries:
             '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
             f"  <Collection>\n{lines}\n  </Collection>\n</VTKFile>\n"
         )
-        write_atomically(self.folder / f"{name}.pvd", lambda path: path.write_text(text, encoding="utf-8"))
+        write_text(self.folder / f"{name}.pvd", text)
 
 
 class VtkWriter(Observer):

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from grainlaw.results.files import write_atomically
+from grainlaw.results.files import write_text
 
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
@@ -38,10 +38,8 @@ def write_page(file: str | os.PathLike[str], template: str | Path, **content: An
     A table is rows of texts, the first of each its heading; a cell with a style is a :class:`Cell`. Figures are
     embedded.
     """
-    text = _templates(str(Path(template).parent) if isinstance(template, Path) else "").get_template(
-        Path(template).name if isinstance(template, Path) else template
-    ).render(content)  # fmt: skip
-    write_atomically(Path(file), lambda path: path.write_text(text, encoding="utf-8"))
+    folder, name = (str(template.parent), template.name) if isinstance(template, Path) else ("", template)
+    write_text(Path(file), _templates(folder).get_template(name).render(content))
 
 
 @functools.cache
