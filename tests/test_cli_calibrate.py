@@ -16,7 +16,8 @@ from command_line import invoke
 
 import grainlaw as gl
 from grainlaw.calibration.targets import Target
-from grainlaw.cli.calibrate import _pair, _plain, _tie, _write_rock, calibration_of, targets_of
+from grainlaw.cli.calibrate import _pair, _tie, _write_rock, calibration_of, targets_of
+from grainlaw.cli.components import own, settings
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import read_file
 from grainlaw.fields import ParameterError
@@ -231,7 +232,7 @@ def test_killed_and_called_again_it_goes_on_to_the_same_answer(done, tmp_path):
 
 
 def test_minerals_are_written_without_the_word_for_their_kind():
-    assert _plain(gl.Elastic(youngs_modulus=9e10, poissons_ratio=0.1, density=2600)) == {
+    assert own(settings(gl.Elastic(youngs_modulus=9e10, poissons_ratio=0.1, density=2600))) == {
         "youngs_modulus": "90 GPa", "poissons_ratio": 0.1, "density": "2600 kg/m3", "plane": "strain",
     }  # fmt: skip
 

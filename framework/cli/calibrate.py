@@ -14,19 +14,17 @@ from grainlaw.calibration.calibrate import calibrate as run
 from grainlaw.calibration.calibrate import first_look
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.stiffness_search import CONTACTS
-from grainlaw.calibration.targets import AIMS, BENDING, BRAZILIAN, Targets, needed_tests
+from grainlaw.calibration.targets import AIMS, Targets, needed_tests
 from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
-from grainlaw.cli.components import evolved, name_of, refuse_unknown, settings
-from grainlaw.cli.configuration import Configuration, configured
+from grainlaw.cli.components import evolved, own, refuse_unknown, settings
+from grainlaw.cli.configuration import Configuration, configured, write_config
 from grainlaw.cli.law_copy import copied
 from grainlaw.cli.running import contents, end_stopped, refusing
-from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables, toml
+from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError, whole_number
-from grainlaw.messages import nearest, refusal, short
-from grainlaw.protocols import UniaxialCompression
-from grainlaw.results.files import writable_folder, write_atomically
-from grainlaw.runs.record import versions
+from grainlaw.messages import nearest, refusal
+from grainlaw.results.files import writable_folder
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 from grainlaw.studies.workers import ExecutorError
@@ -38,11 +36,7 @@ from grainlaw.unit_text import quantity
 
 OWN = ("targets", "free", "tied", "calibration", "tests", DISC, HALF_DISC)  #: tables that other files do not have
 OTHERS = ("sample", "rock", "rocks", "law", "numerics")
-TEST_OF = {
-    PRISM: name_of(UniaxialCompression),
-    DISC: name_of(type(USUAL[BRAZILIAN])),
-    HALF_DISC: name_of(type(USUAL[BENDING])),
-}
+TEST_OF = {PRISM: "uniaxial-compression", DISC: "brazilian", HALF_DISC: "semi-circular-bend"}
 TOUGHNESS = re.compile(r"(.*?)[\s*·]*(?:m\^?0\.5|m\^?\(?1/2\)?|sqrt\(m\)|√m)\s*")
 
 
@@ -79,15 +73,9 @@ class FileSpecimens:
 class CalibrationFile:
     """What a file asks for."""
 
-    file: Path
     chosen: Configuration  #: of the first seed
     specimens: dict[str, FileSpecimens]
     given: dict[str, Any]  #: the other arguments of :func:`grainlaw.calibrate`
-
-    @property
-    def folder(self) -> Path:
-        """Where its results are if nothing else is said: beside the file, under its name."""
-        return self.file.with_suffix("")
 
 
 def calibration_of(
@@ -106,40 +94,38 @@ def calibration_of(
                 f"(sections: {', '.join(known)})"
             )
         if not isinstance(table, dict):
-            raise ParameterError(f"{file}: {name} = {short(table)} is not allowed, it must be a section [{name}]")
-    own = {name: tables.pop(name, {}) for name in OWN}
+            raise refusal(f"{file}: {name}", table, f"a section [{name}]")
+    beside = {name: tables.pop(name, {}) for name in OWN}
     sections = checked_sections(tables, file)
     for assignment in assignments:
         assign(sections, assignment)
     refuse_unknown("numerics", sections.get("numerics", {}), ["refinement"])
     if "file" in sections.get("sample", {}):
         raise ParameterError(f"{file}: sample.file is not allowed: seeds must make other grains")
-    settings = evolved(Settings, {**own["calibration"], **_set(options or {})}, "calibration")
-    targets = targets_of(own["targets"])
-    needed = {SHAPES[test] for test in needed_tests([*targets.given, *(n for n in settings.also if n in AIMS)])}
+    over = {name: value for name, value in (options or {}).items() if value is not None}
+    how = evolved(Settings, {**beside["calibration"], **over}, "calibration")
+    targets = targets_of(beside["targets"])
+    needed = {SHAPES[test] for test in needed_tests([*targets.given, *(n for n in how.also if n in AIMS)])}
     shapes = {PRISM: sections.get("sample", {})}
-    shapes |= {shape: own[shape] for shape in (DISC, HALF_DISC) if own[shape] or shape in needed}
+    shapes |= {shape: beside[shape] for shape in (DISC, HALF_DISC) if beside[shape] or shape in needed}
     specimens = {
         shape: FileSpecimens(shape, {**sections, "sample": dict(sample)}, quick) for shape, sample in shapes.items()
     }
     chosen = specimens[PRISM].configuration(1)
     kind: Any = type(chosen.law)
     units = {f.name: f.metadata["unit"] for f in attrs.fields(kind) if "unit" in f.metadata}
-    refuse_unknown("free", own["free"], units)
-    refuse_unknown("tied", own["tied"], units)
+    refuse_unknown("free", beside["free"], units)
+    refuse_unknown("tied", beside["tied"], units)
+    refuse_unknown("tests", beside["tests"], USUAL)
     given = {
         "targets": targets,
         "law": chosen.law,
-        "free": {name: _pair(f"free.{name}", ends, units[name]) for name, ends in own["free"].items()},
-        "tied": {name: _tie(f"tied.{name}", tie) for name, tie in own["tied"].items()},
-        "tests": _tests(own["tests"]),
-        **{field.name: getattr(settings, field.name) for field in attrs.fields(Settings)},
+        "free": {name: _pair(f"free.{name}", ends, units[name]) for name, ends in beside["free"].items()},
+        "tied": {name: _tie(f"tied.{name}", tie) for name, tie in beside["tied"].items()},
+        "tests": {name: evolved(USUAL[name], entry, f"tests.{name}") for name, entry in beside["tests"].items()},
+        **attrs.asdict(how, recurse=False),
     }
-    return CalibrationFile(file, chosen, specimens, given)
-
-
-def _set(options: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in options.items() if value is not None}
+    return CalibrationFile(chosen, specimens, given)
 
 
 def targets_of(table: Mapping[str, Any]) -> Targets:
@@ -161,9 +147,8 @@ def targets_of(table: Mapping[str, Any]) -> Targets:
 
 def _triaxial(given: Any) -> dict[float, Any]:
     if not isinstance(given, list) or not all(isinstance(row, list) and len(row) in (2, 3) for row in given):
-        raise refusal(
-            "targets.triaxial", given, "a list of [confinement, strength] or [confinement, strength, uncertainty]"
-        )
+        wanted = "a list of [confinement, strength] or [confinement, strength, uncertainty]"
+        raise refusal("targets.triaxial", given, wanted)
     rows = [[quantity(each, "Pa", "targets.triaxial") for each in row] for row in given]
     return {pressure: strength[0] if len(strength) == 1 else tuple(strength) for pressure, *strength in rows}
 
@@ -171,33 +156,24 @@ def _triaxial(given: Any) -> dict[float, Any]:
 def _value(name: str, given: Any) -> float:
     unit = AIMS[name].unit
     if name == "fracture_toughness":
-        found = TOUGHNESS.fullmatch(given) if isinstance(given, str) else None
-        if isinstance(given, str) and not found:
-            raise ParameterError(
-                f"targets.{name} = {short(given)} is not allowed, it must be a number in Pa sqrt(m) or a string such "
-                "as '1.2 MPa sqrt(m)'"
-            )
-        return quantity(found[1] if found else given, "Pa", f"targets.{name}")
+        unit = "Pa"
+        if isinstance(given, str):
+            if not (found := TOUGHNESS.fullmatch(given)):
+                raise refusal(f"targets.{name}", given, "a number in Pa sqrt(m) or a string such as '1.2 MPa sqrt(m)'")
+            given = found[1]
     return quantity(given, unit, f"targets.{name}")
 
 
 def _pair(where: str, given: Any, unit: str) -> tuple[float, ...]:
     if not isinstance(given, list) or len(given) != 2:
-        raise ParameterError(f"{where} = {short(given)} is not allowed, it must be a list: lowest and highest")
+        raise refusal(where, given, "a list: lowest and highest")
     return tuple(quantity(each, unit, where) for each in given)
 
 
 def _tie(where: str, given: Any) -> tuple[str, float]:
     if not isinstance(given, Mapping) or set(given) != {"of", "times"}:
-        raise ParameterError(
-            f'{where} = {short(given)} is not allowed, it must be like {{of = "mode_i_energy", times = 2}}'
-        )
+        raise refusal(where, given, 'like {of = "mode_i_energy", times = 2}')
     return str(given["of"]), quantity(given["times"], "1", f"{where}.times")
-
-
-def _tests(table: Mapping[str, Any]) -> dict[str, Any]:
-    refuse_unknown("tests", table, USUAL)
-    return {name: evolved(USUAL[name], given, f"tests.{name}") for name, given in table.items()}
 
 
 FIRST = ("targets", "law", "free", "tied", "elastic", "seeds", "seed")  #: arguments of a first look
@@ -207,12 +183,9 @@ STORE, CALIBRATED = "tests", "calibrated.toml"
 @click.command()
 @click.argument("file", metavar="FILE.toml", type=click.Path(path_type=Path))
 @click.option(
-    "--set",
-    "assignments",
-    metavar="KEY=VALUE",
-    multiple=True,
+    "--set", "assignments", metavar="KEY=VALUE", multiple=True,
     help="One parameter of the specimen, the rock or the law; can be repeated.",
-)
+)  # fmt: skip
 @click.option("--quick", is_flag=True, help="Small specimens.")
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Folder to write to.  [default: the file's name without its ending]"
@@ -242,7 +215,7 @@ def calibrate(
             known = {name: asked.given[name] for name in FIRST}
             click.echo(f"{first_look(**known, specimens=asked.specimens)}")
             return
-        folder = writable_folder(asked.folder if out is None else out)
+        folder = writable_folder(file.with_suffix("") if out is None else out)
     try:
         with refusing():
             found = run(**asked.given, specimens=asked.specimens, store=folder / STORE, workers=workers, on=on)
@@ -263,17 +236,11 @@ def _write_rock(found: Calibration, asked: CalibrationFile, folder: Path) -> Non
     sections = {name: section for name, section in chosen.sections.items() if name not in ("test", "rock", "rocks")}
     material = found.rock(chosen.specimen).material
     if isinstance(material, Mapping):
-        sections["rocks"] = {str(name): _plain(rock) for name, rock in material.items() if name is not ...}
+        sections["rocks"] = {str(name): own(settings(rock)) for name, rock in material.items() if name is not ...}
     else:
         sections["rock"] = settings(material)
     if "cite" in chosen.sections["rock"]:
         sections["rock"] = sections.get("rock", {}) | {"cite": chosen.sections["rock"]["cite"]}
     law_there, _ = copied(chosen.sections["law"]["type"], chosen.law_files, folder)
     sections["law"] = settings(found.law, ContactLaw) | {"type": law_there}
-    heading = "".join(f"# {package} {number}\n" for package, number in versions().items())
-    text = f"# grainlaw test NAME --config {CALIBRATED}\n{heading}\n{toml(sections)}"
-    write_atomically(folder / CALIBRATED, lambda path: path.write_text(text, encoding="utf-8"))
-
-
-def _plain(rock: Any) -> dict[str, Any]:
-    return {name: value for name, value in settings(rock).items() if name != "type"}
+    write_config(folder / CALIBRATED, "NAME", sections)

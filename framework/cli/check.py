@@ -5,8 +5,8 @@ from __future__ import annotations
 import click
 import numpy as np
 
-from grainlaw.cli.default_rock import law_named
-from grainlaw.cli.law_file import LawReferenceError, find_law
+from grainlaw.cli.default_rock import law_with_files
+from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.condition import StageError
 from grainlaw.contact import ContactLaw
 from grainlaw.engine.stepping import InstabilityError
@@ -33,7 +33,7 @@ def check(*, law: str) -> None:
     declare that it makes energy; 2 if there is no such law.
     """
     try:
-        found = find_law(law) if ".py" in law else law_named(law)
+        found, _ = law_with_files(law)
         report = check_law(found)
     except (LawReferenceError, TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None

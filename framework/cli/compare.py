@@ -6,38 +6,37 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import attrs
 import click
 
 from grainlaw.cli.components import refuse_unknown
 from grainlaw.cli.configuration import CONFIG, Configuration, configured
 from grainlaw.cli.default_rock import LAWS, QUICK, SAMPLE, law_named
 from grainlaw.cli.law_copy import copied, copied_grains
-from grainlaw.cli.number_lists import seeds_of
 from grainlaw.cli.running import (
     finished,
     folder_options,
     linked,
     portable_option,
     refusing,
+    seeds_of,
     tell_works,
     threads_option,
     writing_to,
 )
-from grainlaw.cli.sections import Sections, gathered, toml
+from grainlaw.cli.sections import Sections, gathered, toml, with_options
 from grainlaw.compiler.cache import is_portable
 from grainlaw.contact import Laws
 from grainlaw.declared import parameters_of
-from grainlaw.engine.model import Model
 from grainlaw.engine.thread_count import Threads
 from grainlaw.observation import Observer
-from grainlaw.results.files import file_name, write_atomically
+from grainlaw.results.files import file_name, write_text
 from grainlaw.results.paraview import write_script
 from grainlaw.results.result import Result
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.claim import MATERIAL_FILES, Claim
 from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import described, versions
-from grainlaw.runs.simulation import begun
 from grainlaw.specimen import Specimen
 from grainlaw.studies.comparison import Comparison, Key, folder_name, in_words
 from grainlaw.studies.comparison import compare as compare_laws
@@ -86,17 +85,14 @@ def compare(
         names = list(dict.fromkeys(name.strip() for name in laws.split(",")))
         own = gathered(config, {}, assignments)
         own.get("law", {}).pop("type", None)
-        rows = _configurations(names, gathered_over(own, options), asked, quick)
+        rows = _configurations(names, with_options(own, options), asked, quick)
     first = next(iter(rows.values()))
     numbers = list(dict.fromkeys(number for _, number in rows))
     specimens = {number: rows[names[0], number].specimen for number in numbers}
     compared = {name: rows[name, numbers[0]].law for name in names}
     with refusing():
         for law in compared.values():
-            begun(
-                Model(first.specimen, law), first.protocol, time_step_factor=first.numerics.time_step_factor,
-                mass_scaling=first.numerics.mass_scaling, frames=first.numerics.frames,
-            )  # fmt: skip
+            attrs.evolve(first, law=law).check()
     arguments = {
         "grains": grains, "seeds": given, "laws": ",".join(names), "speed": speed, "max_strain": max_strain,
         "threads": threads, "quick": quick, "portable": is_portable(), "config": CONFIG if own else None,
@@ -118,8 +114,7 @@ def compare(
                     own["rock"]["type"], first.material_files, claim.path, MATERIAL_FILES
                 )
                 kept["rock"] = {**own["rock"], "type": rock}
-            text = toml(kept)
-            write_atomically(claim.path / CONFIG, lambda file: file.write_text(text, encoding="utf-8"))
+            write_text(claim.path / CONFIG, toml(kept))
         comparison = _compared(specimens, compared, first, claim)
         made = {"seed": numbers[0]} if len(numbers) == 1 else {"seeds": numbers}
         comparison.write(claim.path, {**made, "parameters": parameters})
@@ -132,15 +127,6 @@ def compare(
     if comparison.failed:
         count, what = len(comparison.failed) + len(comparison.results), "laws" if len(numbers) == 1 else "runs"
         raise click.ClickException(f"{len(comparison.failed)} of {count} {what} failed")
-
-
-def gathered_over(own: Sections, options: Mapping[tuple[str, str], Any]) -> Sections:
-    """The sections with options that are not None in their places."""
-    sections = {name: dict(section) for name, section in own.items()}
-    for (section, key), value in options.items():
-        if value is not None:
-            sections.setdefault(section, {})[key] = value
-    return sections
 
 
 def _configurations(
@@ -175,10 +161,7 @@ def _compared(
 ) -> Comparison:
     """Each law on each sample; of one sample the runs have the names of their laws alone."""
     numerics = chosen.numerics
-    options: dict[str, Any] = {
-        "progress": False, "threads": numerics.threads, "frames": numerics.frames, "checkpoint": claim,
-        "time_step_factor": numerics.time_step_factor, "mass_scaling": numerics.mass_scaling,
-    }  # fmt: skip
+    options: dict[str, Any] = {**numerics.step_options, "threads": numerics.threads, "frames": numerics.frames}
     with Progress(stays=True, speaks=True) as progress:
 
         def watch(run: Key) -> list[Observer]:
@@ -188,8 +171,9 @@ def _compared(
 
         one = next(iter(specimens.values()))
         return compare_laws(
-            one if len(specimens) == 1 else specimens, laws, chosen.protocol, observers=watch, **options
-        )
+            one if len(specimens) == 1 else specimens, laws, chosen.protocol, observers=watch, checkpoint=claim,
+            progress=False, **options,
+        )  # fmt: skip
 
 
 def _rows(comparison: Comparison) -> list[list[tuple[str, str, Result]]]:

@@ -20,7 +20,7 @@ import grainlaw.materials
 import grainlaw.protocols
 from grainlaw.declared import parameters_of
 from grainlaw.fields import WITHOUT, ParameterError
-from grainlaw.messages import nearest, short
+from grainlaw.messages import nearest, refusal, short
 from grainlaw.time_series import TimeSeries
 from grainlaw.unit_text import quantity, written
 
@@ -78,7 +78,7 @@ def component(kind: Kind, raw: Any, where: str, base: Any = None) -> Any:
     :class:`~grainlaw.fields.ParameterError`, which suggests the nearest name.
     """
     if not isinstance(raw, (str, Mapping)):
-        raise ParameterError(f"{where} = {short(raw)} is not allowed, it must be a name or a table")
+        raise refusal(where, raw, "a name or a table")
     if isinstance(raw, str) and (ready := instances(kind).get(raw.lower().replace("_", "-"))) is not None:
         return ready
     given = {"type": raw} if isinstance(raw, str) else raw

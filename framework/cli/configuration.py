@@ -10,19 +10,22 @@ import attrs
 
 from grainlaw.cli.components import begin_with, choices, drafted, evolved, explained, name_of, own, settings
 from grainlaw.cli.default_rock import LAWS, ROCK
-from grainlaw.cli.law_file import LawReferenceError, find_law_and_files, find_material_and_files
+from grainlaw.cli.law_file import LawReferenceError, find_with_files
 from grainlaw.cli.minerals import check_cracks, laws_by_key, materials
 from grainlaw.cli.rock_file import checked_cite, is_rock, over_rock, rock_file
 from grainlaw.cli.sample import Sample, sample, with_notes
 from grainlaw.cli.sections import SECTIONS, Sections, toml
 from grainlaw.cli.setups import SETUPS, Setup
 from grainlaw.contact import ContactLaw, Laws, check_names
+from grainlaw.engine.model import Model
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.fields import ParameterError, parameter, whole_number
 from grainlaw.material import Material, Rigid
 from grainlaw.messages import nearest, refusal, short
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.runs.simulation import LEAST_FACTOR
+from grainlaw.results.files import write_text
+from grainlaw.runs.record import versions
+from grainlaw.runs.simulation import LEAST_FACTOR, begun
 from grainlaw.specimen import Specimen
 from grainlaw.tessellation import Tessellation
 
@@ -49,6 +52,11 @@ class Numerics:
     #: that share the model
     threads: Threads = attrs.field(default=AUTO, converter=lambda value: checked_threads("threads", value))
 
+    @property
+    def step_options(self) -> dict[str, Any]:
+        """What decides the time step, as options of :func:`grainlaw.simulate`."""
+        return {"time_step_factor": self.time_step_factor, "mass_scaling": self.mass_scaling}
+
 
 @attrs.frozen(kw_only=True)
 class Configuration:
@@ -61,6 +69,17 @@ class Configuration:
     sections: Sections
     law_files: Sequence[Path] = ()  #: the user's file with the law, and those of its folder that it imports
     material_files: Sequence[Path] = ()  #: the same of the rock
+
+    def check(self) -> None:
+        """Raise what :func:`grainlaw.simulate` would raise before its first step."""
+        options = {**self.numerics.step_options, "frames": self.numerics.frames}
+        begun(Model(self.specimen, self.law), self.protocol, **options)
+
+
+def write_config(file: Path, name: str, sections: Sections) -> None:
+    """Write sections as the configuration of the test of a name, with the versions they are of. Raises OSError."""
+    heading = "".join(f"# {package} {number}\n" for package, number in versions().items())
+    write_text(file, f"# grainlaw test {name} --config {file.name}\n{heading}\n{toml(sections)}")
 
 
 def configured(name: str, sections: Sections, quick: bool = False) -> Configuration:
@@ -75,11 +94,7 @@ def configured(name: str, sections: Sections, quick: bool = False) -> Configurat
     specimen = parts.specimen(numerics.refinement)
     check_names(specimen, parts.law)
     test.stages(specimen)  # refuses a specimen that it cannot hold
-    made = {
-        **parts.sections,
-        "test": settings(test) | {"type": name},
-        "numerics": own(settings(numerics)),
-    }
+    made = {**parts.sections, "test": settings(test) | {"type": name}, "numerics": own(settings(numerics))}
     made = {name: section for name, section in made.items() if section}
     return Configuration(
         specimen=specimen, law=parts.law, protocol=test, numerics=numerics, sections=made, law_files=parts.law_files,
@@ -111,7 +126,8 @@ def composed(given: Sections, usual: Mapping[str, Any]) -> Composition:
     rock_given, cite = _without_cite(given["rock"])
     reference, law, law_files = _law(given["law"])
     laws, law_section = laws_by_key(law, given["laws"], _law)
-    rock_type, rock, material_files = _rock(rock_given)
+    rock_type, base, material_files = _begin_rock(rock_given)
+    rock: Material | Rigid = evolved(base, own(rock_given), "rock")
     minerals, rock_section = materials(rock, given["rocks"])
     grains = sample(usual, given["sample"])
     check_cracks(grains.section, laws)
@@ -159,7 +175,7 @@ def _of_setup(name: str, sections: Sections, quick: bool) -> tuple[Setup, Sectio
         raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
     if is_rock(given["rock"].get("type")):
         given = over_rock(rock_file(given["rock"]["type"]), given, setup.quick if quick else setup.sample, quick)
-    for section, usual in (("rock", setup.rock()), ("law", setup.law())):
+    for section, usual in (("rock", setup.rock), ("law", setup.law)):
         if "type" not in given[section]:
             given[section] = {**usual, **given[section]}
     return setup, given
@@ -171,14 +187,8 @@ def _without_cite(rock: dict[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]
     return rest, checked_cite(rock.get("cite", []), "rock.cite")
 
 
-def _rock(given: dict[str, Any]) -> tuple[dict[str, Any], Material | Rigid, list[Path]]:
-    """What a section says of the type of the rock if that is FILE.py:MATERIAL, the rock, and its files."""
-    kind, base, files = _begin_rock(given)
-    return kind, evolved(base, own(given), "rock"), files
-
-
 def _begin_rock(given: dict[str, Any]) -> tuple[dict[str, Any], Any, list[Path]]:
-    """The same with what the rock is made of by ``evolved``.
+    """What a section says of the type of the rock if that is FILE.py:MATERIAL; what ``evolved`` makes it of; its files.
 
     A material that a file has been asked for already stands in the place of its name.
     """
@@ -188,7 +198,7 @@ def _begin_rock(given: dict[str, Any]) -> tuple[dict[str, Any], Any, list[Path]]
     if ".py" not in str(kind):
         return {}, begin_with((Material, Rigid), given, "rock", ROCK), []
     try:
-        material, files = find_material_and_files(str(kind))
+        material, files = find_with_files(str(kind), Material)
         return {"type": kind}, material, files
     except LawReferenceError as error:
         raise ParameterError(f"rock.type: {error}") from None
@@ -213,7 +223,7 @@ def _begin_law(given: dict[str, Any]) -> tuple[str, Any, list[Path]]:
     name = str(kind)
     if ".py" in name:
         try:
-            law, files = find_law_and_files(name)
+            law, files = find_with_files(name, ContactLaw)
             return name, law, files
         except LawReferenceError as error:
             raise ParameterError(f"law.type: {error}") from None

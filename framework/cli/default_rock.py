@@ -10,6 +10,7 @@ from typing import Any, cast
 import click
 
 from grainlaw.cli.components import choices, component, evolved, own, shared
+from grainlaw.cli.law_file import find_with_files
 from grainlaw.cli.sections import read_tables
 from grainlaw.contact import ContactLaw
 from grainlaw.material import Elastic, Material
@@ -45,3 +46,11 @@ def law_named(name: str) -> ContactLaw:
     if name not in LAWS:
         raise click.BadParameter(f"there is no law '{name}'{nearest(name, LAWS, 0.3)} (laws: {', '.join(LAWS)})")
     return LAWS[name]
+
+
+def law_with_files(name: str) -> tuple[ContactLaw, list[Path]]:
+    """The law of a name or of FILE.py:LAW, and its files.
+
+    Raises click.BadParameter, :class:`~grainlaw.cli.law_file.LawReferenceError`.
+    """
+    return find_with_files(name, ContactLaw) if ".py" in name else (law_named(name), [])

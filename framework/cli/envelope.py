@@ -8,11 +8,9 @@ from typing import Any
 import attrs
 import click
 
-from grainlaw.cli.default_rock import LAWS, QUICK, ROCK, SAMPLE, law_named
+from grainlaw.cli.default_rock import LAWS, QUICK, ROCK, SAMPLE, law_with_files
 from grainlaw.cli.law_copy import copied
-from grainlaw.cli.law_file import find_law_and_files
-from grainlaw.cli.number_lists import numbers_of, seeds_of
-from grainlaw.cli.running import contents, portable_option, refusing, threads_option
+from grainlaw.cli.running import contents, numbers_of, portable_option, refusing, seeds_of, threads_option
 from grainlaw.cli.study import ending
 from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.thread_count import AUTO, Threads
@@ -84,7 +82,7 @@ def envelope(
     pressures = [value * MPa for value in numbers_of("confinement", confinement)]
     numbers = seeds_of(seeds)
     with refusing():
-        chosen, files = find_law_and_files(law) if ".py" in law else (law_named(law), [])
+        chosen, files = law_with_files(law)
         loading = Adaptive() if speed is None else Constant(speed=speed)
         case = EnvelopeCase(width, height, count if grains is None else grains, chosen, loading, max_strain)
         tests, tessellators = [case.test(p) for p in pressures], [case.tessellator(seed) for seed in numbers]

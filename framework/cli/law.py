@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from grainlaw.cli.default_rock import LAWS, law_named
-from grainlaw.cli.law_file import LawReferenceError, find_law
+from grainlaw.cli.default_rock import LAWS, law_with_files
+from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.cli.pictures import write_picture
 from grainlaw.engine.model import prepared
 from grainlaw.runs.record import described, own_sources
@@ -27,7 +27,7 @@ def law(*, law: str, out: Path) -> None:
     from grainlaw.workbench.law_figure import plot_law  # loads matplotlib
 
     try:
-        chosen = find_law(law) if ".py" in law else law_named(law)
+        chosen, _ = law_with_files(law)
         table, figure = characteristics(chosen), plot_law(chosen)
     except (LawReferenceError, TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None

@@ -20,15 +20,9 @@ def copied(
     """
     if not files:
         return reference, []
-    home, record = files[0].resolve().parent, []
-    for file in files:
-        place = Path(inside) / file.resolve().relative_to(home)
-        (folder / place).parent.mkdir(parents=True, exist_ok=True)
-        if file.resolve() != (folder / place).resolve():
-            shutil.copyfile(file, folder / place)
-        record.append(_entry(file, place))
-    name = reference.rpartition(":")[2]
-    return f"{inside}/{files[0].name}:{name}", record
+    home = files[0].resolve().parent
+    record = [_copied(file, folder, Path(inside) / file.resolve().relative_to(home)) for file in files]
+    return f"{inside}/{files[0].name}:{reference.rpartition(':')[2]}", record
 
 
 def copied_grains(sample: Mapping[str, Any], folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
@@ -40,12 +34,14 @@ def copied_grains(sample: Mapping[str, Any], folder: Path) -> tuple[dict[str, An
         return dict(sample), []
     file = Path(sample["file"])
     place = Path(GRAIN_FILES) / file.name
-    (folder / place).parent.mkdir(parents=True, exist_ok=True)
-    if file.resolve() != (folder / place).resolve():
-        shutil.copyfile(file, folder / place)
-    return {**sample, "file": place.as_posix()}, [_entry(file, place)]
+    return {**sample, "file": place.as_posix()}, [_copied(file, folder, place)]
 
 
-def _entry(file: Path, place: Path) -> dict[str, Any]:
+def _copied(file: Path, folder: Path, place: Path) -> dict[str, Any]:
+    """Copy a file to a place in a folder, unless it is that file; its record."""
+    copy = folder / place
+    copy.parent.mkdir(parents=True, exist_ok=True)
+    if file.resolve() != copy.resolve():
+        shutil.copyfile(file, copy)
     digest = hashlib.sha256(file.read_bytes()).hexdigest()
     return {"copy": place.as_posix(), "file": str(file.resolve()), "sha256": digest}

@@ -30,33 +30,26 @@ def find_law(reference: str) -> ContactLaw:
 
     The file is run, as a module with its folder in the search path. Raises :class:`LawReferenceError`.
     """
-    return find_law_and_files(reference)[0]
-
-
-def find_law_and_files(reference: str) -> tuple[ContactLaw, list[Path]]:
-    """The law of :func:`find_law`; its file, and those of its folder that it imports."""
-    return _find(reference, ContactLaw, "law")
+    law: ContactLaw = find_with_files(reference, ContactLaw)[0]
+    return law
 
 
 def find_material(reference: str) -> Material:
     """The material of ``FILE.py:MATERIAL``, as :func:`find_law`. Raises :class:`LawReferenceError`."""
-    return find_material_and_files(reference)[0]
+    material: Material = find_with_files(reference, Material)[0]
+    return material
 
 
-def find_material_and_files(reference: str) -> tuple[Material, list[Path]]:
-    """The material of :func:`find_material`; its file, and those of its folder that it imports."""
-    return _find(reference, Material, "material")
-
-
-def _find(reference: str, kind: type, word: str) -> tuple[Any, list[Path]]:
+def find_with_files(reference: str, kind: type) -> tuple[Any, list[Path]]:
+    """The law or material of a reference; its file, and those of its folder that it imports."""
+    word = "law" if kind is ContactLaw else "material"
     file, _, name = reference.rpartition(":") if ".py:" in reference else (reference, "", "")
     module, files = _run(Path(file))
     found = {key: value for key, value in vars(module).items() if not key.startswith("_") and _is(value, kind)}
     known = f"{word}s in {file}: {', '.join(found) or 'none'}"
     if not name:
-        raise LawReferenceError(
-            f"name the {word}, as in {file}:{next(iter(found), f'My{word.capitalize()}')} ({known})"
-        )
+        example = next(iter(found), f"My{word.capitalize()}")
+        raise LawReferenceError(f"name the {word}, as in {file}:{example} ({known})")
     if not hasattr(module, name):
         raise LawReferenceError(f"there is no '{name}' in {file}{nearest(name, found, 0.3)} ({known})")
     chosen = getattr(module, name)

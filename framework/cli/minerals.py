@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from grainlaw.cli.components import component, evolved, quantities, refuse_unknown, settings
+from grainlaw.cli.components import component, evolved, own, quantities, refuse_unknown, settings
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Breakable, ByPhase, Cracked, GrainCells, Jointed, Minerals, Sizes, VoronoiCells
 from grainlaw.geometry.cracked import CRACKS
 from grainlaw.material import Material, Rigid
-from grainlaw.messages import short
+from grainlaw.messages import refusal
 from grainlaw.tessellation import Tessellator
 from grainlaw.unit_text import quantity
 
@@ -41,15 +41,16 @@ def textured(tessellator: Tessellator, values: Mapping[str, Any]) -> tuple[Tesse
     if "minerals" in values:
         minerals = values["minerals"]
         if not isinstance(minerals, Mapping):
-            raise ParameterError(f"sample.minerals = {short(minerals)} is not allowed, it must be a table of shares")
+            raise refusal("sample.minerals", minerals, "a table of shares")
         shares = {name: quantity(share, "1", f"sample.minerals.{name}") for name, share in minerals.items()}
         clustering = quantity(values.get("clustering", 1.0), "1", "sample.clustering")
-        sizes = _sizes(values["sizes"]) if sized else None
-        tessellator = Minerals(tessellator, shares, clustering=clustering, seed=seed, sizes=sizes)
+        given = own(values["sizes"]) if sized else {}
+        sizes = {name: component(Sizes, entry, f"sample.sizes.{name}") for name, entry in given.items()}
+        by = ByPhase(sizes) if sized else None
+        tessellator = Minerals(tessellator, shares, clustering=clustering, seed=seed, sizes=by)
         section |= {"minerals": shares, "clustering": clustering, "seed": seed}
-        if sizes is not None:
-            own = {name: settings(each, Sizes) for name, each in sizes.sizes.items()}
-            section["sizes"] = {"type": BY_PHASE, **own}
+        if sized:
+            section["sizes"] = {"type": BY_PHASE, **{name: settings(each, Sizes) for name, each in sizes.items()}}
     elif sized:
         raise ParameterError("sample.sizes by phase are of the minerals of a sample, which has none")
     elif "clustering" in values:
@@ -73,16 +74,14 @@ def _cracked(tessellator: Tessellator, given: Any, seed: Any) -> tuple[Tessellat
     refuse_unknown(where, table, [*CRACKED, "between"])
     if "share" not in table:
         raise ParameterError(f"{where}.share is missing: the share of the length between grains that is cracked")
-    own: dict[str, Any] = {
-        name: quantity(table[name], CRACKED[name], f"{where}.{name}") for name in CRACKED if name in table
-    }
+    numbers: Any = {n: quantity(table[n], unit, f"{where}.{n}") for n, unit in CRACKED.items() if n in table}
     pairs = table.get("between")
     if pairs is None:
-        return Cracked(tessellator, seed=seed, **own), own
+        return Cracked(tessellator, seed=seed, **numbers), numbers
     if isinstance(pairs, str) or not all(isinstance(pair, str) and pair.count("/") == 1 for pair in pairs):
-        raise ParameterError(f"{where}.between = {short(pairs)} is not allowed, it must be a list like ['quartz/mica']")
-    made = Cracked(tessellator, between=[tuple(pair.split("/")) for pair in pairs], seed=seed, **own)
-    return made, {**own, "between": list(pairs)}
+        raise refusal(f"{where}.between", pairs, "a list like ['quartz/mica']")
+    made = Cracked(tessellator, between=[tuple(pair.split("/")) for pair in pairs], seed=seed, **numbers)
+    return made, {**numbers, "between": list(pairs)}
 
 
 def check_cracks(section: Mapping[str, Any], laws: Any) -> None:
@@ -97,13 +96,8 @@ def check_cracks(section: Mapping[str, Any], laws: Any) -> None:
 def _traces(joints: Any) -> dict[str, Any]:
     """Traces by the name of their set, in m."""
     if not isinstance(joints, Mapping):
-        raise ParameterError(f"sample.joints = {short(joints)} is not allowed, it must be a table of lists of traces")
+        raise refusal("sample.joints", joints, "a table of lists of traces")
     return {name: quantities(traces, "m", f"sample.joints.{name}") for name, traces in joints.items()}
-
-
-def _sizes(table: Mapping[str, Any]) -> ByPhase:
-    own = {name: entry for name, entry in table.items() if name != "type"}
-    return ByPhase({name: component(Sizes, entry, f"sample.sizes.{name}") for name, entry in own.items()})
 
 
 def materials(rock: Material | Rigid, given: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
@@ -120,10 +114,8 @@ def materials(rock: Material | Rigid, given: Mapping[str, Any]) -> tuple[Any, di
                 f"{where}.type = {table['type']!r} is not allowed, a material of a file must be that of rock.type"
             )
         made[name] = component(Material, table, where, rock)
-    section = {
-        name: {key: value for key, value in settings(each).items() if key != "type" or type(each) is not type(rock)}
-        for name, each in made.items()
-    }
+    shown = {name: settings(each) for name, each in made.items()}
+    section = {name: own(shown[name]) if type(each) is type(rock) else shown[name] for name, each in made.items()}
     return {**made, ...: rock}, section
 
 
@@ -141,21 +133,21 @@ def laws_by_key(
     for key, entry in given.items():
         where, table = f"laws.{key}", _table(entry, f"laws.{key}")
         kind = table.get("type")
+        named = {}
         if kind is None:
-            own = evolved(law, table, where)
+            found = evolved(law, table, where)
         elif ".py" in str(kind):
             raise ParameterError(f"{where}.type = {kind!r} is not allowed, a law of a file must be that of law.type")
         else:
-            kind, own, _ = find(dict(table))
-        made[_key(key)] = own
-        named = {"type": kind} if kind is not None else {}
-        section[key] = {name: value for name, value in settings(own, ContactLaw).items() if name != "type"} | named
+            named["type"], found, _ = find(dict(table))
+        made[_key(key)] = found
+        section[key] = own(settings(found, ContactLaw)) | named
     return {**made, ...: law}, section
 
 
 def _table(entry: Any, where: str) -> dict[str, Any]:
     if not isinstance(entry, Mapping):
-        raise ParameterError(f"{where} = {short(entry)} is not allowed, it must be a table of parameters")
+        raise refusal(where, entry, "a table of parameters")
     return dict(entry)
 
 

@@ -15,7 +15,7 @@ from grainlaw.cli.minerals import KEYS
 from grainlaw.cli.sections import Sections, checked_sections, read_tables
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
-from grainlaw.messages import short
+from grainlaw.messages import refusal, short
 
 SECTIONS_OF_ROCK = ("sample", "rock", "rocks", "law", "laws")
 #: of [sample]: the specimen of the paper, not the texture
@@ -44,7 +44,7 @@ def rock_file(name: str) -> RockFile:
     refuse_unknown(os.fspath(file), tables, ["about", "cite", *SECTIONS_OF_ROCK])
     about, cite = tables.pop("about", ""), checked_cite(tables.pop("cite", []), f"{file}: cite")
     if not isinstance(about, str):
-        raise ParameterError(f"{file}: about = {short(about)} is not allowed, it must be a text")
+        raise refusal(f"{file}: about", about, "a text")
     sections = checked_sections(tables, file)
     if sections.get("law") and "type" not in sections["law"]:
         raise ParameterError(f"{file}: law.type is missing: the name of the law that has these parameters")
@@ -56,7 +56,7 @@ def rock_file(name: str) -> RockFile:
 def checked_cite(given: Any, where: str) -> tuple[str, ...]:
     """Works to cite, a text each. Raises :class:`~grainlaw.fields.ParameterError`."""
     if not isinstance(given, list) or not all(isinstance(work, str) for work in given):
-        raise ParameterError(f"{where} = {short(given)} is not allowed, it must be a list of texts")
+        raise refusal(where, given, "a list of texts")
     return tuple(given)
 
 

@@ -11,11 +11,11 @@ from typing import Any
 import attrs
 
 import grainlaw.geometry
-from grainlaw.cli.components import choices, component, evolved, explained, refuse_unknown, settings
+from grainlaw.cli.components import choices, component, evolved, explained, own, refuse_unknown, settings
 from grainlaw.cli.minerals import KEYS, by_phase, textured
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import from_labels, from_mesh, read_tess
-from grainlaw.messages import nearest, short
+from grainlaw.messages import nearest, refusal, short
 from grainlaw.region import Region
 from grainlaw.specimen import ContactPoints, GaussPoints
 from grainlaw.tessellation import Tessellation, Tessellator
@@ -41,10 +41,13 @@ def grains_of_file(file: Any, options: Mapping[str, Any]) -> tuple[Tessellation,
     ``options`` are those of the function that reads the file. Raises :class:`~grainlaw.fields.ParameterError`.
     """
     if not isinstance(file, str):
-        raise ParameterError(f"sample.file = {short(file)} is not allowed, it must be the name of a file")
+        raise refusal("sample.file", file, "the name of a file")
     if not Path(file).is_file():
         raise ParameterError(f"sample.file = {short(file)} is not allowed, there is no such file")
-    reader = _reader(Path(file).suffix.lower())
+    suffix = Path(file).suffix.lower()
+    reader: Callable[..., Tessellation] = from_labels if suffix in IMAGES else from_mesh
+    if suffix == TESSELLATION:
+        reader = read_tess
     known = [name for name, p in inspect.signature(reader).parameters.items() if name not in ("file", "image")]
     refuse_unknown("sample", options, ["file", *known, "contact_points"])
     given = {key: _value(key, value) for key, value in options.items()}
@@ -52,12 +55,6 @@ def grains_of_file(file: Any, options: Mapping[str, Any]) -> tuple[Tessellation,
         raise ParameterError("sample.pixel is missing: the size of a pixel of the image")
     shown = {key: written(given[key], "m") if key in LENGTHS else options[key] for key in given}
     return reader(file, **given), shown
-
-
-def _reader(suffix: str) -> Callable[..., Tessellation]:
-    if suffix == TESSELLATION:
-        return read_tess
-    return from_labels if suffix in IMAGES else from_mesh
 
 
 def _value(key: str, value: Any) -> Any:
@@ -102,8 +99,8 @@ def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
     if "grains" not in given and any(name in given for name in INSTEAD_OF_GRAINS):
         values.pop("grains", None)
     size = {name: _size(parameter, values, shape) for name, parameter in lengths.items()}
-    own = {key: values[key] for key in fields if key in values and not (key == "sizes" and by_phase(values[key]))}
-    grains = evolved(tessellators()[filling], own, "sample")
+    its = {key: values[key] for key in fields if key in values and not (key == "sizes" and by_phase(values[key]))}
+    grains = evolved(tessellators()[filling], its, "sample")
     points = _contact_points(given)
 
     whole, more = textured(grains, values)
@@ -112,7 +109,7 @@ def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
         "region": shape,
         **{name: _written(name, value) for name, value in size.items() if value is not None},
         "tessellator": filling,
-        **{key: value for key, value in settings(grains).items() if key != "type"},
+        **own(settings(grains)),
         **more,
         "contact_points": settings(points, ContactPoints),
     }

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from grainlaw.fields import ParameterError
-from grainlaw.messages import nearest, short
+from grainlaw.messages import nearest, refusal, short
 
 Sections = dict[str, dict[str, Any]]
 WIDEST = 40  #: columns before a comment that stands in line with others
@@ -42,7 +42,7 @@ def checked_sections(sections: Sections, file: Path) -> Sections:
     for name, section in sections.items():
         check_section(name, file)
         if not isinstance(section, dict):
-            raise ParameterError(f"{file}: {name} = {short(section)} is not allowed, it must be a section [{name}]")
+            raise refusal(f"{file}: {name}", section, f"a section [{name}]")
     for name in ("law", "rock"):
         kind = sections.get(name, {}).get("type")
         if isinstance(kind, str) and ".py" in kind:
@@ -58,13 +58,19 @@ def gathered(config: Path | None, options: Mapping[tuple[str, str], Any], assign
 
     Raises :class:`ParameterError`, OSError.
     """
-    sections: Sections = read_file(config) if config else {}
-    for (section, key), value in options.items():
-        if value is not None:
-            sections.setdefault(section, {})[key] = value
+    sections = with_options(read_file(config) if config else {}, options)
     for assignment in assignments:
         assign(sections, assignment)
     return sections
+
+
+def with_options(sections: Sections, options: Mapping[tuple[str, str], Any]) -> Sections:
+    """The sections, copied, with options that are not None in their places."""
+    made = {name: dict(section) for name, section in sections.items()}
+    for (section, key), value in options.items():
+        if value is not None:
+            made.setdefault(section, {})[key] = value
+    return made
 
 
 def assign(sections: Sections, assignment: str) -> None:

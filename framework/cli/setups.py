@@ -2,31 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import attrs
 
+from grainlaw import protocols
 from grainlaw.cli.components import name_of, settings
 from grainlaw.cli.default_rock import LAWS, QUICK, ROCK, SAMPLE
 from grainlaw.contact import ContactLaw
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols import (
-    BiaxialCompression,
-    Brazilian,
-    Creep,
-    Cyclic,
-    DirectShear,
-    Excavation,
-    Heating,
-    JointTension,
-    PlaneWave,
-    Saturated,
-    SemiCircularBend,
-    ThreePointBending,
-    UniaxialCompression,
-    UniaxialTension,
-)
 from grainlaw.units import mm
 
 WIDTH, PULLED, SHEARED = 50 * mm, 10 * mm, 4 * mm  #: of two blocks with a joint: low ones do not snap back
@@ -63,12 +47,8 @@ PLATE = {"region": "plate_with_hole", "width": 100 * mm, "height": 100 * mm, "di
 HALF_DISC = {"region": "semi_disc", "diameter": 75 * mm, "span": 45 * mm, "notch_depth": 18 * mm}
 
 
-def _expands() -> dict[str, Any]:
-    return {"type": "thermal", "material": settings(ROCK)}
-
-
-def _ages() -> dict[str, Any]:
-    return {"type": "static-fatigue", "law": settings(LAWS["cohesive-crack"], ContactLaw)}
+EXPANDS = {"type": "thermal", "material": settings(ROCK)}
+AGES = {"type": "static-fatigue", "law": settings(LAWS["cohesive-crack"], ContactLaw)}
 
 
 @attrs.frozen
@@ -81,26 +61,26 @@ class Setup:
     protocol: type[LoadingProtocol]
     sample: dict[str, Any]
     quick: dict[str, Any]
-    rock: Callable[[], dict[str, Any]] = dict
-    law: Callable[[], dict[str, Any]] = dict
+    rock: dict[str, Any] = attrs.field(factory=dict)
+    law: dict[str, Any] = attrs.field(factory=dict)
 
 
 SETUPS = {
     name_of(setup.protocol): setup
     for setup in (
-        Setup(UniaxialCompression, PRISM, SMALL_PRISM),
-        Setup(UniaxialTension, PRISM, SMALL_PRISM),
-        Setup(BiaxialCompression, PRISM, SMALL_PRISM),
-        Setup(Brazilian, DISC | _grains(400), DISC | _grains(80)),
-        Setup(Creep, PRISM, SMALL_PRISM, law=_ages),
-        Setup(Cyclic, PRISM, SMALL_PRISM),
-        Setup(Heating, PRISM, SMALL_PRISM, rock=_expands),
-        Setup(Saturated, PRISM, SMALL_PRISM),
-        Setup(ThreePointBending, BEAM | NOTCHED | _grains(400), BEAM | NOTCHED | _grains(80)),
-        Setup(SemiCircularBend, HALF_DISC | NOTCHED | _grains(400), HALF_DISC | NOTCHED | _grains(80)),
-        Setup(DirectShear, SHEARED_BLOCKS, SHEARED_BLOCKS),
-        Setup(JointTension, PULLED_BLOCKS, PULLED_BLOCKS),
-        Setup(Excavation, PLATE | _grains(1500), PLATE | _grains(200)),
-        Setup(PlaneWave, _bar(100), _bar(50)),
+        Setup(protocols.UniaxialCompression, PRISM, SMALL_PRISM),
+        Setup(protocols.UniaxialTension, PRISM, SMALL_PRISM),
+        Setup(protocols.BiaxialCompression, PRISM, SMALL_PRISM),
+        Setup(protocols.Brazilian, DISC | _grains(400), DISC | _grains(80)),
+        Setup(protocols.Creep, PRISM, SMALL_PRISM, law=AGES),
+        Setup(protocols.Cyclic, PRISM, SMALL_PRISM),
+        Setup(protocols.Heating, PRISM, SMALL_PRISM, rock=EXPANDS),
+        Setup(protocols.Saturated, PRISM, SMALL_PRISM),
+        Setup(protocols.ThreePointBending, BEAM | NOTCHED | _grains(400), BEAM | NOTCHED | _grains(80)),
+        Setup(protocols.SemiCircularBend, HALF_DISC | NOTCHED | _grains(400), HALF_DISC | NOTCHED | _grains(80)),
+        Setup(protocols.DirectShear, SHEARED_BLOCKS, SHEARED_BLOCKS),
+        Setup(protocols.JointTension, PULLED_BLOCKS, PULLED_BLOCKS),
+        Setup(protocols.Excavation, PLATE | _grains(1500), PLATE | _grains(200)),
+        Setup(protocols.PlaneWave, _bar(100), _bar(50)),
     )
 }

@@ -19,7 +19,7 @@ from grainlaw.cli.sections import Sections, assign, check_section, checked_secti
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
 from grainlaw.fields import ParameterError
-from grainlaw.messages import short
+from grainlaw.messages import refusal, short
 from grainlaw.runs.parallel import Run
 from grainlaw.studies.case import Recipe
 from grainlaw.studies.study import Study
@@ -30,10 +30,8 @@ SEED = "seed"  #: the key over which means are taken
 
 Place = tuple[str, ...]  #: section and keys
 TYPES = ("law", "test", "rock")  #: sections that stand for their key ``type``
-FILES: dict[Place, Any] = {
-    ("law", "type"): find_law,
-    ("rock", "type"): find_material,
-}  #: what finds a level FILE.py:NAME
+#: what finds a level FILE.py:NAME
+FILES: dict[Place, Any] = {("law", "type"): find_law, ("rock", "type"): find_material}
 ALONE = (("numerics", "threads"), ("numerics", "frames"))  #: what does not decide a result
 MOST = 1_000_000  #: levels of a range
 RANGE = re.compile(r"\s*([+-]?\d+)\s*\.\.\s*([+-]?\d+)\s*")
@@ -95,7 +93,7 @@ def _levels(place: Place, given: Any, file: Path) -> dict[Any, Any]:
     where = f"{file}: vary: {'.'.join(place)}"
     listed = _range(where, given) if isinstance(given, str) else given
     if not isinstance(listed, list):
-        raise ParameterError(f"{where} = {short(given)} is not allowed, it must be {LIKE}")
+        raise refusal(where, given, LIKE)
     if not listed:
         raise ParameterError(f"{where} has no levels, it must be {LIKE}")
     levels: dict[Any, Any] = {}
@@ -113,7 +111,7 @@ def _levels(place: Place, given: Any, file: Path) -> dict[Any, Any]:
 def _range(where: str, text: str) -> list[int]:
     found = RANGE.fullmatch(text)
     if not found:
-        raise ParameterError(f"{where} = {short(text)} is not allowed, it must be {LIKE}")
+        raise refusal(where, text, LIKE)
     first, last = int(found[1]), int(found[2])
     if last < first:
         raise ParameterError(f"{where} = {short(text)} is not allowed: the range is empty, {last} is below {first}")
@@ -145,11 +143,7 @@ class FileCase:
         for name, level in levels.items():
             put(sections, self.places[name], level)
         chosen = configured(str(sections["test"]["type"]), sections, self.quick)
-        numerics = chosen.numerics
-        return Run(
-            chosen.specimen, chosen.law, chosen.protocol,
-            time_step_factor=numerics.time_step_factor, mass_scaling=numerics.mass_scaling,
-        )  # fmt: skip
+        return Run(chosen.specimen, chosen.law, chosen.protocol, **chosen.numerics.step_options)
 
 
 @attrs.frozen(eq=False)
@@ -209,21 +203,15 @@ def study_of(file: Path, assignments: Sequence[str] = (), quick: bool = False) -
     evolved(Numerics, sections.get("numerics", {}), "numerics")
     for section, key in ALONE:
         sections.get(section, {}).pop(key, None)
-    _check_test(sections, places, file)
-    law = sections.get("law", {}).get("type")
-    if isinstance(law, str) and ".py" in law and ("law", "type") not in places.values():
-        sections["law"]["type"] = find_law(os.fspath(law))
-    rock = sections.get("rock", {}).get("type")
-    if isinstance(rock, str) and ".py" in rock and ("rock", "type") not in places.values():
-        sections["rock"]["type"] = find_material(os.fspath(rock))
+    if ("test", "type") not in places.values() and not sections.get("test", {}).get("type"):
+        raise ParameterError(f'{file}: the test is missing: [test] type = "...", one of {", ".join(SETUPS)}')
+    sections.setdefault("test", {})
+    for (section, key), find in FILES.items():
+        kind = sections.get(section, {}).get(key)
+        if isinstance(kind, str) and ".py" in kind and (section, key) not in places.values():
+            sections[section][key] = find(kind)
     levels: dict[str, Any] = {factor.name: factor.levels for factor in chosen}
     study = Study(FileCase(sections, places, quick), **levels)
     options = [word for assignment in assignments for word in ("--set", assignment)] + ["--quick"] * quick
     options += ["--portable"] * is_portable()
     return StudyFile(file, study, chosen, options)
-
-
-def _check_test(sections: Sections, places: Mapping[str, Place], file: Path) -> None:
-    if ("test", "type") not in places.values() and not sections.setdefault("test", {}).get("type"):
-        raise ParameterError(f'{file}: the test is missing: [test] type = "...", one of {", ".join(SETUPS)}')
-    sections.setdefault("test", {})

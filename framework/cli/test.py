@@ -8,7 +8,7 @@ from pathlib import Path
 import attrs
 import click
 
-from grainlaw.cli.configuration import CONFIG, Configuration, configured, template
+from grainlaw.cli.configuration import CONFIG, Configuration, configured, template, write_config
 from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.running import (
     GivenOptions,
@@ -23,17 +23,15 @@ from grainlaw.cli.running import (
     threads_option,
     writing_to,
 )
-from grainlaw.cli.sections import gathered, toml
+from grainlaw.cli.sections import gathered
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
 from grainlaw.condition import StageError
-from grainlaw.engine.model import Model
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
 from grainlaw.observation import Observer
 from grainlaw.quantity import aligned
 from grainlaw.results.certificate import texts
-from grainlaw.results.files import write_atomically
 from grainlaw.results.paraview import write_script
 from grainlaw.results.probe import Probe
 from grainlaw.results.result import Result
@@ -43,7 +41,7 @@ from grainlaw.runs.certify import certify_result, slower
 from grainlaw.runs.claim import MATERIAL_FILES, Claim
 from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import versions
-from grainlaw.runs.simulation import begun, simulate
+from grainlaw.runs.simulation import simulate
 
 INTERACTIVE = "interactive.html"  #: in the folder of a run
 FOLLOWED = 20  #: contact points that break first, whose paths an interactive page has
@@ -81,11 +79,7 @@ def test(
             click.echo(template(name, sections, quick), nl=False)
             return
         chosen = configured(name, sections, quick)
-        numerics = chosen.numerics
-        begun(
-            Model(chosen.specimen, chosen.law), chosen.protocol, time_step_factor=numerics.time_step_factor,
-            mass_scaling=numerics.mass_scaling, frames=numerics.frames,
-        )  # fmt: skip
+        chosen.check()
         if certify:
             slower(chosen.protocol)
         if interactive:
@@ -103,13 +97,10 @@ def test(
         sections = {**chosen.sections, **there, "sample": sample_there}
         copies = {"law_files": files, "material_files": material_files, "grain_files": grain_files}
         claim.about.update(configuration=chosen.sections, **copies)
-        heading = "".join(f"# {package} {number}\n" for package, number in versions().items())
-        text = f"# grainlaw test {name} --config {CONFIG}\n{heading}\n{toml(sections)}"
-        write_atomically(claim.path / CONFIG, lambda file: file.write_text(text, encoding="utf-8"))
+        write_config(claim.path / CONFIG, name, sections)
         probe = Probe(first=FOLLOWED) if interactive else None
         result, reason = _run(name, chosen, claim, [] if probe is None else [probe])
-        shown_too = {key: chosen.sections[key] for key in ("sample", "numerics")}
-        record = {**shown_too, "versions": versions()}
+        record = {**{key: chosen.sections[key] for key in ("sample", "numerics")}, "versions": versions()}
         write_script(claim.path, [[(name, "", result)]])
         beside = [*([INTERACTIVE] if interactive else []), *linked(claim.path)]
         result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=beside)
@@ -133,7 +124,7 @@ def _run(name: str, chosen: Configuration, claim: Claim, observers: Sequence[Obs
         try:
             result = simulate(
                 chosen.specimen, chosen.law, chosen.protocol, threads=numerics.threads, frames=numerics.frames,
-                time_step_factor=numerics.time_step_factor, mass_scaling=numerics.mass_scaling, checkpoint=claim,
+                **numerics.step_options, checkpoint=claim,
                 observers=[RunBar(progress.bar(name)), writer, *observers], progress=False,
             )  # fmt: skip
         except (StageError, InstabilityError) as error:
@@ -146,9 +137,8 @@ def _certified(name: str, result: Result, chosen: Configuration, claim: Claim) -
     numerics = chosen.numerics
     with Progress(stays=True, speaks=True) as progress:
         found = certify_result(
-            result, chosen.law, threads=numerics.threads, time_step_factor=numerics.time_step_factor,
-            mass_scaling=numerics.mass_scaling, observers=[RunBar(progress.bar(f"{name}, half the speed"))],
-            progress=False,
+            result, chosen.law, threads=numerics.threads, **numerics.step_options,
+            observers=[RunBar(progress.bar(f"{name}, half the speed"))], progress=False,
         )  # fmt: skip
     write_json(claim.path / "certificate.json", attrs.asdict(found) | {"limit": found.limit, "error": found.error})
     return str(found)
