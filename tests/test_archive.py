@@ -16,8 +16,8 @@ from grainlaw.geometry import Bricks, Voronoi, apart, between_platens, polygon, 
 from grainlaw.laws import CohesiveCrack, Linear, WeibullField
 from grainlaw.material import Plane
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.results.archive import FORMAT, Recorded, from_bytes, listed, save, to_bytes
-from grainlaw.results.figures.stored_cracks import crack_lines
+from grainlaw.results.archive import FORMAT, Recorded, from_bytes, listed, to_bytes
+from grainlaw.results.figures.cracks import crack_lines
 from grainlaw.results.result import Cracks
 from grainlaw.units import mm
 
@@ -289,7 +289,7 @@ def test_a_damaged_file_is_refused_or_read_as_it_was(content, data):
 
 def test_a_disk_that_is_full_leaves_no_part(content, tmp_path, monkeypatch):
     result = from_bytes(content)
-    save(result, tmp_path / "run.npz")
+    result.save(tmp_path / "run.npz")
     before = (tmp_path / "run.npz").read_bytes()
 
     def full(path, _):
@@ -297,5 +297,5 @@ def test_a_disk_that_is_full_leaves_no_part(content, tmp_path, monkeypatch):
 
     monkeypatch.setattr("pathlib.Path.write_bytes", full)
     with pytest.raises(OSError, match=r"No space left on device.*run\.npz"):
-        save(result, tmp_path / "run.npz", frames=False)
+        result.save(tmp_path / "run.npz", frames=False)
     assert [(file.name, file.read_bytes()) for file in tmp_path.iterdir()] == [("run.npz", before)]

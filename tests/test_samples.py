@@ -14,7 +14,7 @@ from support import BRITTLE, PULL, STIFF, small_sample
 import grainlaw as gl
 from grainlaw.laws import Linear
 from grainlaw.quantity import Quantity
-from grainlaw.results.figures.sample_figures import _draw_peaks
+from grainlaw.results.figures.curves import _draw_peaks
 from grainlaw.results.means import mean_and_interval, mean_and_range, means
 
 TEST = attrs.evolve(PULL, samples=20)

@@ -19,7 +19,7 @@ from test_report import Page
 import grainlaw as gl
 from grainlaw.drawing.palette import COLORS
 from grainlaw.results.archive import to_bytes
-from grainlaw.results.figures.stored_cracks import scale_bar
+from grainlaw.results.figures.cracks import scale_bar
 from grainlaw.studies import report
 from grainlaw.studies.figures import BAND, MOST_PATTERNS, _box, on_common_grid
 from grainlaw.studies.table import Table

@@ -31,3 +31,10 @@ def given_or_new(where: str, ax: Any, size: tuple[float, float]) -> tuple[Figure
     if not isinstance(ax, Axes):
         raise refusal(f"{where}: ax", ax, "axes of matplotlib")
     return cast(Figure, ax.figure.figure), ax  # that of a subfigure is the whole figure
+
+
+def to_scale(axes: Axes, unit: str = "mm") -> None:
+    """Show all that was drawn, with equal scales of x and y."""
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})")

@@ -27,7 +27,7 @@ def draw_grains(grains: Any, by: str, ax: Any) -> Figure:
         raise refusal("Tessellation.plot: by", by, "'phase', 'area' or 'parent'")
     from matplotlib.collections import LineCollection, PolyCollection
 
-    from grainlaw.drawing.figure import given_or_new
+    from grainlaw.drawing.figure import given_or_new, to_scale
 
     figure, axes = given_or_new("Tessellation.plot", ax, (7, 7))
     small = np.ptp(grains.vertices, axis=0).max() < 1
@@ -50,21 +50,13 @@ def draw_grains(grains: Any, by: str, ax: Any) -> Figure:
     axes.add_collection(LineCollection(list(ends[edges.kind == 1]), colors=rim, linewidths=0.25))
     axes.add_collection(LineCollection(list(ends[edges.kind == 0]), colors=rim, linewidths=0.7))
     for k, name in enumerate(grains.joints):
-        lines = LineCollection(
-            list(ends[edges.kind == k + 2]),
-            colors=LINES[k % 5],
-            linestyles=[JOINT_STYLES[k % 5]],
-            linewidths=2.2,
-            label=name,
-        )
+        look: Any = {"colors": LINES[k % 5], "linestyles": [JOINT_STYLES[k % 5]], "linewidths": 2.2, "label": name}
+        lines = LineCollection(list(ends[edges.kind == k + 2]), **look)
         axes.add_collection(lines)
         legends.append(lines)
     if legends:
         axes.legend(handles=legends, loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False, handlelength=2.5)
-    axes.set_aspect("equal")
-    axes.autoscale_view()
-    axes.set_xlabel(f"x ({unit})")
-    axes.set_ylabel(f"y ({unit})")
+    to_scale(axes, unit)
     return figure
 
 

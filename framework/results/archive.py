@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import attrs
@@ -18,7 +16,7 @@ from grainlaw.material import Elastic, Material, Plane, Rigid
 from grainlaw.messages import short
 from grainlaw.quantity import Quantity
 from grainlaw.region import Region
-from grainlaw.results.files import Arrays, below, without_nan, write_atomically
+from grainlaw.results.files import Arrays, below, grouped, without_nan
 from grainlaw.results.frames import packed, unpacked
 from grainlaw.results.result import Cracks, Curves, Named, Result
 from grainlaw.specimen import EndPoints, GaussPoints, InsetPoints, Specimen
@@ -54,8 +52,7 @@ class RecordedMaterial(Material):
     def stress(self, exx: Any, eyy: Any, exy: Any) -> Any:
         raise ParameterError(f"{self.type} was read from a file, which has no code: make the material again")
 
-    def energy(self, exx: Any, eyy: Any, exy: Any) -> Any:
-        raise ParameterError(f"{self.type} was read from a file, which has no code: make the material again")
+    energy = stress
 
 
 READ = (Recorded, RecordedMaterial)
@@ -130,33 +127,18 @@ def from_bytes(content: bytes, where: str = "the content") -> Result:
 
 
 def _result(arrays: Arrays, about: Mapping[str, Any]) -> Result:
-    frames: dict[int, Arrays] = {}
-    for name, row in below("frames", arrays).items():
-        number, _, rest = name.partition("/")
-        frames.setdefault(int(number), {})[rest] = row
+    frames = grouped(below("frames", arrays))
+    quantities = tuple(Quantity(**each) for each in about["quantities"])
     return Result(
         specimen=_specimen(arrays, about),
         law=_read(about["law"]),
-        protocol=attrs.evolve(
-            _read(about["protocol"]), quantities=tuple(Quantity(**each) for each in about["quantities"])
-        ),
+        protocol=attrs.evolve(_read(about["protocol"]), quantities=quantities),
         curves=Curves(below("curves", arrays)),
         summary=Named({name: np.nan if value is None else value for name, value in about["summary"].items()}),
         cracks=Cracks(**below("cracks", arrays)),
-        frames=[unpacked(frames[k]) for k in sorted(frames)],
+        frames=[unpacked(frames[k]) for k in sorted(frames, key=int)],
         interfaces=arrays["interfaces"],
     )
-
-
-def save(result: Result, file: str | os.PathLike[str], *, frames: bool = True) -> None:
-    """Write a result. Raises OSError."""
-    content = to_bytes(result, frames=frames)
-    write_atomically(Path(file), lambda path: path.write_bytes(content))
-
-
-def load(file: str | os.PathLike[str]) -> Result:
-    """Read what :func:`save` has written. Raises :class:`ParameterError` for another file, OSError."""
-    return from_bytes(Path(file).read_bytes(), str(file))
 
 
 def _plain(value: Any) -> Any:

@@ -79,6 +79,16 @@ def below(place: str, arrays: Mapping[str, np.ndarray]) -> Arrays:
     return {name.removeprefix(f"{place}/"): row for name, row in arrays.items() if name.startswith(f"{place}/")}
 
 
+def grouped(arrays: Mapping[str, np.ndarray]) -> dict[str, Arrays]:
+    """The arrays whose names have several parts, by the first part, and by the rest of their names."""
+    found: dict[str, Arrays] = {}
+    for name, row in arrays.items():
+        first, slash, rest = name.partition("/")
+        if slash:
+            found.setdefault(first, {})[rest] = row
+    return found
+
+
 def file_name(name: str) -> str:
     """A name given by the user, as part of a file name: _ replaces what a file system may refuse."""
     return re.sub(r'[\\/:*?"<>|\x00-\x1f]', "_", name)

@@ -15,6 +15,7 @@ from grainlaw.fields import whole_number
 from grainlaw.messages import refusal
 from grainlaw.observation import Observer
 from grainlaw.results.data_frames import data_frame
+from grainlaw.results.files import grouped
 from grainlaw.stage import Stage
 
 if TYPE_CHECKING:
@@ -87,14 +88,10 @@ def packed(frame: Frame) -> dict[str, np.ndarray]:
 
 def unpacked(arrays: Mapping[str, np.ndarray]) -> Frame:
     """The frame that :func:`packed` was given."""
-    rows: dict[str, dict[str, np.ndarray]] = {"bonds": {}, "contacts": {}, "zones": {}}
-    for name, row in arrays.items():
-        kind, slash, rest = name.partition("/")
-        if slash:
-            rows[kind][rest] = row
     displacement, velocity, stress = (arrays[name] for name in _WHOLE[1:])
+    bonds, contacts, zones = (grouped(arrays).get(kind, {}) for kind in ("bonds", "contacts", "zones"))
     whole = float(arrays["time"]), displacement, velocity, stress
-    return Frame(*whole, rows["bonds"], rows["contacts"], rows["zones"], str(arrays.get("stage", "")))
+    return Frame(*whole, bonds, contacts, zones, str(arrays.get("stage", "")))
 
 
 _WHOLE = ("time", "displacement", "velocity", "stress")
@@ -161,9 +158,5 @@ class FrameRecorder(Observer):
     def restore(self, state: State, saved: Mapping[str, np.ndarray]) -> None:
         """Go on from what :meth:`save` returned."""
         self.clock.restore(saved)
-        each: dict[int, dict[str, np.ndarray]] = {}
-        for name, row in saved.items():
-            number, slash, rest = name.partition("/")
-            if slash:
-                each.setdefault(int(number), {})[rest] = row
-        self.frames = [unpacked(each[k]) for k in sorted(each)]
+        each = grouped(saved)
+        self.frames = [unpacked(each[k]) for k in sorted(each, key=int)]

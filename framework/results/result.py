@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -19,6 +20,7 @@ from grainlaw.messages import nearest
 from grainlaw.quantity import Quantity
 from grainlaw.results.certificate import doubts, texts
 from grainlaw.results.data_frames import data_frame
+from grainlaw.results.files import write_atomically
 from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
 
@@ -111,12 +113,7 @@ class Result(metaclass=Checked):
 
     @classmethod
     def from_run(
-        cls,
-        state: State,
-        protocol: LoadingProtocol,
-        curves: dict[str, np.ndarray],
-        frames: list[Frame],
-        seconds: float,
+        cls, state: State, protocol: LoadingProtocol, curves: dict[str, np.ndarray], frames: list[Frame], seconds: float
     ) -> Result:
         """Make the result from the state at the end of a run."""
         summary = Named(protocol.summary(curves, state.specimen) if curves else {})
@@ -152,9 +149,11 @@ class Result(metaclass=Checked):
         They are in the order of ``cracks``: segment j is that of crack j. Raises ParameterError for a frame that is not
         there.
         """
-        from grainlaw.results.segments import crack_segments
-
-        return crack_segments(self, frame)
+        moment = self.frame("crack_segments", frame)
+        time = moment.bonds["broken_time"]
+        broken = np.flatnonzero(~np.isnan(time))
+        in_order = broken[np.argsort(time[broken], kind="stable")]  # that of ``cracks``
+        return contact_segments(self.mesh.nodes + moment.displacement, self.interfaces)[in_order]
 
     @property
     def _facts(self) -> dict[str, str]:
@@ -175,6 +174,11 @@ class Result(metaclass=Checked):
     def quantity(self, name: str) -> Quantity:
         """How a column or a property is shown: as the test declares it, or as of any test."""
         return quantity_of(name, self.quantities)
+
+    def shown(self, name: str) -> np.ndarray:
+        """A column of the curves in the unit in which it is shown."""
+        column: np.ndarray = self.curves[name] * self.quantity(name).factor
+        return column
 
     @cached_property
     def quantities(self) -> dict[str, Quantity]:
@@ -198,9 +202,10 @@ class Result(metaclass=Checked):
 
         Law and test are written as their names and parameters, never as code.
         """
-        from grainlaw.results.archive import save
+        from grainlaw.results.archive import to_bytes
 
-        save(self, file, frames=frames)
+        content = to_bytes(self, frames=frames)
+        write_atomically(Path(file), lambda path: path.write_bytes(content))
 
     @staticmethod
     def load(file: str | os.PathLike[str]) -> Result:
@@ -208,9 +213,9 @@ class Result(metaclass=Checked):
 
         Its law and its protocol are :class:`~grainlaw.results.archive.Recorded`, which have names and numbers alone.
         """
-        from grainlaw.results.archive import load
+        from grainlaw.results.archive import from_bytes
 
-        return load(file)
+        return from_bytes(Path(file).read_bytes(), str(file))
 
     def write_vtk(self, folder: str | os.PathLike[str]) -> None:
         """Write ``grains.pvd``, ``cracks.pvd``, their .vtu series, and ``show_in_paraview.py``. Raises OSError."""
@@ -242,15 +247,9 @@ class Result(metaclass=Checked):
         animate(self, file, per_second)
 
     def write_report(
-        self,
-        file: str | os.PathLike[str],
-        *,
-        title: str = "",
-        record: Mapping[str, Any] | None = None,
-        incomplete: str = "",
-        measures: Sequence[Measure] | None = None,
-        files: Sequence[str] = (),
-    ) -> None:
+        self, file: str | os.PathLike[str], *, title: str = "", record: Mapping[str, Any] | None = None,
+        incomplete: str = "", measures: Sequence[Measure] | None = None, files: Sequence[str] = (),
+    ) -> None:  # fmt: skip
         """Write the laboratory report as a page of HTML.
 
         ``record`` says what was run, ``incomplete`` why the test did not end; ``measures`` are those of
@@ -260,20 +259,27 @@ class Result(metaclass=Checked):
         from grainlaw.results.figures.report import write_report
 
         write_report(
-            {law_name(self.law): self},
-            file,
-            title=title,
-            record=record,
-            incomplete=incomplete,
-            measures=measures,
+            {law_name(self.law): self}, file, title=title, record=record, incomplete=incomplete, measures=measures,
             files=files,
-        )
+        )  # fmt: skip
 
     def show(self) -> None:
         """Show the last frame in a window (pyvista)."""
         from grainlaw.results.figures.curves import show_result
 
         show_result(self)
+
+
+def contact_segments(place: np.ndarray, interfaces: np.ndarray) -> np.ndarray:
+    """(2c, 2, 2) m, start and end of each contact point's half interface, midway between its two grains.
+
+    ``place`` (i, 2) m are the places of the nodes, ``interfaces`` (c, 4) their numbers as in ``Result.interfaces``.
+    The contact points c at the start of all interfaces come first, then those at their end.
+    """
+    ends = place[interfaces]
+    start, end = (ends[:, 0] + ends[:, 2]) / 2, (ends[:, 1] + ends[:, 3]) / 2
+    middle = (start + end) / 2
+    return np.stack([np.concatenate([start, middle]), np.concatenate([middle, end])], axis=1)
 
 
 def energy_error(curves: Mapping[str, np.ndarray]) -> float:

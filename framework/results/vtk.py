@@ -18,7 +18,7 @@ from grainlaw.material import Elastic, Plane
 from grainlaw.observation import Observer
 from grainlaw.results.files import check_room, warn, writable_folder, write_atomically, write_text
 from grainlaw.results.frames import Frame, FrameClock, take_frame
-from grainlaw.results.segments import contact_segments
+from grainlaw.results.result import contact_segments
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.unit_text import without_prefixes

@@ -15,7 +15,7 @@ from grainlaw.engine.state import Saved
 from grainlaw.fields import ParameterError, parameters
 from grainlaw.integration import Integrator, Motion
 from grainlaw.observation import Observer
-from grainlaw.results.files import Arrays, below, write_atomically
+from grainlaw.results.files import Arrays, below, grouped, write_atomically
 
 FORMAT = 5  #: raise when a checkpoint of before could not be read any more
 
@@ -115,14 +115,11 @@ def load(file: Path) -> Checkpoint:
         raise ParameterError(
             f"{file} was changed after it was written (its checksum is another): begin anew (overwrite)"
         )
-    state: Saved = {}
-    for name, row in below("state", arrays).items():
-        part, _, field = name.partition("/")
-        state.setdefault(part, {})[field] = row
     before = below("before", arrays)
     return Checkpoint(
-        key=about["key"], made_with=about["made_with"], state=state, integrator=about["integrator"],
-        before=Motion(**before) if before else None, numbers=about["numbers"], curves=below("curves", arrays),
+        key=about["key"], made_with=about["made_with"], state=grouped(below("state", arrays)),
+        integrator=about["integrator"], before=Motion(**before) if before else None, numbers=about["numbers"],
+        curves=below("curves", arrays),
         observers=[(name, below(f"observers/{k}", arrays)) for k, name in enumerate(about["observers"])],
     )  # fmt: skip
 

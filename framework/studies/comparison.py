@@ -151,8 +151,7 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
 
         Raises ParameterError for a test that does not record them.
         """
-        from grainlaw.results.figures.curves import plot_stress_and_strain
-        from grainlaw.results.figures.sample_figures import plot_samples
+        from grainlaw.results.figures.curves import plot_samples, plot_stress_and_strain
 
         return plot_samples(self.by_law) if self.seeds else plot_stress_and_strain(self.named)
 
@@ -162,8 +161,7 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         ``record``, the input of the runs, is added to the summary. Raises OSError where it cannot write, and
         ParameterError for a test without the columns ``strain`` and ``stress``.
         """
-        from grainlaw.results.figures.cracks import plot_cracks
-        from grainlaw.results.figures.sample_figures import plot_cracks_of_samples
+        from grainlaw.results.figures.cracks import plot_cracks, side_by_side
 
         figure, seeds, path = self.plot(), self.seeds, writable_folder(folder)
         content: dict[str, Any] = {"laws": self.summary}
@@ -180,7 +178,8 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         write_curves(path / "curves.csv", curves, keys)
         write_atomically(path / "comparison.png", lambda file: figure.savefig(file, dpi=150))
         for law, each in self.by_law.items():
-            cracks = plot_cracks_of_samples(law, each) if seeds else plot_cracks(each[None], title=law)
+            of_samples = {f"{law}, seed {seed}": result for seed, result in each.items()}
+            cracks = side_by_side(of_samples) if seeds else plot_cracks(each[None], title=law)
             write_atomically(path / f"cracks_{file_name(law)}.png", functools.partial(cracks.savefig, dpi=150))
 
     def write_report(

@@ -17,8 +17,8 @@ from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION
 from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity
+from grainlaw.results.figures.cracks import draw_stored_cracks, label_cracks, scale_bar
 from grainlaw.results.figures.curves import course_heading
-from grainlaw.results.figures.stored_cracks import draw_stored_cracks, label_cracks, scale_bar
 from grainlaw.studies import groups
 from grainlaw.studies.statistics import Difference, Mean, level
 

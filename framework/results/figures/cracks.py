@@ -11,22 +11,29 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Outline
 
 from grainlaw.arguments import checked
 from grainlaw.columns import TIME, course
-from grainlaw.drawing.figure import Figure, given_or_new
+from grainlaw.drawing.figure import Figure, given_or_new, to_scale
+from grainlaw.drawing.palette import BLUE, VERMILLION
 from grainlaw.fields import checked_whole_number
 from grainlaw.messages import refusal
+from grainlaw.region import Region
 from grainlaw.results.archive import law_name
-from grainlaw.results.figures.stored_cracks import GRAIN, RIM, draw_modes, draw_stored_cracks, label_cracks
 from grainlaw.results.files import write_atomically
-from grainlaw.results.result import Result
-from grainlaw.results.segments import contact_segments
+from grainlaw.results.result import Cracks, Result, contact_segments
 
 FAR = 0.3  #: widths of a specimen around it that are shown
 MARGIN = 0.03  #: of the height, around it
 MOST_ACROSS = 6  #: panels in a row
 DPI = 110  #: of an animation
+TENSILE, SHEAR = VERMILLION, BLUE
+WIDTHS = {"tensile": 1.0, "shear": 1.8}  #: points: told apart on a grey page
+GRAIN, RIM = "#efece4", "#b9b2a3"
+ROUND = (1, 2, 5)
 
 
 def draw_cracks(axes: Axes, result: Result, frame: int = -1) -> None:
@@ -40,13 +47,13 @@ def draw_cracks(axes: Axes, result: Result, frame: int = -1) -> None:
     moment = result.frame("plot_cracks", frame)
     place = (result.mesh.nodes + moment.displacement) * 1e3
     axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=GRAIN, edgecolor=GRAIN, linewidth=0.2))
-    axes.add_collection(LineCollection(list(place[_outlines(result)]), colors=RIM, linewidths=0.35))
+    axes.add_collection(LineCollection(list(place[outlines(result)]), colors=RIM, linewidths=0.35))
     broken = ~np.isnan(moment.bonds["broken_time"])
     lines = contact_segments(place, result.interfaces)[broken]
     draw_modes(axes, lines, moment.bonds["mode"][broken] < 0.5)
 
 
-def _outlines(result: Result) -> np.ndarray:
+def outlines(result: Result) -> np.ndarray:
     """(k, 2) node pairs of the boundaries of all grains: edges that belong to one zone only."""
     zones = result.mesh.zones
     edges = zones[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
@@ -167,6 +174,64 @@ def _moment(result: Result, frame: int) -> str:
     return f"{look.words} {look.with_unit(float(value))}"
 
 
+# --- without frames --------------------------------------------------------------------------------------------------
+
+
+def crack_lines(cracks: Cracks) -> np.ndarray:
+    """(k, 2, 2) m, both ends of each crack on the deformed specimen."""
+    half = cracks.length[:, None] / 2 * np.column_stack([np.cos(cracks.orientation), np.sin(cracks.orientation)])
+    return np.stack([cracks.position - half, cracks.position + half], axis=1)
+
+
+def draw_stored_cracks(axes: Axes, result: Result, title: str = "") -> None:
+    """Cracks where they lie on the deformed specimen, on the outline of the specimen before the test."""
+    for region in result.specimen.grains.regions:
+        axes.add_patch(PathPatch(_path(region), facecolor=GRAIN, edgecolor=RIM, linewidth=0.8))
+    draw_modes(axes, crack_lines(result.cracks) * 1e3, result.cracks.tensile)
+    if title:
+        axes.set_title(title, fontsize=9)
+
+
+def draw_modes(axes: Axes, lines: np.ndarray, tensile: np.ndarray) -> None:
+    """Cracks as lines (k, 2, 2) mm by their mode, tensile thin and shear thick, each with its number, to scale."""
+    for name, chosen, color in (("shear", ~tensile, SHEAR), ("tensile", tensile, TENSILE)):
+        label = f"{name}: {int(chosen.sum())}"
+        axes.add_collection(
+            LineCollection(list(lines[chosen]), colors=color, linewidths=WIDTHS[name], label=label, capstyle="round")
+        )
+    to_scale(axes)
+
+
+def label_cracks(figure: Figure) -> None:
+    """A legend of the modes below all panels."""
+    handles = [
+        Line2D([], [], color=color, linewidth=WIDTHS[name] + 0.5, label=name)
+        for name, color in (("tensile", TENSILE), ("shear", SHEAR))
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False, fontsize=9)
+
+
+def scale_bar(axes: Axes, width: float) -> None:
+    """A bar of a round length, about a third of a width (m), below the drawing."""
+    power = 10.0 ** np.floor(np.log10(width / 3))
+    length = max(k * power for k in ROUND if k * power <= width / 3 * (1 + 1e-9))
+    left, bottom = axes.get_xlim()[0], axes.get_ylim()[0]
+    start = left + (width - length) / 2 * 1e3
+    ends = [start, start + length * 1e3]
+    axes.plot(ends, [bottom] * 2, color="black", linewidth=2, clip_on=False, solid_capstyle="butt")
+    axes.annotate(
+        f"{length * 1e3:g} mm", (np.mean(ends), bottom), (0, -4), textcoords="offset points", ha="center", va="top",
+        fontsize=8, annotation_clip=False,
+    )  # fmt: skip
+
+
+def _path(region: Region) -> Outline:
+    """Outline and holes as one path, in mm."""
+    rings = [np.concatenate([ring, ring[:1]]) * 1e3 for ring in (region.outline, *region.holes)]
+    codes = [[Outline.MOVETO] + [Outline.LINETO] * (len(ring) - 2) + [Outline.CLOSEPOLY] for ring in rings]
+    return Outline(np.concatenate(rings), np.concatenate(codes))
+
+
 # --- one scale -------------------------------------------------------------------------------------------------------
 
 
@@ -190,5 +255,4 @@ def hull(boxes: Sequence[np.ndarray]) -> np.ndarray:
 def fit(axes: Axes, low: np.ndarray, high: np.ndarray) -> None:
     """Show what lies between two corners (mm), with a little room around it."""
     room = MARGIN * float((high - low).max())
-    axes.set_xlim(low[0] - room, high[0] + room)
-    axes.set_ylim(low[1] - room, high[1] + room)
+    axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))

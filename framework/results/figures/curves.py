@@ -15,8 +15,8 @@ from grainlaw.drawing.palette import color, marker, style
 from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity
 from grainlaw.results.archive import law_name
-from grainlaw.results.figures.cracks import count_below, draw_cracks, named_results
-from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE
+from grainlaw.results.figures.cracks import SHEAR, TENSILE, count_below, draw_cracks, named_results
+from grainlaw.results.means import Samples
 from grainlaw.results.result import Result
 from grainlaw.strength import borne_in
 
@@ -47,17 +47,13 @@ def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
 
 def label_stress_and_strain(axes: Axes) -> None:
     """Axes that begin at zero, for axial stress in MPa over axial strain in %."""
-    axes.set_xlabel("axial strain (%)")
-    axes.set_ylabel("axial stress (MPa)")
-    axes.set_xlim(left=0)
-    axes.set_ylim(bottom=0)
+    axes.set(xlabel="axial strain (%)", ylabel="axial stress (MPa)", xlim=(0, None), ylim=(0, None))
     axes.grid(alpha=0.25)
 
 
 def label_cracks_and_strain(axes: Axes) -> None:
     """Axes for the number of broken contact points over axial strain in %."""
-    axes.set_xlabel("axial strain (%)")
-    axes.set_ylabel("broken contact points")
+    axes.set(xlabel="axial strain (%)", ylabel="broken contact points")
     axes.grid(alpha=0.25)
     if axes.lines:
         axes.legend(frameon=False, fontsize="small")
@@ -87,6 +83,44 @@ def plot_stress_and_strain(results: Mapping[str, Result]) -> Figure:
     return figure
 
 
+def plot_samples(samples: Samples) -> Figure:
+    """Stress-strain curves of each law on all samples, and how cracks accumulate.
+
+    A cross is at the mean of the peaks of a law, and as long as their range.
+    """
+    figure = Figure(figsize=(8, 7), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    for k, (name, results) in enumerate(samples.items()):
+        require_stress_and_strain(results)
+        for number, result in enumerate(results.values()):
+            look: dict[str, Any] = {"color": color(k), "linestyle": style(k), "linewidth": 0.8}
+            label = name if number == 0 else None
+            upper.plot(result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6, label=label, **look)
+        draw_crack_numbers(lower, k, name, list(results.values()))
+        _draw_peaks(upper, list(results.values()), k)
+    label_stress_and_strain(upper)
+    upper.set_xlabel("")
+    upper.legend(frameon=False, title="mean and range of the strengths", alignment="left")
+    label_cracks_and_strain(lower)
+    return figure
+
+
+def _draw_peaks(axes: Axes, results: list[Result], k: int) -> None:
+    found = [borne_in(result.curves) for result in results]
+    places = [each.at for each in found if each is not None and each.failed]
+    if len(places) < len(results):
+        return
+    strain, stress = (
+        np.array([result.curves[name][at] * factor for result, at in zip(results, places, strict=True)])
+        for name, factor in ((STRAIN, 100), (STRESS, 1e-6))
+    )
+    ranges = [[[each.mean() - each.min()], [each.max() - each.mean()]] for each in (strain, stress)]
+    axes.errorbar(
+        strain.mean(), stress.mean(), xerr=ranges[0], yerr=ranges[1], fmt=marker(k), color=color(k), markersize=6,
+        linewidth=2, capsize=4, zorder=3,
+    )  # fmt: skip
+
+
 @checked
 def plot_curves(results: Any, y: str | None = None, x: str | None = None, *, ax: Any = None) -> Figure:
     """Draw one column of the curves of one result or several over another, by their names in ``Result.curves``.
@@ -104,15 +138,18 @@ def plot_curves(results: Any, y: str | None = None, x: str | None = None, *, ax:
         require("plot_curves", result.curves, across, up)
     figure, axes = given_or_new("plot_curves", ax, (6.4, 4.4))
     for k, (name, result) in enumerate(results.items()):
-        along, values = (result.curves[each] * result.quantity(each).factor for each in (across, up))
         look: dict[str, Any] = {"color": color(k), "linestyle": style(k)}
-        axes.plot(along, values, label=name, linewidth=1.5, **look)
-    axes.set_xlabel(course_heading(result.quantity(across)))
-    axes.set_ylabel(course_heading(result.quantity(up)))
+        axes.plot(result.shown(across), result.shown(up), label=name, linewidth=1.5, **look)
+    axes.set(xlabel=course_heading(result.quantity(across)), ylabel=course_heading(result.quantity(up)))
     axes.grid(alpha=0.25)
     if len(results) > 1:
         axes.legend(frameon=False)
     return figure
+
+
+def axes_of(result: Result) -> tuple[str, str]:
+    """The columns of its usual picture: how far the test is, and what it applies."""
+    return course(result.curves), next(name for name in LOAD if name in result.curves)
 
 
 def course_heading(quantity: Quantity) -> str:

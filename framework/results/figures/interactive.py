@@ -11,15 +11,14 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked
-from grainlaw.columns import LOAD, TIME, course, quantity_of
+from grainlaw.columns import TIME, course, quantity_of
 from grainlaw.fields import ParameterError
 from grainlaw.results.archive import called, law_name
-from grainlaw.results.figures.curves import course_heading
+from grainlaw.results.figures.cracks import RIM, SHEAR, TENSILE, outlines
+from grainlaw.results.figures.curves import axes_of, course_heading
 from grainlaw.results.figures.pages import write_page
-from grainlaw.results.figures.stored_cracks import RIM, SHEAR, TENSILE
 from grainlaw.results.probe import ContactPath, Probe
-from grainlaw.results.result import Result
-from grainlaw.results.segments import contact_segments
+from grainlaw.results.result import Result, contact_segments
 
 MOST_BYTES = 2.3e6  #: of rims and cracks in all moments: with Bokeh and in text, the page stays below 5 MB
 MOST_SAMPLES = 300  #: of each path
@@ -144,10 +143,9 @@ def _curve(result: Result, moments: Any) -> tuple[Any, Any]:
     """The curve with its moments, and the source of the mark on the chosen one."""
     from bokeh.models import ColumnDataSource, HoverTool
 
-    across, up = course(result.curves), next(name for name in LOAD if name in result.curves)
-    names = [course_heading(result.quantity(name)) for name in (across, up)]
+    names = [course_heading(result.quantity(name)) for name in axes_of(result)]
     made = _figure(*names, height=360)
-    x, y = (result.curves[name] * result.quantity(name).factor for name in (across, up))
+    x, y = map(result.shown, axes_of(result))
     made.line(x.astype(np.float32), y.astype(np.float32), line_color="#333333", line_width=1.5)
     dots = made.scatter("x", "y", source=moments, size=7, color="#888888")
     marks = ColumnDataSource({name: moments.data[name][-1:] for name in ("x", "y")})
@@ -167,11 +165,7 @@ def _chosen(result: Result) -> list[int]:
 
 def _ring(result: Result) -> np.ndarray:
     """Nodes round each grain, its first node again, and -1 where the pen is lifted."""
-    mesh = result.mesh
-    edges = mesh.zones[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    ordered = np.sort(edges, axis=1)
-    _, place, times = np.unique(ordered[:, 0] * len(mesh.nodes) + ordered[:, 1], True, False, True)
-    rim = edges[place[times == 1]]
+    rim = outlines(result)
     after = dict(zip(rim[:, 0].tolist(), rim[:, 1].tolist(), strict=True))
     ring: list[int] = []
     while after:
@@ -185,12 +179,8 @@ def _ring(result: Result) -> np.ndarray:
 
 def _tables(result: Result, frames: Sequence[int], paths: Sequence[ContactPath]) -> dict[str, dict[str, np.ndarray]]:
     """Columns of what the page holds: moments, rims of grains and cracks one moment after the other, and paths."""
-    across, up = course(result.curves), next(name for name in LOAD if name in result.curves)
     times = [result.frames[k].time for k in frames]
-    x, y = (
-        np.interp(times, result.curves[TIME], result.curves[name] * result.quantity(name).factor)
-        for name in (across, up)
-    )
+    x, y = (np.interp(times, result.curves[TIME], result.shown(name)) for name in axes_of(result))
     ring, followed = _ring(result), {path.point for path in paths}
     rims, rows, numbers = [], [], []
     for k in frames:
@@ -203,9 +193,8 @@ def _tables(result: Result, frames: Sequence[int], paths: Sequence[ContactPath])
         bonds = [frame.bonds[name][broken] * quantity_of(name).factor for name in BONDS]
         rows.append(np.column_stack([ends, *bonds, broken]))
     flat = np.concatenate(rows)
-    columns = dict(
-        zip(("x0", "y0", "x1", "y1", "mode", "opening", "slip", "time"), flat.T.astype(np.float32), strict=False)
-    )
+    names = ("x0", "y0", "x1", "y1", "mode", "opening", "slip", "time")
+    columns = dict(zip(names, flat.T.astype(np.float32), strict=False))
     point = flat[:, -1].astype(np.int32)
     outlines = np.concatenate(rims).astype(np.float32)
     first = np.concatenate([[0], np.cumsum(numbers)[:-1]]).astype(np.int32)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,11 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.projections.polar import PolarAxes
 
 from grainlaw.columns import TIME, course
-from grainlaw.drawing.figure import Figure, given_or_new
+from grainlaw.drawing.figure import Figure, given_or_new, to_scale
 from grainlaw.drawing.grains import FILLS
 from grainlaw.drawing.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE
 from grainlaw.messages import refusal
-from grainlaw.results.figures.stored_cracks import GRAIN, RIM, SHEAR, TENSILE, WIDTHS
+from grainlaw.results.figures.cracks import GRAIN, RIM, SHEAR, TENSILE, WIDTHS
 from grainlaw.results.laboratory import Laboratory
 
 THRESHOLDS: dict[str, tuple[str, str, Any]] = {
@@ -30,23 +31,15 @@ THRESHOLDS: dict[str, tuple[str, str, Any]] = {
 def plot_laboratory(laboratory: Laboratory) -> Figure:
     """Curves with thresholds, growth of cracks, orientations; fragments, events, energy lost."""
     figure = Figure(figsize=(14, 9.5), layout="constrained")
-    draw_thresholds(figure.add_subplot(2, 3, 1), laboratory)
-    draw_growth(figure.add_subplot(2, 3, 2), laboratory)
-    draw_rose(figure.add_subplot(2, 3, 3, projection="polar"), laboratory)
-    draw_fragments(figure.add_subplot(2, 3, 4), laboratory)
-    draw_events(figure.add_subplot(2, 3, 5), laboratory)
-    draw_lost(figure.add_subplot(2, 3, 6), laboratory)
+    for k, (name, draw) in enumerate(PANELS.items(), 1):
+        draw(figure.add_subplot(2, 3, k, projection="polar" if name == "rose" else None), laboratory)
     return figure
 
 
 def plot_panel(laboratory: Laboratory, panel: str | None, ax: Any) -> Figure:
     """One panel; see :meth:`Laboratory.plot`."""
-    draws = {
-        "thresholds": draw_thresholds, "growth": draw_growth, "rose": draw_rose, "fragments": draw_fragments,
-        "events": draw_events, "lost": draw_lost,
-    }  # fmt: skip
-    if panel not in draws:
-        raise refusal("Laboratory.plot: panel", panel, ", ".join(draws))
+    if panel is None or panel not in PANELS:
+        raise refusal("Laboratory.plot: panel", panel, ", ".join(PANELS))
     if panel != "rose":
         figure, axes = given_or_new("Laboratory.plot", ax, (5.4, 4.6))
     elif ax is None:
@@ -56,7 +49,7 @@ def plot_panel(laboratory: Laboratory, panel: str | None, ax: Any) -> Figure:
         figure, axes = given_or_new("Laboratory.plot", ax, (0, 0))
     else:
         raise refusal("Laboratory.plot: ax", ax, "polar axes of matplotlib: figure.add_subplot(projection='polar')")
-    draws[panel](axes, laboratory)
+    PANELS[panel](axes, laboratory)
     return figure
 
 
@@ -64,10 +57,9 @@ def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
     """Load over axial, lateral and volumetric strain up to the peak, extension positive."""
     path = laboratory.path
     if not np.isfinite(path.axial).any():
+        words = "the test recorded no peak or no strains"
         axes.set_axis_off()
-        axes.text(
-            0.5, 0.5, "the test recorded no peak or no strains", ha="center", va="center", transform=axes.transAxes
-        )
+        axes.text(0.5, 0.5, words, ha="center", va="center", transform=axes.transAxes)
         return
     for values, label, style in (
         (path.axial, "axial", "-"), (path.lateral, "lateral", "--"), (path.volumetric, "volumetric", ":")
@@ -76,21 +68,17 @@ def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
     for name, (label, color, style) in THRESHOLDS.items():
         stress = laboratory.value(name)
         if np.isfinite(stress):
-            axes.axhline(
-                stress / 1e6, color=color, linestyle=style, linewidth=1.2, label=f"{label}: {stress / 1e6:.1f} MPa"
-            )
-    axes.set_xlabel("strain (%), extension positive")
-    axes.set_ylabel("axial stress (MPa)")
+            text = f"{label}: {stress / 1e6:.1f} MPa"
+            axes.axhline(stress / 1e6, color=color, linestyle=style, linewidth=1.2, label=text)
+    axes.set(xlabel="strain (%), extension positive", ylabel="axial stress (MPa)")
     axes.grid(alpha=0.25)
     axes.legend(frameon=False, fontsize="small", loc="lower left")
 
 
 def _along(laboratory: Laboratory) -> tuple[np.ndarray, str]:
     """Values of the horizontal axis, and its label."""
-    curves = laboratory.result.curves
-    name = course(curves)
-    look = laboratory.result.quantity(name)
-    return curves[name] * look.factor, look.heading
+    name = course(laboratory.result.curves)
+    return laboratory.result.shown(name), laboratory.result.quantity(name).heading
 
 
 def draw_growth(axes: Axes, laboratory: Laboratory) -> None:
@@ -98,16 +86,14 @@ def draw_growth(axes: Axes, laboratory: Laboratory) -> None:
     along, label = _along(laboratory)
     for name, color, style in (("tensile", TENSILE, "-"), ("shear", SHEAR, "--")):
         axes.plot(along, laboratory.growth[f"{name}_length"] * 1e3, style, color=color, label=name)
-    axes.set_xlabel(label)
-    axes.set_ylabel("length of cracks (mm)")
-    _from_zero(axes)
+    _from_zero(axes, label, "length of cracks (mm)")
+
+
+def _from_zero(axes: Axes, x: str, y: str) -> None:
+    """Begin at zero; of nothing but zeros show the axis, not a range that matplotlib invents."""
+    axes.set(xlabel=x, ylabel=y, ylim=(0, None if axes.dataLim.y1 > 0 else 1))
     axes.grid(alpha=0.25)
     axes.legend(frameon=False)
-
-
-def _from_zero(axes: Axes) -> None:
-    """Begin at zero; of nothing but zeros show the axis, not a range that matplotlib invents."""
-    axes.set_ylim(0, None if axes.dataLim.y1 > 0 else 1)
 
 
 def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
@@ -117,14 +103,8 @@ def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
     for turn in (0, np.pi):
         label = ("tensile", "shear") if turn == 0 else (None, None)
         axes.bar(middle + turn, rose.tensile * 1e3, width, color=TENSILE, label=label[0])
-        shear: dict[str, Any] = {
-            "color": SHEAR,
-            "hatch": "////",
-            "edgecolor": "white",
-            "linewidth": 0,
-            "label": label[1],
-        }
-        axes.bar(middle + turn, rose.shear * 1e3, width, bottom=rose.tensile * 1e3, **shear)
+        shear: dict[str, Any] = {"color": SHEAR, "hatch": "////", "edgecolor": "white", "linewidth": 0}
+        axes.bar(middle + turn, rose.shear * 1e3, width, bottom=rose.tensile * 1e3, label=label[1], **shear)
     if np.isfinite(plane.angle):
         reach = float((rose.tensile + rose.shear).max()) * 1e3
         name = f"failure plane {np.degrees(plane.angle):.0f}°, alignment {plane.strength:.2f}"
@@ -140,10 +120,7 @@ def _draw_specimen(axes: Axes, laboratory: Laboratory, colors: str | np.ndarray)
     axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=colors, edgecolor=colors, linewidth=0.3))
     ends = place[result.interfaces[:, :2]]
     axes.add_collection(LineCollection(list(ends), colors=RIM, linewidths=0.35))
-    axes.set_aspect("equal")
-    axes.autoscale_view()
-    axes.set_xlabel("x (mm)")
-    axes.set_ylabel("y (mm)")
+    to_scale(axes)
 
 
 def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
@@ -183,8 +160,10 @@ def draw_lost(axes: Axes, laboratory: Laboratory) -> None:
         sums = (float(laboratory.half_lengths @ frame.bonds[f"lost_{name}"]) for frame in result.frames)
         values = [laboratory.beyond_rounding(value) for value in sums]
         axes.plot(np.interp(time, result.curves[TIME], along), values, style, color=color, label=f"in {name}")
-    axes.set_xlabel(label)
-    axes.set_ylabel("energy lost by contacts (J/m)")
-    _from_zero(axes)
-    axes.grid(alpha=0.25)
-    axes.legend(frameon=False)
+    _from_zero(axes, label, "energy lost by contacts (J/m)")
+
+
+PANELS: dict[str, Callable[[Axes, Laboratory], None]] = {
+    "thresholds": draw_thresholds, "growth": draw_growth, "rose": draw_rose, "fragments": draw_fragments,
+    "events": draw_events, "lost": draw_lost,
+}  # fmt: skip

@@ -18,9 +18,9 @@ from grainlaw.quantity import Quantity
 from grainlaw.results.archive import READ, called
 from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
 from grainlaw.results.figures.cracks import side_by_side
+from grainlaw.results.figures.curves import plot_samples
 from grainlaw.results.figures.pages import Cell, write_page
 from grainlaw.results.figures.report_figures import plot_report_curves
-from grainlaw.results.figures.sample_figures import plot_samples
 from grainlaw.results.laboratory import Laboratory
 from grainlaw.results.means import ENOUGH, Samples, mean_and_interval, mean_and_range
 from grainlaw.results.standard_measures import thresholds
@@ -33,16 +33,10 @@ if TYPE_CHECKING:
 
 
 def write_report(
-    results: Mapping[str, Result],
-    file: str | os.PathLike[str],
-    *,
-    title: str = "",
-    record: Mapping[str, Any] | None = None,
-    incomplete: str = "",
-    measures: Sequence[Measure] | None = None,
-    samples: Samples | None = None,
-    files: Sequence[str] = (),
-) -> None:
+    results: Mapping[str, Result], file: str | os.PathLike[str], *, title: str = "",
+    record: Mapping[str, Any] | None = None, incomplete: str = "", measures: Sequence[Measure] | None = None,
+    samples: Samples | None = None, files: Sequence[str] = (),
+) -> None:  # fmt: skip
     """Write the results of one test under one law or several, by the laws' names, as a page of HTML.
 
     ``samples`` are those of the same laws on several samples: their means and ranges come first, and ``results`` are
@@ -104,15 +98,10 @@ def _properties(results: Mapping[str, Result]) -> list[list[str]]:
     names = dict.fromkeys(name for result in results.values() for name in result.summary)
     first = next(iter(results.values()))
     return [
-        [first.quantity(name).heading, *(_property(result, name) for result in results.values())]
+        [first.quantity(name).heading, *(text_of(name, r.quantity(name).brief, r) for r in results.values())]
         for name in names
         if name not in LIMITS
     ]
-
-
-def _property(result: Result, name: str) -> str:
-    """Three digits."""
-    return text_of(name, result.quantity(name).brief, result)
 
 
 def _certificate(results: Mapping[str, Result]) -> list[list[str]]:

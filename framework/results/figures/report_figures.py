@@ -24,8 +24,8 @@ from grainlaw.columns import (
 )
 from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.palette import color, marker, style
+from grainlaw.results.figures.cracks import SHEAR, TENSILE
 from grainlaw.results.figures.curves import EVERY
-from grainlaw.results.figures.stored_cracks import SHEAR, TENSILE
 from grainlaw.strength import LOADS, borne_in
 
 if TYPE_CHECKING:
@@ -48,10 +48,7 @@ class Panel:
 CURVES = (
     (Panel("displacement", ["shear_stress"]), Panel("displacement", ["dilation"])),
     (Panel("opening", ["normal"]), Panel(STRAIN, [STRESS])),
-    (
-        Panel(STRAIN, [STRESS]),
-        Panel(STRAIN, [VOLUMETRIC_STRAIN, LATERAL_STRAIN], "strain, extension positive"),
-    ),
+    (Panel(STRAIN, [STRESS]), Panel(STRAIN, [VOLUMETRIC_STRAIN, LATERAL_STRAIN], "strain, extension positive")),
     (Panel(STRAIN, [STRESS]),),
     (Panel("deflection", ["force"]),),
 )
@@ -89,17 +86,14 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
     for k, (name, result) in enumerate(results.items()):
         for j, column in enumerate(panel.columns):
             label = ", ".join([name] * several + [result.quantity(column).words.removeprefix("energy ")] * many)
-            look = (
-                {"color": color(k), "marker": marker(k), "markevery": EVERY, "markersize": 4}
-                if several
-                else {"color": COLORS.get(column, color(j))}
-            )
-            x, y = (result.curves[c] * result.quantity(c).factor for c in (panel.over, column))
+            look: dict[str, Any] = {"color": COLORS.get(column, color(j))}
+            if several:
+                look = {"color": color(k), "marker": marker(k), "markevery": EVERY, "markersize": 4}
+            x, y = map(result.shown, (panel.over, column))
             axes.plot(x, y, linestyle=style(j), linewidth=1.3, label=label or None, **look)
             _mark_strength(axes, panel, column, result, look["color"])
     across, up = (result.quantity(name) for name in (panel.over, panel.columns[0]))
-    axes.set_xlabel(across.heading)
-    axes.set_ylabel(attrs.evolve(up, words=panel.words).heading if many else up.heading)
+    axes.set(xlabel=across.heading, ylabel=attrs.evolve(up, words=panel.words).heading if many else up.heading)
     axes.grid(alpha=0.25)
     cut = _fit_before_peak(axes, panel, results)
     if several or many:
@@ -112,7 +106,7 @@ def _mark_strength(axes: Axes, panel: Panel, column: str, result: Result, paint:
     if found is None or not found.failed:
         return
     for at, filling in ((found.at, "full"), (found.largest, "none")):
-        x, y = (result.curves[name][at] * result.quantity(name).factor for name in (panel.over, column))
+        x, y = (result.shown(name)[at] for name in (panel.over, column))
         axes.plot(x, y, "o", color=paint, fillstyle=filling, markersize=6)
 
 
@@ -125,7 +119,7 @@ def _fit_before_peak(axes: Axes, panel: Panel, results: Mapping[str, Result]) ->
         found = borne_in(result.curves)
         peak = 1 + (found.at if found else 0)
         for column in panel.columns:
-            values = result.curves[column] * result.quantity(column).factor
+            values = result.shown(column)
             before.append((values[:peak].min(), values[:peak].max()))
             every.append((values.min(), values.max()))
     low, high = np.min(before, axis=0)[0], np.max(before, axis=0)[1]
