@@ -137,7 +137,7 @@ def test_panels_show_the_numbers_of_the_laboratory(broken):
 def test_an_axis_of_zeros_is_shown_to_one():
     axes = matplotlib.figure.Figure().subplots(3)
     for each, top in zip(axes, (0.0, 5.0, -1.0), strict=True):
-        each.plot([0, 1], [0, top])
+        each.plot([0, 1], [0, top], label="energy")
         _from_zero(each, "x", "y")
     assert [each.get_ylim()[0] for each in axes] == [0, 0, 0]
     assert (axes[0].get_ylim()[1], axes[2].get_ylim()[1]) == (1, 1)

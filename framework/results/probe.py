@@ -25,17 +25,6 @@ if TYPE_CHECKING:
 QUANTITIES = ("opening", "slip", "normal", "shear", "damage")
 
 
-def verdict(path: ContactPath) -> str:
-    """Name the contact, say whether and how it broke, and give its highest tractions before with its strengths.
-
-    Tractions between two samples are not known.
-    """
-    x, y = path.position * 1e3
-    a, b = path.grains
-    who = f"contact {path.point} between grains {a} and {b} at ({x:.1f}, {y:.1f}) mm"
-    return f"{who}: {_end(path)}; {_tension(path)}, {_shear(path)}"
-
-
 def _end(path: ContactPath) -> str:
     at = min(path.unbroken, len(path.time) - 1)
     where = f"opening {words(path.opening[at], 'm')}, slip {words(path.slip[at], 'm')}"
@@ -91,8 +80,11 @@ class ContactPath(metaclass=Checked):
         return len(self.time) if np.isnan(self.broken) else int(np.searchsorted(self.time, self.broken * (1 - 1e-12)))
 
     def __str__(self) -> str:
-
-        return verdict(self)
+        """The contact, whether and how it broke, and its highest tractions at samples before with its strengths."""
+        x, y = self.position * 1e3
+        a, b = self.grains
+        who = f"contact {self.point} between grains {a} and {b} at ({x:.1f}, {y:.1f}) mm"
+        return f"{who}: {_end(self)}; {_tension(self)}, {_shear(self)}"
 
     def plot(self) -> Figure:
         """Draw the path together with the curves of its law, and with its strength."""

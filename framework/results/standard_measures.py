@@ -75,10 +75,7 @@ def elastic_constants(name: str, constants: Constants, where: str) -> list[Stand
     def of_rock(laboratory: Laboratory) -> tuple[float, float]:
         return converted(*constants(laboratory.path), laboratory.result.specimen)
 
-    return [
-        *modulus_and_poisson(f"apparent_{name}", f"*{where}", apparent),
-        *modulus_and_poisson(name, where, of_rock),
-    ]
+    return [*modulus_and_poisson(f"apparent_{name}", f"*{where}", apparent), *modulus_and_poisson(name, where, of_rock)]
 
 
 def modulus_and_poisson(name: str, where: str, both: Callable[[Laboratory], tuple[float, float]]) -> list[Standard]:
@@ -131,19 +128,12 @@ def ratios() -> list[Standard]:
     def over_peak(name: str) -> Callable[[Laboratory], float]:
         return lambda lab: lab.value(name) / peak_of(lab)
 
-    return [
-        Standard(
-            f"{measure.name}_ratio",
-            f"{short}/UCS, {rest}",
-            over_peak(measure.name),
-            "1",
-            measure.source,
-            measure.needs,
-            measure.why_in,
-        )
-        for measure in thresholds()[1:]
-        for short, _, rest in [measure.meaning.partition(", ")]
-    ]
+    found = []
+    for measure in thresholds()[1:]:
+        short, _, rest = measure.meaning.partition(", ")
+        name, meaning = f"{measure.name}_ratio", f"{short}/UCS, {rest}"
+        found.append(attrs.evolve(measure, name=name, meaning=meaning, find_in=over_peak(measure.name), unit="1"))
+    return found
 
 
 def peak_of(laboratory: Laboratory) -> float:
@@ -175,34 +165,22 @@ def length_of(laboratory: Laboratory, *, tensile: bool) -> float:
 
 def energy_lost() -> list[Standard]:
     """Energies lost by contacts up to the last frame: in opening, in slip, and by kind of crack."""
+
+    def lost(name: str, by: str, rows: Callable[[Laboratory], np.ndarray]) -> Standard:
+        return Standard(name, f"energy lost by {by}", lambda lab: lab.beyond_rounding(float(rows(lab).sum())), "J/m")
+
+    def both(laboratory: Laboratory) -> np.ndarray:
+        opening, slip = laboratory.energy_lost
+        found: np.ndarray = opening + slip
+        return found
+
     return [
-        Standard(
-            "lost_opening", "energy lost by contacts in opening",
-            lambda lab: lab.beyond_rounding(float(lab.energy_lost[0].sum())), "J/m",
-        ),
-        Standard(
-            "lost_slip", "energy lost by contacts in slip",
-            lambda lab: lab.beyond_rounding(float(lab.energy_lost[1].sum())), "J/m",
-        ),
-        Standard(
-            "lost_tensile_cracks", "energy lost by tensile cracks",
-            lambda lab: lost_by(lab, lab.broken & lab.tensile), "J/m",
-        ),
-        Standard(
-            "lost_shear_cracks", "energy lost by shear cracks",
-            lambda lab: lost_by(lab, lab.broken & ~lab.tensile), "J/m",
-        ),
-        Standard(
-            "lost_unbroken", "energy lost by contacts that have not broken", lambda lab: lost_by(lab, ~lab.broken),
-            "J/m",
-        ),
-    ]  # fmt: skip
-
-
-def lost_by(laboratory: Laboratory, chosen: np.ndarray) -> float:
-    """J/m lost by some of the contact points."""
-    opening, slip = laboratory.energy_lost
-    return laboratory.beyond_rounding(float((opening + slip)[chosen].sum()))
+        lost("lost_opening", "contacts in opening", lambda lab: lab.energy_lost[0]),
+        lost("lost_slip", "contacts in slip", lambda lab: lab.energy_lost[1]),
+        lost("lost_tensile_cracks", "tensile cracks", lambda lab: both(lab)[lab.broken & lab.tensile]),
+        lost("lost_shear_cracks", "shear cracks", lambda lab: both(lab)[lab.broken & ~lab.tensile]),
+        lost("lost_unbroken", "contacts that have not broken", lambda lab: both(lab)[~lab.broken]),
+    ]
 
 
 def largest_magnitude(laboratory: Laboratory) -> float:
