@@ -15,7 +15,6 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.certificate import STRENGTHS
 from grainlaw.results.result import Result
 from grainlaw.runs.parallel import Run, simulate_all
-from grainlaw.runs.simulation import simulate
 from grainlaw.specimen import Specimen
 
 
@@ -66,11 +65,6 @@ def certify(specimen: Specimen, law: Laws, protocol: LoadingProtocol, **options:
     for error in outcome.failed.values():
         raise error
     return limit_of(outcome.results["test"], outcome.results["slower"])
-
-
-def certify_result(result: Result, law: Laws, **options: Any) -> QuasiStaticLimit:
-    """The same for a test that is done: only the slower run is made. ``options`` are those of :func:`simulate`."""
-    return limit_of(result, simulate(result.specimen, law, slower(result.protocol), **options))
 
 
 def limit_of(result: Result, other: Result) -> QuasiStaticLimit:

@@ -80,7 +80,7 @@ def save(
     }  # fmt: skip
     text = json.dumps(about, default=float)
     arrays |= {"about": np.array(text), "checksum": np.array(_checksum(text, arrays))}
-    write_atomically(file, lambda path: _write(path, arrays), forced=True)
+    write_atomically(file, lambda path: np.savez(path, allow_pickle=False, **arrays), forced=True)
 
 
 def _checksum(about: str, arrays: Mapping[str, np.ndarray]) -> str:
@@ -90,11 +90,6 @@ def _checksum(about: str, arrays: Mapping[str, np.ndarray]) -> str:
         found.update(f"{name} {row.dtype.str} {row.shape}".encode())
         found.update(np.ascontiguousarray(row).tobytes())
     return found.hexdigest()
-
-
-def _write(path: Path, arrays: Arrays) -> None:
-    with path.open("wb") as file:
-        np.savez(file, allow_pickle=False, **arrays)
 
 
 def load(file: Path) -> Checkpoint:
@@ -112,9 +107,8 @@ def load(file: Path) -> Checkpoint:
     if written != FORMAT:
         raise ParameterError(f"{file} has the format {written}; this version of grainlaw reads {FORMAT}")
     if checksum != _checksum(text, arrays):
-        raise ParameterError(
-            f"{file} was changed after it was written (its checksum is another): begin anew (overwrite)"
-        )
+        changed = "was changed after it was written (its checksum is another)"
+        raise ParameterError(f"{file} {changed}: begin anew (overwrite)")
     before = below("before", arrays)
     return Checkpoint(
         key=about["key"], made_with=about["made_with"], state=grouped(below("state", arrays)),

@@ -69,12 +69,9 @@ def check_file_names(where: str, names: Iterable[str]) -> None:
 
 @contextmanager
 def claimed(
-    folder: str | os.PathLike[str] | Claim,
-    *,
-    restart: bool = False,
-    overwrite: bool = False,
+    folder: str | os.PathLike[str] | Claim, *, restart: bool = False, overwrite: bool = False,
     about: Mapping[str, Any] | None = None,
-) -> Iterator[Claim]:
+) -> Iterator[Claim]:  # fmt: skip
     """A folder that is this run's own for as long as the context lasts; one that is already stays so.
 
     Raises :class:`ParameterError` where another process writes to it, or where it holds a run and neither ``restart``

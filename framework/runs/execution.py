@@ -72,9 +72,8 @@ class CurveTable:
 
     def fill(self, curves: Mapping[str, np.ndarray]) -> None:
         """Take whole columns of equal length in place of all rows. Raises ValueError for others."""
-        if len({np.shape(values) for values in curves.values()}) > 1 or any(
-            np.ndim(row) != 1 for row in curves.values()
-        ):
+        shapes = {np.shape(values) for values in curves.values()}
+        if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
             raise ValueError("the curves are not of equal length")
         self._table = {name: np.array(values) for name, values in curves.items()}
         self.count = len(next(iter(curves.values()), ()))
@@ -84,15 +83,9 @@ class Execution:
     """One run: the state, and what takes it through the stages."""
 
     def __init__(
-        self,
-        stepper: Stepper,
-        protocol: LoadingProtocol,
-        stages: Sequence[Stage],
-        *,
-        observers: Sequence[Observer],
-        frames: int,
-        folder: RunFolder | None,
-    ) -> None:
+        self, stepper: Stepper, protocol: LoadingProtocol, stages: Sequence[Stage], *, observers: Sequence[Observer],
+        frames: int, folder: RunFolder | None,
+    ) -> None:  # fmt: skip
         self.state, self.stepper, self.protocol, self.stages = stepper.state, stepper, protocol, stages
         self.folder, self.recorder, self.watching = folder, FrameRecorder(FrameClock(frames)), list(observers)
         self.observers = without_bars(observers)  #: of which a checkpoint keeps what they have
@@ -156,9 +149,8 @@ class Execution:
                 age_at_rest(self.state, stage.ageing, self.columns.since(self.at.first_sample))
             if self.folder is not None and self.folder.checkpoint_is_due():
                 self._save(self.moment())
-        raise StageError(
-            f"stage '{stage.name}' did not end within {stage.sample_limit} samples; it waits for {stage.ends}"
-        )
+        waited = f"stage '{stage.name}' did not end within {stage.sample_limit} samples"
+        raise StageError(f"{waited}; it waits for {stage.ends}")
 
     def _begin(self, stage: Stage) -> None:
         state, at = self.state, self.at

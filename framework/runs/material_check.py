@@ -16,7 +16,7 @@ from grainlaw.material import Material
 from grainlaw.region import Region
 from grainlaw.specimen import Specimen
 from grainlaw.tessellation import Tessellation
-from grainlaw.workbench.conformance import Entry, Report
+from grainlaw.workbench.conformance import Report, entry
 from grainlaw.workbench.finding import Finding
 from grainlaw.workbench.material_bench import MaterialBench
 from grainlaw.workbench.material_properties import PROPERTIES
@@ -40,14 +40,8 @@ def check_material(material: Material) -> Report:
         found = {name: ask(bench) for name, ask in PROPERTIES.items()}
         fit = found["finite"] is None and found["compiled"] is None
         found["objectivity"] = objectivity(bench) if fit else Finding("not asked: it takes finite, compiled answers")
-    return Report(type(material).__name__, tuple(_entry(name, bench, each) for name, each in found.items()))
-
-
-def _entry(name: str, bench: MaterialBench, finding: Finding | None) -> Entry:
-    exception = bench.material.exceptions.get(name, "") if name in EXCUSABLE else ""
-    if finding is None:
-        return Entry(name, True, "not met on these paths" if exception else "", 0.0, exception)
-    return Entry(name, bool(exception), finding.text, finding.size, exception)
+    excused = {name: text for name, text in material.exceptions.items() if name in EXCUSABLE}
+    return Report(type(material).__name__, tuple(entry(name, each, excused) for name, each in found.items()))
 
 
 def objectivity(bench: MaterialBench) -> Finding | None:

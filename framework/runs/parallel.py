@@ -77,18 +77,11 @@ class Outcome(Generic[Key]):
 
 
 def simulate_all(
-    runs: Mapping[Key, Run],
-    *,
-    threads: Threads = AUTO,
-    observers: Callable[[Key], Sequence[Observer]] = lambda key: (),
-    checkpoint: Folder = None,
-    folder: Callable[[Key], str] = str,
-    restart: bool = False,
-    overwrite: bool = False,
-    stop: Stop | None = None,
-    progress: Shown = True,
-    **options: Any,
-) -> Outcome[Key]:
+    runs: Mapping[Key, Run], *, threads: Threads = AUTO,
+    observers: Callable[[Key], Sequence[Observer]] = lambda key: (), checkpoint: Folder = None,
+    folder: Callable[[Key], str] = str, restart: bool = False, overwrite: bool = False, stop: Stop | None = None,
+    progress: Shown = True, **options: Any,
+) -> Outcome[Key]:  # fmt: skip
     """Do runs, as many at a time as ``threads`` (all cores); threads that a run leaves idle go to the others.
 
     Where they are more than the threads, those that are expected to take longest begin first.
@@ -103,12 +96,11 @@ def simulate_all(
     names = {key: folder(key) for key in runs}
     check_file_names("runs", names.values())
     with ExitStack() as stack:
-        inside: Callable[[str], Folder] = lambda name: None  # noqa: E731
+        folders: dict[Key, Folder] = dict.fromkeys(runs)
         if checkpoint is not None:
             claim = stack.enter_context(claimed(checkpoint, restart=restart, overwrite=overwrite))
             stack.enter_context(recorded(claim.path, {**claim.about, "runs": [file_name(n) for n in names.values()]}))
-            inside = claim.inside
-        folders = {key: inside(name) for key, name in names.items()}
+            folders = {key: claim.inside(name) for key, name in names.items()}
         bars = stack.enter_context(shown_in(progress))
         watched = observers if bars is None else lambda key: [RunBar(bars.bar(names[key])), *observers(key)]
         return _all(runs, threads, watched, folders, stop or Stop(), {**options, "progress": False})
@@ -135,13 +127,9 @@ class _Shared:
 
 
 def _all(
-    runs: Mapping[Key, Run],
-    threads: Threads,
-    observers: Callable[[Key], Sequence[Observer]],
-    folders: Mapping[Key, Folder],
-    stop: Stop,
-    options: Mapping[str, Any],
-) -> Outcome[Key]:
+    runs: Mapping[Key, Run], threads: Threads, observers: Callable[[Key], Sequence[Observer]],
+    folders: Mapping[Key, Folder], stop: Stop, options: Mapping[str, Any],
+) -> Outcome[Key]:  # fmt: skip
     given = checked_threads("threads", threads)
     total = cores() if given == AUTO else given
     workers, shared = min(total, len(runs)), _Shared(total)

@@ -43,13 +43,11 @@ class Progress(logging.Handler):
             from rich.progress import BarColumn, TextColumn  # rich takes long to load
             from rich.progress import Progress as Bars
 
-            columns = (
-                TextColumn("{task.description:<14}", markup=False),
-                BarColumn(10),
-                TextColumn("{task.percentage:>3.0f}%"),
-            )
+            name = TextColumn("{task.description:<14}", markup=False)
+            share = TextColumn("{task.percentage:>3.0f}%")
             words = TextColumn("{task.fields[words]}", markup=False)
-            self._bars = Bars(*columns, words, console=console, transient=not self.stays, auto_refresh=False)
+            look: Any = {"console": console, "transient": not self.stays, "auto_refresh": False}
+            self._bars = Bars(name, BarColumn(10), share, words, **look)
             self._compiles = self._bars.add_task("", visible=False, words="")
             self._bars.start()
             logging.getLogger("grainlaw").addHandler(self)
@@ -80,7 +78,7 @@ class Progress(logging.Handler):
                 self._draw(visible=True, words=record.getMessage())
 
     def tell(self, bar: Bar, share: float, words: str) -> None:
-        """Show how far a bar is, if nothing was shown for a moment."""
+        """Show how far a bar is, 0 to 1, and what it does, if nothing was shown for a moment."""
         now = time.monotonic()
         with self._turn:
             if self._bars is not None:

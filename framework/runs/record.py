@@ -35,8 +35,7 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.files import warn, without_nan
 from grainlaw.results.tables import write_json
 from grainlaw.runs.claim import RUN
-from grainlaw.runs.identity import digest
-from grainlaw.runs.sources import sources_hash
+from grainlaw.runs.identity import digest, sources_hash
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 from grainlaw.tessellation import Tessellation
@@ -46,13 +45,9 @@ LONGEST = 100  #: entries of an array that a record lists; of a longer one it ha
 PACKAGES = ("grainlaw", "numpy", "scipy", "numba", "llvmlite", "meshio", "attrs")
 
 
-def versions() -> dict[str, str]:
+@functools.cache  # a checkpoint asks each time, and version() searches the disk
+def versions() -> Mapping[str, str]:
     """Of Python and of the packages that results depend on."""
-    return dict(_versions())
-
-
-@functools.cache
-def _versions() -> dict[str, str]:  # a checkpoint asks each time, and version() searches the disk
     return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
 
 
@@ -117,13 +112,9 @@ def grains_hash(grains: Tessellation) -> str:
 
 
 def _specimen(specimen: Specimen) -> dict[str, Any]:
-    grains = specimen.grains
+    grains, boundaries = specimen.grains, sorted(specimen.mesh.boundaries)
     return {
-        "grains": {
-            "count": grains.count,
-            "sha256": grains_hash(grains),
-            "boundaries": sorted(specimen.mesh.boundaries),
-        },
+        "grains": {"count": grains.count, "sha256": grains_hash(grains), "boundaries": boundaries},
         "material": described(specimen.material),
         "contact_points": described(specimen.contact_points),
         "refinement": specimen.refinement,
@@ -150,8 +141,7 @@ def described_run(model: Model, protocol: LoadingProtocol, options: Mapping[str,
     }
     text = json.dumps(without_nan(content), sort_keys=True, default=_exact)
     key = hashlib.sha256(text.encode()).hexdigest()
-    sources = own_sources(law, *judged)
-    return {"key": key, **content, "sources": sources}
+    return {"key": key, **content, "sources": own_sources(law, *judged)}
 
 
 def _exact(value: Any) -> Any:

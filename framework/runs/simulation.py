@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
+from typing import Any
 
 import attrs
 
@@ -87,15 +88,11 @@ def simulate(
         raise ParameterError(f"simulate: every = {every!r} s is not allowed, it must be at least 0")
     if checkpoint is None and (restart or overwrite):
         raise ParameterError("simulate: restart and overwrite need a checkpoint, the folder of the run")
-    state, stages = begun(
-        Model(specimen, law, detection), protocol, integrator=integrator, time_step_factor=time_step_factor,
-        mass_scaling=mass_scaling, frames=frames,
-    )  # fmt: skip
-    stop, watching = stop or Stop(), list(observers)
-    options = {
-        "detection": detection, "integrator": integrator, "time_step_factor": time_step_factor,
-        "mass_scaling": mass_scaling, "frames": frames,
+    options: dict[str, Any] = {
+        "integrator": integrator, "time_step_factor": time_step_factor, "mass_scaling": mass_scaling, "frames": frames,
     }  # fmt: skip
+    state, stages = begun(Model(specimen, law, detection), protocol, **options)
+    stop, watching = stop or Stop(), list(observers)
 
     def execution(folder: RunFolder | None) -> Execution:
         stepper = Stepper(
@@ -113,7 +110,7 @@ def simulate(
         claim = stack.enter_context(claimed(checkpoint, restart=restart, overwrite=overwrite))
         stack.enter_context(stop.by_signals())
         about = {**claim.about, "threads": shared if isinstance(shared, int) else AUTO, "cite": list(specimen.cite)}
-        what = record.described_run(state.model, protocol, options)
+        what = record.described_run(state.model, protocol, {"detection": detection, **options})
         found = checkpoint_of(claim.path, what["key"]) if claim.restart else None
         stack.enter_context(record.recorded(claim.path, {**about, **what}))
         folder = RunFolder(claim, every, what["key"])

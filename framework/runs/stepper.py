@@ -27,15 +27,9 @@ class Stepper:
     """Does steps. Integrator and time step change at steps counted from the stage's start, not at samples."""
 
     def __init__(
-        self,
-        state: State,
-        integrator: Integrator,
-        *,
-        threads: int | ThreadCount,
-        factor: float,
-        scaling: float,
+        self, state: State, integrator: Integrator, *, threads: int | ThreadCount, factor: float, scaling: float,
         stop: Stop,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.state, self.integrator, self.threads, self.factor, self.stop = state, integrator, threads, factor, stop
         self.before: Motion | None = None  #: the motion that the integrator has seen last
         self.stability = StableStep(state, scaling)

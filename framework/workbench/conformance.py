@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import attrs
 import numpy as np
@@ -11,6 +11,7 @@ from grainlaw.arguments import Checked, checked
 from grainlaw.contact import ContactLaw
 from grainlaw.short_form import html_table
 from grainlaw.workbench.bench import Bench
+from grainlaw.workbench.finding import Finding
 from grainlaw.workbench.properties import PROPERTIES
 
 EXCUSABLE = ("stiffness", "energy", "fracture energies", "continuity")  #: properties a law may declare that it breaks
@@ -85,10 +86,14 @@ def check_law(law: ContactLaw, *, compiled: bool = True) -> Report:
 
 
 def _entry(name: str, bench: Bench) -> Entry:
-    finding = PROPERTIES[name](bench)
-    exception = bench.law.exceptions.get(name, "") if name in EXCUSABLE else ""
+    excused = {name: text for name, text in bench.law.exceptions.items() if name in EXCUSABLE}
+    undeclared = name == "fracture energies" and not bench.law.fracture_energies
+    return entry(name, PROPERTIES[name](bench), excused, "none declared" if undeclared else "")
+
+
+def entry(name: str, finding: Finding | None, excused: Mapping[str, str], note: str = "") -> Entry:
+    """The entry of a property, with what was found; ``excused`` says why properties may be broken."""
+    exception = excused.get(name, "")
     if finding is None:
-        undeclared = name == "fracture energies" and not bench.law.fracture_energies
-        note = "not met on these paths" if exception else "none declared" if undeclared else ""
-        return Entry(name, True, note, 0.0, exception)
+        return Entry(name, True, "not met on these paths" if exception else note, 0.0, exception)
     return Entry(name, bool(exception), finding.text, finding.size, exception)
