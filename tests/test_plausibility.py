@@ -1,5 +1,6 @@
 """Numbers that are far from what is usual are told; a certificate that cannot be computed has failed."""
 
+import importlib
 import re
 import subprocess
 import sys
@@ -16,7 +17,7 @@ from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import BiaxialCompression, Saturated, UniaxialCompression
 from grainlaw.results.certificate import warnings_of
 from grainlaw.runs import progress
-from grainlaw.workbench import endless
+from grainlaw.workbench import driver
 
 PRESS = UniaxialCompression(loading=gl.Constant(speed=0.2), maximum_strain=2e-5, samples=10)
 
@@ -147,7 +148,7 @@ def test_a_backend_that_does_not_exist_is_no_matter(tmp_path, monkeypatch):
 
 
 def test_what_nobody_has_thought_of_is_one_line(monkeypatch):
-    monkeypatch.setattr(sys.modules["grainlaw.cli.law"], "characteristics", lambda law: 1 // 0)
+    monkeypatch.setattr(importlib.import_module("grainlaw.cli.law"), "characteristics", lambda law: 1 // 0)
     done = invoke("law", "linear")
     assert done.exit_code == 1
     assert "a fault of grainlaw (ZeroDivisionError at test_plausibility.py:" in done.output
@@ -179,7 +180,7 @@ class Loops(gl.ContactLaw):
 
 
 def test_a_loop_that_does_not_end_is_refused_with_its_place(monkeypatch):
-    monkeypatch.setattr(endless, "SECONDS", 0.3)
+    monkeypatch.setattr(driver, "SECONDS", 0.3)
     for ask in (gl.check_law, gl.characteristics, lambda law: gl.simulate(small_sample(4), law, PRESS)):
         with pytest.raises(
             gl.ParameterError, match=r"Endless: at opening 0 m, slip .* did not return within 0.3 s: a loop"

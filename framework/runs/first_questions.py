@@ -8,8 +8,7 @@ from grainlaw.compiler.batch import Compiled
 from grainlaw.contact import ContactLaw
 from grainlaw.engine.model import Model
 from grainlaw.fields import ParameterError
-from grainlaw.workbench.driver import Contact, run_together
-from grainlaw.workbench.endless import refuse_endless
+from grainlaw.workbench.driver import Contact, refuse_endless, run_together
 
 ROUNDING = 1e-12
 LEFT_OVER = 1e-9  #: rounding of memory, which may be a small difference of larger numbers

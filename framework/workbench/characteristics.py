@@ -11,12 +11,12 @@ import numpy as np
 from grainlaw.arguments import Checked, checked
 from grainlaw.contact import ContactLaw
 from grainlaw.quantity import aligned
-from grainlaw.workbench.driver import Contact, alone, work_done
+from grainlaw.workbench.driver import Contact, Trace, alone, work_done
 from grainlaw.workbench.scale import FAR, measure, peak_along
 from grainlaw.workbench.shear_box import pulled, sheared
 
 FINE, QUICK = 1000, 100  #: steps to the peak, from there to the break, and again where either is
-Drive = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]  #: displacements, tractions, damage
+Answer = tuple[np.ndarray, np.ndarray, np.ndarray]  #: displacements, tractions, damage
 LONG = 30.0  #: breaking displacements after which what remains is residual
 
 
@@ -55,9 +55,7 @@ class Characteristics(metaclass=Checked):
             declared = math.nan if mode.pressure else self.fracture_energies.get("mode_ii", math.nan)
             rows.append(_row(under, mode, declared))
         normal, shear = self.stiffness
-        return "\n".join(
-            [f"{self.name}: first stiffness {normal:.4g} Pa/m normal, {shear:.4g} Pa/m shear", aligned(rows)]
-        )
+        return f"{self.name}: first stiffness {normal:.4g} Pa/m normal, {shear:.4g} Pa/m shear\n{aligned(rows)}"
 
 
 def _row(name: str, mode: Mode, declared: float) -> tuple[str, ...]:
@@ -80,14 +78,10 @@ def characteristics(law: ContactLaw) -> Characteristics:
         tension = tensile_mode(contact)
         shear = tuple(shear_mode(contact, pressure) for pressure in fitting_pressures(contact))
     normal, tangential = map(float, law.stiffness)
-    energies = dict(law.fracture_energies)
     return Characteristics(
-        name=type(law).__name__,
-        stiffness=(normal, tangential),
-        tension=tension,
-        shear=shear,
-        fracture_energies=energies,
-    )
+        name=type(law).__name__, stiffness=(normal, tangential), tension=tension, shear=shear,
+        fracture_energies=dict(law.fracture_energies),
+    )  # fmt: skip
 
 
 def fitting_pressures(contact: Contact) -> tuple[float, ...]:
@@ -100,9 +94,9 @@ def fitting_pressures(contact: Contact) -> tuple[float, ...]:
 def tensile_mode(contact: Contact, steps: int = FINE) -> Mode:
     """A virgin contact pulled."""
 
-    def drive(openings: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def drive(openings: np.ndarray) -> Answer:
         run = pulled(contact, openings)
-        return run.opening, run.normal, run.memory.get("damage", np.zeros(len(run.opening)))
+        return run.opening, run.normal, _damage(run)
 
     return _failure(drive, steps, math.nan)
 
@@ -113,14 +107,18 @@ def shear_mode(contact: Contact, pressure: float, steps: int = FINE) -> Mode:
     Where the pressure can no longer be held, the contact has broken.
     """
 
-    def drive(slips: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def drive(slips: np.ndarray) -> Answer:
         run = sheared(contact, -pressure, slips, cut=slips[-1] < FAR[-1])
-        return run.slip, run.shear, run.memory.get("damage", np.zeros(len(run.slip)))
+        return run.slip, run.shear, _damage(run)
 
     return _failure(drive, steps, pressure)
 
 
-def _failure(drive: Drive, steps: int, pressure: float) -> Mode:
+def _damage(run: Trace) -> np.ndarray:
+    return run.memory.get("damage", np.zeros(len(run.slip)))
+
+
+def _failure(drive: Callable[[np.ndarray], Answer], steps: int, pressure: float) -> Mode:
     """Find the peak and the break: first roughly, then with even steps, then with small steps around both."""
     u, traction, damage = drive(np.concatenate([[0.0], FAR]))
     if len(u) < 3:  # the normal traction cannot even be reached

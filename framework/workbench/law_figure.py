@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,6 +15,7 @@ from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import BLUE, COLORS, GREEN, ORANGE, PURPLE, SKY, VERMILLION, style
 from grainlaw.workbench.characteristics import Characteristics, Envelope, characteristics, envelope
 from grainlaw.workbench.driver import Contact, Trace, alone
+from grainlaw.workbench.paths import straight
 from grainlaw.workbench.scale import REACH, find_closure
 from grainlaw.workbench.shear_box import pulled, sheared
 
@@ -44,8 +44,7 @@ def along(corners: Sequence[float], steps: int = 400) -> np.ndarray:
     """Displacements through ``corners``, dense where a leg begins and ends."""
     fine = np.geomspace(1e-4, 0.5, steps // 2)
     shares = np.unique(np.concatenate([[0.0], fine, np.linspace(0, 1, steps), 1 - fine]))
-    legs = [a + (b - a) * shares[:-1] for a, b in itertools.pairwise(corners)]
-    return np.concatenate([*legs, corners[-1:]])
+    return straight(np.array(corners), shares[:-1])
 
 
 def pull_and_release(contact: Contact, to: Reach) -> Trace:
@@ -100,11 +99,8 @@ def plot_law(law: ContactLaw) -> Figure:
 def draw_trace(trace: Trace, ax: Any) -> Figure:
     """Both modes of one path; see :meth:`Trace.plot`."""
     figure, axes = given_or_new("Trace.plot", ax, (6.4, 4.4))
-    modes = (
-        (trace.opening, trace.normal, "normal traction over opening"),
-        (trace.slip, trace.shear, "shear over slip"),
-    )
-    for k, (moved, traction, name) in enumerate(modes):
+    pull = (trace.opening, trace.normal, "normal traction over opening")
+    for k, (moved, traction, name) in enumerate((pull, (trace.slip, trace.shear, "shear over slip"))):
         if np.ptp(moved) > 0:
             axes.plot(moved * UM, traction * MPA, color=SHADES[k], linestyle=style(k), linewidth=1.5, label=name)
     axes.set(xlabel="opening (normal) and slip (shear) (µm)", ylabel="traction (MPa), tension positive")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import functools
-import itertools
 
 import numpy as np
 
 from grainlaw.material import Material
+from grainlaw.workbench.paths import straight
 from grainlaw.workbench.zone import MaterialTrace, Zone, alone_material
 
 LAPS = 3  #: of every path, the last of them settled
@@ -56,12 +56,8 @@ class MaterialBench:
         for k in range(4):
             corners[f"random path {k}"] = [tuple(c) for c in random.normal(size=(5, 3)) * 1.5 * self.scale]
         shares = np.arange(STEPS)[:, None] / STEPS
-        paths = {}
-        for name, inner in corners.items():
-            ends = np.array([(0.0, 0.0, 0.0), *inner] * LAPS + [(0.0, 0.0, 0.0)])
-            legs = [start + (end - start) * shares for start, end in itertools.pairwise(ends)]
-            paths[name] = np.concatenate([*legs, ends[-1:]])
-        return paths
+        origin = (0.0, 0.0, 0.0)
+        return {name: straight(np.array([origin, *inner] * LAPS + [origin]), shares) for name, inner in corners.items()}
 
     @functools.cached_property
     def traces(self) -> dict[str, MaterialTrace]:

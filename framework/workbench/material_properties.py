@@ -12,7 +12,7 @@ from grainlaw.material import Material, knows_temperature
 from grainlaw.memory import ROOM
 from grainlaw.workbench.finding import Finding
 from grainlaw.workbench.material_bench import SMALL, MaterialBench, at
-from grainlaw.workbench.properties import without_unit
+from grainlaw.workbench.properties import units
 from grainlaw.workbench.zone import Zone, kept
 
 ROUNDING = 1e-12
@@ -21,12 +21,6 @@ COLD, HOT, TEMPERATURES = -100.0, 800.0, 9  # °C, between which a material is a
 #: that is not normal to the yield surface is up to (1 / cos a - 1) / 2 stiffer, a being the angle between the two.
 STIFFER = 1.2
 EXACT = 1e-6  #: of the stress that the declared stiffness gives: the first response, and the derivative of the energy
-
-
-def units(bench: MaterialBench) -> Finding | None:
-    """Every number is declared with its unit, also in the material's parts."""
-    names = without_unit(bench.material)
-    return Finding(f'not declared with a unit, as gl.parameter("Pa") does: {", ".join(names)}') if names else None
 
 
 def stiffness(bench: MaterialBench) -> Finding | None:
@@ -122,9 +116,8 @@ def compiled_equals_interpreted(bench: MaterialBench) -> Finding | None:
         wrong = (np.abs(there - here) > 1e3 * ROUNDING * scale) | (np.isnan(there) != np.isnan(here))
         if wrong.any():
             i, j = np.argwhere(wrong)[0]
-            label = ("stress xx", "stress yy", "stress xy", "energy", *bench.zone.names)[j]
-            text = f"{name}: {label} {there[i, j]:.15g} compiled, {here[i, j]:.15g} interpreted at {at(points[i])}"
-            return Finding(text, float(np.abs(there[i, j] - here[i, j])))
+            text = f"{name}: {_label(bench, j)} {there[i, j]:.15g} compiled, {here[i, j]:.15g} interpreted"
+            return Finding(f"{text} at {at(points[i])}", float(np.abs(there[i, j] - here[i, j])))
     return None
 
 
@@ -138,9 +131,8 @@ def finite(bench: MaterialBench) -> Finding | None:
         bad = np.argwhere(~np.isfinite(answers))
         if len(bad):
             i, j = bad[0]
-            label = ("stress xx", "stress yy", "stress xy", "energy", *bench.zone.names)[j]
             why = f" ({bench.zone.error})" if bench.zone.error else ""
-            return Finding(f"{label} is {answers[i, j]} at {at(points[i])}{why}")
+            return Finding(f"{_label(bench, j)} is {answers[i, j]} at {at(points[i])}{why}")
     return None
 
 
@@ -219,12 +211,17 @@ def _free(zone: Zone, state: tuple[float, ...], near: np.ndarray) -> np.ndarray:
         return np.full(3, np.nan)
 
 
+def _label(bench: MaterialBench, column: int) -> str:
+    """Name of a column of answers."""
+    return ("stress xx", "stress yy", "stress xy", "energy", *bench.zone.names)[column]
+
+
 def _shown(stress: np.ndarray) -> str:
     return f"stress ({', '.join(f'{value * 1e-6:.6g}' for value in stress)}) MPa"
 
 
 PROPERTIES: dict[str, Callable[[MaterialBench], Finding | None]] = {
-    "units": units,
+    "units": lambda bench: units(bench.material),
     "finite": finite,
     "stiffness": stiffness,
     "symmetry": symmetry,

@@ -54,7 +54,11 @@ def random_paths(scale: Scale, count: int) -> dict[str, Corners]:
 
 def even_steps(corners: Corners, steps: int) -> list[tuple[float, float]]:
     """Points (opening, slip) along straight lines through ``corners``, ``steps`` to a leg."""
-    shares = np.arange(steps)[:, None] / steps
-    ends = np.array(corners, dtype=float)
-    legs = [a + (b - a) * shares for a, b in itertools.pairwise(ends)]
-    return [(float(o), float(s)) for o, s in np.concatenate([*legs, ends[-1:]])]
+    points = straight(np.array(corners, dtype=float), np.arange(steps)[:, None] / steps)
+    return [(float(o), float(s)) for o, s in points]
+
+
+def straight(corners: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Points along straight lines through corners, at shares of each leg, and the last corner."""
+    legs = [a + (b - a) * shares for a, b in itertools.pairwise(corners)]
+    return np.concatenate([*legs, corners[-1:]])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator
@@ -23,13 +22,10 @@ from grainlaw.workbench.refined import Response, drive
 from grainlaw.workbench.scale import Scale, is_bonded
 
 ROUNDING = 1e-12
-
-
 EXACT = 1e-5
 SMALL = (1e-6, 1e-8, 1e-10)  #: shares of the displacement at the peak; smaller ones would show the rounding of 1 - exp
 NEAR = np.geomspace(SMALL[-1], 1e-2, 25)
-
-
+KINDS = ("normal", "shear")
 SLOW, FAST = 1e60, 1e-60  #: s between two answers: nothing has a rate, nothing ages
 EVEN = 1e-6  #: of the largest traction or memory
 TIME_STEPS = (1e-9, 1e-4, 10.0, 1e6)  #: s
@@ -114,9 +110,7 @@ def friction(bench: Bench) -> Finding | None:
             if not run.complete:
                 return Finding(f"{history}: no finite answer beyond {place(run.points[-1])}")
             runs.append(run)
-        for finding in itertools.chain(
-            weakening(runs, scale, history), map(functools.partial(driven_by_shear, scale), runs)
-        ):
+        for finding in (*weakening(runs, scale, history), *(driven_by_shear(scale, run) for run in runs)):
             if finding:
                 return finding
     return pressed_while_sliding(bench)
@@ -136,23 +130,16 @@ def creep(bench: Bench) -> Finding | None:
     return None
 
 
-def weakening(runs: list[Response], scale: Scale, history: str) -> Iterator[Finding | None]:
+def weakening(runs: list[Response], scale: Scale, history: str) -> Iterator[Finding]:
     """Peak and last shear traction against pressure."""
     allowed = 1e-3 * scale.shear.strength
-    for what, value in (("shear strength", largest_shear), ("shear traction after long slip", last_shear)):
-        tractions = [value(run) for run in runs]
+    out = [run.answers[run.corners[-4] : run.corners[-3] + 1, 1] for run in runs]
+    strengths, lasts = [float(row.max()) for row in out], [float(row[-1]) for row in out]
+    for what, tractions in (("shear strength", strengths), ("shear traction after long slip", lasts)):
         for (p, a), (q, b) in itertools.pairwise(zip(scale.pressures, tractions, strict=True)):
             if b < a - allowed:
                 text = f"{history}: {what} falls from {words(a, 'Pa')} under {words(p, 'Pa')} pressure"
                 yield Finding(f"{text} to {words(b, 'Pa')} under {words(q, 'Pa')}", a - b)
-
-
-def largest_shear(run: Response) -> float:
-    return float(run.answers[run.corners[-4] : run.corners[-3] + 1, 1].max())
-
-
-def last_shear(run: Response) -> float:
-    return float(run.answers[run.corners[-3], 1])
 
 
 def driven_by_shear(scale: Scale, run: Response) -> Finding | None:
@@ -212,7 +199,7 @@ def _limit(bench: Bench, mode: int, size: float, opening: float) -> Finding | No
     error = min(abs(limit - k), abs(c - k)) / abs(k)
     if error <= EXACT:
         return None
-    text = f"{_kind(mode)} response {c:.6g} Pa/m at {words(SMALL[-1] * size, 'm')}, stiffness says {k:.6g} Pa/m"
+    text = f"{KINDS[mode]} response {c:.6g} Pa/m at {words(SMALL[-1] * size, 'm')}, stiffness says {k:.6g} Pa/m"
     return Finding(text, error)
 
 
@@ -225,7 +212,7 @@ def _stiffest(bench: Bench, mode: int, size: float, opening: float) -> Finding |
     i = int(np.argmax(tangents))
     if not tangents[i] > (1 + EXACT) * k:
         return None
-    text = f"{_kind(mode)} response rises by {tangents[i]:.6g} Pa/m at {words(shares[i + 1] * size, 'm')}"
+    text = f"{KINDS[mode]} response rises by {tangents[i]:.6g} Pa/m at {words(shares[i + 1] * size, 'm')}"
     return Finding(f"{text}, stiffness says {k:.6g} Pa/m", float(tangents[i] / k - 1))
 
 
@@ -233,30 +220,20 @@ def _point(mode: int, displacement: float, opening: float) -> tuple[float, float
     return (displacement, 0.0) if mode == 0 else (opening, displacement)
 
 
-def _kind(mode: int) -> str:
-    return ("normal", "shear")[mode]
-
-
-def units(bench: Bench) -> Finding | None:
-    """Every number is declared with its unit, also in the law's parts."""
-    names = without_unit(bench.law)
+def units(component: Any) -> Finding | None:
+    """Every number of a law or material is declared with its unit, also in its parts."""
+    names = list(without_unit(component))
     return Finding(f'not declared with a unit, as gl.parameter("Pa") does: {", ".join(names)}') if names else None
 
 
-def without_unit(component: Any) -> list[str]:
+def without_unit(component: Any, prefix: str = "") -> Iterator[str]:
     """Names of the numbers of a component and its parts that are not declared with a unit."""
-
-    def missing(component: Any, prefix: str) -> Iterator[str]:
-        for field in attrs.fields(type(component)):
-            value = getattr(component, field.name)
-            if attrs.has(type(value)):
-                yield from missing(value, f"{prefix}{field.name}.")
-            elif isinstance(value, (int, np.ndarray, enum.Enum)) or field.metadata.get("unit"):
-                continue
-            else:
-                yield prefix + field.name
-
-    return list(missing(component, ""))
+    for field in attrs.fields(type(component)):
+        value = getattr(component, field.name)
+        if attrs.has(type(value)):
+            yield from without_unit(value, f"{prefix}{field.name}.")
+        elif not isinstance(value, (int, np.ndarray, enum.Enum)) and not field.metadata.get("unit"):
+            yield prefix + field.name
 
 
 def compiled_equals_interpreted(bench: Bench) -> Finding | None:
@@ -409,7 +386,7 @@ def no_hidden_state(bench: Bench) -> Finding | None:
 
 
 PROPERTIES: dict[str, Callable[[Bench], Finding | None]] = {
-    "units": units,
+    "units": lambda bench: units(bench.law),
     "stiffness": first_response,
     "compiled": compiled_equals_interpreted,
     "odd in slip": odd_in_slip,

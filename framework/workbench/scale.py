@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import attrs
 import numpy as np
 
@@ -63,8 +65,13 @@ def find_closure(contact: Contact, pressure: float) -> float:
         if enough(high):
             break
         high *= 2
+    return bisected(enough, high, 40)
+
+
+def bisected(enough: Callable[[float], bool], high: float, times: int) -> float:
+    """The least number above 0 that is enough, from one that is, by halving the interval so many times."""
     low = 0.0
-    for _ in range(40):
+    for _ in range(times):
         middle = (low + high) / 2
         low, high = (low, middle) if enough(middle) else (middle, high)
     return high

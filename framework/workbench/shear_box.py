@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from grainlaw.workbench.driver import Contact, Trace
-from grainlaw.workbench.scale import REACH, find_closure, find_peak
+from grainlaw.workbench.scale import REACH, bisected, find_closure, find_peak
 
 TRIALS = 20  #: of an opening under which the normal traction is the one that is held
 MOST_CUTS, DEEPEST = 200, 14  #: of a step of slip: trials, and how often it is halved
@@ -72,8 +72,5 @@ def opening_at(contact: Contact, normal: float) -> float:
     """Opening (m) at which a virgin contact has a normal traction (Pa, tension positive, at most its strength)."""
     if normal <= 0:
         return -find_closure(contact, -normal) if normal else 0.0
-    low, high = 0.0, find_peak(contact, 0).displacement
-    for _ in range(60):
-        middle = (low + high) / 2
-        low, high = (low, middle) if contact.step(middle, 0.0, contact.start)[0] >= normal else (middle, high)
-    return high
+    peak = find_peak(contact, 0).displacement
+    return bisected(lambda opening: contact.step(opening, 0.0, contact.start)[0] >= normal, peak, 60)

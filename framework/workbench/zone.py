@@ -99,7 +99,10 @@ class Zone:
     def trace(self, points: Any) -> MaterialTrace:
         """The answer of a virgin zone to strains (i, 3)."""
         strain = np.asarray(points, dtype=float).reshape(-1, 3)
-        answers = self.run(strain.tolist())
+        return self.as_trace(strain, self.run(strain.tolist()))
+
+    def as_trace(self, strain: np.ndarray, answers: np.ndarray) -> MaterialTrace:
+        """Strains (i, 3) with the answers (i, 4 + m) to them."""
         memory = dict(zip(self.names, answers[:, 4:].T.copy(), strict=True))
         stress = answers[:, :3].copy()
         return MaterialTrace(strain, stress, work_on_zone(strain, stress), answers[:, 3].copy(), memory)
@@ -164,10 +167,8 @@ def compress(material: Material, strain: Any, *, confinement: float = 0.0) -> Ma
         state = answer[3:]
         rows.append(now)
         answers.append([*answer[:3], zone.energy(now.tolist(), state), *state])
-    strains, found = np.array(rows), np.array(answers)
-    memory = dict(zip(zone.names, found[:, 4:].T.copy(), strict=True))
-    work = work_on_zone(strains, found[:, :3]) + found[0, 3]
-    return MaterialTrace(strains, found[:, :3].copy(), work, found[:, 3].copy(), memory)
+    trace = zone.as_trace(np.array(rows), np.array(answers))
+    return attrs.evolve(trace, work=trace.work + answers[0][3])
 
 
 def kept(zone: Zone, state: tuple[float, ...], near: np.ndarray, stress: np.ndarray, eyy: float | None) -> np.ndarray:
