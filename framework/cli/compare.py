@@ -9,21 +9,11 @@ from typing import Any
 import attrs
 import click
 
+from grainlaw.cli import running
 from grainlaw.cli.components import refuse_unknown
 from grainlaw.cli.configuration import CONFIG, Configuration, configured
 from grainlaw.cli.default_rock import LAWS, QUICK, SAMPLE, law_named
 from grainlaw.cli.law_copy import copied, copied_grains
-from grainlaw.cli.running import (
-    finished,
-    folder_options,
-    linked,
-    portable_option,
-    refusing,
-    seeds_of,
-    tell_works,
-    threads_option,
-    writing_to,
-)
 from grainlaw.cli.sections import Sections, gathered, toml, with_options
 from grainlaw.compiler.cache import is_portable
 from grainlaw.contact import Laws
@@ -55,9 +45,9 @@ TEST = "uniaxial-compression"
 @click.option("--max-strain", type=float, help="Axial strain at which to end.  [default: 0.01]")
 @click.option("--config", type=click.Path(path_type=Path, dir_okay=False), help="TOML file with parameters.")
 @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
-@folder_options
-@threads_option("Models (and threads in a model) at a time.", default=None)
-@portable_option
+@running.folder_options
+@running.threads_option("Models (and threads in a model) at a time.", default=None)
+@running.portable_option
 @click.option("--quick", is_flag=True, help=f"A small specimen, seconds: {QUICK[2]} grains in 20 x 50 mm.")
 def compare(
     *, grains: int | None, seeds: str | None, seed: int | None, laws: str, speed: float | None,
@@ -75,13 +65,13 @@ def compare(
     if seed is not None and seeds is not None:
         raise click.UsageError("--seed and --seeds are not allowed together: give the seeds with commas between")
     given = str(seed) if seed is not None else seeds
-    asked = None if given is None else seeds_of(given)
+    asked = None if given is None else running.seeds_of(given)
     loading = None if speed is None else {"type": "constant", "speed": speed}
     options = {
         ("sample", "grains"): grains, ("test", "loading"): loading, ("test", "maximum_strain"): max_strain,
         ("numerics", "threads"): threads,
     }  # fmt: skip
-    with refusing():
+    with running.refusing():
         names = list(dict.fromkeys(name.strip() for name in laws.split(",")))
         own = gathered(config, {}, assignments)
         own.get("law", {}).pop("type", None)
@@ -90,7 +80,7 @@ def compare(
     numbers = list(dict.fromkeys(number for _, number in rows))
     specimens = {number: rows[names[0], number].specimen for number in numbers}
     compared = {name: rows[name, numbers[0]].law for name in names}
-    with refusing():
+    with running.refusing():
         for law in compared.values():
             attrs.evolve(first, law=law).check()
     arguments = {
@@ -105,7 +95,7 @@ def compare(
         "laws": {name: described(law) for name, law in compared.items()},
     }
     about = {"command": {"name": "compare", "arguments": arguments}, "parameters": parameters}
-    with writing_to(out, restart, overwrite, about) as claim:
+    with running.writing_to(out, restart, overwrite, about) as claim:
         if own:
             sample, claim.about["grain_files"] = copied_grains(own.get("sample", {}), claim.path)
             kept = {**own, **({"sample": sample} if sample else {})}
@@ -120,10 +110,10 @@ def compare(
         comparison.write(claim.path, {**made, "parameters": parameters})
         write_script(claim.path, _rows(comparison))
         record = {"sample": first.sections["sample"], "versions": versions()}
-        comparison.write_report(claim.path / "report.html", record=record, files=linked(claim.path))
+        comparison.write_report(claim.path / "report.html", record=record, files=running.linked(claim.path))
         click.echo(comparison)
-        tell_works(specimens[numbers[0]].cite)
-        finished(claim)
+        running.tell_works(specimens[numbers[0]].cite)
+        running.finished(claim)
     if comparison.failed:
         count, what = len(comparison.failed) + len(comparison.results), "laws" if len(numbers) == 1 else "runs"
         raise click.ClickException(f"{len(comparison.failed)} of {count} {what} failed")
@@ -149,7 +139,7 @@ def _configurations(
     sample = sections.get("sample", {})
     alone = of(names[0], sample).sections["sample"].get("seed")
     if seeds is None and alone is not None and "seed" not in sample:
-        seeds = seeds_of(SEEDS)
+        seeds = running.seeds_of(SEEDS)
     samples = {alone or 1: sample} if seeds is None else {seed: {**sample, "seed": seed} for seed in seeds}
     found = {(names[0], seed): of(names[0], each) for seed, each in samples.items()}
     first, grains = next(iter(samples.items()))

@@ -257,33 +257,27 @@ def settings(made: Any, kind: Kind = ()) -> dict[str, Any]:
 
 
 def _settings(cls: type, values: Mapping[str, Any], kind: Kind = ()) -> dict[str, Any]:
-    found: dict[str, Any] = {"type": name_of(cls, kind)}
-    kinds = _kinds(cls)
-    for field in attrs.fields(cls):
-        if not field.init or field.name not in values:
-            continue
-        value = values[field.name]
-        if value is None or (isinstance(value, str) and value == FILL_IN):
-            found[field.name] = value
-            continue
-        ready = [name for name, each in instances(type(value)).items() if each == value]
-        if ready:
-            found[field.name] = ready[0]
-        elif isinstance(value, TimeSeries):
-            points = zip(value.times.tolist(), value.values.tolist(), strict=True)
-            found[field.name] = [[written(t, "s"), written(v, field.metadata["unit"])] for t, v in points]
-        elif attrs.has(type(value)):
-            kind = next((k for k in kinds.get(field.name, ()) if inspect.isabstract(k)), ())
-            found[field.name] = settings(value, kind)
-        elif isinstance(value, tuple) and value and all(attrs.has(type(each)) for each in value):
-            found[field.name] = [settings(each) for each in value]
-        elif isinstance(value, enum.Enum):
-            found[field.name] = value.name.lower().replace("_", "-")
-        elif "unit" in field.metadata and isinstance(value, (np.ndarray, tuple)):
-            found[field.name] = np.array(value).tolist()
-        elif "unit" in field.metadata:
-            text = written(value, field.metadata["unit"])
-            found[field.name] = text if " " in text else value
-        else:
-            found[field.name] = value
-    return found
+    kinds, given = _kinds(cls), [field for field in attrs.fields(cls) if field.init and field.name in values]
+    shown = {field.name: _shown(field, values[field.name], kinds.get(field.name, ())) for field in given}
+    return {"type": name_of(cls, kind), **shown}
+
+
+def _shown(field: attrs.Attribute, value: Any, kinds: tuple[type, ...]) -> Any:
+    """A value as a configuration has it."""
+    if value is None or (isinstance(value, str) and value == FILL_IN):
+        return value
+    if ready := [name for name, each in instances(type(value)).items() if each == value]:
+        return ready[0]
+    if isinstance(value, TimeSeries):
+        points = zip(value.times.tolist(), value.values.tolist(), strict=True)
+        return [[written(t, "s"), written(v, field.metadata["unit"])] for t, v in points]
+    if attrs.has(type(value)):
+        return settings(value, next((kind for kind in kinds if inspect.isabstract(kind)), ()))
+    if isinstance(value, tuple) and value and all(attrs.has(type(each)) for each in value):
+        return [settings(each) for each in value]
+    if isinstance(value, enum.Enum):
+        return value.name.lower().replace("_", "-")
+    if "unit" in field.metadata and isinstance(value, (np.ndarray, tuple)):
+        return np.array(value).tolist()
+    text = written(value, field.metadata["unit"]) if "unit" in field.metadata else ""
+    return text if " " in text else value

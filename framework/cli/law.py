@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
 from grainlaw.cli.default_rock import LAWS, law_with_files
 from grainlaw.cli.law_file import LawReferenceError
-from grainlaw.cli.pictures import write_picture
 from grainlaw.engine.model import prepared
-from grainlaw.runs.record import described, own_sources
+from grainlaw.results.files import file_name, writable_folder, write_atomically
+from grainlaw.results.tables import write_json
+from grainlaw.runs.record import described, origin, own_sources
 from grainlaw.workbench.characteristics import characteristics
 
 
@@ -34,3 +37,14 @@ def law(*, law: str, out: Path) -> None:
     record = {"law": described(chosen), "fingerprint": prepared(chosen).compiled.key, "sources": own_sources(chosen)}
     where = write_picture(out, "law", law, figure, record)
     click.echo(f"{table}\n\n{where}")
+
+
+def write_picture(folder: Path, kind: str, reference: str, figure: Any, record: Mapping[str, Any]) -> str:
+    """Write ``KIND_NAME.png`` and ``.json``, named as on the command line; returns where, in words."""
+    try:
+        file = writable_folder(folder) / f"{kind}_{file_name(reference.rpartition(':')[2])}.png"
+        write_atomically(file, lambda path: figure.savefig(path, dpi=110))
+        write_json(file.with_suffix(".json"), {**record, **origin()})
+    except OSError as error:
+        raise click.ClickException(str(error)) from None
+    return f"written to {file} and {file.with_suffix('.json').name}"

@@ -8,8 +8,8 @@ from typing import Any
 import click
 
 from grainlaw.cli.default_rock import ROCK
+from grainlaw.cli.law import write_picture
 from grainlaw.cli.law_file import LawReferenceError, find_material
-from grainlaw.cli.pictures import write_picture
 from grainlaw.material import Material
 from grainlaw.materials import ConstantExpansion, DruckerPrager, MohrCoulombPlastic, Thermal, TransverselyIsotropic
 from grainlaw.messages import nearest

@@ -28,7 +28,7 @@ def rerun(context: click.Context, *, folder: Path, out: Path | None) -> None:
     if every number is the same, 1 if not. Law files are those that were copied to FOLDER.
     """
     out = folder.with_name(f"{folder.resolve().name}-again") if out is None else out
-    record = _record(folder)
+    record = _read(folder / RUN)
     try:
         name, arguments = record["command"]["name"], dict(record["command"]["arguments"])
     except KeyError:
@@ -51,10 +51,6 @@ def rerun(context: click.Context, *, folder: Path, out: Path | None) -> None:
     context.exit(1)
 
 
-def _record(folder: Path) -> dict[str, Any]:
-    return _read(folder / RUN)
-
-
 def _read(file: Path) -> dict[str, Any]:
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
@@ -69,7 +65,7 @@ def _read(file: Path) -> dict[str, Any]:
 
 def _differences(before: Path, now: Path) -> Iterator[str]:
     """Lines that say what differs between two folders of the same command."""
-    one, other = _record(before), _record(now)
+    one, other = _read(before / RUN), _read(now / RUN)
     for key, value in one["made_with"].items():
         if other["made_with"].get(key) != value:
             yield f"  made with another {key}: {_short(value)} -> {_short(other['made_with'].get(key))}"
@@ -85,7 +81,7 @@ def _differences(before: Path, now: Path) -> Iterator[str]:
 
 def _of_run(name: str, before: Path, now: Path) -> Iterator[str]:
     where = f"  {name}: " if name else "  "
-    one, other = _record(before), _record(now)
+    one, other = _read(before / RUN), _read(now / RUN)
     for key, word in DECIDING.items():
         if one.get(key) != other.get(key):
             yield f"{where}another {word}: {', '.join(_changed(one.get(key), other.get(key)))}"

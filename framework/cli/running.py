@@ -23,8 +23,6 @@ from grainlaw.condition import StageError
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.fields import ParameterError
-from grainlaw.results.certificate import warnings_of
-from grainlaw.results.result import Result
 from grainlaw.runs.claim import Claim, claimed, tidy
 from grainlaw.runs.stopping import Stopped
 
@@ -166,12 +164,6 @@ def tell_works(works: Iterable[str]) -> None:
     """Say what to cite, each work once."""
     for work in dict.fromkeys(works):
         click.echo(f"to cite: {work}")
-
-
-def tell_certificate(results: Mapping[str, Result]) -> None:
-    """Say what of the certificate fails, and what to do."""
-    for words in warnings_of(results):
-        click.echo(f"Warning: {words}", err=True)
 
 
 def contents(folder: Path) -> str:

@@ -8,21 +8,9 @@ from pathlib import Path
 import attrs
 import click
 
+from grainlaw.cli import running
 from grainlaw.cli.configuration import CONFIG, Configuration, configured, template, write_config
 from grainlaw.cli.law_copy import copied, copied_grains
-from grainlaw.cli.running import (
-    GivenOptions,
-    finished,
-    folder_options,
-    linked,
-    model_options,
-    portable_option,
-    refusing,
-    tell_certificate,
-    tell_works,
-    threads_option,
-    writing_to,
-)
 from grainlaw.cli.sections import gathered
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
@@ -31,7 +19,7 @@ from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
 from grainlaw.observation import Observer
 from grainlaw.quantity import aligned
-from grainlaw.results.certificate import texts
+from grainlaw.results.certificate import texts, warnings_of
 from grainlaw.results.paraview import write_script
 from grainlaw.results.probe import Probe
 from grainlaw.results.result import Result
@@ -60,20 +48,20 @@ runs the same test again. A test that is stopped goes on with --restart. The exi
 the test, 1 for a test that could not end; what it recorded is written all the same."""
 )
 @click.argument("name", metavar="NAME", shell_complete=lambda _, __, begun: [n for n in SETUPS if n.startswith(begun)])
-@model_options
-@folder_options
-@threads_option("Threads in the model.", default=None)
-@portable_option
+@running.model_options
+@running.folder_options
+@running.threads_option("Threads in the model.", default=None)
+@running.portable_option
 @click.option("--certify", is_flag=True, help="Test again at half the speed: what the strength tends to.")
 @click.option("--interactive", is_flag=True, help="Write interactive.html too, to click through (grainlaw[report]).")
 @click.option("--quick", is_flag=True, help="A small specimen.")
 @click.option("--template", "shows", is_flag=True, help="Print the configuration with all parameters; run nothing.")
 def test(
-    *, name: str, given: GivenOptions, out: Path, restart: bool, overwrite: bool, threads: Threads | None, quick: bool,
-    certify: bool, interactive: bool, shows: bool,
+    *, name: str, given: running.GivenOptions, out: Path, restart: bool, overwrite: bool, threads: Threads | None,
+    quick: bool, certify: bool, interactive: bool, shows: bool,
 ) -> None:  # fmt: skip
     options = {**given.options, ("numerics", "threads"): threads}
-    with refusing():
+    with running.refusing():
         sections = gathered(given.config, options, given.assignments)
         if shows:
             click.echo(template(name, sections, quick), nl=False)
@@ -87,7 +75,7 @@ def test(
 
             require_bokeh()
     about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG, "portable": is_portable()}}}
-    with writing_to(out, restart, overwrite, about) as claim:
+    with running.writing_to(out, restart, overwrite, about) as claim:
         law_there, files = copied(chosen.sections["law"]["type"], chosen.law_files, claim.path)
         rock_there, material_files = copied(
             chosen.sections["rock"]["type"], chosen.material_files, claim.path, MATERIAL_FILES
@@ -102,16 +90,17 @@ def test(
         result, reason = _run(name, chosen, claim, [] if probe is None else [probe])
         record = {**{key: chosen.sections[key] for key in ("sample", "numerics")}, "versions": versions()}
         write_script(claim.path, [[(name, "", result)]])
-        beside = [*([INTERACTIVE] if interactive else []), *linked(claim.path)]
+        beside = [*([INTERACTIVE] if interactive else []), *running.linked(claim.path)]
         result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=beside)
         if interactive:
             write_interactive(result, claim.path / INTERACTIVE, probe=probe)
         click.echo(aligned(texts(result, result.summary).items()))
-        tell_works(result.specimen.cite)
+        running.tell_works(result.specimen.cite)
         if certify and not reason:
             click.echo(f"\n{_certified(name, result, chosen, claim)}")
-        tell_certificate({name: result})
-        finished(claim)
+        for words in warnings_of({name: result}):
+            click.echo(f"Warning: {words}", err=True)
+        running.finished(claim)
     if reason:
         raise click.ClickException(reason)
 
