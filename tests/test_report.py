@@ -201,7 +201,7 @@ def test_a_peak_that_was_passed_is_no_bound(broken, tmp_path):
 
 def test_curves_are_readable_before_the_peak(result):
     """Where lateral strains grow a hundredfold after the peak, the axis fits those before."""
-    from grainlaw.results.figures.report_figures import plot_report_curves
+    from grainlaw.results.figures.curves import plot_report_curves
 
     strain = np.linspace(0, 0.01, 101)
     stress = np.where(strain <= 0.005, strain, 0.005 - 0.5 * (strain - 0.005)) * 50e9
@@ -291,7 +291,7 @@ def test_a_run_that_recorded_nothing_has_a_report(result, tmp_path, monkeypatch)
 
 
 def test_curves_of_one_law_and_of_two_are_told_apart(result):
-    from grainlaw.results.figures.report_figures import plot_report_curves
+    from grainlaw.results.figures.curves import plot_report_curves
 
     def labels(axes):
         legend = axes.get_legend()
@@ -311,7 +311,7 @@ def test_curves_of_one_law_and_of_two_are_told_apart(result):
 
 
 def test_of_a_test_of_ones_own_the_first_four_columns_are_drawn():
-    from grainlaw.results.figures.report_figures import Panel, _panels
+    from grainlaw.results.figures.curves import Panel, _panels
 
     columns = dict.fromkeys(("time", "stage", "energy_external", "tensile_cracks", *"abcdef"), np.zeros(2))
     assert _panels(columns, "a") == [Panel("a", [name]) for name in "bcde"]
@@ -365,13 +365,13 @@ def test_a_test_of_ones_own_has_its_columns_drawn(tmp_path):
     page = Page(tmp_path / "report.html")
     assert page.rows["never"] == [["-"]]
     assert page.text.strip().startswith("Pull: law")
-    from grainlaw.results.figures.report_figures import plot_report_curves
+    from grainlaw.results.figures.curves import plot_report_curves
 
     assert "force (kN/m)" in [axes.get_ylabel() for axes in plot_report_curves({"law": result}).axes]
 
 
 def test_figures_show_the_recorded_numbers(result):
-    from grainlaw.results.figures.report_figures import plot_report_curves
+    from grainlaw.results.figures.curves import plot_report_curves
 
     upper = plot_report_curves({"law": result}).axes[0]
     assert (upper.get_xlabel(), upper.get_ylabel()) == ("strain (%)", "stress (MPa)")

@@ -13,11 +13,12 @@ from grainlaw.results.result import Cracks
 @checked
 def crack_lengths(cracks: Cracks, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Length (t,) m of tensile and of shear cracks that had broken by each time (s)."""
-    lengths = []
-    for chosen in (cracks.tensile, ~cracks.tensile):
-        grown = np.concatenate([[0.0], np.cumsum(cracks.length[chosen])])
-        lengths.append(grown[np.searchsorted(cracks.time[chosen], times, side="right")])
-    return lengths[0], lengths[1]
+
+    def grown(some: Cracks) -> np.ndarray:
+        lengths = np.concatenate([[0.0], np.cumsum(some.length)])
+        return lengths[np.searchsorted(some.time, times, side="right")]
+
+    return grown(cracks[cracks.tensile]), grown(cracks[~cracks.tensile])
 
 
 MOST_BINS = 18_000  #: a hundredth of a degree each
@@ -36,11 +37,8 @@ class Rose(metaclass=Checked):
 def crack_rose(cracks: Cracks, bins: int = 18) -> Rose:
     """Histogram of the orientation of cracks on the deformed specimen, weighted by length, in equal bins."""
     edges = np.linspace(0, np.pi, checked_whole_number("crack_rose: bins", bins, at_least=1, at_most=MOST_BINS) + 1)
-    rows = []
-    for chosen in (cracks.tensile, ~cracks.tensile):
-        some = cracks[chosen]
-        rows.append(np.histogram(some.orientation, edges, weights=some.length)[0])
-    return Rose(edges, rows[0], rows[1])
+    parts = (cracks[chosen] for chosen in (cracks.tensile, ~cracks.tensile))
+    return Rose(edges, *(np.histogram(some.orientation, edges, weights=some.length)[0] for some in parts))
 
 
 @attrs.frozen

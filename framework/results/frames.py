@@ -14,8 +14,8 @@ from grainlaw.engine.state import State
 from grainlaw.fields import whole_number
 from grainlaw.messages import refusal
 from grainlaw.observation import Observer
-from grainlaw.results.data_frames import data_frame
 from grainlaw.results.files import grouped
+from grainlaw.results.tables import data_frame
 from grainlaw.stage import Stage
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ from grainlaw.fields import ParameterError, checked_points, whole_number
 from grainlaw.messages import refusal
 from grainlaw.observation import Observer
 from grainlaw.stage import Stage
+from grainlaw.workbench.bench import words
 from grainlaw.workbench.characteristics import QUICK, shear_mode, tensile_mode
 from grainlaw.workbench.driver import alone
-from grainlaw.workbench.finding import words
 
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure

@@ -19,8 +19,8 @@ from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest
 from grainlaw.quantity import Quantity
 from grainlaw.results.certificate import doubts, texts
-from grainlaw.results.data_frames import data_frame
 from grainlaw.results.files import write_atomically
+from grainlaw.results.tables import data_frame
 from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
 

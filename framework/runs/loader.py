@@ -73,12 +73,10 @@ class Loader:
         self._state, self._stability = state, stability
         self._seen, self._new, self._wanted = _Seen(), _Seen(), 1.0
         #: N/m, of the specimen as it begins
-        self._sound = None if self._is_too_large() else stability.sound()
+        is_too_large = not len(state.bonds) or state.freedoms.arrays.mass.size > LARGEST
+        self._sound = None if is_too_large else stability.sound()
         self._highest = stability.frequency  #: 1/s
         self._margin: Margin | None = None  #: made when it is first asked for in a stage
-
-    def _is_too_large(self) -> bool:
-        return not len(self._state.bonds) or self._state.freedoms.arrays.mass.size > LARGEST
 
     def begin(self, stage: Stage) -> bool:
         """Begin a stage: where it has a loading, with the steady motion in place of that of the stage before.
@@ -148,16 +146,11 @@ class Loader:
             raise StageError(f"stage '{stage.name}': {error}") from None
         return not again
 
-    def repeat(self, stage: Stage) -> None:
-        """Take the speed that was asked for, at the beginning of the sample."""
-        self._take(stage)
-
     def go_on(self, stage: Stage) -> None:
         """Take the speed that was asked for, after a sample that counts."""
-        if stage.loading is None:
-            return
-        self._seen = self._new
-        self._take(stage)
+        if stage.loading is not None:
+            self._seen = self._new
+            self.repeat(stage)
 
     def look(self, stage: Stage) -> None:
         """Let the steady motion follow the mean motion; asked at steps that do not depend on samples.
@@ -176,7 +169,8 @@ class Loader:
         if changed:
             self._damp(stage)
 
-    def _take(self, stage: Stage) -> None:
+    def repeat(self, stage: Stage) -> None:
+        """Take the speed that was asked for, at the beginning of the sample."""
         before = self._state.steady.velocity
         self._state.steady.books.pace[0] = self._wanted
         self._change(stage, before)

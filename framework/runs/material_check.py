@@ -16,8 +16,8 @@ from grainlaw.material import Material
 from grainlaw.region import Region
 from grainlaw.specimen import Specimen
 from grainlaw.tessellation import Tessellation
+from grainlaw.workbench.bench import Finding
 from grainlaw.workbench.conformance import Report, entry
-from grainlaw.workbench.finding import Finding
 from grainlaw.workbench.material_bench import MaterialBench
 from grainlaw.workbench.material_properties import PROPERTIES
 

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from grainlaw.fields import ParameterError
 from grainlaw.quantity import aligned
-from grainlaw.results.data_frames import data_frame
 from grainlaw.results.files import write_atomically
-from grainlaw.results.tables import plain
+from grainlaw.results.tables import data_frame, plain
 from grainlaw.short_form import html_table
 from grainlaw.studies.rows import label
 from grainlaw.studies.statistics import level

@@ -1,10 +1,11 @@
-"""A law on the bench: its scale and its answers along all paths, each found once for the properties that ask."""
+"""A law on the bench: its scale and its answers along all paths, each found once, and what breaks a property of it."""
 
 from __future__ import annotations
 
 import functools
 from typing import Any
 
+import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
@@ -16,6 +17,25 @@ from grainlaw.workbench.scale import Scale, measure
 LAPS = 3  #: of every path, the last of them settled
 #: The first path of all, and the last one once more: pulled, sheared, and sheared while pressed, out and back.
 FIRST = [(u * o, u * s) for o, s in ((1, 0), (0, 1), (-1e-3, 1)) for u in (0, 1e-7, 1e-6, 1e-5, 1e-3, 1e-6, 0)]
+
+
+@attrs.frozen
+class Finding:
+    """A broken property: where, and by how much."""
+
+    text: str
+    size: float = 0.0
+
+
+def place(point: Any) -> str:
+    """A point of a path in words."""
+    return f"opening {words(point[0], 'm')}, slip {words(point[1], 'm')}"
+
+
+def words(value: Any, unit: str) -> str:
+    """A number for a report: lengths in um, tractions in MPa."""
+    factor, shown = {"m": (1e6, "um"), "Pa": (1e-6, "MPa"), "J/m2": (1.0, "J/m2")}[unit]
+    return f"{float(value) * factor:.4g} {shown}"
 
 
 class Bench:

@@ -10,8 +10,7 @@ import numpy as np
 from grainlaw.arguments import Checked, checked
 from grainlaw.contact import ContactLaw
 from grainlaw.short_form import html_table
-from grainlaw.workbench.bench import Bench
-from grainlaw.workbench.finding import Finding
+from grainlaw.workbench.bench import Bench, Finding
 from grainlaw.workbench.properties import PROPERTIES
 
 EXCUSABLE = ("stiffness", "energy", "fracture energies", "continuity")  #: properties a law may declare that it breaks

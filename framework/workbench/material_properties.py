@@ -10,7 +10,7 @@ from grainlaw.compiler.batch import CompilationError
 from grainlaw.fields import ParameterError
 from grainlaw.material import Material, knows_temperature
 from grainlaw.memory import ROOM
-from grainlaw.workbench.finding import Finding
+from grainlaw.workbench.bench import Finding
 from grainlaw.workbench.material_bench import SMALL, MaterialBench, at
 from grainlaw.workbench.properties import units
 from grainlaw.workbench.zone import Zone, kept

@@ -13,10 +13,9 @@ import numpy as np
 
 from grainlaw.compiler.batch import CompilationError, compile_law
 from grainlaw.contact import ContactLaw, law_arguments, memory_names
-from grainlaw.workbench.bench import FIRST, LAPS, Bench, label
+from grainlaw.workbench.bench import FIRST, LAPS, Bench, Finding, label, place, words
 from grainlaw.workbench.characteristics import shear_mode, tensile_mode
 from grainlaw.workbench.driver import Contact, run_together
-from grainlaw.workbench.finding import Finding, place, words
 from grainlaw.workbench.paths import designed_paths, even_steps
 from grainlaw.workbench.refined import Response, drive
 from grainlaw.workbench.scale import Scale, is_bonded

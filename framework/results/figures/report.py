@@ -18,9 +18,8 @@ from grainlaw.quantity import Quantity
 from grainlaw.results.archive import READ, called
 from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
 from grainlaw.results.figures.cracks import side_by_side
-from grainlaw.results.figures.curves import plot_samples
+from grainlaw.results.figures.curves import plot_report_curves, plot_samples
 from grainlaw.results.figures.pages import Cell, write_page
-from grainlaw.results.figures.report_figures import plot_report_curves
 from grainlaw.results.laboratory import Laboratory
 from grainlaw.results.means import ENOUGH, Samples, mean_and_interval, mean_and_range
 from grainlaw.results.standard_measures import thresholds
