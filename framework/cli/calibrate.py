@@ -33,7 +33,6 @@ from grainlaw.unit_text import quantity
 # --- the file ---------------------------------------------------------------------------------------------------------
 # That of ``grainlaw test`` with the tables [targets] and [free].
 
-
 OWN = ("targets", "free", "tied", "calibration", "tests", DISC, HALF_DISC)  #: tables that other files do not have
 OTHERS = ("sample", "rock", "rocks", "law", "numerics")
 TEST_OF = {PRISM: "uniaxial-compression", DISC: "brazilian", HALF_DISC: "semi-circular-bend"}

@@ -21,8 +21,6 @@ FOLDER = Path(str(files("grainlaw.cli"))) / "rocks"  #: of the rocks of papers
 SUFFIX = ".toml"
 NAMES = sorted(file.stem for file in FOLDER.glob(f"*{SUFFIX}"))
 DEFAULT = "palabora-carbonatite-printed"
-
-
 _TABLES, _OF_PAPER = read_tables(FOLDER.parent / "default_rock.toml"), read_tables(FOLDER / f"{DEFAULT}{SUFFIX}")
 
 

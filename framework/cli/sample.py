@@ -28,8 +28,6 @@ REGIONS: dict[str, Callable[..., Region]] = {
 }
 INSTEAD_OF_GRAINS = ("grain_size", "points", "areas")  #: of the default's number
 ANGLES = ("loaded",)  #: numbers of regions that are no lengths
-
-
 TESSELLATION = ".tess"
 IMAGES = (".npy", ".png", ".tif", ".tiff", ".bmp")
 LENGTHS = ("unit", "pixel", "cell_size")  #: options in m

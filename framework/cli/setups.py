@@ -45,8 +45,6 @@ NOTCHED = {"notch_width": 0.5 * mm, "bearing": 3 * mm}
 BEAM = {"region": "notched_beam", "length": 100 * mm, "height": 25 * mm, "span": 80 * mm, "notch_depth": 8 * mm}
 PLATE = {"region": "plate_with_hole", "width": 100 * mm, "height": 100 * mm, "diameter": 20 * mm}
 HALF_DISC = {"region": "semi_disc", "diameter": 75 * mm, "span": 45 * mm, "notch_depth": 18 * mm}
-
-
 EXPANDS = {"type": "thermal", "material": settings(ROCK)}
 AGES = {"type": "static-fatigue", "law": settings(LAWS["cohesive-crack"], ContactLaw)}
 

@@ -26,8 +26,6 @@ from grainlaw.studies.study import Study
 from grainlaw.unit_text import in_si
 
 SEED = "seed"  #: the key over which means are taken
-
-
 Place = tuple[str, ...]  #: section and keys
 TYPES = ("law", "test", "rock")  #: sections that stand for their key ``type``
 #: what finds a level FILE.py:NAME

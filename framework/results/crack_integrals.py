@@ -25,7 +25,6 @@ from grainlaw.specimen import Specimen
 
 # --- where the tip is, the ring round it, and whether it is fit for an integral ---------------------------------------
 
-
 STRAIGHT = 1e-3  #: of the outer radius: nearer than this to the line of the crack is on it
 
 

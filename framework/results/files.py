@@ -14,8 +14,6 @@ from typing import Any
 import numpy as np
 
 RESERVE = 32 * 2**20  #: bytes that pictures leave free for curves, summary and checkpoints, or a tenth of a small disk
-
-
 Arrays = dict[str, np.ndarray]  #: of a file, by names such as curves/strain
 
 

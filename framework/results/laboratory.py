@@ -26,7 +26,6 @@ from grainlaw.window import Window, window_mean
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
 
-
 ROUNDING = 1e-9  #: share of the work done below which an energy is 0
 
 

@@ -108,12 +108,8 @@ def thresholds() -> list[Standard]:
             "crack_initiation_count", "CI, 1 % of the cracks at the peak",
             stress_at_cracks, "MPa", POTYONDY, [STRESS], no_crack,
         ),
-        by_strains(
-            "crack_initiation_lateral", "CI, lateral strain response", initiation_by_lateral_strain, NICKSIAR
-        ),
-        by_strains(
-            "crack_initiation_volumetric", "CI, crack-volumetric strain", initiation_by_crack_volume, MARTIN
-        ),
+        by_strains("crack_initiation_lateral", "CI, lateral strain response", initiation_by_lateral_strain, NICKSIAR),
+        by_strains("crack_initiation_volumetric", "CI, crack-volumetric strain", initiation_by_crack_volume, MARTIN),
         by_strains("crack_damage", "CD, reversal of the volumetric strain", crack_damage, MARTIN),
         by_strains(
             "crack_damage_cylinder", "CD, reversal of axial and twice the lateral strain",
@@ -211,9 +207,7 @@ MEASURES: dict[str, Measure] = {
         Standard("largest_magnitude", "largest magnitude, 1 m thick", largest_magnitude, source=GUTENBERG),
         Standard("b_value", "b-value", lambda lab: lab.events.b_value()[0], source=AKI),
         Standard("b_error", "standard error of the b-value", lambda lab: lab.events.b_value()[1], source=AKI),
-        Standard(
-            "failure_plane_angle", "failure plane, from the x axis", lambda lab: lab.plane.angle, "deg", MARDIA
-        ),
+        Standard("failure_plane_angle", "failure plane, from the x axis", lambda lab: lab.plane.angle, "deg", MARDIA),
         Standard(
             "failure_plane_strength", "alignment of the failure plane", lambda lab: lab.plane.strength, source=MARDIA
         ),

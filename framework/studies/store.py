@@ -19,7 +19,7 @@ from filelock import FileLock, Timeout
 
 from grainlaw.fields import ParameterError
 from grainlaw.results.archive import from_bytes
-from grainlaw.results.files import warn, writable_folder, write_atomically
+from grainlaw.results.files import warn, writable_folder, write_atomically, write_text
 
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
@@ -85,7 +85,7 @@ class Store:
                 raise ParameterError(f"the folder '{self.path}' is no store of a study: it has no {STUDY}")
         writable_folder(self.path)
         text = json.dumps({"format": FORMAT, **about}, indent=2) + "\n"
-        write_atomically(file, lambda path: path.write_text(text, encoding="utf-8"))
+        write_text(file, text)
         return {"format": FORMAT, **about}
 
     def _refuse_other(self) -> None:

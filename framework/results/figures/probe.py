@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,13 +10,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 
 from grainlaw.drawing.figure import Figure
+from grainlaw.results.probe import ContactPath
 from grainlaw.workbench.characteristics import QUICK, envelope, fitting_pressures, shear_mode, tensile_mode
 from grainlaw.workbench.driver import Contact, alone
 from grainlaw.workbench.law_figure import MPA, UM, Reach, along, draw_envelope, reach
 from grainlaw.workbench.shear_box import pulled, sheared
-
-if TYPE_CHECKING:
-    from grainlaw.results.probe import ContactPath
 
 LAW, INTACT_TO_BROKEN = "0.45", "plasma"
 DAMAGE = Normalize(0, 1.1)  # the end of the map is too pale on white

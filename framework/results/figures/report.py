@@ -7,7 +7,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
 import numpy as np
@@ -22,13 +22,11 @@ from grainlaw.results.figures.curves import plot_report_curves, plot_samples
 from grainlaw.results.figures.pages import Cell, write_page
 from grainlaw.results.laboratory import Laboratory
 from grainlaw.results.means import ENOUGH, Samples, mean_and_interval, mean_and_range
+from grainlaw.results.measure import Measure
+from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import thresholds
 from grainlaw.time_series import TimeSeries
 from grainlaw.unit_text import written
-
-if TYPE_CHECKING:
-    from grainlaw.results.measure import Measure
-    from grainlaw.results.result import Result
 
 
 def write_report(
