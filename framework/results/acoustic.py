@@ -83,17 +83,14 @@ def acoustic_events(
 
 def clustered(cracks: Cracks, distance: float, duration: float, thickness: float = 1.0) -> AcousticEvents:
     """Events made of breaks; see :func:`acoustic_events`."""
-    pairs = (
-        scipy.spatial.KDTree(cracks.position).query_pairs(distance, output_type="ndarray")
-        if len(cracks)
-        else np.zeros((0, 2), int)
-    )
+    if not len(cracks):
+        none = np.zeros(0)
+        return AcousticEvents(none, np.zeros((0, 2)), none, np.zeros(0, int), none)
+    pairs = scipy.spatial.KDTree(cracks.position).query_pairs(distance, output_type="ndarray")
     rounding = 1e-12 * float(np.max(cracks.time, initial=0.0))
     one, other = pairs[np.abs(np.diff(cracks.time[pairs], axis=1)[:, 0]) <= duration + rounding].T
     links = scipy.sparse.coo_matrix((np.ones(len(one)), (one, other)), shape=(len(cracks),) * 2)
-    count, label = (
-        scipy.sparse.csgraph.connected_components(links, directed=False) if len(cracks) else (0, np.zeros(0, int))
-    )
+    count, label = scipy.sparse.csgraph.connected_components(links, directed=False)
     energy = cracks.spent * cracks.length * thickness
     total = np.bincount(label, energy, count)
     size = np.bincount(label, minlength=count)

@@ -42,29 +42,19 @@ MADE_BY_ATTRS = frozenset((
 ))  # fmt: skip
 
 
-def sources() -> dict[str, Path]:
-    """Files by their place in the package, which is the same wherever it is installed."""
-    return {
-        place + file.relative_to(folder).as_posix(): file
-        for place, folder in _folders().items()
-        for file in folder.rglob("*.py")
-    }
-
-
 @functools.cache
 def sources_hash(*without: str) -> str:
-    """Hash of the sources that decide results; ``without`` names further rooms that do not."""
-    hasher = hashlib.sha256()
-    for name, file in sorted(sources().items()):
+    """Hash of the sources that decide results; ``without`` names further rooms that do not.
+
+    Files count by their place in the package, which is the same wherever it is installed.
+    """
+    hasher, folders = hashlib.sha256(), _folders().items()
+    found = {place + file.relative_to(top).as_posix(): file for place, top in folders for file in top.rglob("*.py")}
+    for name, file in sorted(found.items()):
         if not name.startswith((*SHOWN_ONLY, *without)):
             hasher.update(f"{name} ".encode())
             hasher.update(file.read_bytes())
     return hasher.hexdigest()
-
-
-def is_grainlaw(file: str | None) -> bool:
-    """Whether a file is one of grainlaw."""
-    return bool(file) and (str(file).startswith(_below()) or os.path.realpath(str(file)).startswith(_below()))
 
 
 @functools.cache
@@ -105,7 +95,9 @@ def own_modules(*things: Any) -> set[str]:
 
 def is_own(file: str) -> bool:
     """Whether code of a file is the user's: not Python's, not grainlaw's, and of no installed package."""
-    if not file or file.startswith(("<frozen", "<attrs")) or is_grainlaw(file) or in_library(file):
+    if not file or file.startswith(("<frozen", "<attrs", *_below())) or in_library(file):
+        return False
+    if os.path.realpath(file).startswith(_below()):
         return False
     return {"site-packages", "dist-packages"}.isdisjoint(Path(file).parts)
 
