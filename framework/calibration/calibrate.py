@@ -25,13 +25,7 @@ from grainlaw.calibration.moduli import (
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.space import Space, space_of
 from grainlaw.calibration.stiffness_search import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
-from grainlaw.calibration.targets import (
-    AIMS,
-    Targets,
-    checked_quantities,
-    measured_by,
-    needed_tests,
-)
+from grainlaw.calibration.targets import AIMS, Targets, checked_quantities, measured_by, needed_tests
 from grainlaw.calibration.trials import (
     PRISM,
     SHAPES,

@@ -49,10 +49,7 @@ def bands(found: Calibration) -> Figure:
                 low, middle, high = (restored(name, means[:, 0] + d) * aim.shown.factor for d in (-half, 0, half))
                 axes.fill_between(free.share(line[:, j]), low, high, color=BLUE, alpha=0.25, linewidth=0)
                 axes.plot(free.share(line[:, j]), middle, color=BLUE)
-            value, half_width = (
-                target.value * aim.shown.factor,
-                NORMAL * target.uncertainty * aim.shown.factor,
-            )
+            value, half_width = (target.value * aim.shown.factor, NORMAL * target.uncertainty * aim.shown.factor)
             axes.axhspan(value - half_width, value + half_width, color=VERMILLION, alpha=0.2, lw=0)
             axes.axhline(value, color=VERMILLION, linewidth=1)
             axes.set_xlim(0, 1)

@@ -51,10 +51,7 @@ def _answer(found: Calibration) -> dict[str, Any]:
             for e in seen.further
         ],
         "sobol": [
-            [
-                AIMS[name].shown.words,
-                *(f"{max(a, 0):.2f}, {max(b, 0):.2f}" for a, b in zip(first, total, strict=True)),
-            ]
+            [AIMS[name].shown.words, *(f"{max(a, 0):.2f}, {max(b, 0):.2f}" for a, b in zip(first, total, strict=True))]
             for name, first, total in zip(seen.quantities, seen.first_order, seen.total_order, strict=True)
         ],
     }

@@ -14,16 +14,7 @@ from grainlaw.arguments import Checked
 from grainlaw.calibration.simulator import Failure, Simulator, Values
 from grainlaw.calibration.space import Tie, law_with, rounded
 from grainlaw.calibration.stiffness_search import with_grains
-from grainlaw.calibration.targets import (
-    AIMS,
-    BENDING,
-    BRAZILIAN,
-    COMPRESSION,
-    CONFINED,
-    TENSION,
-    TESTS,
-    needed_tests,
-)
+from grainlaw.calibration.targets import AIMS, BENDING, BRAZILIAN, COMPRESSION, CONFINED, TENSION, TESTS, needed_tests
 from grainlaw.fields import ParameterError
 from grainlaw.messages import nearest, refusal, short
 from grainlaw.protocol import LoadingProtocol
