@@ -223,10 +223,7 @@ def folder_name(key: Key) -> str:
 
 @checked
 def compare(
-    specimen: Specimen | Mapping[int, Specimen],
-    laws: Mapping[str, Laws],
-    protocol: LoadingProtocol,
-    **options: Any,
+    specimen: Specimen | Mapping[int, Specimen], laws: Mapping[str, Laws], protocol: LoadingProtocol, **options: Any
 ) -> Comparison:
     """Put one specimen, or several samples by their seeds, through one test under several laws.
 
