@@ -18,12 +18,7 @@ from grainlaw.tessellation import Tessellation
 
 @checked
 def between_platens(
-    grains: Tessellation,
-    thickness: float,
-    overhang: float = 0.0,
-    phase: int = 1,
-    columns: int = 1,
-    rigid: bool = False,
+    grains: Tessellation, thickness: float, overhang: float = 0.0, phase: int = 1, columns: int = 1, rigid: bool = False
 ) -> Tessellation:
     """Grains between two platens (m) that touch the box round it, above and below, as bodies of their own.
 

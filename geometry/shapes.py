@@ -67,13 +67,7 @@ def plate_with_hole(width: float, height: float, diameter: float, *, sides: int 
 
 @checked
 def semi_disc(
-    diameter: float,
-    *,
-    notch_depth: float,
-    notch_width: float,
-    span: float,
-    bearing: float,
-    sides: int = 64,
+    diameter: float, *, notch_depth: float, notch_width: float, span: float, bearing: float, sides: int = 64
 ) -> Region:
     """Half disc (m) on its flat side, the middle of which is the origin, for semi-circular bend.
 

@@ -35,9 +35,7 @@ def length() -> Any:
         return float(value)
 
     return attrs.field(
-        default=None,
-        converter=attrs.Converter(convert, takes_self=True, takes_field=True),
-        metadata={"unit": "m"},
+        default=None, converter=attrs.Converter(convert, takes_self=True, takes_field=True), metadata={"unit": "m"}
     )
 
 
