@@ -112,10 +112,7 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
     return Stage(
         name=name,
         loads=platen_drives(sign, held_across(specimen, test.platens), test.moving),
-        until=[
-            Reaches(STRAIN, test.maximum_strain),
-            *failing(test, falls, STRAIN),
-        ],
+        until=[Reaches(STRAIN, test.maximum_strain), *failing(test, falls, STRAIN)],
         **sampling(test, test.maximum_strain * size(specimen)[1]),
     )
 

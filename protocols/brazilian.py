@@ -78,11 +78,7 @@ class Brazilian(LoadingProtocol):
         return [
             Stage(
                 name="split",
-                loads=[
-                    Drive(boundary="top", axis=1, speed=-1.0),
-                    Drive(boundary="bottom", axis=1, speed=0.0),
-                    *across,
-                ],
+                loads=[Drive(boundary="top", axis=1, speed=-1.0), Drive(boundary="bottom", axis=1, speed=0.0), *across],
                 until=[Reaches(STRAIN, self.maximum_strain), *failing(self, STRESS, STRAIN, after_break=True)],
                 **sampling(self, self.maximum_strain * size(specimen)[1]),
             )

@@ -10,16 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw import gauges
-from grainlaw.columns import (
-    KINETIC,
-    SHEAR_CRACKS,
-    STAGE,
-    STORED,
-    TEMPERATURE,
-    TENSILE_CRACKS,
-    VIBRATION,
-    energy,
-)
+from grainlaw.columns import KINETIC, SHEAR_CRACKS, STAGE, STORED, TEMPERATURE, TENSILE_CRACKS, VIBRATION, energy
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_number, part, whole_number

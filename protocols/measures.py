@@ -7,17 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from grainlaw.columns import (
-    IMBALANCE,
-    LATERAL_STRAIN,
-    STABILITY,
-    STAGE,
-    STORED,
-    STRAIN,
-    STRESS,
-    VIBRATION,
-    energy,
-)
+from grainlaw.columns import IMBALANCE, LATERAL_STRAIN, STABILITY, STAGE, STORED, STRAIN, STRESS, VIBRATION, energy
 from grainlaw.engine.state import State
 from grainlaw.gauges import ends, has_platens
 from grainlaw.moduli import converted, slope
