@@ -125,8 +125,7 @@ def _number(
 ) -> Mesh:
     """Number nodes, zones and interfaces grain by grain."""
     order = np.argsort(node_grain, kind="stable")
-    number = np.empty_like(order)
-    number[order] = np.arange(len(order))
+    number = np.argsort(order)
     nodes, node_grain = nodes[order], node_grain[order]
     zones, shared, rim = number[zones], number[shared], number[rim]
     zones = zones[np.argsort(node_grain[zones[:, 0]], kind="stable")]

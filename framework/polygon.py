@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -27,6 +28,13 @@ def following(first: np.ndarray) -> np.ndarray:
     position = np.arange(1, first[-1] + 1)
     position[first[1:] - 1] = first[:-1]
     return position
+
+
+def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(count,) number of the part that each of so many things is in, of which these pairs (n,) hang together."""
+    links = scipy.sparse.coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
+    parts: np.ndarray = scipy.sparse.csgraph.connected_components(links, directed=False)[1]
+    return parts
 
 
 def crossing_sides(start: np.ndarray, end: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:

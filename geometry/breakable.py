@@ -13,10 +13,10 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.fields import ParameterError, is_number, parameter, whole_number
 from grainlaw.geometry.cells.any_voronoi import NEAR, SMALL
-from grainlaw.geometry.cells.convex import Polygon, area
+from grainlaw.geometry.cells.convex import Polygon, area, polygon_of
 from grainlaw.geometry.cells.filling import strips, triangles, voronoi_cells
 from grainlaw.geometry.cells.grain_size import check_room, length
-from grainlaw.geometry.cells.joining import tiling_of
+from grainlaw.geometry.cells.joining import tiling_of_parts
 from grainlaw.geometry.cells.lines import held, marked, vertices_on
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.messages import refusal
@@ -145,22 +145,17 @@ class Breakable(Tessellator):
         sizes = {id(each): each.cell_size(mean) for each in filling if each is not None}
         count = region.area / min(sizes.values()) ** 2
         check_room(f"Breakable: cells make about {count:.3g} grains, that is not allowed", count)
-        pieces: list[Polygon] = []
-        owner: list[int] = []
+        parts: list[list[Polygon]] = []
         for g, each in enumerate(filling):
             corners = grains.corners[grains.first[g] : grains.first[g + 1]]
-            grain = [(x, y) for x, y in grains.vertices[corners].tolist()]
-            random = np.random.default_rng([self.seed, g])
-            mine = [grain] if each is None else each.fill(grain, int(grains.parent[g]), sizes[id(each)], random)
-            pieces += mine
-            owner += [g] * len(mine)
-        return self._joined(grains, pieces, np.array(owner), min(sizes.values()))
+            grain, random = polygon_of(grains.vertices[corners]), np.random.default_rng([self.seed, g])
+            number = int(grains.parent[g])
+            parts.append([grain] if each is None else each.fill(grain, number, sizes[id(each)], random))
+        return self._joined(grains, parts, min(sizes.values()))
 
-    def _joined(self, grains: Tessellation, pieces: list[Polygon], owner: np.ndarray, size: float) -> Tessellation:
+    def _joined(self, grains: Tessellation, parts: list[list[Polygon]], size: float) -> Tessellation:
         near, edges = NEAR * size, grains.edges
-        points = np.array([corner for piece in pieces for corner in piece])
-        tiling = tiling_of(grains.region, points, np.cumsum([0, *map(len, pieces)]), near)
-        tiling = attrs.evolve(tiling, owner=owner[tiling.owner])
+        tiling = tiling_of_parts(grains.region, parts, near)
         joint = edges.kind >= 2
         start, end = grains.vertices[edges.start], grains.vertices[edges.end]
         tiling = marked(tiling, start[joint], end[joint], edges.kind[joint] - 1, near)

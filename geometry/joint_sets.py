@@ -12,9 +12,9 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.fields import ParameterError, parameter
 from grainlaw.geometry.cells.any_voronoi import NEAR, frame
-from grainlaw.geometry.cells.convex import Polygon, split
+from grainlaw.geometry.cells.convex import Polygon, polygon_of, split
 from grainlaw.geometry.cells.cutting import Cutter
-from grainlaw.geometry.cells.joining import tiling_of
+from grainlaw.geometry.cells.joining import tiling_of_parts
 from grainlaw.geometry.cells.lines import held, released
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import Sides, region_sides
@@ -105,13 +105,12 @@ class JointSets(Tessellator):
                 raise ParameterError(
                     f"JointSets: spacing = {each.spacing:g} m is not allowed, it gives too many joints"
                 )
-        cells: list[Polygon] = [[(x, y) for x, y in frame(region).outline.tolist()]]
+        cells: list[Polygon] = [polygon_of(frame(region).outline)]
         for each in self.sets:
             cells = [strip for cell in cells for strip in each.cut(cell, near)]
         cutter, sides = Cutter(region, near), list(range(len(region.start)))
-        pieces = [piece for cell in cells for piece in cutter.pieces(cell, sides)]
-        points = np.array([corner for piece in pieces for corner in piece])
-        made = self._named(tiling_of(region, points, np.cumsum([0, *map(len, pieces)]), near), near)
+        pieces = [[piece] for cell in cells for piece in cutter.pieces(cell, sides)]
+        made = self._named(tiling_of_parts(region, pieces, near), near)
         merged = merge_short_edges(made, 0.0)  # drops what the cuts of joined pieces left
         limit, smallest = self.merge * spacing, self.merge * spacing**2 / 2
         merged, lines = self._first_set_held(merged, near)

@@ -11,8 +11,8 @@ import numpy as np
 
 from grainlaw.fields import ParameterError, checked_points, parameter
 from grainlaw.geometry.cells.any_voronoi import NEAR
-from grainlaw.geometry.cells.convex import Polygon
-from grainlaw.geometry.cells.joining import tiling_of
+from grainlaw.geometry.cells.convex import Polygon, polygon_of
+from grainlaw.geometry.cells.joining import tiling_of_parts
 from grainlaw.geometry.cells.lines import held, marked, released, vertices_on
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import region_sides
@@ -78,7 +78,8 @@ class Jointed(Tessellator):
         grains = self.tessellator.tessellate(region)
         size, edges = grains.grain_size, grains.edges
         near, names = NEAR * size, tuple(dict.fromkeys([*grains.joints, *self.traces]))
-        parts: list[list[Polygon]] = [[polygon] for polygon in _polygons(grains)]
+        corners = polygon_of(grains.vertices[grains.corners])
+        parts: list[list[Polygon]] = [[corners[i:j]] for i, j in pairwise(grains.first.tolist())]
         joint = edges.kind >= 2
         lines: list[Line] = _lines(grains.vertices[edges.start[joint]], grains.vertices[edges.end[joint]])
         kinds = (edges.kind[joint] - 1).tolist()
@@ -89,11 +90,7 @@ class Jointed(Tessellator):
                 segments += own
                 lines += [*own, *cut_by(parts, trace, near)]
                 kinds += [names.index(name) + 1] * (len(lines) - len(kinds))
-        polygons = [part for cut in parts for part in cut]
-        points = np.array([corner for polygon in polygons for corner in polygon])
-        tiling = tiling_of(region, points, np.cumsum([0, *map(len, polygons)]), near)
-        owner = np.repeat(np.arange(grains.count), [len(cut) for cut in parts])
-        tiling = attrs.evolve(tiling, owner=owner[tiling.owner])
+        tiling = tiling_of_parts(region, parts, near)
         start, end = np.array(lines).transpose(1, 0, 2)
         tiling = marked(tiling, start, end, np.array(kinds), near)
         limit, smallest = self.merge * size, self.merge * size**2 / 2
@@ -102,11 +99,6 @@ class Jointed(Tessellator):
         merged = merge_short_edges(tiling, limit, smallest, straight)
         merged = merge_short_edges(released(merged), limit, smallest, region_sides(region))
         return merged.tessellation(grains, names)
-
-
-def _polygons(grains: Tessellation) -> list[Polygon]:
-    corners = [(x, y) for x, y in grains.vertices[grains.corners].tolist()]
-    return [corners[i:j] for i, j in pairwise(grains.first.tolist())]
 
 
 def _lines(start: np.ndarray, end: np.ndarray) -> list[Line]:

@@ -7,8 +7,6 @@ from typing import Any
 
 import attrs
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from grainlaw.arguments import Checked, checked
@@ -18,6 +16,7 @@ from grainlaw.geometry.cells.centroid_fit import cells_at
 from grainlaw.geometry.cells.label_map import LabelMap, label_map
 from grainlaw.geometry.polygons import phases_of
 from grainlaw.geometry.voronoi import Voronoi
+from grainlaw.polygon import linked
 from grainlaw.tessellation import Tessellation, TilingError
 
 SPECK = 4  #: pixels
@@ -116,8 +115,7 @@ def _in_one_part_each(grains: Tessellation, owner: np.ndarray) -> np.ndarray:
     left, right, length = edges.left[inner], edges.right[inner], edges.length[inner]
     while True:
         same = owner[left] == owner[right]
-        links = coo_array((np.ones(same.sum()), (left[same], right[same])), shape=(grains.count,) * 2)
-        part = connected_components(links, directed=False)[1]
+        part = linked(grains.count, left[same], right[same])
         sizes = np.bincount(part, grains.areas)
         label = np.zeros(len(sizes), dtype=np.int64)
         label[part] = owner

@@ -9,7 +9,7 @@ import numpy as np
 
 from grainlaw.arguments import checked
 from grainlaw.fields import ParameterError
-from grainlaw.geometry.cells.convex import Polygon, split
+from grainlaw.geometry.cells.convex import Polygon, polygon_of, split
 from grainlaw.geometry.region import check_sizes, rectangle
 from grainlaw.polygon import following
 from grainlaw.region import ROUNDING
@@ -46,8 +46,7 @@ def apart(grains: Tessellation, gap: float = 0.0) -> Tessellation:
 def _shrunk(points: np.ndarray, first: np.ndarray, inward: np.ndarray, gap: float) -> tuple[np.ndarray, np.ndarray]:
     """Corners in a row of convex polygons whose sides, from each corner on, are moved ``inward`` (m)."""
     after = following(first)
-    before = np.empty_like(after)
-    before[after] = np.arange(len(after))
+    before = np.argsort(after)
     along = points[after] - points
     shortest = ROUNDING * np.hypot(*along.T)
     along /= np.hypot(*along.T)[:, None]
@@ -76,12 +75,12 @@ def _shrunk(points: np.ndarray, first: np.ndarray, inward: np.ndarray, gap: floa
 
 def _cut(points: np.ndarray, along: np.ndarray, normal: np.ndarray, inward: np.ndarray) -> Polygon:
     """What is left of a polygon inside all its sides moved inward; an empty list for nothing."""
-    left: Polygon = [(float(x), float(y)) for x, y in points]
+    left = polygon_of(points)
     near = ROUNDING * float(np.ptp(points, axis=0).max())
     for k in np.flatnonzero(inward):
         if left:
-            on, direction = points[k] + inward[k] * normal[k], along[k]
-            left = split(left, (float(on[0]), float(on[1])), (float(direction[0]), float(direction[1])), near)[0]
+            on, direction = polygon_of(np.array([points[k] + inward[k] * normal[k], along[k]]))
+            left = split(left, on, direction, near)[0]
     return left
 
 

@@ -15,9 +15,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from grainlaw.geometry.cells.bounded_voronoi import Diagram, bounded_diagram, polygons
-from grainlaw.geometry.cells.convex import Point, Polygon, area, centroid, depth, hull, joined, split
+from grainlaw.geometry.cells.convex import Point, Polygon, area, centroid, depth, hull, joined, polygon_of, split
 from grainlaw.geometry.cells.cutting import Cutter, Reentrant
-from grainlaw.geometry.cells.joining import tiling_of
+from grainlaw.geometry.cells.joining import tiling_of_parts
 from grainlaw.geometry.cells.power_diagram import power_diagram
 from grainlaw.geometry.cells.sides import STRAIGHT, turns
 from grainlaw.geometry.cells.tiling import Tiling
@@ -30,7 +30,7 @@ SMALL = 0.2  #: of the mean area: smaller parts of a cell get no seed of their o
 
 def frame(region: Region) -> Region:
     """Smallest convex region round another, without straight corners."""
-    outer = set(hull([(x, y) for x, y in region.outline.tolist()]))
+    outer = set(hull(polygon_of(region.outline)))
     corners = np.array([corner for corner in region.outline.tolist() if tuple(corner) in outer])
     bent = abs(np.roll(turns(Region(corners, ("frame",) * len(corners))), 1)) > STRAIGHT
     return Region(corners[bent], ("frame",) * int(bent.sum()))
@@ -90,7 +90,7 @@ class Cells:
 
     def _cell(self, g: int) -> Polygon:
         corners = self._whole.corners[self._whole.first[g] : self._whole.first[g + 1]]
-        return [(x, y) for x, y in self._whole.vertices[corners].tolist()]
+        return polygon_of(self._whole.vertices[corners])
 
     @cached_property
     def _eyes(self) -> np.ndarray:
@@ -159,11 +159,7 @@ class Cells:
     def tiling(self) -> Tiling:
         """The cells as polygons, those of one seed after those of another."""
         parts = [self._changed.get(g) or [self._cell(g)] for g in range(len(self.seeds))]
-        cells = [part for each in parts for part in each]
-        first = np.concatenate([[0], np.cumsum([len(cell) for cell in cells])])
-        points = np.array([point for cell in cells for point in cell])
-        owner = np.repeat(np.arange(len(parts)), [len(each) for each in parts])
-        return tiling_of(self.region, points, first, self._cutter.near, owner)
+        return tiling_of_parts(self.region, parts, self._cutter.near)
 
 
 # --- seeds moved so that a boundary of cells begins in every corner of more than 180 degrees --------------------------

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from grainlaw.fields import ParameterError, checked_number
-from grainlaw.geometry.cells.convex import hull
+from grainlaw.geometry.cells.convex import hull, polygon_of
 from grainlaw.geometry.cells.cutting import Cutter
 from grainlaw.geometry.cells.outline import Names, outline, region_of
 from grainlaw.geometry.cells.shared_edges import Polygons, place, split_at_hanging
@@ -129,7 +129,7 @@ def _parts(vertices: np.ndarray, ring: np.ndarray) -> tuple[np.ndarray, list[np.
     origin, size = points.mean(axis=0), np.ptp(points, axis=0).max()
     shape = (points - origin) / size
     region = Region(shape, ("side",) * len(shape))
-    pieces = Cutter(region, NEAR).pieces(hull([(x, y) for x, y in shape.tolist()]), list(range(len(shape))))
+    pieces = Cutter(region, NEAR).pieces(hull(polygon_of(shape)), list(range(len(shape))))
     known, number, parts = shape, ring, []
     for piece in pieces:
         corners = []

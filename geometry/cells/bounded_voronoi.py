@@ -15,6 +15,7 @@ from scipy import spatial
 
 from grainlaw.geometry.cells.sides import Sides, convex_sides
 from grainlaw.geometry.cells.tiling import Tiling
+from grainlaw.polygon import cross
 from grainlaw.region import Region
 from grainlaw.tessellation import TilingError
 
@@ -36,9 +37,8 @@ class Diagram:
     @cached_property
     def _arms(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(h, 2) and (h, 2) from seed to start and end, and (h,) twice the area between them."""
-        a = self.vertices[self.start] - self.seeds[self.seed]
-        b = self.vertices[self.end] - self.seeds[self.seed]
-        return a, b, a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        a, b = (self.vertices[end] - self.seeds[self.seed] for end in (self.start, self.end))
+        return a, b, cross(a, b)
 
     @cached_property
     def once(self) -> np.ndarray:
@@ -63,8 +63,7 @@ class Diagram:
 
     def renumbered(self, order: np.ndarray) -> Diagram:
         """With its seeds in another order (g,)."""
-        number = np.empty_like(order)
-        number[order] = np.arange(len(order))
+        number = np.argsort(order)
         other = np.where(self.other >= 0, number[self.other], -1)
         return attrs.evolve(self, seeds=self.seeds[order], seed=number[self.seed], other=other)
 
@@ -101,20 +100,29 @@ def _mirrored_diagram(
     mirror = (between[:, 1] >= len(seeds)) & (origin[image] == between[:, 0])
     used, ends = np.unique(ends, return_inverse=True)
     vertices = voronoi.vertices[used] * extent + centre
-    return _half_edges(seeds, vertices, between, ends.reshape(-1, 2), np.where(mirror, side[image], -1))
+    ends = ends.reshape(-1, 2)
+    a, b = (vertices[end] - seeds[between[:, 0]] for end in ends.T)
+    return half_edges(seeds, vertices, between, ends, np.where(mirror, side[image], -1), cross(a, b) < 0)
 
 
-def _half_edges(
-    seeds: np.ndarray, vertices: np.ndarray, between: np.ndarray, ends: np.ndarray, side: np.ndarray
+def half_edges(
+    seeds: np.ndarray, vertices: np.ndarray, between: np.ndarray, ends: np.ndarray, side: np.ndarray, swap: np.ndarray
 ) -> Diagram:
+    """From edges (e,) ``between`` seeds, or a seed and an image, the ends of some of them to ``swap``.
+
+    Then each runs counter-clockwise round the first of both.
+    """
+    start, end = np.where(swap, ends[:, ::-1].T, ends.T)
     both = between[:, 1] < len(seeds)
-    seed = np.concatenate([between[:, 0], between[both, 1]])
-    start, end = np.concatenate([ends, ends[both]]).T
-    a, b = vertices[start] - seeds[seed], vertices[end] - seeds[seed]
-    swap = a[:, 0] * b[:, 1] < a[:, 1] * b[:, 0]
-    start, end = np.where(swap, end, start), np.where(swap, start, end)
-    other = np.concatenate([np.where(both, between[:, 1], -1), between[both, 0]])
-    return Diagram(seeds, vertices, seed, other, start, end, np.concatenate([side, side[both]]))
+    return Diagram(
+        seeds,
+        vertices,
+        seed=np.concatenate([between[:, 0], between[both, 1]]),
+        other=np.concatenate([np.where(both, between[:, 1], -1), between[both, 0]]),
+        start=np.concatenate([start, end[both]]),
+        end=np.concatenate([end, start[both]]),
+        side=np.concatenate([side, side[both]]),
+    )
 
 
 def polygons(region: Region, diagram: Diagram, inside: np.ndarray | None = None) -> Tiling:

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from itertools import combinations, pairwise
 
+import numpy as np
+
 Point = tuple[float, float]
 Polygon = list[Point]
 
 MANY = 8  #: pieces of which all subsets are still tried
+
+
+def polygon_of(corners: np.ndarray) -> Polygon:
+    """From corners (n, 2) m."""
+    return [(x, y) for x, y in corners.tolist()]
 
 
 def area(polygon: Polygon) -> float:

@@ -2,47 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import attrs
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from grainlaw.geometry.cells.convex import Polygon
 from grainlaw.geometry.cells.sides import region_sides
 from grainlaw.geometry.cells.tiling import Tiling
-from grainlaw.polygon import following
+from grainlaw.polygon import following, linked
 from grainlaw.region import Region
 
 
-def tiling_of(
-    region: Region, points: np.ndarray, first: np.ndarray, near: float, owner: np.ndarray | None = None
-) -> Tiling:
+def tiling_of_parts(region: Region, parts: Sequence[Sequence[Polygon]], near: float) -> Tiling:
+    """As :func:`tiling_of`, of several polygons for each seed or grain."""
+    polygons = [polygon for each in parts for polygon in each]
+    made = tiling_of(region, np.concatenate(polygons), np.cumsum([0, *map(len, polygons)]), near)
+    return attrs.evolve(made, owner=np.repeat(np.arange(len(parts)), list(map(len, parts)))[made.owner])
+
+
+def tiling_of(region: Region, points: np.ndarray, first: np.ndarray, near: float) -> Tiling:
     """Polygons whose corners ``points`` (n, 2) lie in a row, ``first[g]:first[g + 1]``, joined.
 
     Points nearer than ``near`` (m) become one. The corners of the region become corners of the polygons too. ``owner``
-    (g,) has the number of the seed that each polygon belongs to.
+    has the numbers of the polygons that have not vanished.
     """
     points = np.concatenate([region.start, points])
     pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
-    number = connected_components(links, directed=False)[1]
+    number = linked(len(points), *pairs.T)
     used, place = np.unique(number, return_index=True)  # a corner of the region comes before what is near to it
     vertices = points[place]
-    owner = np.arange(len(first) - 1) if owner is None else owner
-    corners, first, owner = _without_repetition(np.searchsorted(used, number[len(region.start) :]), first, owner)
+    corners, first, owner = _without_repetition(np.searchsorted(used, number[len(region.start) :]), first)
     fixed = np.searchsorted(used, number[: len(region.start)])
     corners, first = _with_touching(vertices, fixed, corners, first, near)
     on = _vertex_sides(region, vertices, near)
     return Tiling(region, region_sides(region).hold(vertices, on), on, corners, first, owner)
 
 
-def _without_repetition(
-    corners: np.ndarray, first: np.ndarray, owner: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _without_repetition(corners: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Corners, where each polygon begins, and the numbers of the polygons that are left."""
     stay = corners != corners[following(first)]
     first = np.concatenate([[0], np.cumsum(stay)])[first]
     wide = np.diff(first) > 2
     first_of_wide = np.concatenate([[0], np.cumsum(np.diff(first)[wide])])
-    return corners[stay][np.repeat(wide, np.diff(first))], first_of_wide, owner[wide]
+    return corners[stay][np.repeat(wide, np.diff(first))], first_of_wide, np.flatnonzero(wide)
 
 
 def _with_touching(

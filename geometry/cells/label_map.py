@@ -11,13 +11,11 @@ from typing import Any
 import attrs
 import numpy as np
 from scipy.ndimage import distance_transform_edt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from grainlaw.fields import ParameterError
 from grainlaw.geometry.region import rectangle
 from grainlaw.messages import refusal, short
-from grainlaw.polygon import cross
+from grainlaw.polygon import cross, linked
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
 
@@ -146,8 +144,7 @@ def _parts(image: np.ndarray) -> np.ndarray:
     pixel = np.arange(image.size).reshape(image.shape)
     one, other = _beside(pixel)
     same = image.ravel()[one] == image.ravel()[other]
-    links = coo_array((np.ones(same.sum()), (one[same], other[same])), shape=(image.size,) * 2)
-    return connected_components(links, directed=False)[1].reshape(image.shape)
+    return linked(image.size, one[same], other[same]).reshape(image.shape)
 
 
 def _beside(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

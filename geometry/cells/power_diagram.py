@@ -10,13 +10,11 @@ none.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
-from grainlaw.geometry.cells.bounded_voronoi import FEW, Diagram
+from grainlaw.geometry.cells.bounded_voronoi import FEW, Diagram, half_edges
 from grainlaw.geometry.cells.sides import Sides, convex_sides
-from grainlaw.polygon import cross
+from grainlaw.polygon import cross, linked
 from grainlaw.region import Region
 from grainlaw.tessellation import TilingError
 
@@ -71,7 +69,9 @@ def _mirrored_diagram(
         vertices[ends.ravel()]
     ).min() < -1e3 * near * extent:
         return None
-    return _half_edges(seeds, vertices, points, between, ends, side)
+    outward = points[between[:, 1]] - points[between[:, 0]]
+    swap = cross(vertices[ends[:, 1]] - vertices[ends[:, 0]], outward) > 0  # the outside is on the right
+    return half_edges(seeds, vertices, between, ends, side, swap)
 
 
 def _lower_side(points: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -109,25 +109,6 @@ def _without_repetition(centres: np.ndarray, ends: np.ndarray, near: float) -> t
     """Vertices, and the ends (e, 2) among them, where edges shorter than ``near`` have shrunk to one vertex."""
     a, b = ends.T
     short = np.flatnonzero(np.hypot(*(centres[a] - centres[b]).T) < near)
-    links = coo_array((np.ones(len(short)), (a[short], b[short])), shape=(len(centres),) * 2)
-    number = connected_components(links, directed=False)[1]
+    number = linked(len(centres), a[short], b[short])
     place = np.unique(number, return_index=True)[1]
     return centres[place], number[ends]
-
-
-def _half_edges(
-    seeds: np.ndarray, vertices: np.ndarray, points: np.ndarray, between: np.ndarray, ends: np.ndarray, side: np.ndarray
-) -> Diagram:
-    outward = points[between[:, 1]] - points[between[:, 0]]
-    swap = cross(vertices[ends[:, 1]] - vertices[ends[:, 0]], outward) > 0  # the outside is on the right
-    start, end = np.where(swap, ends[:, 1], ends[:, 0]), np.where(swap, ends[:, 0], ends[:, 1])
-    both = side < 0
-    return Diagram(
-        seeds,
-        vertices,
-        seed=np.concatenate([between[:, 0], between[both, 1]]),
-        other=np.concatenate([np.where(both, between[:, 1], -1), between[both, 0]]),
-        start=np.concatenate([start, end[both]]),
-        end=np.concatenate([end, start[both]]),
-        side=np.concatenate([side, side[both]]),
-    )

@@ -7,12 +7,10 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from grainlaw.fields import ParameterError
-from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, following
+from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, following, linked
 from grainlaw.region import ROUNDING
 
 
@@ -80,9 +78,7 @@ def merged(points: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray
     The first of them stays where it is.
     """
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
-    number = connected_components(links, directed=False)[1]
-    _, at, number = np.unique(number, return_index=True, return_inverse=True)
+    _, at, number = np.unique(linked(len(points), *pairs.T), return_index=True, return_inverse=True)
     return points[at], number
 
 

@@ -8,6 +8,7 @@ from functools import cached_property
 import attrs
 import numpy as np
 
+from grainlaw.polygon import following
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
 
@@ -42,16 +43,12 @@ class Tiling:
     @cached_property
     def next(self) -> np.ndarray:
         """Position of the following corner of the same grain."""
-        positions = np.arange(1, len(self.corners) + 1)
-        positions[self.first[1:] - 1] = self.first[:-1]
-        return positions
+        return following(self.first)
 
     @cached_property
     def previous(self) -> np.ndarray:
         """Position of the corner before in the same grain."""
-        positions = np.empty_like(self.next)
-        positions[self.next] = np.arange(len(self.next))
-        return positions
+        return np.argsort(self.next)
 
     @cached_property
     def grain(self) -> np.ndarray:
@@ -73,9 +70,7 @@ class Tiling:
         """
         used, at, place = np.unique(self.corners, return_index=True, return_inverse=True)
         order = np.argsort(at)
-        number = np.empty_like(order)
-        number[order] = np.arange(len(order))
-        tessellation = Tessellation(self.region, self.vertices[used[order]], number[place], self.first)
+        tessellation = Tessellation(self.region, self.vertices[used[order]], np.argsort(order)[place], self.first)
         if joints:
             ends = np.sort(np.column_stack([tessellation.corners, tessellation.corners[self.next]]), axis=1)
             edges, edge, times = np.unique(ends, axis=0, return_inverse=True, return_counts=True)

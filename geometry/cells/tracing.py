@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from grainlaw.geometry.cells.convex import Point, Polygon, depth, split
+from grainlaw.geometry.cells.convex import Point, Polygon, depth, polygon_of, split
 
 THROUGH = 0.5  #: share of its chord from which on a trace that ends in a polygon cuts it
 
@@ -20,7 +20,7 @@ def cut_by(parts: list[list[Polygon]], trace: np.ndarray, near: float) -> list[C
     ``parts`` has a list of polygons for each grain. Each is cut along the straight line between the points where the
     trace enters and leaves it.
     """
-    points = [(x, y) for x, y in trace.tolist()]
+    points = polygon_of(trace)
     low, high = np.minimum(trace[:-1], trace[1:]) - near, np.maximum(trace[:-1], trace[1:]) + near
     chords: list[Chord] = []
     for g, polygons in enumerate(parts):
