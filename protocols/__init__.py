@@ -18,26 +18,10 @@ from grainlaw.protocols.uniaxial_compression import UniaxialCompression
 from grainlaw.protocols.uniaxial_tension import UniaxialTension
 
 __all__ = [
-    "BiaxialCompression",
-    "Brazilian",
-    "Creep",
-    "Cyclic",
-    "DirectShear",
-    "Excavation",
-    "FreeMotion",
-    "Heating",
-    "Held",
-    "JointTension",
-    "Moving",
-    "PlaneWave",
-    "Platens",
-    "Saturated",
-    "SemiCircularBend",
-    "ThreePointBending",
-    "UniaxialCompression",
-    "UniaxialTension",
-    "Wave",
-]
+    "BiaxialCompression", "Brazilian", "Creep", "Cyclic", "DirectShear", "Excavation", "FreeMotion", "Heating",
+    "Held", "JointTension", "Moving", "PlaneWave", "Platens", "Saturated", "SemiCircularBend", "ThreePointBending",
+    "UniaxialCompression", "UniaxialTension", "Wave",
+]  # fmt: skip
 
 
 def __dir__() -> list[str]:  # a notebook offers what is public, not the modules that it came from
