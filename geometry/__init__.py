@@ -1,12 +1,9 @@
 """Regions, tessellators, minerals, grains from elsewhere, and specimens of several bodies."""
 
-from grainlaw.geometry.bodies import block, lying, moved, together
+from grainlaw.geometry.bodies import between_platens, block, lying, moved, together
 from grainlaw.geometry.breakable import Breakable, Cleavage, GrainCells, Trigons, VoronoiCells
-from grainlaw.geometry.bricks import Bricks
 from grainlaw.geometry.cells.slivers import SliverWarning
 from grainlaw.geometry.cracked import Cracked
-from grainlaw.geometry.graded import Graded
-from grainlaw.geometry.hexagonal import Hexagonal
 from grainlaw.geometry.joint_sets import JointSet, JointSets
 from grainlaw.geometry.joints import Jointed
 from grainlaw.geometry.labels import LabelAgreement, from_labels, label_agreement
@@ -15,11 +12,10 @@ from grainlaw.geometry.loose import apart, wall
 from grainlaw.geometry.meshes import from_mesh, write_geo
 from grainlaw.geometry.minerals import Minerals
 from grainlaw.geometry.neper import read_tess, write_tess
-from grainlaw.geometry.platen_bodies import between_platens
 from grainlaw.geometry.polygons import from_polygons
-from grainlaw.geometry.region import polygon, rectangle, shear_box
-from grainlaw.geometry.shapes import disc, notched_beam, plate_with_hole, semi_disc
-from grainlaw.geometry.sizes import ByPhase, Empirical, Even, Lognormal, NaturalGrowth, Sizes
+from grainlaw.geometry.region import disc, notched_beam, plate_with_hole, polygon, rectangle, semi_disc, shear_box
+from grainlaw.geometry.regular import Bricks, Hexagonal
+from grainlaw.geometry.sizes import ByPhase, Empirical, Even, Graded, Lognormal, NaturalGrowth, Sizes
 from grainlaw.geometry.texture import Texture, texture
 from grainlaw.geometry.voronoi import Voronoi
 

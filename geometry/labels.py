@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from grainlaw.arguments import Checked, checked
 from grainlaw.fields import ParameterError, checked_number, checked_whole_number
 from grainlaw.geometry.cells.area_cells import grains_of
-from grainlaw.geometry.cells.centroid_fit import cells_at
+from grainlaw.geometry.cells.area_fit import cells_at
 from grainlaw.geometry.cells.label_map import LabelMap, label_map
 from grainlaw.geometry.polygons import phases_of
 from grainlaw.geometry.voronoi import Voronoi

@@ -9,11 +9,9 @@ import attrs
 import numpy as np
 
 from grainlaw.fields import ParameterError, checked_number, parameter, part, whole_number
-from grainlaw.geometry.cells.area_cells import AreaFit, areas_cells, checked_areas, scattered
+from grainlaw.geometry.cells.area_cells import AreaFit, areas_cells, checked_areas, grains_of_circularity, scattered
 from grainlaw.geometry.cells.grain_size import check_memory, grain_count, require_one
-from grainlaw.geometry.cells.round_grains import grains_of_circularity
-from grainlaw.geometry.graded import Graded
-from grainlaw.geometry.sizes import NaturalGrowth, Sizes, numbers
+from grainlaw.geometry.sizes import Graded, NaturalGrowth, Sizes, numbers
 from grainlaw.messages import refusal
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator

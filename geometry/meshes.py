@@ -18,7 +18,7 @@ from grainlaw.fields import ParameterError, checked_number, checked_points
 from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.outline import Names
 from grainlaw.geometry.cells.shared_edges import cleaned, merged
-from grainlaw.geometry.graded import Graded
+from grainlaw.geometry.sizes import Graded
 from grainlaw.messages import nearest, short
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.tessellation import Tessellation

@@ -21,9 +21,8 @@ from grainlaw.geometry.cells.dealing import (
     shuffled_share,
 )  # fmt: skip
 from grainlaw.geometry.cells.grain_size import grain_count
-from grainlaw.geometry.graded import Graded
 from grainlaw.geometry.laguerre import Laguerre
-from grainlaw.geometry.sizes import ByPhase, NaturalGrowth
+from grainlaw.geometry.sizes import ByPhase, Graded, NaturalGrowth
 from grainlaw.messages import refusal
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator

@@ -1,4 +1,4 @@
-"""Regions of common shape."""
+"""Regions of common shape, and those of the specimens of common rock tests."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked
-from grainlaw.fields import ParameterError, checked_points
+from grainlaw.fields import ParameterError, checked_points, checked_whole_number
 from grainlaw.messages import short
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.region import Region
@@ -77,3 +77,133 @@ def shear_box(width: float, height: float, gap: float = 0.0) -> Region:
     corners = [(0, 0), (width, 0), *right, (width, height), (0, height), *left]
     names = ["bottom", "right_lower", *between[0], "right_upper", "top", "left_upper", *between[1], "left_lower"]
     return Region(np.array(corners, dtype=float), tuple(names))
+
+
+MOST_SIDES = 100_000  #: of a disc
+
+
+def _arc(radius: float, begin: float, end: float, longest: float) -> np.ndarray:
+    """(n, 2) m, equally apart, counter-clockwise about the origin from one angle (degrees) up to, without, another."""
+    count = math.ceil((end - begin) / longest - 1e-9)
+    angles = np.radians(begin + (end - begin) * np.arange(count) / count)
+    return radius * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def _ring(*pieces: tuple[str, list[tuple[float, float]] | np.ndarray]) -> Region:
+    """Region from pieces of outline, each with the name of the sides that begin in its corners."""
+    outline = np.concatenate([np.asarray(corners, dtype=float) for _, corners in pieces])
+    return Region(outline, tuple(name for name, corners in pieces for _ in corners))
+
+
+@checked
+def disc(diameter: float, *, loaded: float = 20.0, flat: bool = True, sides: int = 64) -> Region:
+    """Disc (m) about the origin for the Brazilian test, as a polygon of about so many ``sides``.
+
+    Boundaries top and bottom, where jaws touch it over an angle ``loaded`` (degrees, at the centre), and rim. ``flat``
+    ends are ground off straight: a crack starts in the middle from 20 degrees on (Wang, Jia, Kou, Zhang and Lindqvist
+    2004, doi:10.1016/S1365-1609(03)00093-5); others follow the circle, as under curved jaws. The circle passes through
+    the corners. Raises :class:`~grainlaw.fields.ParameterError`.
+    """
+    check_sizes("disc", diameter=diameter)
+    check_sizes("disc", below=180, unit="degrees", loaded=loaded)
+    sides = checked_whole_number("disc: sides", sides, at_least=8, at_most=MOST_SIDES)
+    radius, half, step = diameter / 2, loaded / 2, 360 / sides
+    jaw = loaded if flat else step
+    return _ring(
+        ("rim", _arc(radius, half - 90, 90 - half, step)),
+        ("top", _arc(radius, 90 - half, 90 + half, jaw)),
+        ("rim", _arc(radius, 90 + half, 270 - half, step)),
+        ("bottom", _arc(radius, 270 - half, 270 + half, jaw)),
+    )
+
+
+@checked
+def plate_with_hole(width: float, height: float, diameter: float, *, sides: int = 32) -> Region:
+    """Upright rectangle (m) about the origin with a circular hole in its middle, a polygon of so many ``sides``.
+
+    Boundaries bottom, right, top, left and hole. The area of the polygon is that of the circle. Raises
+    :class:`~grainlaw.fields.ParameterError`.
+    """
+    check_sizes("plate_with_hole", width=width, height=height)
+    check_sizes("plate_with_hole", below=min(width, height), diameter=diameter)
+    sides = checked_whole_number("plate_with_hole: sides", sides, at_least=8)
+    x, y = width / 2, height / 2
+    radius = diameter / 2 * math.sqrt(2 * math.pi / sides / math.sin(2 * math.pi / sides))
+    corners = np.array([(-x, -y), (x, -y), (x, y), (-x, y)])
+    return Region(corners, ("bottom", "right", "top", "left"), (_arc(radius, 0, 360, 360 / sides)[::-1],))
+
+
+@checked
+def semi_disc(
+    diameter: float, *, notch_depth: float, notch_width: float, span: float, bearing: float, sides: int = 64
+) -> Region:
+    """Half disc (m) on its flat side, the middle of which is the origin, for semi-circular bend.
+
+    A notch runs up from the origin; supports, ``span`` apart between their middles, and the load at the top are
+    ``bearing`` wide. Boundaries bottom, support_left, support_right, notch, rim and load. ``sides`` counts those of a
+    whole circle. Raises :class:`~grainlaw.fields.ParameterError`. Kuruppu, Obara, Ayatollahi, Chong and Funatsu
+    2014, doi:10.1007/s00603-013-0422-7.
+    """
+    check_sizes("semi_disc", diameter=diameter)
+    check_sizes("semi_disc", below=diameter / 2, notch_depth=notch_depth)
+    check_sizes("semi_disc", below=diameter, span=span)
+    sides = checked_whole_number("semi_disc: sides", sides, at_least=8)
+    radius = diameter / 2
+    supports = _supported("semi_disc", -radius, radius, 0.0, span, bearing, notch_width, notch_depth)
+    half = math.degrees(math.asin(bearing / diameter))
+    return _ring(
+        *supports,
+        ("rim", _arc(radius, 0, 90 - half, 360 / sides)),
+        ("load", _arc(radius, 90 - half, 90 + half, 360 / sides)),
+        ("rim", _arc(radius, 90 + half, 180, 360 / sides)),
+    )
+
+
+@checked
+def notched_beam(
+    length: float, height: float, *, notch_depth: float, notch_width: float, span: float, bearing: float
+) -> Region:
+    """Upright rectangle (m), lower left corner at the origin, with a notch from the middle of its bottom.
+
+    For bending at three points: the two supports, ``span`` apart between their middles, and the load in the middle
+    of the top are ``bearing`` wide. Boundaries bottom, support_left, support_right, notch, right, top, load and left.
+    Raises :class:`~grainlaw.fields.ParameterError`.
+    """
+    check_sizes("notched_beam", length=length, height=height)
+    check_sizes("notched_beam", below=height, notch_depth=notch_depth)
+    check_sizes("notched_beam", below=length, span=span)
+    middle = length / 2
+    return _ring(
+        *_supported("notched_beam", 0.0, length, middle, span, bearing, notch_width, notch_depth),
+        ("right", [(length, 0)]),
+        ("top", [(length, height)]),
+        ("load", [(middle + bearing / 2, height)]),
+        ("top", [(middle - bearing / 2, height)]),
+        ("left", [(0, height)]),
+    )
+
+
+def _supported(
+    shape: str,
+    left: float,
+    right: float,
+    middle: float,
+    span: float,
+    bearing: float,
+    notch_width: float,
+    notch_depth: float,
+) -> list[tuple[str, list[tuple[float, float]]]]:
+    """Pieces of a bottom at height 0 from left to right, with two supports and a notch between them."""
+    room = min(right - left - span, span)
+    check_sizes(shape, below=room, bearing=bearing)
+    check_sizes(shape, below=span - bearing, notch_width=notch_width)
+    one, other, half, slit = middle - span / 2, middle + span / 2, bearing / 2, notch_width / 2
+    return [
+        ("bottom", [(left, 0)]),
+        ("support_left", [(one - half, 0)]),
+        ("bottom", [(one + half, 0)]),
+        ("notch", [(middle - slit, 0), (middle - slit, notch_depth), (middle + slit, notch_depth)]),
+        ("bottom", [(middle + slit, 0)]),
+        ("support_right", [(other - half, 0)]),
+        ("bottom", [(other + half, 0)]),
+    ]

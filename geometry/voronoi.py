@@ -13,8 +13,7 @@ from grainlaw.geometry.cells.any_voronoi import SMALL, Cells
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.grain_size import check_memory, grain_count, length, require_one
 from grainlaw.geometry.cells.merging import merge_short_edges
-from grainlaw.geometry.cells.ordering import hilbert_order
-from grainlaw.geometry.cells.scattering import scattered_points, uniform_points
+from grainlaw.geometry.cells.seeds import hilbert_order, scattered_points, uniform_points
 from grainlaw.geometry.cells.sides import depths, is_convex
 from grainlaw.messages import refusal
 from grainlaw.region import Region

@@ -13,13 +13,12 @@ from tiling import BEAM, BEND, assert_sides_complete, assert_tiles, polygon_of, 
 
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Bricks, Empirical, Even, Laguerre, Lognormal, disc, polygon, rectangle
-from grainlaw.geometry.cells import round_grains
+from grainlaw.geometry.cells import area_cells
 from grainlaw.geometry.cells.any_voronoi import frame
-from grainlaw.geometry.cells.area_cells import AreaFit, _toward, areas_cells
+from grainlaw.geometry.cells.area_cells import AreaFit, _Moves, _toward, areas_cells
 from grainlaw.geometry.cells.area_fit import PowerCells, fitted, inside_areas
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram
 from grainlaw.geometry.cells.power_diagram import _edges, power_diagram
-from grainlaw.geometry.cells.round_grains import _Moves
 from grainlaw.region import Region
 
 TRIANGLE = Region([(0, 0), (4, 0), (1, 3)], ("base", "flank", "flank"))
@@ -317,19 +316,19 @@ def test_seeds_between_two_rounds_are_on_the_way() -> None:
 def test_rounds_are_searched_for_a_circularity(wanted: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Grains that grow rounder from 0.6 to 0.8 with the rounds; within them 0.003 is met."""
     tried = []
-    monkeypatch.setattr(round_grains, "first_cells", lambda *_: (None, np.ones(3), np.arange(3)))
-    monkeypatch.setattr(round_grains, "rounds_of", lambda *_: iter([]))
+    monkeypatch.setattr(area_cells, "first_cells", lambda *_: (None, np.ones(3), np.arange(3)))
+    monkeypatch.setattr(area_cells, "rounds_of", lambda *_: iter([]))
     monkeypatch.setattr(_Moves, "after", lambda self, number: tried.append(number) or number)
     monkeypatch.setattr(
-        round_grains, "grains_of",
+        area_cells, "grains_of",
         lambda number, *_: SimpleNamespace(circularity=np.array([0.5, 0.7]) + 0.2 * (1 - np.exp(-number / 9))),
     )  # fmt: skip
-    fit = round_grains.grains_of_circularity("Laguerre", None, np.ones(3), None, wanted, 0.25)
+    fit = area_cells.grains_of_circularity("Laguerre", None, np.ones(3), None, wanted, 0.25)
     assert fit.circularity.mean() == pytest.approx(wanted, abs=0.003)
     assert max(tried) <= 60
     for beyond, words in ((0.59, r"reach from 0\.600 in"), (0.81, r"reach up to 0\.800 in")):
         with pytest.raises(ParameterError, match=rf"Laguerre: circularity = {beyond} is not allowed.*{words}"):
-            round_grains.grains_of_circularity("Laguerre", None, np.ones(3), None, beyond, 0.25)
+            area_cells.grains_of_circularity("Laguerre", None, np.ones(3), None, beyond, 0.25)
 
 
 def test_errors_of_areas_by_hand() -> None:

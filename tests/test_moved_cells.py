@@ -15,8 +15,8 @@ from grainlaw.geometry.cells import area_fit, moved_cells, sparse_solve
 from grainlaw.geometry.cells.area_fit import PowerCells, round_cells
 from grainlaw.geometry.cells.bounded_voronoi import Diagram
 from grainlaw.geometry.cells.moved_cells import moved_diagram
-from grainlaw.geometry.cells.ordering import hilbert_order
 from grainlaw.geometry.cells.power_diagram import power_diagram
+from grainlaw.geometry.cells.seeds import hilbert_order
 from grainlaw.geometry.cells.sparse_solve import solved
 from grainlaw.region import Region
 

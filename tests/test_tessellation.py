@@ -27,7 +27,7 @@ from grainlaw.geometry import (
 from grainlaw.geometry.cells import grain_size
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.joining import tiling_of
-from grainlaw.geometry.cells.ordering import hilbert_order
+from grainlaw.geometry.cells.seeds import hilbert_order
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator
 

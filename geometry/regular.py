@@ -1,4 +1,4 @@
-"""Regular grains: hexagons."""
+"""Regular grains: rectangles in rows, and hexagons."""
 
 from __future__ import annotations
 
@@ -7,15 +7,36 @@ import contextlib
 import attrs
 import numpy as np
 
-from grainlaw.fields import whole_number
+from grainlaw.fields import ParameterError, whole_number
 from grainlaw.geometry.cells.any_voronoi import NEAR, SMALL, Cells
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.grain_size import grain_count, length, require_one
 from grainlaw.geometry.cells.merging import merge_short_edges
-from grainlaw.geometry.cells.ordering import hilbert_order
+from grainlaw.geometry.cells.seeds import hilbert_order
 from grainlaw.geometry.cells.sides import convex_sides, depths, is_convex
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator, TilingError
+
+
+@attrs.frozen(kw_only=True)
+class Bricks(Tessellator):
+    """Equal bricks in straight rows and columns, for an upright rectangle; two rows are two blocks with one joint."""
+
+    rows: int = whole_number(default=2, at_least=1, at_most=10_000)  #: bricks on top of each other
+    columns: int = whole_number(default=1, at_least=1, at_most=10_000)  #: bricks beside each other
+
+    def tessellate(self, region: Region) -> Tessellation:
+        """Fill an upright rectangle, row by row from below. Raises ParameterError for another region."""
+        low, high = region.bounds
+        if len(region.start) != 4 or not ((region.outline == low) | (region.outline == high)).all():
+            raise ParameterError("Bricks: region is not allowed, it must be an upright rectangle")
+        x = np.linspace(low[0], high[0], self.columns + 1)
+        y = np.linspace(low[1], high[1], self.rows + 1)
+        at = np.arange(len(x) * len(y)).reshape(len(y), len(x))
+        corners = np.stack([at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]], axis=-1).ravel()
+        vertices = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        return Tessellation(region, vertices, corners, np.arange(0, len(corners) + 1, 4))
+
 
 # Cuts go along lines of the lattice and of the region. Where two of them all but coincide, their distance may be that
 # below which points are one; then cells do not meet, and a coarser distance tells the lines to be one.
