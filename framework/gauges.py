@@ -24,14 +24,14 @@ def points_on(mesh: Mesh, boundary: str, count: int, share: float = 1.0) -> np.n
     return nodes[np.abs(along[:, None] - wanted).argmin(axis=0)]
 
 
-def lateral_strain(specimen: Specimen, displacement: np.ndarray, points: int = 12) -> float:
+def lateral_strain(specimen: Specimen, displacement: np.ndarray) -> float:
     """Change of width over width, from 12 points on the left and 12 on the right side (24, as in the paper).
 
     They lie in the middle half of the height, as strain gauges do, where the platens have little influence.
     ``displacement`` is (i, 2) m.
     """
     low, high = specimen.grains.region.bounds
-    left, right = (displacement[points_on(specimen.mesh, side, points, 0.5), 0].mean() for side in ("left", "right"))
+    left, right = (displacement[points_on(specimen.mesh, side, 12, 0.5), 0].mean() for side in ("left", "right"))
     return float(right - left) / float(high[0] - low[0])
 
 
@@ -100,9 +100,9 @@ class ClipGauges(Gauges):
 
 
 @once_each
-def _nearest(mesh: Mesh, line: tuple[tuple[float, float], tuple[float, float]], count: int = 12) -> np.ndarray:
-    """(k,) nodes nearest to places spread evenly along a line, from its x and its y at both ends."""
-    x, y = (np.linspace(*between, count) for between in line)
+def _nearest(mesh: Mesh, line: tuple[tuple[float, float], tuple[float, float]]) -> np.ndarray:
+    """(k,) nodes nearest to 12 places spread evenly along a line, from its x and its y at both ends."""
+    x, y = (np.linspace(*between, 12) for between in line)
     return np.hypot(mesh.nodes[:, 0, None] - x, mesh.nodes[:, 1, None] - y).argmin(axis=0)
 
 

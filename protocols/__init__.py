@@ -1,5 +1,6 @@
 """Laboratory tests."""
 
+from grainlaw.protocols.bending import SemiCircularBend, ThreePointBending
 from grainlaw.protocols.between_platens import Moving, Platens
 from grainlaw.protocols.biaxial_compression import BiaxialCompression
 from grainlaw.protocols.brazilian import Brazilian
@@ -12,10 +13,7 @@ from grainlaw.protocols.heating import Heating, Held
 from grainlaw.protocols.joint_tension import JointTension
 from grainlaw.protocols.plane_wave import PlaneWave, Wave
 from grainlaw.protocols.saturated import Saturated
-from grainlaw.protocols.semi_circular_bend import SemiCircularBend
-from grainlaw.protocols.three_point_bending import ThreePointBending
-from grainlaw.protocols.uniaxial_compression import UniaxialCompression
-from grainlaw.protocols.uniaxial_tension import UniaxialTension
+from grainlaw.protocols.uniaxial import UniaxialCompression, UniaxialTension
 
 __all__ = [
     "BiaxialCompression", "Brazilian", "Creep", "Cyclic", "DirectShear", "Excavation", "FreeMotion", "Heating",

@@ -15,15 +15,7 @@ from grainlaw.gauges import Gauges, ends, has_platens
 from grainlaw.integration import Integrator
 from grainlaw.loading import Loading
 from grainlaw.loads import Drive
-from grainlaw.protocols.measures import (
-    axial_strain,
-    certificate,
-    elastic_moduli,
-    failure_of,
-    size,
-    strength_of,
-    window_stress,
-)
+from grainlaw.protocols.measures import axial_strain, elastic_moduli, failure_summary, size, window_stress
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -119,15 +111,8 @@ def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: fl
 
 def uniaxial_summary(curves: Curves, specimen: Specimen, sign: float, load: str = STRESS) -> dict[str, Any]:
     """Strength by the column ``load`` (Pa), the largest stress, moduli and certificate of a uniaxial test."""
-    found = failure_of(curves, load)
-    strength, largest = strength_of(found, curves[load])
-    return {
-        "strength": strength,
-        "failure_strain": strength_of(found, curves[STRAIN])[0],
-        "largest_stress": largest,
-        **elastic_moduli(curves, specimen, sign, load),
-        **certificate(curves, found, load),
-    }
+    moduli = elastic_moduli(curves, specimen, sign, load)
+    return failure_summary(curves, load, STRAIN, {"failure_strain": STRAIN}, **moduli)
 
 
 def require_boundaries(specimen: Specimen, test: str, *names: str) -> None:

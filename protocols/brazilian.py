@@ -20,7 +20,7 @@ from grainlaw.loads import Drive
 from grainlaw.messages import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import Platens, failing, held_across, require_platens, sampling
-from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
+from grainlaw.protocols.measures import failure_summary, size
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -108,12 +108,4 @@ class Brazilian(LoadingProtocol):
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Brazilian tensile strength, load and approach at it, the largest stress, and the certificate."""
-        found = failure_of(curves)
-        strength, largest = strength_of(found, curves[STRESS])
-        return {
-            "strength": strength,
-            "failure_force": strength_of(found, curves["force"])[0],
-            "failure_strain": strength_of(found, curves[STRAIN])[0],
-            "largest_stress": largest,
-            **certificate(curves, found),
-        }
+        return failure_summary(curves, STRESS, STRAIN, {"failure_force": "force", "failure_strain": STRAIN})

@@ -215,11 +215,11 @@ class Creep(LoadingProtocol):
         }
 
 
-def lowest_rate(time: np.ndarray, strain: np.ndarray, parts: int = 10) -> tuple[float, float]:
+def lowest_rate(time: np.ndarray, strain: np.ndarray) -> tuple[float, float]:
     """The lowest mean rate of strain (1/s) over a tenth of the growth of the strain, and the middle of its time (s)."""
     if len(time) < 3 or strain[-1] <= strain[0]:
         return float("nan"), float("nan")
-    ends = np.linspace(strain[0], strain[-1], parts + 1)
+    ends = np.linspace(strain[0], strain[-1], 11)
     reached = time[np.searchsorted(np.maximum.accumulate(strain), ends)]  # the last end is the last strain itself
     lasts = np.diff(reached)
     k = int(np.argmax(lasts))

@@ -17,7 +17,7 @@ from grainlaw.loads import Drive
 from grainlaw.messages import short
 from grainlaw.moduli import work
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.uniaxial_compression import UniaxialCompression
+from grainlaw.protocols.uniaxial import UniaxialCompression
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage

@@ -19,7 +19,7 @@ from grainlaw.loads import Drive, Hold
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_platens
 from grainlaw.protocols.joint import joint_means, require_joint
-from grainlaw.protocols.measures import certificate, end_share, failure_of, size, strength_of
+from grainlaw.protocols.measures import end_share, failure_summary, size
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -123,16 +123,10 @@ class DirectShear(LoadingProtocol):
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Strength, slip there (displacement in a box), largest stress and that at the end of shearing, certificate."""
-        found = failure_of(curves, "shear_stress", "displacement")
         end = int(np.flatnonzero(curves[STAGE] == SHEARS)[-1]) if SHEARS in curves[STAGE] else -1
-        strength, largest = strength_of(found, curves["shear_stress"])
-        return {
-            "strength": strength,
-            "failure_slip": strength_of(found, curves["slip" if "slip" in curves else "displacement"])[0],
-            "largest_stress": largest,
-            "residual_stress": float(curves["shear_stress"][end]),
-            **certificate(curves, found, "shear_stress"),
-        }
+        slip = {"failure_slip": "slip" if "slip" in curves else "displacement"}
+        residual = float(curves["shear_stress"][end])
+        return failure_summary(curves, "shear_stress", "displacement", slip, residual_stress=residual)
 
 
 def _boxed(specimen: Specimen, half: str) -> list[str]:

@@ -117,7 +117,7 @@ class Heating(LoadingProtocol):
             return self.test.measure(state)
         stress = np.average(state.grain_stress(), axis=0, weights=state.specimen.grains.areas)
         return {
-            "expansion_x": gauges.lateral_strain(state.specimen, state.displacement, 12),
+            "expansion_x": gauges.lateral_strain(state.specimen, state.displacement),
             "expansion_y": gauges.axial_strain_of_points(state.specimen, state.displacement),
             "stress_x": float(stress[0]),
             "stress_y": float(stress[1]),

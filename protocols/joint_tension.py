@@ -17,7 +17,7 @@ from grainlaw.loads import Drive
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import NO_TENSION, refuse_platens
 from grainlaw.protocols.joint import joint_means, require_joint
-from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
+from grainlaw.protocols.measures import failure_summary, size
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -92,13 +92,8 @@ class JointTension(LoadingProtocol):
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Tensile strength, opening there, opening when the whole joint had broken (nan if it has not), certificate."""
-        found = failure_of(curves, "normal", "opening")
-        strength, largest = strength_of(found, curves["normal"])
         broken = curves["opening"][curves["broken"] >= 1]
-        return {
-            "strength": strength,
-            "failure_opening": strength_of(found, curves["opening"])[0],
-            "largest_stress": largest,
-            "breaking_opening": float(broken[0]) if len(broken) else float("nan"),
-            **certificate(curves, found, "normal"),
-        }
+        opening = float(broken[0]) if len(broken) else float("nan")
+        return failure_summary(
+            curves, "normal", "opening", {"failure_opening": "opening"}, breaking_opening=opening
+        )  # fmt: skip

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from grainlaw.columns import IMBALANCE, LATERAL_STRAIN, STABILITY, STAGE, STORED, STRAIN, STRESS, VIBRATION, energy
+from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.gauges import ends, has_platens
 from grainlaw.moduli import converted, slope
@@ -17,6 +19,7 @@ from grainlaw.strength import Borne, borne
 from grainlaw.window import within_rectangle
 
 FEWEST = 3  #: samples of a rising load by which a certificate can be judged
+LOW, HIGH = 0.2, 0.5  #: of the strength: between them moduli are found
 
 
 def size(specimen: Specimen) -> tuple[float, float]:
@@ -49,25 +52,25 @@ def axial_strain(state: State) -> float:
     return float(top - bottom) / size(state.specimen)[1]
 
 
-def window_stress(state: State, share: float = 0.5) -> np.ndarray:
-    """(3,) Pa, xx, yy, xy: area mean over the grains whose centroid lies in the middle ``share`` of both sides.
+def window_stress(state: State) -> np.ndarray:
+    """(3,) Pa, xx, yy, xy: area mean over the grains whose centroid lies in the middle half of both sides.
 
     If there is none, the mean over all grains of the specimen.
     """
-    chosen = _middle(state.specimen, share)
+    chosen = _middle(state.specimen)
     return np.average(state.grain_stress()[chosen], axis=0, weights=state.specimen.grains.areas[chosen])
 
 
 @once_each
-def _middle(specimen: Specimen, share: float) -> np.ndarray:
-    """(g,) whether the centroid of a grain lies in the middle ``share`` of both sides; if none does, those of rock."""
+def _middle(specimen: Specimen) -> np.ndarray:
+    """(g,) whether the centroid of a grain lies in the middle half of both sides; if none does, those of rock."""
     low, high = specimen.grains.region.bounds
-    middle, half = (low + high) / 2, share * (high - low) / 2
+    middle, half = (low + high) / 2, (high - low) / 4
     inside = within_rectangle(middle - half, middle + half)(specimen.grains.centroids)
     return inside if inside.any() else is_rock(specimen)
 
 
-def failure_of(curves: Mapping[str, np.ndarray], load: str = STRESS, deformation: str = STRAIN) -> Borne | None:
+def failure_of(curves: Curves, load: str = STRESS, deformation: str = STRAIN) -> Borne | None:
     """The first failure by two columns, see :func:`grainlaw.strength.borne`; None where there is no load."""
     return borne(curves[load], curves[deformation], curves[STAGE])
 
@@ -79,15 +82,8 @@ def strength_of(found: Borne | None, values: np.ndarray) -> tuple[float, float]:
     return float(values[found.at]) if found.failed else math.nan, float(values[found.largest])
 
 
-def elastic_moduli(
-    curves: Mapping[str, np.ndarray],
-    specimen: Specimen,
-    sign: float,
-    load: str = STRESS,
-    low: float = 0.2,
-    high: float = 0.5,
-) -> dict[str, float]:
-    """Moduli by regression between two fractions of the strength in the column ``load`` (Pa), before it.
+def elastic_moduli(curves: Curves, specimen: Specimen, sign: float, load: str = STRESS) -> dict[str, float]:
+    """Moduli by regression between 20 and 50 % of the strength in the column ``load`` (Pa), before it.
 
     ``sign`` is 1 where ``strain`` counts tension positive, -1 where it counts compression. ``apparent_modulus`` (Pa)
     and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are converted from plane
@@ -95,7 +91,7 @@ def elastic_moduli(
     """
     stress, found = curves[load], failure_of(curves, load)
     peak = 0 if found is None else found.at
-    chosen = np.flatnonzero((stress[:peak] >= low * stress[peak]) & (stress[:peak] <= high * stress[peak]))
+    chosen = np.flatnonzero((stress[:peak] >= LOW * stress[peak]) & (stress[:peak] <= HIGH * stress[peak]))
     if len(chosen) < 2:
         return dict.fromkeys(("apparent_modulus", "apparent_poisson", "modulus", "poisson"), float("nan"))
     strain = curves[STRAIN][chosen]
@@ -105,7 +101,25 @@ def elastic_moduli(
     return {"apparent_modulus": young, "apparent_poisson": poisson, "modulus": modulus, "poisson": true}
 
 
-def certificate(curves: Mapping[str, np.ndarray], found: Borne | None, load: str = STRESS) -> dict[str, float]:
+def failure_summary(
+    curves: Curves, load: str, deformation: str, at_failure: Mapping[str, str], **more: Any
+) -> dict[str, Any]:
+    """Strength by the column ``load`` (Pa), columns at the failure by their names there, largest stress, certificate.
+
+    ``more`` stands before the certificate.
+    """
+    found = failure_of(curves, load, deformation)
+    strength, largest = strength_of(found, curves[load])
+    return {
+        "strength": strength,
+        **{name: strength_of(found, curves[column])[0] for name, column in at_failure.items()},
+        "largest_stress": largest,
+        **more,
+        **certificate(curves, found, load),
+    }
+
+
+def certificate(curves: Curves, found: Borne | None, load: str = STRESS) -> dict[str, float]:
     """How quasi-static a test was, from a tenth of the load in the column ``load`` at its first failure up to it.
 
     ``kinetic_ratio``: largest ratio of the kinetic energy of vibration to the energy in zones and contacts.

@@ -17,7 +17,7 @@ from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.preliminary import after_stages, counted_after
-from grainlaw.protocols.uniaxial_compression import UniaxialCompression
+from grainlaw.protocols.uniaxial import UniaxialCompression
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage

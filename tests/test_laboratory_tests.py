@@ -22,8 +22,7 @@ from grainlaw.protocols import (
     ThreePointBending,
     UniaxialCompression,
 )
-from grainlaw.protocols.semi_circular_bend import shape_factor
-from grainlaw.protocols.three_point_bending import flexural_strength
+from grainlaw.protocols.bending import flexural_strength, shape_factor
 from grainlaw.units import mm
 
 LINEAR = Linear(**STIFF)

@@ -25,12 +25,10 @@ RESTARTS = 3
 NEEDS = "calibrate needs scikit-learn and emcee: pip install 'grainlaw[calibrate]'"
 
 
-def transformed(name: str, values: np.ndarray, scales: np.ndarray | float = 1.0) -> np.ndarray:
-    """What is emulated of values (SI): a logarithm, or the value; without the scale of the rock."""
-    aim = AIMS[name]
+def transformed(name: str, values: np.ndarray) -> np.ndarray:
+    """What is emulated of values (SI) at a scale of one: a logarithm, or the value."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        of_group = np.asarray(values) / np.asarray(scales) ** aim.power
-        found = np.log(of_group) if aim.is_log else of_group
+        found = np.log(values) if AIMS[name].is_log else np.asarray(values)
     return np.where(np.isfinite(found), found, np.nan)
 
 

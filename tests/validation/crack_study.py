@@ -13,7 +13,7 @@ from water_study import HALF, KN, KS, PRESSURE, ROCK, opened
 import grainlaw as gl
 from grainlaw.geometry import Bricks, Jointed, Voronoi, rectangle, semi_disc
 from grainlaw.laws import Linear
-from grainlaw.protocols.semi_circular_bend import toughness
+from grainlaw.protocols.bending import toughness
 from grainlaw.units import mm
 
 STRESS = 1e6  #: Pa

@@ -1,4 +1,4 @@
-"""Uniaxial compression between two platens."""
+"""Uniaxial compression and tension between two platens."""
 
 from __future__ import annotations
 
@@ -56,3 +56,34 @@ class UniaxialCompression(LoadingProtocol):
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         return uniaxial_summary(curves, specimen, -1.0)
+
+
+@attrs.frozen(kw_only=True)
+class UniaxialTension(LoadingProtocol):
+    """Pull a specimen by its glued ends until it parts; stress and strain count tension positive.
+
+    It ends at ``stop_fraction`` of the peak stress or at ``maximum_strain``.
+    """
+
+    loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the platens part
+    platens: Platens = part(Platens, Platens.SMOOTH)  #: whether the ends may slide along the platens
+    moving: Moving = part(Moving, Moving.BOTH)  #: which platen moves, or both
+    #: axial strain at which the test ends, if it has not failed
+    maximum_strain: float = parameter("1", default=0.001, above=0, below=0.5)
+    until: Until = part(Until, Until.FALL)  #: whether the test ends at the first failure
+    #: share of the peak stress at which the test ends
+    stop_fraction: float = parameter("1", default=0.1, at_least=0, below=1)
+    samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
+    gauges: Gauges = part(Gauges, WholeSpecimen())  #: where lateral and axial strain are measured
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    quantities = QUANTITIES
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        return [uniaxial_stage(self, specimen, "tension", 1.0)]
+
+    def measure(self, state: State) -> dict[str, float]:
+        return measure_between_platens(state, 1.0, self.gauges)
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        return uniaxial_summary(curves, specimen, 1.0)
