@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.fields import ParameterError
-from grainlaw.messages import short
+from grainlaw.messages import refusal
 
 
 def first_of(wrong: Any, *values: Any) -> list[float]:
@@ -44,6 +44,4 @@ def kind_of_default(component: Any, attribute: Any, value: Any) -> None:
     kind = type(attribute.default)
     if not isinstance(value, kind):
         members = ", ".join(f"{kind.__name__}.{member.name}" for member in kind)
-        raise ParameterError(
-            f"{type(component).__name__}: {attribute.name} = {short(value)} is not allowed, it must be one of {members}"
-        )
+        raise refusal(f"{type(component).__name__}: {attribute.name}", value, f"one of {members}")

@@ -96,9 +96,7 @@ def check_laws(where: str, laws: Any) -> None:
     if isinstance(laws, ContactLaw):
         return
     if not isinstance(laws, Mapping) or not all(isinstance(law, ContactLaw) for law in laws.values()):
-        raise ParameterError(
-            f"{where} = {short(laws)} is not allowed, it must be a ContactLaw or a mapping of phase pairs to them"
-        )
+        raise refusal(where, laws, "a ContactLaw or a mapping of phase pairs to them")
     for key in laws:
         pair = isinstance(key, tuple) and len(key) == 2 and all(isinstance(p, (int, str)) or p is ... for p in key)
         if not (pair or isinstance(key, str) or key is ...):
@@ -179,10 +177,7 @@ def declared_stiffness(law: ContactLaw) -> tuple[Any, Any]:
     except (TypeError, ValueError):
         fine = False
     if not fine:
-        raise ParameterError(
-            f"{type(law).__name__}.stiffness = {short(given)} is not allowed, it must be two positive finite "
-            "numbers (Pa/m), normal and shear"
-        )
+        raise refusal(f"{type(law).__name__}.stiffness", given, "two positive finite numbers (Pa/m), normal and shear")
     return normal, shear
 
 

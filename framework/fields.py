@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import FunctionType
 from typing import Any
 
@@ -68,16 +68,10 @@ class Bounds:
 
 @checked
 def parameter(
-    unit: str,
-    *,
-    default: Any = attrs.NOTHING,
-    at_least: float | None = None,
-    above: float | None = None,
-    at_most: float | None = None,
-    below: float | None = None,
-    infinite: bool = False,
+    unit: str, *, default: Any = attrs.NOTHING, at_least: float | None = None, above: float | None = None,
+    at_most: float | None = None, below: float | None = None, infinite: bool = False,
     usual: tuple[float, float] | None = None,
-) -> Any:
+) -> Any:  # fmt: skip
     """Declare a number of a component: ``cohesion: float = parameter("Pa", at_least=0)``.
 
     Without a bound the value must be above 0; ``above=-math.inf`` allows either sign, ``infinite=True`` infinity. A
@@ -115,10 +109,8 @@ def parameter(
                 return array
             return float(value)
         except (TypeError, ValueError, OverflowError):
-            raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {short(value)} is not allowed, "
-                f"it must be {bounds}{measured and f' ({unit})'}"
-            ) from None
+            wanted = f"{bounds}{measured and f' ({unit})'}"
+            raise refusal(f"{type(component).__name__}: {attribute.name}", value, wanted) from None
 
     return attrs.field(
         default=default,
@@ -140,14 +132,9 @@ def _takes_arrays(cls: type) -> bool:
 
 
 def checked_number(
-    where: str,
-    value: Any,
-    unit: str = "1",
-    *,
-    at_least: float | None = None,
-    above: float | None = None,
+    where: str, value: Any, unit: str = "1", *, at_least: float | None = None, above: float | None = None,
     at_most: float | None = None,
-) -> float:
+) -> float:  # fmt: skip
     """The value as a finite float. Raises :class:`ParameterError`, which begins with ``where``: ``"hold: stress"``."""
     bounds = Bounds(at_least, above, at_most=at_most)
     if not is_number(value) or not bounds.allow(float(value)):
@@ -187,8 +174,17 @@ def checked_whole_number(where: str, value: Any, *, at_least: int, at_most: int 
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not whole or value < at_least or (at_most is not None and value > at_most):
         bounds = f", at least {at_least}" if at_most is None else f" from {at_least} to {at_most}"
-        raise ParameterError(f"{where} = {short(value)} is not allowed, it must be a whole number{bounds}")
+        raise refusal(where, value, f"a whole number{bounds}")
     return int(value)
+
+
+def checked_field(check: Callable[[str, Any], Any], **options: Any) -> Any:
+    """Declare a field of a component by what checks and converts it, given ``"Stage: pieces"`` and the value."""
+
+    def convert(value: Any, component: Any, attribute: Any) -> Any:
+        return check(f"{type(component).__name__}: {attribute.name}", value)
+
+    return attrs.field(converter=attrs.Converter(convert, takes_self=True, takes_field=True), **options)
 
 
 def whole_number(*, default: int | None, at_least: int, at_most: int | None = None) -> Any:
@@ -197,33 +193,34 @@ def whole_number(*, default: int | None, at_least: int, at_most: int | None = No
     None is allowed where it is the default. Raises :class:`ParameterError`.
     """
 
-    def convert(value: Any, component: Any, attribute: Any) -> int | None:
+    def check(where: str, value: Any) -> int | None:
         if value is None and default is None:
             return None
-        where = f"{type(component).__name__}: {attribute.name}"
         return checked_whole_number(where, value, at_least=at_least, at_most=at_most)
 
     bounds = f"at least {at_least}" if at_most is None else f"{at_least} to {at_most}"
-    return attrs.field(
-        default=default,
-        converter=attrs.Converter(convert, takes_self=True, takes_field=True),
-        metadata={"bounds": bounds},
-    )
+    return checked_field(check, default=default, metadata={"bounds": bounds})
+
+
+def vector(unit: str, names: tuple[str, ...] = ("x", "y"), **default: Any) -> Any:
+    """Declare two or three finite numbers of a component, one of each name: ``gravity = vector("m/s2")``."""
+
+    def check(where: str, value: Any) -> tuple[float, ...]:
+        return tuple(checked_vector(where, value, unit, names).tolist())
+
+    return checked_field(check, metadata={"unit": unit}, **default)
 
 
 def grain_numbers() -> Any:
     """Declare grains of a component by their numbers, none by default: ``fixed: Sequence[int] = grain_numbers()``."""
 
-    def convert(value: Any, component: Any, attribute: Any) -> tuple[int, ...]:
+    def check(where: str, value: Any) -> tuple[int, ...]:
         try:
             return tuple(operator.index(entry) for entry in value)
         except TypeError:
-            raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {short(value)} is not allowed, "
-                "it must be a list of grain numbers"
-            ) from None
+            raise refusal(where, value, "a list of grain numbers") from None
 
-    return attrs.field(default=(), converter=attrs.Converter(convert, takes_self=True, takes_field=True))
+    return checked_field(check, default=())
 
 
 @checked
@@ -236,11 +233,8 @@ def part(kind: Any, default: Any, without: type | None = None) -> Any:
 
     def check(component: Any, attribute: Any, value: Any) -> None:
         if not isinstance(value, kind) or (without and isinstance(value, without)):
-            but = f", and no {without.__name__}" if without else ""
-            raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {short(value)} is not allowed, "
-                f"it must be a {kind.__name__} such as {short(default)}{but}"
-            )
+            wanted = f"a {kind.__name__} such as {short(default)}{f', and no {without.__name__}' if without else ''}"
+            raise refusal(f"{type(component).__name__}: {attribute.name}", value, wanted)
 
     return attrs.field(default=default, validator=check, metadata={WITHOUT: without})
 
@@ -252,7 +246,7 @@ def parameters(component: Any) -> dict[str, Any]:
     Raises :class:`ParameterError` for what is no component.
     """
     if not attrs.has(type(component)):
-        raise ParameterError(f"parameters: component = {short(component)} is not allowed, it must be of an attrs class")
+        raise refusal("parameters: component", component, "of an attrs class")
 
     def plain(value: Any) -> Any:
         if attrs.has(type(value)):

@@ -13,7 +13,7 @@ import numpy as np
 from grainlaw.arguments import floats, is_number
 from grainlaw.columns import TEMPERATURE
 from grainlaw.condition import ComesTo, Condition
-from grainlaw.fields import ParameterError, checked_number, checked_vector, grain_numbers, parameter, part
+from grainlaw.fields import ParameterError, checked_field, checked_number, grain_numbers, parameter, part, vector
 from grainlaw.loading import Constant, HeatingRate
 from grainlaw.material import ABSOLUTE_ZERO
 from grainlaw.messages import refusal, short
@@ -24,19 +24,7 @@ from grainlaw.time_series import GAUSS, TimeSeries, Varying, rise, value_of, var
 
 def _is_axis(drive: Driven, attribute: attrs.Attribute, value: int) -> None:
     if not is_number(value, int) or value not in (0, 1):
-        raise ParameterError(
-            f"{type(drive).__name__}: axis = {short(value)} is not allowed, it must be 0 (along x) or 1 (along y)"
-        )
-
-
-def _stress(value: Any) -> tuple[float, float, float]:
-    xx, yy, xy = checked_vector("Traction: stress", value, "Pa", ("xx", "yy", "xy")).tolist()
-    return xx, yy, xy
-
-
-def _acceleration(value: Any) -> tuple[float, float]:
-    x, y = checked_vector("Gravity: acceleration", value, "m/s2").tolist()
-    return x, y
+        raise refusal(f"{type(drive).__name__}: axis", value, "0 (along x) or 1 (along y)")
 
 
 def _velocities(value: Any) -> np.ndarray:
@@ -50,11 +38,10 @@ def _velocities(value: Any) -> np.ndarray:
 
 
 def _speed() -> Any:
-    def convert(value: Any, component: Any, attribute: Any) -> float | None:
-        return None if value is None else checked_number(f"Quiet: {attribute.name}", value, "m/s", above=0)
+    def check(where: str, value: Any) -> float | None:
+        return None if value is None else checked_number(where, value, "m/s", above=0)
 
-    converter = attrs.Converter(convert, takes_self=True, takes_field=True)
-    return attrs.field(default=None, converter=converter, metadata={"unit": "m/s"})
+    return checked_field(check, default=None, metadata={"unit": "m/s"})
 
 
 class BoundaryLoad(Load):
@@ -254,7 +241,7 @@ class Traction(BoundaryLoad):
 
     boundary: str  #: name of the boundary
     #: xx, yy, xy, tension positive
-    stress: tuple[float, float, float] = attrs.field(converter=_stress, metadata={"unit": "Pa"})
+    stress: tuple[float, float, float] = vector("Pa", ("xx", "yy", "xy"))
     factor: Varying = varying("1", 1.0)  #: by which it is multiplied
     start: float = parameter("1", default=0.0, above=-math.inf)  #: at first; ``factor`` after the time ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the factor changes
@@ -325,9 +312,7 @@ class FluidPressure(BoundaryLoad):
 class Gravity(Load):
     """The weight of all grains."""
 
-    acceleration: tuple[float, float] = attrs.field(
-        default=(0.0, -9.81), converter=_acceleration, metadata={"unit": "m/s2"}
-    )  #: m/s2, along x and y
+    acceleration: tuple[float, float] = vector("m/s2", default=(0.0, -9.81))  #: m/s2, along x and y
 
 
 @attrs.frozen(kw_only=True)

@@ -13,7 +13,7 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.fields import ParameterError, parameter, part
 from grainlaw.memory import SCALARS, as_floats, names_of_arguments, only_memory, refuse_untold
-from grainlaw.messages import short
+from grainlaw.messages import refusal
 
 ABSOLUTE_ZERO = -273.15  #: °C
 ROUNDING = 1e-9  #: of the largest entry, by which a stiffness may differ from its transpose
@@ -191,10 +191,8 @@ def stiffness_of(material: Material, count: int = 1) -> np.ndarray:
         rows = [[np.broadcast_to(np.asarray(entry, dtype=float), count) for entry in row] for row in declared]
         matrix = np.moveaxis(np.array(rows).reshape(3, 3, count), 2, 0)
     except (TypeError, ValueError):
-        raise ParameterError(
-            f"{name}.stiffness = {short(declared)} is not allowed, it must be three rows of three numbers (Pa), or of "
-            f"arrays with one entry for each of the {count} grains of the material"
-        ) from None
+        wanted = f"three rows of three numbers (Pa), or of arrays with one entry for each of the {count} grains"
+        raise refusal(f"{name}.stiffness", declared, f"{wanted} of the material") from None
     size = np.abs(matrix).max(axis=(1, 2))
     odd = np.asarray(np.abs(matrix - matrix.transpose(0, 2, 1)).max(axis=(1, 2)) > ROUNDING * size)
     finite = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, fits, floats
-from grainlaw.fields import ParameterError
+from grainlaw.fields import ParameterError, checked_field
 from grainlaw.messages import refusal
 from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following
 
@@ -50,7 +50,7 @@ def _converted(converter: Any) -> Any:
 def array_field(kind: type) -> Any:
     """A field that keeps a read-only array."""
 
-    def convert(values: Any, owner: Any, field: Any) -> np.ndarray:
+    def check(where: str, values: Any) -> np.ndarray:
         try:
             given = np.array(values)
             if given.dtype.kind == "b" and kind is not bool:
@@ -59,11 +59,11 @@ def array_field(kind: type) -> Any:
         except (TypeError, ValueError):
             array = np.array(0)
         if not array.ndim:
-            raise refusal(f"{type(owner).__name__}: {field.name}", values, f"an array of {kind.__name__}")
+            raise refusal(where, values, f"an array of {kind.__name__}")
         array.flags.writeable = False
         return array
 
-    return _converted(attrs.Converter(convert, takes_self=True, takes_field=True))
+    return checked_field(check)
 
 
 @attrs.frozen(eq=False)

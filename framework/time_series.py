@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, floats, is_number
-from grainlaw.fields import Bounds, ParameterError, parameter
+from grainlaw.fields import Bounds, ParameterError, checked_field, parameter
 from grainlaw.messages import refusal, short
 from grainlaw.unit_text import written
 
@@ -86,8 +86,7 @@ def varying(unit: str, default: Any = attrs.NOTHING, *, at_least: float | None =
     """
     bounds = Bounds(at_least)
 
-    def convert(value: Any, component: Any, attribute: Any) -> Varying | None:
-        where = f"{type(component).__name__}: {attribute.name}"
+    def check(where: str, value: Any) -> Varying | None:
         if value is None and default is None:
             return None
         if isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, (str, bytes)):
@@ -105,17 +104,9 @@ def varying(unit: str, default: Any = attrs.NOTHING, *, at_least: float | None =
         wanted = f"{bounds} ({unit}), a TimeSeries or its points (time, value), or a function of time (def or lambda)"
         raise refusal(where, value, wanted)
 
-    return attrs.field(
-        default=default,
-        converter=attrs.Converter(convert, takes_self=True, takes_field=True),
-        metadata={
-            "unit": unit,
-            "varies": bounds,
-            "bounds": f"{bounds}, a TimeSeries or a function of time"
-            if at_least is not None
-            else "a number, a TimeSeries or a function of time",
-        },
-    )
+    number = "a number" if at_least is None else str(bounds)
+    words = f"{number}, a TimeSeries or a function of time"
+    return checked_field(check, default=default, metadata={"unit": unit, "varies": bounds, "bounds": words})
 
 
 def _series(where: str, points: Any) -> TimeSeries:

@@ -9,7 +9,7 @@ from fractions import Fraction
 from numbers import Real
 from typing import Any
 
-from grainlaw.messages import ParameterError, short
+from grainlaw.messages import ParameterError, refusal, short
 
 #: powers of kilogram, metre, second, kelvin, degree Celsius (no difference), degree of an angle
 Dimension = tuple[int, ...]
@@ -61,7 +61,7 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
     wanted += f" or a string such as '{USUAL[unit]}'" if unit in USUAL else ""
     found = NUMBER.fullmatch(value) if isinstance(value, str) else None
     if not found:
-        raise ParameterError(f"{name} = {short(value)} is not allowed, it must be {wanted}")
+        raise refusal(name, value, wanted)
     number, written = float(found[1]), found[2]
     if not written:
         return number

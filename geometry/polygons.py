@@ -11,7 +11,7 @@ from grainlaw.arguments import checked, is_number
 from grainlaw.fields import ParameterError, checked_number, checked_points
 from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.shared_edges import joined
-from grainlaw.messages import refusal, short
+from grainlaw.messages import refusal
 from grainlaw.polygon import areas_and_centroids
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation
@@ -83,7 +83,4 @@ def phases_of(where: str, phases: Any, count: int) -> tuple[np.ndarray | None, t
         return np.array([names.index(each) for each in given]), names
     if sized and all(is_number(each) and each == int(each) and each >= 0 for each in given):
         return np.array(given, dtype=np.int64), ()
-    raise ParameterError(
-        f"{where}: phases = {short(phases)} is not allowed, it must be a name or a whole number from 0 for each of the "
-        f"{count} polygons"
-    )
+    raise refusal(f"{where}: phases", phases, f"a name or a whole number from 0 for each of the {count} polygons")

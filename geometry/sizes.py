@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, fits, floats
-from grainlaw.fields import ParameterError, checked_points, parameter
+from grainlaw.fields import ParameterError, checked_field, checked_points, parameter
 from grainlaw.messages import refusal, short
 
 
@@ -77,7 +77,7 @@ class NaturalGrowth(Sizes):
         return Lognormal(deviation=0.42, diameter=self.diameter).draw(count, random)
 
 
-def _row(value: Any, owner: Any, field: Any) -> tuple[float, ...] | None:
+def _row(where: str, value: Any) -> tuple[float, ...] | None:
     if value is None:
         return None
     try:
@@ -85,15 +85,13 @@ def _row(value: Any, owner: Any, field: Any) -> tuple[float, ...] | None:
     except (TypeError, ValueError, OverflowError):
         row = np.zeros(0)
     if row.ndim != 1 or not row.size or not np.isfinite(row).all() or row.min() < 0:
-        raise refusal(f"{type(owner).__name__}: {field.name}", value, "a list of finite numbers, none below 0")
+        raise refusal(where, value, "a list of finite numbers, none below 0")
     return tuple(row.tolist())
 
 
 def numbers(unit: str, **default: Any) -> Any:
     """Declare a list of numbers of a component, none below 0, with its unit."""
-    return attrs.field(
-        converter=attrs.Converter(_row, takes_self=True, takes_field=True), metadata={"unit": unit}, **default
-    )
+    return checked_field(_row, metadata={"unit": unit}, **default)
 
 
 @attrs.frozen(kw_only=True)

@@ -12,9 +12,9 @@ import numpy as np
 from grainlaw.columns import SHEAR_CRACKS, STAGE, STRAIN, STRESS, TENSILE_CRACKS
 from grainlaw.condition import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
-from grainlaw.fields import ParameterError, parameter, part
+from grainlaw.fields import parameter, part
 from grainlaw.loads import Drive
-from grainlaw.messages import short
+from grainlaw.messages import refusal
 from grainlaw.moduli import work
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.uniaxial import UniaxialCompression
@@ -26,9 +26,7 @@ from grainlaw.stage import Stage
 def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:
     numbers = isinstance(value, tuple) and all(isinstance(level, Real) for level in value)
     if not numbers or not value or list(value) != sorted(set(value)) or value[0] <= 0:
-        raise ParameterError(
-            f"Cyclic: levels = {short(value)} is not allowed, it must be positive numbers, each above the last"
-        )
+        raise refusal("Cyclic: levels", value, "positive numbers, each above the last")
 
 
 @attrs.frozen(kw_only=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from grainlaw.condition import Condition, Curves
 from grainlaw.engine.state import State
-from grainlaw.fields import ParameterError, checked_vector, grain_numbers, parameter, part, whole_number
+from grainlaw.fields import ParameterError, grain_numbers, parameter, part, vector, whole_number
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
 from grainlaw.loads import Fixed, Gravity, InitialVelocity
 from grainlaw.messages import short
@@ -43,11 +43,6 @@ def _velocities(value: Any) -> dict[int, tuple[float, float]]:
     return made
 
 
-def _gravity(value: Any) -> tuple[float, float]:
-    x, y = checked_vector("FreeMotion: gravity", value, "m/s2").tolist()
-    return x, y
-
-
 @attrs.frozen(kw_only=True)
 class FreeMotion(LoadingProtocol):
     """Bodies move for a time under gravity, some of them with an initial velocity.
@@ -58,7 +53,7 @@ class FreeMotion(LoadingProtocol):
 
     duration: float = parameter("s")  #: of the motion
     settle: float = parameter("s", default=0.0, at_least=0)  #: time before it, in which bodies come to rest
-    gravity: tuple[float, float] = attrs.field(default=(0.0, -9.81), converter=_gravity)  #: m/s2
+    gravity: tuple[float, float] = vector("m/s2", default=(0.0, -9.81))  #: m/s2
     fixed: Sequence[int] = grain_numbers()  #: grains that neither move nor turn
     velocity: Mapping[int, tuple[float, float]] = attrs.field(factory=dict, converter=_velocities)  #: m/s, by grain
     tracked: Sequence[int] = grain_numbers()  #: grains whose motion is recorded

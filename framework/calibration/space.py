@@ -274,7 +274,7 @@ def _range(name: str, given: Any, unit: str) -> Free:
     try:
         low, high = given
     except (TypeError, ValueError):
-        raise ParameterError(f"{where} = {short(given)} is not allowed, it must be (low, high) in {unit}") from None
+        raise refusal(where, given, f"(low, high) in {unit}") from None
     low = checked_number(where, low, unit)
     return Free(name, unit, low, checked_number(where, high, unit, above=low))
 

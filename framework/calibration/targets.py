@@ -102,12 +102,10 @@ def _target_of(aim: Aim, given: Any) -> Target:
     where = f"Targets: {aim.name}"
     pair = (given, None) if is_number(given) else given
     if isinstance(pair, (str, bytes)) or not isinstance(pair, Sequence) or len(pair) != 2:
-        raise ParameterError(
-            f"{where} = {short(given)} is not allowed, it must be a number ({aim.unit}) or (value, uncertainty)"
-        )
+        raise refusal(where, given, f"a number ({aim.unit}) or (value, uncertainty)")
     value = checked_number(where, pair[0], aim.unit, above=aim.least)
     if value >= aim.most:
-        raise ParameterError(f"{where} = {short(value)} is not allowed, it must be below {aim.most:g}")
+        raise refusal(where, value, f"below {aim.most:g}")
     usual = USUAL_UNCERTAINTY * abs(value)
     return Target(value, usual if pair[1] is None else checked_number(f"{where}: uncertainty", pair[1], at_least=0))
 

@@ -14,7 +14,7 @@ import scipy
 
 from grainlaw.arguments import checked
 from grainlaw.fields import ParameterError, checked_number, checked_whole_number
-from grainlaw.messages import nearest, short
+from grainlaw.messages import nearest, refusal, short
 
 Factors = dict[str, Any]  #: name and level, as it is recorded
 RESERVED = ("status", "reason")  #: columns of every table
@@ -56,15 +56,11 @@ def listed(cases: Any, factors: Mapping[str, Any]) -> Design:
     """The cases of a list of mappings or of a DataFrame, each with all combinations of further factors."""
     rows = cases.to_dict("records") if hasattr(cases, "to_dict") else cases
     if isinstance(rows, (str, Mapping)) or not isinstance(rows, Iterable):
-        raise ParameterError(
-            f"Study: cases = {short(cases)} is not allowed, it must be a list of mappings or a DataFrame"
-        )
+        raise refusal("Study: cases", cases, "a list of mappings or a DataFrame")
     found: list[Factors] = []
     for number, row in enumerate(rows):
         if not isinstance(row, Mapping) or not all(isinstance(name, str) for name in row):
-            raise ParameterError(
-                f"Study: cases[{number}] = {short(row)} is not allowed, it must be a mapping of names to levels"
-            )
+            raise refusal(f"Study: cases[{number}]", row, "a mapping of names to levels")
         found.append({name: _plain(f"cases[{number}]", name, level) for name, level in row.items()})
     if not found:
         raise ParameterError("Study: cases is empty, it must have at least one")
@@ -94,7 +90,7 @@ def _levels(name: str, given: Any) -> dict[Any, Any]:
         if len(levels) < len(given):
             raise ParameterError(f"Study: {name} = {short(list(given))} is not allowed, two levels have the same name")
     elif isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
-        raise ParameterError(f"Study: {name} = {short(given)} is not allowed, it must be a list of levels")
+        raise refusal(f"Study: {name}", given, "a list of levels")
     else:
         plain = [_plain("", name, level) for level in given]
         levels = {level: level for level in plain}
@@ -125,7 +121,7 @@ def _plain(where: str, name: str, level: Any) -> Any:
 def check_signature(case: Callable[..., Any], names: Sequence[str]) -> None:
     """Refuse factors that a function does not take, and one without those it needs."""
     if not callable(case):
-        raise ParameterError(f"Study: case = {short(case)} is not allowed, it must be a function of the factors")
+        raise refusal("Study: case", case, "a function of the factors")
     if taken := [name for name in names if name in RESERVED]:
         raise ParameterError(f"Study: a factor may not be called '{taken[0]}', a column of the table has this name")
     try:
@@ -186,7 +182,7 @@ def _points(
         try:
             low, high = given
         except (TypeError, ValueError):
-            raise ParameterError(f"{name}: {factor} = {short(given)} is not allowed, it must be (low, high)") from None
+            raise refusal(f"{name}: {factor}", given, "(low, high)") from None
         low = checked_number(f"{name}: {factor}", low)
         ends.append((low, checked_number(f"{name}: {factor}", high, above=low)))
     low, high = np.array(ends).T

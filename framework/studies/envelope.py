@@ -13,7 +13,7 @@ import scipy
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.fields import ParameterError
-from grainlaw.messages import short
+from grainlaw.messages import refusal
 from grainlaw.results.files import writable_folder, write_atomically
 from grainlaw.results.tables import write_json
 from grainlaw.studies.design import RESERVED
@@ -165,9 +165,7 @@ class StrengthEnvelope(metaclass=Checked):
     def __attrs_post_init__(self) -> None:
         for level in self.table.levels(self.confinement):
             if isinstance(level, bool) or not isinstance(level, (int, float)):
-                raise ParameterError(
-                    f"StrengthEnvelope: {self.confinement} = {short(level)} is not allowed, it must be a number (Pa)"
-                )
+                raise refusal(f"StrengthEnvelope: {self.confinement}", level, "a number (Pa)")
         if self._finished and STRENGTH not in self.table.quantities:
             raise ParameterError(f"StrengthEnvelope: the table has no column {STRENGTH}: its tests do not measure it")
 

@@ -19,7 +19,7 @@ from grainlaw.arguments import Checked
 from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.thread_count import cores
 from grainlaw.fields import ParameterError, checked_whole_number
-from grainlaw.messages import short
+from grainlaw.messages import refusal, short
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
@@ -264,9 +264,7 @@ def _shard(shard: tuple[int, int] | None) -> tuple[int, int]:
     except (TypeError, ValueError) as error:
         if isinstance(error, ParameterError):
             raise
-        raise ParameterError(
-            f"Study.run: shard = {short(shard)} is not allowed, it must be (number, of how many)"
-        ) from None
+        raise refusal("Study.run: shard", shard, "(number, of how many)") from None
 
 
 def _kind(run: Run) -> str:

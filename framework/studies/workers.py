@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from grainlaw.fields import ParameterError, UnitWarning
-from grainlaw.messages import short
+from grainlaw.messages import refusal
 from grainlaw.runs.estimate import CostWarning, in_words
 from grainlaw.runs.progress import Bar, Progress
 from grainlaw.runs.stopping import Stop
@@ -196,10 +196,8 @@ def workers(on: Any, count: int) -> Iterator[Workers]:
     elif hasattr(on, "get_executor"):  # a client of Dask
         yield GivenExecutor(on.get_executor(retries=TRIES))
     else:
-        raise ParameterError(
-            f"Study.run: on = {short(on)} is not allowed, it must be an executor of concurrent.futures, a client of "
-            "Dask, or the address of a scheduler such as 'tcp://host:8786'"
-        )
+        wanted = "an executor of concurrent.futures, a client of Dask, or the address of a scheduler"
+        raise refusal("Study.run: on", on, f"{wanted} such as 'tcp://host:8786'")
 
 
 def _cluster(address: str) -> Any:

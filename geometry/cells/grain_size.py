@@ -4,39 +4,29 @@ from __future__ import annotations
 
 import math
 import os
-from numbers import Real
 from typing import Any
 
-import attrs
 import numpy as np
 
-from grainlaw.fields import ParameterError
+from grainlaw.arguments import is_number
+from grainlaw.fields import ParameterError, checked_field
 from grainlaw.messages import short
 from grainlaw.region import Region
 
 BYTES_PER_GRAIN = 10_000  #: of a specimen with all that a simulation keeps of it
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def length() -> Any:
     """Declare a length of a component (m) that may be left out."""
 
-    def convert(value: Any, component: Any, attribute: Any) -> float | None:
+    def check(where: str, value: Any) -> float | None:
         if value is None:
             return None
-        if not _is_number(value) or value <= 0:
-            raise ParameterError(
-                f"{type(component).__name__}: {attribute.name} = {short(value)} m is not allowed, "
-                "it must be a finite number above 0"
-            )
+        if not is_number(value) or not 0 < value < math.inf:
+            raise ParameterError(f"{where} = {short(value)} m is not allowed, it must be a finite number above 0")
         return float(value)
 
-    return attrs.field(
-        default=None, converter=attrs.Converter(convert, takes_self=True, takes_field=True), metadata={"unit": "m"}
-    )
+    return checked_field(check, default=None, metadata={"unit": "m"})
 
 
 def require_one(component: Any, *others: str) -> None:
