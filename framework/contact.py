@@ -199,8 +199,7 @@ def keys_of_bonds(specimen: Specimen, laws: Mapping[Any, ContactLaw]) -> np.ndar
             pair = f"{grains.phase_name(one)} and {grains.phase_name(other)}"
             raise ParameterError(f"law: no law is given for contacts between the phases {pair}{where}")
         which[row] = number[key]
-    found: np.ndarray = which[place.ravel()]
-    return found
+    return which[place.ravel()]
 
 
 def names_of(specimen: Specimen, phase: int) -> tuple[int | str, ...]:

@@ -76,8 +76,7 @@ class BoundaryLoad(Load):
     @property
     def level(self) -> Varying:
         """The number, the points in time or the function."""
-        level: Varying = getattr(self, _field(type(self)).name)
-        return level
+        return getattr(self, _field(type(self)).name)
 
     def schedule(self, begin: np.ndarray, end: np.ndarray, pace: float, length: float) -> np.ndarray:
         """(n,) of steps from ``begin`` to ``end`` (n,) s since the stage began: what the part imposes, by step.
@@ -94,8 +93,7 @@ class BoundaryLoad(Load):
         """
         level = self.level
         if isinstance(level, TimeSeries):
-            found: np.ndarray = (level.integral(end) - level.integral(begin)) / (end - begin)
-            return found
+            return (level.integral(end) - level.integral(begin)) / (end - begin)
         if not callable(level):
             return rise(end, self.ramp, self.start, level)
         field = _field(type(self))

@@ -173,8 +173,7 @@ def material_memory(material: Material) -> tuple[str, ...]:
 
 def stress_answered(material: Material, names: tuple[str, ...], answer: Any) -> tuple[float, ...]:
     """What ``stress`` of a material with a memory of these ``names`` returned, as floats. Raises TypeError."""
-    found: tuple[float, ...] = as_floats(material, "stress", "stress xx, yy and xy", 3, names, answer)
-    return found
+    return as_floats(material, "stress", "stress xx, yy and xy", 3, names, answer)
 
 
 def stiffness_of(material: Material, count: int = 1) -> np.ndarray:

@@ -70,8 +70,7 @@ class TimeSeries(metaclass=Checked):
         slope = np.append(np.divide(np.diff(v), width, out=np.zeros(len(width)), where=width > 0), 0.0)
         until = np.concatenate([[0.0], np.cumsum(width * (v[1:] + v[:-1]) / 2)])
         since = time - t[k]
-        found: np.ndarray = until[k] + since * (v[k] + np.maximum(since, 0.0) * slope[k] / 2)
-        return found
+        return until[k] + since * (v[k] + np.maximum(since, 0.0) * slope[k] / 2)
 
 
 Varying = float | TimeSeries | Callable[[float], float]

@@ -216,7 +216,7 @@ def test_processes_are_ended_at_once_and_replaced(tmp_path):
     said = []
     made, after = object.__new__(Local), SimpleNamespace(_processes=None, shutdown=lambda **how: said.append(how))
     (tmp_path / "a.1").write_text("0.5 half")
-    made._count, made.folder, made._pool = 2, str(tmp_path), lambda: after
+    made.count, made.folder, made._pool = 2, str(tmp_path), lambda: after
     busy = {k: SimpleNamespace(kill=lambda k=k: said.append(k)) for k in (7, 8)}
     made.pool = SimpleNamespace(_processes=busy, shutdown=after.shutdown)
     assert made.renew() == {"a"}

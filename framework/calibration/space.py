@@ -65,8 +65,7 @@ class Tie:
 def law_with(law: Any, base: Mapping[str, Any], ties: Sequence[Tie], values: Mapping[str, Any]) -> ContactLaw:
     """A law, or one of a class, with these parameters. Raises :class:`ParameterError` where it refuses them."""
     given = {**base, **values, **{tie.name: tie.times * values[tie.to] for tie in ties}}
-    made: ContactLaw = law(**given) if isinstance(law, type) else attrs.evolve(law, **given)
-    return made
+    return law(**given) if isinstance(law, type) else attrs.evolve(law, **given)
 
 
 def rounded(value: float) -> float:

@@ -90,8 +90,7 @@ class StiffnessSearch:
 
     def law_of(self, normal: float, ratio: float) -> ContactLaw:
         law: Any = self.law
-        made: ContactLaw = attrs.evolve(law, **dict(zip(self.names, (normal, ratio * normal), strict=True)))
-        return made
+        return attrs.evolve(law, **dict(zip(self.names, (normal, ratio * normal), strict=True)))
 
     def constants(self, normal: float, ratio: float) -> tuple[float, float]:
         """Modulus (Pa) and Poisson's ratio, means over the specimens."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -163,21 +164,18 @@ def found_by(result: Result, measures: Sequence[Measure]) -> dict[str, Any]:
 # --- what a worker is doing ------------------------------------------------------------------------------------------
 
 
-class watching:
+@contextlib.contextmanager
+def watching(folder: str, case: str) -> Iterator[list[Observer]]:
     """A file that says what a worker is doing, for as long as the context lasts; nothing without a folder."""
-
-    def __init__(self, folder: str, case: str) -> None:
-        self.file = Path(folder) / f"{case}.{os.getpid()}" if folder else None
-
-    def __enter__(self) -> list[Observer]:
-        if self.file is None:
-            return []
-        self.file.touch()
-        return [Watch(self.file)]
-
-    def __exit__(self, *_: object) -> None:
-        if self.file is not None:
-            self.file.unlink(missing_ok=True)
+    if not folder:
+        yield []
+        return
+    file = Path(folder) / f"{case}.{os.getpid()}"
+    file.touch()
+    try:
+        yield [Watch(file)]
+    finally:
+        file.unlink(missing_ok=True)
 
 
 class Watch(Observer):
@@ -190,7 +188,5 @@ class Watch(Observer):
         if time.monotonic() - self.told < OFTEN:
             return
         self.told = time.monotonic()
-        try:
+        with contextlib.suppress(OSError):  # it is only for the eye
             self.file.write_text(f"{progress:.3f} {where_is(stage, curves)}", encoding="utf-8")
-        except OSError:  # it is only for the eye
-            pass

@@ -74,13 +74,9 @@ def listed(cases: Any, factors: Mapping[str, Any]) -> Design:
     if both := set(names) & set(further.names):
         raise ParameterError(f"Study: the factor '{min(both)}' is given twice, in cases and by itself")
     every = tuple({**row, **more} for row in found for more in further)
-    if len(set(map(_identity, every))) < len(every):
+    if len({frozenset(row.items()) for row in every}) < len(every):
         raise ParameterError("Study: cases has the same case twice")
     return Design((*names, *further.names), dict(further.levels), every)
-
-
-def _identity(factors: Factors) -> tuple:
-    return tuple(sorted(factors.items(), key=lambda item: item[0]))
 
 
 def _levels(name: str, given: Any) -> dict[Any, Any]:
@@ -149,11 +145,8 @@ def latin_hypercube(count: int, *, seed: int = 0, **ranges: Any) -> list[dict[st
     (McKay, Beckman and Conover 1979, doi:10.1080/00401706.1979.10489755.) Raises ParameterError.
     """
 
-    def drawn(dimension: int) -> np.ndarray:
-        found: np.ndarray = scipy.stats.qmc.LatinHypercube(dimension, rng=seed).random(count)
-        return found
-
-    return _points("latin_hypercube", count, seed, ranges, drawn)
+    drawn = scipy.stats.qmc.LatinHypercube
+    return _points("latin_hypercube", count, seed, ranges, lambda d: drawn(d, rng=seed).random(count))
 
 
 @checked
@@ -164,8 +157,7 @@ def sobol(count: int, *, seed: int = 0, **ranges: Any) -> list[dict[str, float]]
     """
 
     def points(dimension: int) -> np.ndarray:
-        drawn: np.ndarray = scipy.stats.qmc.Sobol(dimension, rng=seed).random_base2(math.ceil(math.log2(count)))[:count]
-        return drawn
+        return scipy.stats.qmc.Sobol(dimension, rng=seed).random_base2(math.ceil(math.log2(count)))[:count]
 
     return _points("sobol", count, seed, ranges, points)
 

@@ -15,6 +15,7 @@ from grainlaw.arguments import Checked, checked
 from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
 from grainlaw.results.files import writable_folder, write_atomically
+from grainlaw.results.means import quantile
 from grainlaw.results.tables import write_json
 from grainlaw.studies.design import RESERVED
 from grainlaw.studies.table import Table
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
 
 STRENGTH = "strength"
-CONFIDENCE = 0.95
 Interval = tuple[float, float]
 
 
@@ -65,18 +65,17 @@ class HoekBrownFit(metaclass=Checked):
 @checked
 def fit_mohr_coulomb(confinement: Sequence[float], strength: Sequence[float]) -> MohrCoulombFit:
     """Fit strengths (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements."""
-    m, b, spread = _line(*_pairs("fit_mohr_coulomb", confinement, strength))
-    angle, c = map(float, angle_and_cohesion(np.array(m.value), np.array(b.value)))
-    root = math.sqrt(m.value) if m.value > 0 else math.nan
-    by_slope, by_ucs = -b.value / (4 * root**3), 1 / (2 * root)  # c = b / (2 sqrt(m))
-    error = math.sqrt(
-        (by_slope * m.error) ** 2 + (by_ucs * b.error) ** 2 + 2 * by_slope * by_ucs * spread.covariance
-    )  # fmt: skip
-    angle_error = math.degrees(m.error / ((m.value + 1) * root))
+    line = _Line.through(*_pairs("fit_mohr_coulomb", confinement, strength))
+    m, b = line.slope, line.intercept
+    angle, c = map(float, angle_and_cohesion(np.array(m), np.array(b)))
+    root = math.sqrt(m) if m > 0 else math.nan
+    error = line.error(-b / (4 * root**3), 1 / (2 * root))  # c = b / (2 sqrt(m))
+    angle_error = math.degrees(line.slope_error / ((m + 1) * root))
     return MohrCoulombFit(
-        slope=m.value, slope_interval=m.interval, ucs=b.value, ucs_interval=b.interval, friction_angle=angle,
-        friction_angle_interval=spread.interval(angle, angle_error), cohesion=c,
-        cohesion_interval=spread.interval(c, error), r_squared=spread.r_squared,
+        slope=m, slope_interval=line.interval(m, line.slope_error), ucs=b,
+        ucs_interval=line.interval(b, line.intercept_error), friction_angle=angle,
+        friction_angle_interval=line.interval(angle, angle_error), cohesion=c,
+        cohesion_interval=line.interval(c, error), r_squared=line.r_squared,
     )  # fmt: skip
 
 
@@ -93,37 +92,44 @@ def fit_hoek_brown(confinement: Sequence[float], strength: Sequence[float]) -> H
     nan where the strengths fall so steeply that s_ci^2 is negative.
     """
     x, y = _pairs("fit_hoek_brown", confinement, strength)
-    slope, square, spread = _line(x, (y - x) ** 2)
-    ucs = math.sqrt(square.value) if square.value > 0 else math.nan
-    m = slope.value / ucs
-    by_slope, by_square = 1 / ucs, -slope.value / (2 * ucs**3)
-    error = math.sqrt(
-        (by_slope * slope.error) ** 2 + (by_square * square.error) ** 2 + 2 * by_slope * by_square * spread.covariance
-    )
+    line = _Line.through(x, (y - x) ** 2)
+    ucs = math.sqrt(line.intercept) if line.intercept > 0 else math.nan
+    m, error = line.slope / ucs, line.error(1 / ucs, -line.slope / (2 * ucs**3))
     return HoekBrownFit(
-        ucs=ucs, ucs_interval=spread.interval(ucs, square.error / (2 * ucs)), m=m,
-        m_interval=spread.interval(m, error), r_squared=spread.r_squared,
+        ucs=ucs, ucs_interval=line.interval(ucs, line.intercept_error / (2 * ucs)), m=m,
+        m_interval=line.interval(m, error), r_squared=line.r_squared,
     )  # fmt: skip
 
 
 @attrs.frozen
-class _Coefficient:
-    value: float
-    error: float
-    interval: Interval
+class _Line:
+    """A regression line and its scatter."""
 
-
-@attrs.frozen
-class _Spread:
-    quantile: float  #: of Student's distribution
+    slope: float
+    slope_error: float
+    intercept: float
+    intercept_error: float
     covariance: float  #: of slope and intercept
+    quantile: float  #: of Student's distribution
     r_squared: float
+
+    @classmethod
+    def through(cls, x: np.ndarray, y: np.ndarray) -> _Line:
+        line = scipy.stats.linregress(x, y)
+        error = float(line.stderr)
+        return cls(
+            slope=float(line.slope), slope_error=error, intercept=float(line.intercept),
+            intercept_error=float(line.intercept_stderr), covariance=-float(x.mean()) * error**2,
+            quantile=quantile(len(x) - 1), r_squared=float(line.rvalue) ** 2,
+        )  # fmt: skip
 
     def interval(self, value: float, error: float) -> Interval:
         return value - self.quantile * error, value + self.quantile * error
 
-
-_Line = tuple[_Coefficient, _Coefficient, _Spread]
+    def error(self, by_slope: float, by_intercept: float) -> float:
+        """Of what has these slopes over slope and intercept, to first order."""
+        squares = (by_slope * self.slope_error) ** 2 + (by_intercept * self.intercept_error) ** 2
+        return math.sqrt(squares + 2 * by_slope * by_intercept * self.covariance)
 
 
 def _pairs(name: str, confinement: Any, strength: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -135,19 +141,6 @@ def _pairs(name: str, confinement: Any, strength: Any) -> tuple[np.ndarray, np.n
             "for each confinement, and two different confinements"
         )
     return x, y
-
-
-def _line(x: np.ndarray, y: np.ndarray) -> _Line:
-    """Slope and intercept of a regression line, and their scatter."""
-    line = scipy.stats.linregress(x, y)
-    freedom = len(x) - 2
-    quantile = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2, freedom)) if freedom > 0 else math.nan
-    spread = _Spread(quantile, -float(x.mean()) * float(line.stderr) ** 2, float(line.rvalue) ** 2)
-    slope, ucs = (
-        _Coefficient(float(value), float(error), spread.interval(float(value), float(error)))
-        for value, error in ((line.slope, line.stderr), (line.intercept, line.intercept_stderr))
-    )
-    return slope, ucs, spread
 
 
 @attrs.frozen(eq=False)
@@ -229,7 +222,7 @@ class StrengthEnvelope(metaclass=Checked):
 
     def plot(self) -> Figure:
         """Stress-strain curves of the stored runs, and strengths over confinement with both fits."""
-        from grainlaw.studies.envelope_figure import plot_envelope
+        from grainlaw.studies.figures import plot_envelope
 
         return plot_envelope(self)
 

@@ -14,8 +14,7 @@ from grainlaw.quantity import aligned
 from grainlaw.results.files import write_atomically
 from grainlaw.results.tables import data_frame, plain
 from grainlaw.short_form import html_table
-from grainlaw.studies.rows import label
-from grainlaw.studies.statistics import level
+from grainlaw.studies.statistics import label, level
 
 if TYPE_CHECKING:
     import pandas

@@ -104,6 +104,11 @@ def level(factor: str, value: Any) -> str:
     return f"{value * look.factor:.6g}" if isinstance(value, (int, float)) else str(value)
 
 
+def label(factors: Sequence[str], row: Mapping[str, Any]) -> str:
+    """The levels of a row, with the names of their factors."""
+    return ", ".join(f"{name} = {level(name, row[name])}" for name in factors)
+
+
 class Listing(tuple):
     """Several means, differences or interactions of one quantity; prints as a table."""
 

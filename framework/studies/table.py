@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import functools
+import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grainlaw.arguments import checked
+from grainlaw.arguments import Checked, checked, is_number
 from grainlaw.columns import STRAIN, STRESS, quantity_of
 from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.messages import nearest, short
@@ -22,8 +23,7 @@ from grainlaw.studies import groups
 from grainlaw.studies.case import FINISHED
 from grainlaw.studies.design import RESERVED
 from grainlaw.studies.export import as_html, as_text, to_pandas, to_xarray, write_csv, write_parquet
-from grainlaw.studies.rows import Rows, is_number, label, number, several
-from grainlaw.studies.statistics import By, Listing
+from grainlaw.studies.statistics import By, Listing, label
 from grainlaw.studies.store import Kept
 
 if TYPE_CHECKING:
@@ -37,46 +37,109 @@ if TYPE_CHECKING:
 NO_PROPERTIES = (*LIMITS, *COST)  #: of the rock
 
 
-class Table(Rows):
+def several(names: str | Sequence[str]) -> tuple[str, ...]:
+    """One name or several, as several."""
+    return (names,) if isinstance(names, str) else tuple(names)
+
+
+def flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Factors, status and properties by name; a factor hides a property of its name."""
+    found = {**row["factors"], "status": row["status"], "reason": row.get("reason", "")}
+    for part in ("summary", "measures"):
+        for name, value in (row.get(part) or {}).items():
+            found.setdefault(name, value)
+    return found
+
+
+class Table(metaclass=Checked):
     """Rows of a study in the order of its cases: factors, status, and the properties of each test (SI).
 
     Prints as a table. ``table["strength"]`` is a column, nan for cases that failed. It holds nothing of the clock or
-    of the machine: the same cases give the same table wherever and in whatever order they ran.
+    of the machine: the same cases give the same table wherever and in whatever order they ran. Rows are read when the
+    first of them is asked for: of a million, not before they are needed.
     """
 
     def __init__(
         self, rows: Iterable[Mapping[str, Any]], factors: Sequence[str], store: Kept,
         measures: Sequence[Measure] | None = None,
     ) -> None:  # fmt: skip
-        super().__init__(rows, factors)
-        self.store = store
+        self.factors, self._given, self.store = tuple(factors), rows, store
         known = MEASURES.values() if measures is None else measures
         self._measures = {measure.name: measure for measure in known}
         self._found: dict[str, np.ndarray] = {}
+
+    @functools.cached_property
+    def _stored(self) -> list[Mapping[str, Any]]:
+        return list(self._given)
+
+    @functools.cached_property
+    def cases(self) -> list[str]:
+        """Keys of the cases."""
+        return [str(row["case"]) for row in self._stored]
+
+    @functools.cached_property
+    def stored(self) -> list[str]:
+        """Keys of the runs, empty where there is none."""
+        return [str(row.get("run") or "") for row in self._stored]
+
+    @functools.cached_property
+    def costs(self) -> list[dict[str, float]]:
+        """CPU time and seconds (s) and bytes of each case, as measured."""
+        return [dict(row.get("cost") or {}) for row in self._stored]
+
+    @functools.cached_property
+    def rows(self) -> list[dict[str, Any]]:
+        """Factors, status, reason and properties of each case, by name; of one that failed, those until then."""
+        return [flat(row) for row in self._stored]
+
+    @functools.cached_property
+    def declared(self) -> dict[str, Quantity]:
+        """What the tests of the rows have declared of their columns and properties, by name."""
+        found = [entry for row in self._stored for entry in row.get("quantities") or ()]
+        return {entry["name"]: Quantity(**entry) for entry in found}
+
+    @functools.cached_property
+    def doubts(self) -> dict[str, list[int]]:
+        """Numbers of finished rows that fail the certificate, or whose specimen had not failed, by what is doubted."""
+        found: dict[str, list[int]] = {}
+        for number, row in enumerate(self._stored):
+            for words in row.get("doubts") or () if row["status"] == FINISHED else ():
+                found.setdefault(words, []).append(number)
+        return found
+
+    @functools.cached_property
+    def columns(self) -> tuple[str, ...]:
+        """Names of all columns."""
+        found = dict.fromkeys(name for row in self.rows for name in row)
+        return (*self.factors, *RESERVED, *(n for n in found if n not in (*self.factors, *RESERVED)))
+
+    def value(self, row: Mapping[str, Any], name: str) -> Any:
+        """What counts of a row; None for what a test that failed had measured by then, which is no end."""
+        return row.get(name) if row["status"] == FINISHED or name in (*self.factors, *RESERVED) else None
+
+    def __len__(self) -> int:
+        return len(self.rows)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A column (k,): numbers, or texts. Raises ParameterError for a name that is not there."""
         self._check(name)
         if name not in self._found:
-            self._found[name] = self._column(name)
+            values = [self.value(row, name) for row in self.rows]
+            if name in self.quantities:
+                column = np.array([math.nan if value is None else float(value) for value in values], dtype=float)
+            elif values and all(map(is_number, values)):
+                column = np.array(values)  # the levels of a factor
+            else:
+                column = np.array(values, dtype=object)
+            column.flags.writeable = False  # the same one is given again
+            self._found[name] = column
         return self._found[name]
-
-    def _column(self, name: str) -> np.ndarray:
-        values = [self.value(row, name) for row in self.rows]
-        if name in self.quantities:
-            column = np.array([number(value) for value in values], dtype=float)
-        elif values and all(map(is_number, values)) and None not in values:
-            column = np.array(values)  # the levels of a factor
-        else:
-            column = np.array(values, dtype=object)
-        column.flags.writeable = False  # the same one is given again
-        return column
 
     @functools.cached_property
     def quantities(self) -> list[str]:
         """Columns of numbers that are not factors."""
-        names = (name for name in self.columns if name not in (*self.factors, *RESERVED))
-        return [name for name in names if all(is_number(row.get(name)) for row in self.rows)]
+        names = [name for name in self.columns if name not in (*self.factors, *RESERVED)]
+        return [n for n in names if all(row.get(n) is None or is_number(row[n]) for row in self.rows)]
 
     @functools.cached_property
     def _had(self) -> list[str]:

@@ -46,11 +46,7 @@ class Workers(ABC):
     """What carries out cases."""
 
     folder = ""  #: where workers say what they are doing, empty if they cannot
-
-    @property
-    @abstractmethod
-    def count(self) -> int:
-        """How many there are, 0 if that is not known."""
+    count = 0  #: how many there are, 0 if that is not known
 
     @abstractmethod
     def submit(self, recipe: bytes, task: Task) -> Future[Done]:
@@ -81,11 +77,7 @@ class GivenExecutor(Workers):
     """An executor of the user's: threads, processes, or those of a cluster."""
 
     def __init__(self, executor: Executor) -> None:
-        self.executor = executor
-
-    @property
-    def count(self) -> int:
-        return int(getattr(self.executor, "_max_workers", 0) or 0)
+        self.executor, self.count = executor, int(getattr(executor, "_max_workers", 0) or 0)
 
     def submit(self, recipe: bytes, task: Task) -> Future[Done]:
         return self.executor.submit(carry_out, recipe, task)
@@ -98,15 +90,11 @@ class Local(Workers):
     """Processes on this machine, one for each core; new ones take the place of those that die."""
 
     def __init__(self, count: int) -> None:
-        self._count, self.folder = count, tempfile.mkdtemp(prefix="grainlaw-")
+        self.count, self.folder = count, tempfile.mkdtemp(prefix="grainlaw-")
         self.pool = self._pool()
 
-    @property
-    def count(self) -> int:
-        return self._count
-
     def _pool(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(self._count, mp_context=_context(), initializer=_begin, initargs=(self.folder,))
+        return ProcessPoolExecutor(self.count, mp_context=_context(), initializer=_begin, initargs=(self.folder,))
 
     def submit(self, recipe: bytes, task: Task) -> Future[Done]:
         return self.pool.submit(carry_out, recipe, task, self.folder)
