@@ -113,16 +113,9 @@ def _refine(
 
 
 def _number(
-    nodes: np.ndarray,
-    node_grain: np.ndarray,
-    zones: np.ndarray,
-    shared: np.ndarray,
-    kind: np.ndarray,
-    rim: np.ndarray,
-    side: np.ndarray,
-    names: tuple[str, ...],
-    count: int,
-) -> Mesh:
+    nodes: np.ndarray, node_grain: np.ndarray, zones: np.ndarray, shared: np.ndarray, kind: np.ndarray,
+    rim: np.ndarray, side: np.ndarray, names: tuple[str, ...], count: int,
+) -> Mesh:  # fmt: skip
     """Number nodes, zones and interfaces grain by grain."""
     order = np.argsort(node_grain, kind="stable")
     number = np.argsort(order)

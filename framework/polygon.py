@@ -23,6 +23,11 @@ def areas_and_centroids(points: np.ndarray, first: np.ndarray) -> tuple[np.ndarr
         return areas, origin + moments / (6 * areas[:, None])
 
 
+def ring_area(ring: np.ndarray) -> float:
+    """Of one polygon (n, 2), negative where it runs clockwise."""
+    return float(areas_and_centroids(ring, np.array([0, len(ring)]))[0][0])
+
+
 def following(first: np.ndarray) -> np.ndarray:
     """Position of the next corner of the same polygon, for each corner; polygon g has ``first[g]:first[g + 1]``."""
     position = np.arange(1, first[-1] + 1)

@@ -12,16 +12,16 @@ import numpy as np
 from grainlaw.arguments import Checked, fits, floats
 from grainlaw.fields import ParameterError, checked_field
 from grainlaw.messages import refusal
-from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following
+from grainlaw.polygon import areas_and_centroids, cross, crossing_sides, enclosed, following, ring_area
 
 SMALLEST, LARGEST = 1e-18, 1e12  #: m: beyond them products of lengths lose digits
 SLENDEREST = 1e4  #: length over width
 ROUNDING = 1e-9  #: of a length: nearer than this to a side is on the side, flatter than this is straight
 
 
-def _names(names: Iterable[str]) -> tuple[str, ...]:
+def _names(where: str, names: Any) -> tuple[str, ...]:
     if not fits(names, Sequence[str]):
-        raise refusal("Region: sides", names, "a list of names")
+        raise refusal(where, names, "a list of names")
     return tuple(names)
 
 
@@ -41,10 +41,6 @@ def _ring_names(rings: Iterable[Iterable[str]]) -> tuple[tuple[str, ...], ...]:
     if not fits(rings, Sequence[Sequence[str]]):
         raise refusal("Region: hole_sides", rings, "a list of names for each hole")
     return tuple(tuple(names) for names in rings)
-
-
-def _converted(converter: Any) -> Any:
-    return attrs.field(converter=converter)
 
 
 def array_field(kind: type) -> Any:
@@ -75,7 +71,7 @@ class Region(metaclass=Checked):
     """
 
     outline: np.ndarray = array_field(float)  #: (n, 2) m, counter-clockwise
-    sides: tuple[str, ...] = _converted(_names)  #: name of the side from corner k to corner k + 1
+    sides: tuple[str, ...] = checked_field(_names)  #: name of the side from corner k to corner k + 1
     holes: tuple[np.ndarray, ...] = attrs.field(default=(), converter=_rings)  #: (n, 2) m each, clockwise
     hole_sides: tuple[tuple[str, ...], ...] = attrs.field(converter=_ring_names)  #: as ``sides``; "hole" unless given
 
@@ -106,10 +102,9 @@ class Region(metaclass=Checked):
                 return f"{named[one]} crosses or touches itself at its sides {k} and {m}"
             return f"{named[other]} crosses or touches {named[one]}, its side {m} meets side {k}"
         for turn, (name, ring, _) in enumerate(rings):
-            area = areas_and_centroids(ring, np.array([0, len(ring)]))[0][0]
-            if turn == 0 and area <= 0:
+            if turn == 0 and ring_area(ring) <= 0:
                 return f"{name} runs clockwise, its corners must be given counter-clockwise"
-            if turn > 0 and area >= 0:
+            if turn > 0 and ring_area(ring) >= 0:
                 return f"{name} runs counter-clockwise, the corners of a hole must be given clockwise"
         for number, hole in enumerate(self.holes):
             others = np.r_[0 : first[number + 1], first[number + 2] : len(self.start)]

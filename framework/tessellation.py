@@ -101,11 +101,8 @@ class Tessellation(metaclass=Checked):
         return np.arange(self.count)
 
     @phase.default
-    def _one_phase(self) -> np.ndarray:
-        return np.zeros(self.count, dtype=int)
-
     @body.default
-    def _one_body(self) -> np.ndarray:
+    def _all_the_first(self) -> np.ndarray:
         return np.zeros(self.count, dtype=int)
 
     @loose.default

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from typing import Any
 
 import attrs
@@ -126,11 +126,16 @@ def moved(grains: Tessellation, by: Any = (0.0, 0.0), turn: float = 0.0) -> Tess
         x, y = points.T
         return np.column_stack([cosine * x - sine * y, sine * x + cosine * y]) + shift
 
-    regions = [
+    return _moved(grains, placed)
+
+
+def _moved(grains: Tessellation, placed: Callable[[np.ndarray], np.ndarray]) -> Tessellation:
+    """Grains and their regions, by what gives points (n, 2) m their new places."""
+    region, *others = (
         attrs.evolve(each, outline=placed(each.outline), holes=[placed(hole) for hole in each.holes])
         for each in grains.regions
-    ]
-    return attrs.evolve(grains, region=regions[0], bodies=regions[1:], vertices=placed(grains.vertices))
+    )
+    return attrs.evolve(grains, region=region, bodies=others, vertices=placed(grains.vertices))
 
 
 @checked
@@ -155,12 +160,7 @@ def lying(grains: Tessellation) -> Tessellation:
         for region in grains.regions for name in region.names
         for side, mark, more in [name.partition("_")] for rest in [mark + more] if side in places
     }  # fmt: skip
-    regions = [
-        attrs.evolve(each, outline=placed(each.outline), holes=[placed(hole) for hole in each.holes])
-        for each in grains.regions
-    ]
-    turned = attrs.evolve(grains, region=regions[0], bodies=regions[1:], vertices=placed(grains.vertices))
-    return renamed(turned, names)
+    return renamed(_moved(grains, placed), names)
 
 
 def renamed(grains: Tessellation, names: Mapping[str, str]) -> Tessellation:

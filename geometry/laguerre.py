@@ -89,7 +89,7 @@ class Laguerre(Tessellator):
             areas = self._areas(region, random)
             seeds = scattered(region, len(areas), random)
         if self.circularity is None:
-            return areas_cells(region, areas, random, self.relaxation, self.merge, seeds)
+            return areas_cells(region, areas, seeds, self.relaxation, self.merge)
         return grains_of_circularity("Laguerre", region, areas, seeds, self.circularity, self.merge)
 
     def _areas(self, region: Region, random: np.random.Generator) -> np.ndarray:

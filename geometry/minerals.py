@@ -106,24 +106,13 @@ class Minerals(Tessellator):
         random = np.random.default_rng(self.seed)
         phase = refined(dealt(areas, shares, random), areas, shares, random)
         if self.clustering != 1 and len(shares) > 1:
-            phase = self._clustered(cells, grain, phase, areas, shares, random)
+            pairs, lengths = _boundary(cells, grain)
+            average = expected_share(phase)
+            wanted = self.clustering * average
+            phase, reached = rearranged(phase, pairs, lengths, areas, shares, wanted, random)
+            if abs(reached - wanted) > max(REACHED * wanted, 1 / len(areas)):
+                raise self._not_reached(len(areas), reached / average)
         return attrs.evolve(cells, phase=phase[grain], phase_names=tuple(self.fractions))
-
-    def _clustered(
-        self,
-        cells: Tessellation,
-        grain: np.ndarray,
-        phase: np.ndarray,
-        areas: np.ndarray,
-        shares: np.ndarray,
-        random: np.random.Generator,
-    ) -> np.ndarray:
-        pairs, lengths = _boundary(cells, grain)
-        wanted = self.clustering * expected_share(phase)
-        phase, reached = rearranged(phase, pairs, lengths, areas, shares, wanted, random)
-        if abs(reached - wanted) > max(REACHED * wanted, 1 / len(areas)):
-            raise self._not_reached(len(areas), reached / expected_share(phase))
-        return phase
 
     def _sized(self, region: Region, grains: Laguerre, sizes: ByPhase) -> tuple[AreaFit, np.ndarray]:
         """Grains of the sizes of their minerals, and (n,) the mineral of each of the areas they were asked to have.

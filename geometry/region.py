@@ -12,7 +12,7 @@ import numpy as np
 from grainlaw.arguments import checked
 from grainlaw.fields import ParameterError, checked_points, checked_whole_number
 from grainlaw.messages import short
-from grainlaw.polygon import areas_and_centroids
+from grainlaw.polygon import ring_area
 from grainlaw.region import Region
 
 
@@ -57,7 +57,7 @@ def polygon(points: Any, names: str | Sequence[str] = "boundary", holes: Mapping
 
 def _clockwise(ring: np.ndarray) -> bool:
     """Whether a ring runs clockwise; one of too few corners, which the region refuses, runs nowhere."""
-    return len(ring) > 2 and bool(areas_and_centroids(ring.astype(float), np.array([0, len(ring)]))[0][0] < 0)
+    return len(ring) > 2 and ring_area(ring.astype(float)) < 0
 
 
 @checked
@@ -184,15 +184,9 @@ def notched_beam(
 
 
 def _supported(
-    shape: str,
-    left: float,
-    right: float,
-    middle: float,
-    span: float,
-    bearing: float,
-    notch_width: float,
+    shape: str, left: float, right: float, middle: float, span: float, bearing: float, notch_width: float,
     notch_depth: float,
-) -> list[tuple[str, list[tuple[float, float]]]]:
+) -> list[tuple[str, list[tuple[float, float]]]]:  # fmt: skip
     """Pieces of a bottom at height 0 from left to right, with two supports and a notch between them."""
     room = min(right - left - span, span)
     check_sizes(shape, below=room, bearing=bearing)

@@ -11,7 +11,8 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, fits, floats
-from grainlaw.fields import ParameterError, checked_field, checked_points, parameter
+from grainlaw.fields import ParameterError, checked_field, parameter
+from grainlaw.geometry.cells.grain_size import some_points
 from grainlaw.messages import refusal, short
 
 
@@ -175,13 +176,6 @@ def _whole_numbers(wanted: np.ndarray, count: int) -> np.ndarray:
     return whole
 
 
-def _place(value: Any) -> tuple[tuple[float, float], ...]:
-    points = checked_points("Graded: place", value)
-    if not len(points):
-        raise refusal("Graded: place", value, "a list of at least one point (x, y) in m")
-    return tuple((x, y) for x, y in points.tolist())
-
-
 @attrs.frozen(kw_only=True)
 class Graded(metaclass=Checked):
     """A size that grows with the distance from a place: ``size + growth * distance``, at most ``largest``.
@@ -191,7 +185,7 @@ class Graded(metaclass=Checked):
         Laguerre(grain_size=Graded(place=[(0.05, 0.02)], size=1 * mm, growth=0.2, largest=5 * mm))
     """
 
-    place: tuple[tuple[float, float], ...] = attrs.field(converter=_place, metadata={"unit": "m"})  #: point or polyline
+    place: tuple[tuple[float, float], ...] = checked_field(some_points, metadata={"unit": "m"})  #: point or polyline
     size: float = parameter("m")  #: at the place
     growth: float = parameter("1", at_least=0, at_most=10)  #: m for each m of distance
     largest: float = parameter("m")  #: not exceeded anywhere

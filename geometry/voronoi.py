@@ -8,27 +8,21 @@ import attrs
 import numpy as np
 from scipy.spatial import cKDTree
 
-from grainlaw.fields import ParameterError, checked_points, parameter, whole_number
+from grainlaw.fields import ParameterError, checked_field, parameter, whole_number
 from grainlaw.geometry.cells.any_voronoi import SMALL, Cells
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
-from grainlaw.geometry.cells.grain_size import check_memory, grain_count, length, require_one
+from grainlaw.geometry.cells.grain_size import check_memory, grain_count, length, require_one, some_points
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.seeds import hilbert_order, scattered_points, uniform_points
 from grainlaw.geometry.cells.sides import depths, is_convex
-from grainlaw.messages import refusal
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator
 
 CLOSEST = 1e-6  #: of the grain size: nearer points are the same, or on a side
 
 
-def _points(value: Any) -> tuple[tuple[float, float], ...] | None:
-    if value is None:
-        return None
-    points = checked_points("Voronoi: points", value)
-    if not len(points):
-        raise refusal("Voronoi: points", value, "a list of at least one point (x, y) in m")
-    return tuple((x, y) for x, y in points.tolist())
+def _points(where: str, value: Any) -> tuple[tuple[float, float], ...] | None:
+    return None if value is None else some_points(where, value)
 
 
 @attrs.frozen(kw_only=True)
@@ -46,7 +40,7 @@ class Voronoi(Tessellator):
 
     grains: int | None = whole_number(at_least=1, default=None)  #: number of grains; give this, grain_size or points
     grain_size: float | None = length()  #: square root of their mean area
-    points: tuple[tuple[float, float], ...] | None = attrs.field(default=None, converter=_points)  #: seeds, m
+    points: tuple[tuple[float, float], ...] | None = checked_field(_points, default=None)  #: seeds, m
     seed: int = whole_number(at_least=0, default=1)  #: of the random numbers
     relaxation: int = whole_number(at_least=0, at_most=1000, default=3)  #: Lloyd iterations: the more, the more even
     merge: float = parameter("grain sizes", default=0.25, at_least=0, below=1)  #: shorter edges vanish where they can

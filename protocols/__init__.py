@@ -6,11 +6,10 @@ from grainlaw.protocols.biaxial_compression import BiaxialCompression
 from grainlaw.protocols.brazilian import Brazilian
 from grainlaw.protocols.creep import Creep
 from grainlaw.protocols.cyclic import Cyclic
-from grainlaw.protocols.direct_shear import DirectShear
 from grainlaw.protocols.excavation import Excavation
 from grainlaw.protocols.free_motion import FreeMotion
 from grainlaw.protocols.heating import Heating, Held
-from grainlaw.protocols.joint_tension import JointTension
+from grainlaw.protocols.joint import DirectShear, JointTension
 from grainlaw.protocols.plane_wave import PlaneWave, Wave
 from grainlaw.protocols.saturated import Saturated
 from grainlaw.protocols.uniaxial import UniaxialCompression, UniaxialTension

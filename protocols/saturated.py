@@ -11,7 +11,7 @@ import numpy as np
 from grainlaw.columns import SATURATES, STAGE, WET
 from grainlaw.condition import AtRest, Curves
 from grainlaw.engine.state import State
-from grainlaw.fields import ParameterError, parameter, part
+from grainlaw.fields import ParameterError, checked_field, parameter, part
 from grainlaw.loads import BoundaryLoad, Drive, Driven, FluidPressure, Hold, Pressure, Quiet
 from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
@@ -28,15 +28,13 @@ ROUNDING = 1e-6  #: of the pressed length: less is no push
 MOST = 10_000  #: samples until the specimen rests in the fluid
 
 
-def _names(value: Any) -> Any:
-    return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, Sequence) else value
-
-
-def _are_names(test: Saturated, attribute: Any, value: Any) -> None:
-    if not isinstance(value, tuple) or not value or not all(isinstance(name, str) for name in value):
-        raise refusal("Saturated: boundaries", value, "a list of names of boundaries")
-    if len(set(value)) < len(value):
-        raise ParameterError(f"Saturated: boundaries = {value} is not allowed, each can be named once")
+def _names(where: str, value: Any) -> tuple[str, ...]:
+    names = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, Sequence) else value
+    if not isinstance(names, tuple) or not names or not all(isinstance(name, str) for name in names):
+        raise refusal(where, names, "a list of names of boundaries")
+    if len(set(names)) < len(names):
+        raise ParameterError(f"{where} = {names} is not allowed, each can be named once")
+    return names
 
 
 @attrs.frozen(kw_only=True)
@@ -51,7 +49,7 @@ class Saturated(LoadingProtocol):
     test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())  #: what the specimen is put through
     pressure: float = parameter("Pa")  #: of the fluid
     #: names of those at which the fluid is
-    boundaries: tuple[str, ...] = attrs.field(default=("left", "right"), converter=_names, validator=_are_names)
+    boundaries: tuple[str, ...] = checked_field(_names, default=("left", "right"))
     ramp: float = parameter("s", default=2e-4)  #: time in which the pressure rises, if the test has none of its own
 
     def __attrs_post_init__(self) -> None:

@@ -25,7 +25,7 @@ from grainlaw.geometry import (
     polygon,
     rectangle,
 )
-from grainlaw.geometry.cells.filling import _cells, _lattice, _scattered, triangles
+from grainlaw.geometry.breakable import _cells, _lattice, _scattered, triangles
 from grainlaw.geometry.cells.lines import held, released
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.tiling import Tiling

@@ -424,7 +424,7 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
     class Found:
         def __init__(self, space, targets, names, simulator, seeds, budget, seed, others, tell):
             asked.update(names=names, seeds=seeds, budget=budget, seed=seed, others=others, weakest=simulator.weakest)
-            self.space = space
+            self.space, self.seed = space, seed
 
         def run(self):
             best = np.array([11.23456e6, 33e6, 41.0])

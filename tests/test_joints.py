@@ -22,7 +22,7 @@ from grainlaw.geometry import (
     polygon,
     rectangle,
 )
-from grainlaw.geometry.cells.tracing import cut_by
+from grainlaw.geometry.joints import cut_by
 from grainlaw.tessellation import TilingError
 
 REGIONS = {

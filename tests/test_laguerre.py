@@ -248,7 +248,7 @@ def test_given_areas_are_met_in_their_order() -> None:
 
 def test_own_seeds_stay_without_rounds() -> None:
     seeds = np.array([(0.2, 0.2), (0.7, 0.3), (0.5, 0.8)])
-    fit = areas_cells(rectangle(1, 1), np.ones(3), np.random.default_rng(1), rounds=0, merge=0, seeds=seeds)
+    fit = areas_cells(rectangle(1, 1), np.ones(3), seeds, rounds=0, merge=0)
     power = np.array([((fit.tessellation.centroids - seed) ** 2).sum(axis=1) for seed in seeds])
     assert power.argmin(axis=0).tolist() == fit.owner.tolist()
     assert fit.after == pytest.approx(np.full(3, 1 / 3), rel=0.005)

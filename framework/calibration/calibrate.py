@@ -76,60 +76,73 @@ def calibrate(
     Raises :class:`ParameterError` before anything is run for what cannot be, and where so many tests fail that a
     target has no values; :class:`~grainlaw.runs.stopping.Stopped`.
     """
-    _check_numbers(seeds=(seeds, FEWEST_SEEDS), more=(more, 0), fresh=(fresh, 2), seed=(seed, 0))
-    _check_elastic(elastic)
-    if not targets.tested:
-        raise ParameterError("calibrate: targets have no strength: there is nothing that takes a test to failure")
-    asked = checked_quantities("calibrate: also", also)
-    wanted = needed_tests((*targets.tested, *asked))
-    made = checked_tests(tests or {})
+    _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), more=(more, 0), fresh=(fresh, 2), seed=(seed, 0))
+    wanted, made = needed_tests(_quantities(targets, also)), checked_tests(tests or {})
     shapes = checked_specimens(specimens, (*wanted, *(["compression"] if targets.elastic else [])))
-    if {"cohesion", "friction_angle"} & {*targets.tested, *asked} and not targets.pressures:
-        raise ParameterError("calibrate: cohesion or friction_angle needs confinements: Targets(confinements=[...])")
-
-    first = _space(law, free, tied or {}, shapes, targets)
+    space = _space(law, free, tied or {}, shapes, targets)
     parts = 3 if targets.elastic else 2  # a pilot, the first wave, and as much for the later ones
-    checked_whole_number("calibrate: budget", budget, at_least=parts * (len(first.groups) + 4))
-    tell = _say if progress else _silent
-    case = TrialCase(first.law, first.base, first.ties, shapes, made, 1.0)
+    checked_whole_number("calibrate: budget", budget, at_least=parts * (len(space.groups) + 4))
+
+    case = TrialCase(space.law, space.base, space.ties, shapes, made, 1.0)
+    names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]
+    first, others = range(1, seeds + 1), range(seeds + 1, seeds + more + 1)
+    last = range(seeds + more + 1, seeds + more + fresh + 1)
     with shown_in(progress, stays=True, speaks=True) as bars:
-        simulator = StudySimulator(case, first.powers, targets.pressures, store, bars=bars, workers=workers, on=on)
-        simulator.weakest = first.weakest
-        names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]
+        simulator = StudySimulator(case, space.powers, targets.pressures, store, bars=bars, workers=workers, on=on)
+        simulator.weakest = space.weakest
         simulator.plan(names, seeds * budget + 2 * more + fresh)
-        others = range(seeds + 1, seeds + more + 1)
-        search = Search(first, targets.tested, names, simulator, range(1, seeds + 1), budget, seed, others, tell)
-        ones, stiffness = _one_of_each(shapes), None
-        if targets.elastic:
-            statics = _statics(first, shapes, seeds, elastic)
-            stiffness = expected_stiffness(first, targets, ones, statics, seed)
-            search = stiffened(search, simulator, stiffness)
-        known = looked_at(search.space, targets, ones, simulator.case.grains, seed)
-        look = known if isinstance(known, FirstLook) else None
-        if look is not None:
-            tell(f"{look}")
-            if look.posterior is not None:
-                search = attrs.evolve(search, begin=look.beginning(len(search.space.free) * BEGIN, seed))
-        if stiffness is not None:
-            search, stiffness = meet_moduli(search, simulator, statics, wanted_moduli(targets), stiffness)
-        space, found = search.space, search.run()
+        tell = _say if progress else _silent
+        search = Search(space, targets.tested, names, simulator, first, budget, seed, others, tell)
+        search, stiffness, look = _aimed(search, simulator, targets, shapes, elastic)
+        found = search.run()
         result = Calibration(
-            targets=targets, space=space, stiffness=stiffness, first_look=look, found=found, seeds=seeds,
+            targets=targets, space=search.space, stiffness=stiffness, first_look=look, found=found, seeds=seeds,
             store=os.fspath(store), grains=simulator.case.grains, failures=tuple(simulator.failures),
             cpu=simulator.cpu,
         )  # fmt: skip
         if found.posterior is None:
             return result
-        best = _rounded(space, found.posterior.best)
+        best = _rounded(search.space, found.posterior.best)
         tell(f"the best parameters on {fresh} fresh specimens")
         simulator.weakest = 1.0  # they have the rock's own strength
         possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.confined)]
-        rows = check(found.match, targets, simulator, best, possible, range(seeds + more + 1, seeds + more + fresh + 1))
+        rows = check(found.match, targets, simulator, best, possible, last)
         seen = identifiability(found.match, found.posterior, seed)
         return attrs.evolve(
-            result, identifiability=seen, best=space.mapping(best),
+            result, identifiability=seen, best=search.space.mapping(best),
             checks=tuple(rows), failures=tuple(simulator.failures), cpu=simulator.cpu,
         )  # fmt: skip
+
+
+def _quantities(targets: Targets, also: Sequence[str]) -> tuple[str, ...]:
+    """Targets that take tests to failure, and what is measured beside them. Raises :class:`ParameterError`."""
+    if not targets.tested:
+        raise ParameterError("calibrate: targets have no strength: there is nothing that takes a test to failure")
+    found = (*targets.tested, *checked_quantities("calibrate: also", also))
+    if {"cohesion", "friction_angle"} & {*found} and not targets.pressures:
+        raise ParameterError("calibrate: cohesion or friction_angle needs confinements: Targets(confinements=[...])")
+    return found
+
+
+def _aimed(
+    search: Search, simulator: StudySimulator, targets: Targets, shapes: Mapping[str, Specimens], elastic: str
+) -> tuple[Search, Stiffness | None, FirstLook | None]:
+    """The search among rocks that meet the elastic targets, and to begin where a first look sees the strengths."""
+    ones = _one_of_each(shapes)
+    if targets.elastic:
+        statics = _statics(search.space, shapes, len(search.seeds), elastic)
+        stiffness = expected_stiffness(search.space, targets, ones, statics, search.seed)
+        search = stiffened(search, simulator, stiffness)
+    look = looked_at(search.space, targets, ones, simulator.case.grains, search.seed)
+    known = look if isinstance(look, FirstLook) else None
+    if known is not None:
+        search.tell(f"{known}")
+        if known.posterior is not None:
+            count = len(search.space.free) * BEGIN
+            search = attrs.evolve(search, begin=known.beginning(count, search.seed))
+    if not targets.elastic:
+        return search, None, known
+    return *meet_moduli(search, simulator, statics, wanted_moduli(targets), stiffness), known
 
 
 @checked
@@ -142,8 +155,7 @@ def first_look(
     By an emulator that comes with grainlaw: Mohr-Coulomb contacts between even grains, docs/calibration.md. Raises
     :class:`ParameterError` where it knows nothing of such a rock.
     """
-    _check_numbers(seeds=(seeds, FEWEST_SEEDS), seed=(seed, 0))
-    _check_elastic(elastic)
+    _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), seed=(seed, 0))
     shapes = checked_specimens(specimens, needed_tests([*targets.tested]))
     space, ones, grains = _space(law, free, tied or {}, shapes, targets), _one_of_each(shapes), 1.0
     if targets.elastic:
@@ -159,14 +171,12 @@ def _one_of_each(shapes: Mapping[str, Specimens]) -> dict[str, Specimen]:
     return {shape: make(1) for shape, make in shapes.items()}
 
 
-def _check_elastic(elastic: str) -> None:
-    if elastic not in (CONTACTS, GRAINS):
-        raise refusal("calibrate: elastic", elastic, f"'{CONTACTS}' or '{GRAINS}'")
-
-
-def _check_numbers(**numbers: tuple[Any, int]) -> None:
+def _check_choices(elastic: str, **numbers: tuple[Any, int]) -> None:
+    """Refuse numbers below what each is at least, and another way to meet elastic targets."""
     for name, (value, least) in numbers.items():
         checked_whole_number(f"calibrate: {name}", value, at_least=least)
+    if elastic not in (CONTACTS, GRAINS):
+        raise refusal("calibrate: elastic", elastic, f"'{CONTACTS}' or '{GRAINS}'")
 
 
 def _space(law: Any, free: Mapping[str, Any], tied: Mapping[str, Any], shapes: Mapping, targets: Targets) -> Space:

@@ -19,10 +19,10 @@ import numpy as np
 
 from grainlaw.arguments import Checked
 from grainlaw.calibration.check import NORMAL
-from grainlaw.calibration.matching import LIMIT
+from grainlaw.calibration.matching import LIMIT, normal_likelihood
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.space import Space
-from grainlaw.calibration.targets import AIMS, Target, Targets, strength_at
+from grainlaw.calibration.targets import AIMS, Target, Targets, as_emulated, strength_at
 from grainlaw.laws import MohrCoulomb
 from grainlaw.material import Elastic
 from grainlaw.quantity import aligned
@@ -253,18 +253,10 @@ class FirstMatch:
         ]
         return self.logs(found, {}), np.einsum("ent,enu->ntu", sides, sides)
 
-    @property
-    def _wanted(self) -> tuple[np.ndarray, np.ndarray]:
-        """Values (t,) and variances of the targets, as they are emulated."""
-        is_log = np.array([AIMS[name].is_log for name in self.targets])
-        value = np.array([target.value for target in self.targets.values()])
-        spread = np.array([target.uncertainty for target in self.targets.values()])
-        return np.where(is_log, np.log(np.abs(value)), value), np.where(is_log, spread / value, spread) ** 2
-
     def _off(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far (n, t) predictions lie from the targets, and the covariance of that."""
         means, covariance = self.predicted(points)
-        wanted, variance = self._wanted
+        wanted, variance = as_emulated(self.targets)
         return means - wanted, covariance + np.diag(variance)
 
     def known(self, points: np.ndarray) -> np.ndarray:
@@ -281,10 +273,7 @@ class FirstMatch:
 
     def log_likelihood(self, points: np.ndarray) -> np.ndarray:
         """(n,) of the targets, normal; none where the emulator knows nothing."""
-        off, covariance = self._off(points)
-        solved = np.linalg.solve(covariance, off[:, :, None])[:, :, 0]
-        found = -0.5 * (np.einsum("nt,nt->n", off, solved) + np.linalg.slogdet(covariance)[1])
-        return np.where(self.known(points), found, -np.inf)
+        return np.where(self.known(points), normal_likelihood(*self._off(points)), -np.inf)
 
 
 # --- the answer -------------------------------------------------------------------------------------------------------
@@ -355,12 +344,9 @@ class FirstLook(metaclass=Checked):
 
 
 def first_match(
-    space: Space,
-    targets: Targets,
-    specimens: Mapping[str, Specimen],
-    grains: float,
+    space: Space, targets: Targets, specimens: Mapping[str, Specimen], grains: float,
     emulator: ShippedEmulator | None = None,
-) -> FirstMatch:
+) -> FirstMatch:  # fmt: skip
     """The emulator of the package, or another one, beside the targets that it knows."""
     return FirstMatch(space, known_targets(targets), targets.pressures, specimens, grains, emulator or shipped())
 

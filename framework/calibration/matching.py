@@ -9,9 +9,9 @@ import attrs
 import numpy as np
 import scipy
 
-from grainlaw.calibration.emulator import Emulator, Samples, in_one_thread
+from grainlaw.calibration.emulator import Emulator, Samples, in_one_thread, restored
 from grainlaw.calibration.space import Space
-from grainlaw.calibration.targets import AIMS, Target
+from grainlaw.calibration.targets import AIMS, Target, as_emulated
 
 LIMIT = 3.0  #: implausibility (Pukelsheim 1994: three deviations hold 95 % of any distribution with one peak)
 TRIED = 8192  #: points of the prior that are looked at
@@ -39,14 +39,12 @@ class Match:
     @property
     def wanted(self) -> np.ndarray:
         """(t,) targets as they are emulated."""
-        values = ((name, target.value) for name, target in self.targets.items())
-        return np.array([np.log(value) if AIMS[name].is_log else value for name, value in values])
+        return as_emulated(self.targets)[0]
 
     @property
     def target_variance(self) -> np.ndarray:
         """(t,) of the targets, as they are emulated."""
-        spread = [t.uncertainty / (t.value if AIMS[name].is_log else 1) for name, t in self.targets.items()]
-        return np.array(spread) ** 2
+        return as_emulated(self.targets)[1]
 
     def scatter(self, names: Sequence[str]) -> np.ndarray:
         """(t, t) covariance by the seeds."""
@@ -71,13 +69,14 @@ class Match:
     def log_likelihood(self, points: np.ndarray) -> np.ndarray:
         """(n,) of the targets, normal, with what the seeds make of several targets at once."""
         means, variances = self.predicted(points, self.names)
-        off = means - self.wanted
-        covariance = self.scatter(self.names) + np.einsum(
-            "nt,tu->ntu", variances + self.target_variance, np.eye(len(self.names))
-        )
-        size = np.linalg.slogdet(covariance)[1]
-        solved = np.linalg.solve(covariance, off[:, :, None])[:, :, 0]
-        return np.asarray(-0.5 * (np.einsum("nt,nt->n", off, solved) + size))
+        own = np.einsum("nt,tu->ntu", variances + self.target_variance, np.eye(len(self.names)))
+        return normal_likelihood(means - self.wanted, self.scatter(self.names) + own)
+
+
+def normal_likelihood(off: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """(n,) logarithms for normal departures (n, t) with these covariances (n, t, t), but for a constant."""
+    solved = np.linalg.solve(covariance, off[:, :, None])[:, :, 0]
+    return np.asarray(-0.5 * (np.einsum("nt,nt->n", off, solved) + np.linalg.slogdet(covariance)[1]))
 
 
 @attrs.frozen(eq=False)
@@ -184,9 +183,6 @@ def conflicts(match: Match, points: np.ndarray, seed: int) -> list[Conflict]:
             best, values = list(_searched(match, points, worst(every), worst, seed))[-1]
             if values[0] > LIMIT:
                 means = match.predicted(best[:1], match.names)[0][0]
-                there = {
-                    name: float(np.exp(mean) if AIMS[name].is_log else mean)
-                    for name, mean in zip(match.names, means, strict=True)
-                }
+                there = {name: float(restored(name, mean)) for name, mean in zip(match.names, means, strict=True)}
                 found.append(Conflict(names, float(values[0]), there))
     return found

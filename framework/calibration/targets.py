@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import attrs
+import numpy as np
 
 from grainlaw.arguments import Checked, is_number
 from grainlaw.columns import quantity_of
@@ -196,6 +197,14 @@ class Targets(metaclass=Checked):
             ucs = 2 * self.cohesion.value * math.cos(phi) / (1 - math.sin(phi))
             return (float(f"{CONFINED_AT * ucs:.3g}"),)
         return ()
+
+
+def as_emulated(targets: Mapping[str, Target]) -> tuple[np.ndarray, np.ndarray]:
+    """Values (t,) and variances of targets, as they are emulated."""
+    is_log = np.array([AIMS[name].is_log for name in targets], dtype=bool)
+    value = np.array([target.value for target in targets.values()])
+    spread = np.array([target.uncertainty for target in targets.values()])
+    return np.where(is_log, np.log(np.abs(value)), value), np.where(is_log, spread / value, spread) ** 2
 
 
 def checked_quantities(where: str, names: Sequence[str]) -> tuple[str, ...]:

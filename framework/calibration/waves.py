@@ -125,8 +125,7 @@ class Search:
         count = max(groups + 4, min(LATER * groups, self.budget // 3))
         chosen = self.space.at_reference(self.space.prior(count, self.seed))
         self.tell(f"pilot: {self._in_words(len(chosen))}")
-        nothing = TestedPoints(np.empty((0, len(self.space.free))), np.empty(0), {})
-        match = self._match(nothing.with_more(chosen, *self._tested(chosen, self.seeds)))
+        match = self._match(TestedPoints(chosen, *self._tested(chosen, self.seeds)))
         best = plausible(match, self._tried, self.seed).best
         near = self.space.at_reference(best[None])
         return np.asarray(near[0] if self.space.allowed(near)[0] else chosen[0])

@@ -183,14 +183,9 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
             write_atomically(path / f"cracks_{file_name(law)}.png", functools.partial(cracks.savefig, dpi=150))
 
     def write_report(
-        self,
-        file: str | os.PathLike[str],
-        *,
-        title: str = "",
-        record: Mapping[str, Any] | None = None,
-        measures: Sequence[Measure] | None = None,
-        files: Sequence[str] = (),
-    ) -> None:
+        self, file: str | os.PathLike[str], *, title: str = "", record: Mapping[str, Any] | None = None,
+        measures: Sequence[Measure] | None = None, files: Sequence[str] = (),
+    ) -> None:  # fmt: skip
         """Write the laboratory report of all laws as a page of HTML; the rest is as in :meth:`Result.write_report`.
 
         Of several samples it is that of the first, below means and ranges of all.

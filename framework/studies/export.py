@@ -68,7 +68,7 @@ def to_pandas(table: Table) -> pandas.DataFrame:
 
 
 def to_xarray(table: Table) -> xarray.Dataset:
-    """The quantities, with the factors as axes. Raises ParameterError without xarray, and where axes do not suit."""
+    """The quantities, with the factors as axes. Raises ParameterError without xarray, and for equal cases."""
     try:
         import xarray  # noqa: F401
     except ImportError:

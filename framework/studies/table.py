@@ -27,8 +27,6 @@ from grainlaw.studies.statistics import By, Listing, label
 from grainlaw.studies.store import Kept
 
 if TYPE_CHECKING:
-    import pandas
-    import xarray
     from matplotlib.axes import Axes
 
     from grainlaw.drawing.figure import Figure
@@ -338,21 +336,8 @@ class Table(metaclass=Checked):
 
     # --- other forms -------------------------------------------------------------------------------------------------
 
-    def to_pandas(self) -> pandas.DataFrame:
-        """The rows as a DataFrame. Raises ParameterError without pandas."""
-        return to_pandas(self)
-
-    def to_xarray(self) -> xarray.Dataset:
-        """The quantities, with the factors as axes. Raises ParameterError without xarray, and for equal cases."""
-        return to_xarray(self)
-
-    def write_csv(self, file: str | os.PathLike[str]) -> None:
-        """Write the rows, numbers with all their digits. Raises OSError."""
-        write_csv(self, file)
-
-    def write_parquet(self, file: str | os.PathLike[str]) -> None:
-        """Write the rows for other programs. Raises ParameterError without pandas and pyarrow, OSError."""
-        write_parquet(self, file)
+    to_pandas, to_xarray, write_csv, write_parquet = to_pandas, to_xarray, write_csv, write_parquet
+    __str__, _html = as_text, as_html
 
     @checked
     def write_report(
@@ -371,9 +356,3 @@ class Table(metaclass=Checked):
     @property
     def _facts(self) -> dict[str, str]:
         return {"cases": str(len(self)), "factors": ", ".join(self.factors), "failed": str(len(self.failed))}
-
-    def _html(self) -> str:
-        return as_html(self)
-
-    def __str__(self) -> str:
-        return as_text(self)

@@ -90,22 +90,15 @@ def circularities(tessellation: Tessellation) -> np.ndarray:
     return 4 * np.pi * tessellation.areas / perimeter**2
 
 
-def areas_cells(
-    region: Region,
-    areas: np.ndarray,
-    random: np.random.Generator,
-    rounds: int = 5,
-    merge: float = 0.25,
-    seeds: np.ndarray | None = None,
-) -> AreaFit:
+def areas_cells(region: Region, areas: np.ndarray, seeds: np.ndarray, rounds: int, merge: float) -> AreaFit:
     """Grains whose areas are to each other as ``areas`` (n,), and that fill a region of any shape.
 
-    They begin as cells of independent uniform points, or of ``seeds`` (n, 2) m, distinct points inside the region;
-    these move to the centroids in each of ``rounds``. Grains are in the order of space, ``owner`` of the result has the
-    number of their area. Edges shorter than ``merge`` times the size of the smallest grain at their ends vanish where
-    no area suffers. Raises ParameterError.
+    They begin as cells of ``seeds`` (n, 2) m, distinct points inside the region; these move to the centroids in each of
+    ``rounds``. Grains are in the order of space, ``owner`` of the result has the number of their area. Edges shorter
+    than ``merge`` times the size of the smallest grain at their ends vanish where no area suffers. Raises
+    ParameterError.
     """
-    cells, asked, order = first_cells(region, areas, scattered(region, len(areas), random) if seeds is None else seeds)
+    cells, asked, order = first_cells(region, areas, seeds)
     return grains_of(next(islice(rounds_of(cells, asked[order]), rounds, None)), asked, order, merge)
 
 

@@ -89,14 +89,9 @@ def like_share(phase: np.ndarray, pairs: np.ndarray, lengths: np.ndarray) -> flo
 
 
 def rearranged(
-    phase: np.ndarray,
-    pairs: np.ndarray,
-    lengths: np.ndarray,
-    areas: np.ndarray,
-    shares: np.ndarray,
-    wanted: float,
+    phase: np.ndarray, pairs: np.ndarray, lengths: np.ndarray, areas: np.ndarray, shares: np.ndarray, wanted: float,
     random: np.random.Generator,
-) -> tuple[np.ndarray, float]:
+) -> tuple[np.ndarray, float]:  # fmt: skip
     """Phases of which the wanted share of the boundary is between like grains, and the share that is reached.
 
     Two grains that are near in area are swapped at random, and stay so if that brings the share nearer to what is

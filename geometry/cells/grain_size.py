@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import is_number
-from grainlaw.fields import ParameterError, checked_field
-from grainlaw.messages import short
+from grainlaw.fields import ParameterError, checked_field, checked_points
+from grainlaw.messages import refusal, short
 from grainlaw.region import Region
 
 BYTES_PER_GRAIN = 10_000  #: of a specimen with all that a simulation keeps of it
@@ -27,6 +27,14 @@ def length() -> Any:
         return float(value)
 
     return checked_field(check, default=None, metadata={"unit": "m"})
+
+
+def some_points(where: str, value: Any) -> tuple[tuple[float, float], ...]:
+    """At least one point (x, y) m. Raises :class:`ParameterError`, which begins with ``where``."""
+    points = checked_points(where, value)
+    if not len(points):
+        raise refusal(where, value, "a list of at least one point (x, y) in m")
+    return tuple((x, y) for x, y in points.tolist())
 
 
 def require_one(component: Any, *others: str) -> None:

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from grainlaw.fields import ParameterError
 from grainlaw.geometry.cells.shared_edges import Polygons, crossing, place
-from grainlaw.polygon import areas_and_centroids, cross, enclosed
+from grainlaw.polygon import cross, enclosed, ring_area
 from grainlaw.region import Region
 
 BOX = ("bottom", "right", "top", "left")  #: sides of an upright rectangle
@@ -32,7 +32,7 @@ def outline(where: str, polygons: Polygons, *, holes: bool) -> list[np.ndarray]:
     _refuse_crossing(where, polygons, loose)
     loops = _loops(where, polygons, loose)
     rings = [polygons.corners[loop] for loop in loops]
-    areas = [_area(polygons.vertices[ring]) for ring in rings]
+    areas = [ring_area(polygons.vertices[ring]) for ring in rings]
     order = sorted(range(len(loops)), key=lambda k: -areas[k])
     around = polygons.vertices[rings[order[0]]]
     for k in order[1:]:
@@ -61,10 +61,6 @@ def _who(polygons: Polygons, positions: np.ndarray) -> str:
         return f"polygon {numbers[0]}"
     shown = ", ".join(map(str, numbers[:-1][:6])) + (", ..." if len(numbers) > 7 else "")
     return f"polygons {shown} and {numbers[-1]}"
-
-
-def _area(ring: np.ndarray) -> float:
-    return float(areas_and_centroids(ring, np.array([0, len(ring)]))[0][0])
 
 
 def _inside(ring: np.ndarray) -> np.ndarray:
