@@ -130,14 +130,8 @@ def _number(
     rank = np.lexsort((pairs[:, 1], pairs[:, 0]))
     grain = np.arange(count + 1)
     return Mesh(
-        nodes=nodes,
-        node_grain=node_grain,
-        first_node=np.searchsorted(node_grain, grain),
-        zones=zones,
-        zone_grain=zone_grain,
-        first_zone=np.searchsorted(zone_grain, grain),
-        interfaces=shared[rank],
-        interface_grains=pairs[rank],
-        interface_kind=kind[rank],
+        nodes=nodes, node_grain=node_grain, first_node=np.searchsorted(node_grain, grain),
+        zones=zones, zone_grain=zone_grain, first_zone=np.searchsorted(zone_grain, grain),
+        interfaces=shared[rank], interface_grains=pairs[rank], interface_kind=kind[rank],
         boundary_edges={name: rim[side == k][np.argsort(rim[side == k, 0])] for k, name in enumerate(names)},
-    )
+    )  # fmt: skip

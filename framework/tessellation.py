@@ -202,20 +202,15 @@ class Tessellation(metaclass=Checked):
         twin = np.where(run[found] == wanted, found, -1)
         e = np.flatnonzero((twin < 0) | (twin > np.arange(len(twin))))
         t = twin[e]
-        side = np.full(len(e), -1)
+        side, right = np.full(len(e), -1), np.where(t < 0, -1, grain[t])
         side[t < 0] = self._boundary(self.vertices[np.column_stack([start[e], end[e]])[t < 0]], grain[e[t < 0]])
         return Edges(
-            start=start[e],
-            end=end[e],
-            left=grain[e],
-            right=np.where(t < 0, -1, grain[t]),
-            side=side,
-            kind=self._kind(start[e], end[e], grain[e], np.where(t < 0, -1, grain[t])),
+            start=start[e], end=end[e], left=grain[e], right=right, side=side,
+            kind=self._kind(start[e], end[e], grain[e], right),
             left_corners=np.column_stack([e, next_corner[e]]),
             right_corners=np.where(t[:, None] < 0, -1, np.column_stack([next_corner[t], t])),
-            length=np.hypot(*(self.vertices[end[e]] - self.vertices[start[e]]).T),
-            boundary_names=self.boundary_names,
-        )
+            length=np.hypot(*(self.vertices[end[e]] - self.vertices[start[e]]).T), boundary_names=self.boundary_names,
+        )  # fmt: skip
 
     def _kind(self, start: np.ndarray, end: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
         kind = ((right >= 0) & (self.parent[left] == self.parent[right])).astype(np.int64)

@@ -1,6 +1,6 @@
 """Regions, tessellators, minerals, grains from elsewhere, and specimens of several bodies."""
 
-from grainlaw.geometry.bodies import between_platens, block, lying, moved, together
+from grainlaw.geometry.bodies import apart, between_platens, block, lying, moved, together, wall
 from grainlaw.geometry.breakable import Breakable, Cleavage, GrainCells, Trigons, VoronoiCells
 from grainlaw.geometry.cells.slivers import SliverWarning
 from grainlaw.geometry.cracked import Cracked
@@ -8,7 +8,6 @@ from grainlaw.geometry.joint_sets import JointSet, JointSets
 from grainlaw.geometry.joints import Jointed
 from grainlaw.geometry.labels import LabelAgreement, from_labels, label_agreement
 from grainlaw.geometry.laguerre import Laguerre
-from grainlaw.geometry.loose import apart, wall
 from grainlaw.geometry.meshes import from_mesh, write_geo
 from grainlaw.geometry.minerals import Minerals
 from grainlaw.geometry.neper import read_tess, write_tess

@@ -18,8 +18,8 @@ from grainlaw.geometry.cells.any_voronoi import NEAR, SMALL
 from grainlaw.geometry.cells.convex import Point, Polygon, area, centroid, depth, polygon_of, split
 from grainlaw.geometry.cells.grain_size import check_room, length
 from grainlaw.geometry.cells.joining import tiling_of_parts
-from grainlaw.geometry.cells.lines import held, marked, vertices_on
 from grainlaw.geometry.cells.merging import merge_short_edges
+from grainlaw.geometry.cells.sides import held, marked, vertices_on
 from grainlaw.messages import refusal
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator

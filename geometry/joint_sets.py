@@ -15,9 +15,8 @@ from grainlaw.geometry.cells.any_voronoi import NEAR, frame
 from grainlaw.geometry.cells.convex import Polygon, polygon_of, split
 from grainlaw.geometry.cells.cutting import Cutter
 from grainlaw.geometry.cells.joining import tiling_of_parts
-from grainlaw.geometry.cells.lines import held, released
 from grainlaw.geometry.cells.merging import merge_short_edges
-from grainlaw.geometry.cells.sides import Sides, region_sides
+from grainlaw.geometry.cells.sides import Sides, held, region_sides, released
 from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.messages import refusal
 from grainlaw.region import Region

@@ -14,9 +14,8 @@ from grainlaw.fields import ParameterError, checked_points, parameter
 from grainlaw.geometry.cells.any_voronoi import NEAR
 from grainlaw.geometry.cells.convex import Point, Polygon, depth, polygon_of, split
 from grainlaw.geometry.cells.joining import tiling_of_parts
-from grainlaw.geometry.cells.lines import held, marked, released, vertices_on
 from grainlaw.geometry.cells.merging import merge_short_edges
-from grainlaw.geometry.cells.sides import region_sides
+from grainlaw.geometry.cells.sides import held, marked, region_sides, released, vertices_on
 from grainlaw.messages import refusal
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator

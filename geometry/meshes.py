@@ -26,7 +26,7 @@ from grainlaw.tessellation import Tessellation
 CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}  #: of kinds of elements
 LINES = ("line", "line3", "vertex")  #: kinds that a mesh of an area has beside
 PHYSICAL = "gmsh:physical"  #: cell data of meshio: the physical group
-WAIT, WAIT_PER_BYTE = 5.0, 3e-6  #: s, s/byte: twenty times what the slowest reader takes
+WAIT, WAIT_PER_BYTE = 5.0, 3e-6  #: s, s/byte: twenty times what the slowest reader takes; it then loops without end
 CLOSE = 1e-6  #: of the median size of elements: nearer nodes are one
 
 
@@ -83,13 +83,9 @@ def from_mesh(
 def _read(file: str | os.PathLike[str]) -> Any:
     import meshio  # here, for it takes long to load
 
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()), _ends(_time_for(file)):
+    seconds = WAIT + WAIT_PER_BYTE * (os.path.getsize(file) if os.path.exists(file) else 0)
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()), _ends(seconds):
         return meshio.read(file)  # which prints empty lines, and errors once more
-
-
-def _time_for(file: str | os.PathLike[str]) -> float:
-    """s, after which a reader of meshio is in an endless loop."""
-    return WAIT + WAIT_PER_BYTE * (os.path.getsize(file) if os.path.exists(file) else 0)
 
 
 @contextlib.contextmanager

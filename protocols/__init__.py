@@ -2,7 +2,6 @@
 
 from grainlaw.protocols.bending import SemiCircularBend, ThreePointBending
 from grainlaw.protocols.between_platens import Moving, Platens
-from grainlaw.protocols.biaxial_compression import BiaxialCompression
 from grainlaw.protocols.brazilian import Brazilian
 from grainlaw.protocols.creep import Creep
 from grainlaw.protocols.cyclic import Cyclic
@@ -12,7 +11,7 @@ from grainlaw.protocols.heating import Heating, Held
 from grainlaw.protocols.joint import DirectShear, JointTension
 from grainlaw.protocols.plane_wave import PlaneWave, Wave
 from grainlaw.protocols.saturated import Saturated
-from grainlaw.protocols.uniaxial import UniaxialCompression, UniaxialTension
+from grainlaw.protocols.uniaxial import BiaxialCompression, UniaxialCompression, UniaxialTension
 
 __all__ = [
     "BiaxialCompression", "Brazilian", "Creep", "Cyclic", "DirectShear", "Excavation", "FreeMotion", "Heating",

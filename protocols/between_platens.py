@@ -8,17 +8,15 @@ from typing import Any, Protocol
 import numpy as np
 
 from grainlaw.columns import LATERAL_STRAIN, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN
-from grainlaw.condition import Condition, Curves, Fails, FailsTo, FallsTo, Reaches
+from grainlaw.condition import Condition, Fails, FailsTo, FallsTo
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError
 from grainlaw.gauges import Gauges, ends, has_platens
 from grainlaw.integration import Integrator
 from grainlaw.loading import Loading
-from grainlaw.loads import Drive
-from grainlaw.protocols.measures import axial_strain, elastic_moduli, failure_summary, size, window_stress
+from grainlaw.protocols.measures import axial_strain, size, window_stress
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Stage
 from grainlaw.strength import Until
 
 FINE = 800  #: samples of the whole way at least, where contacts are damaged: a peak is missed by up to two
@@ -64,17 +62,6 @@ class UntilFailure(Protocol):
     def integrator(self) -> Integrator: ...
 
 
-class BetweenPlatens(UntilFailure, Protocol):
-    """What the uniaxial tests have in common."""
-
-    @property
-    def platens(self) -> Platens: ...
-    @property
-    def moving(self) -> Moving: ...
-    @property
-    def maximum_strain(self) -> float: ...
-
-
 def failing(test: UntilFailure, load: str, deformation: str, *, after_break: bool = False) -> list[Condition]:
     """What ends a stage in which a specimen fails by two columns, beside the limit of its deformation.
 
@@ -94,25 +81,6 @@ def sampling(test: UntilFailure, travel: float) -> dict[str, Any]:
         "loading": test.loading, "interval": interval, "expected": expected, "sample_limit": 20 * pieces * expected,
         "pieces": pieces, "integrator": test.integrator,
     }  # fmt: skip
-
-
-def uniaxial_stage(test: BetweenPlatens, specimen: Specimen, name: str, sign: float, falls: str = STRESS) -> Stage:
-    """Platens part (``sign`` 1) or approach (-1) until the strain is reached or the column ``falls`` has fallen."""
-    require_ends(specimen, type(test).__name__)
-    if sign > 0:
-        refuse_platens(specimen, type(test).__name__, NO_TENSION)
-    return Stage(
-        name=name,
-        loads=platen_drives(sign, held_across(specimen, test.platens), test.moving),
-        until=[Reaches(STRAIN, test.maximum_strain), *failing(test, falls, STRAIN)],
-        **sampling(test, test.maximum_strain * size(specimen)[1]),
-    )
-
-
-def uniaxial_summary(curves: Curves, specimen: Specimen, sign: float, load: str = STRESS) -> dict[str, Any]:
-    """Strength by the column ``load`` (Pa), the largest stress, moduli and certificate of a uniaxial test."""
-    moduli = elastic_moduli(curves, specimen, sign, load)
-    return failure_summary(curves, load, STRAIN, {"failure_strain": STRAIN}, **moduli)
 
 
 def require_boundaries(specimen: Specimen, test: str, *names: str) -> None:
@@ -153,18 +121,6 @@ def require_ends(specimen: Specimen, test: str) -> None:
     for name in (*ends(specimen), *inner, *outer):
         if np.ptp(specimen.mesh.nodes[specimen.mesh.boundaries[name], 1]) > 1e-9 * size(specimen)[1]:
             raise ParameterError(f"{test}: the {name} of the specimen is not flat and level")
-
-
-def platen_drives(sign: float, platens: Platens, moving: Moving) -> list[Drive]:
-    """Drives that part the platens at 1 m/s (``sign`` 1), or press (-1)."""
-    share = 0.5 if moving is Moving.BOTH else 0.0
-    drives = [
-        Drive(boundary="top", axis=1, speed=(1 - share) * sign),
-        Drive(boundary="bottom", axis=1, speed=-share * sign),
-    ]
-    if platens is Platens.ROUGH:
-        drives += [Drive(boundary=name, axis=0, speed=0.0) for name in ("top", "bottom")]
-    return drives
 
 
 def measure_between_platens(state: State, sign: float, gauges: Gauges) -> dict[str, float]:

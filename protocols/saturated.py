@@ -65,7 +65,8 @@ class Saturated(LoadingProtocol):
         require_boundaries(specimen, "Saturated", *self.boundaries)
         stages = list(self.test.stages(specimen))
         pressed = self._pressed(stages)
-        first = stages.pop(0) if _loads(stages[0]) and any(map(_moves, stages)) else self._saturate(stages[0])
+        moves = any(drive.moves for stage in stages for drive in stage.of(Drive))
+        first = stages.pop(0) if moves and _loads(stages[0]) else self._saturate(stages[0])
         ramp = max(_ramps(first), default=0.0) or self.ramp
         rising, steady = (
             [
@@ -131,10 +132,6 @@ def _check_held(specimen: Specimen, stage: Stage, pressed: Sequence[str]) -> Non
 
 def _stages_before(curves: Curves) -> int:
     return int(curves[SATURATES][0])
-
-
-def _moves(stage: Stage) -> bool:
-    return any(drive.moves for drive in stage.of(Drive))
 
 
 def _loads(stage: Stage) -> bool:

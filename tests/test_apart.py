@@ -13,7 +13,7 @@ from tiling import SLOPE, lengths, polygon_of, shoelace
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, Hexagonal, Voronoi, apart, block, disc, loose, rectangle, together
-from grainlaw.geometry.loose import _shrunk
+from grainlaw.geometry.bodies import _shrunk
 from grainlaw.mesh import build_mesh
 
 

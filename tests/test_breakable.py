@@ -26,8 +26,8 @@ from grainlaw.geometry import (
     rectangle,
 )
 from grainlaw.geometry.breakable import _cells, _lattice, _scattered, triangles
-from grainlaw.geometry.cells.lines import held, released
 from grainlaw.geometry.cells.merging import merge_short_edges
+from grainlaw.geometry.cells.sides import held, released
 from grainlaw.geometry.cells.tiling import Tiling
 
 REGIONS = {

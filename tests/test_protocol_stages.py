@@ -40,8 +40,8 @@ from grainlaw.protocols import (
     UniaxialTension,
     Wave,
 )
-from grainlaw.protocols.biaxial_compression import IntactAtRest
 from grainlaw.protocols.creep import Bears, Collapses, Outlasts
+from grainlaw.protocols.uniaxial import IntactAtRest
 
 STEEL = gl.Elastic(youngs_modulus=200e9, poissons_ratio=0.3, density=7850)
 BLOCKS = gl.Specimen(Bricks(rows=2).tessellate(rectangle(4e-3, 8e-3)), ROCK)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import sys
 from collections.abc import Mapping, Sequence
@@ -91,7 +92,7 @@ def calibrate(
         simulator = StudySimulator(case, space.powers, targets.pressures, store, bars=bars, workers=workers, on=on)
         simulator.weakest = space.weakest
         simulator.plan(names, seeds * budget + 2 * more + fresh)
-        tell = _say if progress else _silent
+        tell = functools.partial(print, file=sys.stderr, flush=True) if progress else lambda words: None
         search = Search(space, targets.tested, names, simulator, first, budget, seed, others, tell)
         search, stiffness, look = _aimed(search, simulator, targets, shapes, elastic)
         found = search.run()
@@ -209,11 +210,3 @@ def _rounded(space: Space, best: np.ndarray) -> np.ndarray:
     """The best parameters as people write them, if the law takes these too."""
     rounded = np.array([float(f"{value:.{DIGITS}g}") for value in best])
     return rounded if space.allowed(rounded[None])[0] else best
-
-
-def _say(words: str) -> None:
-    print(words, file=sys.stderr, flush=True)
-
-
-def _silent(words: str) -> None:
-    pass

@@ -7,13 +7,14 @@ point of the region than its seed: with enough images the cells of the seeds are
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 
 import attrs
 import numpy as np
 from scipy import spatial
 
-from grainlaw.geometry.cells.sides import Sides, convex_sides
+from grainlaw.geometry.cells.sides import convex_sides
 from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.polygon import cross
 from grainlaw.region import Region
@@ -70,39 +71,48 @@ class Diagram:
 
 def bounded_diagram(region: Region, seeds: np.ndarray) -> Diagram:
     """Cells of ``seeds`` (g, 2), distinct points inside a convex region."""
+    size, centre = np.sqrt(region.area / len(seeds)), region.bounds.mean(axis=0)
+    extent = np.ptp(region.bounds, axis=0).max()
+
+    def voronoi(points: np.ndarray, origin: np.ndarray, side: np.ndarray) -> Diagram | None:
+        found = spatial.Voronoi((points - centre) / extent)
+        between, ends = np.sort(found.ridge_points, axis=1), np.array(found.ridge_vertices)
+        ours = between[:, 0] < len(seeds)
+        between, ends = between[ours], ends[ours]
+        if ends.min() < 0:  # an open cell
+            return None
+        image = np.maximum(between[:, 1] - len(seeds), 0)
+        mirror = (between[:, 1] >= len(seeds)) & (origin[image] == between[:, 0])
+        used, ends = np.unique(ends, return_inverse=True)
+        vertices = found.vertices[used] * extent + centre
+        if convex_sides(region).distance(vertices).min() <= -1e-6 * size:
+            return None
+        ends = ends.reshape(-1, 2)
+        a, b = (vertices[end] - seeds[between[:, 0]] for end in ends.T)
+        return half_edges(seeds, vertices, between, ends, np.where(mirror, side[image], -1), cross(a, b) < 0)
+
+    return mirrored_diagram(region, seeds, 3 * size, voronoi, "Voronoi")
+
+
+def mirrored_diagram(
+    region: Region, seeds: np.ndarray, reach: float, made: Callable[..., Diagram | None], kind: str
+) -> Diagram:
+    """What is made of seeds (g, 2) m and the images of those nearer than ``reach`` (m) to a side.
+
+    ``made`` is given all points, and of each image its seed and side. Where it gives None, ``reach`` is doubled.
+    """
     sides = convex_sides(region)
     distance = sides.distance(seeds)
-    size = np.sqrt(region.area / len(seeds))
-    reach = 3 * size if len(seeds) > FEW else np.inf
+    reach = reach if len(seeds) > FEW else np.inf
     while True:
-        diagram = _mirrored_diagram(region, sides, seeds, distance, reach)
-        if diagram is not None and sides.distance(diagram.vertices).min() > -1e-6 * size:
+        origin, side = np.nonzero(distance < reach)
+        images = seeds[origin] - 2 * distance[origin, side, None] * sides.inward[side]
+        diagram = made(np.concatenate([seeds, images]), origin, side)
+        if diagram is not None:
             return diagram
         if (distance < reach).all():
-            raise TilingError(f"the Voronoi diagram of {len(seeds)} seeds does not end on the sides of the region")
+            raise TilingError(f"the {kind} diagram of {len(seeds)} seeds does not end on the sides of the region")
         reach *= 2
-
-
-def _mirrored_diagram(
-    region: Region, sides: Sides, seeds: np.ndarray, distance: np.ndarray, reach: float
-) -> Diagram | None:
-    """With the images of all seeds nearer than ``reach`` to a side; None if a cell is open."""
-    origin, side = np.nonzero(distance < reach)
-    images = seeds[origin] - 2 * distance[origin, side, None] * sides.inward[side]
-    centre, extent = region.bounds.mean(axis=0), np.ptp(region.bounds, axis=0).max()
-    voronoi = spatial.Voronoi((np.concatenate([seeds, images]) - centre) / extent)
-    between, ends = np.sort(voronoi.ridge_points, axis=1), np.array(voronoi.ridge_vertices)
-    ours = between[:, 0] < len(seeds)
-    between, ends = between[ours], ends[ours]
-    if ends.min() < 0:
-        return None
-    image = np.maximum(between[:, 1] - len(seeds), 0)
-    mirror = (between[:, 1] >= len(seeds)) & (origin[image] == between[:, 0])
-    used, ends = np.unique(ends, return_inverse=True)
-    vertices = voronoi.vertices[used] * extent + centre
-    ends = ends.reshape(-1, 2)
-    a, b = (vertices[end] - seeds[between[:, 0]] for end in ends.T)
-    return half_edges(seeds, vertices, between, ends, np.where(mirror, side[image], -1), cross(a, b) < 0)
 
 
 def half_edges(
@@ -115,14 +125,11 @@ def half_edges(
     start, end = np.where(swap, ends[:, ::-1].T, ends.T)
     both = between[:, 1] < len(seeds)
     return Diagram(
-        seeds,
-        vertices,
-        seed=np.concatenate([between[:, 0], between[both, 1]]),
+        seeds, vertices, seed=np.concatenate([between[:, 0], between[both, 1]]),
         other=np.concatenate([np.where(both, between[:, 1], -1), between[both, 0]]),
-        start=np.concatenate([start, end[both]]),
-        end=np.concatenate([end, start[both]]),
+        start=np.concatenate([start, end[both]]), end=np.concatenate([end, start[both]]),
         side=np.concatenate([side, side[both]]),
-    )
+    )  # fmt: skip
 
 
 def polygons(region: Region, diagram: Diagram, inside: np.ndarray | None = None) -> Tiling:

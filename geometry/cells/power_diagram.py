@@ -9,14 +9,15 @@ none.
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from grainlaw.geometry.cells.bounded_voronoi import FEW, Diagram, half_edges
-from grainlaw.geometry.cells.sides import Sides, convex_sides
+from grainlaw.geometry.cells.bounded_voronoi import Diagram, half_edges, mirrored_diagram
+from grainlaw.geometry.cells.sides import convex_sides
 from grainlaw.polygon import cross, linked
 from grainlaw.region import Region
-from grainlaw.tessellation import TilingError
 
 NEAR = 1e-9  #: of the grain size: nearer vertices are one
 
@@ -26,30 +27,20 @@ def power_diagram(region: Region, seeds: np.ndarray, weights: np.ndarray, reach:
 
     Seeds nearer to a side than about ``reach`` (m) have cells there: it is doubled as often as that is too little.
     """
-    sides = convex_sides(region)
-    distance = sides.distance(seeds)
-    reach = reach if len(seeds) > FEW else np.inf
-    while True:
-        diagram = _mirrored_diagram(region, sides, seeds, weights, distance, reach)
-        if diagram is not None:
-            return diagram
-        if (distance < reach).all():
-            raise TilingError(f"the power diagram of {len(seeds)} seeds does not end on the sides of the region")
-        reach *= 2
+    return mirrored_diagram(region, seeds, reach, functools.partial(_power, region, seeds, weights), "power")
 
 
-def _mirrored_diagram(
-    region: Region, sides: Sides, seeds: np.ndarray, weights: np.ndarray, distance: np.ndarray, reach: float
+def _power(
+    region: Region, seeds: np.ndarray, weights: np.ndarray, points: np.ndarray, origin: np.ndarray, side: np.ndarray
 ) -> Diagram | None:
-    """With the images of all seeds nearer than ``reach`` to a side; None if a cell does not end there."""
-    origin, side = np.nonzero(distance < reach)
-    images = seeds[origin] - 2 * distance[origin, side, None] * sides.inward[side]
+    """Of seeds and their images, all ``points``; None if a cell does not end on the sides."""
     centre, extent = region.bounds.mean(axis=0), np.ptp(region.bounds, axis=0).max()
     near = NEAR * np.sqrt(region.area / len(seeds)) / extent
-    points = (np.concatenate([seeds, images]) - centre) / extent
+    points = (points - centre) / extent
     weight = np.concatenate([weights, weights[origin]]) / extent**2
 
-    triangles = _lower_side(points, weight)
+    hull = ConvexHull(np.column_stack([points, (points**2).sum(axis=1) - weight]))
+    triangles = hull.simplices[hull.equations[:, 2] < -1e-13]  # of its lower side; those upright have no vertex
     between, beside = _edges(triangles, len(points))
     ours = between[:, 0] < len(seeds)
     between, beside = between[ours], beside[ours]
@@ -65,19 +56,12 @@ def _mirrored_diagram(
     outer = between[:, 1] >= len(seeds)
     side = np.where(outer, side[image], -1)
     vertices = vertices * extent + centre
-    if (origin[image] != between[:, 0])[outer].any() or sides.distance(
-        vertices[ends.ravel()]
-    ).min() < -1e3 * near * extent:
+    lowest = convex_sides(region).distance(vertices[ends.ravel()]).min()
+    if (origin[image] != between[:, 0])[outer].any() or lowest < -1e3 * near * extent:
         return None
     outward = points[between[:, 1]] - points[between[:, 0]]
     swap = cross(vertices[ends[:, 1]] - vertices[ends[:, 0]], outward) > 0  # the outside is on the right
     return half_edges(seeds, vertices, between, ends, side, swap)
-
-
-def _lower_side(points: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """(t, 3) points of the triangles of the lower side of the hull of lifted points."""
-    hull = ConvexHull(np.column_stack([points, (points**2).sum(axis=1) - weight]))
-    return hull.simplices[hull.equations[:, 2] < -1e-13]  # those upright have no vertex
 
 
 def _edges(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
