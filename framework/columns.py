@@ -80,6 +80,11 @@ def work_done(curves: Mapping[str, np.ndarray]) -> float:
     return float(max(np.abs(energy(curves, kind)).max() for kind in (SUPPLIED, THERMAL)))
 
 
+def cracks(curves: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(t,) contact points that have broken, in tension or in shear."""
+    return curves[TENSILE_CRACKS] + curves[SHEAR_CRACKS]
+
+
 # --- those of a test that loads a specimen between two ends ----------------------------------------------------------
 
 STRAIN, STRESS, STRESS_TOP, STRESS_BOTTOM = "strain", "stress", "stress_top", "stress_bottom"

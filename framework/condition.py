@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.columns import DAMAGED, MOTION, SHEAR_CRACKS, STAGE, TENSILE_CRACKS, TIME, UNBALANCED, require
+from grainlaw.columns import DAMAGED, MOTION, STAGE, TIME, UNBALANCED, cracks, require
 from grainlaw.fields import parameter
 from grainlaw.strength import borne
 
@@ -88,8 +88,8 @@ class FailsTo(Condition):
     fraction: float = parameter("1", above=-math.inf)  #: of the highest value so far
 
     def progress(self, curves: Curves) -> float:
-        cracks = curves[TENSILE_CRACKS] + curves[SHEAR_CRACKS]
-        if cracks[-1] == _left_before(curves, cracks):
+        broken = cracks(curves)
+        if broken[-1] == _left_before(curves, broken):
             return 0.0
         return FallsTo(self.column, self.fraction).progress(curves)
 

@@ -10,6 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, checked
+from grainlaw.geometry.cells.area_cells import circularities
 from grainlaw.geometry.cells.dealing import expected_share, like_share, shuffled_share
 from grainlaw.geometry.cells.slivers import worst_step
 from grainlaw.geometry.minerals import Minerals
@@ -162,12 +163,8 @@ def _directions(along: np.ndarray) -> tuple[np.ndarray, float, float]:
 
 
 def _slivers(grains: Tessellation) -> np.ndarray:
-    along = np.diff(grains.vertices[np.append(grains.corners, grains.corners[:1])], axis=0)
-    last = grains.first[1:] - 1
-    along[last] = grains.vertices[grains.corners[grains.first[:-1]]] - grains.vertices[grains.corners[last]]
-    perimeters = np.add.reduceat(np.hypot(*along.T), grains.first[:-1])
     small = grains.areas < SMALL * np.median(grains.areas)
-    return np.flatnonzero(small | (4 * np.pi * grains.areas < THIN * perimeters**2))
+    return np.flatnonzero(small | (circularities(grains) < THIN))
 
 
 def _is_dealt(tessellator: Any) -> bool:

@@ -16,8 +16,7 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive
 from grainlaw.moduli import work
-from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.between_platens import failing, refuse_platens, require_boundaries, sampling
+from grainlaw.protocols.between_platens import UntilFailure, refuse_platens, require_boundaries
 from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -41,7 +40,7 @@ QUANTITIES = (
 
 
 @attrs.frozen(kw_only=True)
-class _Bending(LoadingProtocol):
+class _Bending(UntilFailure):
     """A load that moves down between two supports, all on rollers, to a deflection or until the force has fallen."""
 
     loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the load moves
@@ -57,7 +56,7 @@ class _Bending(LoadingProtocol):
         name = type(self).__name__
         require_boundaries(specimen, name, "load", *SUPPORTS)
         refuse_platens(specimen, name, "it is loaded at its own boundaries load and support, without platens")
-        fallen = failing(self, "force", "deflection", after_break=True)
+        fallen = self.failing("force", "deflection", after_break=True)
         return [
             Stage(
                 name="bend",
@@ -67,7 +66,7 @@ class _Bending(LoadingProtocol):
                     *(Drive(boundary=support, axis=1, speed=0.0, roller=True) for support in SUPPORTS),
                 ],
                 until=[Reaches("deflection", self.maximum_deflection), *fallen],
-                **sampling(self, self.maximum_deflection),
+                **self.sampling(self.maximum_deflection),
             )
         ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from grainlaw.fields import ParameterError
 from grainlaw.gauges import Gauges, ends, has_platens
 from grainlaw.integration import Integrator
 from grainlaw.loading import Loading
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.measures import axial_strain, size, window_stress
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -47,40 +48,33 @@ class Moving(enum.Enum):
     BOTH = enum.auto()  #: each at half the speed
 
 
-class UntilFailure(Protocol):
-    """What tests that load until the load has fallen have in common."""
+class UntilFailure(LoadingProtocol):
+    """A test that loads a specimen until the load has fallen."""
 
-    @property
-    def loading(self) -> Loading: ...
-    @property
-    def until(self) -> Until: ...
-    @property
-    def stop_fraction(self) -> float: ...
-    @property
-    def samples(self) -> int: ...
-    @property
-    def integrator(self) -> Integrator: ...
+    loading: Loading
+    until: Until
+    stop_fraction: float
+    samples: int
+    integrator: Integrator
 
+    def failing(self, load: str, deformation: str, *, after_break: bool = False) -> list[Condition]:
+        """What ends a stage in which a specimen fails by two columns, beside the limit of its deformation.
 
-def failing(test: UntilFailure, load: str, deformation: str, *, after_break: bool = False) -> list[Condition]:
-    """What ends a stage in which a specimen fails by two columns, beside the limit of its deformation.
+        A fall ``after_break`` counts only when a contact has broken.
+        """
+        if self.until is Until.FAILURE:
+            return [Fails(load, deformation)]
+        falls = FailsTo if after_break else FallsTo
+        return [falls(load, self.stop_fraction)] if self.stop_fraction else []
 
-    A fall ``after_break`` counts only when a contact has broken.
-    """
-    if test.until is Until.FAILURE:
-        return [Fails(load, deformation)]
-    falls = FailsTo if after_break else FallsTo
-    return [falls(load, test.stop_fraction)] if test.stop_fraction else []
-
-
-def sampling(test: UntilFailure, travel: float) -> dict[str, Any]:
-    """How a stage is loaded and sampled whose drives part or approach by at most ``travel`` (m)."""
-    interval = travel / test.samples
-    expected, pieces = test.samples + test.loading.delay(interval), max(1, round(FINE / test.samples))
-    return {
-        "loading": test.loading, "interval": interval, "expected": expected, "sample_limit": 20 * pieces * expected,
-        "pieces": pieces, "integrator": test.integrator,
-    }  # fmt: skip
+    def sampling(self, travel: float) -> dict[str, Any]:
+        """How a stage is loaded and sampled whose drives part or approach by at most ``travel`` (m)."""
+        interval = travel / self.samples
+        expected, pieces = self.samples + self.loading.delay(interval), max(1, round(FINE / self.samples))
+        return {
+            "loading": self.loading, "interval": interval, "expected": expected, "sample_limit": 20 * pieces * expected,
+            "pieces": pieces, "integrator": self.integrator,
+        }  # fmt: skip
 
 
 def require_boundaries(specimen: Specimen, test: str, *names: str) -> None:

@@ -18,8 +18,7 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive
 from grainlaw.messages import ParameterError
-from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.between_platens import Platens, failing, held_across, require_platens, sampling
+from grainlaw.protocols.between_platens import Platens, UntilFailure, held_across, require_platens
 from grainlaw.protocols.measures import failure_summary, size
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -43,7 +42,7 @@ def _require_disc(specimen: Specimen, test: str) -> None:
 
 
 @attrs.frozen(kw_only=True)
-class Brazilian(LoadingProtocol):
+class Brazilian(UntilFailure):
     """Press a disc at its boundaries top and bottom (see :func:`~grainlaw.geometry.disc`) until it has split.
 
     ``stress`` is the tensile stress in the middle of an elastic disc, ``shape_factor`` times 2 P/(pi D). The factor is
@@ -79,8 +78,8 @@ class Brazilian(LoadingProtocol):
             Stage(
                 name="split",
                 loads=[Drive(boundary="top", axis=1, speed=-1.0), Drive(boundary="bottom", axis=1, speed=0.0), *across],
-                until=[Reaches(STRAIN, self.maximum_strain), *failing(self, STRESS, STRAIN, after_break=True)],
-                **sampling(self, self.maximum_strain * size(specimen)[1]),
+                until=[Reaches(STRAIN, self.maximum_strain), *self.failing(STRESS, STRAIN, after_break=True)],
+                **self.sampling(self.maximum_strain * size(specimen)[1]),
             )
         ]
 

@@ -8,18 +8,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from grainlaw.columns import (
-    AGED,
-    AGED_LOSS,
-    FATIGUE,
-    JUMPS,
-    LATERAL_STRAIN,
-    SHEAR_CRACKS,
-    STAGE,
-    STRAIN,
-    TENSILE_CRACKS,
-    TIME,
-)
+from grainlaw.columns import AGED, AGED_LOSS, FATIGUE, JUMPS, LATERAL_STRAIN, STAGE, STRAIN, TIME, cracks
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, parameter, part, whole_number
@@ -188,7 +177,7 @@ class Creep(LoadingProtocol):
             "time": curves[AGED][rows],
             "strain": curves[STRAIN][rows],
             "lateral_strain": curves[LATERAL_STRAIN][rows],
-            "cracks": curves[TENSILE_CRACKS][rows] + curves[SHEAR_CRACKS][rows],
+            "cracks": cracks(curves)[rows],
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:

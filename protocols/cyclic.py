@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import SHEAR_CRACKS, STAGE, STRAIN, STRESS, TENSILE_CRACKS
+from grainlaw.columns import STAGE, STRAIN, STRESS, cracks
 from grainlaw.condition import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part
@@ -80,7 +80,7 @@ class Cyclic(LoadingProtocol):
         x, y, stage = (seen[name] for name in (self.displacement, self.load, STAGE))
         first = int(stage[0]) if len(stage) else 0
         moduli, lost, felicity = [], [], []
-        cracks = seen[TENSILE_CRACKS] + seen[SHEAR_CRACKS]
+        broken = cracks(seen)
         for number in range(len(self.levels)):
             unload = np.flatnonzero(stage == first + 2 * number + 1)
             reload = np.flatnonzero(stage == first + 2 * number + 2)
@@ -90,6 +90,6 @@ class Cyclic(LoadingProtocol):
             at = np.linspace(x[unload].min(), self.levels[number], 400)
             down = np.interp(at, x[unload][::-1], y[unload][::-1])
             lost.append(work(np.interp(at, x[reload], y[reload]) - down, at))
-            again = reload[cracks[reload] > cracks[unload[-1]]]
+            again = reload[broken[reload] > broken[unload[-1]]]
             felicity.append(float(y[again[0]] / y[: reload[0]].max()) if len(again) else float("nan"))
         return {**found, "unloading_moduli": moduli, "lost_work": lost, "felicity_ratios": felicity}

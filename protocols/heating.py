@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw import gauges
-from grainlaw.columns import KINETIC, SHEAR_CRACKS, STAGE, STORED, TEMPERATURE, TENSILE_CRACKS, VIBRATION, energy
+from grainlaw.columns import KINETIC, STAGE, STORED, TEMPERATURE, VIBRATION, cracks, energy
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_number, part, whole_number
@@ -134,7 +134,7 @@ class Heating(LoadingProtocol):
         counts = whole >= 0.01 * whole.max()
         found = {
             "highest_temperature": float(curves[TEMPERATURE].max()),
-            "thermal_cracks": int((curves[TENSILE_CRACKS] + curves[SHEAR_CRACKS])[hot][-1]),
+            "thermal_cracks": int(cracks(curves)[hot][-1]),
             "heating_kinetic_ratio": float(np.max(vibration[counts] / np.maximum(whole[counts], 1e-300))),
         }
         if self.test is None:

@@ -16,18 +16,16 @@ from grainlaw.gauges import Gauges, WholeSpecimen, has_platens
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive, Hold, Pressure
-from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import (
     NO_TENSION,
     QUANTITIES,
     Moving,
     Platens,
-    failing,
+    UntilFailure,
     held_across,
     measure_between_platens,
     refuse_platens,
     require_ends,
-    sampling,
 )
 from grainlaw.protocols.measures import elastic_moduli, end_share, failure_summary, size
 from grainlaw.protocols.preliminary import after_stages, counted_after
@@ -38,7 +36,7 @@ from grainlaw.strength import Until
 
 
 @attrs.frozen(kw_only=True)
-class UniaxialCompression(LoadingProtocol):
+class UniaxialCompression(UntilFailure):
     """Press a specimen until it has lost part of its strength; stress and strain count compression positive.
 
     It ends at ``stop_fraction`` of the peak stress or at ``maximum_strain``.
@@ -69,7 +67,7 @@ class UniaxialCompression(LoadingProtocol):
 
 
 @attrs.frozen(kw_only=True)
-class UniaxialTension(LoadingProtocol):
+class UniaxialTension(UntilFailure):
     """Pull a specimen by its glued ends until it parts; stress and strain count tension positive.
 
     It ends at ``stop_fraction`` of the peak stress or at ``maximum_strain``.
@@ -125,7 +123,7 @@ class IntactAtRest(Condition):
 
 
 @attrs.frozen(kw_only=True)
-class BiaxialCompression(LoadingProtocol):
+class BiaxialCompression(UntilFailure):
     """Press a specimen axially while a constant pressure follows its deforming sides; compression counts positive.
 
     First the confinement rises on all sides, also on the upper platen, which is free to move, until the specimen is at
@@ -212,8 +210,8 @@ def _stage(
     return Stage(
         name=name,
         loads=_drives(sign, held_across(specimen, test.platens), test.moving),
-        until=[Reaches(STRAIN, test.maximum_strain), *failing(test, falls, STRAIN)],
-        **sampling(test, test.maximum_strain * size(specimen)[1]),
+        until=[Reaches(STRAIN, test.maximum_strain), *test.failing(falls, STRAIN)],
+        **test.sampling(test.maximum_strain * size(specimen)[1]),
     )
 
 

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from tiling import SLOPE, lengths, polygon_of, shoelace
 
 import grainlaw as gl
-from grainlaw.geometry import Bricks, Hexagonal, Voronoi, apart, block, disc, loose, rectangle, together
+from grainlaw.geometry import Bricks, Hexagonal, Voronoi, apart, block, bodies, disc, rectangle, together
 from grainlaw.geometry.bodies import _shrunk
 from grainlaw.mesh import build_mesh
 
@@ -67,7 +67,7 @@ def test_parted_grains_are_what_half_planes_leave(seed: int, share: float, merge
 
 def test_sides_of_a_triangle_move_each_by_its_own(monkeypatch) -> None:
     """Of 4, 5 and 3 m, by 0.1, 0.5 and 0.2 m: y = 0.1, 3x + 4y = 12 - 2.5, x = 0.2. None is lost, so none is cut."""
-    monkeypatch.setattr(loose, "_cut", None)
+    monkeypatch.setattr(bodies, "_cut", None)
     sides = np.array([0.1, 0.5, 0.2])
     made, first = _shrunk(np.array([(0.0, 0), (4, 0), (0, 3)]), np.array([0, 3]), sides, 0.0)
     assert made == pytest.approx(np.array([(0.2, 0.1), (9.1 / 3, 0.1), (0.2, 8.9 / 4)]))
@@ -77,8 +77,8 @@ def test_sides_of_a_triangle_move_each_by_its_own(monkeypatch) -> None:
 @pytest.mark.parametrize("size", [1e-7, 1, 1e6])
 def test_only_grains_that_lose_a_side_are_cut_side_by_side(size: float, monkeypatch) -> None:
     """A house whose eaves of 0.1 are too short for sides that move by 0.2, beside a square."""
-    cut, whole = [], loose._cut
-    monkeypatch.setattr(loose, "_cut", lambda points, *more: cut.append(len(points)) or whole(points, *more))
+    cut, whole = [], bodies._cut
+    monkeypatch.setattr(bodies, "_cut", lambda points, *more: cut.append(len(points)) or whole(points, *more))
     square, house = [(5, 0), (6, 0), (6, 1), (5, 1)], [(0, 0), (2, 0), (2, 0.1), (1, 1.1), (0, 0.1)]
     points = size * np.array(square + house, dtype=float)
     made, first = _shrunk(points, np.array([0, 4, 9]), np.full(9, 0.2 * size), 0.0)

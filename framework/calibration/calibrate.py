@@ -15,27 +15,12 @@ from grainlaw.arguments import checked
 from grainlaw.calibration.check import check
 from grainlaw.calibration.first_look import FirstLook, looked_at
 from grainlaw.calibration.identifiability import identifiability
-from grainlaw.calibration.moduli import (
-    Statics,
-    expected_stiffness,
-    meet_moduli,
-    stiffened,
-    wanted_moduli,
-    with_stiffness,
-)
+from grainlaw.calibration.moduli import Statics, expected_stiffness, meet_moduli, stiffened, with_stiffness
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.space import Space, space_of
 from grainlaw.calibration.stiffness_search import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
 from grainlaw.calibration.targets import AIMS, Targets, checked_quantities, measured_by, needed_tests
-from grainlaw.calibration.trials import (
-    PRISM,
-    SHAPES,
-    Specimens,
-    StudySimulator,
-    TrialCase,
-    checked_specimens,
-    checked_tests,
-)
+from grainlaw.calibration.trials import PRISM, SHAPES, StudySimulator, TrialCase, checked_specimens, checked_tests
 from grainlaw.calibration.waves import Search
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError, checked_whole_number
@@ -126,7 +111,7 @@ def _quantities(targets: Targets, also: Sequence[str]) -> tuple[str, ...]:
 
 
 def _aimed(
-    search: Search, simulator: StudySimulator, targets: Targets, shapes: Mapping[str, Specimens], elastic: str
+    search: Search, simulator: StudySimulator, targets: Targets, shapes: Mapping[str, Any], elastic: str
 ) -> tuple[Search, Stiffness | None, FirstLook | None]:
     """The search among rocks that meet the elastic targets, and to begin where a first look sees the strengths."""
     ones = _one_of_each(shapes)
@@ -143,7 +128,8 @@ def _aimed(
             search = attrs.evolve(search, begin=known.beginning(count, search.seed))
     if not targets.elastic:
         return search, None, known
-    return *meet_moduli(search, simulator, statics, wanted_moduli(targets), stiffness), known
+    wanted = {name: target.value for name, target in targets.elastic.items()}
+    return *meet_moduli(search, simulator, statics, wanted, stiffness), known
 
 
 @checked
@@ -168,7 +154,7 @@ def first_look(
     return found
 
 
-def _one_of_each(shapes: Mapping[str, Specimens]) -> dict[str, Specimen]:
+def _one_of_each(shapes: Mapping[str, Any]) -> dict[str, Specimen]:
     return {shape: make(1) for shape, make in shapes.items()}
 
 

@@ -69,11 +69,6 @@ class _Round:
         return float(np.max(np.abs(list(self.off.values()))))
 
 
-def wanted_moduli(targets: Targets) -> dict[str, float]:
-    """The elastic targets (SI)."""
-    return {name: target.value for name, target in targets.elastic.items()}
-
-
 def moduli_of(stiffness: Stiffness, wanted: Iterable[str]) -> dict[str, float]:
     """Those that statics give (SI), of the ones that are wanted."""
     both = {"youngs_modulus": stiffness.modulus, "poissons_ratio": stiffness.poisson}
@@ -88,7 +83,7 @@ def expected_stiffness(
     Where the emulator that comes with grainlaw knows the rock, it tells how far tests are off statics; elsewhere, that
     of statics. ``specimens`` are one of each shape. Raises :class:`ParameterError`.
     """
-    wanted = wanted_moduli(targets)
+    wanted = {name: target.value for name, target in targets.elastic.items()}
     if why_unknown(space, targets, specimens):
         return statics(wanted)
     points = space.prior(TRIED, seed)
