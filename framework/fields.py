@@ -103,7 +103,9 @@ def parameter(
                 raise TypeError
             if isinstance(value, (np.ndarray, list, tuple)):
                 array = floats(value)
-                if array.ndim != 1 or not array.size or not _takes_arrays(type(component)):
+                kind = type(component)  # parameters may differ between contacts in laws, parts, and a user's classes
+                takes_arrays = getattr(kind, "takes_arrays", not isinstance(kind, Checked))
+                if array.ndim != 1 or not array.size or not takes_arrays:
                     raise TypeError
                 array.flags.writeable = False
                 return array
@@ -124,11 +126,6 @@ def parameter(
 def angle_of_friction(default: Any = attrs.NOTHING) -> Any:
     """Declare an angle of friction in degrees; one that looks like radians warns."""
     return parameter("deg", default=default, at_least=0, below=90, usual=(2, 90))
-
-
-def _takes_arrays(cls: type) -> bool:
-    """Whether parameters may differ between contacts: in laws, in parts of them, and in a user's own classes."""
-    return getattr(cls, "takes_arrays", not isinstance(cls, Checked))
 
 
 def checked_number(

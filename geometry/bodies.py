@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from itertools import pairwise
 from typing import Any
 
@@ -65,19 +65,16 @@ def side_by_side(*bodies: Tessellation) -> Tessellation:
     for body, v in zip(bodies, vertex, strict=False):
         for name, edges in body.joints.items():
             joints[name] = np.concatenate([joints.get(name, np.zeros((0, 2), dtype=np.int64)), edges + v])
+
+    def counted(arrays: Iterable[np.ndarray], before: np.ndarray) -> np.ndarray:
+        return np.concatenate([array + b for array, b in zip(arrays, before, strict=False)])
+
     return Tessellation(
-        region,
-        np.concatenate([body.vertices for body in bodies]),
-        np.concatenate([body.corners + v for body, v in zip(bodies, vertex, strict=False)]),
-        np.concatenate([[0], *(body.first[1:] + c for body, c in zip(bodies, corner, strict=False))]),
-        phases,
-        others,
-        np.concatenate([body.body + k for body, k in zip(bodies, number, strict=False)]),
-        np.concatenate([body.loose for body in bodies]),
-        np.concatenate([body.parent + p for body, p in zip(bodies, np.cumsum([0, *parents]), strict=False)]),
-        names,
-        joints,
-    )
+        region, np.concatenate([body.vertices for body in bodies]), counted((b.corners for b in bodies), vertex),
+        np.concatenate([[0], counted((b.first[1:] for b in bodies), corner)]), phases, others,
+        counted((b.body for b in bodies), number), np.concatenate([body.loose for body in bodies]),
+        counted((b.parent for b in bodies), np.cumsum([0, *parents])), names, joints,
+    )  # fmt: skip
 
 
 def _phases(bodies: Sequence[Tessellation]) -> tuple[tuple[str, ...], np.ndarray]:

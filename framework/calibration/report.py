@@ -14,24 +14,26 @@ from grainlaw.unit_text import written
 
 if TYPE_CHECKING:
     from grainlaw.calibration.result import Calibration
-    from grainlaw.drawing.figure import Figure
 
 
 def write_report(found: Calibration, file: Path) -> None:
     """Raises OSError."""
+    drawn = [figures.bands, figures.left_out, *([figures.corner, figures.envelope] if found.is_plausible else [])]
+    ranges = [[f.name, f"{written(f.low, f.unit)} to {written(f.high, f.unit)}"] for f in found.space.free]
+    ranges += [[tie.name, f"{tie.times:g} times {tie.to}"] for tie in found.space.ties]
+    waves = [
+        [str(number), str(wave.count), f"{100 * wave.share:.2g} %", f"{wave.least:.2f}"]
+        for number, wave in enumerate(found.found.waves, 1)
+    ]
     write_page(
         file, "calibration/report.html", title=f"Calibration of {found.space.kind.__name__}",
         head=found.head.splitlines(), names=list(found.space.names),
         answer=_answer(found) if found.is_plausible else None,
-        conflict=found.conflict, conflicts=list(_conflicts(found)), figures=_figures(found), targets=_targets(found),
-        ranges=_ranges(found), waves=_waves(found), quality=headed(found.quality_lines),
-        failures=found.failure_words if found.failures else "", versions=list(versions().items()),
+        conflict=found.conflict, conflicts=list(_conflicts(found)), targets=_targets(found),
+        figures={draw.__name__: draw(found) for draw in drawn}, ranges=ranges, waves=waves,
+        quality=headed(found.quality_lines), failures=found.failure_words if found.failures else "",
+        versions=list(versions().items()),
     )  # fmt: skip
-
-
-def _figures(found: Calibration) -> dict[str, Figure | None]:
-    drawn = (figures.corner, figures.envelope) if found.is_plausible else ()
-    return {draw.__name__: draw(found) for draw in (figures.bands, figures.left_out, *drawn)}
 
 
 def _answer(found: Calibration) -> dict[str, Any]:
@@ -71,15 +73,3 @@ def _targets(found: Calibration) -> list[list[str]]:
     if {"cohesion", "friction_angle"} & {*found.targets.given}:
         rows.append(["confinements (MPa)", ", ".join(f"{p / 1e6:g}" for p in found.targets.pressures)])
     return rows
-
-
-def _ranges(found: Calibration) -> list[list[str]]:
-    rows = [[f.name, f"{written(f.low, f.unit)} to {written(f.high, f.unit)}"] for f in found.space.free]
-    return rows + [[tie.name, f"{tie.times:g} times {tie.to}"] for tie in found.space.ties]
-
-
-def _waves(found: Calibration) -> list[list[str]]:
-    return [
-        [str(number), str(wave.count), f"{100 * wave.share:.2g} %", f"{wave.least:.2f}"]
-        for number, wave in enumerate(found.found.waves, 1)
-    ]

@@ -142,7 +142,12 @@ def fit_stiffness(
     if modulus is None:
         ratio = search.ratio_for(poisson, normal, ratio, "with this normal stiffness")
         return _found(search, normal, ratio, 1.0, 0)
-    _check_reach(search, modulus, normal, ratio)
+    stiffest = search.constants(normal * REACH, RATIOS[1])[0]
+    if not modulus < stiffest * (1 - ACCURACY):
+        raise ParameterError(
+            f"calibrate: youngs_modulus = {modulus:g} Pa cannot be had between these grains: contacts as stiff as can "
+            f"be give {stiffest:.4g} Pa; take stiffer grains, or let elastic be 'grains', which finds their modulus too"
+        )
     if poisson is None:
         normal = _normal_for(search, modulus, normal, lambda log: ratio)
     else:
@@ -156,15 +161,6 @@ def _found(search: StiffnessSearch, normal: float, ratio: float, grains: float, 
     return Stiffness(
         parameters=values, grains=grains, modulus=modulus, poisson=poisson, solutions=before + search.count
     )
-
-
-def _check_reach(search: StiffnessSearch, modulus: float, normal: float, ratio: float) -> None:
-    stiffest = search.constants(normal * REACH, RATIOS[1])[0]
-    if not modulus < stiffest * (1 - ACCURACY):
-        raise ParameterError(
-            f"calibrate: youngs_modulus = {modulus:g} Pa cannot be had between these grains: contacts as stiff as can "
-            f"be give {stiffest:.4g} Pa; take stiffer grains, or let elastic be 'grains', which finds their modulus too"
-        )
 
 
 def _normal_for(search: StiffnessSearch, modulus: float, normal: float, ratio: Callable[[float], float]) -> float:

@@ -179,15 +179,13 @@ class Search:
         for name in self.targets:
             if name not in found:
                 known = int(np.isfinite(design.values[name]).any(axis=1).sum())
+                first = next(iter(self.simulator.failures), None)
+                why = f" (the first failure: {first.test}, {first.reason})" if first else ""
                 raise ParameterError(
-                    f"calibrate: {name} has a value at {known} of {len(design.points)} points only{self._why()}; "
+                    f"calibrate: {name} has a value at {known} of {len(design.points)} points only{why}; "
                     "narrow the ranges, or change the test"
                 )
         return Match(self.space, self.targets, found, samples)
-
-    def _why(self) -> str:
-        failures = list(self.simulator.failures)
-        return f" (the first failure: {failures[0].test}, {failures[0].reason})" if failures else ""
 
     def _next(self, match: Match, left: Plausible, room: int, number: int) -> np.ndarray:
         """Points of the next wave: the best one, and those that tell most; none where no more is to be learnt."""
