@@ -5,9 +5,9 @@ import zlib
 import numpy as np
 from support import STIFF
 
-from grainlaw.calibration.simulator import Simulator
 from grainlaw.calibration.space import space_of
 from grainlaw.calibration.targets import Targets
+from grainlaw.calibration.trials import Simulator
 from grainlaw.calibration.waves import Search
 from grainlaw.laws import CohesiveCrack
 from grainlaw.units import MPa

@@ -16,9 +16,9 @@ from grainlaw.calibration import figures, waves
 from grainlaw.calibration.check import Compared, check
 from grainlaw.calibration.identifiability import identifiability
 from grainlaw.calibration.result import Calibration
-from grainlaw.calibration.simulator import Failure
 from grainlaw.calibration.stiffness_search import Stiffness
 from grainlaw.calibration.targets import Target, Targets
+from grainlaw.calibration.trials import Failure
 from grainlaw.laws import MohrCoulomb
 from grainlaw.short_form import MOST
 from grainlaw.units import MPa

@@ -17,11 +17,10 @@ from grainlaw.calibration.first_look import FirstLook, FirstMatch, ShippedEmulat
 from grainlaw.calibration.matching import Plausible
 from grainlaw.calibration.moduli import meet_moduli
 from grainlaw.calibration.posterior import Posterior
-from grainlaw.calibration.simulator import Simulator
 from grainlaw.calibration.space import Tie
 from grainlaw.calibration.stiffness_search import Stiffness
 from grainlaw.calibration.targets import Target, Targets
-from grainlaw.calibration.trials import StudySimulator, TrialCase, at_scale
+from grainlaw.calibration.trials import Simulator, StudySimulator, TrialCase, at_scale
 from grainlaw.calibration.waves import Search
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Bricks, rectangle

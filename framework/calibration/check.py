@@ -10,8 +10,8 @@ import numpy as np
 
 from grainlaw.calibration.emulator import restored
 from grainlaw.calibration.matching import Match
-from grainlaw.calibration.simulator import Simulator
 from grainlaw.calibration.targets import Target, Targets, measured_by
+from grainlaw.calibration.trials import Simulator
 from grainlaw.results.means import spread
 
 NEAR = 0.05  #: of a target

@@ -11,8 +11,8 @@ import attrs
 import numpy as np
 import scipy
 
-from grainlaw.calibration.simulator import Values
 from grainlaw.calibration.targets import AIMS
+from grainlaw.calibration.trials import Values
 from grainlaw.fields import ParameterError
 
 Function = TypeVar("Function", bound=Callable)

@@ -15,10 +15,10 @@ from grainlaw.calibration.check import Compared
 from grainlaw.calibration.emulator import quality
 from grainlaw.calibration.first_look import FirstLook
 from grainlaw.calibration.identifiability import Identifiability
-from grainlaw.calibration.simulator import Failure
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness, with_grains
 from grainlaw.calibration.targets import AIMS, Targets
+from grainlaw.calibration.trials import Failure
 from grainlaw.calibration.waves import SearchResult
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError

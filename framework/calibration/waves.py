@@ -10,9 +10,9 @@ import numpy as np
 from grainlaw.calibration.emulator import Samples, anchored, emulators, samples_of, transformed
 from grainlaw.calibration.matching import LIMIT, TRIED, Conflict, Match, Plausible, conflicts, plausible, telling
 from grainlaw.calibration.posterior import Posterior, posterior
-from grainlaw.calibration.simulator import Simulator, Values
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.targets import AIMS, CONFINED, Target
+from grainlaw.calibration.trials import Simulator, Values
 from grainlaw.fields import ParameterError
 
 PER_GROUP = 10  #: points of the first wave for each free group
