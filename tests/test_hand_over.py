@@ -157,10 +157,14 @@ def test_a_bond_leaves_with_the_memory_of_the_point_that_is_pressed_most():
         def __len__(self):
             return 3
 
+        def sever(self, chosen):
+            self.severed = chosen.tolist()
+
     bonds = Bonds()
     bonds.arrays, bonds.groups = arrays, groups
     found = _leaving(SimpleNamespace(bonds=bonds, last=lambda rows: rows))
     assert arrays.leaving.tolist() == [0, 0, 0]
+    assert bonds.severed == [0, 2]
     assert found.bond.tolist() == [0, 2]
     assert found.slip.tolist() == [4, 3]
     assert found.group.tolist() == [0, 1]
