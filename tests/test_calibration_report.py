@@ -114,6 +114,7 @@ def test_bands_show_points_emulator_and_target_at_the_strength_of_the_rock(given
     figure = figures.bands(given)
     scale, cohesion, angle, *others = figure.axes
     assert len(figure.axes) == 6
+    assert (figure.get_size_inches() > [3 * 2.5, 2 * 2.1]).all()  # the panels, and room for labels
     assert [axes.get_xlabel() for axes in figure.axes[3:]] == [
         "tensile strength (MPa)", "cohesion (MPa)", "friction angle (deg)",
     ]  # fmt: skip
@@ -137,7 +138,9 @@ def test_bands_show_points_emulator_and_target_at_the_strength_of_the_rock(given
 
 
 def test_the_corner_shows_each_pair_once(given):
-    axes = figures.corner(given).axes
+    figure = figures.corner(given)
+    axes = figure.axes
+    assert (figure.get_size_inches() > 3 * 1.9).all()  # the panels, and room for labels
     assert len(axes) == 6  # three alone and three pairs, row by row
     counts = [np.array([patch.get_height() for patch in axes[k].patches]) for k in (0, 2, 5)]
     assert [np.flatnonzero(each).tolist() for each in counts] == [[7, 22], [7, 22], [26]]

@@ -71,6 +71,21 @@ def test_left_out_points_are_predicted_as_if_they_were_left_out(wavy):
     assert 0.97 < emulator.q_squared < 1
 
 
+def test_an_emulator_is_the_same_in_any_unit(monkeypatch):
+    """Of values in another unit, and from another zero: all that it says is in that unit."""
+    monkeypatch.setattr(emulating, "RESTARTS", 0)
+    points = np.random.default_rng(3).uniform(-1, 1, (12, 1))
+    values, noise = np.sin(2 * points[:, 0]), np.linspace(0.01, 0.04, 12)
+    plain, other = (fit("ucs", points, a * values + b, a**2 * noise, 0) for a, b in ((1, 0), (1000, 70)))
+    means, variances = plain.predict(points)
+    assert other.predict(points) == (
+        pytest.approx(1000 * means + 70, rel=1e-3),
+        pytest.approx(1e6 * variances, rel=1e-2),
+    )
+    assert other.errors == pytest.approx(plain.errors, rel=1e-2)
+    assert other.left_out[:, 2] == pytest.approx(1000 * plain.left_out[:, 2], rel=1e-3)
+
+
 @pytest.mark.parametrize(("groups", "fewest"), [(1, 5), (3, 5), (5, 7)])
 def test_an_emulator_takes_two_points_more_than_groups_and_five_at_least(groups, fewest, monkeypatch):
     monkeypatch.setattr(emulating, "fit", lambda name, coordinates, *others: coordinates.tolist())

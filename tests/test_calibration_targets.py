@@ -167,6 +167,19 @@ def test_the_prior_is_even_and_leaves_out_what_the_law_refuses():
     assert rocks.prior(512, seed=1) == pytest.approx(points)
 
 
+def test_the_prior_gives_up_where_the_law_refuses_nearly_all(monkeypatch):
+    """Ten points are drawn as 16 at a time, until they are more than 200 for each and 4096: 6112 with one of each."""
+    rocks, given = space(), iter(range(1000))
+
+    def allowed(self, points):
+        next(given)  # it does not go on for ever
+        return np.arange(len(points)) < 0
+
+    monkeypatch.setattr(type(rocks), "allowed", allowed)
+    with pytest.raises(gl.ParameterError, match=r"CohesiveCrack refuses nearly all of it, 0 of 6112 points are left"):
+        rocks.prior(10, 1)
+
+
 def test_a_law_is_made_with_what_is_tied():
     law = space().made({"tensile_strength": 1e7, "cohesion": 3e7, "friction_angle": 40, "mode_i_energy": 60})
     assert (law.mode_ii_energy, law.mode_i_energy, law.residual_friction_angle) == (120, 60, 5)

@@ -4,6 +4,7 @@ import csv
 import importlib
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -18,7 +19,7 @@ from study_rows import row, table_of
 
 import grainlaw as gl
 from grainlaw.cli.study import means
-from grainlaw.cli.study_file import Factor, StudyFile, _names, _range, _recorded, study_of
+from grainlaw.cli.study_file import Factor, StudyFile, _names, _range, _recorded, factors, study_of
 from grainlaw.fields import ParameterError
 from grainlaw.laws import Linear
 from grainlaw.studies.study import Status
@@ -90,6 +91,22 @@ def test_a_range_has_as_many_levels_as_it_counts_wherever_it_begins(monkeypatch)
     for text in ("98..102", "-3..1"):
         with pytest.raises(gl.ParameterError, match=rf"^seed = '{text}' is not allowed, it may have 4 levels at most"):
             _range("seed", text)
+
+
+@pytest.mark.parametrize(
+    ("vary", "words"),
+    [
+        ({}, "a study needs a table [vary]"),
+        ("sample", "a study needs a table [vary]"),
+        ({"sample": [1, 2]}, "vary: 'sample' is not allowed, it must be a key such as 'sample.seed'"),
+        ({"sample.": [1, 2]}, "vary: 'sample.' is not allowed, it must be a key such as 'sample.seed'"),
+        ({"law.spread..seed": [1]}, "vary: 'law.spread..seed' is not allowed, it must be a key such as 'sample.seed'"),
+        ({"law": {"type": ["a"]}, "law.type": ["b"]}, "vary: 'law.type' is given twice"),
+    ],
+)
+def test_what_is_no_key_that_is_varied_is_refused(vary, words):
+    with pytest.raises(gl.ParameterError, match=f"^granite.toml: {re.escape(words)}"):
+        factors(vary, Path("granite.toml"))
 
 
 def test_means_are_over_what_ends_in_a_seed_at_any_depth(tmp_path):

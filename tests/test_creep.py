@@ -264,6 +264,18 @@ def test_a_rate_at_which_nothing_lasts_stops_the_run():
         gl.simulate(bar(2), law, HeldTension(stress=0.8 * STRENGTH, duration=1e20), threads=1, frames=1)
 
 
+def test_laws_age_whose_bonds_remember_fatigue_and_take_the_time():
+    """Of five, two: of the others one has no bond, one remembers no fatigue, one takes no time."""
+    laws = {"first": (3, 0, "time_step"), "empty": (0, 0, "time_step"), "forgets": (3, -1, "time_step"),
+            "timeless": (3, 0, "temperature"), "second": (1, 2, "time_step")}  # fmt: skip
+    groups = [
+        SimpleNamespace(name=name, size=size, row=lambda which, at=at: at, compiled=SimpleNamespace(scalars=(scalar,)))
+        for name, (size, at, scalar) in laws.items()
+    ]
+    found = ageing._ageing(SimpleNamespace(bonds=SimpleNamespace(groups=groups)))
+    assert [group.name for group in found] == ["first", "second"]
+
+
 def test_a_load_above_the_strength_stops_the_run():
     with pytest.raises(gl.StageError, match="failed under the load of 900 MPa as it was applied"):
         gl.simulate(small_sample(12), AGEING, attrs.evolve(CREEP, load=900 * MPa), threads=1, frames=1)

@@ -142,6 +142,8 @@ def test_targets_follow_from_what_is_emulated():
     }  # fmt: skip
     assert dict(zip(made.targets, means[0], strict=True)) == pytest.approx(expected, rel=1e-3)
     assert covariances == pytest.approx(np.zeros((1, 6, 6)))
+    other = made.logs(made.quantities(np.array([[10 * MPa, 30 * MPa, 45.0]])), {"steepness": 0.25})
+    assert other[0, -1] == pytest.approx(math.log(ucs) + 8.5 * math.log(1 + 20 * MPa / ucs))
 
 
 def test_its_errors_go_into_what_is_likely():

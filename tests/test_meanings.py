@@ -6,6 +6,7 @@ from support import offenders
 import grainlaw as gl
 from grainlaw import geometry, laws, materials, protocols
 from grainlaw.arguments import Checked
+from grainlaw.declared import DYNAMIC, file_of
 
 PACKAGES = (gl, laws, materials, geometry, protocols)
 DECLARED = sorted(
@@ -59,3 +60,24 @@ class Mine(gl.ContactLaw):
 
 def test_a_meaning_stands_beside_a_field_or_above_it():
     assert meanings(Mine) == {"kn": "stands above", "ks": "stands beside", "free": ""}
+
+
+def method(name, module, file, **around):
+    space = {"__name__": module, **around}
+    exec(compile(f"def {name}(self):\n    return 0\n", file, "exec"), space)
+    return space[name]
+
+
+def test_a_class_is_written_in_the_first_file_of_its_own_methods():
+    """Those of a base's module and of attrs do not count, and code from another process only if there is no other."""
+    sent, here = method("a", "mine", DYNAMIC), method("c", "mine", "c.py")
+    others = {"x": method("x", "theirs", "x.py"), "y": method("y", "mine", "<attrs generated methods y>")}
+
+    def found(**methods):
+        return file_of(type("Mine", (), {"__module__": "mine", **others, **methods}))
+
+    assert found(a=sent, c=here, d=method("d", "mine", "d.py")) == "c.py"
+    assert found(a=sent) == DYNAMIC
+    assert found(a=method("a", "mine", DYNAMIC, __file__="a.py"), c=here) == "a.py"
+    assert found() == ""
+    assert file_of(type("Mine", (), {"__module__": __name__})) == __file__

@@ -117,6 +117,14 @@ def test_a_piece_that_has_flown_away_feels_no_pressure_and_uncovers_the_grain_be
     assert resultant(force, grain != gone) < 1e-9
 
 
+def test_pieces_that_fly_to_both_sides_uncover_the_grains_behind_them():
+    """Each as far as the sheet is wide: the other way they would lie in each other's places, and cover them."""
+    fly = lambda place, grain: np.stack([4 * SIDE * ((grain == 14).astype(float) - (grain == 10)), 0 * grain], axis=1)  # noqa: E731
+    _, grain, force = confined(fly)
+    assert force[grain == 13, 0].sum() == pytest.approx(-PRESSURE * SIDE, rel=1e-3)
+    assert force[grain == 11, 0].sum() == pytest.approx(PRESSURE * SIDE, rel=1e-3)
+
+
 def test_where_the_rim_is_whole_pressure_acts_on_its_edges():
     _, grain, force = confined(lambda place, grain: 1e-3 * place)
     assert force[grain % 5 == 4, 0].sum() == pytest.approx(-PRESSURE * 5 * SIDE * 1.001, rel=1e-12)
