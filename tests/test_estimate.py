@@ -10,6 +10,7 @@ import pytest
 from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
+from grainlaw.contact import memory_names
 from grainlaw.engine.model import Model
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear, MohrCoulomb
@@ -141,6 +142,7 @@ def test_runs_are_put_in_the_order_in_which_they_take_long():
     mixed = gl.Specimen(phases, ROCK)
     for laws in ({(0, 0): law, ...: stiff}, {(0, 0): stiff, ...: law}):  # the stiffest rules the steps
         assert work(mixed, laws, short)[0] == pytest.approx(work(mixed, stiff, short)[0])
+        assert work(mixed, {(0, 0): law, ...: BRITTLE}, short)[2] == len(memory_names(BRITTLE))  # law remembers none
     slow = attrs.evolve(short, loading=gl.Constant(speed=1.0))
     assert work(samples[0], law, slow)[0] == pytest.approx(2 * work(samples[0], law, short)[0], rel=0.02)
     assert work(samples[0], law, short) > work(samples[0], BRITTLE, short)  # nothing breaks: it goes on to the end

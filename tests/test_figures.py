@@ -19,8 +19,10 @@ from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.grains import _phases, _told_apart
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.results.figures.cracks import _moment, box, fit
+from grainlaw.results.figures.cracks import _moment, _outlines, box, fit
 from grainlaw.results.figures.laboratory import _from_zero
+
+BRICK = gl.Rigid(density=2700)
 
 
 @pytest.fixture(scope="module")
@@ -237,6 +239,26 @@ def test_tensile_and_shear_cracks_differ_where_a_page_is_printed_grey(broken):
     assert shear.get_linewidth() > 1.5 * tensile.get_linewidth()
 
 
+def test_the_outline_of_grains_is_drawn_and_no_side_of_a_zone_inside():
+    """Of eight bricks, the sides of each; node pairs belong to one grain."""
+    mesh = gl.Specimen(Bricks(rows=4, columns=2).tessellate(rectangle(0.02, 0.04)), BRICK, refinement=2).mesh
+    pairs = _outlines(SimpleNamespace(mesh=mesh))
+    grain = mesh.node_grain[pairs]
+    assert np.array_equal(grain[:, 0], grain[:, 1])
+    length = np.hypot(*(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]]).T)
+    assert np.bincount(grain[:, 0], length) == pytest.approx(np.full(8, 4 * 0.01))
+    assert len(np.unique(np.sort(pairs, axis=1), axis=0)) == len(pairs)
+
+
+def test_the_number_of_cracks_stands_below_the_picture(broken):
+    figure = gl.plot_cracks(broken)
+    figure.draw_without_rendering()
+    [axes] = figure.axes
+    box, counts = axes.get_window_extent(), axes.get_legend().get_window_extent()
+    assert counts.y1 < box.y0
+    assert (counts.x0 + counts.x1) / 2 == pytest.approx((box.x0 + box.x1) / 2, abs=1)
+
+
 def test_side_by_side_is_at_one_scale(broken):
     small = gl.simulate(small_sample(20), BRITTLE, PULL, frames=2)
     figure = gl.side_by_side({"one": broken, "other": small, "third": broken}, columns=2)
@@ -249,6 +271,8 @@ def test_side_by_side_is_at_one_scale(broken):
     figure.draw_without_rendering()
     boxes = [axes.get_window_extent() for axes in figure.axes]
     assert np.ptp([box.width for box in boxes]) < 1
+    (left, right), (low, high) = limits[0]
+    assert figure.get_size_inches()[0] > 2 * 6.0 * (right - left) / (high - low)  # two panels of 6 inches height
     for result, axes in zip((broken, small), figure.axes, strict=False):
         place = (result.mesh.nodes + result.frames[-1].displacement) * 1e3
         (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()

@@ -93,6 +93,20 @@ def test_answers_that_differ_are_shown_both():
         first_questions._Questions(law, compiled).ask()
 
 
+def test_a_law_is_refused_where_it_has_become_stiffer():
+    """Of five points the third is the first beyond a stiffness of 10, and it is met by hand: 6 more on a way of 0.5."""
+    made = object.__new__(first_questions._Questions)
+    made.law = law_of(f"{K}, {S}", (10.0, 2.0))
+    made.points = np.array([[[0, 0], [1, 0], [1.5, 0], [2, 0], [3, 0]], [[0, 0], [0, 1], [0, 2], [0, 3], [0, 4]]])
+    made.interpreted = np.array([[[t, 0] for t in (0, 10, 16, 18, 40)], [[9, t] for t in (0, 2.09, 4.1, 2, 4.11)]])
+    with pytest.raises(gl.ParameterError, match=r"at opening 1\.5 m, slip 0 m the normal traction grows by 12 Pa/m"):
+        made._not_stiffer(0, 0)
+    with pytest.raises(gl.ParameterError, match=r"at opening 0 m, slip 4 m the shear traction grows by 2\.11 Pa/m"):
+        made._not_stiffer(1, 1)
+    made._not_stiffer(0, 1)
+    made._not_stiffer(1, 0)
+
+
 @pytest.mark.parametrize(
     "stiffness", [(1e14,), (1e14, 0.0), (-1.0, 1.0), (math.nan, 1.0), (1.0, math.inf), None, ("a", "b")], ids=repr
 )

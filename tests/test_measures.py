@@ -10,6 +10,7 @@ from support import STIFF, STRONG, small_sample
 import grainlaw as gl
 from grainlaw.laws import Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression
+from grainlaw.results.standard_measures import ratios, thresholds
 from grainlaw.unit_text import factor_into
 
 PRESS = UniaxialCompression(loading=gl.Constant(speed=0.5), maximum_strain=0.005, samples=100)
@@ -48,6 +49,16 @@ def test_a_standard_measure_is_named_explained_and_one_number(name, result):
         value = each.laboratory.value(name)
         assert np.isnan(value) or np.isfinite(value)
         assert np.array_equal(each.laboratory.properties[name], value, equal_nan=True)
+
+
+def test_ratios_are_thresholds_over_the_stress_at_the_peak():
+    """Of 90 MPa over a strength of 120 MPa, of which 20 MPa confine: 3/4."""
+    path = SimpleNamespace(load=np.array([50e6, 100e6]), confinement=20e6)
+    laboratory = SimpleNamespace(path=path, value={each.name: 90e6 for each in thresholds()}.__getitem__)
+    assert len(ratios()) == len(thresholds()) - 1
+    for each in ratios():
+        assert each.find(laboratory) == pytest.approx(0.75)
+        assert each.meaning.split(", ")[0] in ("CC/UCS", "CI/UCS", "CD/UCS")
 
 
 @pytest.mark.parametrize(

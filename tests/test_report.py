@@ -290,6 +290,15 @@ def test_a_run_that_recorded_nothing_has_a_report(result, tmp_path, monkeypatch)
     assert "of a specimen that had not failed" not in page.text  # it has no strength to fail at
 
 
+def test_a_page_has_the_title_given_or_the_test_and_its_laws(result, tmp_path, monkeypatch):
+    titles = []
+    monkeypatch.setattr(report, "write_page", lambda file, page, *, title, **more: titles.append(title))
+    nothing = attrs.evolve(result, curves={}, frames=())
+    for title in ("Block 7", ""):
+        write_report({"stiff": nothing, "weak": nothing}, tmp_path / "report.html", title=title)
+    assert titles == ["Block 7", "Uniaxial compression: stiff, weak"]
+
+
 def test_curves_of_one_law_and_of_two_are_told_apart(result):
     from grainlaw.results.figures.curves import plot_report_curves
 

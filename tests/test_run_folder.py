@@ -461,6 +461,50 @@ def test_a_checkpoint_and_a_summary_are_due_after_their_time(monkeypatch):
         assert made.summary_is_due() is due
 
 
+def unstarted(folder):
+    made = object.__new__(run_folder.RunFolder)
+    made.path, made.failed, made._frames = folder, set(), 0
+    return made
+
+
+@pytest.mark.parametrize(("status", "more"), [("finished", {}), ("running", {"incomplete": "running"})])
+def test_a_summary_says_why_it_is_incomplete_or_nothing(status, more, tmp_path):
+    unstarted(tmp_path).summarize({"steps": 3}, status)
+    assert json.loads((tmp_path / "summary.json").read_text()) == {"properties": {"steps": 3}, **more}
+
+
+def test_frames_are_not_written_again_unless_one_of_them_cannot_be_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_folder, "packed", lambda frame: {"number": np.array(frame)})
+    monkeypatch.setattr(run_folder, "unpacked", lambda arrays: int(arrays["number"]))
+    made, places = unstarted(tmp_path), [tmp_path / run_folder.FRAMES / f"000{k}.npz" for k in range(3)]
+    made.keep([7, 8, 9])
+    assert made.frames(2) == [7, 8]
+    made.keep([1, 2, 10])  # the third alone is new
+    assert made.frames(3) == [7, 8, 10]
+    places[1].write_bytes(b"half of it")
+    with pytest.warns(OutputWarning, match=r"a picture of the run before is missing, .*0001\.npz"):
+        assert made.frames(3) == [7, 10]
+    made.keep([7, 10])
+    assert made.frames(2) == [7, 10]
+
+
+def test_a_checkpoint_of_another_run_is_refused_and_one_of_another_machine_is_warned_of(tmp_path, monkeypatch):
+    file, here = tmp_path / run_folder.CHECKPOINT, {"versions": {"numpy": "2"}, "processor": "a", "system": "b"}
+    monkeypatch.setattr(run_folder, "made_with", lambda: here)
+    assert run_folder.checkpoint_of(tmp_path, "key") is None
+    file.touch()
+    stored = SimpleNamespace(key="key", made_with=dict(here))
+    monkeypatch.setattr(run_folder.checkpoint, "load", lambda asked: stored if asked == file else None)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert run_folder.checkpoint_of(tmp_path, "key") is stored
+    stored.made_with["processor"] = "c"
+    with pytest.warns(OutputWarning, match="was written with other processor: the last digits may differ"):
+        assert run_folder.checkpoint_of(tmp_path, "key") is stored
+    with pytest.raises(gl.ParameterError, match="belongs to another run"):
+        run_folder.checkpoint_of(tmp_path, "other")
+
+
 def test_a_page_links_the_data_of_its_folder_and_of_the_runs_in_it(tmp_path):
     names = "b.json a.csv .hidden.csv picture.png report.html script.py no_run/cracks.csv run/curves.csv run/cracks.pvd"
     for name in names.split():

@@ -391,6 +391,14 @@ def test_ci_and_cd_of_fewer_than_ten_are_doubted(count, warned, tmp_path):
     assert "Fewer than ten" not in Page(tmp_path / "r.html").text
 
 
+def test_a_report_has_the_title_given_or_its_factors(tmp_path, monkeypatch):
+    titles = []
+    monkeypatch.setattr(report, "write_page", lambda file, page, *, title, **more: titles.append(title))
+    for factors, title in (({"law": "a", "seed": 1}, ""), ({}, ""), ({"seed": 1}, "Block 7")):
+        table_of([row(factors, {}, "killed", "")], tmp_path / str(len(titles))).write_report("r.html", title=title)
+    assert titles == ["Study of law, seed", "Study of one case", "Block 7"]
+
+
 def test_a_report_of_nothing_but_failures(tmp_path):
     table_of([row({"seed": 1}, {}, "killed", "its worker died")], tmp_path / "s").write_report(tmp_path / "r.html")
     page = Page(tmp_path / "r.html")

@@ -252,4 +252,7 @@ def test_measures_are_shown_in_their_own_units(tmp_path):
     assert " 60 " in str(table.means()["failure_plane_angle"])
     assert "crack damage (MPa)" in str(table)
     assert level("seed", 12345678) == "12345678"
+    assert level("seed", 1234567.8) == "1.23457e+06"
+    assert level("tensile_strength", 12345678) == "12.3457"
+    assert level("tensile_strength", True) == "True"
     assert level("tensile_strength", 13e6) == "13"
