@@ -167,6 +167,34 @@ def test_phases_may_have_cells_of_their_own_or_none():
         Breakable(minerals, {2: Trigons(count=3)}).tessellate(rectangle(1, 1))
 
 
+def test_the_smallest_cells_tell_how_many_there_would_be(monkeypatch):
+    """A square of 1 m2 in cells of 0.1 mm, wherever these are: 1e8."""
+    minerals, told = Minerals(Voronoi(grains=20), {"quartz": 0.6, "mica": 0.4}), []
+
+    def refused(text, count):
+        told.append(count)
+        raise ParameterError(text)
+
+    monkeypatch.setattr("grainlaw.geometry.breakable.check_room", refused)
+    for names in (("quartz", "mica"), ("mica", "quartz")):
+        cells = dict(zip(names, (Trigons(size=1e-4), Trigons(size=0.1)), strict=True))
+        with pytest.raises(ParameterError, match=r"Breakable: cells make about 1e\+08 grains"):
+            Breakable(minerals, cells).tessellate(rectangle(1, 1))
+    assert told == pytest.approx([1e8, 1e8])
+
+
+def test_fine_cells_stay_as_they_are_beside_coarse_ones():
+    """Edges vanish that are short beside the smallest cells: here none, and a grain has as many as alone."""
+    minerals, fine = Minerals(Voronoi(grains=12), {"quartz": 0.6, "mica": 0.4}), Trigons(size=0.04)
+    alone, both = (
+        Breakable(minerals, {"mica": fine, **more}).tessellate(rectangle(1, 1))
+        for more in ({}, {"quartz": Trigons(size=0.5)})
+    )
+    mica = np.unique(alone.parent[alone.phase == 1])
+    assert mica.size > 2
+    assert (np.bincount(both.parent)[mica] == np.bincount(alone.parent)[mica]).all()
+
+
 def test_joints_of_the_grains_are_kept():
     blocks = JointSets(sets=[JointSet(dip=0, spacing=0.5, name="bedding"), JointSet(dip=90, spacing=0.5)])
     made = Breakable(blocks, VoronoiCells(count=6)).tessellate(rectangle(1, 1))

@@ -3,6 +3,8 @@
 import csv
 import json
 import re
+from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -14,6 +16,7 @@ import grainlaw as gl
 from grainlaw.drawing.figure import Figure
 from grainlaw.laws import Linear
 from grainlaw.results.figures import cracks
+from grainlaw.runs import parallel
 from grainlaw.runs.parallel import simulate_all
 
 KEYS = {
@@ -201,3 +204,25 @@ def test_cracks_are_drawn_in_the_last_frame(comparison, tmp_path, monkeypatch):
     monkeypatch.setattr(cracks, "plot_cracks", lambda result, frame=-1, **_: drawn.append((result, frame)) or Figure())
     comparison.write(tmp_path)
     assert drawn == [(comparison["linear"], -1), (comparison["brittle"], -1)]
+
+
+@pytest.mark.parametrize(("threads", "order"), [(1, "cab"), (2, "cab"), (3, "abc"), (4, "abc")])
+def test_what_takes_longest_begins_first_where_runs_must_wait(threads, order, monkeypatch):
+    """Of three runs, where there are fewer threads."""
+    begun = []
+
+    class Pool(ThreadPoolExecutor):
+        def submit(self, do, key):
+            begun.append(key)
+            return super().submit(do, key)
+
+    monkeypatch.setattr(parallel, "ThreadPoolExecutor", Pool)
+    monkeypatch.setattr(parallel, "_longest_first", lambda runs, options: list("cab"))
+    run = SimpleNamespace(
+        specimen=SimpleNamespace(mesh=0, zone_stiffness=0, node_masses=0), simulate=lambda **given: given["observers"]
+    )
+    found = parallel._all(
+        dict.fromkeys("abc", run), threads, lambda key: [key], dict.fromkeys("abc"), gl.Stop(), {}
+    )  # fmt: skip
+    assert begun == list(order)
+    assert found.results == {key: [key] for key in "abc"}

@@ -14,7 +14,7 @@ from grainlaw.engine import ageing
 from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import BandisClosure, CharlesGrowth, CohesiveCrack, ExponentialGrowth, MohrCoulomb, StaticFatigue
 from grainlaw.protocols import Creep
-from grainlaw.protocols.creep import Outlasts
+from grainlaw.protocols.creep import Collapses, Outlasts
 from grainlaw.units import MPa, mm
 
 STRENGTH, RATE = 10 * MPa, 1e-6
@@ -262,6 +262,11 @@ def test_a_rate_at_which_nothing_lasts_stops_the_run():
     law = StaticFatigue(law=BOND, rate=1e3)
     with pytest.raises(gl.StageError, match=r"1e\+20 s: the rate of fatigue is too high"):
         gl.simulate(bar(2), law, HeldTension(stress=0.8 * STRENGTH, duration=1e20), threads=1, frames=1)
+
+
+def test_a_specimen_collapses_by_the_growth_of_its_strain():
+    """From 0.004 to 0.005 is a quarter of 0.004."""
+    assert Collapses(0.004).progress({"strain": np.array([0.004, 0.0, 0.005])}) == pytest.approx(0.25)
 
 
 def test_laws_age_whose_bonds_remember_fatigue_and_take_the_time():

@@ -303,6 +303,9 @@ def test_the_loops_of_given_curves_lose_what_they_enclose():
     }  # fmt: skip
     first = {name: values[:9] for name, values in given.items()} | {"tensile_cracks": np.zeros(9)}
     assert test.summary(first, None)["unloading_moduli"] == [2.0]  # it was not unloaded again
+    for ends, count in ((14, 2), (13, 1), (11, 1), (7, 1), (6, 0)):  # of a loop, two rows down and two up
+        part = {name: values[:ends] for name, values in sheared.items()}
+        assert len(attrs.evolve(test, levels=(1, 2)).summary(part, None)["lost_work"]) == count
 
 
 @pytest.mark.parametrize("levels", [(), (0.2, 0.1), (-0.1,), [0.1]])

@@ -248,6 +248,34 @@ def test_the_steady_motion_follows_over_its_period():
     assert len(said) == 1
 
 
+@pytest.mark.parametrize(
+    ("begun", "fluids", "done"),
+    [(0, [], [5, 5, 2]), (3, [], [2, 5, 5]), (14, [], [1, 5, 5, 1]), (4, ["fluid"], [1, 1, 3, 1, 2, 3, 1])],
+)
+def test_it_looks_after_every_so_many_steps_of_a_stage_wherever_a_part_begins(begun, fluids, done, monkeypatch):
+    """Twelve steps of which every fifth is looked at, from where the part before had ended; fluids every third."""
+    monkeypatch.setattr(stepper, "FLOW", 3)
+    looked, flowed, counts = [], [], []
+    state = SimpleNamespace(
+        steps=100 + begun, let_membranes_follow=lambda: None,
+        let_fluids_follow=lambda: flowed.append(state.steps - 100),
+    )  # fmt: skip
+
+    def do(steps):
+        counts.append(steps)
+        state.steps += steps
+
+    part = SimpleNamespace(
+        state=state, stability=SimpleNamespace(look=5, has_changed=lambda: False), stop=gl.Stop(), first=100,
+        integrator=SimpleNamespace(burst=0), do=do, _most=1000,
+    )  # fmt: skip
+    stage = SimpleNamespace(of=lambda kind: fluids)
+    stepper.Stepper.advance(part, stage, 12, lambda stage: looked.append(state.steps - 100))
+    assert counts == done
+    assert looked == [k for k in range(begun, begun + 12) if k % 5 == 0]
+    assert flowed == [k for k in range(begun, begun + 12) if k % (3 if fluids else 5) == 0]
+
+
 def test_a_call_of_the_engine_does_so_many_steps_that_it_can_be_stopped(monkeypatch):
     def most():
         options = {"threads": 1, "factor": 0.9, "scaling": 1.0, "stop": gl.Stop()}

@@ -370,6 +370,8 @@ def test_a_free_strain_and_a_stiffness_are_asked_for_at_other_temperatures():
         near = type("Near", (Warm,), {"temperatures": property(lambda self, known=known: known)})
         told = asked(near, "temperature", **warm)[1]
         assert (told.text if told else "") == found
+    cold = type("Cold", (StiffensCold,), {"temperatures": (-20.0, 21.0)})  # 40 of the 120 degrees to twice as stiff
+    assert asked(cold, "temperature", **warm)[1].size == pytest.approx(4 / 3)
     for kind, ratio, where in ((StiffensHot, 2.04, "at 800 °C, stiffness"), (StiffensCold, 2, "at -100 °C, stiffness")):
         found = asked(kind, "temperature", **warm)[1]
         assert found.text.startswith(where)

@@ -12,7 +12,7 @@ from tess_files import GROUPS, ORIENTED, PERIODIC, SCALES, tess
 from tiling import BEAM, assert_tiles
 
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Voronoi, apart, disc, polygon, read_tess, rectangle, together, write_tess
+from grainlaw.geometry import Bricks, Voronoi, apart, disc, polygon, read_tess, rectangle, together, write_tess
 
 pytestmark = pytest.mark.filterwarnings("ignore::grainlaw.geometry.SliverWarning")
 
@@ -117,6 +117,41 @@ def test_each_edge_of_the_domain_has_the_corners_of_its_side(tmp_path):
     rows = [row.split() for row in domain]
     edges = [row for row, after in itertools.pairwise(rows) if after == ["line"]]
     assert edges == [[str(k), "2", str(k), str(k % 5 + 1)] for k in range(1, 6)]
+
+
+def test_a_file_numbers_from_one_and_names_the_vertices_and_edges_of_each(tmp_path):
+    """Two squares of 1 and a half: their faces, the region's corners at its vertices, its sides by their edges."""
+    write_tess(Bricks(rows=2, columns=1).tessellate(rectangle(2.0, 1.0)), tmp_path / "x.tess")
+    grains, domain = (tmp_path / "x.tess").read_text().split("**domain")
+    rows = [row.split() for row in grains.splitlines()]
+
+    def of(name):
+        """Rows of a part, after its count."""
+        at = rows.index([name])
+        end = next((k for k in range(at + 1, len(rows)) if rows[k] and rows[k][0].startswith("*")), len(rows))
+        return [row for row in rows[at + 2 : end] if row]
+
+    places = {row[0]: (float(row[1]), float(row[2])) for row in of("**vertex")}
+    edges = {row[0]: row[1:3] for row in of("**edge")}
+    faces = of("**face")[::4]
+    assert [(face[0], face[1]) for face in faces] == [("1", "4"), ("2", "4")]
+    assert list(places) == [str(k + 1) for k in range(6)]
+    assert list(edges) == [str(k + 1) for k in range(7)]
+    for face, round_it in zip(faces, of("**face")[1::4], strict=True):
+        corners = face[2:]
+        for k, edge in enumerate(round_it[1:]):
+            ends = edges[edge.lstrip("-")][:: -1 if edge.startswith("-") else 1]
+            assert ends == [corners[k], corners[(k + 1) % 4]]
+    rows = [row.split() for row in domain.splitlines()]
+    corners = rows[rows.index(["*vertex"]) + 2 : rows.index(["*edge"])]
+    for at, held in zip(corners[::2], corners[1::2], strict=True):
+        assert places[held[1]] == (float(at[1]), float(at[2]))
+    rows = rows[rows.index(["*edge"]) + 2 :]
+    found = {rows[k + 3][0]: rows[k + 4] for k in range(0, 20, 5)}  # by the label of the side
+    lies = {"x0": (0, 0.0), "x1": (0, 2.0), "y0": (1, 0.0), "y1": (1, 1.0)}
+    for label, (axis, value) in lies.items():
+        on = [name for name, ends in edges.items() if all(places[end][axis] == value for end in ends)]
+        assert found[label] == [str(len(on)), *on]
 
 
 def test_the_digits_of_a_file_stay(tmp_path):

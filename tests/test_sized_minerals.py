@@ -137,7 +137,6 @@ def test_the_report_has_the_sizes_of_each_mineral_beside_those_asked_for():
     assert found.clustering == pytest.approx(clustering_of(made.tessellate(REGION)))
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("make", "words"),
     [
@@ -146,7 +145,11 @@ def test_the_report_has_the_sizes_of_each_mineral_beside_those_asked_for():
         (lambda: Minerals(Laguerre(areas=[1, 2]), SHARES, sizes=SIZES), "either sizes or the areas of Laguerre"),
         (lambda: Minerals(Laguerre(grains=9), {"olivine": 1.0}, sizes=SIZES), "ByPhase: sizes has none for 'olivine'"),
         (lambda: minerals(2).tessellate(REGION), "2 grains are not allowed for 3 phases"),
-        (lambda: minerals(60, clustering=4).tessellate(REGION), "clustering = 4 is not reached, swaps bring these"),
+        pytest.param(
+            lambda: minerals(60, clustering=4).tessellate(REGION),
+            "clustering = 4 is not reached, swaps bring these",
+            marks=pytest.mark.thorough,
+        ),
     ],
 )
 def test_what_is_refused(make, words):

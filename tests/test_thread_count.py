@@ -14,7 +14,7 @@ from support import BRITTLE, PULL, advance, impose, small_sample, state_of
 from test_restart import CASES, same
 
 import grainlaw as gl
-from grainlaw.engine import barrier
+from grainlaw.engine import barrier, stepping
 from grainlaw.engine.thread_count import LATE, SOON, TURN, ThreadCount, checked_threads, cores
 from grainlaw.runs.parallel import _Shared
 
@@ -198,7 +198,14 @@ def test_pauses_are_functions_of_the_system():
 
 
 class Turns(ThreadCount):
-    """One thread, and never more than three steps at a time."""
+    """One thread, and never more than three steps at a time; what is noted of each turn."""
+
+    def __init__(self, most):
+        super().__init__(most)
+        self.noted = []
+
+    def note(self, steps, seconds):
+        self.noted.append((steps, seconds))
 
     def turn(self, steps):
         return 1, min(steps, 3)
@@ -220,6 +227,15 @@ def test_steps_in_turns_are_the_steps_at_once():
     assert np.abs(once.displacement).max() > 0
     assert np.array_equal(turns.displacement, once.displacement)
     assert np.array_equal(turns.velocity, once.velocity)
+
+
+def test_the_time_of_each_turn_is_noted(monkeypatch):
+    """By a clock that goes on by 0.25 s whenever it is asked."""
+    clock = iter(np.arange(100.0, 200.0, 0.25))
+    monkeypatch.setattr(stepping, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    turns = Turns(lambda: 1)
+    advance(state_of(small_sample(12), BRITTLE), 8, 1e-7, threads=turns)
+    assert turns.noted == [(3, 0.25), (3, 0.25), (2, 0.25)]
 
 
 def test_the_last_thread_opens_the_barrier_for_the_others(meeting):
