@@ -19,7 +19,7 @@ from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.grains import _phases, _told_apart
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.results.figures.cracks import _moment, _outlines, box, fit
+from grainlaw.results.figures.cracks import _moment, box, fit, outlines
 from grainlaw.results.figures.laboratory import _from_zero
 
 BRICK = gl.Rigid(density=2700)
@@ -242,7 +242,7 @@ def test_tensile_and_shear_cracks_differ_where_a_page_is_printed_grey(broken):
 def test_the_outline_of_grains_is_drawn_and_no_side_of_a_zone_inside():
     """Of eight bricks, the sides of each; node pairs belong to one grain."""
     mesh = gl.Specimen(Bricks(rows=4, columns=2).tessellate(rectangle(0.02, 0.04)), BRICK, refinement=2).mesh
-    pairs = _outlines(SimpleNamespace(mesh=mesh))
+    pairs = outlines(SimpleNamespace(mesh=mesh))
     grain = mesh.node_grain[pairs]
     assert np.array_equal(grain[:, 0], grain[:, 1])
     length = np.hypot(*(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]]).T)
