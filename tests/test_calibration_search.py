@@ -201,6 +201,18 @@ def test_what_a_further_test_would_tell_is_the_information_of_a_channel():
     assert further(match, SimpleNamespace(points=points), []) == ()
 
 
+def test_what_would_tell_most_is_named_first_and_what_tells_nothing_is_left_out():
+    points = np.random.default_rng(0).normal(size=(100, 1))
+    sizes = {"ucs": 0.1, "tensile_strength": 0.0, "brazilian_strength": 0.3, "crack_initiation": 0.2}
+    match = SimpleNamespace(
+        space=SimpleNamespace(names=("kn",), places=lambda given: given),
+        predicted=lambda given, names: (18 + points * [sizes[each] for each in names], np.zeros((100, len(names)))),
+        scatter=lambda names: np.array([[0.01**2]]),
+    )
+    told = further(match, SimpleNamespace(points=points), list(sizes))
+    assert [each.quantity for each in told] == ["brazilian_strength", "crack_initiation", "ucs"]
+
+
 class Lines:
     """Targets over two places: how far each is off there is given, in deviations."""
 

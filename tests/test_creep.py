@@ -312,3 +312,7 @@ def test_the_largest_growth_is_that_of_fatigue_alone(monkeypatch):
     state = SimpleNamespace(bonds=SimpleNamespace(memory_of=lambda group: memories[group.name].copy()))
     assert ageing._growth(state, 7.0) == pytest.approx(0.05)
     assert told == [("a", 7.0), ("b", 7.0)]
+
+
+def test_a_collapse_is_the_growth_of_the_strain_since_the_stage_began():
+    assert Collapses(growth=4e-3).progress({"strain": np.array([2e-3, 9e-3, 5e-3])}) == pytest.approx(0.75)

@@ -6,6 +6,7 @@ import math
 import attrs
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 from scipy.special import ndtri
 from support import ROCK, STRONG, small_sample, state_of
 
@@ -102,6 +103,18 @@ def test_the_correlation_length_is_that_of_the_field(bricks, length):
     error = 4 * math.sqrt(math.pi / 20) * length  # of the mean of 20 fields, of so many independent places each
     assert np.mean(means) == pytest.approx(1, abs=error)
     assert np.mean(found, axis=0) == pytest.approx(np.exp(-np.square([0.5, 1, 2])), abs=error)
+
+
+def test_places_a_correlation_length_apart_are_alike_by_1_over_e(bricks):
+    """And nearer ones by exp(-(r/l)^2): the normal scores of two fields, of some 5000 independent places in all."""
+    mesh, length = bricks.mesh, 0.02
+    at = mesh.nodes[mesh.interfaces[:, :2]].mean(axis=1)
+    fields = [WeibullField(modulus=5, seed=seed, correlation_length=length).factors(bricks) for seed in (0, 1)]
+    scores = ndtri(-np.expm1(-((np.array(fields) * math.gamma(1.2)) ** 5)))
+    for other in cKDTree(at).query(at, k=17)[1][:, [4, 16]].T:
+        distance = np.hypot(*(at - at[other]).T) / length
+        assert np.mean(scores * scores[:, other]) == pytest.approx(np.exp(-(distance**2)).mean(), abs=0.1)
+    assert np.mean(scores**2) == pytest.approx(1, abs=0.1)
 
 
 def test_both_points_and_all_names_have_one_factor(rock):

@@ -541,3 +541,25 @@ def test_what_is_asked_of_a_folder_needs_one(option):
     with pytest.raises(gl.ParameterError, match="restart and overwrite need a checkpoint"):
         gl.simulate(small_sample(2), CohesiveCrack(**STRONG, mode_i_energy=1, mode_ii_energy=1), UniaxialTension(),
                     **{option: True})  # fmt: skip
+
+
+def test_a_table_that_could_not_be_written_is_tried_again_after_ten_seconds(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_folder.time, "monotonic", lambda: 1000.0)
+    one, two = {"time": np.array([0.0])}, {"time": np.array([0.0, 1.5])}
+    made = run_folder._Table(tmp_path / "none" / "curves.csv")
+    with pytest.raises(OSError, match="curves"):
+        made.grow(one)
+    assert (made.again, made.rows) == (1010.0, 0)
+    made.file = tmp_path / "curves.csv"
+    made.grow(one)
+    assert (made.again, made.rows) == (0.0, 1)
+    monkeypatch.setattr(run_folder._Table, "_append", lambda self, text: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        made.grow(two)
+    assert (made.again, made.rows) == (1010.0, 1)
+    monkeypatch.undo()
+    made.grow(two)
+    assert (made.again, made.rows) == (0.0, 2)
+    made.grow(two | {"stress": np.array([3.0, 4.0])})  # a column more: the whole file
+    made.close()
+    assert made.file.read_text().splitlines() == ["time,stress", "0.0,3.0", "1.5,4.0"]

@@ -1,5 +1,7 @@
 """Specimens brought under their loads by static solutions: closed forms, the same as in motion, and when it is left."""
 
+from types import SimpleNamespace
+
 import attrs
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from test_restart import same
 
 import grainlaw as gl
 from grainlaw.columns import SUPPLIED, energy
+from grainlaw.engine.static_load import bring_under_load
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Friction, MohrCoulomb
 from grainlaw.protocols import BiaxialCompression
@@ -190,3 +193,44 @@ def test_a_static_stage_moves_nothing_at_a_speed():
     pull = gl.Drive(boundary="top", axis=1, speed=0.1)
     with pytest.raises(gl.ParameterError, match="Stage 'pull': static is for gravity, platens"):
         gl.Stage(name="pull", loads=[pull], until=[gl.AtRest()], interval=1e-4, static=True)
+
+
+@pytest.mark.parametrize("reason", ["moves", "no bonds", "a law without cohesion", "touches", "stiffens"])
+def test_each_reason_alone_leaves_a_static_solution_out(reason):
+    """At once: nothing of the state is saved or changed."""
+    groups = [SimpleNamespace(cohesive=np.array([True, reason != "a law without cohesion"])) for _ in range(2)]
+
+    class Bonds:
+        def __len__(self):
+            return 0 if reason == "no bonds" else 4
+
+    bonds = Bonds()
+    bonds.groups = groups
+    velocity = np.array([[0.0, 1.0 if reason == "moves" else 0.0]])
+    state = SimpleNamespace(bonds=bonds, freedoms=SimpleNamespace(arrays=SimpleNamespace(velocity=velocity)))
+    stability = SimpleNamespace(touching=reason == "touches", stiffening=reason == "stiffens")
+    assert bring_under_load(state, None, stability) is False
+
+
+def test_a_specimen_that_nothing_holds_neither_drifts_nor_turns():
+    """Forces that balance move no centre of mass and turn nothing; the loads are equal pressures on all sides."""
+    seen = []
+
+    class Free(Confinement):
+        def stages(self, specimen):
+            (stage,) = super().stages(specimen)
+            loads = [gl.Pressure(boundary=side, pressure=1 * MPa, ramp=1e-9) for side in specimen.mesh.boundaries]
+            return [attrs.evolve(stage, loads=loads)]
+
+        def measure(self, state):
+            mass, moved = state.specimen.node_masses, state.positions - state.mesh.nodes
+            x, y = (state.mesh.nodes - np.average(state.mesh.nodes, axis=0, weights=mass)).T
+            turned = np.sum(mass * (x * moved[:, 1] - y * moved[:, 0])) / np.sum(mass * (x**2 + y**2))
+            seen.append((np.abs(moved).max(), *np.average(moved, axis=0, weights=mass), turned))
+            return {}
+
+    found = gl.simulate(small_sample(6), BRITTLE, Free())
+    assert "without_static_solution" not in found.summary
+    largest, x, y, turned = seen[0]
+    assert largest > 1e-7
+    assert max(abs(x), abs(y), abs(turned) * 20 * mm) < 1e-4 * largest

@@ -10,7 +10,8 @@ from support import STIFF, impose, small_sample, state_of, with_quiet
 
 import grainlaw as gl
 from grainlaw.columns import ENERGY, SPENT
-from grainlaw.geometry import block, moved
+from grainlaw.engine.parts.quiet import _dashpots
+from grainlaw.geometry import block, from_polygons, moved, polygon
 from grainlaw.laws import Linear
 from grainlaw.materials import TransverselyIsotropic
 from grainlaw.protocols import PlaneWave, Wave
@@ -293,3 +294,22 @@ def test_gauges_are_at_the_quarter_points():
     """Where none are given: far from both ends."""
     test = PlaneWave(velocity=bell(44e-6, 0.1), duration=1e-4)
     assert test._gauges(BAR) == pytest.approx((np.array([0.25, 0.75]) * np.ptp(BAR.mesh.nodes[:, 0])).tolist())
+
+
+@pytest.mark.parametrize("slant", [0.0, 0.3, 1.0, -2.0])
+def test_dashpots_are_the_impedances_along_and_across_the_normal(slant):
+    """By hand, and for an isotropic rock the same without speeds: rho cp along n, rho cs across it."""
+    outline = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0 + max(0.0, -2 * slant)), (0.0, 1.0 + max(0.0, 2 * slant))]
+    specimen = gl.Specimen(from_polygons([outline], region=polygon(outline, ["b", "r", "slant", "l"])), ROCK)
+    edges = specimen.mesh.boundary_edges["slant"]
+    along = specimen.mesh.nodes[edges[0, 1]] - specimen.mesh.nodes[edges[0, 0]]
+    along /= np.hypot(*along)
+    normal = np.array([along[1], -along[0]])
+    for speeds in ({"p_speed": 5000.0, "s_speed": 2000.0}, {}):
+        p, s = ROCK.density * np.array([*speeds.values()] if speeds else [P_SPEED, S_SPEED])
+        length, dashpots = _dashpots(specimen, edges, gl.Quiet(boundary="slant", **speeds))
+        assert length.sum() == pytest.approx(2 * np.hypot(1, slant))
+        for xx, yy, xy in dashpots:
+            matrix = np.array([[xx, xy], [xy, yy]])
+            assert matrix @ normal == pytest.approx(p * normal, abs=1e-9 * p)
+            assert matrix @ along == pytest.approx(s * along, abs=1e-9 * p)
