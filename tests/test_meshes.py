@@ -11,7 +11,7 @@ from tiling import BEAM, assert_tiles, shoelace
 
 import grainlaw as gl
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Voronoi, from_mesh, rectangle, write_geo
+from grainlaw.geometry import Voronoi, from_mesh, meshes, rectangle, write_geo
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.units import mm
 
@@ -186,3 +186,12 @@ def test_the_loops_of_gmsh_run_round_their_grains(tmp_path):
         assert [end for _, end in run] == [start for start, _ in run[1:] + run[:1]]
     rings = [np.array([point[start] for start, _ in run]) for run in runs]
     assert [shoelace(ring) for ring in rings] == pytest.approx(grains.areas)
+
+
+@pytest.mark.parametrize("values", [[1, 2.5], ["a", "b"]])
+def test_data_of_elements_that_are_no_whole_numbers_are_refused(values):
+    mesh = meshio.Mesh(POINTS, [("triangle", [(0, 1, 4), (0, 4, 3)])], cell_data={"mineral": [np.array(values)]})
+    with pytest.raises(ParameterError, match=r"x\.msh: the data 'mineral' of its elements must be whole numbers"):
+        meshes._data("x.msh", mesh, [0], "mineral")
+    mesh.cell_data["mineral"] = [np.array([1.0, 2.0])]
+    assert meshes._data("x.msh", mesh, [0], "mineral").tolist() == [1, 2]

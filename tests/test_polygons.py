@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tiling import BEAM, assert_sides_complete, assert_tiles, polygon_of, shoelace
 
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Voronoi, disc, from_polygons, polygon, rectangle
+from grainlaw.geometry import Voronoi, disc, from_polygons, polygon, polygons, rectangle
 from grainlaw.geometry.cells import shared_edges
 from grainlaw.geometry.cells.outline import _inside
 from grainlaw.geometry.cells.shared_edges import Polygons
@@ -253,3 +253,12 @@ def test_a_cut_that_ends_on_an_edge_gives_its_neighbour_a_corner():
     assert made.parent.tolist() == [0, 0, 1]
     assert sorted(made.areas[:2]) == pytest.approx([1.5, 5.5])
     assert polygon_of(made, 2).tolist() == [[6, 2], [10, 2], [10, 3], [8, 3], [6, 3]]
+
+
+def test_a_polygon_may_end_where_it_began():
+    rings = polygons._rings([[*UNIT, UNIT[0]], RIGHT])
+    assert [ring.tolist() for ring in rings] == [[[*point] for point in UNIT], [[*point] for point in RIGHT]]
+    with pytest.raises(ParameterError, match="polygon 1 has 2 corners, it must have at least 3"):
+        polygons._rings([UNIT, [(0, 0), (1, 0), (0, 0)]])
+    with pytest.raises(ParameterError, match="polygon 0 has 1 corners, it must have at least 3"):
+        polygons._rings([[(0, 0)]])

@@ -25,15 +25,17 @@ from grainlaw.geometry import (
     Voronoi,
     VoronoiCells,
     disc,
+    hexagonal,
     polygon,
     rectangle,
     semi_disc,
     shear_box,
 )
-from grainlaw.geometry.cells.any_voronoi import Cells, Pair, _equally_far, _turned, settled
+from grainlaw.geometry.cells.any_voronoi import NEAR, Cells, Pair, _equally_far, _turned, settled
 from grainlaw.geometry.cells.cutting import Cutter, _parting
 from grainlaw.geometry.cells.sides import depths
 from grainlaw.region import Region
+from grainlaw.tessellation import TilingError
 from grainlaw.units import mm
 
 every = pytest.mark.parametrize("tessellator", [Hexagonal, Voronoi])
@@ -422,3 +424,24 @@ def test_a_corner_is_parted_along_its_bisector_or_to_a_corner_near_to_that(corne
     """From a corner at (1, 1), where the bisector is at 225 degrees: within 20 degrees of it."""
     found = Cutter(SHAPES["L"], 1e-9).reentrant[2]
     assert _parting(found, corners) == pytest.approx(direction)
+
+
+@pytest.mark.parametrize("meets", [0, 1, 3, None])
+def test_cells_that_do_not_meet_are_cut_again_with_coarser_distances(meets, monkeypatch):
+    """Each is ten times the last; what the coarsest does not make is refused."""
+    tried = []
+
+    def cut(region, seeds, size, near):
+        tried.append(near)
+        if len(tried) - 1 != meets:
+            raise TilingError(f"attempt {len(tried)}")
+        return "made"
+
+    monkeypatch.setattr(hexagonal, "_cut", cut)
+    region = polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
+    if meets is None:
+        with pytest.raises(TilingError, match="attempt 4"):
+            Hexagonal(grains=10).tessellate(region)
+    else:
+        assert Hexagonal(grains=10).tessellate(region) == "made"
+    assert tried == pytest.approx(NEAR * 10.0 ** np.arange(4 if meets is None else meets + 1))

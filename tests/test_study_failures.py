@@ -20,9 +20,10 @@ from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.runs.identity import Unknown, digest
 from grainlaw.runs.stopping import Stop
+from grainlaw.studies import case as cases
 from grainlaw.studies import store as stores
 from grainlaw.studies import study as studies
-from grainlaw.studies.case import Done, Recipe, Task
+from grainlaw.studies.case import Done, Recipe, Task, watching
 from grainlaw.studies.store import Store
 from grainlaw.studies.study import packed
 from grainlaw.studies.workers import Local, Workers, carry_all
@@ -454,3 +455,17 @@ def test_a_class_of_ones_own_is_known_by_what_it_is_not_by_its_file(tmp_path, mo
         sys.modules.pop(name)
     assert found["one_name"] == found["other_name"]
     assert not set(found["one_name"]) & set(found["third_name"])
+
+
+def test_a_worker_says_what_it_does_in_a_file_of_its_own(tmp_path, monkeypatch):
+    stage = gl.Stage(name="pull", loads=[], until=[gl.AtRest()], interval=1.0)
+    with watching(str(tmp_path), "abc") as [watch]:
+        [file] = tmp_path.iterdir()
+        assert (file.name, file.read_text()) == (f"abc.{os.getpid()}", "")
+        for now, progress, told in ((100.0, 0.25, "0.250"), (100.1, 0.5, "0.250"), (1e6, 0.75, "0.750")):
+            monkeypatch.setattr(cases.time, "monotonic", lambda now=now: now)
+            watch.observe(None, {}, stage, progress)
+            assert file.read_text().split()[0] == told
+    assert not any(tmp_path.iterdir())
+    with watching("", "abc") as none:
+        assert none == []

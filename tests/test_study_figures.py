@@ -404,3 +404,53 @@ def test_a_report_of_nothing_but_failures(tmp_path):
     page = Page(tmp_path / "r.html")
     assert page.rows["1"] == [["killed", "its worker died"]]
     assert page.images == []
+
+
+@pytest.mark.parametrize(("over", "drawn"), [(["seed"], ["seed"]), ([], ("law", "seed"))])
+def test_the_strip_of_a_report_is_over_what_is_asked_for_or_over_all(over, drawn, tmp_path, monkeypatch):
+    rows = [row({"law": law, "seed": s}, {"strength": 1e6 * s}) for law in "AB" for s in (1, 2)]
+    monkeypatch.setattr(report, "plot_strip", lambda table, *which: which)
+    by = [name for name in ("law", "seed") if name not in over]
+    assert report._means(table_of(rows, tmp_path / "s"), by, over)["strip"] == ("strength", by, drawn, None)
+
+
+@pytest.mark.parametrize(
+    ("curves", "count", "drawn"),
+    [(("strain", "stress"), 300, True), (("strain", "stress"), 301, False), (("strain", "force"), 2, False)],
+)
+def test_curves_of_a_report_are_those_of_not_too_many_runs_that_have_them(curves, count, drawn, monkeypatch):
+    monkeypatch.setattr(report.groups, "first_of_each", lambda table, over: [])
+
+    class Runs:
+        def __len__(self):
+            return count
+
+        def is_finished(self, k):
+            return k == 1
+
+        def has_run(self, k):
+            return k == 1
+
+        def run(self, k):
+            return SimpleNamespace(curves=dict.fromkeys(curves) if k == 1 else {})
+
+        def plot_curves(self, by):
+            return by
+
+    assert report._pictures(Runs(), ["law"], ["seed"]) == {"curves": ["law"] if drawn else None, "cracks": None}
+
+
+@pytest.mark.parametrize(("cases", "drawn"), [(0, False), (1, True), (MOST_PATTERNS, True), (MOST_PATTERNS + 1, False)])
+def test_cracks_of_a_report_are_those_of_not_too_many_cases(cases, drawn, monkeypatch):
+    monkeypatch.setattr(report.groups, "first_of_each", lambda table, over: list(range(cases)))
+    runs = SimpleNamespace(
+        is_finished=lambda k: True, has_run=lambda k: True, run=lambda k: SimpleNamespace(curves={}),
+        plot_cracks=lambda which: which,
+    )  # fmt: skip
+
+    class Runs(SimpleNamespace):
+        def __len__(self):
+            return 2
+
+    found = report._pictures(Runs(**vars(runs)), ["law"], ["seed"])
+    assert found == {"curves": None, "cracks": list(range(cases)) if drawn else None}
