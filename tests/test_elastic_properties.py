@@ -265,3 +265,9 @@ def test_trial_displacements_are_a_little_of_those_of_a_point_and_of_the_grain_s
     assert rows.tolist() == [[1, 0, 3, 4], [0, 2, 0, 0]]
     assert asked["normal"] == pytest.approx([2e-12, 1e-10, 1e-9, 1e-9], rel=1e-9)
     assert asked["shear"] == pytest.approx([-2e-12, 1e-10, -1e-9, 1e-9], rel=1e-9)
+
+
+def test_rigid_grains_without_springs_resist_no_stress():
+    specimen = gl.Specimen(Bricks(rows=2, columns=2).tessellate(rectangle(1, 1)), gl.Rigid(density=3000))
+    none = np.zeros((2, len(specimen.mesh.interfaces)))
+    assert np.abs(ElasticModel(specimen, none, none).under_uniform_stress()).max() < 1

@@ -17,6 +17,7 @@ from grainlaw.loading import Adaptive, Constant
 from grainlaw.protocols import FreeMotion
 from grainlaw.runs import execution, stepper
 from grainlaw.runs import loader as loaders
+from grainlaw.runs.checkpoint import Counters
 from grainlaw.runs.execution import Execution
 from grainlaw.runs.loader import Loader, _Seen
 
@@ -397,3 +398,71 @@ def test_a_stage_that_should_be_static_says_whether_it_is(static, found, said, m
     assert made.begin(SimpleNamespace(loading=None, static=static)) is said
     assert started == [(1.0, 9.0, False)]
     assert (made._new.way, made._new.load) == (0.0, 0.0)  # nothing of the stage before
+
+
+def test_what_every_sample_records_by_hand(monkeypatch):
+    monkeypatch.setattr(execution, "unbalanced", lambda state: 0.25)
+    monkeypatch.setattr(execution, "motion", lambda state, energies: energies["damping"] / 8)
+    state = SimpleNamespace(
+        steady=SimpleNamespace(pace=3.0, vibration=lambda: 7.0), heat=SimpleNamespace(temperature=30.0),
+        broken_mode=np.array([0.0, 0.1, 0.45, 0.5, 0.55, 1.0, 1.0, np.nan]),
+        memory=lambda name: np.array([0.0, 0.0, 1e-9, 0.5, 1.0]),
+    )  # fmt: skip
+    assert execution.row_of(state, {"damping": 2.0}) == {
+        "loading_speed": 3.0, "temperature": 30.0, "vibration": 7.0, "tensile_cracks": 3, "shear_cracks": 4,
+        "damaged": 3, "unbalanced": 0.25, "motion": 0.25, "energy_damping": 2.0,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("supplied", "least", "found"), [(3.0, 2.0, 3.0), (1.0, 2.0, 2.0)])
+def test_a_stage_that_begins_goes_on_with_the_largest_work(supplied, least, found, monkeypatch):
+    monkeypatch.setattr(execution, "least_work", lambda state: least)
+    done, run = [], object.__new__(Execution)
+    run.state = SimpleNamespace(
+        begin=lambda stage: done.append("state"), take_back_half_a_step_of_gravity=lambda: done.append("gravity")
+    )
+    run.stepper = SimpleNamespace(begin=lambda stage: done.append("stepper"), start=done.append)
+    run.loader = SimpleNamespace(begin=lambda stage: done.append("loader"), integrator=lambda stage: "integrator")
+    run.columns = SimpleNamespace(count=17)
+    run.at = SimpleNamespace(supplied=supplied, without_static=4, first_sample=0, pieces=5)
+    run._begin("stage")
+    assert done == ["state", "stepper", "loader", "integrator", "gravity"]
+    assert vars(run.at) == {"supplied": found, "without_static": 5, "first_sample": 17, "pieces": 1}  # None: not static
+
+
+@pytest.mark.parametrize(
+    ("pieces", "damage", "asked", "kept"),
+    [
+        (10, [5, 6, 6, 6, 6], [1, 1, 10, 10, 1], [5, 6, 6, 6]),
+        (10, [6, 6, 7, 8, 8, 8], [1, 10, 10, 10, 10, 1], [6, 7, 8, 8, 8]),
+        (1, [5, 6, 7], [1, 1, 1], [5, 6, 7]),
+    ],
+    ids=["once", "again", "whole samples"],
+)
+def test_a_sample_in_which_damage_grows_is_done_again_in_pieces(pieces, damage, asked, kept, monkeypatch):
+    """By the damage after each advance; that the specimen was damaged before, by 5, is no reason."""
+    stage = SimpleNamespace(pieces=pieces, sample_limit=len(kept), ageing=None, name="press", ends="the end")
+    monkeypatch.setattr(execution, "energies", lambda state: {})
+    run, told, rows, left = object.__new__(Execution), [], [], list(damage)
+    run.stages, run.folder, run.goes_on, run.at = [stage], None, True, Counters()
+    run.state, run.columns = SimpleNamespace(damage=5, time=0.0), SimpleNamespace(count=0)
+
+    def advance(stage, steps, look):
+        told.append(steps)
+        run.state.damage = left.pop(0)
+
+    def record(found):
+        rows.append(run.state.damage)
+        run.columns.count += 1
+
+    run.stepper = SimpleNamespace(do=lambda steps: None, advance=advance)
+    run.loader = SimpleNamespace(
+        steps=lambda stage, pieces: pieces, look=1, accepts=lambda *_: True, go_on=lambda stage: None,
+        pieces=lambda stage: 1,
+    )  # fmt: skip
+    run.moment = lambda: run.state.damage
+    run._return_to = lambda moment: setattr(run.state, "damage", moment)
+    run._check, run._record, run._observe = lambda *_: None, record, lambda stage: 0.0
+    with pytest.raises(gl.StageError, match=f"'press' did not end within {len(kept)} samples; it waits for the end"):
+        run._run_stage()
+    assert (told, rows) == (asked, kept)

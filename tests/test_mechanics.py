@@ -282,3 +282,13 @@ def test_displacements_of_boundaries_are_those_at_the_forces():
     found = gl.simulate(small_sample(12), Linear(**STIFF), StepByStep())
     expected = np.arange(5) * found.summary["time_step"]
     assert found.curves["displacement"] == pytest.approx(expected, rel=1e-9, abs=1e-20)
+
+
+def test_masses_of_a_grain_that_nothing_holds_are_not_scaled():
+    """It has no frequency, so no step is too short for it."""
+    grain = gl.Specimen(Bricks(rows=1, columns=1).tessellate(rectangle(1, 1)), gl.Rigid(density=3000))
+    state = state_of(grain, Linear(**STIFF))
+    before = state.freedoms.arrays.mass.copy()
+    found = StableStep(state, mass_scaling=2.0)
+    assert (found.frequency, found.step(gl.CentralDifference())) == (0.0, math.inf)
+    assert np.array_equal(state.freedoms.arrays.mass, before)

@@ -1,5 +1,6 @@
 """Parts of a running specimen: what steps change is declared, saved and restored; shares cover everything once."""
 
+from types import SimpleNamespace
 from typing import Annotated, get_args, get_origin, get_type_hints
 
 import attrs
@@ -11,6 +12,8 @@ from toy_materials import YIELDING
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator
+from grainlaw.engine.parts.clock import Clock
+from grainlaw.engine.parts.heat import EvenTemperature
 from grainlaw.engine.parts.laws import LawTable
 from grainlaw.engine.parts.part import Split
 from grainlaw.engine.stepping import advance
@@ -197,3 +200,39 @@ def test_two_minerals_of_different_laws_keep_their_memory():
         assert np.array_equal(state.normal[points], normal)
         assert np.array_equal(state.shear[points], shear)
         assert np.array_equal(state.bonds.memory_of(group), memory)
+
+
+def test_the_time_of_a_step_is_counted_from_where_its_length_last_changed():
+    clock = Clock()
+    assert clock.next_times(3, 0.5).tolist() == [0.5, 1.0, 1.5]
+    clock.count(2, 1.0)
+    assert clock.next_times(2, 0.5).tolist() == [1.5, 2.0]
+    assert clock.next_times(2, 0.125).tolist() == [1.125, 1.25]
+    clock.count(1, 1.125)
+    assert clock.next_times(1, 0.125).tolist() == [1.25]
+    clock.books.aged[0], clock.books.jumps[0], clock.books.waited[0] = 70.0, 3, 2
+    assert clock.begin_stage() == 1.125
+    assert (clock.aged, clock.books.aged_before[0], clock.books.jumps_before[0], clock.books.waited[0]) == (
+        70,
+        70,
+        3,
+        0,
+    )
+
+
+def test_a_temperature_goes_straight_to_its_target_and_stays_where_there_is_no_pace():
+    """By hand, at 20 °C from 3 s on: 4 K/s up to 30 °C, none at a pace of 0, and 8 K/s down to -10 °C."""
+    told = []
+    heat = EvenTemperature(SimpleNamespace(take_temperature=told.append))
+    assert (heat.sign, heat.temperature) == (0, 20.0)
+    heat.target = 30.0
+    assert heat.course(np.array([4.0, 5.0, 6.0]), 3.0, 4.0).tolist() == [[20, 24], [24, 28], [28, 30]]
+    assert heat.course(np.array([4.0, 5.0]), 3.0, 0.0).tolist() == [[20, 20], [20, 20]]
+    heat.reach(25.0)
+    assert heat.course(np.array([7.0]), 6.5, 4.0).tolist() == [[25, 27]]
+    heat.target = -10.0
+    assert heat.sign == -1
+    assert heat.course(np.array([7.0, 12.0]), 6.0, 8.0).tolist() == [[25, 17], [17, -10]]
+    heat.target = None
+    assert heat.course(np.array([7.0]), 6.0, 8.0).tolist() == [[25, 25]]
+    assert told == [25.0]

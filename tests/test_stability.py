@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 import pytest
 import scipy
-from support import BRITTLE, ROCK, STIFF, small_sample
+from support import BRITTLE, ROCK, STIFF, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.engine import margin as margins
@@ -399,3 +399,68 @@ def test_platens_move_with_what_they_drive():
     made._parts = SimpleNamespace(platens=platens)
     made._give_platens(np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]))
     assert platens.velocity.tolist() == [[5.0, 6.0]]
+
+
+def test_trials_start_ahead_on_the_way_of_the_steady_motion(monkeypatch):
+    """By hand: of 4 freedoms with springs of 1, 2, 3 and 4 N/m, and a platen of 10 N/m on the first; forces at 5 N."""
+    springs, asked = np.diag([1.0, 2.0, 3.0, 4.0]), []
+
+    class Springs(Pulls):
+        def forces(self, moved, scale):
+            asked.append((moved, scale))
+            return 5 - (springs @ moved.ravel()).reshape(2, 2)
+
+    field = np.array([[0.5, 0.0], [-4.0, 1.0]])
+    state = TwoNodes(field, field, field, 1.0)
+    state.platens = SimpleNamespace(arrays=SimpleNamespace(stiffness=np.array([10.0]), column=np.array([0])))
+    made = object.__new__(Margin)
+    made._state, made._coasting, made._carry, made._gather = state, None, np.eye(4), np.eye(4)
+    made._trial, made._free, made._mass, turned = 1e-3, np.full(4, 0.25), np.ones(4), []
+    made._turn = lambda: turned.append(True)
+    made._lowest = lambda tangent, starts: (tangent(np.array([1.0, 0.0, 0.0, 2.0])), starts)
+    monkeypatch.setattr(margins, "_Trials", Springs)
+    answer, starts = made.find(np.array([9.0, 8.0, 7.0, 6.0]))
+    assert turned == [True]
+    assert answer == pytest.approx([1 + 10 + 0.25, 0, 0, 2 * (4 + 0.25)])
+    assert [start.tolist() for start in starts] == [[9, 8, 7, 6], field.ravel().tolist()]
+    ahead = 1e-3 * 300 / 4  # the largest of the steady motion is 4
+    assert [scale for _, scale in asked] == pytest.approx([ahead, ahead])
+    assert asked[0][0] == pytest.approx(ahead * field)
+    assert asked[1][0] - asked[0][0] == pytest.approx(1e-3 / 2 * np.array([[1.0, 0.0], [0.0, 2.0]]))
+
+
+def test_the_sound_stiffness_turns_with_grains_by_rounded_angles(monkeypatch):
+    """To 0.002 rad, and its factors to 0.05 rad; they are found again only where the rounded angles differ."""
+    angles, turned, factored = [np.zeros(2)], [], []
+    made = object.__new__(Margin)
+    made._state = SimpleNamespace(
+        grains=SimpleNamespace(rotations=lambda freedoms, positions: angles[-1]), freedoms=None, positions=None
+    )
+    made._angles = made._rough_angles = np.full(2, np.nan)
+    made._places = "places"
+    made._turned = lambda given: turned.append(given.tolist()) or "sound"
+    monkeypatch.setattr(margins, "Factors", lambda matrix, places: factored.append((matrix, places)) or "factors")
+    made._turn()
+    made._turn()
+    assert (turned, factored, made._sound, made._factors) == ([[0, 0]] * 2, [("sound", "places")], "sound", "factors")
+    for more, finely, count in (([9e-4, -9e-4], None, 1), ([0.0031, 0.0], [0.004, 0], 1), ([0.06, 0], [0.06, 0], 2)):
+        turned.clear()
+        angles.append(np.array(more))
+        made._turn()
+        assert len(factored) == count
+        assert turned[:1] == ([] if finely is None else [pytest.approx(finely, abs=1e-12)])
+        assert turned[1:] == ([] if count == 1 else [pytest.approx([0.05, 0], abs=1e-12)])
+
+
+def test_trials_act_under_the_loads_of_the_last_step(monkeypatch):
+    asked = []
+    monkeypatch.setattr(margins, "schedule_of", lambda state, *given: asked.append(given) or np.zeros((1, 1)))
+    state = state_of(small_sample(4), Linear(**STIFF))
+    state.clock.count(3, 7e-6)
+    state.began, state.time_step = 4e-6, 1e-6
+    _Trials(state, SimpleNamespace(numbers=np.zeros(1), address=0))
+    begins, ends, paces, temperatures = zip(*asked, strict=True)
+    assert np.ravel(begins) == pytest.approx([2e-6, 2e-6])
+    assert np.ravel(ends) == pytest.approx([3e-6, 3e-6])
+    assert paces == (0.0, 1.0)
+    assert np.ravel(temperatures) == pytest.approx([20.0] * 4)
