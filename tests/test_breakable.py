@@ -26,6 +26,7 @@ from grainlaw.geometry import (
     rectangle,
 )
 from grainlaw.geometry.breakable import _cells, _lattice, _scattered, triangles
+from grainlaw.geometry.cells import merging
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import held, released
 from grainlaw.geometry.cells.tiling import Tiling
@@ -297,3 +298,21 @@ def test_seeds_of_cells_are_uniform():
     x, y = (points - 1).T
     assert stats.kstest((2 * x - x**2 / 8) / 6, "uniform").pvalue > 0.01
     assert stats.kstest(y / (2 - x / 4), "uniform").pvalue > 0.01
+
+
+def test_a_vertex_where_nothing_turns_or_meets_is_dropped():
+    """On a side and in one grain; one in a corner of the region, between two grains or inside stays."""
+    region = rectangle(1, 1)
+    vertices = np.array(
+        [(0, 0), (0.25, 0), (0.5, 0), (1, 0), (1, 1), (0.5, 1), (0, 1), (0, 0.5), (0.4, 0.5), (0.5, 0.5)]
+    )
+    left, right = [0, 1, 2, 9, 5, 6, 7], [2, 3, 4, 5, 9]
+    kind = np.arange(12)
+    tiling = Tiling(
+        region, vertices, region_sides_of(vertices), np.array(left + right), np.array([0, 7, 12]), kind=kind
+    )
+    found = merging._without_idle(tiling)
+    assert found.corners.tolist() == [0, 2, 9, 5, 6, 2, 3, 4, 5, 9]
+    assert found.first.tolist() == [0, 5, 10]
+    assert found.kind.tolist() == [0, 2, 3, 4, 5, 7, 8, 9, 10, 11]
+    assert merging._without_idle(found) is found

@@ -10,7 +10,7 @@ from support import STIFF, Hillerborg
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_law
 from grainlaw.laws import Linear
-from grainlaw.workbench.driver import Contact, run_together, work_done
+from grainlaw.workbench.driver import Contact, alone, run_together, work_done
 
 LAW = Hillerborg(**STIFF, strength=13e6, energy=50)
 POINTS = [(0.0, 0.0), (2e-6, 1e-6), (1e-6, -1e-6), (-1e-7, 0.0)]
@@ -87,3 +87,32 @@ def test_a_path_without_points_has_an_answer_without_points():
 def test_what_is_no_path_is_refused(opening, slip):
     with pytest.raises(gl.ParameterError, match=r"trace: opening of shape .* and slip of shape .* are not allowed"):
         gl.trace(LAW, opening, slip)
+
+
+class Bare(gl.ContactLaw):
+    """A law that is no attrs class."""
+
+    stiffness = (1.0, 1.0)
+
+    def traction(self, opening, slip):
+        return opening, slip
+
+
+@attrs.frozen
+class Numbers:
+    """An attrs class that is no law."""
+
+    kn: float = 1.0
+
+
+@pytest.mark.parametrize("law", [Bare(), Numbers(), "linear", None], ids=lambda law: type(law).__name__)
+def test_what_is_no_law_has_no_contact(law):
+    with pytest.raises(
+        gl.ParameterError, match=r"this takes an instance of an attrs class that is a gl\.ContactLaw, not"
+    ):
+        alone(law)
+
+
+def test_a_law_of_many_contacts_has_no_single_one():
+    with pytest.raises(gl.ParameterError, match="Linear: give the law of one contact, and give single numbers"):
+        alone(Linear(kn=np.array([1e14, 2e14]), ks=1e14))

@@ -1,4 +1,7 @@
+import enum
 import math
+from pathlib import Path
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -118,3 +121,14 @@ def test_none_is_a_whole_number_only_where_it_is_the_default():
     assert Voronoi(grain_size=1e-3, grains=None).grains is None
     with pytest.raises(ParameterError, match="Voronoi: seed = None is not allowed"):
         Voronoi(grains=4, seed=None)
+
+
+@pytest.mark.parametrize("value", [SimpleNamespace(name="a"), SimpleNamespace(value=3), Path("a", "b")])
+def test_what_has_only_a_name_or_only_a_value_is_no_member_of_an_enumeration(value):
+    @attrs.frozen
+    class Holder:
+        held: object
+
+    assert parameters(Holder(value)) == {"held": value}
+    member = enum.Enum("Kind", {"FIRST_ONE": 1}).FIRST_ONE
+    assert parameters(Holder([member, (member,)])) == {"held": ["first_one", ["first_one"]]}

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import attrs
 import numpy as np
 import pytest
-from study_cases import LAWS, SHORT
+from study_cases import LAWS, SHORT, tiny_study
 from study_rows import row
 from support import ROCK
 
@@ -163,3 +163,15 @@ def test_a_worker_says_how_far_it_is_twice_a_second(monkeypatch, tmp_path):
         watch.observe(None, curves, stage, progress)
         said = (tmp_path / "A0.1").read_text()
         assert said.startswith("0.125 load" if clock[0] < 100.5 else "0.500 load")
+
+
+@pytest.mark.parametrize(("workers", "count"), [(1, 1), (3, 3), (4, 4), (5, 4)])
+def test_there_are_no_more_workers_than_cases(workers, count, monkeypatch):
+    """Of four cases."""
+    asked = []
+    monkeypatch.setattr(
+        gl.Study, "_try_levels", lambda study, tasks, compile_too: asked.append((len(tasks), compile_too))
+    )
+    monkeypatch.setattr(gl.Study, "_carry", lambda study, missing, store, on, count, *_: asked.append(count))
+    tiny_study().run(workers=workers, progress=False)
+    assert asked == [(4, True), count]

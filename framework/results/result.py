@@ -314,7 +314,7 @@ def _cracks(state: State) -> Cracks:
     broken = state.breaks.in_order()
     interface = state.bonds.order[broken % len(state.bonds)]
     ends = state.positions[state.mesh.interfaces[interface]]
-    along = (ends[:, 1] + ends[:, 3] - ends[:, 0] - ends[:, 2]) / 2
+    along = ends[:, 1] + ends[:, 3] - ends[:, 0] - ends[:, 2]  # of both sides together
     return Cracks(
         position=state.contact_positions[broken],
         orientation=np.arctan2(along[:, 1], along[:, 0]) % np.pi,
