@@ -25,9 +25,9 @@ from grainlaw.geometry import (
     Voronoi,
     VoronoiCells,
     disc,
-    hexagonal,
     polygon,
     rectangle,
+    regular,
     semi_disc,
     shear_box,
 )
@@ -437,7 +437,7 @@ def test_cells_that_do_not_meet_are_cut_again_with_coarser_distances(meets, monk
             raise TilingError(f"attempt {len(tried)}")
         return "made"
 
-    monkeypatch.setattr(hexagonal, "_cut", cut)
+    monkeypatch.setattr(regular, "_cut", cut)
     region = polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
     if meets is None:
         with pytest.raises(TilingError, match="attempt 4"):
