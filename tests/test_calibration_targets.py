@@ -156,6 +156,16 @@ def test_coordinates_are_from_minus_one_to_one_of_all_that_the_groups_can_be():
     assert plain.coordinates(np.array([(5e6, 50), (10e6, 30)])) == pytest.approx(np.array([(-1, 1), (0, -1)]), abs=1e-9)
 
 
+def test_a_coordinate_of_a_range_from_zero_is_even_in_the_parameter():
+    """A cohesion from 0 to 60 MPa over a strength from 5 to 30 MPa: the root of 6 more to its high side."""
+    rocks = space(free={**RANGES, "cohesion": (0, 60 * MPa)})
+    highest, angle, energy = 60e6 * np.sqrt(6), 40, np.sqrt(5 * 300)
+    points = [(rocks.reference, share * highest, angle, energy) for share in (0, 0.25, 1)]
+    points.append((2 * rocks.reference, highest, angle, 4 * energy))  # in proportion as half of the highest
+    assert rocks.scale.name == "tensile_strength"
+    assert rocks.coordinates(np.array(points))[:, 0] == pytest.approx([-1, -0.5, 1, 0], abs=1e-9)
+
+
 def test_the_prior_is_even_and_leaves_out_what_the_law_refuses():
     rocks = space(free={**RANGES, "cohesion": (5 * MPa, 60 * MPa)})
     points = rocks.prior(512, seed=1)

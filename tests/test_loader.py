@@ -466,3 +466,88 @@ def test_a_sample_in_which_damage_grows_is_done_again_in_pieces(pieces, damage, 
     with pytest.raises(gl.StageError, match=f"'press' did not end within {len(kept)} samples; it waits for the end"):
         run._run_stage()
     assert (told, rows) == (asked, kept)
+
+
+@attrs.frozen(eq=False)
+class Seen:
+    """A motion, and the step at which it was seen."""
+
+    at: int
+    velocity: np.ndarray
+
+
+class Moves:
+    """What a stepper needs of a state, and what it did: the steps and by how much, or what follows at them."""
+
+    def __init__(self, first, most, look, factor=0.5, scale=3.0):
+        self.steps, self.done, self.first = first, [], first
+        self.freedoms = SimpleNamespace(motion=self.motion, stop=lambda: self.at("stops"))
+        self.stepper = made = object.__new__(stepper.Stepper)
+        made.state, made._most, made.first, made.next_adapt, made.halts, made.before = self, most, first, 0, 0, None
+        made.stop, made.factor = SimpleNamespace(check=lambda: None), factor
+        made.stability = SimpleNamespace(look=look, has_changed=lambda: True, step=lambda integrator: scale)
+        made.integrator = SimpleNamespace(burst=0)
+        made.do = self.go
+
+    def go(self, steps):
+        self.done.append(steps)
+        self.steps += steps
+
+    def at(self, what):
+        self.done.append((what, self.steps - self.first))
+
+    def motion(self):
+        return Seen(self.steps - self.first, np.full(2, 3.0))
+
+    def start_from_rest(self, velocity):
+        assert velocity.tolist() == [3.0, 3.0]  # of before it was stopped
+        self.at("starts")
+
+    def let_membranes_follow(self):
+        self.at("membranes")
+
+    def let_fluids_follow(self):
+        self.at("fluids")
+
+    def change_time_step(self, step):
+        self.done.append(step)
+
+
+def test_between_steps_is_looked_at_steps_counted_from_where_the_stage_began(monkeypatch):
+    """Whatever samples there are: at 0, 10, 20 steps; by calls of 7 steps at most; 0.5 of the stable step of 3 s."""
+    state, stage = Moves(first=104, most=7, look=10), SimpleNamespace(of=lambda kind: [], interval=9.0)
+    for steps in (4, 3, 9, 4, 2):
+        state.stepper.advance(stage, steps, lambda stage: state.at("looks"))
+    looks = [("looks", 0), ("membranes", 0), ("fluids", 0)], [("looks", 10), ("membranes", 10), 1.5, ("fluids", 10)]
+    assert state.done == [*looks[0], 4, 3, 3, *looks[1], 6, 4, ("looks", 20), ("membranes", 20), 1.5, ("fluids", 20), 2]
+    monkeypatch.setattr(stepper, "FLOW", 4)
+    state, wet = Moves(first=104, most=99, look=10), SimpleNamespace(of=lambda kind: ["wet"], interval=9.0)
+    for steps in (3, 8):
+        state.stepper.advance(wet, steps, lambda stage: None)
+    fluids = [each[1] for each in state.done if isinstance(each, tuple) and each[0] == "fluids"]
+    assert fluids == [0, 4, 8]
+    assert [each for each in state.done if isinstance(each, int)] == [3, 1, 4, 2, 1]
+
+
+def test_a_stage_without_a_stable_step_takes_its_interval():
+    state = Moves(first=0, most=7, look=10, scale=math.inf)
+    assert state.stepper._time_step(SimpleNamespace(interval=9.0)) == 9.0
+
+
+def test_an_integrator_that_adapts_sees_the_motion_after_bursts_that_halts_make_longer():
+    """Bursts of 4 steps, after n halts by half of n modulo 4 more; of a halt it sees the motion at rest."""
+    state, seen, halts = Moves(first=50, most=99, look=1000), [], iter([False, True, True, True, False])
+
+    def adapt(now, before):
+        seen.append((now.at, None if before is None else (before.at, before.velocity.tolist())))
+        return state.stepper.integrator, next(halts)
+
+    state.stepper.integrator = SimpleNamespace(burst=4, adapt=adapt)
+    state.stepper.advance(SimpleNamespace(of=lambda kind: [], interval=9.0), 22, lambda stage: None)
+    rest = [0.0, 0.0]
+    assert seen == [(0, None), (4, (0, [3.0, 3.0])), (8, (4, rest)), (12, (8, rest)), (17, (12, rest))]
+    steps = [each for each in state.done if isinstance(each, int)]
+    assert steps == [4, 1, 3, 1, 3, 1, 4, 5]
+    stops = [each[1] for each in state.done if isinstance(each, tuple) and each[0] == "stops"]
+    assert stops == [4, 8, 12]
+    assert [each[1] for each in state.done if isinstance(each, tuple) and each[0] == "starts"] == [5, 9, 13]

@@ -5,11 +5,13 @@ from types import SimpleNamespace
 import attrs
 import numpy as np
 import pytest
-from support import BRITTLE, ROCK, STIFF, STRONG, small_sample
+from support import BRITTLE, ROCK, STIFF, STRONG, small_sample, state_of
 from test_restart import same
 
 import grainlaw as gl
 from grainlaw.columns import SUPPLIED, energy
+from grainlaw.engine.stable_step import StableStep
+from grainlaw.engine.stage_statics import steady_motion, stiffness_along
 from grainlaw.engine.static_load import bring_under_load
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Friction, MohrCoulomb
@@ -234,3 +236,24 @@ def test_a_specimen_that_nothing_holds_neither_drifts_nor_turns():
     largest, x, y, turned = seen[0]
     assert largest > 1e-7
     assert max(abs(x), abs(y), abs(turned) * 20 * mm) < 1e-4 * largest
+
+
+@pytest.mark.parametrize("material", [attrs.evolve(ROCK, poissons_ratio=0.0), gl.Rigid(density=3100)])
+def test_the_steady_motion_of_a_driven_column_is_that_of_springs_in_series(material):
+    """Four grains of the stiffness E / h per area and three contacts of kn: each takes its share of 3 m/s."""
+    width, height, speed, kn = 10 * mm, 10 * mm, 3.0, 6e12
+    specimen = gl.Specimen(Bricks(rows=4, columns=1).tessellate(rectangle(width, 4 * height)), material)
+    state = state_of(specimen, MohrCoulomb(**STRONG | {"kn": kn, "ks": 1e13}))
+    drives = [gl.Drive(boundary=name, axis=1, speed=each) for name, each in (("bottom", 0.0), ("top", speed))]
+    state.begin(gl.Stage(name="pull", loads=drives, until=[gl.Reaches("time", 1.0)], interval=1e-6))
+    step = StableStep(state)
+    field, stiffness = steady_motion(state, step.stiffness(), step.frequency), step.stiffness()
+    of_grain = 0.0 if specimen.is_rigid else height / ROCK.youngs_modulus  # m/Pa
+    whole = 4 * of_grain + 3 / kn
+    grain, y = specimen.mesh.node_grain, specimen.mesh.nodes[:, 1]
+    below = np.round(specimen.grains.centroids[:, 1] / height - 0.5)[grain]
+    expected = speed * (below / kn + of_grain * (y - y.min()) / height) / whole
+    found = state.grains.nodes_at(field)
+    assert found[1] == pytest.approx(expected, abs=1e-6 * speed)
+    assert np.abs(found[0]).max() < 1e-6 * speed
+    assert stiffness_along(state, stiffness, field) == pytest.approx(width * speed**2 / whole, rel=1e-6)
