@@ -22,7 +22,7 @@ def done(tmp_path_factory):
         '[law]\ntensile_strength = "10 MPa"\ncohesion = "30 MPa"\n'
         '[test]\nloading = {type = "constant", speed = "0.2 m/s"}\n'
     )
-    given = ("--config", config, *SMALL, "--seed", 3, "--set", "law.cohesion = 25e6")
+    given = ("--config", config, *SMALL, "--seed", 3, "--set", "law.cohesion = 25e6", "--interactive")
     return invoke("test", "uniaxial-compression", *given, "--out", folder), folder
 
 
@@ -55,6 +55,11 @@ def test_file_options_and_single_values_reach_the_run_in_this_order(done):
     page = Page(done[1] / "report.html")
     assert ["10 MPa"] in page.rows["tensile_strength"]
     assert ["3"] in page.rows["seed"]
+
+
+def test_a_run_writes_the_page_to_look_into_where_it_is_asked_for(done):
+    assert (done[1] / "interactive.html").stat().st_size > 1e6
+    assert '<a href="interactive.html">' in (done[1] / "report.html").read_text("utf-8")
 
 
 @pytest.mark.thorough

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import attrs
 import numpy as np
 import pytest
-from command_line import SMALL, invoke
 from support import BRITTLE, PULL, small_sample
 
 import grainlaw as gl
@@ -153,14 +152,6 @@ def test_what_it_needs_is_said(made, monkeypatch, tmp_path):
     with pytest.raises(gl.ParameterError, match=r"pip install 'grainlaw\[report\]'"):
         gl.write_interactive(made[0], tmp_path / "page.html")
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.thorough
-def test_a_command_writes_it(tmp_path):
-    result = invoke("test", "uniaxial-compression", *SMALL, "--interactive", "--out", tmp_path / "out")
-    assert result.exit_code == 0, result.output
-    assert (tmp_path / "out" / "interactive.html").stat().st_size > 1e6
-    assert '<a href="interactive.html">' in (tmp_path / "out" / "report.html").read_text("utf-8")
 
 
 def test_a_page_needs_the_last_frame_and_curves():
