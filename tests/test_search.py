@@ -12,6 +12,7 @@ from support import ROCK, STRONG, advance, impose, state_of
 
 import grainlaw as gl
 from grainlaw.compiler.entry import compiled
+from grainlaw.engine.contacts import contact_exchange as exchange
 from grainlaw.engine.contacts import contact_geometry, contact_neighbours, contact_passes, contact_rows, overlap
 from grainlaw.engine.contacts import contact_search as search
 from grainlaw.engine.contacts.contact_rows import BLOCK, rows_of
@@ -426,3 +427,14 @@ def test_edges_beside_each_other_wait_unless_they_were_closed(state, stands, bec
     row[contact_rows.WY] = 0.5
     row[contact_rows.STATE], row[contact_rows.STANDS], row[contact_rows.TOUCH] = state, stands, contact_geometry.NOT
     assert contact_geometry.settle.py_func(row, 0) == (becomes, 0, 0)
+
+
+def test_rows_of_a_chunk_are_copied_and_cleared_where_it_is_said():
+    rows = np.arange(12.0)
+    exchange.copy.py_func(rows, 2, 7, 3)
+    assert rows.tolist() == [0, 1, 2, 3, 4, 5, 6, 2, 3, 4, 10, 11]
+    exchange.clear.py_func(rows, 4, 3)
+    assert rows.tolist() == [0, 1, 2, 3, 0, 0, 0, 2, 3, 4, 10, 11]
+    place = np.zeros(5, dtype=np.int32)
+    exchange.fill.py_func(np.array([9, 8, 7, 6]), 1, 2, place)
+    assert place.tolist() == [8, 7, 7, 7, 7]  # filled up with the last
