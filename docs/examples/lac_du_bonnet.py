@@ -56,12 +56,12 @@ RANGES = {
 IN_PROPORTION = ("tension", "brazilian", "toughness")
 
 
-def case(cells, contrast, ratio, test, seed, strength=1.0, stiffness=1.0):
+def case(cells, contrast, ratio, test, seed, stronger_by=1.0, stiffer_by=1.0):
     shape, protocol = TESTS[test]
     region = REGIONS[shape]
     bond = attrs.evolve(ROCK.law, residual_friction_angle=30, tensile_strength=ratio * ROCK.law.cohesion)
-    bond = attrs.evolve(stronger(bond, strength), kn=stiffness * bond.kn, ks=stiffness * bond.ks)
-    material = attrs.evolve(ROCK.material, youngs_modulus=stiffness * ROCK.material.youngs_modulus)
+    bond = attrs.evolve(stronger(bond, stronger_by), kn=stiffer_by * bond.kn, ks=stiffer_by * bond.ks)
+    material = attrs.evolve(ROCK.material, youngs_modulus=stiffer_by * ROCK.material.youngs_modulus)
     made, laws = Voronoi(grain_size=GRAIN, seed=seed), {...: bond}
     if contrast == "minerals":
         made = Minerals(made, SHARES, seed=seed)
@@ -134,7 +134,7 @@ def again(rows, seeds, folder, workers, count=2):
         factors = strength, stiffness = [round(float(factor), 3) for factor in rows[cells, contrast, ratio]["factors"]]
         study = gl.Study(
             case, cells=[cells], contrast=[contrast], ratio=[ratio], test=list(TESTS),
-            seed=range(101, 101 + seeds), strength=[strength], stiffness=[stiffness],
+            seed=range(101, 101 + seeds), stronger_by=[strength], stiffer_by=[stiffness],
         )  # fmt: skip
         table = study.run(f"{folder}/again-{cells}-{contrast.replace(' ', '-')}-{ratio:g}", workers=workers)
         found[cells, contrast, ratio] = found_in(table) | {"factors": factors}
@@ -143,7 +143,7 @@ def again(rows, seeds, folder, workers, count=2):
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--seeds", type=int, default=5)
+    arguments.add_argument("--seeds", type=int, default=3)
     arguments.add_argument("--workers", type=int, help="all cores unless given")
     arguments.add_argument("--folder", default="lac-du-bonnet")
     arguments.add_argument("--write", action="store_true", help="into docs/rock.md")
