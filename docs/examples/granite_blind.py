@@ -72,7 +72,7 @@ def case(energies, grains, seed):
 def table_of(tables):
     """Of each number of grains, from its table of both readings of the energies."""
     heads = ["grains", "G_I", "strength (MPa)", "CI/UCS, lateral strain", "CI/UCS, 1 % of the cracks"]
-    heads += ["CD/UCS, area", "CD/UCS, cylinder", "E* (GPa)", "transgranular"]
+    heads += ["CD/UCS, area", "CD/UCS, cylinder", "E (GPa)", "transgranular"]
     lines = []
     for grains, table in tables.items():
         for energies in ENERGIES:
