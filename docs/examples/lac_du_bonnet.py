@@ -16,10 +16,10 @@ import warnings
 import attrs
 import numpy as np
 from red_bohus import words
-from rock_study import GRAIN, ROCK, SHARES, SLENDER, at_most_one, markdown, stronger, write
+from rock_study import GRAIN, ROCK, SLENDER, at_most_one, markdown, stronger, textured, write
 
 import grainlaw as gl
-from grainlaw.geometry import Breakable, Minerals, Voronoi, VoronoiCells, disc, rectangle, semi_disc
+from grainlaw.geometry import Voronoi, disc, rectangle, semi_disc
 from grainlaw.laws import WeibullField
 from grainlaw.protocols import BiaxialCompression, Brazilian, SemiCircularBend, UniaxialTension
 from grainlaw.units import GPa, MPa, mm
@@ -62,14 +62,7 @@ def case(cells, contrast, ratio, test, seed, stronger_by=1.0, stiffer_by=1.0):
     bond = attrs.evolve(ROCK.law, residual_friction_angle=30, tensile_strength=ratio * ROCK.law.cohesion)
     bond = attrs.evolve(stronger(bond, stronger_by), kn=stiffer_by * bond.kn, ks=stiffer_by * bond.ks)
     material = attrs.evolve(ROCK.material, youngs_modulus=stiffer_by * ROCK.material.youngs_modulus)
-    made, laws = Voronoi(grain_size=GRAIN, seed=seed), {...: bond}
-    if contrast == "minerals":
-        made = Minerals(made, SHARES, seed=seed)
-        material = {"mica": attrs.evolve(material, youngs_modulus=material.youngs_modulus / 2), ...: material}
-        laws = {("mica", ...): stronger(bond, 0.5), **laws}
-    if cells > 1:
-        made = Breakable(made, VoronoiCells(count=cells), seed=seed)
-        laws = {"inside": stronger(bond, 2), **laws}
+    made, material, laws = textured(Voronoi(grain_size=GRAIN, seed=seed), material, bond, contrast == "minerals", cells)
     specimen = gl.Specimen(made.tessellate(region), material)
     if contrast == "random strength":
         laws = WeibullField(modulus=MODULUS, seed=seed).scatter(laws, specimen)

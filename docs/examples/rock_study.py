@@ -59,19 +59,25 @@ def stronger(bond, factor):
     return attrs.evolve(bond, tensile_strength=factor * bond.tensile_strength, cohesion=factor * bond.cohesion)
 
 
-def case(cells, grains, residual, cracks, minerals, load, seed, count):
-    bond, material = attrs.evolve(ROCK.law, residual_friction_angle=residual), ROCK.material
-    made, laws = Voronoi(grains=count, seed=seed), {...: bond}
-    if grains == "plastic":
-        elastic = {name: getattr(material, name) for name in ("youngs_modulus", "poissons_ratio", "density")}
-        material = DruckerPrager(**elastic, **YIELD)
-    if minerals == "three":
-        made = Minerals(made, SHARES, seed=seed)
+def textured(grains, material, bond, minerals, cells):
+    """Grains, their material and laws with three minerals, and cells in each grain, where they are asked for."""
+    laws = {...: bond}
+    if minerals:
+        grains = Minerals(grains, SHARES, seed=grains.seed)
         material = {"mica": attrs.evolve(material, youngs_modulus=material.youngs_modulus / 2), ...: material}
         laws = {("mica", ...): stronger(bond, 0.5), **laws}
     if cells > 1:
-        made = Breakable(made, VoronoiCells(count=cells), seed=seed)
+        grains = Breakable(grains, VoronoiCells(count=cells), seed=grains.seed)
         laws = {"inside": stronger(bond, 2), **laws}
+    return grains, material, laws
+
+
+def case(cells, grains, residual, cracks, minerals, load, seed, count):
+    bond, material = attrs.evolve(ROCK.law, residual_friction_angle=residual), ROCK.material
+    if grains == "plastic":
+        elastic = {name: getattr(material, name) for name in ("youngs_modulus", "poissons_ratio", "density")}
+        material = DruckerPrager(**elastic, **YIELD)
+    made, material, laws = textured(Voronoi(grains=count, seed=seed), material, bond, minerals == "three", cells)
     if cracks:
         made = Cracked(made, share=cracks, seed=seed)
         laws = {"initial cracks": Friction(kn=bond.kn, ks=bond.ks, friction_angle=30, gap=GAP), **laws}
