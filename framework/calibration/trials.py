@@ -43,13 +43,15 @@ class Failure:
 
 
 class Simulator(metaclass=Checked):
-    """Answers points of parameters. A whole one, a rock whose strengths are those of its contacts::
+    """Answers points of parameters.
 
-    class Formula(Simulator):
-        def values(self, points, quantities, seeds, scales):
-            strength = np.array([point["tensile_strength"] for point in points])
-            scatter = np.random.default_rng(seeds).normal(1, 0.05, (len(points), len(seeds)))
-            return {name: strength[:, None] * scatter for name in quantities}
+    A whole one, a rock whose strengths are those of its contacts::
+
+        class Formula(Simulator):
+            def values(self, points, quantities, seeds, scales):
+                strength = np.array([point["tensile_strength"] for point in points])
+                scatter = np.random.default_rng(seeds).normal(1, 0.05, (len(points), len(seeds)))
+                return {name: strength[:, None] * scatter for name in quantities}
     """
 
     failures: Sequence[Failure] = ()  #: of all that was asked so far
