@@ -469,3 +469,30 @@ def test_a_worker_says_what_it_does_in_a_file_of_its_own(tmp_path, monkeypatch):
     assert not any(tmp_path.iterdir())
     with watching("", "abc") as none:
         assert none == []
+
+
+# --- a factor that is called like a result ---------------------------------------------------------------------------
+
+
+def named_like_a_result(strength, law="brittle"):
+    return tiny(law, int(strength))
+
+
+def named_like_a_measure(b_value):
+    return tiny("brittle", b_value)
+
+
+def test_a_factor_with_the_name_of_a_result_is_refused_after_the_first_case(tmp_path):
+    study = gl.Study(named_like_a_result, strength=[1, 2, 3])
+    with pytest.raises(gl.ParameterError, match=r"the factor 'strength' = [123] has the name of a result.* another"):
+        study.run(tmp_path / "s", workers=1, progress=False)
+    assert study.status(tmp_path / "s").finished == 1
+    table = study.table(tmp_path / "s")
+    with pytest.raises(gl.ParameterError, match="the factor 'strength'"):
+        table["strength"]
+
+
+def test_a_factor_with_the_name_of_a_measure_is_refused_before_anything_is_run():
+    with pytest.raises(gl.ParameterError, match="may not be called 'b_value', a measure has this name"):
+        gl.Study(named_like_a_measure, b_value=[1])
+    assert len(gl.Study(named_like_a_measure, b_value=[1], measures=())) == 1

@@ -256,3 +256,12 @@ def test_measures_are_shown_in_their_own_units(tmp_path):
     assert level("tensile_strength", 12345678) == "12.3457"
     assert level("tensile_strength", True) == "True"
     assert level("tensile_strength", 13e6) == "13"
+
+
+def test_a_factor_may_have_the_name_of_a_result_that_is_the_factor(tmp_path):
+    table = table_of([row({"confinement": 1e7}, {"confinement": 1e7, "strength": 2e8})], tmp_path / "s")
+    assert table["confinement"] == [1e7]
+    assert table["strength"] == [2e8]
+    other = table_of([row({"confinement": 1e7}, measures={"confinement": 2e7})], tmp_path / "t")
+    with pytest.raises(gl.ParameterError, match=r"'confinement' = 10000000\.0 has the name of a result of the tests"):
+        print(other.rows)

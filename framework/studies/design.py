@@ -137,6 +137,18 @@ def check_signature(case: Callable[..., Any], names: Sequence[str]) -> None:
         raise ParameterError(f"Study: {words} has a parameter without a name; factors are given by their names")
 
 
+def check_results(row: Mapping[str, Any]) -> None:
+    """Refuse a factor that a test has measured under the same name, as something else."""
+    found = {**(row.get("measures") or {}), **(row.get("summary") or {})}
+    for name, level in row["factors"].items():
+        if name in found and found[name] != level:
+            raise ParameterError(
+                f"Study: the factor '{name}' = {short(level)} has the name of a result of the tests, here "
+                f"{short(found[name])}, which could not be asked for; give the factor another name (tests that have "
+                "run are not run again)"
+            )
+
+
 @checked
 def latin_hypercube(count: int, *, seed: int = 0, **ranges: Any) -> list[dict[str, float]]:
     """Points that fill ranges evenly, one in each of ``count`` slices of every range; ``cases`` of a study.

@@ -30,7 +30,7 @@ from grainlaw.runs.progress import Progress, Shown, shown_in
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.cost import StudyCost, cost_of
-from grainlaw.studies.design import Design, Factors, check_signature, factorial, listed
+from grainlaw.studies.design import Design, Factors, check_results, check_signature, factorial, listed
 from grainlaw.studies.store import KILLED, InMemory, Kept, Store
 from grainlaw.studies.table import Table
 from grainlaw.studies.workers import Watcher, carry_all, workers
@@ -73,6 +73,10 @@ class Study(metaclass=Checked):
         check_signature(case, self.design.names)
         self.case = case
         self.measures = tuple(MEASURES.values() if measures is None else measures)
+        if taken := {measure.name for measure in self.measures} & set(self.design.names):
+            raise ParameterError(
+                f"Study: a factor may not be called '{min(taken)}', a measure has this name; rename the factor"
+            )
 
     def __len__(self) -> int:
         return len(self.design)
@@ -95,9 +99,10 @@ class Study(metaclass=Checked):
         from the k-th on, for n jobs that share one store. What is interrupted goes on with the same call; a case that
         failed is tried again only if it was killed.
 
-        Raises :class:`ParameterError` before anything is run where a level is refused, with its factor;
-        :class:`ExecutorError` where the workers are gone; :class:`~grainlaw.runs.stopping.Stopped`, whose ``result`` is
-        the table so far; OSError where the store cannot be written. Every finished case is kept in all of these.
+        Raises :class:`ParameterError` before anything is run where a level is refused, with its factor, and after the
+        first case where a factor has the name of a result; :class:`ExecutorError` where the workers are gone;
+        :class:`~grainlaw.runs.stopping.Stopped`, whose ``result`` is the table so far; OSError where the store cannot
+        be written. Every finished case is kept in all of these.
         """
         if workers is not None and on is not None:
             raise ParameterError("Study.run: workers and on are not allowed together: an executor has its own")
@@ -131,6 +136,7 @@ class Study(metaclass=Checked):
                 if row["status"] == SAME:
                     row = {**store.row(task.known[1]), "case": task.case}
                 store.write({**row, "measured": self._measured}, done.run)
+                check_results(row)
                 watcher.done(task, row)
 
             carry_all(iter(missing), recipe, by, accept, stop, watcher.look)

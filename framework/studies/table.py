@@ -21,7 +21,7 @@ from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.studies import groups
 from grainlaw.studies.case import FINISHED
-from grainlaw.studies.design import RESERVED
+from grainlaw.studies.design import RESERVED, check_results
 from grainlaw.studies.export import as_html, as_text, to_pandas, to_xarray, write_csv, write_parquet
 from grainlaw.studies.statistics import By, Listing, label
 from grainlaw.studies.store import Kept
@@ -41,7 +41,8 @@ def several(names: str | Sequence[str]) -> tuple[str, ...]:
 
 
 def flat(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Factors, status and properties by name; a factor hides a property of its name."""
+    """Factors, status and properties by name. Raises ParameterError where a property has the name of a factor."""
+    check_results(row)
     found = {**row["factors"], "status": row["status"], "reason": row.get("reason", "")}
     for part in ("summary", "measures"):
         for name, value in (row.get(part) or {}).items():
