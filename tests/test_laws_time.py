@@ -163,6 +163,15 @@ def test_below_the_threshold_nothing_grows():
     assert above > 0
 
 
+@pytest.mark.parametrize(("load", "ages"), [(0.19, False), (0.21, True)])
+def test_the_threshold_is_over_the_strength_that_is_left(load, ages):
+    """Half of the strength is left: what is 0.4 of that is 0.2 of the first."""
+    law = StaticFatigue(law=BRITTLE, rate=1.0, growth=CharlesGrowth(exponent=5), threshold=0.4)
+    answer = law.traction(load * STRENGTH / KN, 0.0, 1.0, 0.5, *[0.0] * 5)
+    assert answer[0] == pytest.approx(load * STRENGTH)
+    assert (answer[2] > 0.5) == ages
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

@@ -270,7 +270,7 @@ def test_own_points_make_the_cells() -> None:
     [
         ([(0.2, 0.2), (1.5, 0.5)], r"points\[1\] = \(1\.5, 0\.5\) m is not inside the region"),
         ([(0.2, 0.2), (0.5, 0)], r"points\[1\] = \(0\.5, 0\.0\) m is not inside the region"),
-        ([(0.2, 0.2), (0.5, 0.5), (0.2, 0.2)], r"points\[0\] and points\[2\] = \(0\.2, 0\.2\) m are the same"),
+        ([(0.2, 0.2), (0.5, 0.5)] * 2, r"points\[0\] and points\[2\] = \(0\.2, 0\.2\) m are the same"),
     ],
 )
 def test_own_points_refused(points: list, message: str) -> None:
