@@ -167,8 +167,8 @@ class Specimen(metaclass=Checked):
         return elastic
 
     @functools.cached_property
-    def zone_stiffness(self) -> np.ndarray:
-        """(z, 3, 3) Pa: stress xx, yy, xy over exx, eyy and the shear angle; zeros for rigid grains.
+    def grain_stiffness(self) -> np.ndarray:
+        """(g, 3, 3) Pa: stress xx, yy, xy over exx, eyy and the shear angle; zeros for rigid grains.
 
         Raises :class:`ParameterError` for a material whose stiffness is not positive definite.
         """
@@ -176,7 +176,12 @@ class Specimen(metaclass=Checked):
         for material, grains in self.materials:
             if isinstance(material, Material):
                 stiffness[grains] = stiffness_of(material, len(grains))
-        return stiffness[self.mesh.zone_grain]
+        return stiffness
+
+    @functools.cached_property
+    def zone_stiffness(self) -> np.ndarray:
+        """(z, 3, 3) Pa, as :attr:`grain_stiffness`."""
+        return self.grain_stiffness[self.mesh.zone_grain]
 
     @functools.cached_property
     def zone_masses(self) -> np.ndarray:
@@ -190,6 +195,19 @@ class Specimen(metaclass=Checked):
                 )  # fmt: skip
             density[grains] = material.density
         return density[self.mesh.zone_grain] * self.mesh.zone_areas
+
+    @functools.cached_property
+    def shear_wave_speed(self) -> float:
+        """m/s in the grains, the slowest of several minerals; 0 for rigid grains, in which there are no waves."""
+        if self.is_rigid:
+            return 0.0
+        return float(np.sqrt(np.min(self.zone_stiffness[:, 2, 2] * self.mesh.zone_areas / self.zone_masses)))
+
+    @property
+    def vicinity(self) -> tuple[float, float]:
+        """Two grain sizes (m; roots of the mean area), and the time (s) in which a shear wave passes them, or 0."""
+        distance = 2 * float(np.sqrt(self.grains.areas.mean()))
+        return distance, distance / self.shear_wave_speed if self.shear_wave_speed > 0 else 0.0
 
     @functools.cached_property
     def node_masses(self) -> np.ndarray:

@@ -62,7 +62,7 @@ BREAKS = {
 
 def test_what_springs_still_hold_is_not_spent_on_a_break():
     """By hand: 6 of 20 and 8 of 30 J/m2 in springs of 1 and 2 Pa/m; of the third point more than was done on it."""
-    breaks = Breaks(4)
+    breaks = Breaks(4, passage=0.0)
     bonds = SimpleNamespace(
         stiffness=np.array([[1.0] * 4, [2.0] * 4]), work=np.array([[15, 20, 1, 99], [5, 10, 1, 99]])
     )
@@ -103,16 +103,17 @@ def test_events_reach_as_far_as_a_shear_wave_goes_unless_told(monkeypatch):
     )  # fmt: skip
     gl.acoustic_events(made)
     gl.acoustic_events(made, distance=1e-3, duration=1e-6, thickness=2.0)
-    (cracks, distance, duration, thickness), other = asked
-    assert (len(cracks), thickness, other[1:]) == (0, 1.0, (1e-3, 1e-6, 2.0))
+    (cracks, distance, duration, thickness, *_), other = asked
+    assert (len(cracks), thickness, other[1:4]) == (0, 1.0, (1e-3, 1e-6, 2.0))
     assert distance == pytest.approx(8e-3)
     assert duration == pytest.approx(8e-3 / np.sqrt(20e9 / 2560))
+    assert other[6] == asked[0][6] == duration  # waves need as long to leave a break, whatever is asked
 
 
 def events_of(magnitudes):
+    """Each of one break by itself."""
     energy = 10 ** (4.8 + 1.5 * np.array(magnitudes, float))
-    zeros = np.zeros(len(energy))
-    return gl.AcousticEvents(zeros, np.zeros((len(energy), 2)), energy, zeros, zeros)
+    return clustered(cracks_of(len(energy), time=np.arange(len(energy)), spent=energy), 0.0, 0.0)
 
 
 def test_magnitude_and_b_value():
@@ -126,5 +127,5 @@ def test_magnitude_and_b_value():
     assert np.isnan(events.b_value(completeness=-3.85)).all()  # nine
     assert np.isnan(events_of([-3] * 20).b_value()).all()
     assert np.isnan(events_of([]).b_value()).all()
-    silent = gl.AcousticEvents(*np.zeros((1, 1)), np.zeros((1, 2)), np.zeros(1), np.ones(1), np.ones(1))
+    silent = clustered(cracks_of(1), 0.0, 0.0)
     assert np.isnan(silent.magnitude).all()

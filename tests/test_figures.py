@@ -19,8 +19,9 @@ from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.grains import _phases, _told_apart
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
 from grainlaw.geometry import Bricks, rectangle
+from grainlaw.results.acoustic import KINDS
 from grainlaw.results.figures.cracks import _moment, box, fit, outlines
-from grainlaw.results.figures.laboratory import _from_zero
+from grainlaw.results.figures.laboratory import PANELS, _from_zero
 
 BRICK = gl.Rigid(density=2700)
 
@@ -84,7 +85,7 @@ def test_a_picture_is_drawn_on_the_axes_given_or_on_a_figure_of_its_own(broken, 
         draw(broken, path, ax=3)
 
 
-@pytest.mark.parametrize("panel", ["thresholds", "growth", "rose", "fragments", "events", "lost"])
+@pytest.mark.parametrize("panel", list(PANELS))
 def test_a_panel_of_the_laboratory_is_drawn_alone(broken, panel):
     whole = matplotlib.figure.Figure()
     axes = whole.add_subplot(projection="polar" if panel == "rose" else None)
@@ -111,10 +112,19 @@ def test_panels_show_the_numbers_of_the_laboratory(broken):
     assert [bar.get_y() for bar in shear] == pytest.approx([bar.get_height() for bar in tensile])
     assert [bar.get_x() for bar in opposite[0]] == pytest.approx([bar.get_x() + np.pi for bar in tensile])
     assert [bar.get_x() for bar in tensile][:2] == pytest.approx([0, np.radians(10)], abs=1e-12)
-    events, circles = laboratory.events, drawn(laboratory, "events").collections[2:]
-    assert [len(each.get_offsets()) for each in circles] == [
-        np.sum(events.tensile >= 0.5), np.sum(events.tensile < 0.5)
-    ]  # fmt: skip
+    events, shown = laboratory.events, drawn(laboratory, "events").collections[2:]
+    circles, planes = shown[::2], shown[1::2]
+    counts = [np.sum(events.kind == kind) for kind in KINDS]
+    assert [len(each.get_offsets()) for each in circles] == counts
+    assert [len(each.get_segments()) for each in planes] == [2 * count for count in counts]
+    mechanisms = drawn(laboratory, "mechanisms")
+    points = np.concatenate([np.array(each.get_offsets()) for each in mechanisms.collections[::2]])
+    assert np.sort(points[:, 1]) == pytest.approx(np.sort(events.isotropic))
+    assert [text.get_text() for text in mechanisms.get_legend().get_texts()] == [
+        f"{kind}: {count}" for kind, count in zip(KINDS, counts, strict=True)
+    ]
+    sums = [line.get_ydata()[-1] for line in drawn(laboratory, "moments").lines]
+    assert sums == pytest.approx([1e-3 * events.scalar_moment[events.kind == kind].sum() for kind in KINDS])
     sizes = np.concatenate([each.get_sizes() for each in circles])
     assert np.sort(sizes) == pytest.approx(np.sort(400 * events.energy / events.energy.max()))
     assert np.concatenate([np.array(each.get_offsets()) for each in circles]).sum(axis=0) == pytest.approx(

@@ -65,7 +65,8 @@ class State(metaclass=Checked):
         self.gravity = Weight(self.freedoms, self.grains.true_mass())
         self.boundaries, self.ended = Boundaries(self.mesh, self.nodes, self.drives), Ended()
         self.contacts = Contacts(self.grains, model.contacts, detection, self.bonds.ends)
-        self.clock, self.breaks, self.heat = Clock(), Breaks(2 * len(self.bonds)), EvenTemperature(self.materials)
+        self.clock, self.breaks = Clock(), Breaks(2 * len(self.bonds), specimen.vicinity[1])
+        self.heat = EvenTemperature(self.materials)
         self.steady = Steady(self.freedoms, self.heat)
         self._splits: dict[int, Split] = {}  #: by number of threads
         self._shared: dict[str, tuple[int, Any, Table]] = {}  #: threads, arrays and what was made of them, by part
@@ -261,6 +262,11 @@ class State(metaclass=Checked):
         return self.boundaries.moved(boundary, self.displacement_at_forces())
 
     @property
+    def beyond_elastic(self) -> np.ndarray:
+        """(2, p) m, opening and slip less those of the tractions over the first stiffness of each point."""
+        return np.stack([self.opening, self.slip]) - np.stack([self.normal, self.shear]) / self.stiffness
+
+    @property
     def damage(self) -> float:
         """Sum of the damage of all contact points: it grows whenever one of them is damaged."""
         return float(self.memory("damage").sum())
@@ -348,6 +354,12 @@ class State(metaclass=Checked):
         return self.breaks.books.mode
 
     @property
+    def source(self) -> np.ndarray:
+        """(2, p) m, opening and slip beyond elastic ones that points gained by breaking, till waves left or so far."""
+        books = self.breaks.books
+        return np.where(np.isnan(books.source), self.beyond_elastic - books.before, books.source)
+
+    @property
     def broken_work(self) -> np.ndarray:
         """(p,) J/m2 spent until the point broke."""
         return self.breaks.books.work
@@ -373,3 +385,9 @@ class State(metaclass=Checked):
         broken = self.breaks.new(self.memory("damage"))
         if broken.any():
             self.breaks.note(broken, self.bonds, self.time, self.mode, np.stack([self.normal, self.shear]))
+        bonds = self.bonds.arrays
+        opening, slip, normal, shear = (self.last(e) for e in (bonds.opening, bonds.slip, bonds.normal, bonds.shear))
+        self.breaks.whole(np.stack([opening, slip]) - np.stack([normal, shear]) / self.stiffness)
+        waiting = self.breaks.waiting(self.time)
+        if waiting.any():
+            self.breaks.settle(waiting, self.beyond_elastic)

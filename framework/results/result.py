@@ -66,6 +66,14 @@ class Cracks(metaclass=Checked):
     spent: np.ndarray  #: (k,) J/m2, work done on it until it broke, less the elastic energy then
     inside: np.ndarray = attrs.field()  #: (k,) whether between two cells of one grain: transgranular; not, unless given
 
+    source_opening: np.ndarray = attrs.field()  #: (k,) m, gained by the break, less elastic ones; nan unless given
+    source_slip: np.ndarray = attrs.field()  #: (k,) m, from the last sample before the break till waves have left
+
+    @source_opening.default
+    @source_slip.default
+    def _unknown(self) -> np.ndarray:
+        return np.full(len(self.time), np.nan)
+
     @inside.default
     def _between(self) -> np.ndarray:
         return np.zeros(len(self.time), dtype=bool)
@@ -314,6 +322,7 @@ def _cracks(state: State) -> Cracks:
     broken = state.breaks.in_order()
     interface = state.bonds.order[broken % len(state.bonds)]
     ends = state.positions[state.mesh.interfaces[interface]]
+    source = state.source[:, broken]
     along = ends[:, 1] + ends[:, 3] - ends[:, 0] - ends[:, 2]  # of both sides together
     return Cracks(
         position=state.contact_positions[broken],
@@ -326,4 +335,6 @@ def _cracks(state: State) -> Cracks:
         grains=state.mesh.interface_grains[interface],
         inside=state.mesh.interface_kind[interface] == 1,
         spent=state.broken_work[broken],
+        source_opening=source[0],
+        source_slip=source[1],
     )

@@ -71,7 +71,7 @@ def tensors(specimen: Specimen, stress: np.ndarray, of: np.ndarray | None = None
     """
     ratio, strain = _across(specimen)
     held = np.where(strain, ratio, 0.0)[slice(None) if of is None else of]
-    return _tensors(stress, held * (stress[:, 0] + stress[:, 1]))
+    return in_tensor(stress, held * (stress[:, 0] + stress[:, 1]))
 
 
 def strains(specimen: Specimen, displacement: np.ndarray) -> np.ndarray:
@@ -89,12 +89,13 @@ def strains(specimen: Specimen, displacement: np.ndarray) -> np.ndarray:
     xx, yy, xy = stretch[:, 0, 0] - 1, stretch[:, 1, 1] - 1, stretch[:, 0, 1]
     ratio, strain = (row[mesh.zone_grain] for row in _across(specimen))
     across = np.where(strain, 0.0 * ratio, -ratio / (1 - ratio) * (xx + yy))
-    return _tensors(np.column_stack([xx, yy, xy]), across)
+    return in_tensor(np.column_stack([xx, yy, xy]), across)
 
 
-def _tensors(plane: np.ndarray, across: np.ndarray) -> np.ndarray:
+def in_tensor(plane: np.ndarray, across: np.ndarray | float = 0.0) -> np.ndarray:
+    """(n, 6) XX, YY, ZZ, XY, YZ, XZ of tensors (n, 3) xx, yy, xy of the plane, and what they are across it."""
     none = np.zeros(len(plane))
-    return np.column_stack([plane[:, 0], plane[:, 1], across, plane[:, 2], none, none])
+    return np.column_stack([plane[:, 0], plane[:, 1], none + across, plane[:, 2], none, none])
 
 
 def _across(specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:

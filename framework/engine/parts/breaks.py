@@ -16,13 +16,17 @@ class BreakBooks(NamedTuple):
     time: Changing  #: (p,) s, to within one sample
     mode: Changing  #: (p,) share of shear
     work: Changing  #: (p,) J/m2 spent until then
+    before: Changing  #: (2, p) m, opening and slip beyond the elastic ones at the last sample at which it was whole
+    source: Changing  #: (2, p) m, gained by them when waves have left its vicinity; nan until then
 
 
 class Breaks(Part):
-    """The record of breaks."""
+    """The record of breaks; ``passage`` (s) is the time that waves take to leave the vicinity of a break."""
 
-    def __init__(self, points: int) -> None:
-        self.books = BreakBooks(*(np.full(points, np.nan) for _ in range(3)))
+    def __init__(self, points: int, passage: float) -> None:
+        time, mode, work = (np.full(points, np.nan) for _ in range(3))
+        self.books = BreakBooks(time, mode, work, np.zeros((2, points)), np.full((2, points), np.nan))
+        self._passage = passage
 
     def new(self, damage: np.ndarray) -> np.ndarray:
         """(p,) whether points have broken that are not in the record yet, from their damage (p,)."""
@@ -44,3 +48,16 @@ class Breaks(Part):
         kn, ks = bonds.stiffness[:, broken]
         springs = traction[0, broken] ** 2 / (2 * kn) + traction[1, broken] ** 2 / (2 * ks)
         books.work[broken] = np.maximum(bonds.work[:, broken].sum(axis=0) - springs, 0.0)
+
+    def whole(self, beyond: np.ndarray) -> None:
+        """Take the motion beyond the elastic one, (2, p) m, of points that have not broken."""
+        np.copyto(self.books.before, beyond, where=np.isnan(self.books.time))
+
+    def waiting(self, time: float) -> np.ndarray:
+        """(p,) whether points have broken so long before a sample at ``time`` (s) that their source is known now."""
+        books = self.books
+        return (books.time < time) & (books.time + self._passage <= time) & np.isnan(books.source[0])
+
+    def settle(self, points: np.ndarray, beyond: np.ndarray) -> None:
+        """Take the source of points, from their motion beyond the elastic one, (2, p) m, at this sample."""
+        self.books.source[:, points] = beyond[:, points] - self.books.before[:, points]

@@ -15,6 +15,7 @@ from grainlaw.drawing.figure import Figure, given_or_new, to_scale
 from grainlaw.drawing.grains import FILLS
 from grainlaw.drawing.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE
 from grainlaw.messages import refusal
+from grainlaw.results.acoustic import KINDS, OPENS
 from grainlaw.results.figures.cracks import GRAIN, RIM, SHEAR, TENSILE, WIDTHS
 from grainlaw.results.laboratory import Laboratory
 
@@ -26,13 +27,16 @@ THRESHOLDS: dict[str, tuple[str, str, Any]] = {
     "crack_damage": ("CD", BLACK, ":"),
     "crack_damage_cylinder": ("CD, cylinder", BLACK, (0, (1, 4))),
 }
+MECHANISMS = dict(
+    zip(KINDS, ((TENSILE, "o", WIDTHS["tensile"]), (SHEAR, "s", WIDTHS["shear"]), (GREEN, "v", 1.0)), strict=True)
+)
 
 
 def plot_laboratory(laboratory: Laboratory) -> Figure:
-    """Curves with thresholds, growth of cracks, orientations; fragments, events, energy lost."""
-    figure = Figure(figsize=(14, 9.5), layout="constrained")
+    """Curves with thresholds, growth of cracks, orientations; fragments, events, their mechanisms, energy lost."""
+    figure = Figure(figsize=(18, 9.5), layout="constrained")
     for k, (name, draw) in enumerate(PANELS.items(), 1):
-        draw(figure.add_subplot(2, 3, k, projection="polar" if name == "rose" else None), laboratory)
+        draw(figure.add_subplot(2, 4, k, projection="polar" if name == "rose" else None), laboratory)
     return figure
 
 
@@ -135,20 +139,60 @@ def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
 
 
 def draw_events(axes: Axes, laboratory: Laboratory) -> None:
-    """Acoustic events as circles whose area is their energy, thin where tensile and thick where shear."""
+    """Acoustic events as circles whose area is their energy, with both planes of their sources, by mechanism."""
     events = laboratory.events
     _draw_specimen(axes, laboratory, GRAIN)
     if len(events):
         size = 400 * events.energy / max(float(events.energy.max()), 1e-300)
         x, y = (events.position * 1e3).T
-        tensile = events.tensile >= 0.5
-        for chosen, color, width in ((tensile, TENSILE, WIDTHS["tensile"]), (~tensile, SHEAR, WIDTHS["shear"])):
+        lines = events.plane_lines * 1e3
+        for kind, (color, _, width) in MECHANISMS.items():
+            chosen = events.kind == kind
             look: dict[str, Any] = {"facecolors": "none", "edgecolors": color, "linewidths": width}
             axes.scatter(x[chosen], y[chosen], s=size[chosen], **look)
+            planes = list(lines[chosen & np.isfinite(lines).all(axis=(1, 2, 3))].reshape(-1, 2, 2))
+            axes.add_collection(LineCollection(planes, colors=color, linewidths=0.6))
         axes.set_title(
             f"{len(events)} events, magnitude {np.nanmin(events.magnitude):.1f} to {np.nanmax(events.magnitude):.1f}"
             if (events.energy > 0).any() else f"{len(events)} events without energy", fontsize="medium",
         )  # fmt: skip
+
+
+def _of_events(laboratory: Laboratory) -> tuple[np.ndarray, str]:
+    """Where events are on the horizontal axis, and its label."""
+    along, label = _along(laboratory)
+    return np.interp(laboratory.events.time, laboratory.result.curves[TIME], along), label
+
+
+def draw_mechanisms(axes: Axes, laboratory: Laboratory) -> None:
+    """Isotropic share of the moment of each event, its size by the moment: opening above, shear between, closing."""
+    events, (along, label) = laboratory.events, _of_events(laboratory)
+    size = 8 + 150 * np.nan_to_num(
+        events.scalar_moment / max(float(np.nanmax(events.scalar_moment, initial=0)), 1e-300)
+    )
+    for kind, (color, marker, _) in MECHANISMS.items():
+        chosen = events.kind == kind
+        look: dict[str, Any] = {"marker": marker, "facecolors": "none", "edgecolors": color}
+        axes.scatter(along[chosen], events.isotropic[chosen], size[chosen], **look)
+        axes.scatter([], [], 30, label=f"{kind}: {int(chosen.sum())}", **look)
+    axes.locator_params(axis="x", nbins=5)
+    for end in (-OPENS, OPENS):
+        axes.axhline(end, color=RIM, linewidth=0.8)
+    axes.set(xlabel=label, ylabel="isotropic share of the moment", ylim=(-1.05, 1.05))
+    axes.legend(frameon=False, fontsize="small", loc="lower left")
+
+
+def draw_moments(axes: Axes, laboratory: Laboratory) -> None:
+    """Scalar moment of the events until then, by mechanism, for 1 m of thickness."""
+    events, (along, label) = laboratory.events, _of_events(laboratory)
+    course, _ = _along(laboratory)
+    ends = np.array([course[0], course[-1]]) if len(course) else np.zeros(2)
+    for kind, (color, _, _) in MECHANISMS.items():
+        chosen = events.kind == kind
+        sums = np.cumsum(np.nan_to_num(events.scalar_moment[chosen]))
+        steps = np.concatenate([[0.0], sums, sums[-1:] if len(sums) else [0.0]]) / 1e3
+        axes.step([ends[0], *along[chosen], ends[1]], steps, where="post", color=color, label=kind)
+    _from_zero(axes, label, "scalar moment of events (kN m)")
 
 
 def draw_lost(axes: Axes, laboratory: Laboratory) -> None:
@@ -165,5 +209,5 @@ def draw_lost(axes: Axes, laboratory: Laboratory) -> None:
 
 PANELS: dict[str, Callable[[Axes, Laboratory], None]] = {
     "thresholds": draw_thresholds, "growth": draw_growth, "rose": draw_rose, "fragments": draw_fragments,
-    "events": draw_events, "lost": draw_lost,
+    "events": draw_events, "mechanisms": draw_mechanisms, "moments": draw_moments, "lost": draw_lost,
 }  # fmt: skip
