@@ -1,4 +1,4 @@
-"""The emulator that comes with grainlaw: fitted to its rocks, and tried on rocks that it has not seen; half an hour.
+"""The emulator that comes with grainlaw: fitted to its rocks, and tried on rocks that it has not seen; a long hour.
 
 python tests/validation/emulator_rocks.py --write
 python tests/validation/emulator_study.py --fit
@@ -116,7 +116,7 @@ def fit():
 
 # --- hidden rocks -----------------------------------------------------------------------------------------------------
 
-COUNT, LABORATORY, FRESH = 5, 10, 10
+COUNT, LABORATORY, FRESH = 20, 10, 10
 RANGES = {"tensile_strength": (3 * MPa, 40 * MPa), "cohesion": (10 * MPa, 100 * MPa), "friction_angle": (10, 60)}
 TRUE = {"cohesion": (20, 60), "tension": (0.15, 0.9), "angle": (15, 55), "stiffness": (1, 10), "ratio": (0.2, 1)}
 grains_of = partial(specimens, count=100)
