@@ -44,6 +44,10 @@ def _speed() -> Any:
     return checked_field(check, default=None, metadata={"unit": "m/s"})
 
 
+def _some_volume(where: str, value: Any) -> float | None:
+    return None if value is None else checked_number(where, value, "m2", above=0)
+
+
 class BoundaryLoad(Load):
     """What a stage imposes on a boundary: a level that may change with time.
 
@@ -277,8 +281,27 @@ class Quiet(Load):
             raise ParameterError(f"Quiet: boundary = {self.boundary!r} is of rigid grains, which carry no waves")
 
 
+class Fluid(BoundaryLoad):
+    """A fluid at a boundary, which also fills the cracks that are connected with it."""
+
+    cracks_only: bool  #: whether the boundary itself bears none of it, as under a membrane or a platen
+
+    def check(self, stage: Stage) -> None:
+        super().check(stage)
+        where = f"Stage '{stage.name}': boundary = {self.boundary!r}"
+        if sum(one.boundary == self.boundary for one in stage.of(Fluid)) > 1:
+            raise ParameterError(f"{where} has two fluids, it can have one")
+        held = {one.boundary: "a drive" for one in stage.of(Driven) if not one.roller}
+        held |= {one.boundary: "a pressure behind a membrane" for one in stage.of(Pressure)}
+        if self.boundary in held and not self.cracks_only:
+            raise ParameterError(
+                f"{where} has {held[self.boundary]}, so that a fluid can only be in the cracks behind it: give it "
+                "cracks_only=True"
+            )
+
+
 @attrs.frozen(kw_only=True)
-class FluidPressure(BoundaryLoad):
+class FluidPressure(Fluid):
     """The pressure of a fluid at a boundary, which also fills the cracks that are connected with it.
 
     It presses on the boundary and on both faces of every broken contact point, open or closed, that others connect with
@@ -292,18 +315,54 @@ class FluidPressure(BoundaryLoad):
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the pressure changes
     cracks_only: bool = False  #: whether the boundary itself bears none of it, as under a membrane or a platen
 
+
+@attrs.frozen(kw_only=True)
+class Injection(Fluid):
+    """A fluid that is pumped through a boundary at a rate: the room behind it, and the cracks it reaches, are full.
+
+    What is pumped in stays. It has one pressure everywhere, at once (no viscosity): that at which what is there, by its
+    bulk modulus, fills the room of the boundary and of the cracks as they open; 0 where there is less. All broken
+    contact points that others connect with the boundary belong to it, as for :class:`FluidPressure`. The fluid of a
+    stage before at the same boundary goes on, with ``rate`` alone: a shut well has a rate of 0.
+    """
+
+    boundary: str  #: name of the boundary through which it is pumped
+    rate: Varying = varying("m2/s")  #: volume without pressure over time and thickness; below 0 it is pumped out
+    start: float = parameter("m2/s", default=0.0, above=-math.inf)  #: at first; ``rate`` after the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the rate changes
+    bulk_modulus: float = parameter("Pa", default=2.2e9)  #: of the fluid; that of water unless given
+    pressure: float = parameter("Pa", default=0.0, at_least=0)  #: at first
+    #: of the room behind the boundary, with lines and pump, over thickness; what it encloses, unless given
+    volume: float | None = checked_field(_some_volume, default=None, metadata={"unit": "m2"})
+    cracks_only: bool = False  #: whether the boundary itself bears none of it, as under a membrane or a platen
+
     def check(self, stage: Stage) -> None:
         super().check(stage)
-        where = f"Stage '{stage.name}': boundary = {self.boundary!r}"
-        if sum(one.boundary == self.boundary for one in stage.of(FluidPressure)) > 1:
-            raise ParameterError(f"{where} has two fluids, it can have one")
-        held = {one.boundary: "a drive" for one in stage.of(Driven) if not one.roller}
-        held |= {one.boundary: "a pressure behind a membrane" for one in stage.of(Pressure)}
-        if self.boundary in held and not self.cracks_only:
+        if stage.static:
+            raise _not_static(stage)
+        if len(stage.of(Injection)) > 1:
+            raise ParameterError(f"Stage '{stage.name}': it has {len(stage.of(Injection))} injections, it can have one")
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        super().check_specimen(specimen)
+        if specimen.is_rigid:
+            raise ParameterError(f"Injection: boundary = {self.boundary!r} is of rigid grains, it must be of others")
+        if self.volume is None and not enclosed_area(specimen.mesh.nodes, specimen.mesh.boundary_edges[self.boundary]):
             raise ParameterError(
-                f"{where} has {held[self.boundary]}, so that a fluid can only be in the cracks behind it: give it "
-                "cracks_only=True"
+                f"Injection: boundary = {self.boundary!r} encloses no room; give the volume of what is behind it (m2)"
             )
+
+    def at_start(self) -> Load | None:
+        return None
+
+
+def enclosed_area(place: np.ndarray, edges: np.ndarray) -> float:
+    """m2 that the edges (e, 2) of a boundary enclose, the grains on their left; 0 for one that is not closed."""
+    first, second = place[edges[:, 0]], place[edges[:, 1]]
+    if not len(edges) or np.abs((second - first).sum(axis=0)).max() > 1e-6 * np.abs(second - first).sum():
+        return 0.0
+    around = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    return max(0.0, -float(around.sum()) / 2)
 
 
 @attrs.frozen(kw_only=True)

@@ -38,6 +38,7 @@ USUAL = {  #: what to suggest for a declared unit
     "Pa": "13 MPa", "Pa/m": "105 TPa/m", "J/m2": "150 J/m2", "m": "50 mm", "m/s": "50 mm/s", "s": "0.2 ms",
     "kg/m3": "3100 kg/m3", "deg": "54 deg", "1": "25 %", "1/s": "300 1/s",
     "degC": "600 °C", "1/K": "8e-6 1/K",
+    "m2": "0.01 m2", "m2/s": "1e-4 m2/s",
 }  # fmt: skip
 SHOWN = {  #: prefixes to write, by power of ten, for units that begin with a symbol
     "Pa": {0: "", 3: "k", 6: "M", 9: "G", 12: "T"}, "m": {0: "", -3: "m", -6: "u"}, "s": {0: "", -3: "m", -6: "u"},

@@ -194,6 +194,8 @@ def check_time(page):
 def check_water(page):
     assert page["wet"].summary["residual_stress"] == pytest.approx(6e6 * np.tan(np.radians(30)), rel=0.01)
     assert page["shut"].summary["opening"] < 0 < page["split"].summary["opening"]
+    pumped = page["broken"].curves["injection_pressure"]
+    assert page["broken"].summary["breakdown"] > 2 * pumped[-1]
 
 
 def check_temperature(page):

@@ -1,6 +1,6 @@
 """A step in plain Python loops, by docs/theory.md alone: the judge of every engine, slow and without numba.
 
-A specimen of grains of any material, or of rigid ones, with bonds, contacts without a bond, pressures, fluids,
+A specimen of grains of any material, or of rigid ones, with bonds, contacts without a bond, pressures, fluids, injections,
 tractions, weight, and driven, held and quiet boundaries; what an engine does in its own order and its own form is done
 here freedom by freedom.
 """
@@ -42,7 +42,10 @@ class Reference:
         self.platens = [Platen(self, hold) for hold in self.of(gl.Hold)]
         self.came = [0j] * count  #: the last increments of the displacements
         self.touching = Touching(self, law, memory, detection) if detection else None
-        self.wet = {}
+        self.wet, self.full = {}, {}
+        for pumped in self.of(gl.Injection):
+            self.pressure, self.pumped, self.room = pumped.pressure, pumped, pumped.volume
+            self.content = self.room * (1 + self.pressure / pumped.bulk_modulus)
         self.soak()
 
     def area(self, z):
@@ -140,8 +143,9 @@ class Reference:
     def soak(self):
         """Find the contact points that a fluid has reached: on its boundary, or through points that are broken."""
         self.wet = {}
-        damage = self.names.index("damage") if self.of(gl.FluidPressure) else None
-        for fluid in sorted(self.of(gl.FluidPressure), key=lambda fluid: fluid.pressure):
+        fluids = [*self.of(gl.FluidPressure), *self.of(gl.Injection)]
+        damage = self.names.index("damage") if fluids else None
+        for fluid in sorted(fluids, key=lambda fluid: fluid.pressure):
             corners, points, reached = set(self.mesh.boundaries[fluid.boundary].tolist()), set(), -1
             while reached < len(corners) + len(points):
                 reached = len(corners) + len(points)
@@ -153,13 +157,61 @@ class Reference:
                             points |= {(c, p)} if broken[p] else set()
                         if (c, 1 - p) in points and broken[p]:
                             points.add((c, p))
-            self.wet |= dict.fromkeys(points, fluid.pressure)
+            self.wet |= dict.fromkeys(points, fluid.pressure if isinstance(fluid, gl.FluidPressure) else None)
+        for place in self.pumped_faces():
+            if place not in self.full:  # as it was at the last forces, with the room of what it has opened
+                now = [u - came for u, came in zip(self.u, self.came, strict=True)]
+                self.full[place] = self.face(place, now)
+                self.room += self.gap(place, now) / 2
+
+    def pumped_faces(self):
+        """First and second end, weight of the second, and part of the edge, of faces that an injection presses."""
+        for (c, p), pressure in self.wet.items():
+            if pressure is None:
+                yield from ((*ends, 0.5) for ends in self.sides(c, p))
+        for pumped in self.of(gl.Injection):
+            for i, j in [] if pumped.cracks_only else self.mesh.boundary_edges[pumped.boundary].tolist():
+                yield i, j, 0.5, 1.0
+
+    def sides(self, c, p):
+        a1, a2, b1, b2 = self.mesh.interfaces[c].tolist()
+        w = float(self.specimen.contact_points.weights(np.array([abs(self.x0[a2] - self.x0[a1])]))[0])
+        return (a1, a2, w if p == 0 else 1 - w), (b2, b1, 1 - w if p == 0 else w)
+
+    def face(self, place, u):
+        """Normal towards the grain times the length, and the motion of where the pressure acts."""
+        i, j, w2, share = place
+        return share * 1j * (self.x0[j] + u[j] - self.x0[i] - u[i]), (1 - w2) * u[i] + w2 * u[j]
+
+    def gap(self, place, u):
+        """m2 that the crack of a face has opened, from the ends of its bond."""
+        for c, p in self.wet:
+            a1, a2, b1, b2 = self.mesh.interfaces[c].tolist()
+            if place in [(*ends, 0.5) for ends in self.sides(c, p)]:
+                edge = self.x0[a2] - self.x0[a1] + (u[a2] - u[a1] + u[b2] - u[b1]) / 2
+                w = self.sides(c, p)[0][2]
+                opening = dot((1 - w) * (u[b1] - u[a1]) + w * (u[b2] - u[a2]), -1j * edge / abs(edge))
+                return max(opening, 0.0) * abs(self.x0[a2] - self.x0[a1]) / 2
+        return 0.0
+
+    def pump(self):
+        """The pressure at which what is there fills the room that the faces have made, by the trapezoidal rule."""
+        for pumped in self.of(gl.Injection):
+            self.content += pumped.rate * self.dt
+            for place, (normal, moved) in self.full.items():
+                now = self.face(place, self.u)
+                self.room += dot((normal + now[0]) / 2, now[1] - moved)
+                self.full[place] = now
+            self.pressure = max(pumped.bulk_modulus * (self.content / self.room - 1), 0.0)
 
     def add_fluids(self, f):
+        self.pump()
+        for i, j, w2, share in self.full:
+            force = share * self.pressure * 1j * (self.at(j) - self.at(i))
+            f[i] += (1 - w2) * force
+            f[j] += w2 * force
         for (c, p), pressure in self.wet.items():
-            a1, a2, b1, b2 = self.mesh.interfaces[c].tolist()
-            w = float(self.specimen.contact_points.weights(np.array([abs(self.x0[a2] - self.x0[a1])]))[0])
-            for first, second, w2 in ((a1, a2, w if p == 0 else 1 - w), (b2, b1, 1 - w if p == 0 else w)):
+            for first, second, w2 in self.sides(c, p) if pressure is not None else ():
                 force = pressure / 2 * 1j * (self.at(second) - self.at(first))
                 f[first] += (1 - w2) * force
                 f[second] += w2 * force

@@ -267,7 +267,8 @@ def test_it_looks_after_every_so_many_steps_of_a_stage_wherever_a_part_begins(be
         state.steps += steps
 
     part = SimpleNamespace(
-        state=state, stability=SimpleNamespace(look=5, has_changed=lambda: False), stop=gl.Stop(), first=100,
+        state=state, stop=gl.Stop(), first=100,
+        stability=SimpleNamespace(look=5, has_changed=lambda: False, fluid_has_changed=lambda: False),
         integrator=SimpleNamespace(burst=0), do=do, _most=1000,
     )  # fmt: skip
     stage = SimpleNamespace(of=lambda kind: fluids)
@@ -485,7 +486,9 @@ class Moves:
         self.stepper = made = object.__new__(stepper.Stepper)
         made.state, made._most, made.first, made.next_adapt, made.halts, made.before = self, most, first, 0, 0, None
         made.stop, made.factor = SimpleNamespace(check=lambda: None), factor
-        made.stability = SimpleNamespace(look=look, has_changed=lambda: True, step=lambda integrator: scale)
+        made.stability = SimpleNamespace(
+            look=look, has_changed=lambda: True, fluid_has_changed=lambda: False, step=lambda integrator: scale
+        )  # fmt: skip
         made.integrator = SimpleNamespace(burst=0)
         made.do = self.go
 

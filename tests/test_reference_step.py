@@ -134,6 +134,21 @@ def test_fluids():
     assert pressures.count(8e6) > 9
 
 
+@pytest.mark.parametrize("cracks_only", [False, True])
+def test_an_injection(cracks_only):
+    """Also what it finds in a crack that it enters at half of the steps."""
+    options = {"rate": 5e-3, "volume": 2e-7, "pressure": 2e6, "cracks_only": cracks_only}
+    loads = [*DRIVES, gl.Injection(boundary="left", **options)]
+    state, reference = compared(LAWS["cohesive crack"], loads, gl.VibrationDamping(), seed=4)
+    assert_same(state, reference)
+    found = state.pumped
+    assert found["injection_pressure"] == pytest.approx(reference.pressure, rel=1e-9)
+    assert found["room"] + found["crack_room"] == pytest.approx(reference.room - 2e-7, rel=1e-9)
+    assert found["injected"] == pytest.approx(STEPS * 4e-8 * 5e-3)
+    assert len(reference.full) > 6
+    assert found["injection_pressure"] > 1e5
+
+
 @pytest.mark.parametrize("points", [gl.EndPoints(), gl.GaussPoints()], ids=repr)
 def test_contact_points(points):
     assert_same(*compared(LAWS["linear"], LOADS["free"], gl.Undamped(), contact_points=points))

@@ -49,6 +49,9 @@ class StableStep:
         #: whether a law stiffens in closure
         self.stiffening = any(_stiffens(law, memory, self._size) for law, memory in laws if memory.shape[1])
         self.look = LOOKS[0] if self.stiffening else LOOKS[1]  #: steps after which to ask ``has_changed``
+        self.fluid = (
+            0.0  #: 1/s2 that the present step allows for: what a compressed fluid adds to the squared frequency
+        )
         self.allowed = 1.0  #: highest closure stiffness, over kn, for which the present step is stable
         self.touching = self._touching or not _in_one_piece(state)  #: whether the step allows for contacts at the rim
         matrix, mass = self._matrix(self.state.stiffness[0], self._rim()), self._masses()
@@ -67,18 +70,21 @@ class StableStep:
         """
         if self.frequency == 0:
             return math.inf
+        frequency = math.sqrt(self.frequency**2 + self.fluid)
         detection, groups = self.state.contacts.detection, (*self.state.bonds.groups, *self.state.contacts.groups)
         damping = 0.0 if detection is None else detection.damping
-        damping += max((group.law.retardation_time for group in groups), default=0.0) * self.frequency / 2
-        return integrator.stable_step(self.frequency) * (math.sqrt(1 + damping**2) - damping)
+        damping += max((group.law.retardation_time for group in groups), default=0.0) * frequency / 2
+        return integrator.stable_step(frequency) * (math.sqrt(1 + damping**2) - damping)
 
     def save(self) -> dict[str, Any]:
         """What the step goes by."""
-        return {"allowed": self.allowed, "touching": self.touching, "frequency": self.frequency}
+        names = ("allowed", "touching", "frequency", "fluid")
+        return {name: getattr(self, name) for name in names}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """Go on from what :meth:`save` returned."""
         self.allowed, self.touching, self.frequency = (saved[name] for name in ("allowed", "touching", "frequency"))
+        self.fluid = saved["fluid"]
 
     @property
     def _touching(self) -> bool:
@@ -108,6 +114,13 @@ class StableStep:
             kn = np.maximum(kn, AHEAD * tangents)
         self.frequency = highest_frequency(self._matrix(kn, self._rim()), self._masses())
         return True
+
+    def fluid_has_changed(self) -> bool:
+        """Ask the fluid of an injection how stiff it is; whether the step no longer fits it."""
+        now = self.state.fluids.stiffness(self.state.freedoms.arrays.mass)
+        fits = now <= self.fluid <= AHEAD * SOFTER * now
+        self.fluid = self.fluid if fits else AHEAD * now
+        return not fits
 
     def _touch_ratio(self) -> float:
         """Highest tangent stiffness of closed contacts, over that declared by their law; at least 1."""

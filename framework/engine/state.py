@@ -230,6 +230,20 @@ class State(metaclass=Checked):
         """(p,) Pa of the fluid on the faces of contact points; 0 where dry. Tractions are those beside it."""
         return self.fluids.at_points(self.time - self.began)
 
+    @property
+    def pumped(self) -> dict[str, float]:
+        """Of an injection: its pressure (Pa), what was pumped in, and by how much room and cracks have grown (m2).
+
+        ``injected`` is what it would fill without pressure; ``room`` is behind the boundary. Zeros without one.
+        """
+        fluids = self.fluids
+        room, cracks = fluids.room
+        grown = room - float(fluids.arrays.room[0]) if fluids.injection else 0.0
+        pressure = float(fluids.arrays.pressure[0, 0]) if fluids.injection else 0.0
+        return {
+            "injection_pressure": pressure, "injected": fluids.pumped_in, "room": grown, "crack_room": cracks
+        }  # fmt: skip
+
     def zone_state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """At the last forces: stress (z, 3) Pa, xx, yy, xy in fixed axes, energy stored and dissipated (z,) J/m3."""
         return self.every_zone.states(self.steps, self.displacement_at_forces)

@@ -24,7 +24,7 @@ from grainlaw.engine.contacts.contact_passes import (
 from grainlaw.engine.contacts.contact_table import ContactArrays
 from grainlaw.engine.parts.bonds import BondArrays, bond_forces, gather_bond_forces
 from grainlaw.engine.parts.drives import DriveArrays, impose
-from grainlaw.engine.parts.fluids import FluidArrays, press_fluids
+from grainlaw.engine.parts.fluids import FluidArrays, press_fluids, pump, sweep
 from grainlaw.engine.parts.freedoms import FreedomArrays, NodeArrays, clear_forces, integrate
 from grainlaw.engine.parts.grains import GrainArrays, collect_forces, place_corners
 from grainlaw.engine.parts.gravity import GravityArrays, add_weight
@@ -117,6 +117,10 @@ def _steps(thread, team, parts, chunk, forces_of_materials):
         leaving = bond_forces(bonds, nodes, chunk.first + step, thread)
         contact_step(contacts, chunk.time_step, thread)
         press(pressures, nodes, schedule, thread)
+        if fluids.rate.shape[0] > 0:
+            sweep(fluids, nodes, thread)
+            barrier.wait(team.meeting, team.threads, team.pauses)  # what all faces have swept
+            pump(fluids, schedule, chunk.time_step, thread)
         press_fluids(fluids, nodes, schedule, thread)
         if searching:
             tally[thread, LEAVING] = leaving

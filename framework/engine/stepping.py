@@ -84,4 +84,5 @@ def _run(state: State, threads: int, chunk: step.Chunk, loops: bool) -> tuple[in
     finally:
         tell(state, time_step=SCALARS["time_step"])  # who asks a law between steps does so outside of time
     state.platens.take_back(shared.parts.platens)
+    state.fluids.take_back(shared.parts.fluids)
     return done, shared.parts.contacts.tally.sum(axis=0).tolist()

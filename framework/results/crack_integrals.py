@@ -15,7 +15,7 @@ import numpy as np
 from grainlaw.arguments import Checked, checked
 from grainlaw.engine.stability import shape_functions
 from grainlaw.fields import ParameterError, checked_number, checked_vector, parameter
-from grainlaw.loads import FluidPressure, Pressure, Traction
+from grainlaw.loads import Fluid, Pressure, Traction
 from grainlaw.material import Elastic
 from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
@@ -102,7 +102,7 @@ def check_ring(where: str, result: Result, frame: Frame, tip: CrackTip) -> None:
 def _loaded(result: Result) -> set[str]:
     """Boundaries on which stages of the test put pressures or stresses; none of a test that is only recorded."""
     stages = result.protocol.stages(result.specimen) if isinstance(result.protocol, LoadingProtocol) else ()
-    loads = (load for stage in stages for load in stage.of(Pressure, Traction, FluidPressure))
+    loads = (load for stage in stages for load in stage.of(Pressure, Traction, Fluid))
     return {load.boundary for load in loads if not getattr(load, "cracks_only", False)}
 
 

@@ -16,7 +16,7 @@ from grainlaw.engine.state import State
 from grainlaw.engine.stepping import advance
 from grainlaw.engine.thread_count import ThreadCount
 from grainlaw.integration import Integrator, Motion
-from grainlaw.loads import FluidPressure
+from grainlaw.loads import Fluid
 from grainlaw.runs.stopping import Stop
 from grainlaw.stage import Stage
 
@@ -42,6 +42,7 @@ class Stepper:
     def begin(self, stage: Stage) -> None:
         """Take the time step of a stage that has just begun."""
         self.integrator, self.before = stage.moved_by, None
+        self.stability.fluid_has_changed()
         self.state.change_time_step(self._time_step(stage))
 
     def start(self, integrator: Integrator) -> None:
@@ -56,7 +57,7 @@ class Stepper:
         """Do ``steps``; ``look`` is called now and then. Raises :class:`~grainlaw.runs.stopping.Stopped`."""
         state = self.state
         end, often = state.steps + steps, self.stability.look
-        flow = FLOW if stage.of(FluidPressure) else often
+        flow = FLOW if stage.of(Fluid) else often
         while state.steps < end:
             self.stop.check()
             since = state.steps - self.first
@@ -67,6 +68,8 @@ class Stepper:
                     state.change_time_step(self._time_step(stage))
             if since % flow == 0:
                 state.let_fluids_follow()
+                if self.stability.fluid_has_changed():
+                    state.change_time_step(self._time_step(stage))
             burst = self.integrator.burst
             if burst and since >= self.next_adapt:
                 now = state.freedoms.motion()

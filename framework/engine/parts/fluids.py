@@ -1,5 +1,7 @@
 """Fluids: a pressure on the faces of broken contact points that a boundary feeds, and on that boundary itself.
 
+Of a fluid that is pumped in, the pressure follows from its volume and from the room that it has, at every step.
+
 Index letters: ``c`` bond, ``p`` contact point, ``i`` node, ``f`` face: the half of a bond that belongs to a contact
 point, on either grain, or an edge of the rim.
 """
@@ -27,11 +29,13 @@ from grainlaw.engine.parts.part import (
     check_places,
     check_row,
 )
-from grainlaw.loads import FluidPressure
+from grainlaw.loads import FluidPressure, Injection, enclosed_area
 from grainlaw.mesh import Mesh
 from grainlaw.specimen import Specimen
 
 DRY = STILL
+PUMPED = ("content", "pressure")  #: that each thread keeps for itself
+ONE = {"room": (1,), "content": (1, 1), "pressure": (1, 1), "at_first": (1,)}  #: shapes of what is not of faces
 FLOW = 50  #: steps after which a fluid enters what has broken: a wave crosses a few grains meanwhile
 
 
@@ -80,6 +84,14 @@ class FluidArrays(NamedTuple):
     moved_x: Changing  #: (f,) m, displacement of where it acts at the last step
     moved_y: Changing
     work: Changing  #: (f,) J
+    rate: Constant  #: (n,) column of the schedule with the rate of an injection, one or none
+    bulk: Constant  #: (n,) Pa, bulk modulus of its fluid
+    room: Changing  #: (1,) m2 that the fluid had when the injection began
+    content: Changing  #: (threads, 1) m2 that it would fill without pressure; each thread keeps count of it
+    pressure: Changing  #: (threads, 1) Pa
+    normal_x: Changing  #: (f,) m, force of a unit of pressure at the last step, of faces of the injection
+    normal_y: Changing
+    swept: Changing  #: (f,) m2 by which faces of the injection have made room; half of a crack that it has entered
     share: Scratch
 
 
@@ -87,6 +99,36 @@ class FluidBooks(NamedTuple):
     """What only Python needs."""
 
     fluid: Changing  #: (p,) number of the fluid of the present stage on the faces of each point, from 1; ``DRY``
+    at_first: Changing  #: (1,) m2, content when the injection began
+
+
+@njit(**OPTIONS)
+def sweep(fluids, nodes, thread):
+    """The room that a thread's faces of an injection have made by their motion, as work is counted, Eq. (11)."""
+    ux, uy = nodes.displacement[0], nodes.displacement[1]
+    for f in range(fluids.share[thread], fluids.share[thread + 1]):
+        if fluids.column[f] == fluids.rate[0]:
+            i, j, w = fluids.node[0, f], fluids.node[1, f], fluids.weight[f]
+            across = -fluids.fraction[f] * (fluids.edge_y[f] + uy[j] - uy[i])
+            along = fluids.fraction[f] * (fluids.edge_x[f] + ux[j] - ux[i])
+            x, y = (1 - w) * ux[i] + w * ux[j], (1 - w) * uy[i] + w * uy[j]
+            fluids.swept[f] += 0.5 * (
+                (fluids.normal_x[f] + across) * (x - fluids.moved_x[f])
+                + (fluids.normal_y[f] + along) * (y - fluids.moved_y[f])
+            )
+            fluids.normal_x[f], fluids.normal_y[f] = across, along
+
+
+@njit(**OPTIONS)
+def pump(fluids, schedule, time_step, thread):
+    """Pressure of an injection, from what all threads have swept; every thread finds it, so that none has to wait."""
+    room = fluids.room[0]
+    for f in range(fluids.column.shape[0]):
+        if fluids.column[f] == fluids.rate[0]:
+            room += fluids.swept[f]
+    content = fluids.content[thread, 0] + time_step * schedule[fluids.rate[0]]
+    fluids.content[thread, 0] = content
+    fluids.pressure[thread, 0] = max(fluids.bulk[0] * (content / room - 1), 0.0)
 
 
 @njit(**OPTIONS)
@@ -99,7 +141,9 @@ def press_fluids(fluids, nodes, schedule, thread):
         column = fluids.column[f]
         if column != DRY or px[f] != 0 or py[f] != 0:  # a face that has just dried has half a step of work to come
             i, j, w = first[f], second[f], fluids.weight[f]
-            p = fluids.fraction[f] * schedule[column] if column != DRY else 0.0
+            injected = fluids.rate.shape[0] > 0 and column == fluids.rate[0]
+            level = fluids.pressure[thread, 0] if injected else schedule[column]  # a dry face has the column of zeros
+            p = fluids.fraction[f] * level
             force_x = -p * (edge_y[f] + uy[j] - uy[i])
             force_y = p * (edge_x[f] + ux[j] - ux[i])
             x, y = (1 - w) * ux[i] + w * ux[j], (1 - w) * uy[i] + w * uy[j]
@@ -114,16 +158,17 @@ def press_fluids(fluids, nodes, schedule, thread):
 class Fluids(PointForces):
     """The fluids of the present stage, the faces that they wet, and the work of all since the run began."""
 
-    takes = (FluidPressure,)
+    takes = (FluidPressure, Injection)
 
     def __init__(self, specimen: Specimen, bonds: Bonds) -> None:
         self._specimen, self._mesh, self._bonds = specimen, specimen.mesh, bonds
-        self.imposed: list[FluidPressure] = []
+        self.imposed: list[FluidPressure | Injection] = []
+        self.injection: Injection | None = None
         self._columns = np.array([DRY])
         self._connection: Connection | None = None
         self._pieces: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         self._lay(none=True)
-        self.books = FluidBooks(np.zeros(2 * len(bonds), dtype=np.int64))
+        self.books = FluidBooks(np.zeros(2 * len(bonds), dtype=np.int64), np.zeros(1))
 
     def _lay(self, none: bool) -> None:
         """Make the faces that a fluid may wet, all dry, or none; the order of ``self._face`` is that of the arrays."""
@@ -141,14 +186,27 @@ class Fluids(PointForces):
         self._face = np.zeros(0, dtype=np.int64) if none else np.argsort(node[0], kind="stable")
         node = np.ascontiguousarray(node[:, self._face])
         edge = (mesh.nodes[node[1]] - mesh.nodes[node[0]]).T
-        changing = {name: np.zeros(len(self._face)) for name in ("force_x", "force_y", "moved_x", "moved_y", "work")}
+        names = ("force_x", "force_y", "moved_x", "moved_y", "work", "normal_x", "normal_y", "swept")
+        changing = {name: np.zeros(len(self._face)) for name in names}
         self.arrays = FluidArrays(
             column=np.full(len(self._face), DRY), node=node, edge_x=edge[0].copy(), edge_y=edge[1].copy(),
-            fraction=fraction[self._face], weight=weight[self._face], **changing, share=np.zeros(2, dtype=np.int64),
+            fraction=fraction[self._face], weight=weight[self._face], **changing, rate=np.zeros(0, dtype=np.int64),
+            bulk=np.zeros(0), room=np.zeros(1), content=np.zeros((1, 1)), pressure=np.zeros((1, 1)),
+            share=np.zeros(2, dtype=np.int64),
         )  # fmt: skip
 
     def share(self, split: Split) -> np.ndarray:
         return np.searchsorted(self.arrays.node[0], split.node)
+
+    def shared(self, split: Split) -> FluidArrays:
+        rows = {name: np.repeat(getattr(self.arrays, name), split.threads, axis=0) for name in PUMPED}
+        own: FluidArrays = self.arrays._replace(**rows, share=self.share(split))
+        return own
+
+    def take_back(self, shared: FluidArrays) -> None:
+        """Copy what the threads have pumped in back from their arrays."""
+        for name in PUMPED:
+            getattr(self.arrays, name)[:] = getattr(shared, name)[:1]
 
     def points(self, displacement: np.ndarray) -> np.ndarray:
         (i, j), w = self.arrays.node, self.arrays.weight
@@ -171,22 +229,78 @@ class Fluids(PointForces):
         if faces not in (0, 2 * points + sum(map(len, self._mesh.boundary_edges.values()))):
             raise ValueError(f"column has {faces} faces, which is neither none nor all")
         for name, row in own.items():
-            check_row(name, saved[name], row.dtype, (points if name == "fluid" else faces,))
+            check_row(name, saved[name], row.dtype, ONE.get(name, (points if name == "fluid" else faces,)))
         check_places("column", saved["column"], int(self._columns.max(initial=DRY)) + 1)
         check_places("fluid", saved["fluid"], len(self.imposed) + 1)
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
         self._pieces = None
         if len(saved["column"]) != len(self.arrays.column):
+            rate, bulk = self.arrays.rate, self.arrays.bulk
             self._lay(none=not len(saved["column"]))
+            self.arrays = self.arrays._replace(rate=rate, bulk=bulk)
         super().restore(saved)
 
     def begin(self, imposed: Imposed, at: Moment) -> None:
-        self.imposed = imposed.of(FluidPressure)
+        before, was_pumped = self.injection, self._is_pumped
+        self.imposed = imposed.of(FluidPressure, Injection)
+        self.injection = next(iter(imposed.of(Injection)), None)
         self._columns = np.array([DRY, *map(imposed.column, self.imposed)])
         if self.imposed and not len(self.arrays.column):
             self._lay(none=False)
-        self._flow(0.0, at.at_forces)
+            was_pumped = self._is_pumped
+        rate, bulk = (
+            ([], []) if self.injection is None else ([imposed.column(self.injection)], [self.injection.bulk_modulus])
+        )
+        self.arrays = self.arrays._replace(rate=np.array(rate, dtype=np.int64), bulk=np.array(bulk, dtype=float))
+        if self.injection is not None and (before is None or before.boundary != self.injection.boundary):
+            was_pumped[:] = False
+            self._fill(self.injection, at.at_forces)
+        self._flow(0.0, at.at_forces, was_pumped)
+
+    def _fill(self, injection: Injection, displacement: np.ndarray) -> None:
+        """Let the room behind a boundary be full of fluid, at the pressure with which the injection begins."""
+        room = injection.volume
+        if room is None:
+            room = enclosed_area(self._mesh.nodes + displacement.T, self._mesh.boundary_edges[injection.boundary])
+        a = self.arrays
+        a.room[:], a.pressure[:] = room, injection.pressure
+        a.content[:] = self.books.at_first[:] = room * (1 + injection.pressure / injection.bulk_modulus)
+
+    @property
+    def _is_pumped(self) -> np.ndarray:
+        """(f,) whether faces belong to the injection."""
+        a = self.arrays
+        return a.column == a.rate[0] if len(a.rate) else np.zeros(len(a.column), dtype=bool)
+
+    @property
+    def pumped_in(self) -> float:
+        """m2 without pressure that have been pumped in since the injection began; 0 without one."""
+        return float(self.arrays.content[0, 0] - self.books.at_first[0]) if self.injection else 0.0
+
+    @property
+    def room(self) -> tuple[float, float]:
+        """m2 of the room behind the boundary and of cracks that an injection has; (0, 0) without one."""
+        if self.injection is None:
+            return 0.0, 0.0
+        mine, of_rim = self._is_pumped, self._face >= 4 * len(self._bonds)
+        swept = [float(self.arrays.swept[mine & chosen].sum()) for chosen in (of_rim, ~of_rim)]
+        return float(self.arrays.room[0]) + swept[0], swept[1]
+
+    def stiffness(self, masses: np.ndarray) -> float:
+        """1/s2: by how much the compressed fluid raises the square of the highest frequency at most; masses (2, i) kg.
+
+        Its stiffness is K/V a a^T, with the room V and the sums a of the normals of its faces at the nodes.
+        """
+        if self.injection is None:
+            return 0.0
+        a, mine = self.arrays, self._is_pumped
+        (i, j), w, count = a.node[:, mine], a.weight[mine], masses.shape[1]
+        total = 0.0
+        for normal, mass in zip((a.normal_x[mine], a.normal_y[mine]), masses, strict=True):
+            at = np.bincount(i, (1 - w) * normal, count) + np.bincount(j, w * normal, count)
+            total += float(np.sum(at**2 / mass))
+        return float(a.bulk[0] * (1 + a.pressure[0, 0] / a.bulk[0])) / sum(self.room) * total
 
     def follow(self, time: float, before: np.ndarray) -> None:
         """Let fluids enter what has broken, at a time (s) since the stage began.
@@ -194,7 +308,7 @@ class Fluids(PointForces):
         ``before`` (2, i) m is the displacement at the last forces.
         """
         if self.imposed:
-            self._flow(time, before)
+            self._flow(time, before, self._is_pumped)
 
     def at_points(self, time: float) -> np.ndarray:
         """(p,) Pa on the faces of contact points, at a time (s) since the stage began; 0 where dry."""
@@ -202,9 +316,10 @@ class Fluids(PointForces):
 
     def _pressures(self, time: float) -> np.ndarray:
         """(fluids,) Pa at a time (s) since the stage began."""
-        return np.array([one.at(time) for one in self.imposed])
+        own = float(self.arrays.pressure[0, 0])
+        return np.array([own if isinstance(one, Injection) else one.at(time) for one in self.imposed])
 
-    def _flow(self, time: float, before: np.ndarray) -> None:
+    def _flow(self, time: float, before: np.ndarray, was_pumped: np.ndarray) -> None:
         """Find which fluid wets which faces, and let the newly wet ones begin from where they are."""
         fluid = self._reached(time)
         self.books.fluid[:] = fluid
@@ -213,6 +328,18 @@ class Fluids(PointForces):
         new = np.flatnonzero((a.column == DRY) & (column != DRY) & (a.force_x == 0) & (a.force_y == 0))
         a.moved_x[new], a.moved_y[new] = self.points(before)[:, new]
         a.column[:] = column
+        fresh = self._is_pumped & ~was_pumped
+        if fresh.any():
+            self._enter(fresh, before)
+
+    def _enter(self, fresh: np.ndarray, displacement: np.ndarray) -> None:
+        """Let the fluid of an injection fill what cracks have opened, at faces (f,) that it has just reached."""
+        a, bonds = self.arrays, self._bonds
+        edge = np.stack([a.edge_x, a.edge_y]) + displacement[:, a.node[1]] - displacement[:, a.node[0]]
+        a.normal_x[fresh], a.normal_y[fresh] = (a.fraction * [-edge[1], edge[0]])[:, fresh]
+        gap = np.maximum(bonds.motion(displacement)[0], 0.0) * bonds.lengths / 2
+        rim = len(self._face) - 2 * len(gap)
+        a.swept[fresh] = np.concatenate([gap, gap, np.zeros(rim)])[self._face][fresh]
 
     def _on_rim(self) -> np.ndarray:
         """(e,) number of the fluid on each edge of the rim."""

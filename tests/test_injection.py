@@ -1,0 +1,193 @@
+"""Fluids that are pumped in: their pressure from what is there and the room it has, in closed form and in a ledger."""
+
+import attrs
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from support import ROCK, STIFF, STRONG
+
+import grainlaw as gl
+from grainlaw.geometry import Bricks, Voronoi, plate_with_hole, rectangle
+from grainlaw.laws import Friction, Linear, MohrCoulomb
+from grainlaw.loads import enclosed_area
+
+WATER = 2.2e9  #: Pa
+FLOOR = gl.Drive(boundary="bottom", axis=1, speed=0.0)
+JOINT = Friction(**STIFF, friction_angle=30)
+BRITTLE = MohrCoulomb(**{**STRONG, "tensile_strength": 5e6})
+STIFFER = gl.Elastic(youngs_modulus=35e9, poissons_ratio=0.27, density=2500)
+
+
+@attrs.frozen(kw_only=True)
+class Pumped(gl.LoadingProtocol):
+    """Loads for a time each; the last stage at rest if asked."""
+
+    loads: tuple = ()
+    time: float = 1e-4
+    samples: int = 40
+    rests: bool = False
+
+    def stages(self, specimen):
+        ends = [[gl.Reaches("since", self.time)]] * len(self.loads)
+        if self.rests:
+            ends[-1] = [gl.AtRest(1e-5)]
+        return [
+            gl.Stage(name=f"pump {k}", until=until, interval=self.time / self.samples, loads=loads)
+            for k, (loads, until) in enumerate(zip(self.loads, ends, strict=True))
+        ]
+
+    def measure(self, state):
+        wet = (state.fluid_pressure > 0) & (state.opening > 0)
+        open_ = float((state.opening * state.contact_lengths)[wet].sum())
+        return {"since": state.time - state.began, "open": open_, "wet": int(wet.sum()), **state.pumped}
+
+    def summary(self, curves, specimen):
+        return {name: float(values[-1]) for name, values in curves.items()}
+
+
+def run(specimen, law, *loads, **options):
+    more = {name: options.pop(name) for name in ("threads", "checkpoint", "restart", "stop") if name in options}
+    return gl.simulate(specimen, law, Pumped(loads=loads, **options), progress=False, frames=2, **more)
+
+
+def holed(grains=40, seed=1, rock=STIFFER):
+    region = plate_with_hole(0.1, 0.1, 0.02)
+    return gl.Specimen(Voronoi(grains=grains, seed=seed).tessellate(region), rock)
+
+
+# --- closed forms -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("bulk", [1e8, WATER])
+@pytest.mark.parametrize("volume", [2e-8, 1e-6])
+def test_a_joint_that_is_pumped_open_against_a_spring(bulk, volume):
+    """p = S w with all in series, and (V + w L)(1 + p/K) = V + Q: the pressure by hand, to half a percent."""
+    width, height, spring = 10e-3, 4e-3, 2e13
+    specimen = gl.Specimen(Bricks(rows=2).tessellate(rectangle(width, height)), ROCK)
+    top = gl.Hold(boundary="top", axis=1, stress=0.0, stiffness=spring)
+    rate = [(0.0, 0.0), (5e-5, 4e-5), (1e-4, 0.0)]
+    pumped = gl.Injection(boundary="left", rate=rate, volume=volume, bulk_modulus=bulk, cracks_only=True)
+    result = run(specimen, JOINT, [FLOOR, top, pumped], rests=True)
+    injected = 4e-5 * 1e-4 / 2
+    softness = 1 / spring + height * (1 - ROCK.poissons_ratio**2) / ROCK.youngs_modulus
+    p = brentq(lambda p: (volume + p * softness * width) * (1 + p / bulk) - volume - injected, 0, 1e9)
+    found = result.summary
+    assert found["injected"] == pytest.approx(injected, rel=1e-9)
+    assert found["injection_pressure"] == pytest.approx(p, rel=0.01)
+    assert found["crack_room"] == pytest.approx(p * softness * width, rel=0.01)
+    assert found["energy_error"] < 1e-9
+
+
+def test_a_hole_and_its_fluid_share_what_is_pumped_in():
+    """The fluid is compressed by p/K, the hole grows as under the same pressure; what is there fills both exactly."""
+    specimen = holed()
+    edges = specimen.mesh.boundary_edges["hole"]
+    first = enclosed_area(specimen.mesh.nodes, edges)
+    assert first == pytest.approx(np.pi * 0.01**2, rel=1e-3)
+    law = Linear(kn=1e15, ks=1e15)
+    result = run(specimen, law, [FLOOR, gl.Injection(boundary="hole", rate=2e-4, ramp=1e-4)], time=5e-4)
+    found, last = result.summary, result.frames[-1]
+    now = enclosed_area(specimen.mesh.nodes + last.displacement, edges)
+    assert found["room"] == pytest.approx(now - first, rel=0.02)  # contacts between grains of the rim open a little
+    assert (first + found["room"]) * (1 + found["injection_pressure"] / WATER) == pytest.approx(
+        first + found["injected"], rel=1e-9
+    )
+    pressed = gl.Pressure(boundary="hole", pressure=found["injection_pressure"])
+    still = run(specimen, law, [FLOOR, pressed], rests=True)
+    grown = enclosed_area(specimen.mesh.nodes + still.frames[-1].displacement, edges) - first
+    assert now - first == pytest.approx(grown, rel=0.02)
+    assert found["crack_room"] == 0
+
+
+# --- cracks -----------------------------------------------------------------------------------------------------------
+
+
+LOADS, TIME = [FLOOR, gl.Injection(boundary="hole", rate=4e-3, ramp=1e-5)], 2.5e-4
+
+
+@pytest.fixture(scope="module")
+def split():
+    return run(holed(), BRITTLE, LOADS, time=TIME, samples=100, threads=1)
+
+
+def test_cracks_take_up_what_they_open_and_the_pressure_falls(split):
+    curves = split.curves
+    pressure, room = curves["injection_pressure"], curves["crack_room"]
+    peak = int(np.argmax(pressure))
+    assert 0 < peak < len(pressure) - 5
+    assert pressure[-1] < 0.9 * pressure[peak]
+    assert curves["wet"].max() > 10
+    first = enclosed_area(split.mesh.nodes, split.mesh.boundary_edges["hole"])
+    there = (first + curves["room"] + room) * (1 + pressure / WATER)
+    held = pressure > 0
+    assert there[held] == pytest.approx((first + curves["injected"])[held], rel=1e-9)  # nothing is lost
+    assert room[held] == pytest.approx(
+        curves["open"][held], rel=0.01, abs=1e-12
+    )  # openings of wet points, by themselves
+    assert (pressure[room > 2e-6] == 0).all()  # torn open faster than it is filled
+    assert split.summary["energy_error"] < 1e-8
+
+
+class Late(gl.Observer):
+    """Asks to stop late in the test, once."""
+
+    def __init__(self, stop=None):
+        self.stop = stop
+
+    def observe(self, state, curves, stage, progress):
+        if self.stop is not None and progress > 0.6:
+            self.stop.ask("enough")
+
+
+def test_threads_and_a_restart_change_no_bit(split, tmp_path):
+    test = Pumped(loads=(LOADS,), time=TIME, samples=100)
+    stop = gl.Stop()
+    options = {"progress": False, "frames": 2, "threads": 2, "checkpoint": tmp_path}
+    with pytest.raises(gl.Stopped):
+        gl.simulate(holed(), BRITTLE, test, stop=stop, observers=[Late(stop)], **options)
+    again = gl.simulate(holed(), BRITTLE, test, restart=True, observers=[Late()], **options)
+    for name, curve in split.curves.items():
+        assert np.array_equal(curve, again.curves[name], equal_nan=True), name
+
+
+def test_a_stiff_fluid_shortens_the_step():
+    """Without room behind it the fluid in a joint is far stiffer than its contacts: the run stays stable."""
+    specimen = gl.Specimen(Bricks(rows=2).tessellate(rectangle(10e-3, 4e-3)), ROCK)
+    top = gl.Hold(boundary="top", axis=1, stress=-5e6)
+    tight = gl.Injection(boundary="left", rate=1e-7, volume=1e-10, bulk_modulus=WATER, cracks_only=True)
+    roomy = attrs.evolve(tight, volume=1e-3)
+    steps = [run(specimen, JOINT, [FLOOR, top, one], time=2e-5).summary for one in (tight, roomy)]
+    assert steps[0]["time_step"] < 0.3 * steps[1]["time_step"]
+    assert steps[0]["energy_error"] < 1e-6
+
+
+def test_what_is_pumped_out_leaves_no_tension():
+    specimen = holed()
+    out = gl.Injection(boundary="hole", rate=-1e-3, pressure=1e5)
+    found = run(specimen, Linear(**STIFF), [FLOOR, out], time=1e-4)
+    assert found.curves["injection_pressure"][0] > 0
+    assert found.summary["injection_pressure"] == 0
+    assert found.summary["injected"] == pytest.approx(-1e-7, rel=0.05)
+
+
+# --- refusals ---------------------------------------------------------------------------------------------------------
+
+
+def test_injections_that_cannot_be_are_refused():
+    two = [gl.Injection(boundary=name, rate=1e-3, volume=1e-3, cracks_only=True) for name in ("left", "right")]
+    for loads, message in (
+        ([FLOOR, gl.Injection(boundary="left", rate=1e-3)], "boundary = 'left' encloses no room; give the volume"),
+        ([FLOOR, gl.Injection(boundary="lid", rate=1e-3, volume=1.0)], "boundary = 'lid' is not one of the specimen's"),
+        ([FLOOR, *two], "has 2 injections, it can have one"),
+        ([FLOOR, two[0], gl.FluidPressure(boundary="left", pressure=1e6)], "has two fluids"),
+        ([FLOOR, gl.Injection(boundary="bottom", rate=1e-3, volume=1.0)], "has a drive, so that a fluid can only be"),
+    ):
+        with pytest.raises(gl.ParameterError, match=message):
+            run(holed(), JOINT, loads)
+    rigid = attrs.evolve(holed(), material=gl.Rigid(density=2500))
+    with pytest.raises(gl.ParameterError, match="is of rigid grains"):
+        run(rigid, JOINT, [FLOOR, gl.Injection(boundary="hole", rate=1e-3)])
+    with pytest.raises(gl.ParameterError, match="Injection: volume = 0 m2 is not allowed"):
+        gl.Injection(boundary="hole", rate=1e-3, volume=0)
+    with pytest.raises(gl.ParameterError, match="Injection: bulk_modulus = 0"):
+        gl.Injection(boundary="hole", rate=1e-3, bulk_modulus=0)
