@@ -1,8 +1,8 @@
 """A step in plain Python loops, by docs/theory.md alone: the judge of every engine, slow and without numba.
 
-A specimen of grains of any material, or of rigid ones, with bonds, contacts without a bond, pressures, fluids, injections,
-tractions, weight, and driven, held and quiet boundaries; what an engine does in its own order and its own form is done
-here freedom by freedom.
+A specimen of grains of any material, or of rigid ones, with bonds, contacts without a bond, pressures, fluids that
+are given or pumped in, tractions, weight, and driven, held and quiet boundaries; what an engine does in its own order
+and its own form is done here freedom by freedom.
 """
 
 import math
