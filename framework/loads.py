@@ -356,11 +356,17 @@ class Injection(Fluid):
         return None
 
 
-def enclosed_area(place: np.ndarray, edges: np.ndarray) -> float:
-    """m2 that the edges (e, 2) of a boundary enclose, the grains on their left; 0 for one that is not closed."""
-    first, second = place[edges[:, 0]], place[edges[:, 1]]
-    if not len(edges) or np.abs((second - first).sum(axis=0)).max() > 1e-6 * np.abs(second - first).sum():
+def enclosed_area(nodes: np.ndarray, edges: np.ndarray, displacement: np.ndarray | float = 0.0) -> float:
+    """m2 that the edges (e, 2) of a boundary enclose, the grains on their left; 0 for one that is not closed.
+
+    Nodes (i, 2) m are displaced by as much; grains of a rim part by little.
+    """
+    along = nodes[edges[:, 1]] - nodes[edges[:, 0]]
+    if not len(edges) or np.abs(along.sum(axis=0)).max() > 1e-6 * np.abs(along).sum():
         return 0.0
+    place = nodes + displacement
+    place = place - place[edges[:, 0]].mean(axis=0)
+    first, second = place[edges[:, 0]], place[edges[:, 1]]
     around = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     return max(0.0, -float(around.sum()) / 2)
 

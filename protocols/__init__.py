@@ -8,6 +8,7 @@ from grainlaw.protocols.cyclic import Cyclic
 from grainlaw.protocols.excavation import Excavation
 from grainlaw.protocols.free_motion import FreeMotion
 from grainlaw.protocols.heating import Heating, Held
+from grainlaw.protocols.hydraulic_fracturing import HydraulicFracturing
 from grainlaw.protocols.joint import DirectShear, JointTension
 from grainlaw.protocols.plane_wave import PlaneWave, Wave
 from grainlaw.protocols.saturated import Saturated
@@ -15,8 +16,8 @@ from grainlaw.protocols.uniaxial import BiaxialCompression, UniaxialCompression,
 
 __all__ = [
     "BiaxialCompression", "Brazilian", "Creep", "Cyclic", "DirectShear", "Excavation", "FreeMotion", "Heating",
-    "Held", "JointTension", "Moving", "PlaneWave", "Platens", "Saturated", "SemiCircularBend", "ThreePointBending",
-    "UniaxialCompression", "UniaxialTension", "Wave",
+    "Held", "HydraulicFracturing", "JointTension", "Moving", "PlaneWave", "Platens", "Saturated", "SemiCircularBend",
+    "ThreePointBending", "UniaxialCompression", "UniaxialTension", "Wave",
 ]  # fmt: skip
 
 

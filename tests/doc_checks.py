@@ -196,6 +196,7 @@ def check_water(page):
     assert page["shut"].summary["opening"] < 0 < page["split"].summary["opening"]
     pumped = page["broken"].curves["injection_pressure"]
     assert page["broken"].summary["breakdown"] > 2 * pumped[-1]
+    assert 0.8 * 14e6 < page["fractured"]["initiation_pressure"] < 14e6
 
 
 def check_temperature(page):

@@ -10,6 +10,7 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, Voronoi, plate_with_hole, rectangle
 from grainlaw.laws import Friction, Linear, MohrCoulomb
 from grainlaw.loads import enclosed_area
+from grainlaw.protocols import HydraulicFracturing
 
 WATER = 2.2e9  #: Pa
 FLOOR = gl.Drive(boundary="bottom", axis=1, speed=0.0)
@@ -87,14 +88,14 @@ def test_a_hole_and_its_fluid_share_what_is_pumped_in():
     law = Linear(kn=1e15, ks=1e15)
     result = run(specimen, law, [FLOOR, gl.Injection(boundary="hole", rate=2e-4, ramp=1e-4)], time=5e-4)
     found, last = result.summary, result.frames[-1]
-    now = enclosed_area(specimen.mesh.nodes + last.displacement, edges)
+    now = enclosed_area(specimen.mesh.nodes, edges, last.displacement)
     assert found["room"] == pytest.approx(now - first, rel=0.02)  # contacts between grains of the rim open a little
     assert (first + found["room"]) * (1 + found["injection_pressure"] / WATER) == pytest.approx(
         first + found["injected"], rel=1e-9
     )
     pressed = gl.Pressure(boundary="hole", pressure=found["injection_pressure"])
     still = run(specimen, law, [FLOOR, pressed], rests=True)
-    grown = enclosed_area(specimen.mesh.nodes + still.frames[-1].displacement, edges) - first
+    grown = enclosed_area(specimen.mesh.nodes, edges, still.frames[-1].displacement) - first
     assert now - first == pytest.approx(grown, rel=0.02)
     assert found["crack_room"] == 0
 
@@ -168,6 +169,58 @@ def test_what_is_pumped_out_leaves_no_tension():
     assert found.curves["injection_pressure"][0] > 0
     assert found.summary["injection_pressure"] == 0
     assert found.summary["injected"] == pytest.approx(-1e-7, rel=0.05)
+
+
+# --- the test ---------------------------------------------------------------------------------------------------------
+
+BLOCK = HydraulicFracturing(xx=-6e6, yy=-4e6, rate=4e-3, largest_volume=8e-6)
+
+
+def test_a_rock_under_stress_is_pumped_until_it_breaks():
+    stress, pump = BLOCK.stages(holed())
+    far = [gl.Traction(boundary=name, stress=(-6e6, -4e6, 0.0)) for name in ("bottom", "right", "top", "left")]
+    assert (stress.static, stress.until) == (True, [gl.AtRest(1e-4)])
+    for stage, ramp in ((stress, 2e-3), (pump, 0.0)):
+        assert sorted(stage.of(gl.Traction), key=repr) == sorted((attrs.evolve(f, ramp=ramp) for f in far), key=repr)
+    assert pump.of(gl.Injection) == [gl.Injection(boundary="hole", rate=4e-3, ramp=1e-4)]
+    assert pump.until == [gl.FailsTo("injection_pressure", 0.5), gl.Reaches("injected", 8e-6)]
+    assert (pump.interval, pump.expected) == (pytest.approx(2e-6), 1000)
+    with pytest.raises(gl.ParameterError, match="HydraulicFracturing: the specimen has no boundary named pit"):
+        attrs.evolve(BLOCK, opening="pit").stages(holed())
+
+
+def test_pressures_are_those_of_the_pump():
+    curves = {
+        "stage": np.array([0, 0, 1, 1, 1, 1]), "injection_pressure": np.array([0, 0, 1e6, 3e6, 7e6, 2e6]),
+        "damaged": np.array([0, 2, 2, 3, 9, 9]), "injected": np.array([0, 0, 1, 2, 3, 4e-6]),
+    }  # fmt: skip
+    found = BLOCK.summary(curves, holed())
+    assert found == {"breakdown_pressure": 7e6, "initiation_pressure": 3e6, "injected": 4e-6}
+    none = BLOCK.summary(curves | {"damaged": np.full(6, 2)}, holed())
+    assert np.isnan(none["initiation_pressure"])
+
+
+@pytest.mark.parametrize("stress", [(-6e6, -4e6), (-5e6, -5e6)])
+def test_the_first_crack_is_near_that_of_an_elastic_plate(stress):
+    """At 3 times the least stress less the largest, and the strength (Hubbert and Willis 1957), on the axis of it.
+
+    Less in a plate of five diameters, 0.95 for a cylinder as wide (Lame); and the weakest of the contacts at the rim,
+    each under a stress of its own between uneven grains, is damaged first.
+    """
+    bond = MohrCoulomb(
+        kn=4e14, ks=3.6e14, tensile_strength=8e6, cohesion=40e6, friction_angle=40, residual_friction_angle=40
+    )
+    found = gl.simulate(
+        holed(grains=300), bond, attrs.evolve(BLOCK, xx=stress[0], yy=stress[1]), progress=False, frames=2
+    )
+    least, most = sorted(-s for s in stress)
+    expected = 0.95 * (3 * least - most + 8e6)
+    assert 0.85 * expected < found.summary["initiation_pressure"] < expected
+    assert found.summary["breakdown_pressure"] >= found.summary["initiation_pressure"]
+    assert "without_static_solution" not in found.summary
+    x, y = found.cracks.position[0]
+    assert np.hypot(x, y) < 0.015
+    assert stress[0] == stress[1] or abs(y) < 0.3 * abs(x)
 
 
 # --- refusals ---------------------------------------------------------------------------------------------------------

@@ -18,6 +18,7 @@ from grainlaw.protocols import (
     Excavation,
     FreeMotion,
     Heating,
+    HydraulicFracturing,
     JointTension,
     Moving,
     PlaneWave,
@@ -35,10 +36,11 @@ BIAXIAL = BiaxialCompression(confinement=5e6, maximum_strain=2e-4, samples=50, l
 PROTOCOLS = [COMPRESSION, TENSION, BIAXIAL]
 #: These have no modulus: test_joint.py compares the first two with the law itself, test_examples_contacts.py FreeMotion
 #: with bodies that fall and slide, test_creep.py Creep, test_temperature.py Heating, test_waves.py PlaneWave,
-#: test_excavation.py Excavation, test_fluids.py Saturated, test_laboratory_tests.py has the others.
+#: test_excavation.py Excavation, test_fluids.py Saturated, test_injection.py HydraulicFracturing,
+#: test_laboratory_tests.py has the others.
 OTHERS = {
-    DirectShear, JointTension, FreeMotion, Brazilian, Creep, Cyclic, Excavation, Heating, PlaneWave, Saturated,
-    SemiCircularBend,
+    DirectShear, JointTension, FreeMotion, Brazilian, Creep, Cyclic, Excavation, Heating, HydraulicFracturing,
+    PlaneWave, Saturated, SemiCircularBend,
     ThreePointBending,
 }  # fmt: skip
 

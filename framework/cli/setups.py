@@ -79,6 +79,7 @@ SETUPS = {
         Setup(protocols.DirectShear, SHEARED_BLOCKS, SHEARED_BLOCKS),
         Setup(protocols.JointTension, PULLED_BLOCKS, PULLED_BLOCKS),
         Setup(protocols.Excavation, PLATE | _grains(1500), PLATE | _grains(200)),
+        Setup(protocols.HydraulicFracturing, PLATE | _grains(1500), PLATE | _grains(200)),
         Setup(protocols.PlaneWave, _bar(100), _bar(50)),
     )
 }

@@ -262,7 +262,7 @@ class Fluids(PointForces):
         """Let the room behind a boundary be full of fluid, at the pressure with which the injection begins."""
         room = injection.volume
         if room is None:
-            room = enclosed_area(self._mesh.nodes + displacement.T, self._mesh.boundary_edges[injection.boundary])
+            room = enclosed_area(self._mesh.nodes, self._mesh.boundary_edges[injection.boundary], displacement.T)
         a = self.arrays
         a.room[:], a.pressure[:] = room, injection.pressure
         a.content[:] = self.books.at_first[:] = room * (1 + injection.pressure / injection.bulk_modulus)

@@ -1,0 +1,91 @@
+"""A rock under stress that a fluid breaks, pumped into an opening."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from grainlaw.columns import DAMAGED
+from grainlaw.condition import AtRest, Curves, FailsTo, Reaches
+from grainlaw.engine.state import State
+from grainlaw.fields import parameter, part, whole_number
+from grainlaw.integration import CentralDifference, Integrator
+from grainlaw.loads import Injection, Traction
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocols.between_platens import require_boundaries
+from grainlaw.quantity import Quantity
+from grainlaw.specimen import Specimen
+from grainlaw.stage import Stage
+from grainlaw.units import MPa
+
+RAMP = 0.05  #: of the time in which all of it would be pumped in: the rate rises in it
+
+
+@attrs.frozen(kw_only=True)
+class HydraulicFracturing(LoadingProtocol):
+    """A rock comes under a stress, with an empty opening; then a fluid is pumped into this at a rate, until it breaks.
+
+    The specimen's region has the opening as a hole, such as :func:`~grainlaw.geometry.plate_with_hole` makes. The fluid
+    has no viscosity and fills what cracks it reaches: :class:`~grainlaw.Injection`. The test ends when contacts have
+    broken and the pressure has fallen to ``stop_fraction`` of its largest, or with ``largest_volume``. Pump so slowly
+    that waves cross the specimen many times: with half of the rate the pressures should be the same.
+    """
+
+    xx: float = parameter("Pa", default=-5 * MPa, above=-np.inf)  #: stress of the rock along x, tension positive
+    yy: float = parameter("Pa", default=-5 * MPa, above=-np.inf)  #: along y
+    xy: float = parameter("Pa", default=0.0, above=-np.inf)  #: shear stress
+    opening: str = "hole"  #: name of the boundary into which is pumped
+    rate: float = parameter("m2/s", default=4e-3)  #: volume over time and thickness
+    bulk_modulus: float = parameter("Pa", default=2.2e9)  #: of the fluid
+    largest_volume: float = parameter("m2", default=2e-5)  #: of fluid that is pumped in, over thickness
+    stop_fraction: float = parameter("1", default=0.5, at_least=0, at_most=1)  #: of the largest pressure
+    rest: float = parameter("1", default=1e-4)  #: ratio at which the rock counts as at rest under its stress
+    samples: int = whole_number(default=1000, at_least=10)  #: until the largest volume
+    integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
+
+    quantities = (
+        Quantity("breakdown_pressure", "MPa", is_main=True, meaning="largest pressure of the fluid"),
+        Quantity("initiation_pressure", "MPa", is_main=True, meaning="at which the first contact was damaged by it"),
+        Quantity("reached", meaning="contact points that the fluid has reached"),
+    )
+
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        require_boundaries(specimen, "HydraulicFracturing", self.opening)
+        sides = [name for name in specimen.mesh.boundaries if name != self.opening]
+        time = self.largest_volume / self.rate
+        far = [Traction(boundary=name, stress=(self.xx, self.yy, self.xy)) for name in sides]
+        rising = [attrs.evolve(load, ramp=time) for load in far]
+        pump = Injection(
+            boundary=self.opening, rate=self.rate, ramp=RAMP * time, bulk_modulus=self.bulk_modulus
+        )  # fmt: skip
+        until = [FailsTo("injection_pressure", self.stop_fraction), Reaches("injected", self.largest_volume)]
+        interval = time / self.samples
+        return [
+            Stage(
+                name="stress", loads=rising, until=[AtRest(self.rest)], interval=interval, integrator=self.integrator,
+                static=True,
+            ),
+            Stage(
+                name="pump", loads=[*far, pump], until=until, interval=interval, integrator=self.integrator,
+                expected=self.samples,
+            ),
+        ]  # fmt: skip
+
+    def measure(self, state: State) -> dict[str, float]:
+        """What :attr:`State.pumped` has, and how many contact points the fluid has reached."""
+        return {**state.pumped, "reached": float(np.count_nonzero(state.fluids.books.fluid))}
+
+    def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
+        """Pressures (Pa) at the first damage since the pump began, nan without any, and at breakdown."""
+        pumping = curves["stage"] == 1
+        pressure, damaged = curves["injection_pressure"], curves[DAMAGED]
+        before = damaged[~pumping][-1] if (~pumping).any() else 0.0
+        more = np.flatnonzero(pumping & (damaged > before))
+        return {
+            "breakdown_pressure": float(pressure.max()),
+            "initiation_pressure": float(pressure[more[0]]) if len(more) else float("nan"),
+            "injected": float(curves["injected"][-1]),
+        }
