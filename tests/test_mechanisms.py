@@ -147,9 +147,10 @@ def test_events_are_complete_from_the_most_frequent_magnitude_on():
 
 def test_a_source_is_what_a_point_gains_until_waves_have_left():
     breaks = Breaks(3, passage=2.0)
-    breaks.whole(np.array([[1.0, 2, 3], [4, 5, 6]]))
+    still, stiff = (np.zeros(3), np.zeros(3)), np.ones((2, 3))
+    breaks.whole((np.array([1.0, 2, 3]), np.array([5.0, 7, 9])), (np.zeros(3), np.array([2.0, 4, 6])), 2 * stiff)
     breaks.books.time[1] = 10.0  # it breaks, seen at 10 s
-    breaks.whole(np.array([[7.0, 8, 9], [7, 8, 9]]))
+    breaks.whole((np.array([7.0, 8, 9]), np.array([7.0, 8, 9])), still, stiff)
     assert breaks.books.before.tolist() == [[7, 2, 9], [7, 5, 9]]
     assert not breaks.waiting(10.0).any()
     assert not breaks.waiting(11.9).any()

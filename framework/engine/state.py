@@ -401,7 +401,7 @@ class State(metaclass=Checked):
             self.breaks.note(broken, self.bonds, self.time, self.mode, np.stack([self.normal, self.shear]))
         bonds = self.bonds.arrays
         opening, slip, normal, shear = (self.last(e) for e in (bonds.opening, bonds.slip, bonds.normal, bonds.shear))
-        self.breaks.whole(np.stack([opening, slip]) - np.stack([normal, shear]) / self.stiffness)
+        self.breaks.whole((opening, slip), (normal, shear), self.stiffness)
         waiting = self.breaks.waiting(self.time)
         if waiting.any():
             self.breaks.settle(waiting, self.beyond_elastic)
