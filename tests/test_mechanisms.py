@@ -238,7 +238,11 @@ def test_events_of_a_run_radiate_all_that_went_into_motion(pressed):
     assert 0.9 * motion[-1] <= events.radiated.sum() <= motion[-1] * (1 + 1e-9)
     assert np.isfinite(events.moment).all()
     assert (events.scalar_moment > 0).all()
-    assert str(events).startswith(f"AcousticEvents(events: {len(events)}, breaks: {len(pressed.cracks)}, opening: ")
+    counts = ", ".join(f"{kind}: {np.sum(events.kind == kind)}" for kind in KINDS)
+    largest = f"largest magnitude: {np.nanmax(events.magnitude):.2f}"
+    told = f"AcousticEvents(events: {len(events)}, breaks: {len(pressed.cracks)}, {counts}, {largest})"
+    assert str(events) == told
+    assert "magnitude" not in str(clustered(cracks_of(1), 1, 1))
 
 
 def test_events_become_tables_and_lines(pressed, tmp_path):
