@@ -191,11 +191,11 @@ def test_a_rock_under_stress_is_pumped_until_it_breaks():
 
 def test_pressures_are_those_of_the_pump():
     curves = {
-        "stage": np.array([0, 0, 1, 1, 1, 1]), "injection_pressure": np.array([0, 0, 1e6, 3e6, 7e6, 2e6]),
-        "damaged": np.array([0, 2, 2, 3, 9, 9]), "injected": np.array([0, 0, 1, 2, 3, 4e-6]),
+        "stage": np.array([0, 0, 0, 1, 1, 1]), "injection_pressure": np.array([0, 0, 0, 1e6, 7e6, 2e6]),
+        "damaged": np.array([0, 1, 2, 2, 9, 9]), "injected": np.array([0, 0, 0, 2, 3, 4e-6]),
     }  # fmt: skip
     found = BLOCK.summary(curves, holed())
-    assert found == {"breakdown_pressure": 7e6, "initiation_pressure": 3e6, "injected": 4e-6}
+    assert found == {"breakdown_pressure": 7e6, "initiation_pressure": 7e6, "injected": 4e-6}
     none = BLOCK.summary(curves | {"damaged": np.full(6, 2)}, holed())
     assert np.isnan(none["initiation_pressure"])
 

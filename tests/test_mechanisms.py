@@ -132,6 +132,14 @@ def test_the_interval_of_b_holds_it_as_often_as_it_says(least):
     assert np.isnan(event_of(0.0, 1e-6, 0).b_interval()).all()
 
 
+def test_the_interval_of_b_by_hand():
+    """Eleven from -4 on: 95 % of chi-squared with 22 freedoms lie in 10.982 to 36.781, with 20 in 9.591 to 34.170."""
+    cracks = cracks_of(11, time=np.arange(11), spent=10 ** (1.5 * np.linspace(-4, -3, 11) + 4.8))
+    events = clustered(cracks, 0.1, 0.1)
+    assert events.b_interval(-4.1) == pytest.approx(np.log10(np.e) / 0.6 * np.array([10.982, 36.781]) / 22, rel=1e-3)
+    assert events.b_interval() == pytest.approx(np.log10(np.e) / 0.5 * np.array([9.591, 34.170]) / 22, rel=1e-3)
+
+
 def test_events_are_complete_from_the_most_frequent_magnitude_on():
     magnitude = np.array([-6.1, -5.9, -5.5, -5.45, -5.41, -4.9])  # bins of 0.2 from -5.6: three
     cracks = cracks_of(6, time=np.arange(6), spent=10 ** (1.5 * magnitude + 4.8))
@@ -255,6 +263,7 @@ def test_events_become_tables_and_lines(pressed, tmp_path):
     events.write_vtk(tmp_path / "events.vtu")
     mesh = pyvista.read(tmp_path / "events.vtu")
     assert mesh.n_cells == 2 * len(events)
+    assert [KINDS[kind] for kind in mesh["kind"][::2]] == events.kind.tolist()
     assert mesh["scalar_moment"][::2] == pytest.approx(events.scalar_moment)
     assert mesh["moment"][1::2][:, [0, 1, 3]] == pytest.approx(events.moment)
     assert mesh.points.reshape(-1, 2, 2, 3)[..., :2] == pytest.approx(events.plane_lines, abs=1e-9)
