@@ -8,7 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import DAMAGED
+from grainlaw.columns import DAMAGED, WET
 from grainlaw.condition import AtRest, Curves, FailsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
@@ -49,7 +49,6 @@ class HydraulicFracturing(LoadingProtocol):
     quantities = (
         Quantity("breakdown_pressure", "MPa", is_main=True, meaning="largest pressure of the fluid"),
         Quantity("initiation_pressure", "MPa", is_main=True, meaning="at which the first contact was damaged by it"),
-        Quantity("reached", meaning="contact points that the fluid has reached"),
     )
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
@@ -58,9 +57,7 @@ class HydraulicFracturing(LoadingProtocol):
         time = self.largest_volume / self.rate
         far = [Traction(boundary=name, stress=(self.xx, self.yy, self.xy)) for name in sides]
         rising = [attrs.evolve(load, ramp=time) for load in far]
-        pump = Injection(
-            boundary=self.opening, rate=self.rate, ramp=RAMP * time, bulk_modulus=self.bulk_modulus
-        )  # fmt: skip
+        pump = Injection(boundary=self.opening, rate=self.rate, ramp=RAMP * time, bulk_modulus=self.bulk_modulus)
         until = [FailsTo("injection_pressure", self.stop_fraction), Reaches("injected", self.largest_volume)]
         interval = time / self.samples
         return [
@@ -75,8 +72,8 @@ class HydraulicFracturing(LoadingProtocol):
         ]  # fmt: skip
 
     def measure(self, state: State) -> dict[str, float]:
-        """What :attr:`State.pumped` has, and how many contact points the fluid has reached."""
-        return {**state.pumped, "reached": float(np.count_nonzero(state.fluids.books.fluid))}
+        """What :attr:`State.pumped` has, and ``wet``: contact points whose faces the fluid presses."""
+        return {**state.pumped, WET: int((state.fluid_pressure > 0).sum())}
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Pressures (Pa) at the first damage since the pump began, nan without any, and at breakdown."""

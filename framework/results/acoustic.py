@@ -234,9 +234,7 @@ def acoustic_events(
             checked_number(f"acoustic_events: {name}", value, at_least=0)
     near, passage = result.specimen.vicinity
     distance = near if distance is None else distance
-    if duration is None:
-        speed = result.specimen.shear_wave_speed
-        duration = distance / speed if speed > 0 else 0.0
+    duration = passage * distance / near if duration is None else duration
     stiffness = result.specimen.grain_stiffness[result.cracks.grains].mean(axis=1)
     return clustered(result.cracks, distance, duration, thickness, stiffness, result.curves, passage)
 
