@@ -212,7 +212,7 @@ def test_what_is_left_out_does_not_depend_on_the_direction_of_the_axes():
 def test_neighbours_are_searched_with_a_grid_once_and_again_only_after_a_way():
     """Few edges that become exposed meanwhile are searched by themselves."""
     motion = corner_on_face()
-    near, still = motion.state.contacts._neighbours, np.zeros_like(motion.state.displacement)
+    near, still = motion.state.contacts._neighbours, np.zeros_like(motion.state.displacement.T)
     moved, chosen = np.zeros(2), np.arange(8, dtype=np.int32)
     near.forget()
     near._placed(still, chosen)
