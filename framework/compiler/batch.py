@@ -135,6 +135,15 @@ _POINTER = nb.CPointer(nb.float64)
 _INTEGRATOR_SIGNATURE = (*(_POINTER,) * 9, nb.int64)
 
 
+@attrs.frozen
+class _Scalar:
+    """A scalar method that the generated loop calls: how many numbers it takes, and how many it returns."""
+
+    name: str
+    inputs: int
+    results: int
+
+
 @attrs.frozen(eq=False)
 class Compiled:
     """A component's batch function: where it is, and what it must be given."""
@@ -147,8 +156,14 @@ class Compiled:
     loops: bool  #: whether the code has a loop of its own, which may not end
     keep: Any = attrs.field(repr=False)  #: owns the machine code
     structure: Structure = attrs.field(repr=False)
+    methods: tuple[_Scalar, ...] = attrs.field(repr=False)
+    point: _Point | None = attrs.field(repr=False)
     found: int = 2  #: numbers that a point answers with, beside its memory
     scalars: tuple[str, ...] = ()  #: scalars of the step that it names: the last of its numbers
+
+    def generated(self, array: Callable[..., Any]) -> dict[str, Any]:
+        """The functions ``inner`` and ``batch`` for another machine, where ``array`` makes one at an address."""
+        return _generated(Compilation(self.structure, self.key), self.methods, self.point, array)
 
     def tell(self, **scalars: float) -> None:
         """Give scalars of the step new values; those that the component does not name do not concern it."""
@@ -189,15 +204,6 @@ class Compiled:
 def _foreign(count: int) -> Callable[..., None]:
     prototype = ctypes.CFUNCTYPE(None, *(ctypes.c_int64,) * count)
     return lambda address, *arguments: prototype(address)(*arguments)
-
-
-@attrs.frozen
-class _Scalar:
-    """A scalar method that the generated loop calls: how many numbers it takes, and how many it returns."""
-
-    name: str
-    inputs: int
-    results: int
 
 
 def compile_law(law: ContactLaw, count: int = 1) -> Compiled:
@@ -264,7 +270,7 @@ def _compile(
     except NotCompilable as error:
         raise refusal(component, methods[0].name, str(error)) from None
     code = _done[key]
-    return Compiled(address_of(code), numbers, rows, (), key, has_loop(functions), code, struct)
+    return Compiled(address_of(code), numbers, rows, (), key, has_loop(functions), code, struct, methods, point)
 
 
 def _build(struct: Structure, methods: tuple[_Scalar, ...], point: _Point | None, signature: Any, key: str) -> Any:
@@ -274,13 +280,24 @@ def _build(struct: Structure, methods: tuple[_Scalar, ...], point: _Point | None
         problem = compilation.problem(method.name, (nb.float64,) * method.inputs, method.results)
         if problem:
             raise refusal(struct.component, method.name, problem)
-    writer = _Writer(compilation)
-    source = _integrator_source(writer) if point is None else _point_source(writer, point)
-    scalars = {method.name: compilation.copy(struct.methods[method.name]) for method in methods}
-    scope = {"__name__": __name__, "carray": carray, **scalars, **writer.scope}
-    exec(compile(source, f"<batch of {type(struct.component).__name__}>", "exec"), scope)
+    scope = _generated(compilation, methods, point, carray)
     # The key makes symbols of their own: without it two laws loaded from disk into one process would share the first's.
     for name in ("inner", "batch"):
         scope[name].__qualname__ = f"{name}_{key[:16]}"
     scope["inner"] = njit(**OPTIONS)(scope["inner"])
     return compile_for(keyed_njit(scope["batch"], key, by_address=True), signature)
+
+
+def _generated(
+    compilation: Compilation, methods: tuple[_Scalar, ...], point: _Point | None, array: Callable[..., Any]
+) -> dict[str, Any]:
+    """The generated functions ``inner`` and ``batch``, with all names that they know, not yet compiled.
+
+    ``array`` makes the array of a shape at an address.
+    """
+    writer, struct = _Writer(compilation), compilation.structure
+    source = _integrator_source(writer) if point is None else _point_source(writer, point)
+    scalars = {method.name: compilation.copy(struct.methods[method.name]) for method in methods}
+    scope = {"__name__": __name__, "carray": array, **scalars, **writer.scope}
+    exec(compile(source, f"<batch of {type(struct.component).__name__}>", "exec"), scope)
+    return scope

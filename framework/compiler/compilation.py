@@ -183,8 +183,18 @@ _methods: dict[Any, dict[str, Any]] = {}  #: of each tuple class, its compiled m
 _overloaded: set[str] = set()
 
 
+def methods_of(kind: Any) -> dict[str, Any]:
+    """The compiled methods of a tuple class, by name; none of a class that is no component's."""
+    return _methods.get(kind, {})
+
+
+def overloaded() -> set[str]:
+    """Names of the methods that compiled code may call on tuples."""
+    return set(_overloaded)
+
+
 def _make_overload(name: str) -> None:
     """Let compiled code call method ``name`` on the tuple of any component that has it."""
     if name not in _overloaded:
         _overloaded.add(name)
-        named_tuple_method(name + MARK, lambda kind: _methods.get(kind, {}).get(name))
+        named_tuple_method(name + MARK, lambda kind: methods_of(kind).get(name))

@@ -28,6 +28,6 @@ LOW, LOW_PRESSURE, HIGH, HIGH_PRESSURE = (n * ROW for n in range(55, 59))  #: cl
 MEMORY = 59 * ROW  #: as many rows as the laws have, and as many again for a trial
 
 
-def rows_of(count: int, depth: int) -> np.ndarray:
+def rows_of(count: int, depth: int, row: int = ROW) -> np.ndarray:
     """(count, n) scratch for so many threads or chunks, and laws with ``depth`` rows of memory."""
-    return np.zeros((count, MEMORY + 2 * depth * ROW))
+    return np.zeros((count, (MEMORY // ROW + 2 * depth) * row))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grainlaw.engine.parts.laws import LawTable, table_of
-from grainlaw.engine.parts.part import Changing, Constant, Scratch
+from grainlaw.engine.parts.part import Changing, Constant, Scratch, Told
 
 #: States of a contact: contact_geometry.py says what ends each of them.
 APART, WAITING, HELD, CLOSED = range(4)
@@ -57,11 +57,11 @@ class ContactArrays(NamedTuple):
     before: Changing  #: (2, i) m, displacement of all nodes before the last step; without columns there is no search
     skin: float  #: m, distance up to which edges are neighbours
     damping: float  #: of the dashpots over the critical one; 0 without
-    tally: Scratch  #: (threads, 8) what each thread has counted, a cache line for each
+    tally: Told  #: (threads, 8) what each thread has counted, a cache line for each
     rows: Scratch  #: (threads, n) scratch, see contact_rows.py
     chunk: Scratch  #: (threads, n) contacts of the chunk that a thread is at
-    used_share: Scratch  #: (threads + 1,) bounds in ``used`` of each thread's nodes
-    share: Scratch
+    used_share: Constant  #: (threads + 1,) bounds in ``used`` of each thread's nodes
+    share: Constant
 
 
 NUMBERS = (

@@ -15,7 +15,7 @@ from grainlaw.compiler.entry import compiled
 from grainlaw.detection import Detection
 from grainlaw.engine.contacts import contact_search
 from grainlaw.engine.contacts.contact_neighbours import Neighbours
-from grainlaw.engine.contacts.contact_rows import BLOCK, rows_of
+from grainlaw.engine.contacts.contact_rows import BLOCK, ROW, rows_of
 from grainlaw.engine.contacts.contact_table import (
     HELD,
     KEPT,
@@ -100,10 +100,11 @@ class Contacts(Part):
     def shared(self, split: Split) -> ContactArrays:
         bounds = np.searchsorted(self.books.keys, np.arange(len(self.groups) + 1) * len(self.edges) ** 2)
         scratch, depth = self._scratch, len(self.arrays.memory)
-        if len(scratch.get("tally", ())) != split.threads:
+        width, row = (1, 1) if split.alone else (BLOCK, ROW)
+        if "chunk" not in scratch or scratch["chunk"].shape != (split.threads, width):
             scratch = self._scratch = {
-                "tally": np.zeros((split.threads, 8), dtype=np.int64), "rows": rows_of(split.threads, depth),
-                "chunk": np.zeros((split.threads, BLOCK), dtype=np.int32),
+                "tally": np.zeros((split.threads, 8), dtype=np.int64), "rows": rows_of(split.threads, depth, row),
+                "chunk": np.zeros((split.threads, width), dtype=np.int32),
             }  # fmt: skip
         return self.arrays._replace(
             laws=self.arrays.laws._replace(first=bounds[:-1], last=bounds[1:]),

@@ -25,7 +25,7 @@ from grainlaw.engine.parts.laws import (
     stiffness_of_points,
     table_of,
 )
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split, Told
 from grainlaw.specimen import Specimen
 
 # --- the passes: simple loops over structures of arrays, which the compiler vectorises --------------------------------
@@ -142,7 +142,7 @@ class BondArrays(NamedTuple):
     half: Constant  #: (c,) m, half length
     weight: Constant  #: (c,) share of the far end in the motion at a contact point
     reach: Constant  #: (c,) m2, square of the motion of an end from which on a broken bond becomes a contact
-    leaving: Scratch  #: (c,) 1 where it is to become a contact now
+    leaving: Told  #: (c,) 1 where it is to become a contact now
     d1x: Scratch  #: (c,) m, motion of B against A at the first end
     d1y: Scratch
     d2x: Scratch  #: (c,) m, at the second end
@@ -161,7 +161,7 @@ class BondArrays(NamedTuple):
     memory: Changing  #: (m, p) of the laws
     force_x: Changing  #: (4 c + 1,) N on the four nodes of each bond, and a zero
     force_y: Changing
-    share: Scratch
+    share: Constant
 
 
 class BondBooks(NamedTuple):
@@ -306,12 +306,12 @@ class Bonds(Part):
         return len(self.order)
 
     def share(self, split: Split) -> np.ndarray:
-        """Whole ``LANES`` from the first bond of a group."""
-        firsts, cuts = [group.first for group in self.groups], []
+        """Whole ``LANES`` from the first bond of a group, unless bonds are alone."""
+        firsts, cuts, lanes = [group.first for group in self.groups], [], 1 if split.alone else LANES
         for thread in range(split.threads):
             cut = thread * len(self) // split.threads
             first = max((first for first in firsts if first <= cut), default=0)
-            cuts.append(first + (cut - first) // LANES * LANES)
+            cuts.append(first + (cut - first) // lanes * lanes)
         return np.array([*cuts, len(self)])
 
     def energy(self, time_step: float) -> dict[str, float]:

@@ -12,7 +12,7 @@ from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.imposed import STILL, Imposed
-from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Split
 from grainlaw.loads import Driven, Fixed
 
 
@@ -25,7 +25,7 @@ class DriveArrays(NamedTuple):
     reaction: Changing  #: (d,) N, of the last step
     total: Changing  #: (d,) N, summed over the steps of a sample
     work: Changing  #: (d,) J
-    share: Scratch
+    share: Constant
 
 
 @njit(**OPTIONS)

@@ -23,7 +23,6 @@ from grainlaw.engine.parts.part import (
     Constant,
     Moment,
     PointForces,
-    Scratch,
     Split,
     check_names,
     check_places,
@@ -92,7 +91,7 @@ class FluidArrays(NamedTuple):
     normal_x: Changing  #: (f,) m, force of a unit of pressure at the last step, of faces of the injection
     normal_y: Changing
     swept: Changing  #: (f,) m2 by which faces of the injection have made room; half of a crack that it has entered
-    share: Scratch
+    share: Constant
 
 
 class FluidBooks(NamedTuple):

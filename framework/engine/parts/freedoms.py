@@ -10,7 +10,7 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
-from grainlaw.engine.parts.part import Changing, Constant, Part, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Constant, Part, Split
 from grainlaw.integration import Motion
 
 
@@ -19,7 +19,7 @@ class NodeArrays(NamedTuple):
 
     displacement: Changing  #: (2, i) m
     force: Changing  #: (2, i) N, of zones, bonds and contacts; kept until the next step begins
-    share: Scratch
+    share: Constant
 
 
 @njit(**OPTIONS)
@@ -51,7 +51,7 @@ class FreedomArrays(NamedTuple):
     free: Constant  #: (r, n) 1, or 0 where the velocity is imposed
     imposed: Changing  #: (r, n) m/s: velocity of driven freedoms; of others that of the steady motion
     loss: Changing  #: (r, n) J, dissipated by damping
-    share: Scratch
+    share: Constant
 
 
 class FreedomBooks(NamedTuple):

@@ -13,7 +13,7 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
-from grainlaw.engine.parts.part import Constant, Part, Scratch
+from grainlaw.engine.parts.part import Constant, Part
 from grainlaw.loads import Driven
 from grainlaw.specimen import Specimen
 
@@ -24,15 +24,16 @@ class GrainArrays(NamedTuple):
     first: Constant  #: (g + 1,) first node of each grain
     arm_x: Constant  #: (i,) m from the grain's centroid, undeformed
     arm_y: Constant
-    share: Scratch
+    share: Constant
 
 
 @njit(**OPTIONS)
 def collect_forces(grains, nodes, freedoms, thread):
     """Resultant force and moment on each rigid grain of the forces at its corners."""
-    angle, fx, fy = freedoms.displacement[-1], nodes.force[0], nodes.force[1]
+    turn = freedoms.displacement.shape[0] - 1
+    angle, fx, fy = freedoms.displacement[turn], nodes.force[0], nodes.force[1]
     first, arm_x, arm_y = grains.first, grains.arm_x, grains.arm_y
-    gx, gy, moment = freedoms.force[0], freedoms.force[1], freedoms.force[-1]
+    gx, gy, moment = freedoms.force[0], freedoms.force[1], freedoms.force[turn]
     for g in range(grains.share[thread], grains.share[thread + 1]):
         cs, sn = math.cos(angle[g]), math.sin(angle[g])
         sum_x, sum_y, sum_m = 0.0, 0.0, 0.0
@@ -50,7 +51,8 @@ def collect_forces(grains, nodes, freedoms, thread):
 @njit(**OPTIONS)
 def place_corners(grains, nodes, freedoms, thread):
     """Move the corners of each rigid grain by its translation and rotation."""
-    gx, gy, angle = freedoms.displacement[0], freedoms.displacement[1], freedoms.displacement[-1]
+    gx, gy = freedoms.displacement[0], freedoms.displacement[1]
+    angle = freedoms.displacement[freedoms.displacement.shape[0] - 1]
     first, arm_x, arm_y = grains.first, grains.arm_x, grains.arm_y
     ux, uy = nodes.displacement[0], nodes.displacement[1]
     for g in range(grains.share[thread], grains.share[thread + 1]):

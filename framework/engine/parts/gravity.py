@@ -10,7 +10,7 @@ from numba import njit
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.imposed import Imposed
-from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Split
 from grainlaw.loads import Gravity
 
 
@@ -18,7 +18,7 @@ class GravityArrays(NamedTuple):
     """Rows (r) of freedoms (n)."""
 
     weight: Constant  #: (r, n) N
-    share: Scratch
+    share: Constant
 
 
 class GravityBooks(NamedTuple):

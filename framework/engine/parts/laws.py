@@ -14,7 +14,7 @@ from grainlaw.compiler.batch import Compiled
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.compiler.numba_private import call
 from grainlaw.contact import ContactLaw, declared_stiffness
-from grainlaw.engine.parts.part import Constant
+from grainlaw.engine.parts.part import Address, Constant
 
 #: A law is called for a multiple of so many contact points, except for the last of its group: the compiler may round
 #: the few that do not fill a vector differently, and which these are must not depend on where threads and tables begin.
@@ -27,9 +27,9 @@ NEVER, ALWAYS = -1, -2
 class LawTable(NamedTuple):
     """Laws (g) as the step calls them; bonds or contacts of one law are consecutive."""
 
-    address: Constant  #: (g,) of the machine code
-    numbers: Constant  #: (g,) address of its parameters
-    rows: Constant  #: (g,) address of its parameters that differ from point to point: its first points, then its second
+    address: Address  #: (g,) of the machine code
+    numbers: Address  #: (g,) address of its parameters
+    rows: Address  #: (g,) address of its parameters that differ from point to point: its first points, then its second
     stride: Constant  #: (g,) length of such a row
     first: Constant  #: (g,) first bond or contact
     last: Constant  #: (g,) and the one after the last

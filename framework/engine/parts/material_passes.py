@@ -11,7 +11,7 @@ from grainlaw.compiler.cache import PASS
 from grainlaw.compiler.entry import Kernel
 from grainlaw.compiler.numba_private import call
 from grainlaw.engine.parts.laws import LANES
-from grainlaw.engine.parts.part import Changing, Constant, Scratch
+from grainlaw.engine.parts.part import Address, Changing, Constant, Scratch, Told
 from grainlaw.engine.parts.zones import gather_motion, scatter_forces
 
 BLOCK = 64 * LANES  #: zones that go through their passes together: their scratch stays in the cache
@@ -27,9 +27,9 @@ class MaterialArrays(NamedTuple):
     c1: Constant  #: along y
     c2: Constant
     area: Constant  #: (z,) m2
-    address: Constant  #: (g, 2) of the machine code of ``stress`` and of ``energy``
-    numbers: Constant  #: (g, 3) addresses of their parameters: of the stress, of the energy now and one step before
-    values: Constant  #: (n,) these parameters
+    address: Address  #: (g, 2) of the machine code of ``stress`` and of ``energy``
+    numbers: Address  #: (g, 3) addresses of their parameters: of the stress, of the energy now and one step before
+    values: Told  #: (n,) these parameters, among them the temperature
     temperature_place: Constant  #: (g, 3) place of the temperature among them, or -1
     keeps: Constant  #: (g,) whether the material has a memory, or knows the temperature
     knows_temperature: Constant  #: (g,) whether it knows the temperature
@@ -42,7 +42,7 @@ class MaterialArrays(NamedTuple):
     thermal: Changing  #: (z,) J/m3 that the stored energy has lost by changes of temperature
     scratch: Scratch  #: (14, z) motion of corners or forces, rotation, strain, stress, stored energy
     few: Scratch  #: (threads, r, ``LANES``) of zones that fill no vector: parameters, memory, rows of the scratch
-    share: Scratch  #: (g, threads + 1)
+    share: Constant  #: (g, threads + 1)
 
 
 @njit(**PASS)

@@ -94,7 +94,7 @@ class MaterialZones(Part):
     def shared(self, split: Split) -> MaterialArrays:
         a = self.arrays
         rows = max(len(a.fields), len(a.others)) + len(a.memory) + STORED
-        return a._replace(few=np.zeros((split.threads, rows, LANES)), share=self.share(split))
+        return a._replace(few=np.zeros((split.threads, rows, 1 if split.alone else LANES)), share=self.share(split))
 
     def energy(self, time_step: float) -> dict[str, float]:
         if not len(self.arrays.thermal):

@@ -15,6 +15,8 @@ from grainlaw.stage import Load
 Constant = Annotated[np.ndarray, "constant"]  #: built when the model or a stage begins
 Changing = Annotated[np.ndarray, "changing"]  #: steps change it: saved and restored
 Scratch = Annotated[np.ndarray, "scratch"]  #: passes write and read it within a step; not kept after it
+Told = Annotated[np.ndarray, "told"]  #: passes write it for Python, which reads it after the steps; not kept
+Address = Annotated[np.ndarray, "address"]  #: constant: addresses of machine code, or of arrays in memory
 
 
 class Split(NamedTuple):
@@ -23,6 +25,7 @@ class Split(NamedTuple):
     threads: int
     grain: np.ndarray
     node: np.ndarray
+    alone: bool = False  #: whether a thread has points by themselves, as on a device, and not whole vectors of them
 
 
 class Moment(NamedTuple):
@@ -37,9 +40,15 @@ class NoRows(NamedTuple):
 
 
 @functools.cache
+def declared(kind: Any) -> dict[str, Any]:
+    """What the fields of a named tuple are declared as, by name: ``Constant``, ``Changing`` ..."""
+    return get_type_hints(kind, include_extras=True)
+
+
+@functools.cache
 def changing(kind: Any) -> tuple[str, ...]:
     """Names of the fields of a named tuple that are declared ``Changing``."""
-    return tuple(name for name, hint in get_type_hints(kind, include_extras=True).items() if hint == Changing)
+    return tuple(name for name, hint in declared(kind).items() if hint == Changing)
 
 
 def check_names(own: Iterable[str], saved: Iterable[str]) -> None:
@@ -63,7 +72,7 @@ def check_places(name: str, row: np.ndarray, count: int) -> None:
 class Part:
     """One part of the model: zones, bonds, a load.
 
-    A part is a file: a named tuple of arrays whose fields are declared ``Constant``, ``Changing`` or ``Scratch``, the
+    A part is a file: a named tuple of arrays whose fields are declared ``Constant``, ``Changing``, ``Scratch`` ..., the
     passes over them that the step calls, and a class that builds them from a specimen. What only Python needs is in a
     second named tuple, ``books``. The last field of ``arrays`` is ``share``, (threads + 1,) bounds of what each thread
     works on.

@@ -12,7 +12,7 @@ from grainlaw.compiler.numba_private import call
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.imposed import Imposed
-from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Split
 from grainlaw.loads import Hold
 from grainlaw.mesh import Mesh
 
@@ -30,7 +30,7 @@ class PlatenArrays(NamedTuple):
     free: Changing  #: 1
     imposed: Changing  #: 0
     loss: Changing  #: J
-    share: Scratch
+    share: Constant
 
 
 MOTION = ("force", "earlier", "velocity", "displacement", "mass", "free", "imposed", "loss")

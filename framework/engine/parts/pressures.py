@@ -10,7 +10,7 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.imposed import Imposed
-from grainlaw.engine.parts.part import Changing, Moment, PointForces, Scratch, Split, half_step_work
+from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Split, half_step_work
 from grainlaw.loads import Driven, Pressure
 from grainlaw.specimen import Specimen
 
@@ -65,7 +65,7 @@ class PressureArrays(NamedTuple):
     moved_x: Changing  #: (e,) m, displacement of the middle at the last step
     moved_y: Changing
     work: Changing  #: (e,) J
-    share: Scratch
+    share: Constant
 
 
 class PressureBooks(NamedTuple):

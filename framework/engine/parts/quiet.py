@@ -11,7 +11,7 @@ from grainlaw.columns import ABSORBED
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.imposed import Imposed
-from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Split
 from grainlaw.loads import Quiet
 from grainlaw.specimen import Specimen
 
@@ -28,7 +28,7 @@ class QuietArrays(NamedTuple):
     moved_x: Changing  #: (n,) m, displacement at the last step
     moved_y: Changing
     work: Changing  #: (n,) J
-    share: Scratch
+    share: Constant
 
 
 @njit(**OPTIONS)

@@ -9,7 +9,7 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.imposed import Imposed
-from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Scratch, Split
+from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Split
 from grainlaw.loads import Traction
 from grainlaw.mesh import Mesh
 
@@ -26,7 +26,7 @@ class TractionArrays(NamedTuple):
     moved_x: Changing  #: (n,) m, displacement at the last step
     moved_y: Changing
     work: Changing  #: (n,) J
-    share: Scratch
+    share: Constant
 
 
 @njit(**OPTIONS)

@@ -38,7 +38,7 @@ class ZoneArrays(NamedTuple):
     f1y: Scratch
     f2x: Scratch
     f2y: Scratch
-    share: Scratch
+    share: Constant
 
 
 @njit(**OPTIONS)
