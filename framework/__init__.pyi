@@ -9,6 +9,7 @@ from .compiler.batch import CompilationError
 from .condition import AtRest, ComesTo, Condition, Fails, FailsTo, FallsTo, Reaches, StageError
 from .contact import ContactLaw
 from .detection import Detection
+from .engine.device import Gpu
 from .engine.state import State
 from .engine.stepping import InstabilityError, OverlapError
 from .fields import ParameterError, UnitWarning, parameter, parameters, part
@@ -142,6 +143,7 @@ __all__ = [
     "FrameRecorder",
     "Gauges",
     "GaussPoints",
+    "Gpu",
     "Gravity",
     "Heat",
     "HeatingRate",

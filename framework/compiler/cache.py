@@ -104,6 +104,16 @@ def stored(key: str, signature: tuple[Any, ...], what: str = "") -> Any:
     return _cache(key, what).load(signature)
 
 
+def code_kept(key: tuple[str, ...], what: str = "") -> tuple[dict[str, Any], bytes] | None:
+    """Machine code that :func:`keep_code` has kept under a key, with its header, or None; ``what`` it is, if told."""
+    return _Files(what).load(key)
+
+
+def keep_code(key: tuple[str, ...], header: dict[str, Any], code: bytes) -> None:
+    """Keep machine code of another machine on disk, and a header that fits JSON."""
+    _Files().save(key, header, code)
+
+
 def keyed_njit(function: Any, key: str, *, by_address: bool = False, counted: bool = True) -> Any:
     """njit whose disk cache is keyed by ``key``; what is called ``by_address`` cannot be called from Python.
 

@@ -1,4 +1,6 @@
-"""What we use of numba and llvmlite beyond their documented interfaces; no file but this and numba_inner.py may.
+"""What we use of numba and llvmlite beyond their documented interfaces.
+
+No file but this, numba_inner.py and cuda_private.py may.
 
 Each function here has one purpose and a test of its own (tests/test_numba_private.py), which names it when another
 version of numba does not fit. That is why pyproject.toml bounds the version of numba from above.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,8 @@ class State(metaclass=Checked):
         self.heat = EvenTemperature(self.materials)
         self.steady = Steady(self.freedoms, self.heat)
         self._splits: dict[int, Split] = {}  #: by number of threads
-        self._shared: dict[str, tuple[int, Any, Table]] = {}  #: threads, arrays and what was made of them, by part
+        self._shared: dict[str, tuple[Split, Any, Table]] = {}  #: for whom, arrays and what was made of them, by part
+        self.on_device: Any = None  #: a device that does the steps, and the arrays in its memory
         self.search(self.displacement_at_forces())
 
     @property
@@ -85,26 +87,34 @@ class State(metaclass=Checked):
 
     def shared(self, threads: int) -> Shared:
         """The arrays of all parts, divided among threads; made again only where a part has other arrays than before."""
+        return self.shared_by(dict.fromkeys(Parts._fields, self._split(threads)))
+
+    def shared_by(self, splits: Mapping[str, Split]) -> Shared:
+        """The same, where each part is divided in its own way."""
         parts = self.parts
-        tables = [self._share(name, parts[name], threads) for name in Parts._fields]
+        tables = [self._share(name, parts[name], splits[name]) for name in Parts._fields]
         made = Parts._make(table.value for table in tables)
         made.contacts.tally[:] = 0
         return Shared(made, Parts._make(tables))
 
-    def _share(self, name: str, part: Part, threads: int) -> Table:
+    def _share(self, name: str, part: Part, split: Split) -> Table:
         known = self._shared.get(name)
-        if known is None or known[0] != threads or known[1] is not part.arrays:
-            known = self._shared[name] = threads, part.arrays, Table(part.shared(self._split(threads)))
+        if known is None or known[0] is not split or known[1] is not part.arrays:
+            known = self._shared[name] = split, part.arrays, Table(part.shared(split))
         return known[2]
 
     def _split(self, threads: int) -> Split:
         """Each thread has whole grains with about equal numbers of nodes."""
         if threads not in self._splits:
-            ends = self.mesh.first_node[1:]
-            cuts = np.searchsorted(ends, np.arange(1, threads) * ends[-1] / threads)
-            grain = np.array([0, *cuts, self.specimen.grains.count])
-            self._splits[threads] = Split(threads, grain, self.mesh.first_node[grain])
+            self._splits[threads] = self.split(threads)
         return self._splits[threads]
+
+    def split(self, threads: int, alone: bool = False) -> Split:
+        """Whole grains with about equal numbers of nodes for each of so many threads."""
+        ends = self.mesh.first_node[1:]
+        cuts = np.searchsorted(ends, np.arange(1, threads) * ends[-1] / threads)
+        grain = np.array([0, *cuts, self.specimen.grains.count])
+        return Split(threads, grain, self.mesh.first_node[grain], alone)
 
     def save(self) -> Saved:
         """Copy what steps change."""

@@ -76,8 +76,8 @@ class Chunk(NamedTuple):
 
 
 @njit(**OPTIONS)
-def _sum(tally, column):
-    """Sum over threads of a column of their counts."""
+def _sum(tally, column, thread):
+    """Sum over threads of a column of their counts, for ``thread``."""
     total = 0
     for thread in range(tally.shape[0]):
         total += tally[thread, column]
@@ -126,7 +126,7 @@ def _steps(thread, team, parts, chunk, forces_of_materials):
             tally[thread, LEAVING] = leaving
         barrier.wait(team.meeting, team.threads, team.pauses)  # forces of all bonds, contacts and pressures
         # Read now: another thread may write them again before the next barrier.
-        leaving, deep = _sum(tally, LEAVING), _sum(tally, DEEP)
+        leaving, deep = _sum(tally, LEAVING, thread), _sum(tally, DEEP, thread)
         if thread == 0 and step < chunk.steps - 1:  # no thread asks a material before the next barrier
             following = chunk.schedule[step + 1]
             take_temperature(materials, following[temperature_column - 1], following[temperature_column])
@@ -151,7 +151,7 @@ def _steps(thread, team, parts, chunk, forces_of_materials):
             follow_nodes(contacts, nodes, thread)
         barrier.wait(team.meeting, team.threads, team.pauses)
         # All threads read the same: nodes that have moved are counted again only after the next barrier.
-        if searching and leaving + deep + _sum(tally, MOVED) > 0:
+        if searching and leaving + deep + _sum(tally, MOVED, thread) > 0:
             return step + 1
     return chunk.steps
 
@@ -171,8 +171,7 @@ def run(threads: int, shared: Shared, chunk: Chunk) -> int:
 
     The interpreter lock is released meanwhile. Returns how many steps were done (``contacts.tally`` says why fewer).
     """
-    team = Team(threads, np.zeros(barrier.SIZE, dtype=np.int64), _pauses())
-    tables = [Table(table) for table in (team, shared.tables, chunk)]
+    tables = tables_of(threads, shared, chunk)
     forces = _forces_of_materials(shared)
     helpers = [threading.Thread(target=_loop, args=(k, *tables, forces)) for k in range(1, threads)]
     for helper in helpers:
@@ -181,6 +180,12 @@ def run(threads: int, shared: Shared, chunk: Chunk) -> int:
     for helper in helpers:
         helper.join()
     return done
+
+
+def tables_of(threads: int, shared: Shared, chunk: Chunk) -> list[Table]:
+    """Team, parts and chunk as the loop is given them."""
+    team = Team(threads, np.zeros(barrier.SIZE, dtype=np.int64), _pauses())
+    return [Table(table) for table in (team, shared.tables, chunk)]
 
 
 _loop = Kernel(_steps, "the time loop, once: this takes up to half a minute")

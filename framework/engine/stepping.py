@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ from grainlaw.compiler.loops import interruptible
 from grainlaw.engine import step
 from grainlaw.engine.contacts.contact_passes import DEEP, LEAVING, MOVED
 from grainlaw.engine.contacts.hand_over import hand_over
+from grainlaw.engine.device import Gpu
 from grainlaw.engine.state import State
 from grainlaw.engine.thread_count import ThreadCount
 from grainlaw.memory import SCALARS
@@ -27,8 +30,11 @@ class OverlapError(InstabilityError):
     """Grains overlap more than is allowed; the message names the pair and what to do."""
 
 
-def advance(state: State, integrator: Compiled, steps: int, *, threads: int | ThreadCount = 1) -> None:
-    """Do ``steps`` of the present stage. Raises :class:`OverlapError`."""
+Crew = int | ThreadCount | Gpu  #: who does the steps of a run: a number of threads, as many as pay, or a device
+
+
+def advance(state: State, integrator: Compiled, steps: int, *, threads: Crew = 1) -> None:
+    """Do ``steps`` of the present stage. Raises :class:`OverlapError`, and OSError of a device that fails."""
     numbers = np.append(integrator.numbers, state.time_step)
     times, done = state.next_times(steps), 0
     pace = state.steady.pace
@@ -37,14 +43,22 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: int | Th
     schedule = schedule_of(state, begin, end, pace, temperatures)
     loops = integrator.loops or any(group.compiled.loops for group in (*state.bonds.groups, *state.contacts.groups))
     while True:
-        count, some = threads.turn(steps - done) if isinstance(threads, ThreadCount) else (threads, steps - done)
+        count, some = threads if isinstance(threads, int) else 1, steps - done
+        if isinstance(threads, ThreadCount):
+            count, some = threads.turn(steps - done)
         imposed = schedule[done : done + some]
         start = time.perf_counter()
         if some:
             step.take_temperature(state.materials.arrays, *temperatures[done])
         own = np.empty((count, schedule.shape[1]))
         chunk = step.Chunk(some, state.steps, state.time_step, imposed, own, integrator.address, numbers.ctypes.data)
-        now, tally = _run(state, count, chunk, loops)
+        if isinstance(threads, Gpu) and not some:
+            threads.check(state, integrator)
+            return
+        if isinstance(threads, Gpu):
+            now, tally = _run(state, chunk, partial(threads.run, state, integrator, chunk, numbers))
+        else:
+            now, tally = _run(state, chunk, partial(_by_threads, state, count, chunk, loops))
         if isinstance(threads, ThreadCount):
             threads.note(now, time.perf_counter() - start)
         done += now
@@ -75,14 +89,22 @@ def tell(state: State, **scalars: float) -> None:
         zones.energy.tell(**scalars)
 
 
-def _run(state: State, threads: int, chunk: step.Chunk, loops: bool) -> tuple[int, list[int]]:
+Steps = tuple[int, step.Shared]  #: how many were done, and the arrays of the parts as they were shared
+
+
+def _run(state: State, chunk: step.Chunk, do: Callable[[], Steps]) -> tuple[int, list[int]]:
     """Do a chunk; how many of its steps were done, and the sum of the threads' tallies."""
-    shared = state.shared(threads)
     tell(state, time_step=chunk.time_step)
     try:
-        done = interruptible(lambda: step.run(threads, shared, chunk)) if loops else step.run(threads, shared, chunk)
+        done, shared = do()
     finally:
         tell(state, time_step=SCALARS["time_step"])  # who asks a law between steps does so outside of time
     state.platens.take_back(shared.parts.platens)
     state.fluids.take_back(shared.parts.fluids)
     return done, shared.parts.contacts.tally.sum(axis=0).tolist()
+
+
+def _by_threads(state: State, threads: int, chunk: step.Chunk, loops: bool) -> Steps:
+    shared = state.shared(threads)
+    done = interruptible(lambda: step.run(threads, shared, chunk)) if loops else step.run(threads, shared, chunk)
+    return done, shared

@@ -132,7 +132,8 @@ def _all(
 ) -> Outcome[Key]:  # fmt: skip
     given = checked_threads("threads", threads)
     total = cores() if given == AUTO else given
-    workers, shared = min(total, len(runs)), _Shared(total)
+    at_once = len(runs) if options.get("device") is not None else total  # a device does the steps of all
+    workers, shared = min(at_once, len(runs)), _Shared(total)
     kept = any(folder is not None for folder in folders.values())
 
     def one(key: Key) -> Result:

@@ -13,6 +13,7 @@ from grainlaw.condition import StageError
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.ageing import check_ageing
+from grainlaw.engine.device import Gpu
 from grainlaw.engine.model import Model
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
@@ -49,6 +50,7 @@ def simulate(
     *,
     detection: Detection | None = EVERYWHERE,
     threads: Threads | ThreadCount = "auto",
+    device: Gpu | None = None,
     integrator: Integrator | None = None,
     time_step_factor: float = 1.0,
     mass_scaling: float = 1.0,
@@ -66,7 +68,8 @@ def simulate(
     ``law`` is one contact law, or a mapping from pairs of phases to laws. ``detection`` says how contacts without a
     bond are found, and which law they follow; with None there are only the bonds of the specimen.
     ``threads`` share one model; with "auto" they are as many as pay for its size and for what else the machine does,
-    which is tried anew now and then. The result does not depend on them.
+    which is tried anew now and then. The result does not depend on them. A ``device`` does the steps in their place
+    (docs/device.md).
     ``integrator`` replaces the protocol's in all stages, so that integrators can be compared like laws.
     ``time_step_factor`` shortens the integrator's stable step; ``mass_scaling`` lengthens it by this factor by raising
     the mass of the few nodes that govern it. About ``frames`` moments are kept for pictures and VTK.
@@ -91,17 +94,21 @@ def simulate(
     options: dict[str, Any] = {
         "integrator": integrator, "time_step_factor": time_step_factor, "mass_scaling": mass_scaling, "frames": frames,
     }  # fmt: skip
+    if device is not None and not isinstance(device, Gpu):
+        raise refusal("simulate: device", device, "a Gpu")
     state, stages = begun(Model(specimen, law, detection), protocol, **options)
     stop, watching = stop or Stop(), list(observers)
 
     def execution(folder: RunFolder | None) -> Execution:
         stepper = Stepper(
-            state, stages[0].moved_by, threads=ThreadCount(cores) if shared == AUTO else shared,
+            state, stages[0].moved_by, threads=device or (ThreadCount(cores) if shared == AUTO else shared),
             factor=time_step_factor, scaling=mass_scaling, stop=stop,
         )  # fmt: skip
         return Execution(stepper, protocol, stages, observers=watching, frames=frames, folder=folder)
 
     with ExitStack() as stack:
+        if device is not None:
+            stack.enter_context(device.joined())
         if (bars := stack.enter_context(shown_in(progress))) is not None:
             watching.append(RunBar(bars.bar(law_name(law))))
         if checkpoint is None:

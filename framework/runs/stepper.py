@@ -10,14 +10,14 @@ import attrs
 import numpy as np
 
 from grainlaw.compiler.batch import Compiled, compile_integrator
+from grainlaw.engine.device import DeviceError
 from grainlaw.engine.parts.fluids import FLOW
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
-from grainlaw.engine.stepping import advance
-from grainlaw.engine.thread_count import ThreadCount
+from grainlaw.engine.stepping import Crew, advance
 from grainlaw.integration import Integrator, Motion
 from grainlaw.loads import Fluid
-from grainlaw.runs.stopping import Stop
+from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.stage import Stage
 
 CALL = 4_000_000  #: zones times steps of one call of the engine: some tenths of a second, the delay of Ctrl-C
@@ -27,7 +27,7 @@ class Stepper:
     """Does steps. Integrator and time step change at steps counted from the stage's start, not at samples."""
 
     def __init__(
-        self, state: State, integrator: Integrator, *, threads: int | ThreadCount, factor: float, scaling: float,
+        self, state: State, integrator: Integrator, *, threads: Crew, factor: float, scaling: float,
         stop: Stop,
     ) -> None:  # fmt: skip
         self.state, self.integrator, self.threads, self.factor, self.stop = state, integrator, threads, factor, stop
@@ -87,7 +87,13 @@ class Stepper:
             self.do(min(pause, often - since % often, flow - since % flow, self._most, end - state.steps))
 
     def do(self, steps: int) -> None:
-        """Do ``steps`` as they are; with none the step is compiled."""
+        """Do ``steps`` as they are; with none the step is compiled. Raises Stopped where a device fails."""
+        try:
+            self._do(steps)
+        except DeviceError as error:
+            raise Stopped(str(error)) from error
+
+    def _do(self, steps: int) -> None:
         if self._compiled is None or self._compiled[0] is not self.integrator:
             before = None if self._compiled is None else self._compiled[1]
             self._compiled = self.integrator, compile_integrator(self.integrator, before)

@@ -1,0 +1,256 @@
+"""A device does the steps of runs as the processor does; tried with one that is Python (device_simulator.py)."""
+
+import importlib.util
+import inspect
+import os
+import subprocess
+import sys
+import threading
+import types
+from pathlib import Path
+
+import attrs
+import numpy as np
+import pytest
+from device_simulator import Block, Simulated
+from support import BRITTLE, ROCK, small_sample
+from test_laws_properties import LAWS
+
+import grainlaw as gl
+from grainlaw.compiler.batch import compile_integrator, compile_law
+from grainlaw.compiler.numba_private import python_function
+from grainlaw.engine import device, device_table, step, stepping
+from grainlaw.engine.device import Components
+from grainlaw.engine.model import Model
+from grainlaw.engine.parts.part import Changing, Told, declared
+from grainlaw.engine.state import State
+from grainlaw.materials import MohrCoulombPlastic, Thermal
+from grainlaw.protocols import BiaxialCompression, Heating, UniaxialCompression
+from grainlaw.units import MPa, mm
+
+HERE = Path(__file__).parent
+FAST, SLOW = gl.Constant(speed=60.0), gl.Constant(speed=5.0)
+ELASTIC = {name: getattr(ROCK, name) for name in ("youngs_modulus", "poissons_ratio", "density")}
+YIELDING = MohrCoulombPlastic(**ELASTIC, tensile_strength=6 * MPa, cohesion=6 * MPa, friction_angle=20)
+
+
+def rock(cohesion, grains, seed):
+    law = attrs.evolve(BRITTLE, cohesion=cohesion, tensile_strength=cohesion / 3)
+    return small_sample(grains=grains, seed=seed, width=20 * mm, height=20 * mm), law
+
+
+def crush(strain, loading=FAST):
+    return UniaxialCompression(maximum_strain=strain, samples=10, loading=loading)
+
+
+def differing(one, other):
+    """Columns of curves that are not the same bit for bit."""
+    return [n for n in one.curves if not np.array_equal(one.curves[n], other.curves[n], equal_nan=True)]
+
+
+def test_a_batch_follows_the_processor():
+    """To the last digits: the processor fuses multiplications and additions, Python does not."""
+    cases = {"one": rock(8 * MPa, 4, 1), "two": rock(8 * MPa, 5, 2)}
+    there, found = Simulated(), {}
+
+    def work(name):
+        found[name] = gl.simulate(*cases[name], crush(8e-3), device=there, progress=False)
+
+    crew = [threading.Thread(target=work, args=(name,)) for name in cases]
+    for each in crew:
+        each.start()
+    for each in crew:
+        each.join()
+    assert 2 in there.blocks
+    for name, case in cases.items():
+        here = gl.simulate(*case, crush(8e-3), threads=1, progress=False)
+        for column in ("step", "stress", "lateral_strain", "energy_kinetic", "damaged"):
+            one, other = here.curves[column], found[name].curves[column]
+            np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9 * np.abs(one).max())
+        assert found[name].curves["damaged"][-1] > 0
+
+
+@pytest.mark.thorough
+def test_portable_code_gives_the_same_bits_on_a_device_and_where_it_goes_on_after_a_failure(tmp_path):
+    """Three runs of different size, seed and law in one batch, to beyond failure; one of them stopped in between."""
+    code = "import test_device; test_device.in_portable_code()"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True,
+        env=os.environ | {"GRAINLAW_PORTABLE": "1", "PYTHONPATH": str(HERE)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+def in_portable_code():
+    np.seterr(all="ignore")
+    sys.setswitchinterval(1e-3)
+    some = small_sample(grains=3, seed=4, width=20 * mm, height=20 * mm, material=YIELDING)
+    confined = BiaxialCompression(confinement=2 * MPa, maximum_strain=1e-3, samples=10, loading=FAST)
+    cases = [
+        (*rock(8 * MPa, 4, 1), crush(8e-3)), (*rock(12 * MPa, 6, 3), crush(8e-3)),
+        (some, rock(12 * MPa, 4, 1)[1], attrs.evolve(confined, maximum_strain=2e-3)),
+    ]  # fmt: skip
+    expected = [gl.simulate(*case, threads=1, progress=False) for case in cases]
+    assert expected[0].curves["shear_cracks"][-1] > 0
+    there, found = Simulated(), {}
+
+    def work(k):
+        found[k] = gl.simulate(*cases[k], device=there, progress=False)
+
+    crew = [threading.Thread(target=work, args=(k,)) for k in range(3)]
+    for each in crew:
+        each.start()
+    for each in crew:
+        each.join()
+    assert 3 in there.blocks
+    for k, run in enumerate(expected):
+        assert not differing(run, found[k]), k
+    failing = Simulated()
+    failing.fail_at(7)
+    with pytest.raises(gl.Stopped, match="a simulated device failed: RuntimeError: out of memory"):
+        gl.simulate(*cases[0], device=failing, checkpoint="run", progress=False)
+    again = gl.simulate(*cases[0], device=Simulated(), checkpoint="run", restart=True, progress=False)
+    assert not differing(expected[0], again)
+
+
+def state_of(specimen, law):
+    return State(Model(specimen, law, gl.Detection()))
+
+
+def test_all_that_the_step_reaches_is_taken_over():
+    """No copy calls a function that was compiled for the processor, and every pass of the step has its place."""
+    state = state_of(*rock(8 * MPa, 4, 1))
+    steps, copies = device.retargeted(
+        Block(2).machine(), Components().with_all(state, compile_integrator(gl.CentralDifference()))
+    )
+    for copy in (steps, *copies.copies.values()):
+        names = copy.__code__.co_names
+        left = [n for n in names if python_function(copy.__globals__.get(n)) is not copy.__globals__.get(n)]
+        assert not left, (copy, left)
+    passes = {
+        name for name, value in vars(step).items()
+        if python_function(value) is not value and "thread" in inspect.signature(python_function(value)).parameters
+    }  # fmt: skip
+    assert passes == {*device.BY_SHARE, *device.BY_THREAD, "gather_contact_forces", "_sum"}
+
+
+def test_what_is_declared_constant_does_not_change_within_a_stage(monkeypatch):
+    """Such arrays go to a device once: plasticity, heat, mass scaling and contacts keep to it."""
+    whole, seen, compared = stepping._run, {}, []
+
+    def constants(rows, name):
+        for field, value in zip(rows._fields, rows, strict=True):
+            if isinstance(value, tuple):
+                yield from constants(value, f"{name}.{field}")
+            elif isinstance(value, np.ndarray) and device_table.REGIONS.get(declared(rows.__class__)[field]) is None:
+                yield f"{name}.{field}", value
+
+    def watched(state, chunk, do):
+        key = (id(state), state.stage, state.time_step)
+        for name, part in state.parts.items():
+            if name in step.Parts._fields:
+                for field, value in constants(part.arrays, name):
+                    before = seen.get((key, field))
+                    if before is not None and before[0] is part.arrays:
+                        assert np.array_equal(before[1], value), (field, state.stage)
+                        compared.append(field)
+                    seen[key, field] = part.arrays, value.copy()
+        return whole(state, chunk, do)
+
+    monkeypatch.setattr(stepping, "_run", watched)
+    specimen, law = rock(8 * MPa, 8, 1)
+    gl.simulate(specimen, law, crush(8e-3, SLOW), threads=1, mass_scaling=2, progress=False)
+    gl.simulate(small_sample(grains=5, material=YIELDING), law, crush(2e-3, SLOW), threads=1, progress=False)
+    warm = small_sample(grains=5, material=Thermal(material=ROCK, expansion=8e-6))
+    heating = Heating(to=120, samples=10, loading=gl.HeatingRate(rate=1e5))
+    gl.simulate(warm, law, heating, threads=1, progress=False)
+    assert {"zones.b1", "freedoms.mass", "bonds.half", "materials.b1"} <= set(compared)
+
+
+def test_each_array_lies_where_its_declaration_says():
+    state = state_of(*rock(8 * MPa, 4, 1))
+    there = Simulated()
+    table = device_table.DeviceTable(there._driver, state, 3)
+    integrator = compile_integrator(gl.CentralDifference())
+    numbers = Components().with_all(state, integrator).numbers(state, integrator)
+    chunk = step.Chunk(1, 0, 1e-8, np.zeros((1, 3)), np.zeros((1, 3)), integrator.address, 0)
+    table.up(chunk, np.append(integrator.numbers, 1e-8), numbers)
+    state.nodes.arrays.displacement[:] = 1.0  # here only: what comes down is what the device has
+    table.down()
+    assert not state.nodes.arrays.displacement.any()
+    kinds = {Changing: "changing", Told: "changing"}
+    assert kinds.items() <= device_table.REGIONS.items()
+    both = table._regions["changing"].arrays
+    assert sum(each is state.freedoms.arrays.force for each in both) == 1  # the force of nodes is the same array
+
+
+@pytest.mark.parametrize("number", [-1, 1.5, "0"])
+def test_a_device_has_a_number(number):
+    with pytest.raises(gl.ParameterError, match=r"number = .* must be a whole number, at least 0"):
+        gl.Gpu(number)
+
+
+def test_without_a_device_one_sentence_says_so():
+    with pytest.raises(gl.ParameterError, match=r"pip install grainlaw\[gpu\]|no NVIDIA device answers"):
+        gl.Gpu()
+
+
+def test_what_is_no_device_is_refused():
+    with pytest.raises(gl.ParameterError, match=r"simulate: device = 'gpu' is not allowed, it must be a Gpu"):
+        gl.simulate(*rock(8 * MPa, 4, 1), crush(1e-3), device="gpu")
+
+
+installed = pytest.mark.skipif(importlib.util.find_spec("numba_cuda") is None, reason="needs grainlaw[gpu]")
+
+
+class Driverless(Simulated):
+    """A device for which code is compiled, and none that runs it."""
+
+    def __init__(self):
+        super().__init__()
+        self._driver.capability, self._driver.loaded = (9, 0), lambda code, name: (code, name)
+        self._compiled = types.MethodType(device.Gpu._compiled, self)
+
+    check = device.Gpu.check
+
+
+@installed
+@pytest.mark.thorough
+def test_the_kernel_is_compiled_for_a_device_and_kept(tmp_path, monkeypatch):
+    monkeypatch.setenv("GRAINLAW_CACHE", str(tmp_path))
+    there, times = Driverless(), []
+    monkeypatch.setattr(there._driver, "launch", lambda kernel, *_: times.append(kernel), raising=False)
+    state = state_of(*rock(8 * MPa, 4, 1))
+    integrator = compile_integrator(gl.CentralDifference())
+    numbers = np.append(integrator.numbers, 1e-8)
+    chunk = step.Chunk(1, 0, 1e-8, np.zeros((1, 3)), np.zeros((1, 3)), integrator.address, 0)
+    there.run(state, integrator, chunk, numbers)
+    code, name = times[0]
+    assert code[:4] == b"\x7fELF"
+    assert name.encode() in code
+    from grainlaw.compiler import cuda_private
+
+    monkeypatch.setattr(cuda_private, "compile_kernel", None)  # the second time it is on disk
+    Driverless().run(state_of(*rock(8 * MPa, 4, 1)), integrator, chunk, numbers)
+
+
+@installed
+@pytest.mark.thorough
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_every_law_compiles_for_a_device(law):
+    Driverless()._check(compile_law(law))
+
+
+@installed
+def test_a_law_that_cannot_run_there_is_refused_before_the_run():
+    @attrs.frozen(kw_only=True)
+    class Named(gl.ContactLaw):
+        kn: float = gl.parameter("Pa/m")
+        stiffness = property(lambda self: (self.kn, self.kn))
+
+        def traction(self, opening, slip):
+            return self.kn * opening * float(len(str(opening))), slip
+
+    specimen, _ = rock(8 * MPa, 4, 1)
+    with pytest.raises(gl.CompilationError, match="Named cannot run on a simulated device"):
+        gl.simulate(specimen, Named(kn=1e13), crush(1e-3), device=Driverless(), progress=False)
