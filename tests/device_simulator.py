@@ -110,7 +110,7 @@ class Block:
 class Driver:
     """The driver of a device that is none."""
 
-    name = "a simulated device"
+    name, multiprocessors = "a simulated device", 1
 
     def __init__(self):
         self.blocks = []  #: how many each launch had

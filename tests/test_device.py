@@ -113,6 +113,27 @@ def in_portable_code():
     assert not differing(expected[0], again)
 
 
+def tall(cohesion):
+    return gl.Run(*rock(cohesion * MPa, 4, 1), crush(6e-3))
+
+
+def test_a_study_runs_on_a_device_and_stops_where_it_fails(tmp_path):
+    """What had finished is kept, and goes on where there is no device."""
+    there = Simulated()
+    assert there.side_by_side == 2
+    study = gl.Study(tall, cohesion=[8.0, 9.0, 10.0])
+    table = study.run(on=there)
+    assert table["status"].tolist() == ["finished"] * 3
+    assert max(there.blocks) == 2
+    failing = Simulated()
+    failing.fail_at(len(there.blocks) - 1)
+    with pytest.raises(gl.Stopped, match="a simulated device failed") as stopped:
+        study.run(tmp_path / "study", on=failing, workers=1, progress=False)
+    assert 0 < len(stopped.value.result) < 3
+    again = study.run(tmp_path / "study", workers=1, progress=False)
+    np.testing.assert_allclose(again["largest_stress"], table["largest_stress"], rtol=1e-6)
+
+
 def state_of(specimen, law):
     return State(Model(specimen, law, gl.Detection()))
 

@@ -269,6 +269,7 @@ class Driver:
         self._number, self.name = number, str(self._device.name)
         capability = self._device.compute_capability
         self.capability = int(capability.major), int(capability.minor)
+        self.multiprocessors = int(self._device.properties.multiprocessor_count)
         self._stream = self._device.default_stream
 
     def here(self) -> None:

@@ -31,6 +31,7 @@ from grainlaw.messages import refusal
 
 TEAM = 256  #: threads of a block
 REGISTERS = 128  #: of each thread: so two blocks share a multiprocessor
+REGISTERS_OF_ALL = 65_536  #: that a multiprocessor has
 ENGINE = "grainlaw.engine."
 
 #: The part whose shares a pass goes through, one after the other; other passes have a share for each thread.
@@ -273,6 +274,7 @@ class Gpu(metaclass=Checked):
     def _begin(self, driver: Any, team: int) -> None:
         self._driver, self._team = driver, team
         self.name: str = driver.name
+        self.side_by_side: int = driver.multiprocessors * (REGISTERS_OF_ALL // (REGISTERS * TEAM))  #: blocks
         self._lock = threading.Condition()
         self._runs = 0
         self._asked: dict[int, _Request] = {}

@@ -18,6 +18,7 @@ import numpy as np
 from grainlaw.compiler.batch import CompilationError, compile_integrator
 from grainlaw.compiler.cache import compile_portably
 from grainlaw.condition import StageError
+from grainlaw.engine.device import Gpu
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, OverlapError, advance
 from grainlaw.fields import ParameterError
@@ -92,12 +93,15 @@ def compiled(run: Run) -> None:
         advance(state, compile_integrator(integrator), 0)
 
 
-def carry_out(recipe: bytes, task: Task, watched: str = "") -> Done:
-    """Build a case, and run it unless its run is the known one; every failure is a row with its reason."""
+def carry_out(recipe: bytes, task: Task, watched: str = "", device: Gpu | None = None) -> Done:
+    """Build a case, and run it unless its run is the known one; every failure is a row with its reason.
+
+    Only where the ``device`` that does the steps fails, :class:`~grainlaw.runs.stopping.Stopped` is raised.
+    """
     began = time.perf_counter(), time.process_time()
     try:
         with watching(watched, task.case) as observers:
-            row, content = _answered(_loaded(recipe), task, observers)
+            row, content = _answered(_loaded(recipe), task, observers, device)
     except MemoryError as error:
         row, content = {"status": KILLED, "reason": f"not enough memory: {error}"}, None
     wall, cpu = time.perf_counter() - began[0], time.process_time() - began[1]
@@ -114,7 +118,9 @@ def _loaded(recipe: bytes) -> Recipe:
     return found
 
 
-def _answered(recipe: Recipe, task: Task, observers: Sequence[Observer]) -> tuple[dict[str, Any], bytes | None]:
+def _answered(
+    recipe: Recipe, task: Task, observers: Sequence[Observer], device: Gpu | None
+) -> tuple[dict[str, Any], bytes | None]:
     try:
         run = recipe.run(task.factors)
         key = run.key()
@@ -125,7 +131,8 @@ def _answered(recipe: Recipe, task: Task, observers: Sequence[Observer]) -> tupl
     if key == task.known[0]:
         return {"status": SAME, "run": key}, None
     try:
-        result, status, reason = run.simulate(threads=1, observers=observers, progress=False), FINISHED, ""
+        options = {"threads": 1, "device": device, "observers": observers, "progress": False}
+        result, status, reason = run.simulate(**options), FINISHED, ""
     except (StageError, InstabilityError) as error:
         kinds = {OverlapError: "overlap", InstabilityError: "unstable", StageError: "stage"}
         status = next(name for kind, name in kinds.items() if isinstance(error, kind))

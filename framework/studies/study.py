@@ -17,6 +17,7 @@ import cloudpickle
 
 from grainlaw.arguments import Checked
 from grainlaw.compiler.cache import is_portable
+from grainlaw.engine.device import Gpu
 from grainlaw.engine.thread_count import cores
 from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.messages import refusal, short
@@ -95,7 +96,8 @@ class Study(metaclass=Checked):
 
         Without a folder all cases are carried out, and the table is all that there is of them.
         They run on all cores of this machine, or on ``workers`` of them, or ``on`` an executor: one of
-        ``concurrent.futures``, a client of Dask, or the address of its scheduler. ``shard`` is (k, n): every n-th case
+        ``concurrent.futures``, a client of Dask, or the address of its scheduler; or on a :class:`~grainlaw.Gpu`, with
+        so many ``workers`` at a time, at first as many as it does side by side. ``shard`` is (k, n): every n-th case
         from the k-th on, for n jobs that share one store. What is interrupted goes on with the same call; a case that
         failed is tried again only if it was killed.
 
@@ -104,9 +106,10 @@ class Study(metaclass=Checked):
         :class:`~grainlaw.runs.stopping.Stopped`, whose ``result`` is the table so far; OSError where the store cannot
         be written. Every finished case is kept in all of these.
         """
-        if workers is not None and on is not None:
+        if workers is not None and on is not None and not isinstance(on, Gpu):
             raise ParameterError("Study.run: workers and on are not allowed together: an executor has its own")
-        count = cores() if workers is None else checked_whole_number("Study.run: workers", workers, at_least=1)
+        usual = on.side_by_side if isinstance(on, Gpu) else cores()
+        count = usual if workers is None else checked_whole_number("Study.run: workers", workers, at_least=1)
         turn = _shard(shard)
         store: Kept = InMemory(self._about()) if folder is None else Store(folder, about=self._about())
         stop = stop or Stop()

@@ -15,7 +15,15 @@ import warnings
 from abc import ABC, abstractmethod
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
 from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
 from multiprocessing import connection
@@ -23,6 +31,7 @@ from multiprocessing.context import ForkServerContext, ForkServerProcess
 from pathlib import Path
 from typing import Any
 
+from grainlaw.engine.device import Gpu
 from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.messages import refusal
 from grainlaw.runs.estimate import CostWarning, in_words
@@ -84,6 +93,24 @@ class GivenExecutor(Workers):
 
     def renew(self) -> set[str]:
         raise ExecutorError("a worker of the executor has died, and the executor takes no more cases")
+
+
+class OnDevice(Workers):
+    """Threads of this process, whose runs a device does the steps of."""
+
+    def __init__(self, device: Gpu, count: int) -> None:
+        self.device, self.count = device, count
+        self.pool = ThreadPoolExecutor(count)
+
+    def submit(self, recipe: bytes, task: Task) -> Future[Done]:
+        return self.pool.submit(carry_out, recipe, task, "", self.device)
+
+    def renew(self) -> set[str]:
+        raise ExecutorError("the threads of a device have died")
+
+    def close(self) -> None:
+        """Wait for the runs that have begun."""
+        self.pool.shutdown(cancel_futures=True)
 
 
 class Local(Workers):
@@ -166,7 +193,7 @@ class _Context(ForkServerContext):
 
 @contextmanager
 def workers(on: Any, count: int) -> Iterator[Workers]:
-    """The workers that are asked for: an executor, the address of a Dask scheduler, or None for this machine.
+    """The workers that are asked for: an executor, a device, the address of a Dask scheduler, or None: this machine.
 
     Raises :class:`ParameterError` for what is none of these, and where no scheduler answers.
     """
@@ -179,12 +206,18 @@ def workers(on: Any, count: int) -> Iterator[Workers]:
     elif isinstance(on, str):
         with _cluster(on) as client:
             yield GivenExecutor(client.get_executor(retries=TRIES))
+    elif isinstance(on, Gpu):
+        threads = OnDevice(on, count)
+        try:
+            yield threads
+        finally:
+            threads.close()
     elif isinstance(on, Executor):
         yield GivenExecutor(on)
     elif hasattr(on, "get_executor"):  # a client of Dask
         yield GivenExecutor(on.get_executor(retries=TRIES))
     else:
-        wanted = "an executor of concurrent.futures, a client of Dask, or the address of a scheduler"
+        wanted = "a Gpu, an executor of concurrent.futures, a client of Dask, or the address of a scheduler"
         raise refusal("Study.run: on", on, f"{wanted} such as 'tcp://host:8786'")
 
 
