@@ -318,12 +318,14 @@ class FluidPressure(Fluid):
 
 @attrs.frozen(kw_only=True)
 class Injection(Fluid):
-    """A fluid that is pumped through a boundary at a rate: the room behind it, and the cracks it reaches, are full.
+    """A fluid that is pumped through a boundary at a rate: the room behind it, and the cracks it reaches, take it up.
 
-    What is pumped in stays. It has one pressure everywhere, at once (no viscosity): that at which what is there, by its
-    bulk modulus, fills the room of the boundary and of the cracks as they open; 0 where there is less. All broken
-    contact points that others connect with the boundary belong to it, as for :class:`FluidPressure`. The fluid of a
-    stage before at the same boundary goes on, with ``rate`` alone: a shut well has a rate of 0.
+    What is pumped in stays. Pressures are those at which what is there, by its bulk modulus, fills the room that it
+    has; 0 where there is less. All broken contact points that others connect with the boundary belong to it, as for
+    :class:`FluidPressure`. Without ``viscosity`` there is one pressure, everywhere at once. With it each contact point
+    has its own, and fluid flows along cracks by the cubic law, for an aperture of the opening, where it is above 0, and
+    the ``residual_aperture``; it leaves at boundaries that have a :class:`FluidPressure`. The same fluid of a stage
+    before goes on, with ``rate`` alone: a shut well has a rate of 0.
     """
 
     boundary: str  #: name of the boundary through which it is pumped
@@ -332,9 +334,30 @@ class Injection(Fluid):
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the rate changes
     bulk_modulus: float = parameter("Pa", default=2.2e9)  #: of the fluid; that of water unless given
     pressure: float = parameter("Pa", default=0.0, at_least=0)  #: at first
+    viscosity: float = parameter("Pa s", default=0.0, at_least=0)  #: of the fluid; that of water is 1e-3
+    residual_aperture: float = parameter("m", default=0.0, at_least=0)  #: of closed cracks, where it is viscous
     #: of the room behind the boundary, with lines and pump, over thickness; what it encloses, unless given
     volume: float | None = checked_field(_some_volume, default=None, metadata={"unit": "m2"})
     cracks_only: bool = False  #: whether the boundary itself bears none of it, as under a membrane or a platen
+
+    def __attrs_post_init__(self) -> None:
+        super().__attrs_post_init__()
+        if self.viscosity and not self.residual_aperture:
+            raise ParameterError(
+                f"Injection: residual_aperture = 0 m is not allowed with viscosity = {self.viscosity:g} Pa s, it must "
+                "be above 0: closed cracks conduct by it"
+            )
+        if self.residual_aperture and not self.viscosity:
+            raise ParameterError(
+                f"Injection: residual_aperture = {self.residual_aperture:g} m is not allowed without a viscosity, it "
+                "must be 0: there is one pressure everywhere"
+            )
+
+    def goes_on(self, before: Injection) -> bool:
+        """Whether the fluid is that of an injection ``before``."""
+        return (self.boundary, self.viscosity, self.residual_aperture) == (
+            before.boundary, before.viscosity, before.residual_aperture
+        )  # fmt: skip
 
     def check(self, stage: Stage) -> None:
         super().check(stage)

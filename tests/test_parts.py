@@ -13,6 +13,7 @@ from toy_materials import YIELDING
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator
 from grainlaw.engine.parts.clock import Clock
+from grainlaw.engine.parts.flow import Network
 from grainlaw.engine.parts.heat import EvenTemperature
 from grainlaw.engine.parts.laws import LawTable
 from grainlaw.engine.parts.part import Split
@@ -60,6 +61,13 @@ CASES = {
         small_sample(), WEAK,
         stage(*ENDS, *(gl.FluidPressure(boundary=side, pressure=5e6) for side in ("left", "right"))), 4e-8,
     ),
+    "flowing": (
+        small_sample(), Friction(**STIFF, friction_angle=30),
+        stage(
+            ENDS[0], gl.FluidPressure(boundary="right", pressure=1e5),
+            gl.Injection(boundary="left", rate=1e-3, volume=1e-6, viscosity=1e-3, residual_aperture=5e-6),
+        ), 4e-8,
+    ),
     "falling": (
         PILE, Friction(kn=1e9, ks=1e9, friction_angle=30),
         stage(
@@ -84,12 +92,12 @@ def go(state, steps, threads=1):
 
 
 def declared(rows):
-    """Name, kind and value of every field of a named tuple; plain numbers and tables of laws are constant."""
+    """Name, kind and value of every field of a named tuple; plain numbers, tables of laws and networks are constant."""
     for name, hint in get_type_hints(type(rows), include_extras=True).items():
         if get_origin(hint) is Annotated:
             yield name, get_args(hint)[1], getattr(rows, name)
         else:
-            assert hint in (float, LawTable), f"{type(rows).__name__}.{name} says not whether a run changes it"
+            assert hint in (float, LawTable, Network), f"{type(rows).__name__}.{name} says not whether a run changes it"
 
 
 def fields(state):

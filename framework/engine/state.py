@@ -242,16 +242,17 @@ class State(metaclass=Checked):
 
     @property
     def pumped(self) -> dict[str, float]:
-        """Of an injection: its pressure (Pa), what was pumped in, and by how much room and cracks have grown (m2).
+        """Of an injection: its pressure behind the boundary (Pa), and where what was pumped in is (m2).
 
-        ``injected`` is what it would fill without pressure; ``room`` is behind the boundary. Zeros without one.
+        ``injected`` is what it would fill without pressure, and so are ``crack_fluid``, what of it is in cracks, and
+        ``outflow``, what has left. By ``room`` that behind the boundary has grown. Zeros without one.
         """
         fluids = self.fluids
         room, cracks = fluids.room
         grown = room - float(fluids.arrays.room[0]) if fluids.injection else 0.0
-        pressure = float(fluids.arrays.pressure[0, 0]) if fluids.injection else 0.0
         return {
-            "injection_pressure": pressure, "injected": fluids.pumped_in, "room": grown, "crack_room": cracks
+            "injection_pressure": fluids.pressure, "injected": fluids.pumped_in, "room": grown, "crack_room": cracks,
+            "crack_fluid": fluids.in_cracks, "outflow": fluids.out,
         }  # fmt: skip
 
     def zone_state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -24,7 +24,8 @@ from grainlaw.engine.contacts.contact_passes import (
 from grainlaw.engine.contacts.contact_table import ContactArrays
 from grainlaw.engine.parts.bonds import BondArrays, bond_forces, gather_bond_forces
 from grainlaw.engine.parts.drives import DriveArrays, impose
-from grainlaw.engine.parts.fluids import FluidArrays, press_fluids, pump, sweep
+from grainlaw.engine.parts.flow import flow
+from grainlaw.engine.parts.fluids import FluidArrays, press_fluids, sweep
 from grainlaw.engine.parts.freedoms import FreedomArrays, NodeArrays, clear_forces, integrate
 from grainlaw.engine.parts.grains import GrainArrays, collect_forces, place_corners
 from grainlaw.engine.parts.gravity import GravityArrays, add_weight
@@ -120,7 +121,9 @@ def _steps(thread, team, parts, chunk, forces_of_materials):
         if fluids.rate.shape[0] > 0:
             sweep(fluids, nodes, thread)
             barrier.wait(team.meeting, team.threads, team.pauses)  # what all faces have swept
-            pump(fluids, schedule, chunk.time_step, thread)
+            if thread == 0:
+                flow(fluids, schedule, chunk.time_step)
+            barrier.wait(team.meeting, team.threads, team.pauses)  # pressures
         press_fluids(fluids, nodes, schedule, thread)
         if searching:
             tally[thread, LEAVING] = leaving

@@ -100,7 +100,6 @@ def _run(state: State, chunk: step.Chunk, do: Callable[[], Steps]) -> tuple[int,
     finally:
         tell(state, time_step=SCALARS["time_step"])  # who asks a law between steps does so outside of time
     state.platens.take_back(shared.parts.platens)
-    state.fluids.take_back(shared.parts.fluids)
     return done, shared.parts.contacts.tally.sum(axis=0).tolist()
 
 
