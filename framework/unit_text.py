@@ -38,7 +38,7 @@ USUAL = {  #: what to suggest for a declared unit
     "Pa": "13 MPa", "Pa/m": "105 TPa/m", "J/m2": "150 J/m2", "m": "50 mm", "m/s": "50 mm/s", "s": "0.2 ms",
     "kg/m3": "3100 kg/m3", "deg": "54 deg", "1": "25 %", "1/s": "300 1/s",
     "degC": "600 °C", "1/K": "8e-6 1/K",
-    "m2": "0.01 m2", "m2/s": "1e-4 m2/s",
+    "m2": "0.01 m2", "m2/s": "1e-4 m2/s", "Pa s": "1 mPa s",
 }  # fmt: skip
 SHOWN = {  #: prefixes to write, by power of ten, for units that begin with a symbol
     "Pa": {0: "", 3: "k", 6: "M", 9: "G", 12: "T"}, "m": {0: "", -3: "m", -6: "u"}, "s": {0: "", -3: "m", -6: "u"},
@@ -50,8 +50,9 @@ FACTOR = re.compile(r"([A-Za-zµμ%°]+|1)(?:\^?([+-]?\d)|([²³]))?")
 def quantity(value: Any, unit: str, name: str = "the value") -> float:
     """The number, in the declared ``unit``, of a number in that unit or a string such as ``"13 MPa"``.
 
-    Units are those of mechanics with SI prefixes, multiplied by * and divided by /, with powers as in m2 or m^2, and
-    %, deg, rad, K and °C. Raises :class:`~grainlaw.messages.ParameterError`, which names ``name`` and what is allowed.
+    Units are those of mechanics with SI prefixes, multiplied by * or a space and divided by /, with powers as in m2 or
+    m^2, and %, deg, rad, K and °C. Raises :class:`~grainlaw.messages.ParameterError`, which names ``name`` and what is
+    allowed.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
@@ -119,7 +120,7 @@ def written(value: float, unit: str) -> str:
 def _unit(text: str) -> Unit | None:
     """None if it is no unit."""
     size, powers = Fraction(1), [0, 0, 0, 0, 0, 0]
-    parts = re.split(r"\s*([*/·])\s*", text)
+    parts = re.split(r"\s*([*/·])\s*", re.sub(r"(?<=\w)\s+(?=\w)", "*", text))
     for sign, part in zip(["*", *parts[1::2]], parts[::2], strict=True):
         match = FACTOR.fullmatch(part)
         symbol = _symbol(match[1]) if match else None

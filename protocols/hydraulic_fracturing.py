@@ -29,9 +29,10 @@ class HydraulicFracturing(LoadingProtocol):
     """A rock comes under a stress, with an empty opening; then a fluid is pumped into this at a rate, until it breaks.
 
     The specimen's region has the opening as a hole, such as :func:`~grainlaw.geometry.plate_with_hole` makes. The fluid
-    has no viscosity and fills what cracks it reaches: :class:`~grainlaw.Injection`. The test ends when contacts have
-    broken and the pressure has fallen to ``stop_fraction`` of its largest, or with ``largest_volume``. Pump so slowly
-    that waves cross the specimen many times: with half of the rate the pressures should be the same.
+    fills what cracks it reaches, at once unless it has a ``viscosity``: :class:`~grainlaw.Injection`. The test ends
+    when contacts have broken and the pressure has fallen to ``stop_fraction`` of its largest, or with
+    ``largest_volume``. Pump so slowly that waves cross the specimen many times: with half of the rate the pressures
+    should be the same without viscosity.
     """
 
     xx: float = parameter("Pa", default=-5 * MPa, above=-np.inf)  #: stress of the rock along x, tension positive
@@ -40,6 +41,8 @@ class HydraulicFracturing(LoadingProtocol):
     opening: str = "hole"  #: name of the boundary into which is pumped
     rate: float = parameter("m2/s", default=4e-3)  #: volume over time and thickness
     bulk_modulus: float = parameter("Pa", default=2.2e9)  #: of the fluid
+    viscosity: float = parameter("Pa s", default=0.0, at_least=0)  #: of the fluid; that of water is 1e-3
+    residual_aperture: float = parameter("m", default=0.0, at_least=0)  #: of closed cracks, where it is viscous
     largest_volume: float = parameter("m2", default=2e-5)  #: of fluid that is pumped in, over thickness
     stop_fraction: float = parameter("1", default=0.5, at_least=0, at_most=1)  #: of the largest pressure
     rest: float = parameter("1", default=1e-4)  #: ratio at which the rock counts as at rest under its stress
@@ -57,7 +60,10 @@ class HydraulicFracturing(LoadingProtocol):
         time = self.largest_volume / self.rate
         far = [Traction(boundary=name, stress=(self.xx, self.yy, self.xy)) for name in sides]
         rising = [attrs.evolve(load, ramp=time) for load in far]
-        pump = Injection(boundary=self.opening, rate=self.rate, ramp=RAMP * time, bulk_modulus=self.bulk_modulus)
+        pump = Injection(
+            boundary=self.opening, rate=self.rate, ramp=RAMP * time, bulk_modulus=self.bulk_modulus,
+            viscosity=self.viscosity, residual_aperture=self.residual_aperture,
+        )  # fmt: skip
         until = [FailsTo("injection_pressure", self.stop_fraction), Reaches("injected", self.largest_volume)]
         interval = time / self.samples
         return [

@@ -3,6 +3,7 @@
 import attrs
 import numpy as np
 import pytest
+import pyvista
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
@@ -10,9 +11,13 @@ from support import ROCK, STRONG, advance, state_of
 from test_injection import BRITTLE, FLOOR, JOINT, Late, Pumped, holed
 
 import grainlaw as gl
+from grainlaw.cli.configuration import configured
 from grainlaw.engine.parts.flow import network
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import MohrCoulomb
+from grainlaw.results.figures.cracks import pressures_side_by_side
+from grainlaw.results.figures.report import write_report
+from grainlaw.results.vtk import VtkWriter
 
 LENGTH, APERTURE, VISCOSITY, BULK = 20e-3, 10e-6, 2e-4, 1e8
 DIFFUSIVITY = APERTURE**2 * BULK / (12 * VISCOSITY)  #: m2/s
@@ -240,6 +245,47 @@ def test_the_next_stage_goes_on_with_the_same_fluid():
     even = BULK * 1e-9 / (1e-8 + APERTURE * LENGTH)
     assert result.curves["injection_pressure"][pumped][-1] > 1.05 * even
     assert result.frames[-1].bonds["fluid_pressure"] == pytest.approx(even, rel=0.02)
+
+
+# --- what is shown of it ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def drained(tmp_path_factory):
+    """A joint with a steady flow, from 48 kPa at the left to 0 at the right, and its folder of files for ParaView."""
+    folder = tmp_path_factory.mktemp("drained")
+    loads = [FLOOR, attrs.evolve(PRESS, ramp=2e-5)], [FLOOR, PRESS, attrs.evolve(PUMP, rate=1e-6), OUTLET]
+    return run(jointed(2), *loads, time=2e-4, observers=[VtkWriter(folder, count=2)]), folder
+
+
+def test_paraview_is_told_the_pressure_of_each_point(drained):
+    result, folder = drained
+    last = pyvista.read(sorted(folder.glob("cracks_*.vtu"))[-1])
+    x = last.cell_centers().points[:, 0]
+    assert last.cell_data["fluid_pressure"] == pytest.approx(48e3 * (1 - x / LENGTH), rel=0.01)
+    assert len(x) == 2 * len(result.interfaces)
+
+
+def test_a_report_has_a_picture_of_the_pressures(drained, tmp_path):
+    result, _ = drained
+    figure = pressures_side_by_side({"joint": result, "again": result})
+    for axes in figure.axes[:2]:
+        drawn = axes.collections[-1]
+        assert np.asarray(drawn.get_array()) == pytest.approx(result.frames[-1].bonds["fluid_pressure"] / 1e6)
+        assert drawn.get_clim() == (0, pytest.approx(result.frames[-1].bonds["fluid_pressure"].max() / 1e6))
+    assert figure.axes[-1].get_ylabel() == "pressure of the fluid (MPa)"
+    write_report({"joint": result}, tmp_path / "wet.html")
+    assert "Pressure of the fluid along the cracks" in (tmp_path / "wet.html").read_text("utf-8")
+    dry = run(jointed(2), [FLOOR, attrs.evolve(PRESS, ramp=2e-5)], time=2e-5)
+    assert pressures_side_by_side({"joint": dry}) is None
+
+
+def test_a_file_gives_the_test_its_viscosity():
+    given = {"test": {"viscosity": "1 mPa s", "residual_aperture": "2 um"}}
+    test = configured("hydraulic-fracturing", given, quick=True).protocol
+    assert (test.viscosity, test.residual_aperture) == (1e-3, 2e-6)
+    with pytest.raises(gl.ParameterError, match=r"residual_aperture = 0 m is not allowed with viscosity = 0\.001"):
+        configured("hydraulic-fracturing", {"test": {"viscosity": "1 mPa s"}}, quick=True)
 
 
 # --- the network ------------------------------------------------------------------------------------------------------

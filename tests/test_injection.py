@@ -183,6 +183,8 @@ def test_a_rock_under_stress_is_pumped_until_it_breaks():
     for stage, ramp in ((stress, 2e-3), (pump, 0.0)):
         assert sorted(stage.of(gl.Traction), key=repr) == sorted((attrs.evolve(f, ramp=ramp) for f in far), key=repr)
     assert pump.of(gl.Injection) == [gl.Injection(boundary="hole", rate=4e-3, ramp=1e-4)]
+    thick = attrs.evolve(BLOCK, viscosity=1e-3, residual_aperture=2e-6).stages(holed())[1]
+    assert thick.of(gl.Injection) == [attrs.evolve(pump.of(gl.Injection)[0], viscosity=1e-3, residual_aperture=2e-6)]
     assert pump.until == [gl.FailsTo("injection_pressure", 0.5), gl.Reaches("injected", 8e-6)]
     assert (pump.interval, pump.expected) == (pytest.approx(2e-6), 1000)
     with pytest.raises(gl.ParameterError, match="HydraulicFracturing: the specimen has no boundary named pit"):

@@ -24,6 +24,7 @@ from grainlaw.messages import refusal
 from grainlaw.region import Region
 from grainlaw.results.archive import law_name
 from grainlaw.results.files import write_atomically
+from grainlaw.results.frames import Frame
 from grainlaw.results.result import Cracks, Result, contact_segments
 
 FAR = 0.3  #: widths of a specimen around it that are shown
@@ -45,12 +46,17 @@ def draw_cracks(axes: Axes, result: Result, frame: int = -1) -> None:
         draw_stored_cracks(axes, result)
         return
     moment = result.frame("plot_cracks", frame)
+    lines = _draw_specimen(axes, result, moment)
+    broken = ~np.isnan(moment.bonds["broken_time"])
+    draw_modes(axes, lines[broken], moment.bonds["mode"][broken] < 0.5)
+
+
+def _draw_specimen(axes: Axes, result: Result, moment: Frame) -> np.ndarray:
+    """Draw the deformed grains; (p, 2, 2) mm, the two ends of what belongs to each contact point."""
     place = (result.mesh.nodes + moment.displacement) * 1e3
     axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=GRAIN, edgecolor=GRAIN, linewidth=0.2))
     axes.add_collection(LineCollection(list(place[outlines(result)]), colors=RIM, linewidths=0.35))
-    broken = ~np.isnan(moment.bonds["broken_time"])
-    lines = contact_segments(place, result.interfaces)[broken]
-    draw_modes(axes, lines, moment.bonds["mode"][broken] < 0.5)
+    return contact_segments(place, result.interfaces)
 
 
 def outlines(result: Result) -> np.ndarray:
@@ -93,7 +99,22 @@ def side_by_side(results: Any, frame: int = -1, *, columns: int | None = None) -
     if columns is not None:
         checked_whole_number("side_by_side: columns", columns, at_least=1)
     results = named_results("side_by_side", results)
-    low, high = hull([box(result, [frame]) for result in results.values()])
+    figure, panels, corners = _panels(results, dict.fromkeys(results, frame), columns)
+    for name, axes in panels.items():
+        draw_cracks(axes, results[name], frame)
+        fit(axes, *corners)
+        counts = ", ".join(text.replace(": ", " ") for text in axes.get_legend_handles_labels()[1])
+        axes.set_title(f"{name}\n{counts}", fontsize="medium")
+        axes.label_outer()
+    label_cracks(figure)
+    return figure
+
+
+def _panels(
+    results: Mapping[str, Result], frames: Mapping[str, int], columns: int | None
+) -> tuple[Figure, dict[str, Axes], np.ndarray]:
+    """A figure with axes for each result at its frame, and the corners (2, 2) mm of what they all show."""
+    low, high = hull([box(result, [frames[name]]) for name, result in results.items()])
     wide, tall = high - low
     across = min(columns or MOST_ACROSS, len(results))
     down = math.ceil(len(results) / across)
@@ -101,16 +122,38 @@ def side_by_side(results: Any, frame: int = -1, *, columns: int | None = None) -
     size = each * across + 0.8, (each * tall / wide + 0.6) * down + 0.7
     figure = Figure(figsize=size, layout="constrained")
     panels = list(figure.subplots(down, across, squeeze=False).ravel())
-    for axes, (name, result) in zip(panels, results.items(), strict=False):
-        draw_cracks(axes, result, frame)
-        fit(axes, low, high)
-        counts = ", ".join(text.replace(": ", " ") for text in axes.get_legend_handles_labels()[1])
-        axes.set_title(f"{name}\n{counts}", fontsize="medium")
-        axes.label_outer()
     for axes in panels[len(results) :]:
         axes.remove()
-    label_cracks(figure)
+    return figure, dict(zip(results, panels, strict=False)), np.stack([low, high])
+
+
+def pressures_side_by_side(results: Mapping[str, Result]) -> Figure | None:
+    """Draw the pressure of a fluid in the cracks of several results, each at its last frame with one; None without."""
+    frames = {name: k for name, result in results.items() if (k := _last_wet(result)) is not None}
+    if not frames:
+        return None
+    wet = {name: results[name] for name in frames}
+    moments = {name: result.frames[frames[name]] for name, result in wet.items()}
+    largest = max(float(moment.bonds["fluid_pressure"].max()) for moment in moments.values()) / 1e6
+    figure, panels, corners = _panels(wet, frames, None)
+    for name, axes in panels.items():
+        lines, pressure = _draw_specimen(axes, wet[name], moments[name]), moments[name].bonds["fluid_pressure"] / 1e6
+        full = pressure > 0
+        drawn = LineCollection(list(lines[full]), array=pressure[full], cmap="viridis", linewidths=2.0)
+        drawn.set_clim(0.0, largest)
+        axes.add_collection(drawn)
+        to_scale(axes)
+        fit(axes, *corners)
+        axes.set_title(f"{name}\n{_moment(wet[name], frames[name])}", fontsize="medium")
+        axes.label_outer()
+    figure.colorbar(drawn, ax=list(panels.values()), label="pressure of the fluid (MPa)", shrink=0.6)
     return figure
+
+
+def _last_wet(result: Result) -> int | None:
+    """Number of the last frame in which there is a pressure in cracks."""
+    wet = [k for k, frame in enumerate(result.frames) if np.any(frame.bonds.get("fluid_pressure", 0.0) > 0)]
+    return wet[-1] if wet else None
 
 
 def named_results(where: str, results: Any) -> dict[str, Result]:
