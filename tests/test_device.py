@@ -239,20 +239,21 @@ class Driverless(Simulated):
 @pytest.mark.thorough
 def test_the_kernel_is_compiled_for_a_device_and_kept(tmp_path, monkeypatch):
     monkeypatch.setenv("GRAINLAW_CACHE", str(tmp_path))
-    there, times = Driverless(), []
-    monkeypatch.setattr(there._driver, "launch", lambda kernel, *_: times.append(kernel), raising=False)
+    launched = []
+    monkeypatch.setattr(type(Driverless()._driver), "launch", lambda driver, kernel, *_: launched.append(kernel))
     state = state_of(*rock(8 * MPa, 4, 1))
     integrator = compile_integrator(gl.CentralDifference())
     numbers = np.append(integrator.numbers, 1e-8)
     chunk = step.Chunk(1, 0, 1e-8, np.zeros((1, 3)), np.zeros((1, 3)), integrator.address, 0)
-    there.run(state, integrator, chunk, numbers)
-    code, name = times[0]
+    Driverless().run(state, integrator, chunk, numbers)
+    code, name = launched[0]
     assert code[:4] == b"\x7fELF"
     assert name.encode() in code
     from grainlaw.compiler import cuda_private
 
     monkeypatch.setattr(cuda_private, "compile_kernel", None)  # the second time it is on disk
     Driverless().run(state_of(*rock(8 * MPa, 4, 1)), integrator, chunk, numbers)
+    assert launched[1] == (code, name)
 
 
 @installed

@@ -40,7 +40,7 @@ BY_SHARE = {
     "gather_pressures": "nodes", "load": "tractions", "collect_forces": "grains", "add_weight": "gravity",
     "absorb": "quiet", "impose": "drives", "_remember": "nodes", "integrate": "freedoms", "place_corners": "grains",
 }  # fmt: skip
-BY_THREAD = ("contact_step", "press", "sweep", "pump", "press_fluids", "move_platens", "follow_nodes")
+BY_THREAD = ("contact_step", "press", "sweep", "press_fluids", "move_platens", "follow_nodes")
 
 #: A chunk of contacts, and of zones, is one.
 _OF_CONTACTS = ("contacts.contact_passes", "contacts.contact_geometry", "contacts.contact_exchange")
@@ -375,7 +375,7 @@ class Gpu(metaclass=Checked):
         found = code_kept(key, f"the time loop for {self.name}: this takes half a minute")
         if found is None:
             name, code = private.compile_kernel(kernel_of(components, tables), REGISTERS, self._driver.capability)
-            found = {"name": name}, code
+            found = {"kernel": name}, code
             keep_code(key, *found)
         header, code = found
-        return self._driver.loaded(code, header["name"])
+        return self._driver.loaded(code, header["kernel"])

@@ -10,6 +10,7 @@ the network, in the order of elimination; ``m`` cell; ``f`` face.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -42,7 +43,7 @@ class Network(NamedTuple):
     level: Scratch  #: (k,) Pa
     right: Scratch  #: (k,) m2
     fixed: Scratch  #: (k,) whether its pressure is given, or 0 because there is less fluid than room
-    row: Scratch  #: (k,) of the factor, with all its zeros
+    row: Scratch  #: (k,) of the factor, with all its zeros; no number is left in it
     eased: Scratch  #: (m,) m2/Pa, flow to an end in the step over the difference of pressures
 
 
@@ -88,6 +89,7 @@ def _take_up(fluids, schedule, time_step):
     net = fluids.network
     for k in range(net.vertex.shape[0]):
         net.volume[k], net.level[k] = fluids.room[net.vertex[k]], fluids.pressure[net.vertex[k]]
+        net.row[k] = 0.0
     for n in range(net.face.shape[0]):
         net.volume[net.face_at[n]] += fluids.swept[net.face[n]]
     for m in range(net.cell.shape[0]):
@@ -144,7 +146,7 @@ def _solve(net):
             right -= value * level[j]
         for s in range(first, last):
             row[column[s]] = 0.0
-        factor[last] = diagonal**0.5
+        factor[last] = math.sqrt(diagonal)
         level[k] = right / factor[last]
     for k in range(count - 1, -1, -1):
         level[k] /= factor[start[k + 1] - 1]
