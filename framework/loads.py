@@ -336,6 +336,8 @@ class Injection(Fluid):
     pressure: float = parameter("Pa", default=0.0, at_least=0)  #: at first
     viscosity: float = parameter("Pa s", default=0.0, at_least=0)  #: of the fluid; that of water is 1e-3
     residual_aperture: float = parameter("m", default=0.0, at_least=0)  #: of closed cracks, where it is viscous
+    #: damage from which contact points let it in; below 1 it is in the cohesive zone of a crack too
+    entry_damage: float = parameter("1", default=1.0, above=0, at_most=1)
     #: of the room behind the boundary, with lines and pump, over thickness; what it encloses, unless given
     volume: float | None = checked_field(_some_volume, default=None, metadata={"unit": "m2"})
     cracks_only: bool = False  #: whether the boundary itself bears none of it, as under a membrane or a platen

@@ -189,6 +189,19 @@ def test_a_restored_state_has_the_network_of_then():
     assert cells == set(state.fluids.arrays.network.vertex.tolist())
 
 
+@pytest.mark.parametrize(("entry", "entered"), [(1.0, 0.0), (0.3, 0.5)])
+def test_a_fluid_enters_points_of_enough_damage(entry, entered):
+    """Of half of the points damage is 0.5, of the others none: those near the hole are entered from 0.3 on."""
+    state = state_of(holed(60), MohrCoulomb(**STRONG))
+    (group,) = state.bonds.groups
+    state.bonds.arrays.memory[group.row("damage"), ::2] = 0.5
+    pump = attrs.evolve(VISCOUS, entry_damage=entry)
+    state.begin(gl.Stage(name="wet", loads=[FLOOR, pump], until=[gl.AtRest()], interval=1e-6))
+    damage = state.memory("damage")[state.fluids.books.fluid == 1]
+    assert (len(damage) > 0) == (entered > 0)
+    assert (damage == entered).all()
+
+
 @pytest.fixture(scope="module")
 def split():
     books = Books()
@@ -322,6 +335,7 @@ def test_viscous_fluids_that_cannot_be_are_refused():
             "Injection: residual_aperture = -1e-06 m is not allowed, it must be a finite number and at least 0",
         ),
         ({"viscosity": 1e-3}, "residual_aperture = 0 m is not allowed with viscosity = 0.001 Pa s, it must be above 0"),
+        ({"entry_damage": 0.0}, "Injection: entry_damage = 0 is not allowed, it must be a finite number and above 0"),
         ({"residual_aperture": 1e-6}, "residual_aperture = 1e-06 m is not allowed without a viscosity, it must be 0"),
     ):
         with pytest.raises(gl.ParameterError, match=message):

@@ -7,11 +7,13 @@ from functools import cache, partial
 
 import attrs
 import numpy as np
+from scipy.integrate import quad
+from scipy.special import beta
 from study_tables import DOCS, Table, main
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.laws import Friction, Linear
+from grainlaw.laws import CohesiveCrack, Friction, Linear, LinearSoftening
 from grainlaw.protocols import DirectShear, Saturated
 
 HALF = 10e-3  #: m, of the crack
@@ -49,15 +51,19 @@ class Pressurize(gl.LoadingProtocol):
         return {"wet": int(curves["wet"][-1])}
 
 
-def plate(across, along):
-    """Half of a square plate ``across`` times as wide as the crack, with ``along`` bricks in half of the crack."""
+def plate(across, along, half=HALF, seam=False):
+    """Half of a square plate ``across`` times as wide as 2 ``HALF``, with ``along`` bricks on ``HALF``.
+
+    The crack has the half-length ``half``; what is beyond it in its row is the joint "seam" if asked for.
+    """
     count, size = across * along, across * HALF
     grains = Bricks(rows=2 * count, columns=count).tessellate(rectangle(size, 2 * size))
     edges = grains.edges
     ends = grains.vertices[np.stack([edges.start, edges.end], axis=1)]
-    on = (np.abs(ends[:, :, 1] - size) < 1e-9).all(axis=1) & (ends[:, :, 0] < HALF + 1e-9).all(axis=1)
-    crack = np.stack([edges.start, edges.end], axis=1)[on]
-    return gl.Specimen(attrs.evolve(grains, joints={"crack": crack}), ROCK)
+    row, inner = (np.abs(ends[:, :, 1] - size) < 1e-9).all(axis=1), (ends[:, :, 0] < half + 1e-9).all(axis=1)
+    pairs = np.stack([edges.start, edges.end], axis=1)
+    joints = {"crack": pairs[row & inner], **({"seam": pairs[row & ~inner]} if seam else {})}
+    return gl.Specimen(attrs.evolve(grains, joints=joints), ROCK)
 
 
 def widest(spacing):
@@ -124,6 +130,122 @@ def friction(pressure):
     )
 
 
+# --- a crack that is pumped open (Khristianovich, Geertsma and de Klerk) ----------------------------------------------
+
+RATE = 4e-3  #: m2/s, into both wings
+START = 30e-3  #: m, half-length of the crack that a thin fluid makes longer
+TOUGHNESS, STRENGTHS = 10e6, {1: 60e6, 2: 80e6}  #: Pa m^0.5; Pa, by bricks on 10 mm
+THIN, THICK = 1e-6, 1e-3  #: Pa s
+CLOSING = 50e6  #: Pa, across the crack that a thick fluid opens
+WINDOW = 40e-3, 55e-3  #: m, half-lengths by theory between which it is compared
+
+
+@attrs.frozen(kw_only=True)
+class Grow(gl.LoadingProtocol):
+    """Half of a crack from the left edge, a plane of symmetry, that half of the rate is pumped into."""
+
+    viscosity: float = gl.parameter("Pa s")
+    entry_damage: float = gl.parameter("1", default=1.0)
+    far: float = gl.parameter("Pa", default=0.0, at_least=0)  #: stress across the crack
+    time: float = gl.parameter("s")
+
+    def stages(self, specimen):
+        held = [
+            gl.Drive(boundary="left", axis=0, speed=0.0),
+            gl.Drive(boundary="right", axis=1, speed=0.0, roller=True),
+        ]
+        far = [gl.Traction(boundary=name, stress=(0.0, -self.far, 0.0)) for name in ("bottom", "top") if self.far]
+        pump = gl.Injection(
+            boundary="left", rate=RATE / 2, ramp=self.time / 50, bulk_modulus=5e9, viscosity=self.viscosity,
+            residual_aperture=1e-6, entry_damage=self.entry_damage, volume=1e-9, cracks_only=True,
+        )  # fmt: skip
+        rising = [attrs.evolve(load, ramp=1e-3) for load in far]
+        press = gl.Stage(name="press", loads=[*held, *rising], until=[gl.AtRest(1e-4)], interval=1e-5, static=True)
+        grow = gl.Stage(
+            name="pump", loads=[*held, *far, pump], until=[gl.Reaches("pumped", self.time)], interval=self.time / 100
+        )
+        return [press, grow] if far else [grow]
+
+    def measure(self, state):
+        place = state.mesh.nodes[state.bonds.ends][:, :2]
+        x = place[:, :, 0] @ [[0.75, 0.25], [0.25, 0.75]]
+        middle = np.ptp(state.mesh.nodes[:, 1]) / 2
+        row = np.tile((np.abs(place[:, :, 1] - middle) < 1e-9).all(axis=1), 2)
+        end, damage = x.T.ravel() + state.contact_lengths / 2, state.memory("damage")
+        inlet = np.argsort(np.where(row, end, np.inf))[:2]
+
+        def farthest(some):
+            return float(end[row & some].max(initial=0.0))
+
+        return {
+            "pumped": state.pumped["injected"] / (RATE / 2), "pressure": state.pumped["injection_pressure"],
+            "width": state.opening[inlet].mean(), "open": farthest(state.opening > 0),
+            "torn": max(farthest(damage >= 1), START), "softened": max(farthest(damage >= 1e-3), START),
+        }  # fmt: skip
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+@cache
+def thin(along, entry_damage=1e-3):
+    """A fluid so thin that it has one pressure opens a row of cohesive bonds, and enters their cohesive zone."""
+    energy = TOUGHNESS**2 * widest(HALF / along) / (4 * HALF)
+    seam = CohesiveCrack(
+        kn=KN, ks=KS, tensile_strength=STRENGTHS[along], cohesion=10 * STRENGTHS[along], friction_angle=30,
+        residual_friction_angle=30, mode_i_energy=energy, mode_ii_energy=10 * energy, softening=LinearSoftening(),
+    )  # fmt: skip
+    laws = {"crack": Friction(kn=KN, ks=KS, friction_angle=30), "seam": seam, ...: Linear(kn=KN, ks=KS)}
+    test = Grow(viscosity=THIN, entry_damage=entry_damage, time=1.9e-3)
+    return gl.simulate(plate(40, along, half=START, seam=True), laws, test, detection=None, frames=2)
+
+
+@cache
+def thick(along):
+    """A thick fluid opens a joint without strength under a stress."""
+    laws = {"crack": Friction(kn=KN, ks=KS, friction_angle=30), ...: Linear(kn=KN, ks=KS)}
+    test = Grow(viscosity=THICK, far=CLOSING, time=1.15e-3)
+    return gl.simulate(plate(40, along, half=100e-3), laws, test, detection=None, frames=2)
+
+
+def by_toughness(time, modulus):
+    """Half-length, opening and pressure at the inlet where toughness rules: p = K / sqrt(pi a), both wings hold all."""
+    half = (modulus * RATE * time / (2 * np.sqrt(np.pi) * TOUGHNESS)) ** (2 / 3)
+    pressure = TOUGHNESS / np.sqrt(np.pi * half)
+    return half, 4 * pressure * half / modulus, pressure
+
+
+def by_viscosity(time, modulus):
+    """The same where viscosity rules, without toughness: Adachi and Detournay (2002), to first order."""
+    a0, a1, b = np.sqrt(3), -0.156, 0.0663
+
+    def opening(r):
+        root = np.sqrt(1 - r * r)
+        return (
+            a0 * root ** (4 / 3) + a1 * root ** (10 / 3) + b * (4 * root + 2 * r * r * np.log((1 - root) / (1 + root)))
+        )
+
+    gamma = 1 / np.sqrt(2 * quad(opening, 0, 1)[0])  # the volume of both wings
+    small = (12 * THICK / (modulus * time)) ** (1 / 3)
+    length = (modulus * RATE**3 * time**4 / (12 * THICK)) ** (1 / 6)
+    inlet = a0 + a1 + 4 * b, beta(1 / 2, 2 / 3) / (3 * np.pi) * (a0 + 10 / 7 * a1) + 2 * b
+    return gamma * length, gamma * inlet[0] * small * length, inlet[1] * small * modulus
+
+
+def over_theory(run, along, theory, far, *lengths):
+    """Means, lowest and highest of what was found over theory, while that has a half-length within ``WINDOW``."""
+    result = run(along)
+    curves = result.curves
+    pumping = (curves["stage"] == curves["stage"][-1]) & (curves["pumped"] > 0)
+    half, width, pressure = theory(curves["pumped"][pumping], 4 * HALF / widest(HALF / along))
+    seen = (half > WINDOW[0]) & (half < WINDOW[1])
+    pairs = [(curves[name], half) for name in lengths]
+    pairs += [(curves["width"], width), (curves["pressure"] - far, pressure)]
+    ratios = [(found[pumping] / expected)[seen] for found, expected in pairs]
+    cells = [f"{ratio.mean():.2f} ({ratio.min():.2f} to {ratio.max():.2f})" for ratio in ratios]
+    return f"{2 * (40 * along) ** 2:,}", *cells, f"{result.summary['energy_error']:.0e}"
+
+
 PAGE = DOCS / "water.md"
 TABLES = [
     Table(
@@ -151,6 +273,29 @@ TABLES = [
         rows={f"{p / 1e6:g}": partial(friction, p) for p in (0, 2e6, 4e6, 6e6, 8e6)},
         firm=("shear strength (MPa)",),
         checked=("4",),
+    ),
+    Table(
+        page=PAGE,
+        name="thin fluid",
+        columns=("brick (mm)", "bricks", "half-length to the end of the broken points", "of the cohesive zone",
+                 "opening", "pressure", "error of the energies"),
+        rows={
+            **{f"{10 / n:g}": partial(over_theory, thin, n, by_toughness, 0.0, "torn", "softened") for n in (1, 2)},
+            "10, the cohesive zone dry": partial(
+                over_theory, partial(thin, entry_damage=1.0), 1, by_toughness, 0.0, "torn", "softened"
+            ),
+        },
+        firm=("opening", "pressure"),
+        checked=("10",),
+    ),
+    Table(
+        page=PAGE,
+        name="thick fluid",
+        columns=("brick (mm)", "bricks", "half-length of the open points", "opening", "pressure",
+                 "error of the energies"),
+        rows={f"{10 / n:g}": partial(over_theory, thick, n, by_viscosity, CLOSING, "open") for n in (1, 2)},
+        firm=("opening", "pressure"),
+        checked=("10",),
     ),
 ]  # fmt: skip
 

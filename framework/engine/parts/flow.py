@@ -22,7 +22,7 @@ from grainlaw.engine.parts.imposed import STILL
 from grainlaw.engine.parts.part import Constant, Scratch
 
 FREE = STILL  #: instead of a column of the schedule: a vertex whose pressure is not given
-TRIES = 100  #: in which the vertices without pressure are found: more than one or two are rare
+TRIES = 100  #: in which the vertices without pressure are found: nearly always in one
 
 
 class Network(NamedTuple):
