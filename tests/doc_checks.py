@@ -197,6 +197,7 @@ def check_water(page):
     pumped = page["broken"].curves["injection_pressure"]
     assert page["broken"].summary["breakdown"] > 2 * pumped[-1]
     assert 0.8 * 14e6 < page["fractured"]["initiation_pressure"] < 14e6
+    assert page["steady"]["injection_pressure"] == pytest.approx(12 * 1e-3 * 1e-5 * 10e-3 / 20e-6**3, rel=0.02)
 
 
 def check_temperature(page):

@@ -310,7 +310,7 @@ def test_bad_input_is_refused(tmp_path):
         ({"shard": (5, 3)}, "shard = 5 is not allowed"),
         ({"shard": 3}, "shard = 3 is not allowed, it must be"),
         ({"workers": 0}, "workers = 0 is not allowed"),
-        ({"on": 7}, "on = 7 is not allowed, it must be an executor"),
+        ({"on": 7}, "on = 7 is not allowed, it must be a Gpu, an executor"),
         ({"on": "tcp://127.0.0.1:9"}, "no Dask scheduler answers at 'tcp://127.0.0.1:9'"),
         ({"workers": 1, "on": "tcp://127.0.0.1:9"}, "workers and on are not allowed together"),
     ):

@@ -259,6 +259,8 @@ class Gpu(metaclass=Checked):
     there is no device, or numba-cuda is missing.
     """
 
+    name = "no device"
+
     def __init__(self, number: int = 0) -> None:
         if not isinstance(number, int) or number < 0:
             raise refusal("Gpu: number", number, "a whole number, at least 0")
@@ -273,7 +275,7 @@ class Gpu(metaclass=Checked):
 
     def _begin(self, driver: Any, team: int) -> None:
         self._driver, self._team = driver, team
-        self.name: str = driver.name
+        self.name = str(driver.name)
         self.side_by_side: int = driver.multiprocessors * (REGISTERS_OF_ALL // (REGISTERS * TEAM))  #: blocks
         self._lock = threading.Condition()
         self._runs = 0
