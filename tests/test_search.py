@@ -119,6 +119,15 @@ def test_a_grain_that_flies_far_away_costs_no_memory(away):
     assert peak < 1e5
 
 
+@pytest.mark.parametrize("x", [2.0**64, -(2.0**64)])
+def test_an_edge_farther_away_than_cells_can_be_counted_is_in_few_of_them(x):
+    edge = x, 0.0, x + 2.0**13, 1000.0
+    left, right = search._columns(edge[0], edge[2], 0.1, 1.0)
+    assert left == right
+    low, high = search._rows(*edge, 0.1, 1.0, left)
+    assert high - low <= 1002
+
+
 def pile(detection=None, threads=1, material=RIGID):
     """Turned blocks that fall on each other and on a floor."""
     blocks = [turned(0.5, 0.5, 20 * k, (0.3 * (k % 3), 0.4 + 0.75 * k), f"block {k}") for k in range(6)]

@@ -22,7 +22,8 @@ def _rows(x0, y0, x1, y1, pad, size, column):
     ya, yb = y0, y1
     if x1 != x0:
         slope = (y1 - y0) / (x1 - x0)
-        left, right = max(min(x0, x1), low), min(max(x0, x1), high)
+        least, most = min(x0, x1), max(x0, x1)
+        left, right = min(max(least, low), most), max(min(most, high), least)  # on it, however far away
         ya, yb = y0 + slope * (left - x0), y0 + slope * (right - x0)
     return math.floor((min(ya, yb) - pad) / size), math.floor((max(ya, yb) + pad) / size)
 
