@@ -70,15 +70,15 @@ def case(test, seed, **point):
     soft = ROCK.youngs_modulus / (1 + 1.5 / point["stiffness"] / min(point["ratio"], 1))
     far = min(4 * (strong + (root**2 + 1) * pressure * (test == "confined")) / soft, 0.4)
     return gl.Run(specimen, law, {
-        "compression": UniaxialCompression(until=Until.FAILURE, maximum_strain=far, samples=200),
+        "compression": UniaxialCompression(until=Until.FAILURE, maximum_strain=far, samples=2000),
         "confined": BiaxialCompression(
-            confinement=pressure, until=Until.FAILURE, maximum_strain=far, samples=200
+            confinement=pressure, until=Until.FAILURE, maximum_strain=far, samples=2000
         ),
         "tension": UniaxialTension(
-            until=Until.FAILURE, maximum_strain=8 * law.tensile_strength / soft, samples=200
+            until=Until.FAILURE, maximum_strain=8 * law.tensile_strength / soft, samples=2000
         ),
         "brazilian": Brazilian(
-            until=Until.FAILURE, maximum_strain=min(20 * law.tensile_strength / soft, 0.2), samples=200
+            until=Until.FAILURE, maximum_strain=min(20 * law.tensile_strength / soft, 0.2), samples=2000
         ),
     }[test])  # fmt: skip
 
