@@ -45,7 +45,7 @@ class Memory:
     """Some of the memory of the device."""
 
     def __init__(self, bytes_):
-        self.bytes = bytes_
+        self.bytes, self.size = bytes_, bytes_.size
 
     def __getitem__(self, part):
         return Memory(self.bytes[part])
@@ -131,13 +131,16 @@ class Driver:
     def pointer(self, memory):
         return memory.bytes.ctypes.data
 
-    def launch(self, kernel, threads, tables, done):
+    def launch(self, kernel, threads, tables, done, together):
         if len(self.blocks) >= self.fails_at:
             raise RuntimeError("out of memory")
+        assert together == (tables.bytes[:, 5] > 1).any()
         self.blocks.append(len(tables.bytes))
         components, (team, parts, chunk) = kernel
-        for sample, (team_at, parts_at, chunk_at, materials) in enumerate(tables.bytes.tolist()):
-            block = Block(threads)
+        for sample, (_, team_at, parts_at, chunk_at, materials, blocks, which) in enumerate(tables.bytes.tolist()):
+            if which > 0:
+                continue
+            block = Block(threads * blocks)
             steps, copies = device.retargeted(block.machine(), components)
             for copy in copies.copies.values():
                 if "math" in copy.__globals__:
@@ -151,8 +154,9 @@ class Driver:
 class Simulated(device.Gpu):
     """A device whose blocks are of a few Python threads."""
 
-    def __init__(self, threads=3):
+    def __init__(self, threads=3, grains=100):
         self._begin(Driver(), threads)
+        self._grains = grains
 
     @property
     def blocks(self):
@@ -168,4 +172,4 @@ class Simulated(device.Gpu):
 
     def _compiled(self, components, request):
         team = step.Team(1, np.zeros(0, dtype=np.int64), (0, 0))
-        return components, (team, request.table.shared.parts, request.chunk)
+        return components, (team, request.state.on_device.shared.parts, request.chunk)

@@ -163,6 +163,83 @@ def array_at(typing: Any, address: Any, shape: Any) -> Any:
     return kind(nb.int64, shape), generate
 
 
+# --- blocks that are one team ----------------------------------------------------------------------------------------
+
+SHARED = 3  #: words that the threads of a block have in common: see :func:`join_team`
+ARRIVED, RAISED = 0, 16  #: words where blocks meet: how many have come, ever; for which meetings flags were raised
+
+
+@intrinsic
+def words_at(typing: Any, address: Any) -> Any:
+    """The array of 32 int64 at an address, for compiled code."""
+    kind = nb.Array(nb.int64, 1, "C")
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _array(context, builder, kind, arguments[0], [WORD(32)])
+
+    return kind(nb.int64), generate
+
+
+@cuda.jit(device=True)
+def join_team(blocks, meeting):
+    """Tell the threads of a block how many blocks its team has, and the address of where they meet."""
+    shared = cuda.shared.array(0, nb.int64)
+    if cuda.threadIdx.x == 0:
+        shared[0], shared[1], shared[2] = blocks, meeting, 0
+    cuda.syncthreads()
+
+
+@cuda.jit(device=True)
+def width_of_team():
+    """Threads of a team."""
+    return cuda.blockDim.x * cuda.shared.array(0, nb.int64)[0]
+
+
+@cuda.jit(device=True)
+def _meet_blocks(shared, found):
+    """Wait, in one thread of each block, for all blocks of a team; whether one of them has found something.
+
+    A flag is the number of the last meeting for which it was raised, of even and odd ones apart: none is ever lowered.
+    """
+    words, meeting = words_at(shared[1]), shared[2] + 1
+    shared[2], flag = meeting, RAISED + meeting % 2
+    if found != 0:
+        cuda.atomic.max(words, flag, meeting)
+    cuda.threadfence()
+    cuda.atomic.add(words, ARRIVED, 1)
+    while cuda.atomic.add(words, ARRIVED, 0) < meeting * shared[0]:
+        pass
+    cuda.threadfence()
+    return cuda.atomic.add(words, flag, 0) == meeting
+
+
+@cuda.jit(device=True)
+def meet_team():
+    """Where all threads of a team wait for each other, and see what the others have written.
+
+    Not :func:`any_of_team` of a constant: its assembler would let one thread alone wait for a block.
+    """
+    shared = cuda.shared.array(0, nb.int64)
+    cuda.syncthreads()
+    if shared[0] > 1:
+        if cuda.threadIdx.x == 0:
+            _meet_blocks(shared, 0)
+        cuda.syncthreads()
+
+
+@cuda.jit(device=True)
+def any_of_team(number):
+    """Whether a number, which is not a constant, is not 0 in some thread of a team; they meet there."""
+    found = cuda.syncthreads_or(np.int32(number))
+    shared = cuda.shared.array(0, nb.int64)
+    if shared[0] > 1:
+        raised = 0
+        if cuda.threadIdx.x == 0:
+            raised = 1 if _meet_blocks(shared, found) else 0
+        found = cuda.syncthreads_or(np.int32(raised))
+    return found
+
+
 # --- compiling -------------------------------------------------------------------------------------------------------
 
 
@@ -283,14 +360,18 @@ class Driver:
 
         return ObjectCode.from_cubin(code).get_kernel(name)
 
-    def launch(self, kernel: Any, threads: int, tables: Any, done: Any) -> None:
-        """Run a kernel in a block for each row of ``tables`` (n, k), and wait for it."""
+    def launch(self, kernel: Any, threads: int, tables: Any, done: Any, together: bool) -> None:
+        """Run a kernel in a block for each row of ``tables`` (n, k), and wait for it.
+
+        Blocks that wait for each other must be at work ``together``: a device refuses more than it does side by side.
+        """
         from cuda.core import LaunchConfig, launch
 
-        count, width = tables.shape
+        (count, width), room = tables.shape, 8 * SHARED
         words = [0, 0, count * width, 8, self.pointer(tables), count, width, 8 * width, 8]
         words += [0, 0, count, 8, self.pointer(done), count, 8]
-        launch(self._stream, LaunchConfig(grid=count, block=threads), kernel, *map(np.uint64, words))
+        config = LaunchConfig(grid=count, block=threads, shmem_size=room, is_cooperative=together)
+        launch(self._stream, config, kernel, *map(np.uint64, words))
         self._stream.sync()
 
     @staticmethod

@@ -1,7 +1,8 @@
 """A GPU as a team of many threads: the passes of the step, the laws and the materials as they are, in blocks.
 
-A block of the device is the team of one model, ``barrier.wait`` is where its threads meet, and a chunk of steps is one
-launch. Runs that share a device are gathered: a launch does the steps of all that wait for some.
+A block of the device is the team of one model, or some blocks are that of a large one; ``barrier.wait`` is where its
+threads meet, and a chunk of steps is one launch. Runs that share a device are gathered: a launch does the steps of all
+that wait for some.
 """
 
 from __future__ import annotations
@@ -23,13 +24,14 @@ from grainlaw.compiler.numba_private import python_function
 from grainlaw.compiler.retarget import Retarget
 from grainlaw.engine import device_table, step
 from grainlaw.engine.contacts import contact_rows
-from grainlaw.engine.contacts.contact_passes import ACTIVE
+from grainlaw.engine.contacts.contact_passes import ACTIVE, gather_at_node
 from grainlaw.engine.parts.material_passes import add_material_forces
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
 
 TEAM = 256  #: threads of a block
+GRAINS = 64  #: at least, of a block where a team has several
 REGISTERS = 128  #: of each thread: so two blocks share a multiprocessor
 REGISTERS_OF_ALL = 65_536  #: that a multiprocessor has
 ENGINE = "grainlaw.engine."
@@ -54,7 +56,7 @@ class Machine(NamedTuple):
     """What a device gives to functions that run on it."""
 
     function: Callable[[Any], Any]  #: makes a function one that others call there
-    width: Callable[..., Any]  #: threads of a block
+    width: Callable[..., Any]  #: threads of a team
     meet: Callable[..., Any]  #: where all of them wait for each other
     any: Callable[..., Any]  #: whether a number is not 0 in some thread; they meet there
     array: Any  #: the float64 array of a shape at an address
@@ -84,11 +86,12 @@ def _by_thread(machine: Machine, function: Any, made: Any) -> Any:
 
 
 def _if_any(machine: Machine, function: Any, made: Any) -> Any:
-    """The gathering of contacts' forces, left out where there are none: each thread walks the lists of all."""
+    """The gathering of contacts' forces by nodes, left out where there are none."""
     return _written(machine, f"""
 def {function.__name__}(t, nodes, thread):
     if any(t.tally[thread, {ACTIVE}]) != 0:
-        made(t, nodes, thread)
+        for place in range(thread, t.used.shape[0], width()):
+            made(t, nodes, place)
     meet()
 """, made=made)  # fmt: skip
 
@@ -180,7 +183,7 @@ def retargeted(machine: Machine, components: Components) -> tuple[Any, Retarget]
         function = python_function(getattr(step, name))
         copies.replaced[here, name] = _by_thread(machine, function, copies.copy(function))
     gather, add = python_function(step.gather_contact_forces), python_function(add_material_forces)
-    copies.replaced[here, gather.__name__] = _if_any(machine, gather, copies.copy(gather))
+    copies.replaced[here, gather.__name__] = _if_any(machine, gather, copies.copy(python_function(gather_at_node)))
     materials = _by_share(machine, add, copies.copy(add), "zones")
     copies.replaced[here, "_sum"] = _written(machine, """
 def _sum(tally, column, thread):
@@ -196,36 +199,39 @@ def call(number, a):
 
 def _cuda(tables: Any) -> tuple[Machine, Any]:
     """The machine of numba-cuda; and the places of team, parts and chunk."""
-    from numba import cuda
-
     from grainlaw.compiler import cuda_private as private
 
-    made = private.device_function
     team, parts, chunk = (private.place_of(table.kind) for table in tables)
     kinds = dict(zip(parts.fields, parts.kinds, strict=True))
     machine = Machine(
-        made, made(lambda: cuda.blockDim.x), made(lambda: cuda.syncthreads()),
-        made(lambda number: cuda.syncthreads_or(np.int32(number))), private.array_at, private.address_of,
-        lambda name: private.at(kinds[name]),
+        private.device_function, private.width_of_team, private.meet_team, private.any_of_team, private.array_at,
+        private.address_of, lambda name: private.at(kinds[name]),
     )  # fmt: skip
     return machine, (private.at(team), private.at(parts), private.at(chunk))
 
 
 def kernel_of(components: Components, tables: Any) -> Any:
-    """The kernel: a block for each row of ``tables`` (n, 4), which has the addresses of team, parts and chunk."""
+    """The kernel: a block for each row of the places (n, 7).
+
+    These are the addresses of where blocks meet, of team, parts and chunk; whether grains have materials with a method
+    for their stress; how many blocks the team has, and which of them this is.
+    """
     from numba import cuda
+
+    from grainlaw.compiler.cuda_private import join_team
 
     machine, (team_at, parts_at, chunk_at) = _cuda(tables)
     steps, _ = retargeted(machine, components)
 
     def kernel(places, done):
-        sample, thread = cuda.blockIdx.x, cuda.threadIdx.x
+        block, thread = cuda.blockIdx.x, cuda.threadIdx.x
+        join_team(places[block, 5], places[block, 0])
         count = steps(
-            thread, team_at(places[sample, 0]), parts_at(places[sample, 1]), chunk_at(places[sample, 2]),
-            places[sample, 3],
+            places[block, 6] * cuda.blockDim.x + thread, team_at(places[block, 1]), parts_at(places[block, 2]),
+            chunk_at(places[block, 3]), places[block, 4],
         )  # fmt: skip
         if thread == 0:
-            done[sample] = count
+            done[block] = count
 
     return kernel
 
@@ -240,7 +246,6 @@ def _sources() -> list[str]:
 class _Request(NamedTuple):
     """Steps that a run asks for."""
 
-    table: device_table.DeviceTable
     state: State
     integrator: Compiled
     chunk: step.Chunk
@@ -254,8 +259,8 @@ class DeviceError(OSError):
 class Gpu(metaclass=Checked):
     """An NVIDIA GPU, number ``number`` of this computer, that does the steps of runs; for ``device`` of a run.
 
-    Runs that share one object are done side by side, a block of threads for each: the more, the better it pays. One
-    alone takes longer than on a processor. Needs ``pip install grainlaw[gpu]``; raises :class:`ParameterError` where
+    Runs that share one object are done side by side, a block of threads or some for each: the more runs, or the larger,
+    the better it pays. Needs ``pip install grainlaw[gpu]``; raises :class:`ParameterError` where
     there is no device, or numba-cuda is missing.
     """
 
@@ -274,7 +279,7 @@ class Gpu(metaclass=Checked):
             raise ParameterError(f"Gpu: number = {number!r} cannot be used: {error}") from None
 
     def _begin(self, driver: Any, team: int) -> None:
-        self._driver, self._team = driver, team
+        self._driver, self._team, self._grains = driver, team, GRAINS
         self.name = str(driver.name)
         self.side_by_side: int = driver.multiprocessors * (REGISTERS_OF_ALL // (REGISTERS * TEAM))  #: blocks
         self._lock = threading.Condition()
@@ -324,17 +329,14 @@ class Gpu(metaclass=Checked):
         """Do a chunk of steps of a run; how many were done, and the arrays of its parts as the device shares them."""
         me = threading.get_ident()
         with self._lock:
-            table = state.on_device
-            if table is None or table[0] is not self:
-                state.on_device = table = self, device_table.DeviceTable(self._driver, state, self._team)
-            self._asked[me] = _Request(table[1], state, integrator, chunk, parameters)
+            self._asked[me] = _Request(state, integrator, chunk, parameters)
             self._do_if_all_wait()
             while me not in self._answers:
                 self._lock.wait()
             answer = self._answers.pop(me)
         if isinstance(answer, BaseException):
             raise answer
-        return answer, table[1].shared
+        return answer, state.on_device.shared
 
     def _do_if_all_wait(self) -> None:
         if not self._asked or len(self._asked) < self._runs:
@@ -352,24 +354,36 @@ class Gpu(metaclass=Checked):
         components = self._components
         for each in requests:
             components = components.with_all(each.state, each.integrator)
-        rows = [
-            each.table.up(each.chunk, each.parameters, components.numbers(each.state, each.integrator))
-            for each in requests
-        ]
+        rows, first = list[list[int]](), list[int]()
+        for each in requests:
+            table = self._table(each.state, len(requests))
+            places = table.up(each.chunk, each.parameters, components.numbers(each.state, each.integrator))
+            first.append(len(rows))
+            rows += [[*places, table.blocks, block] for block in range(table.blocks)]
         if self._kernel is None or components.key != self._components.key:
             self._kernel, self._components = self._compiled(components, requests[0]), components
         done = self._driver.copied(np.zeros(len(rows), dtype=np.int64))
-        self._driver.launch(self._kernel, self._team, self._driver.copied(np.array(rows, dtype=np.int64)), done)
+        where = self._driver.copied(np.array(rows, dtype=np.int64))
+        self._driver.launch(self._kernel, self._team, where, done, together=len(rows) > len(requests))
         for each in requests:
-            each.table.down()
-        counts: list[int] = done.copy_to_host().tolist()
+            each.state.on_device.down()
+        counts: list[int] = done.copy_to_host()[first].tolist()
         return counts
+
+    def _table(self, state: State, runs: int) -> device_table.DeviceTable:
+        """The arrays of one of so many runs on this device, whose blocks are all at work at once or one for each."""
+        most = min(self.side_by_side // runs, state.specimen.grains.count // self._grains)
+        blocks = 1 << max(most, 1).bit_length() - 1
+        table: device_table.DeviceTable | None = state.on_device
+        if table is None or table.driver is not self._driver or table.blocks != blocks:
+            table = state.on_device = device_table.DeviceTable(self._driver, state, self._team, blocks)
+        return table
 
     def _compiled(self, components: Components, request: _Request) -> Any:
         """The kernel of some components, compiled or from disk."""
         from grainlaw.compiler import cuda_private as private
 
-        tables = step.tables_of(TEAM, request.table.shared, request.chunk)
+        tables = step.tables_of(TEAM, request.state.on_device.shared, request.chunk)
         key = (
             fingerprint(step._steps, extra=(components.key, TEAM, REGISTERS, is_portable(), *_sources())),
             *map(str, (self._driver.capability, private.VERSION)),

@@ -97,6 +97,10 @@ class State(metaclass=Checked):
         made.contacts.tally[:] = 0
         return Shared(made, Parts._make(tables))
 
+    def table(self, name: str, threads: int) -> Table:
+        """The arrays of one part for so many threads, as compiled code finds them."""
+        return self._share(name, self.parts[name], self._split(threads))
+
     def _share(self, name: str, part: Part, split: Split) -> Table:
         known = self._shared.get(name)
         if known is None or known[0] is not split or known[1] is not part.arrays:

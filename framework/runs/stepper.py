@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.compiler.batch import Compiled, compile_integrator
-from grainlaw.engine.device import DeviceError
+from grainlaw.engine.device import DeviceError, Gpu
 from grainlaw.engine.parts.fluids import FLOW
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
@@ -37,7 +37,8 @@ class Stepper:
         self.next_adapt = 0  #: step since then
         self.halts = 0  #: of the integrator, since then
         self._compiled: tuple[Integrator, Compiled] | None = None  #: the integrator of the last steps
-        self._most = max(1, CALL // len(state.mesh.zones))
+        teams = threads.side_by_side if isinstance(threads, Gpu) else 1
+        self._most = max(1, CALL * teams // len(state.mesh.zones))
 
     def begin(self, stage: Stage) -> None:
         """Take the time step of a stage that has just begun."""

@@ -1,6 +1,6 @@
 """Runs on an NVIDIA device against the processor: bits, and microseconds a step.
 
-    GRAINLAW_PORTABLE=1 python tests/benchmarks/device.py [runs at a time, 1 132]
+    GRAINLAW_PORTABLE=1 python tests/benchmarks/device.py [runs at a time x grains: 132x755 1x100000 ...]
 
 Needs a device and grainlaw[gpu]. Of a batch it prints what launches take, the copies up and down, and the whole.
 """
@@ -75,21 +75,33 @@ def bits(there):
         print(f"{name}: {steps} steps, {cracks} cracks, {same} of {len(one.curves)} columns are equal")
 
 
-def speed(there, counts):
-    rock, test = specimen(755, 1), UniaxialCompression(maximum_strain=2e-5, samples=10)
+@attrs.frozen(kw_only=True)
+class Push(gl.LoadingProtocol):
+    """Both ends move at 2 m/s for 6 us, some 300 steps."""
+
+    def stages(self, specimen):
+        ends = [gl.Drive(boundary=name, axis=1, speed=speed) for name, speed in (("top", -2), ("bottom", 2))]
+        return [gl.Stage(name="push", loads=ends, until=[gl.Reaches("time", 6e-6)], interval=6e-6)]
+
+    def measure(self, state):
+        return {"moved": float(np.abs(state.displacement).sum())}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+def speed(there, count, grains):
+    rock = specimen(grains, 1)
+    cases = [(rock, attrs.evolve(CRACK, cohesion=30e6 + 1e3 * k), Push()) for k in range(count)]
+    batch(cases, there)
+    SECONDS.clear()
     start = time.perf_counter()
-    steps = int(gl.simulate(rock, CRACK, test, threads=1, progress=False, frames=1).curves["step"][-1])
-    print(f"a core of the processor: {steps} steps of 755 grains in {time.perf_counter() - start:.1f} s, all included")
-    for count in counts:
-        SECONDS.clear()
-        cases = [(rock, attrs.evolve(CRACK, cohesion=30e6 + 1e3 * k), test) for k in range(count)]
-        start = time.perf_counter()
-        batch(cases, there)
-        whole, launch = time.perf_counter() - start, SECONDS["launch"]
-        print(
-            f"{count} runs: {1e6 * launch / steps:.0f} us a step of all, {1e6 * launch / steps / count:.2f} us of one; "
-            f"launches {launch:.1f} s, up {SECONDS['up']:.1f} s, down {SECONDS['down']:.1f} s of {whole:.1f} s"
-        )
+    steps = int(batch(cases, there)[0].curves["step"][-1])
+    whole, launch = time.perf_counter() - start, SECONDS["launch"]
+    print(
+        f"{count} of {grains} grains: {1e6 * launch / steps:.0f} us a step, {1e6 * launch / steps / count:.2f} us "
+        f"a run; launches {launch:.2f} s, up {SECONDS['up']:.2f} s, down {SECONDS['down']:.2f} s of {whole:.1f} s"
+    )
 
 
 def main():
@@ -99,7 +111,8 @@ def main():
     bits(there)
     for owner, name in ((DeviceTable, "up"), (DeviceTable, "down"), (type(there._driver), "launch")):
         timed(owner, name)
-    speed(there, [int(text) for text in sys.argv[1:]] or [1, 132])
+    for text in sys.argv[1:] or ["1x755", "132x755", "1x10000", "1x100000"]:
+        speed(there, *map(int, text.split("x")))
 
 
 if __name__ == "__main__":

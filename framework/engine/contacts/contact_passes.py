@@ -275,6 +275,27 @@ def gather_contact_forces(t, nodes, thread):
 
 
 @njit(**PASS)
+def gather_at_node(t, nodes, place):
+    """Add the forces of contacts to one node in use, in the same order: where threads outnumber contacts."""
+    node = t.used[place]
+    x, y = nodes.force[0, node], nodes.force[1, node]
+    for corner in t.corner[t.first[place] : t.first[place + 1]]:
+        c, which = corner // 4, corner % 4
+        if t.follow[c] == 0:
+            continue
+        if which == 0:
+            x += t.force_x[0, c] - t.force_x[1, c]
+            y += t.force_y[0, c] - t.force_y[1, c]
+        elif which == 3:
+            x -= t.force_x[0, c] + t.force_x[2, c]
+            y -= t.force_y[0, c] + t.force_y[2, c]
+        else:
+            x += t.force_x[which, c]
+            y += t.force_y[which, c]
+    nodes.force[0, node], nodes.force[1, node] = x, y
+
+
+@njit(**PASS)
 def follow_nodes(t, nodes, thread):
     """Take over where a thread's nodes in use have moved, and count those that have moved far since the last search."""
     ux, uy, count = nodes.displacement[0], nodes.displacement[1], 0

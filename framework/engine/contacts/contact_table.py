@@ -61,6 +61,8 @@ class ContactArrays(NamedTuple):
     rows: Scratch  #: (threads, n) scratch, see contact_rows.py
     chunk: Scratch  #: (threads, n) contacts of the chunk that a thread is at
     used_share: Constant  #: (threads + 1,) bounds in ``used`` of each thread's nodes
+    first: Constant  #: (k + 1,) bounds in ``corner`` of the contacts of each node; on a device alone
+    corner: Constant  #: (n,) four times the contact, and which of its nodes: ascending
     share: Constant
 
 
@@ -95,5 +97,6 @@ def no_contacts(count: int = 0, laws: LawTable | None = None) -> ContactArrays:
         force_x=np.zeros((3, count)), force_y=np.zeros((3, count)), memory=np.zeros((1, count)),
         follow=np.zeros(count, dtype=np.int8), active=np.zeros(count, dtype=np.int32), used=none, cotangent=np.zeros(0),
         **places, skin=math.inf, damping=0.0, room=np.zeros(0), tally=np.zeros((1, 8), dtype=np.int64),
-        rows=np.zeros((1, 0)), chunk=np.zeros((1, 0), dtype=np.int32), used_share=none, share=none,
+        rows=np.zeros((1, 0)), chunk=np.zeros((1, 0), dtype=np.int32), used_share=none, first=none,
+        corner=none, share=none,
     )  # fmt: skip

@@ -111,7 +111,14 @@ class Contacts(Part):
             used_share=np.searchsorted(self.arrays.used, split.node),
             share=self.share(split),
             **scratch,
+            **(self._by_node() if split.alone else {}),
         )
+
+    def _by_node(self) -> dict[str, np.ndarray]:
+        """Which contacts meet at each node in use."""
+        node = self.arrays.node.T.ravel()
+        corner = np.argsort(node, kind="stable")
+        return {"first": np.searchsorted(node[corner], np.arange(len(self.arrays.used) + 1)), "corner": corner}
 
     def energy(self, time_step: float) -> dict[str, float]:
         opening, slip, dashpot = self.work.tolist()

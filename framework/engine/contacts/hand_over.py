@@ -39,7 +39,7 @@ def hand_over(state: State, threads: int) -> None:
     known, keys = contacts.books.keys, contacts.key(chosen, count + chosen)
     place = np.minimum(np.searchsorted(known, keys), max(len(known) - 1, 0))
     found = known[place] == keys if len(known) else np.zeros(len(chosen), dtype=bool)
-    table = state.shared(threads).tables.contacts
+    table = state.table("contacts", threads)
     for g, group in enumerate(contacts.groups):
         mine = np.flatnonzero(found & (contacts.groups_of(keys) == g))
         if len(mine):

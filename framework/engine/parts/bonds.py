@@ -307,11 +307,13 @@ class Bonds(Part):
 
     def share(self, split: Split) -> np.ndarray:
         """Whole ``LANES`` from the first bond of a group, unless bonds are alone."""
-        firsts, cuts, lanes = [group.first for group in self.groups], [], 1 if split.alone else LANES
+        if split.alone:
+            return np.arange(split.threads + 1) * len(self) // split.threads
+        firsts, cuts = [group.first for group in self.groups], []
         for thread in range(split.threads):
             cut = thread * len(self) // split.threads
             first = max((first for first in firsts if first <= cut), default=0)
-            cuts.append(first + (cut - first) // lanes * lanes)
+            cuts.append(first + (cut - first) // LANES * LANES)
         return np.array([*cuts, len(self)])
 
     def energy(self, time_step: float) -> dict[str, float]:
