@@ -12,6 +12,8 @@ from pathlib import Path
 import attrs
 import numpy as np
 import pytest
+from command_line import LAWS as VARIED
+from command_line import SMALL, invoke, study_file
 from device_simulator import Block, Simulated
 from support import BRITTLE, ROCK, small_sample
 from test_laws_properties import LAWS
@@ -305,3 +307,37 @@ def test_a_law_that_cannot_run_there_is_refused_before_the_run():
     specimen, _ = rock(8 * MPa, 4, 1)
     with pytest.raises(gl.CompilationError, match="Named cannot run on a simulated device"):
         gl.simulate(specimen, Named(kn=1e13), crush(1e-3), device=Driverless(), progress=False)
+
+
+@pytest.mark.parametrize(
+    ("command", "owner", "name", "argument"),
+    [
+        (["test", "uniaxial-compression", *SMALL], "grainlaw.cli.test", "simulate", "device"),
+        (["compare", *SMALL[:3], "--laws", "linear"], "grainlaw.cli.compare", "compare_laws", "device"),
+        (["study", "FILE", "--quick"], "grainlaw.studies.study.Study", "run", "on"),
+    ],
+)
+def test_a_command_takes_a_device(command, owner, name, argument, tmp_path, monkeypatch):
+    there, seen = object(), {}
+
+    def noted(*_, **named):
+        seen.update(named)
+        raise gl.ParameterError("seen")
+
+    file = study_file(tmp_path, VARIED)
+    command = [file if word == "FILE" else word for word in command]
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(f"{owner}.{name}", noted)
+    refused = invoke(*command, "--device", "gpu")
+    assert refused.exit_code == 2
+    assert "Gpu: " in refused.output
+    assert not seen
+    monkeypatch.setattr("grainlaw.cli.running.Gpu", lambda: there)
+    assert "seen" in invoke(*command, "--device", "gpu").output
+    assert seen[argument] is there
+
+
+def test_a_cluster_and_a_device_are_not_both_asked_for(tmp_path):
+    given = invoke("study", study_file(tmp_path, VARIED), "--quick", "--on", "tcp://host:1", "--device", "gpu")
+    assert given.exit_code == 2
+    assert "--on and --device are not allowed together" in given.output

@@ -18,6 +18,7 @@ from grainlaw.cli.sections import Sections, gathered, toml, with_options
 from grainlaw.compiler.cache import is_portable
 from grainlaw.contact import Laws
 from grainlaw.declared import parameters_of
+from grainlaw.engine.device import Gpu
 from grainlaw.engine.thread_count import Threads
 from grainlaw.observation import Observer
 from grainlaw.results.files import file_name, write_text
@@ -47,12 +48,13 @@ TEST = "uniaxial-compression"
 @click.option("--set", "assignments", metavar="KEY=VALUE", multiple=True, help="One parameter; can be repeated.")
 @running.folder_options
 @running.threads_option("Models (and threads in a model) at a time.", default=None)
+@running.device_option
 @running.portable_option
 @click.option("--quick", is_flag=True, help=f"A small specimen, seconds: {QUICK[2]} grains in 20 x 50 mm.")
 def compare(
     *, grains: int | None, seeds: str | None, seed: int | None, laws: str, speed: float | None,
     max_strain: float | None, config: Path | None, assignments: tuple[str, ...], out: Path, restart: bool,
-    overwrite: bool, threads: Threads | None, quick: bool,
+    overwrite: bool, threads: Threads | None, device: str | None, quick: bool,
 ) -> None:  # fmt: skip
     """Compress samples of a rock to failure under several contact laws, and compare the laws: means and ranges.
 
@@ -83,6 +85,7 @@ def compare(
     with running.refusing():
         for law in compared.values():
             attrs.evolve(first, law=law).check()
+        does_steps = running.device_of(device)
     arguments = {
         "grains": grains, "seeds": given, "laws": ",".join(names), "speed": speed, "max_strain": max_strain,
         "threads": threads, "quick": quick, "portable": is_portable(), "config": CONFIG if own else None,
@@ -105,7 +108,7 @@ def compare(
                 )
                 kept["rock"] = {**own["rock"], "type": rock}
             write_text(claim.path / CONFIG, toml(kept))
-        comparison = _compared(specimens, compared, first, claim)
+        comparison = _compared(specimens, compared, first, does_steps, claim)
         made = {"seed": numbers[0]} if len(numbers) == 1 else {"seeds": numbers}
         comparison.write(claim.path, {**made, "parameters": parameters})
         write_script(claim.path, _rows(comparison))
@@ -147,7 +150,7 @@ def _configurations(
 
 
 def _compared(
-    specimens: Mapping[int, Specimen], laws: Mapping[str, Laws], chosen: Configuration, claim: Claim
+    specimens: Mapping[int, Specimen], laws: Mapping[str, Laws], chosen: Configuration, device: Gpu | None, claim: Claim
 ) -> Comparison:
     """Each law on each sample; of one sample the runs have the names of their laws alone."""
     numerics = chosen.numerics
@@ -162,7 +165,7 @@ def _compared(
         one = next(iter(specimens.values()))
         return compare_laws(
             one if len(specimens) == 1 else specimens, laws, chosen.protocol, observers=watch, checkpoint=claim,
-            progress=False, **options,
+            device=device, progress=False, **options,
         )  # fmt: skip
 
 

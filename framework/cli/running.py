@@ -20,6 +20,7 @@ from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.compiler.cache import compile_portably
 from grainlaw.condition import StageError
+from grainlaw.engine.device import Gpu
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.fields import ParameterError
@@ -44,6 +45,17 @@ def _threads(_context: Any, _option: Any, value: str | None) -> Threads | None:
         return checked_threads("--threads", int(value) if re.fullmatch(r"[+-]?\d{1,9}", value) else value)
     except ParameterError as error:
         raise click.UsageError(str(error)) from None
+
+
+def device_option(command: Any) -> Any:
+    """The option ``--device``."""
+    words = "Let a GPU, the first of this computer, do the steps (grainlaw[gpu])."
+    return click.option("--device", type=click.Choice(["gpu"]), help=words)(command)
+
+
+def device_of(given: str | None) -> Gpu | None:
+    """What the option ``--device`` asks for. Raises :class:`ParameterError` where there is none."""
+    return None if given is None else Gpu()
 
 
 def seeds_of(text: str) -> list[int]:

@@ -15,7 +15,7 @@ from typing import Any
 
 import click
 
-from grainlaw.cli.running import contents, end_stopped, refusing, tell_works
+from grainlaw.cli.running import contents, device_of, device_option, end_stopped, refusing, tell_works
 from grainlaw.cli.study_file import StudyFile, study_of
 from grainlaw.columns import quantity_of
 from grainlaw.compiler.cache import compile_portably
@@ -141,14 +141,18 @@ def _shard(_context: Any, _option: Any, value: str | None) -> tuple[int, int] | 
 @file_options
 @click.option("--on", metavar="ADDRESS", help="Scheduler of a Dask cluster, such as tcp://host:8786.")
 @click.option("--workers", type=int, help="Cases at a time on this machine.  [default: one for each core]")
+@device_option
 @click.option("--shard", metavar="K/N", callback=_shard, help="The K-th of N parts, for N jobs that share the folder.")
 def run(
-    chosen: StudyFile, folder: Path, *, on: str | None, workers: int | None, shard: tuple[int, int] | None
+    chosen: StudyFile, folder: Path, *, on: str | None, workers: int | None, device: str | None,
+    shard: tuple[int, int] | None,
 ) -> None:  # fmt: skip
     """Run the cases that are not finished, and print the means over the seeds."""
     with ending(chosen.study, folder):
+        if on is not None and device is not None:
+            raise ParameterError("--on and --device are not allowed together: a cluster or a device does the steps")
         works = chosen.try_first()
-        table = chosen.study.run(folder, on=on, workers=workers, shard=shard)
+        table = chosen.study.run(folder, on=device_of(device) or on, workers=workers, shard=shard)
     click.echo(means(table, chosen.by))
     tell_works(works)
     click.echo(f"\n{chosen.study.status(folder)}\n{contents(folder)}")

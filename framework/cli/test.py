@@ -15,6 +15,7 @@ from grainlaw.cli.sections import gathered
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
 from grainlaw.condition import StageError
+from grainlaw.engine.device import Gpu
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads
 from grainlaw.observation import Observer
@@ -51,6 +52,7 @@ the test, 1 for a test that could not end; what it recorded is written all the s
 @running.model_options
 @running.folder_options
 @running.threads_option("Threads in the model.", default=None)
+@running.device_option
 @running.portable_option
 @click.option("--certify", is_flag=True, help="Test again at half the speed: what the strength tends to.")
 @click.option("--interactive", is_flag=True, help="Write interactive.html too, to click through (grainlaw[report]).")
@@ -58,7 +60,7 @@ the test, 1 for a test that could not end; what it recorded is written all the s
 @click.option("--template", "shows", is_flag=True, help="Print the configuration with all parameters; run nothing.")
 def test(
     *, name: str, given: running.GivenOptions, out: Path, restart: bool, overwrite: bool, threads: Threads | None,
-    quick: bool, certify: bool, interactive: bool, shows: bool,
+    device: str | None, quick: bool, certify: bool, interactive: bool, shows: bool,
 ) -> None:  # fmt: skip
     options = {**given.options, ("numerics", "threads"): threads}
     with running.refusing():
@@ -68,6 +70,7 @@ def test(
             return
         chosen = configured(name, sections, quick)
         chosen.check()
+        does_steps = running.device_of(device)
         if certify:
             slower(chosen.protocol)
         if interactive:
@@ -87,7 +90,7 @@ def test(
         claim.about.update(configuration=chosen.sections, **copies)
         write_config(claim.path / CONFIG, name, sections)
         probe = Probe(first=FOLLOWED) if interactive else None
-        result, reason = _run(name, chosen, claim, [] if probe is None else [probe])
+        result, reason = _run(name, chosen, does_steps, claim, [] if probe is None else [probe])
         record = {**{key: chosen.sections[key] for key in ("sample", "numerics")}, "versions": versions()}
         write_script(claim.path, [[(name, "", result)]])
         beside = [*([INTERACTIVE] if interactive else []), *running.linked(claim.path)]
@@ -97,7 +100,7 @@ def test(
         click.echo(aligned(texts(result, result.summary).items()))
         running.tell_works(result.specimen.cite)
         if certify and not reason:
-            click.echo(f"\n{_certified(name, result, chosen, claim)}")
+            click.echo(f"\n{_certified(name, result, chosen, does_steps, claim)}")
         for words in warnings_of({name: result}):
             click.echo(f"Warning: {words}", err=True)
         running.finished(claim)
@@ -105,7 +108,9 @@ def test(
         raise click.ClickException(reason)
 
 
-def _run(name: str, chosen: Configuration, claim: Claim, observers: Sequence[Observer]) -> tuple[Result, str]:
+def _run(
+    name: str, chosen: Configuration, device: Gpu | None, claim: Claim, observers: Sequence[Observer]
+) -> tuple[Result, str]:
     """The result, and why the test could not end, if it could not."""
     numerics = chosen.numerics
     writer = VtkWriter(claim.path, numerics.frames, zones=numerics.zones)
@@ -113,7 +118,7 @@ def _run(name: str, chosen: Configuration, claim: Claim, observers: Sequence[Obs
         try:
             result = simulate(
                 chosen.specimen, chosen.law, chosen.protocol, threads=numerics.threads, frames=numerics.frames,
-                **numerics.step_options, checkpoint=claim,
+                **numerics.step_options, device=device, checkpoint=claim,
                 observers=[RunBar(progress.bar(name)), writer, *observers], progress=False,
             )  # fmt: skip
         except (StageError, InstabilityError) as error:
@@ -121,13 +126,13 @@ def _run(name: str, chosen: Configuration, claim: Claim, observers: Sequence[Obs
     return result, ""
 
 
-def _certified(name: str, result: Result, chosen: Configuration, claim: Claim) -> str:
+def _certified(name: str, result: Result, chosen: Configuration, device: Gpu | None, claim: Claim) -> str:
     """The quasi-static limit in words; also in certificate.json."""
     numerics = chosen.numerics
     with Progress(stays=True, speaks=True) as progress:
         other = simulate(
             chosen.specimen, chosen.law, slower(chosen.protocol), threads=numerics.threads, **numerics.step_options,
-            observers=[RunBar(progress.bar(f"{name}, half the speed"))], progress=False,
+            device=device, observers=[RunBar(progress.bar(f"{name}, half the speed"))], progress=False,
         )  # fmt: skip
     found = limit_of(result, other)
     write_json(claim.path / "certificate.json", attrs.asdict(found) | {"limit": found.limit, "error": found.error})
