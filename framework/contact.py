@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.edge_keys import Names, check_keys, check_known, key_between, keys_of
 from grainlaw.fields import ParameterError
 from grainlaw.memory import as_floats, names_of_arguments, only_memory, refuse_untold
-from grainlaw.messages import refusal, short
+from grainlaw.messages import refusal
 from grainlaw.specimen import Specimen
 
 
@@ -86,7 +87,6 @@ class ContactLaw(metaclass=Checked):
         """
 
 
-Names = tuple[int | str, ...]  #: number of a phase, and its name if it has one
 #: one law, or laws by the phases they are between and by kinds of bonds, see :func:`law_between`
 Laws = ContactLaw | Mapping[Any, ContactLaw]
 
@@ -97,13 +97,7 @@ def check_laws(where: str, laws: Any) -> None:
         return
     if not isinstance(laws, Mapping) or not all(isinstance(law, ContactLaw) for law in laws.values()):
         raise refusal(where, laws, "a ContactLaw or a mapping of phase pairs to them")
-    for key in laws:
-        pair = isinstance(key, tuple) and len(key) == 2 and all(isinstance(p, (int, str)) or p is ... for p in key)
-        if not (pair or isinstance(key, str) or key is ...):
-            raise ParameterError(
-                f"{where}: the key {short(key)} is not allowed, it must be a pair of phases by name or number, with "
-                "... for any; 'inside' or ('inside', phase); the name of a joint; or ... for all else"
-            )
+    check_keys(where, laws)
 
 
 def law_between(laws: Laws, one: Names, other: Names, kind: str = "between") -> ContactLaw | None:
@@ -112,44 +106,6 @@ def law_between(laws: Laws, one: Names, other: Names, kind: str = "between") -> 
         return laws
     key = key_between(laws, one, other, kind)
     return None if key is None else laws[key]
-
-
-def key_between(laws: Mapping[Any, ContactLaw], one: Names, other: Names, kind: str) -> Any:
-    """The first key that is there of: the name of the joint; for cells of one grain ("inside", phase) and "inside"; the
-    pair of phases, in any order; one of them with ``...``; (..., ...) or ``...``. None if none is.
-    """
-    wanted: list[Any] = []
-    if kind == "inside":
-        wanted += [("inside", phase) for phase in one]
-    if kind != "between":
-        wanted.append(kind)
-    wanted += [pair for a in one for b in other for pair in ((a, b), (b, a))]
-    wanted += [pair for phase in (*one, *other) for pair in ((phase, ...), (..., phase))]
-    return next((key for key in (*wanted, (..., ...), ...) if key in laws), None)
-
-
-def words_of(key: Any) -> str:
-    """What a key of a mapping of laws is for."""
-    if isinstance(key, tuple) and key[0] == "inside":
-        return f"inside {key[1]}"
-    if isinstance(key, tuple) and ... not in key:
-        return f"between {key[0]} and {key[1]}"
-    if isinstance(key, tuple) and key != (..., ...):
-        return f"between {next(phase for phase in key if phase is not ...)} and any other"
-    return "elsewhere" if key is ... or isinstance(key, tuple) else "inside grains" if key == "inside" else str(key)
-
-
-def strange_keys(laws: Laws, phases: Iterable[int | str], kinds: Iterable[str]) -> list[Any]:
-    """Keys of a mapping that name a phase or kind that is not there by its name."""
-    if isinstance(laws, ContactLaw):
-        return []
-    phases, kinds = {*phases, "inside"}, {*kinds}
-    strange = []
-    for key in laws:
-        named = [part for part in (key if isinstance(key, tuple) else ()) if isinstance(part, str)]
-        if not set(named) <= phases or (isinstance(key, str) and key not in kinds):
-            strange.append(key)
-    return strange
 
 
 def each_law(laws: Laws) -> list[ContactLaw]:
@@ -188,33 +144,19 @@ def keys_of_bonds(specimen: Specimen, laws: Mapping[Any, ContactLaw]) -> np.ndar
     """
     grains, mesh = specimen.grains, specimen.mesh
     check_names(specimen, laws)
-    phases = np.sort(grains.phase[mesh.interface_grains], axis=1)
-    kinds, place = np.unique(np.column_stack([phases, mesh.interface_kind]), axis=0, return_inverse=True)
-    number = {key: k for k, key in enumerate(laws)}
-    which = np.zeros(len(kinds), dtype=int)
-    for row, (one, other, kind) in enumerate(kinds.tolist()):
-        key = key_between(laws, names_of(specimen, one), names_of(specimen, other), grains.kinds[kind])
-        if key is None:
-            where = "" if kind == 0 else f" ({grains.kinds[kind]})"
-            pair = f"{grains.phase_name(one)} and {grains.phase_name(other)}"
-            raise ParameterError(f"law: no law is given for contacts between the phases {pair}{where}")
-        which[row] = number[key]
-    return which[place.ravel()]
-
-
-def names_of(specimen: Specimen, phase: int) -> tuple[int | str, ...]:
-    """All that a phase is called."""
-    names = specimen.grains.phase_names
-    return (phase, names[phase]) if names else (phase,)
+    found = keys_of(grains, list(laws), mesh.interface_grains, mesh.interface_kind)
+    if (found < 0).any():
+        lacking = int(np.argmin(found))
+        kind = int(mesh.interface_kind[lacking])
+        where = "" if kind == 0 else f" ({grains.kinds[kind]})"
+        pair = " and ".join(map(grains.phase_name, sorted(grains.phase[mesh.interface_grains[lacking]].tolist())))
+        raise ParameterError(f"law: no law is given for contacts between the phases {pair}{where}")
+    return found
 
 
 def check_names(specimen: Specimen, laws: Laws) -> None:
     """Raise :class:`ParameterError` for a law of a phase or a joint that the specimen does not have by that name."""
-    grains = specimen.grains
-    if strange := strange_keys(laws, grains.phase_names, grains.kinds):
-        names, joints = ", ".join(grains.phase_names) or "without names", ", ".join(grains.joints) or "none"
-        known = f"phases: {names}; joints: {joints}"
-        raise ParameterError(f"law: {strange[0]!r} names what the grains do not have ({known})")
+    check_known("law", () if isinstance(laws, ContactLaw) else laws, specimen.grains)
 
 
 def law_arguments(law: ContactLaw) -> tuple[str, ...]:

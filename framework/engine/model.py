@@ -19,9 +19,9 @@ from grainlaw.contact import (
     each_law,
     keys_of_bonds,
     law_between,
-    names_of,
 )
 from grainlaw.detection import Detection
+from grainlaw.edge_keys import names_of
 from grainlaw.engine.parts.laws import LawGroup, memory_of
 from grainlaw.fields import ParameterError
 from grainlaw.specimen import Specimen
@@ -113,7 +113,7 @@ class Model:
         return groups
 
     def _law_between(self, one: int, other: int) -> ContactLaw:
-        names = names_of(self.specimen, one), names_of(self.specimen, other)
+        names = names_of(self.specimen.grains, one), names_of(self.specimen.grains, other)
         for laws in (None if self.detection is None else self.detection.law, self.laws):
             law = None if laws is None else law_between(laws, *names)
             if law is not None:

@@ -13,7 +13,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import quantity_of
-from grainlaw.contact import words_of
+from grainlaw.edge_keys import words_of
 from grainlaw.quantity import Quantity
 from grainlaw.results.archive import READ, called
 from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of

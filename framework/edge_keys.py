@@ -1,0 +1,87 @@
+"""Which edges between grains a key stands for: by the phases on both sides, cells of one grain, and joints."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from grainlaw.fields import ParameterError
+from grainlaw.messages import short
+from grainlaw.tessellation import Tessellation
+
+Names = tuple[int | str, ...]  #: number of a phase, and its name if it has one
+
+
+def check_keys(where: str, keys: Iterable[Any]) -> None:
+    """Raise :class:`ParameterError` for what is no key."""
+    for key in keys:
+        pair = isinstance(key, tuple) and len(key) == 2 and all(isinstance(p, (int, str)) or p is ... for p in key)
+        if not (pair or isinstance(key, str) or key is ...):
+            raise ParameterError(
+                f"{where}: the key {short(key)} is not allowed, it must be a pair of phases by name or number, with "
+                "... for any; 'inside' or ('inside', phase); the name of a joint; or ... for all else"
+            )
+
+
+def key_between(keys: Container[Any], one: Names, other: Names, kind: str) -> Any:
+    """The first key that is there of: the name of the joint; for cells of one grain ("inside", phase) and "inside"; the
+    pair of phases, in any order; one of them with ``...``; (..., ...) or ``...``. None if none is.
+    """
+    wanted: list[Any] = []
+    if kind == "inside":
+        wanted += [("inside", phase) for phase in one]
+    if kind != "between":
+        wanted.append(kind)
+    wanted += [pair for a in one for b in other for pair in ((a, b), (b, a))]
+    wanted += [pair for phase in (*one, *other) for pair in ((phase, ...), (..., phase))]
+    return next((key for key in (*wanted, (..., ...), ...) if key in keys), None)
+
+
+def words_of(key: Any) -> str:
+    """What a key is for."""
+    if isinstance(key, tuple) and key[0] == "inside":
+        return f"inside {key[1]}"
+    if isinstance(key, tuple) and ... not in key:
+        return f"between {key[0]} and {key[1]}"
+    if isinstance(key, tuple) and key != (..., ...):
+        return f"between {next(phase for phase in key if phase is not ...)} and any other"
+    return "elsewhere" if key is ... or isinstance(key, tuple) else "inside grains" if key == "inside" else str(key)
+
+
+def strange_keys(keys: Iterable[Any], phases: Iterable[int | str], kinds: Iterable[str]) -> list[Any]:
+    """Keys that name a phase or kind that is not there by its name."""
+    phases, kinds = {*phases, "inside"}, {*kinds}
+    strange = []
+    for key in keys:
+        named = [part for part in (key if isinstance(key, tuple) else ()) if isinstance(part, str)]
+        if not set(named) <= phases or (isinstance(key, str) and key not in kinds):
+            strange.append(key)
+    return strange
+
+
+def check_known(where: str, keys: Iterable[Any], grains: Tessellation) -> None:
+    """Raise :class:`ParameterError` for a key of a phase or a joint that the grains do not have by that name."""
+    if strange := strange_keys(keys, grains.phase_names, grains.kinds):
+        names, joints = ", ".join(grains.phase_names) or "without names", ", ".join(grains.joints) or "none"
+        known = f"phases: {names}; joints: {joints}"
+        raise ParameterError(f"{where}: {strange[0]!r} names what the grains do not have ({known})")
+
+
+def names_of(grains: Tessellation, phase: int) -> Names:
+    """All that a phase is called."""
+    names = grains.phase_names
+    return (phase, names[phase]) if names else (phase,)
+
+
+def keys_of(grains: Tessellation, keys: Sequence[Any], pairs: np.ndarray, kind: np.ndarray) -> np.ndarray:
+    """(c,) number of the key of each edge between two grains, ``pairs`` (c, 2), of a ``kind`` (c,); -1 without one."""
+    phases = np.sort(grains.phase[pairs], axis=1)
+    kinds, place = np.unique(np.column_stack([phases, kind]), axis=0, return_inverse=True)
+    number: Mapping[Any, int] = {key: k for k, key in enumerate(keys)} | {None: -1}
+    found = [
+        number[key_between(number, names_of(grains, one), names_of(grains, other), grains.kinds[which])]
+        for one, other, which in kinds.tolist()
+    ]
+    return np.array(found, dtype=int)[place.ravel()]
