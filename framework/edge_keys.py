@@ -21,13 +21,13 @@ def check_keys(where: str, keys: Iterable[Any]) -> None:
         if not (pair or isinstance(key, str) or key is ...):
             raise ParameterError(
                 f"{where}: the key {short(key)} is not allowed, it must be a pair of phases by name or number, with "
-                "... for any; 'inside' or ('inside', phase); the name of a joint; or ... for all else"
+                "... for any; 'between'; 'inside' or ('inside', phase); the name of a joint; or ... for all else"
             )
 
 
 def key_between(keys: Container[Any], one: Names, other: Names, kind: str) -> Any:
     """The first key that is there of: the name of the joint; for cells of one grain ("inside", phase) and "inside"; the
-    pair of phases, in any order; one of them with ``...``; (..., ...) or ``...``. None if none is.
+    pair of phases, in any order; one of them with ``...``; "between", for grains; (..., ...); ``...``. None if none.
     """
     wanted: list[Any] = []
     if kind == "inside":
@@ -36,6 +36,8 @@ def key_between(keys: Container[Any], one: Names, other: Names, kind: str) -> An
         wanted.append(kind)
     wanted += [pair for a in one for b in other for pair in ((a, b), (b, a))]
     wanted += [pair for phase in (*one, *other) for pair in ((phase, ...), (..., phase))]
+    if kind == "between":
+        wanted.append(kind)
     return next((key for key in (*wanted, (..., ...), ...) if key in keys), None)
 
 

@@ -1,4 +1,7 @@
-"""Nodes, zones and interfaces made from grains: every grain has its own nodes and shares whole edges with others."""
+"""Nodes, zones and interfaces made from grains: every grain has its own nodes and shares whole edges with others.
+
+Nodes of edges that are tied move as one; the two sides of a slit are boundaries. Neither is an interface.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,13 @@ from functools import cached_property
 
 import attrs
 import numpy as np
+import scipy
 
 from grainlaw.polygon import following
 from grainlaw.tessellation import Tessellation
+
+Names = tuple[str, ...]
+TIED = -1  #: instead of the kind of an edge
 
 
 @attrs.frozen(eq=False)
@@ -28,7 +35,37 @@ class Mesh:
     interfaces: np.ndarray  #: (c, 4) nodes: both ends on A, the same ends on B
     interface_grains: np.ndarray  #: (c, 2) A and B
     interface_kind: np.ndarray  #: (c,) number into the ``kinds`` of the tessellation
+    ties: np.ndarray  #: (t, 4) nodes of edges that are tied, as of interfaces
     boundary_edges: dict[str, np.ndarray]  #: (e, 2) ends of the edges of each named boundary, the grain on the left
+
+    @cached_property
+    def point(self) -> np.ndarray:
+        """(i,) number of the point that each node is at, in the order of their first nodes: tied nodes share one."""
+        count = len(self.nodes)
+        if not len(self.ties):
+            return np.arange(count)
+        one, other = self.ties[:, :2].ravel(), self.ties[:, 2:].ravel()
+        pairs = scipy.sparse.coo_matrix((np.ones(len(one)), (one, other)), (count, count))
+        label = scipy.sparse.csgraph.connected_components(pairs, directed=False)[1]
+        _, first, of = np.unique(label, return_index=True, return_inverse=True)
+        rank = np.empty(len(first), dtype=np.int64)
+        rank[np.argsort(first)] = np.arange(len(first))
+        return rank[of]
+
+    @cached_property
+    def tied(self) -> np.ndarray:
+        """Nodes that share a point with others, ascending."""
+        return np.unique(self.ties)
+
+    @cached_property
+    def first_of_point(self) -> np.ndarray:
+        """(n,) first node of each point, ascending."""
+        return np.unique(self.point, return_index=True)[1]
+
+    @property
+    def held_together(self) -> np.ndarray:
+        """(k, 2) pairs of grains with a bond or a tie, as long as none is broken."""
+        return np.concatenate([self.interface_grains, self.node_grain[self.ties[:, [0, 2]]]])
 
     @cached_property
     def boundaries(self) -> dict[str, np.ndarray]:
@@ -61,8 +98,11 @@ class Mesh:
         return self.nodes[self.interfaces[:, 1]] - self.nodes[self.interfaces[:, 0]]
 
 
-def build_mesh(grains: Tessellation, refinement: int = 0) -> Mesh:
-    """Fan of triangles round each grain's centroid, every triangle cut into four ``refinement`` times."""
+def build_mesh(grains: Tessellation, refinement: int = 0, tied: np.ndarray | None = None, slits: Names = ()) -> Mesh:
+    """Fan of triangles round each grain's centroid, every triangle cut into four ``refinement`` times.
+
+    ``tied`` tells which of the edges are, (e,); ``slits`` are names of joints.
+    """
     count = len(grains.first) - 1
     sizes = np.diff(grains.first)
     corner_grain = np.repeat(np.arange(count), sizes)
@@ -76,14 +116,20 @@ def build_mesh(grains: Tessellation, refinement: int = 0) -> Mesh:
     node_grain[corner_node], node_grain[centre] = corner_grain, np.arange(count)
     zones = np.stack([corner_node, corner_node[following(grains.first)], centre[corner_grain]], axis=1)
     edges = grains.edges
-    inner = edges.right >= 0
+    inner, outer, names = edges.right >= 0, edges.right < 0, edges.boundary_names
+    faces, sides = [edges.left_corners[outer]], [edges.side[outer]]
+    for number, name in enumerate(slits, len(names)):
+        slit = inner & (edges.kind == grains.kinds.index(name))
+        inner &= ~slit
+        faces += [edges.left_corners[slit], edges.right_corners[slit][:, ::-1]]
+        sides += [np.full(2 * np.count_nonzero(slit), number)]
+    kind = (edges.kind if tied is None else np.where(tied, TIED, edges.kind))[inner]
     shared = corner_node[np.hstack([edges.left_corners[inner], edges.right_corners[inner]])]
-    rim = corner_node[edges.left_corners[~inner]]
-    side, kind = edges.side[~inner], edges.kind[inner]
+    rim, side = corner_node[np.concatenate(faces)], np.concatenate(sides)
     for _ in range(refinement):
         nodes, node_grain, zones, shared, rim = _refine(nodes, node_grain, zones, shared, rim)
         side, kind = np.repeat(side, 2), np.repeat(kind, 2)
-    return _number(nodes, node_grain, zones, shared, kind, rim, side, edges.boundary_names, count)
+    return _number(nodes, node_grain, zones, shared, kind, rim, side, (*names, *slits), count)
 
 
 def _refine(
@@ -128,10 +174,11 @@ def _number(
     shared[flip] = shared[flip][:, [3, 2, 1, 0]]
     pairs = np.sort(pairs, axis=1)
     rank = np.lexsort((pairs[:, 1], pairs[:, 0]))
+    tied, rank = rank[kind[rank] == TIED], rank[kind[rank] != TIED]
     grain = np.arange(count + 1)
     return Mesh(
         nodes=nodes, node_grain=node_grain, first_node=np.searchsorted(node_grain, grain),
         zones=zones, zone_grain=zone_grain, first_zone=np.searchsorted(zone_grain, grain),
-        interfaces=shared[rank], interface_grains=pairs[rank], interface_kind=kind[rank],
+        interfaces=shared[rank], interface_grains=pairs[rank], interface_kind=kind[rank], ties=shared[tied],
         boundary_edges={name: rim[side == k][np.argsort(rim[side == k, 0])] for k, name in enumerate(names)},
     )  # fmt: skip

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked
+from grainlaw.arguments import Checked, fits
+from grainlaw.edge_keys import check_keys, check_known, keys_of, words_of
 from grainlaw.fields import ParameterError, parameter, part, whole_number
 from grainlaw.material import Elastic, Material, Rigid, knows_temperature, stiffness_of
 from grainlaw.memory import ROOM
@@ -57,20 +58,48 @@ class InsetPoints(ContactPoints):
         return np.minimum(self.inset / lengths, 0.5)
 
 
+def _tied(given: Any) -> tuple[Any, ...]:
+    keys = given if isinstance(given, (list, tuple)) else (given,)
+    made = tuple(tuple(key) if isinstance(key, list) else key for key in keys)
+    check_keys("Specimen: tied", made)
+    return made
+
+
+def _slits(given: Any) -> tuple[str, ...]:
+    names = (given,) if isinstance(given, str) else given
+    if not fits(names, Sequence[str]) or len({*names}) < len(names):
+        raise refusal("Specimen: slits", given, "different names of joints")
+    return tuple(names)
+
+
 @attrs.frozen(eq=False)
 class Specimen(metaclass=Checked):
     """Grains of one material, or of one per mineral phase, and the contact points between them.
 
-    ``refinement`` is how many times every zone is cut into four (and every interface into two).
+    ``refinement`` is how many times every zone is cut into four (and every interface into two). Edges that are ``tied``
+    are no contacts: grains share the nodes there, as zones of one grain do. They are named as laws name theirs: by a
+    pair of phases, "between", "inside" for cells of one grain, the name of a joint, or ... for all edges. Joints that
+    are ``slits`` have two free faces, a boundary by their name, which are contacts where they meet.
     """
 
     grains: Tessellation  #: the polygons
     material: Material | Rigid | Mapping[Any, Material]  #: by number or name of the phase, ... for all others
     contact_points: ContactPoints = part(ContactPoints, GaussPoints())  #: where the two points of an interface lie
     refinement: int = whole_number(default=0, at_least=0, at_most=6)  #: times every zone is cut into four
+    tied: tuple[Any, ...] = attrs.field(default=(), converter=_tied)  #: keys of edges at which grains share nodes
+    slits: tuple[str, ...] = attrs.field(default=(), converter=_slits)  #: names of joints with free faces
     cite: tuple[str, ...] = ()  #: works that the rock is taken from: results and their files say them
 
     def __attrs_post_init__(self) -> None:
+        check_known("Specimen: tied", self.tied, self.grains)
+        for name in self.slits:
+            if name not in self.grains.joints:
+                wanted = ", ".join(self.grains.joints) or "of which there are none"
+                raise refusal("Specimen: slits", self.slits, f"names of joints: {wanted}")
+            if name in self.grains.boundary_names:
+                raise ParameterError(f"Specimen: slits: there is a boundary {name}: give the joint another name")
+        if self.tied and self.is_rigid:
+            raise ParameterError("Specimen: tied is not allowed with rigid grains, which have no nodes to share")
         if isinstance(self.material, Mapping):
             for key in self.material:
                 if isinstance(key, str) and self.grains.phase_number(key) is None:
@@ -88,7 +117,9 @@ class Specimen(metaclass=Checked):
         )
         refined = {"refinement": str(self.refinement)} if self.refinement else {}
         points = {"contact points": in_one_line(self.contact_points)}
-        return {**self.grains._facts, "material": material, **points, **refined}
+        tied = {"tied": ", ".join(map(words_of, self.tied))} if self.tied else {}
+        slits = {"slits": ", ".join(self.slits)} if self.slits else {}
+        return {**self.grains._facts, "material": material, **points, **refined, **tied, **slits}
 
     @property
     def is_rigid(self) -> bool:
@@ -130,7 +161,11 @@ class Specimen(metaclass=Checked):
     @functools.cached_property
     def mesh(self) -> Mesh:
         """Nodes, zones and interfaces."""
-        return build_mesh(self.grains, self.refinement)
+        edges, tied = self.grains.edges, None
+        if self.tied:
+            pairs = np.stack([edges.left, edges.right], axis=1)
+            tied = keys_of(self.grains, self.tied, pairs, edges.kind) >= 0
+        return build_mesh(self.grains, self.refinement, tied, self.slits)
 
     def _entry(self, phase: int) -> Material | None:
         """What a mapping of materials has for a phase: by its number, its name, or for all others."""

@@ -3,39 +3,60 @@
 from __future__ import annotations
 
 import contextlib
+from typing import Any
 
 import attrs
 import numpy as np
 
-from grainlaw.fields import ParameterError, whole_number
+from grainlaw.fields import ParameterError, checked_field, checked_number, checked_whole_number, whole_number
 from grainlaw.geometry.cells.any_voronoi import NEAR, SMALL, Cells
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
 from grainlaw.geometry.cells.grain_size import grain_count, length, require_one
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.seeds import hilbert_order
 from grainlaw.geometry.cells.sides import convex_sides, depths, is_convex
+from grainlaw.messages import refusal
 from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, Tessellator, TilingError
+
+MOST = 10_000  #: rows or columns
+
+
+def _bricks(where: str, value: Any) -> int | tuple[float, ...]:
+    if not isinstance(value, (list, tuple, np.ndarray)):
+        return checked_whole_number(where, value, at_least=1, at_most=MOST)
+    if not 1 <= len(value) <= MOST:
+        raise refusal(where, value, f"1 to {MOST} sizes")
+    return tuple(checked_number(where, size, above=0) for size in value)
 
 
 @attrs.frozen(kw_only=True)
 class Bricks(Tessellator):
-    """Equal bricks in straight rows and columns, for an upright rectangle; two rows are two blocks with one joint."""
+    """Bricks in straight rows and columns, for an upright rectangle; two rows are two blocks with one joint.
 
-    rows: int = whole_number(default=2, at_least=1, at_most=10_000)  #: bricks on top of each other
-    columns: int = whole_number(default=1, at_least=1, at_most=10_000)  #: bricks beside each other
+    A number of rows or columns of one size, or the size of each in proportion: ``columns=[1, 1, 2, 4]``.
+    """
+
+    rows: int | tuple[float, ...] = checked_field(_bricks, default=2)  #: on top of each other, from below
+    columns: int | tuple[float, ...] = checked_field(_bricks, default=1)  #: beside each other, from the left
 
     def tessellate(self, region: Region) -> Tessellation:
         """Fill an upright rectangle, row by row from below. Raises ParameterError for another region."""
         low, high = region.bounds
         if len(region.start) != 4 or not ((region.outline == low) | (region.outline == high)).all():
             raise ParameterError("Bricks: region is not allowed, it must be an upright rectangle")
-        x = np.linspace(low[0], high[0], self.columns + 1)
-        y = np.linspace(low[1], high[1], self.rows + 1)
+        x, y = _lines(low[0], high[0], self.columns), _lines(low[1], high[1], self.rows)
         at = np.arange(len(x) * len(y)).reshape(len(y), len(x))
         corners = np.stack([at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]], axis=-1).ravel()
         vertices = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         return Tessellation(region, vertices, corners, np.arange(0, len(corners) + 1, 4))
+
+
+def _lines(low: float, high: float, of: int | tuple[float, ...]) -> np.ndarray:
+    if isinstance(of, int):
+        return np.linspace(low, high, of + 1)
+    ends = np.cumsum(of) / np.sum(of)
+    return np.array([low, *(low + (high - low) * ends[:-1]), high])
 
 
 # Cuts go along lines of the lattice and of the region. Where two of them all but coincide, their distance may be that

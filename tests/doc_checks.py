@@ -174,6 +174,11 @@ def check_textures(page):
     assert page["fit"].largest_after < 0.02
     assert page["rounder"].circularity.mean() == pytest.approx(0.80, abs=0.005)
     assert page["three"].count == 3
+    assert page["exact"].modulus == pytest.approx(70e9, rel=1e-9)
+    assert page["exact"].poisson == pytest.approx(0.25, rel=1e-9)
+    assert set(page["solid"].mesh.interface_kind) == {2, 3}
+    assert "fault" in page["slotted"].mesh.boundaries
+    assert page["graded"].count == 6 * 8
 
 
 def check_materials(page):

@@ -30,7 +30,7 @@ class Stretch(gl.LoadingProtocol):
     stress: tuple = (0.0, TENSION, 0.0)
 
     def stages(self, specimen):
-        rim = [gl.Traction(boundary=name, stress=self.stress, ramp=1e-9) for name in specimen.mesh.boundaries]
+        rim = [gl.Traction(boundary=name, stress=self.stress, ramp=1e-9) for name in specimen.grains.boundary_names]
         return [gl.Stage(name="stretch", loads=rim, until=[gl.AtRest()], interval=1e-9, static=True)]
 
     def measure(self, state):
@@ -344,3 +344,25 @@ def test_what_has_no_answer_is_refused(edge_crack):
     ]:
         with pytest.raises(gl.ParameterError, match=re.escape(words)):
             call()
+
+
+# --- cracks in tied cells: no glue ------------------------------------------------------------------------------------
+
+
+def tied_factor(columns, refinement):
+    """K_I over stress sqrt(pi a) of a slit of 8 mm in the edge of a plate, 20 x 40 mm, over that of theory."""
+    specimen = plate(columns, 2 * columns, (0, 8 * mm), brick=20 * mm / columns)
+    specimen = attrs.evolve(specimen, tied=..., slits="crack", refinement=refinement)
+    result = gl.simulate(specimen, GLUE, Stretch(), detection=None, frames=2, progress=False)
+    one, two = factors(result, tip(8 * mm, 20 * mm))
+    assert abs(two) < 1e-6 * one
+    return one / (TENSION * np.sqrt(np.pi * 8 * mm) * edge_factor(0.4))
+
+
+def test_a_slit_in_tied_cells_has_the_factor_of_an_edge_crack():
+    """Zones of constant strain at the tip err in proportion to their size: two sizes give the limit."""
+    one, two = tied_factor(20, 0), tied_factor(40, 0)
+    assert abs(one - 1) < 0.055
+    assert (1 - one) / (1 - two) == pytest.approx(2, rel=0.15)
+    assert 2 * two - one == pytest.approx(1, abs=0.005)
+    assert tied_factor(40, 1) == pytest.approx(1, abs=0.012)

@@ -117,8 +117,10 @@ class Composition:
     def specimen(self, refinement: int, grains: Tessellation | None = None) -> Specimen:
         """A specimen of the grains of the sections, or of others."""
         made = self.grains.grains() if grains is None else grains
-        points = self.grains.contact_points
-        return Specimen(made, self.material, contact_points=points, refinement=refinement, cite=self.cite)
+        points, edges = self.grains.contact_points, self.grains.edges
+        return Specimen(
+            made, self.material, contact_points=points, refinement=refinement, cite=self.cite, **edges
+        )  # fmt: skip
 
 
 def composed(given: Sections, usual: Mapping[str, Any]) -> Composition:

@@ -140,7 +140,7 @@ def laws_by_key(
             raise ParameterError(f"{where}.type = {kind!r} is not allowed, a law of a file must be that of law.type")
         else:
             named["type"], found, _ = find(dict(table))
-        made[_key(key)] = found
+        made[edge_key(key)] = found
         section[key] = own(settings(found, ContactLaw)) | named
     return {**made, ...: law}, section
 
@@ -151,9 +151,11 @@ def _table(entry: Any, where: str) -> dict[str, Any]:
     return dict(entry)
 
 
-def _key(text: str) -> Any:
-    """``quartz/mica`` between minerals, ``quartz/*`` with any other, ``inside``, ``inside/quartz``, or a joint."""
+def edge_key(text: str, where: str = "laws") -> Any:
+    """A key of edges: ``quartz/mica`` between minerals, ``quartz/*`` with any other, ``inside/quartz``, a joint."""
     parts = [... if part == "*" else part for part in text.split("/")]
     if len(parts) > 2 or "" in parts:
-        raise ParameterError(f"laws: the key '{text}' is not allowed, it must be like quartz/mica, quartz/* or inside")
+        raise ParameterError(
+            f"{where}: the key '{text}' is not allowed, it must be like quartz/mica, quartz/* or inside"
+        )
     return tuple(parts) if len(parts) == 2 else parts[0]

@@ -12,7 +12,7 @@ import attrs
 
 import grainlaw.geometry
 from grainlaw.cli.components import choices, component, evolved, explained, own, refuse_unknown, settings
-from grainlaw.cli.minerals import KEYS, by_phase, textured
+from grainlaw.cli.minerals import KEYS, by_phase, edge_key, textured
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import from_labels, from_mesh, read_tess
 from grainlaw.messages import nearest, refusal, short
@@ -26,6 +26,7 @@ REGIONS: dict[str, Callable[..., Region]] = {
     for name, function in inspect.getmembers(grainlaw.geometry, inspect.isfunction)
     if inspect.signature(function, eval_str=True).return_annotation is Region
 }
+OF_SPECIMEN = ("contact_points", "tied", "slits")  #: keys that are no tessellator's
 INSTEAD_OF_GRAINS = ("grain_size", "points", "areas")  #: of the default's number
 ANGLES = ("loaded",)  #: numbers of regions that are no lengths
 TESSELLATION = ".tess"
@@ -47,7 +48,7 @@ def grains_of_file(file: Any, options: Mapping[str, Any]) -> tuple[Tessellation,
     if suffix == TESSELLATION:
         reader = read_tess
     known = [name for name, p in inspect.signature(reader).parameters.items() if name not in ("file", "image")]
-    refuse_unknown("sample", options, ["file", *known, "contact_points"])
+    refuse_unknown("sample", options, ["file", *known, *OF_SPECIMEN])
     given = {key: _value(key, value) for key, value in options.items()}
     if reader is from_labels and "pixel" not in given:
         raise ParameterError("sample.pixel is missing: the size of a pixel of the image")
@@ -77,6 +78,7 @@ class Sample:
     grains: Callable[[], Tessellation]
     contact_points: ContactPoints
     tessellator: Tessellator | None = None  #: None for grains of a file
+    edges: Mapping[str, tuple[Any, ...]] = attrs.field(factory=dict)  #: ``tied`` and ``slits`` of the specimen
 
 
 def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
@@ -90,7 +92,7 @@ def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
     filling = _named(given.get("tessellator", default["tessellator"]), tessellators(), "sample.tessellator")
     lengths = inspect.signature(REGIONS[shape], eval_str=True).parameters
     fields = [field.name for field in attrs.fields(tessellators()[filling])]
-    known = ["region", *lengths, "tessellator", *fields, *KEYS, "contact_points"]
+    known = ["region", *lengths, "tessellator", *fields, *KEYS, *OF_SPECIMEN]
     refuse_unknown("sample", given, [*known, "seed"] if {*KEYS} & {*given} else known)
 
     values = {**default, **given}
@@ -110,8 +112,9 @@ def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
         **own(settings(grains)),
         **more,
         "contact_points": settings(points, ContactPoints),
+        **_entries(given),
     }
-    return Sample(section, lambda: whole.tessellate(region), points, whole)
+    return Sample(section, lambda: whole.tessellate(region), points, whole, _edges(given))
 
 
 def with_notes(section: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
@@ -125,17 +128,36 @@ def with_notes(section: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, st
     whole = {key: section.get(key) for key in notes}
     notes |= {each.name: _unit(each.name) for each in lengths if each.annotation is float}
     notes |= {"region": f"one of {', '.join(REGIONS)}", "tessellator": f"one of {', '.join(tessellators())}"}
-    points = {"contact_points": head.pop("contact_points")}
-    return {**head, **whole, **points}, notes | {"contact_points": f"one of {', '.join(choices(ContactPoints))}"}
+    last = {name: head.pop(name, None) for name in OF_SPECIMEN}
+    notes |= {
+        "contact_points": f"one of {', '.join(choices(ContactPoints))}",
+        "tied": "edges at which nodes are shared",
+    }
+    return {**head, **whole, **last}, notes
 
 
 def _from_file(given: Mapping[str, Any]) -> Sample:
     """Of grains that a file holds: it has a region of its own."""
-    options = {key: value for key, value in given.items() if key not in ("file", "contact_points")}
+    options = {key: value for key, value in given.items() if key not in ("file", *OF_SPECIMEN)}
     grains, made = grains_of_file(given["file"], options)
     points = _contact_points(given)
     section = {"file": os.fspath(given["file"]), **made, "contact_points": settings(points, ContactPoints)}
-    return Sample(section, lambda: grains, points)
+    return Sample({**section, **_entries(given)}, lambda: grains, points, edges=_edges(given))
+
+
+def _entries(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The entries of edges that are tied, or slits, that are there."""
+    return {name: list(given[name]) for name in ("tied", "slits") if name in given}
+
+
+def _edges(given: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
+    found = {}
+    for name, wanted in (("tied", 'kinds of edges, such as ["inside", "quartz/mica"]'), ("slits", "names of joints")):
+        keys = given.get(name, ())
+        if isinstance(keys, str) or not all(isinstance(key, str) for key in keys):
+            raise refusal(f"sample.{name}", keys, f"a list of {wanted}")
+        found[name] = tuple(edge_key(key, "sample.tied") if name == "tied" else key for key in keys)
+    return found
 
 
 def _contact_points(given: Mapping[str, Any]) -> ContactPoints:

@@ -41,6 +41,7 @@ BY_SHARE = {
     "clear_forces": "nodes", "add_zone_forces": "zones", "bond_forces": "bonds", "gather_bond_forces": "nodes",
     "gather_pressures": "nodes", "load": "tractions", "collect_forces": "grains", "add_weight": "gravity",
     "absorb": "quiet", "impose": "drives", "_remember": "nodes", "integrate": "freedoms", "place_corners": "grains",
+    "collect_tied_forces": "grains", "place_tied_nodes": "nodes",
 }  # fmt: skip
 BY_THREAD = ("contact_step", "press", "sweep", "press_fluids", "move_platens", "follow_nodes")
 

@@ -26,7 +26,8 @@ def first_fault(state: State) -> str | None:
     speeds = state.freedoms.arrays.velocity
     if not np.isfinite(speeds).all():
         n = int(np.argmin(np.isfinite(speeds).all(axis=0)))
-        return f"the velocity of grain {n if state.grains.is_rigid else state.mesh.node_grain[n]} is not finite"
+        grain = n if state.grains.is_rigid else state.mesh.node_grain[state.mesh.first_of_point[n]]
+        return f"the velocity of grain {grain} is not finite"
     return None
 
 

@@ -44,7 +44,10 @@ def least_work(state: State) -> float:
 
 
 def unbalanced(state: State) -> float:
-    """Mean unbalanced force over mean force of contacts and fluids (mean reaction, if there are none): 0 at rest."""
+    """Mean unbalanced force over mean force of contacts, tied nodes and fluids; 0 at rest.
+
+    Where there are none, over the mean reaction.
+    """
     free = state.freedoms.arrays.free[:2] > 0
     if not free.any():
         return 0.0
@@ -53,7 +56,7 @@ def unbalanced(state: State) -> float:
     closed = contacts.length > 0
     normal = np.minimum(contacts.normal[closed], 0.0)
     forces = np.append(forces, np.hypot(normal, contacts.shear[closed]) * contacts.length[closed])
-    forces = np.append(forces, state.fluids.forces)
+    forces = np.concatenate([forces, np.hypot(*state.nodes.arrays.force[:, state.mesh.tied]), state.fluids.forces])
     forces = forces if len(forces) else state.drives.arrays.reaction
     scale = float(np.mean(np.abs(forces))) if len(forces) else 0.0
     return float(np.mean(np.abs(state.freedoms.arrays.force[:2][free]))) / scale if scale > 0 else 1.0

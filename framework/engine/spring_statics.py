@@ -9,12 +9,10 @@ import numpy as np
 import scipy
 
 from grainlaw.engine.factors import Factors
-from grainlaw.engine.parts.deformable_grains import DeformableGrains
 from grainlaw.engine.parts.laws import LawGroup, by_interface
-from grainlaw.engine.parts.rigid_grains import RigidGrains
-from grainlaw.engine.stability import add_springs, rigid_map, stiffness_matrix, triplets
+from grainlaw.engine.stability import add_springs, stiffness_matrix, triplets
 from grainlaw.engine.stage_statics import LOOSE
-from grainlaw.engine.state import State
+from grainlaw.engine.state import State, grains_of
 from grainlaw.specimen import Specimen
 
 NONE = 1e-12  #: of the largest compliance: what no stress strains
@@ -30,9 +28,8 @@ class ElasticModel:
         self, specimen: Specimen, kn: np.ndarray, ks: np.ndarray, more: scipy.sparse.csr_matrix | None = None
     ) -> None:
         self._specimen, mesh = specimen, specimen.mesh
-        self._grains = RigidGrains(specimen) if specimen.is_rigid else DeformableGrains(specimen)
-        size = 2 * len(mesh.nodes)
-        self._carry = rigid_map(specimen) if specimen.is_rigid else scipy.sparse.identity(size, format="csr")
+        self._grains = grains_of(specimen)
+        self._carry = self._grains.carry
         matrix = stiffness_matrix(specimen, kn, ks)
         self._stiffness = self._grains.over_freedoms(matrix if more is None else matrix + more)
         self._place = self._grains.unflat(np.arange(self._carry.shape[1]))  # (r, n) of the freedoms
@@ -64,7 +61,8 @@ class ElasticModel:
         """
         nodes = np.unique(self._rim)
         places = self._grains.of_nodes(nodes)
-        owner = np.searchsorted(places, self._specimen.mesh.node_grain[nodes] if self._grains.is_rigid else nodes)
+        mesh = self._specimen.mesh
+        owner = np.searchsorted(places, (mesh.node_grain if self._grains.is_rigid else mesh.point)[nodes])
         x, y = (np.bincount(owner, row) / np.bincount(owner) for row in self._specimen.mesh.nodes[nodes].T)
         given = np.zeros((self._carry.shape[1], 3))
         given[self._place[0, places]] = np.stack([x, 0 * x, y / 2], axis=1)
@@ -96,9 +94,10 @@ class ElasticModel:
         """Three freedoms without which the specimen as a whole cannot move."""
         if self._grains.is_rigid:
             return self._place[:, 0]
-        bottom = self._specimen.mesh.boundaries["bottom"]
-        along = self._specimen.mesh.nodes[bottom, 0]
-        first, last = bottom[np.argmin(along)], bottom[np.argmax(along)]
+        mesh = self._specimen.mesh
+        bottom = mesh.boundaries["bottom"]
+        along = mesh.nodes[bottom, 0]
+        first, last = mesh.point[bottom[[np.argmin(along), np.argmax(along)]]]
         return np.array([*self._place[:, first], self._place[1, last]])
 
     def _solve(self, held: np.ndarray, given: np.ndarray, forces: np.ndarray | float = 0.0) -> np.ndarray:

@@ -22,8 +22,8 @@ LEAST = 1e-9  #: of a grain's size: smaller closures count as none
 
 
 def _in_one_piece(state: State) -> bool:
-    """Whether bonds connect all grains, so that no contact can form at the rim soon."""
-    a, b = state.mesh.interface_grains.T
+    """Whether bonds and ties connect all grains, so that no contact can form at the rim soon."""
+    a, b = state.mesh.held_together.T
     count = state.specimen.grains.count
     bonds = scipy.sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
     return len(a) > 0 and scipy.sparse.csgraph.connected_components(bonds, directed=False)[0] == 1

@@ -15,12 +15,13 @@ from grainlaw.engine.parts.bonds import Bonds
 from grainlaw.engine.parts.boundaries import Boundaries
 from grainlaw.engine.parts.breaks import Breaks
 from grainlaw.engine.parts.clock import Clock
-from grainlaw.engine.parts.deformable_grains import DeformableGrains
+from grainlaw.engine.parts.deformable_grains import DeformableGrains, TiedGrains
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.ended import Ended
 from grainlaw.engine.parts.every_zone import EveryZone
 from grainlaw.engine.parts.fluids import Fluids
 from grainlaw.engine.parts.freedoms import Nodes
+from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.gravity import Weight
 from grainlaw.engine.parts.heat import EvenTemperature
 from grainlaw.engine.parts.imposed import Imposed
@@ -36,9 +37,17 @@ from grainlaw.engine.parts.zones import Zones
 from grainlaw.engine.step import Parts, Shared
 from grainlaw.fields import ParameterError
 from grainlaw.loads import InitialVelocity
+from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
 
 Saved = dict[str, dict[str, np.ndarray]]  #: by part and name
+
+
+def grains_of(specimen: Specimen) -> Grains:
+    """How the nodes of a specimen follow its freedoms."""
+    if specimen.is_rigid:
+        return RigidGrains(specimen)
+    return TiedGrains(specimen) if len(specimen.mesh.ties) else DeformableGrains(specimen)
 
 
 class State(metaclass=Checked):
@@ -53,7 +62,7 @@ class State(metaclass=Checked):
         self.stage, self.began, self.time_step, self.mass_added = "", 0.0, 0.0, 0.0
         self.usual_end, self.stages = 0.0, 1  #: s, when the present stage usually ends, 0 if unknown; of the test
         self.nodes = Nodes(len(self.mesh.nodes))
-        self.grains = RigidGrains(specimen) if specimen.is_rigid else DeformableGrains(specimen)
+        self.grains = grains_of(specimen)
         self.freedoms = self.grains.freedoms(self.nodes)
         self.zones, self.materials = Zones(specimen), MaterialZones(specimen)
         self.every_zone = EveryZone(specimen, self.zones, self.materials)

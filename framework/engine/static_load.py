@@ -28,7 +28,7 @@ def bring_under_load(state: State, stage: Stage, stability: StableStep) -> bool:
     cohesion, contacts without a bond.
     """
     moving = bool(state.freedoms.arrays.velocity.any())
-    bonded = bool(len(state.bonds)) and all(group.cohesive.all() for group in state.bonds.groups)
+    bonded = len(state.mesh.held_together) > 0 and all(group.cohesive.all() for group in state.bonds.groups)
     if moving or not bonded or stability.touching or stability.stiffening:
         return False
     start, time_step, broken, weight = state.save(), state.time_step, _broken(state), state.gravity.arrays
@@ -73,7 +73,9 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
             _step(state, coasting, np.zeros_like(velocity))  # finds the forces where the first has moved it
             force = carry.T @ state.grains.flat(f.force)
             force[: len(state.platens)] = state.platens.arrays.force[0]
-            largest = float(np.max(np.hypot(state.normal, state.shear) * state.contact_lengths))
+            on_nodes = np.hypot(*state.nodes.arrays.force) if not len(state.bonds) else np.zeros(0)
+            on_bonds = np.hypot(state.normal, state.shear) * state.contact_lengths
+            largest = float(np.max(np.append(on_bonds, on_nodes)))
             if np.abs(force).max() <= BALANCED * largest:
                 state.restore(there)
                 break

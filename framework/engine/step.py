@@ -27,7 +27,13 @@ from grainlaw.engine.parts.drives import DriveArrays, impose
 from grainlaw.engine.parts.flow import flow
 from grainlaw.engine.parts.fluids import FluidArrays, press_fluids, sweep
 from grainlaw.engine.parts.freedoms import FreedomArrays, NodeArrays, clear_forces, integrate
-from grainlaw.engine.parts.grains import GrainArrays, collect_forces, place_corners
+from grainlaw.engine.parts.grains import (
+    GrainArrays,
+    collect_forces,
+    collect_tied_forces,
+    place_corners,
+    place_tied_nodes,
+)
 from grainlaw.engine.parts.gravity import GravityArrays, add_weight
 from grainlaw.engine.parts.material_passes import MaterialArrays, forces_of_materials, take_temperature
 from grainlaw.engine.parts.platens import PlatenArrays, move_platens
@@ -137,7 +143,11 @@ def _steps(thread, team, parts, chunk, forces_of_materials):
         gather_contact_forces(contacts, nodes, thread)
         gather_pressures(pressures, nodes, thread)
         load(tractions, nodes, schedule, thread)
-        collect_forces(grains, nodes, freedoms, thread)
+        if grains.node.shape[0] > 0:
+            barrier.wait(team.meeting, team.threads, team.pauses)  # forces on all nodes of a point
+            collect_tied_forces(grains, nodes, freedoms, thread)
+        else:
+            collect_forces(grains, nodes, freedoms, thread)
         add_weight(gravity, freedoms, thread)
         absorb(quiet, freedoms, chunk.time_step, thread)
         for column in range(velocities.shape[0]):
@@ -149,7 +159,11 @@ def _steps(thread, team, parts, chunk, forces_of_materials):
         if searching and (step == chunk.steps - 1 or leaving > 0):
             _remember(contacts, nodes, thread)
         integrate(freedoms, chunk.integrator, chunk.parameters, thread)
-        place_corners(grains, nodes, freedoms, thread)
+        if grains.node.shape[0] > 0:
+            barrier.wait(team.meeting, team.threads, team.pauses)  # all points have moved
+            place_tied_nodes(grains, nodes, freedoms, thread)
+        else:
+            place_corners(grains, nodes, freedoms, thread)
         if searching:
             follow_nodes(contacts, nodes, thread)
         barrier.wait(team.meeting, team.threads, team.pauses)

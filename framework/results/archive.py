@@ -22,7 +22,7 @@ from grainlaw.results.result import Cracks, Curves, Named, Result
 from grainlaw.specimen import EndPoints, GaussPoints, InsetPoints, Specimen
 from grainlaw.tessellation import Tessellation
 
-FORMAT = 1  #: raise when a file of before could not be read any more
+FORMAT = 2  #: raise when a file of before could not be read any more
 GRAINS = ("vertices", "corners", "first", "phase", "body", "loose", "parent")
 KINDS: dict[str, type] = {kind.__name__: kind for kind in (Elastic, Rigid, EndPoints, GaussPoints, InsetPoints)}
 
@@ -101,6 +101,8 @@ def to_bytes(result: Result, *, frames: bool = True) -> bytes:
         "material": _described(result.specimen.material),
         "contact_points": _described(result.specimen.contact_points),
         "refinement": result.specimen.refinement,
+        "slits": result.specimen.slits,
+        "tied": [_written(key) for key in result.specimen.tied],
         "phase_names": grains.phase_names,
         "sides": [[region.sides, region.hole_sides] for region in grains.regions],
     }
@@ -185,8 +187,9 @@ def _specimen(arrays: Arrays, about: Mapping[str, Any]) -> Specimen:
         joints=below("joints", arrays),
     )  # fmt: skip
     return Specimen(
-        grains, _made(about["material"]), contact_points=_made(about["contact_points"]), refinement=about["refinement"]
-    )
+        grains, _made(about["material"]), contact_points=_made(about["contact_points"]),
+        refinement=about["refinement"], tied=tuple(map(_key, about["tied"])), slits=tuple(about["slits"]),
+    )  # fmt: skip
 
 
 def _made(entry: Mapping[str, Any]) -> Any:

@@ -24,12 +24,14 @@ class Fragments(metaclass=Checked):
 
 @checked
 def fragments(result: Result, frame: int = -1) -> Fragments:
-    """Groups of grains connected by bonds with at least one unbroken contact point, at one of the frames.
+    """Groups of grains connected by ties, or by bonds with at least one unbroken contact point, at one of the frames.
 
     Fragments of equal area are in the order of their first grain. Under a law without damage all grains stay connected.
     """
     broken = ~np.isnan(result.frame("fragments", frame).bonds["broken_time"].reshape(2, -1))
-    a, b = result.mesh.node_grain[result.interfaces[~broken.all(axis=0)]][:, [0, 2]].T
+    mesh = result.mesh
+    ends = np.concatenate([result.interfaces[~broken.all(axis=0)], mesh.ties])
+    a, b = mesh.node_grain[ends[:, [0, 2]]].T
     areas = result.specimen.grains.areas
     bonds = scipy.sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(len(areas), len(areas)))
     count, label = scipy.sparse.csgraph.connected_components(bonds, directed=False)

@@ -120,7 +120,8 @@ class FrameClock:
         share = max(1, round(self.count / state.stages))
         longer = 2 ** (self._taken // share)
         broken = int(np.count_nonzero(~np.isnan(state.broken_time)))
-        if progress < min(self._next, 1.0) and broken - self._broken < CRACKED * longer * len(state.broken_time):
+        many = max(CRACKED * longer * len(state.broken_time), 1)  # of no points one never breaks
+        if progress < min(self._next, 1.0) and broken - self._broken < many:
             return False
         step = longer / share
         self._next, self._broken = float((np.floor(progress / step) + 1) * step), broken

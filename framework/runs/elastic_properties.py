@@ -111,9 +111,12 @@ def _check(specimen: Specimen) -> None:
         if np.ptp(mesh.nodes[mesh.boundaries[name], 1]) > 1e-9 * np.ptp(mesh.nodes[:, 1]):
             raise ParameterError(f"elastic_properties: specimen is not allowed, its {name} is not flat and level")
     count = specimen.grains.count
-    bonds = scipy.sparse.coo_matrix((np.ones(len(mesh.interfaces)), mesh.interface_grains.T), (count, count))
+    pairs = mesh.held_together
+    bonds = scipy.sparse.coo_matrix((np.ones(len(pairs)), pairs.T), (count, count))
     if scipy.sparse.csgraph.connected_components(bonds, directed=False)[0] > 1:
-        raise ParameterError("elastic_properties: specimen is not allowed, its grains are not bonded into one piece")
+        raise ParameterError(
+            "elastic_properties: specimen is not allowed, its grains are not held together in one piece"
+        )
     if specimen.is_rigid:
         of = mesh.node_grain
         if len(np.intersect1d(of[mesh.boundaries["top"]], of[mesh.boundaries["bottom"]])):

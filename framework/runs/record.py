@@ -118,6 +118,8 @@ def _specimen(specimen: Specimen) -> dict[str, Any]:
         "material": described(specimen.material),
         "contact_points": described(specimen.contact_points),
         "refinement": specimen.refinement,
+        "slits": specimen.slits,
+        "tied": [str(key) for key in specimen.tied],
     }
 
 

@@ -28,6 +28,7 @@ from grainlaw.engine.contacts.contact_table import (
 from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.laws import LawGroup, table_of
 from grainlaw.engine.parts.part import Changing, Part, Split, check_names, check_places, check_row
+from grainlaw.polygon import cross
 
 
 class ContactBooks(NamedTuple):
@@ -54,6 +55,7 @@ class Contacts(Part):
         self, grains: Grains, pairs: Mapping[tuple[int, int], LawGroup], detection: Detection | None, bonded: np.ndarray
     ) -> None:
         specimen, mesh, self.detection = grains.specimen, grains.specimen.mesh, detection
+        self._mesh = mesh
         rim = np.concatenate([np.zeros((0, 2), dtype=np.int64), *mesh.boundary_edges.values()])
         self.groups = list(pairs.values())
         self._origin = np.ascontiguousarray(mesh.nodes.T)
@@ -125,8 +127,8 @@ class Contacts(Part):
         return {"contacts_normal": opening, "contacts_shear": slip, "damping": dashpot}
 
     def _cotangents(self) -> np.ndarray:
-        """(i,) of the grain's angle at each node of the edges; 0 where it is not acute."""
-        origin = self._origin
+        """(i,) of the grain's angle at each node of the edges, of tied grains together; 0 where it is not acute."""
+        origin, mesh = self._origin, self._mesh
         follower = np.zeros(origin.shape[1], dtype=np.int64)
         follower[self.edges[:, 0]] = np.arange(len(self.edges))
         after = follower[self.edges[:, 1]]  # each node is the start of one edge
@@ -134,6 +136,13 @@ class Contacts(Part):
         turn, ahead = x * y[after] - y * x[after], x * x[after] + y * y[after]
         result = np.zeros(origin.shape[1])
         result[self.edges[:, 1]] = np.where(ahead < 0, -ahead / np.maximum(turn, 1e-300), 0.0)
+        if len(mesh.ties):
+            corners = mesh.nodes[mesh.zones]
+            one, other = np.roll(corners, -1, axis=1) - corners, np.roll(corners, -2, axis=1) - corners
+            angle = np.arctan2(cross(one, other), (one * other).sum(axis=-1))
+            whole = np.bincount(mesh.point[mesh.zones].ravel(), angle.ravel())[mesh.point]
+            angle = whole[mesh.tied]
+            result[mesh.tied] = np.where(angle < np.pi / 2, 1 / np.tan(np.minimum(angle, np.pi / 2)), 0.0)
         return result
 
     # --- what may be read ------------------------------------------------------------------------------------------

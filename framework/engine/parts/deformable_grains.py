@@ -9,6 +9,7 @@ import scipy
 
 from grainlaw.engine.parts.freedoms import Freedoms, Nodes
 from grainlaw.engine.parts.grains import GrainArrays, Grains
+from grainlaw.engine.parts.part import Split
 from grainlaw.loads import Driven
 from grainlaw.specimen import Specimen
 
@@ -21,8 +22,12 @@ class DeformableGrains(Grains):
 
     def __init__(self, specimen: Specimen) -> None:
         self.specimen = specimen
-        none = np.zeros(0)
-        self.arrays = GrainArrays(np.zeros(1, dtype=np.int64), none, none, np.zeros(2, dtype=np.int64))
+        none, first = np.zeros(0), np.zeros(1, dtype=np.int64)
+        self.arrays = GrainArrays(first, none, none, first[:0], first[:0], np.zeros(2, dtype=np.int64))
+
+    @property
+    def carry(self) -> scipy.sparse.csr_matrix:
+        return scipy.sparse.identity(2 * len(self.specimen.mesh.nodes), format="csr")
 
     def true_mass(self) -> np.ndarray:
         return self.specimen.node_masses
@@ -90,3 +95,60 @@ class DeformableGrains(Grains):
 
     def alike(self, count: int) -> np.ndarray:
         return np.repeat(np.arange(count), 2)
+
+
+class TiedGrains(DeformableGrains):
+    """Their points are the freedoms: some nodes share one, others have one each."""
+
+    def __init__(self, specimen: Specimen) -> None:
+        super().__init__(specimen)
+        self._point = specimen.mesh.point
+        order = np.argsort(self._point, kind="stable")
+        first = np.searchsorted(self._point[order], np.arange(len(specimen.mesh.first_of_point) + 1))
+        self.arrays = self.arrays._replace(first=first, node=order, point=self._point)
+
+    def share(self, split: Split) -> np.ndarray:
+        return np.searchsorted(self.specimen.mesh.first_of_point, split.node)
+
+    @property
+    def carry(self) -> scipy.sparse.csr_matrix:
+        rows = np.arange(2 * len(self._point))
+        columns = (2 * self._point[:, None] + np.arange(2)).ravel()
+        return scipy.sparse.csr_matrix((np.ones(len(rows)), (rows, columns)))
+
+    def true_mass(self) -> np.ndarray:
+        return np.bincount(self._point, self.specimen.node_masses)
+
+    def mass_behind(self, edges: np.ndarray) -> np.ndarray:
+        return self.true_mass()[self._point[edges]].sum(axis=1)
+
+    def freedoms(self, nodes: Nodes) -> Freedoms:
+        mass = np.stack([self.true_mass()] * 2)
+        return Freedoms(np.zeros(mass.shape), np.zeros(mass.shape), mass, self.share)
+
+    def of_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        return np.unique(self._point[nodes])
+
+    def of_grains(self, grains: np.ndarray) -> np.ndarray:
+        return self.of_nodes(super().of_grains(grains))
+
+    def nodes_at(self, displacement: np.ndarray) -> np.ndarray:
+        return displacement[:, self._point]
+
+    def node_velocity(self, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        return freedoms.arrays.velocity.T[self._point]
+
+    def field(self, velocity: np.ndarray, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
+        """The mean of the nodes of each point."""
+        return np.stack([np.bincount(self._point, row) for row in velocity]) / np.bincount(self._point)
+
+    def over_freedoms(
+        self, matrix: scipy.sparse.csr_matrix, nodes: np.ndarray | None = None
+    ) -> scipy.sparse.csr_matrix:
+        carry = self.carry
+        return (carry.T @ matrix @ carry).tocsr()
+
+    @property
+    def places(self) -> np.ndarray:
+        mesh = self.specimen.mesh
+        return np.repeat(mesh.nodes[mesh.first_of_point], 2, axis=0)

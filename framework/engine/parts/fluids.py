@@ -51,12 +51,14 @@ def _joined(size: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 class Connection:
     """The corners of grains, where each of the two points of a bond touches one, and what of it is connected.
 
-    Nodes of different grains are one corner if bonds join them, whether these are broken or not.
+    Nodes of different grains are one corner if ties or bonds join them, whether these are broken or not.
     """
 
     def __init__(self, mesh: Mesh, ends: np.ndarray) -> None:
         one, other = ends[:, :2].T.ravel(), ends[:, 2:].T.ravel()
-        self.corner = _joined(len(mesh.nodes), one, other)  #: (i,) number of the corner at each node
+        tied = mesh.ties[:, :2].T.ravel(), mesh.ties[:, 2:].T.ravel()
+        both = np.concatenate([one, tied[0]]), np.concatenate([other, tied[1]])
+        self.corner = _joined(len(mesh.nodes), *both)  #: (i,) number of the corner at each node
         self.at = self.corner[one]  #: (p,) corner that each point touches
 
     def pieces(self, broken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -378,7 +380,7 @@ class Fluids(PointForces):
         if self.injection is None:
             return 0.0
         a, mine = self.arrays, self._is_pumped
-        (i, j), w, at, count = a.node[:, mine], a.weight[mine], a.vertex[mine], masses.shape[1]
+        (i, j), w, at, count = self._mesh.point[a.node[:, mine]], a.weight[mine], a.vertex[mine], masses.shape[1]
         normals = a.normal_x[mine], a.normal_y[mine]
         volumes = self.volumes
         if not self._viscosity:

@@ -19,11 +19,13 @@ from grainlaw.specimen import Specimen
 
 
 class GrainArrays(NamedTuple):
-    """Rigid grains (g) and their corners; the share of every thread is empty where grains deform."""
+    """Rigid grains (g) and their corners, or points (g) and their tied nodes; neither where all nodes are free."""
 
-    first: Constant  #: (g + 1,) first node of each grain
+    first: Constant  #: (g + 1,) first node of each grain, or place in ``node`` of those of each point
     arm_x: Constant  #: (i,) m from the grain's centroid, undeformed
     arm_y: Constant
+    node: Constant  #: (i,) nodes in the order of their points; empty without ties
+    point: Constant  #: (i,) of each node
     share: Constant
 
 
@@ -63,12 +65,37 @@ def place_corners(grains, nodes, freedoms, thread):
             uy[i] = gy[g] + sn * arm_x[i] + cs * arm_y[i]
 
 
+@njit(**OPTIONS)
+def collect_tied_forces(grains, nodes, freedoms, thread):
+    """Sum of the forces on the tied nodes of each point."""
+    fx, fy, gx, gy = nodes.force[0], nodes.force[1], freedoms.force[0], freedoms.force[1]
+    for g in range(grains.share[thread], grains.share[thread + 1]):
+        sum_x, sum_y = 0.0, 0.0
+        for i in grains.node[grains.first[g] : grains.first[g + 1]]:
+            sum_x += fx[i]
+            sum_y += fy[i]
+        gx[g], gy[g] = sum_x, sum_y
+
+
+@njit(**OPTIONS)
+def place_tied_nodes(grains, nodes, freedoms, thread):
+    """Move a thread's nodes with their points."""
+    for i in range(nodes.share[thread], nodes.share[thread + 1]):
+        for row in range(2):
+            nodes.displacement[row, i] = freedoms.displacement[row, grains.point[i]]
+
+
 class Grains(Part, ABC):
     """What differs between deformable and rigid grains; index letters ``r, n`` as in :class:`Freedoms`."""
 
     specimen: Specimen
     is_rigid: bool
     turning: tuple[int, ...]  #: rows of the freedoms that are rotations
+
+    @property
+    @abstractmethod
+    def carry(self) -> scipy.sparse.csr_matrix:
+        """(2 i, q) displacement of node components from the freedoms, in the order of ``flat``, undeformed."""
 
     @abstractmethod
     def true_mass(self) -> np.ndarray:

@@ -178,7 +178,8 @@ class Pressures(PointForces):
     def _membrane(self, displacement: np.ndarray) -> np.ndarray:
         """(e, 2) nodes of the line round the whole specimen but for its driven boundaries."""
         mesh = self._mesh
-        used = np.unique(np.concatenate([mesh.interfaces.ravel(), *(e.ravel() for e in mesh.boundary_edges.values())]))
+        edges = (mesh.interfaces, mesh.ties, *mesh.boundary_edges.values())
+        used = np.unique(np.concatenate([each.ravel() for each in edges]))
         platens = [np.isin(used, mesh.boundaries[name]) for name in sorted(self._driven)]
         sealed = np.stack([np.zeros(len(used), dtype=bool), *platens], axis=1)
         place = (mesh.nodes + displacement.T)[used]

@@ -66,28 +66,29 @@ class QuietBoundaries(PointForces):
 
     def begin(self, imposed: Imposed, at: Moment) -> None:
         mesh = self._specimen.mesh
-        total = np.zeros((len(mesh.nodes), 3))
+        total = np.zeros((len(mesh.first_of_point), 3))
         for each in imposed.of(Quiet):
             edges = mesh.boundary_edges[each.boundary]
             length, dashpots = _dashpots(self._specimen, edges, each)
-            np.add.at(total, edges.ravel(), np.repeat(dashpots * length[:, None] / 2, 2, axis=0))
+            np.add.at(total, mesh.point[edges].ravel(), np.repeat(dashpots * length[:, None] / 2, 2, axis=0))
         node = np.flatnonzero(total.any(axis=1))
         self._lay(node, total[node].T, at.at_forces)
 
     def _lay(self, node: np.ndarray, dashpots: np.ndarray, before: np.ndarray) -> None:
-        """Let dashpots (3, n) N s/m be on nodes (n,), where they are free."""
+        """Let dashpots (3, n) N s/m be on points (n,) of nodes, where they are free."""
+        first = self._specimen.mesh.first_of_point[node]
         free_x, free_y = self._freedoms.arrays.free[:2, node] if len(node) else np.zeros((2, 0))
         (xx, yy, xy), count = dashpots, len(node)
         self.arrays = QuietArrays(
             node, xx * free_x, yy * free_y, xy * free_x * free_y, np.zeros(count), np.zeros(count),
-            before[0, node], before[1, node], np.zeros(count), np.zeros(2, dtype=np.int64),
+            before[0, first], before[1, first], np.zeros(count), np.zeros(2, dtype=np.int64),
         )  # fmt: skip
 
     def share(self, split: Split) -> np.ndarray:
-        return np.searchsorted(self.arrays.node, split.node)
+        return np.searchsorted(self.arrays.node, self._freedoms.share(split))
 
     def points(self, displacement: np.ndarray) -> np.ndarray:
-        return displacement[:, self.arrays.node]
+        return displacement[:, self._specimen.mesh.first_of_point[self.arrays.node]]
 
 
 def _dashpots(specimen: Specimen, edges: np.ndarray, quiet: Quiet) -> tuple[np.ndarray, np.ndarray]:

@@ -26,13 +26,19 @@ class RigidGrains(Grains):
     def __init__(self, specimen: Specimen) -> None:
         self.specimen = specimen
         mesh = specimen.mesh
+        none = np.zeros(0, dtype=np.int64)
         arm = (mesh.nodes - specimen.grains.centroids[mesh.node_grain]).T
         self.arrays = GrainArrays(
-            mesh.first_node, np.ascontiguousarray(arm[0]), np.ascontiguousarray(arm[1]), np.zeros(2, dtype=np.int64)
-        )
+            mesh.first_node, np.ascontiguousarray(arm[0]), np.ascontiguousarray(arm[1]),
+            none, none, np.zeros(2, dtype=np.int64),
+        )  # fmt: skip
 
     def share(self, split: Split) -> np.ndarray:
         return split.grain
+
+    @property
+    def carry(self) -> scipy.sparse.csr_matrix:
+        return rigid_map(self.specimen)
 
     def true_mass(self) -> np.ndarray:
         return np.bincount(self.specimen.mesh.node_grain, self.specimen.node_masses)
