@@ -11,7 +11,7 @@ from test_crack_pattern import cracks_of
 
 import grainlaw as gl
 from grainlaw.engine.parts.breaks import Breaks
-from grainlaw.geometry import Voronoi, rectangle
+from grainlaw.geometry import Bricks, Voronoi, rectangle
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
 from grainlaw.results.acoustic import KINDS, clustered
@@ -272,3 +272,51 @@ def test_events_become_tables_and_lines(pressed, tmp_path):
     for file, of in ((tmp_path / "events.csv", events), (tmp_path / "no.vtu", clustered(cracks_of(0), 1, 1))):
         with pytest.raises(gl.ParameterError, match=r"a name that ends in \.vtu, of at least one event"):
             of.write_vtk(file)
+
+
+@attrs.frozen(kw_only=True)
+class Pull(gl.LoadingProtocol):
+    """Both ends of a plate are pulled by a stress that rises in 20 us and stays."""
+
+    stress: float = gl.parameter("Pa")
+
+    def stages(self, specimen):
+        ends = [gl.Traction(boundary=name, stress=(0, self.stress, 0), ramp=20e-6) for name in ("top", "bottom")]
+        undamped = gl.CentralDifference(damping=gl.Undamped())
+        until = [gl.Reaches("time", 60e-6)]
+        return [gl.Stage(name="pull", loads=ends, until=until, interval=0.1e-6, integrator=undamped)]
+
+    def measure(self, state):
+        return {}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+@pytest.mark.thorough
+def test_a_crack_that_runs_through_a_solid_is_one_of_opening_and_slower_than_rayleigh_waves():
+    """Along a seam in tied cells, from a slit; no bond or spring but those of the seam."""
+    grains = Bricks(rows=40, columns=80).tessellate(rectangle(80 * mm, 40 * mm))
+    pairs = np.stack([grains.edges.start, grains.edges.end], axis=1)
+    x, y = grains.vertices[pairs].transpose(2, 0, 1)
+    on = (abs(y - 20 * mm) < 1e-9).all(axis=1)
+    slit = on & (x.max(axis=1) < 20.1 * mm)
+    grains = attrs.evolve(grains, joints={"slit": pairs[slit], "seam": pairs[on & ~slit]})
+    specimen = gl.Specimen(grains, ROCK, tied=["between"], slits=["slit"])
+    seam = MohrCoulomb(kn=5e15, ks=5e15, tensile_strength=20e6, cohesion=80e6, friction_angle=30)
+    result = gl.simulate(specimen, seam, Pull(stress=2e6), detection=None, frames=2, progress=False)
+    cracks, events = result.cracks, gl.acoustic_events(result)
+    assert len(cracks) == 2 * 60
+    assert set(events.kind) == {"opening"}
+    assert events.tensile_angle == pytest.approx(90, abs=0.1)
+    ratio = ROCK.poissons_ratio
+    lame = ratio / (1 - ratio)  # of xx to yy
+    assert events.moment[:, 0] / events.moment[:, 1] == pytest.approx(lame, rel=1e-3)
+    assert np.abs(np.sin(events.planes)).max() < 0.01
+    opened = float(np.sum(cracks.source_opening * cracks.length))
+    assert events.potency[:, 1].sum() == pytest.approx(opened, rel=1e-9)
+    shear_speed = np.sqrt(ROCK.youngs_modulus / (2 * (1 + ratio)) / ROCK.density)
+    rayleigh = shear_speed * (0.862 + 1.14 * ratio) / (1 + ratio)  # Viktorov 1967
+    running = (cracks.position[:, 0] > 30 * mm) & (cracks.position[:, 0] < 70 * mm)
+    speed = np.polyfit(cracks.time[running], cracks.position[running, 0], 1)[0]
+    assert 0.7 * rayleigh < speed < rayleigh
