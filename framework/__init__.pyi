@@ -31,6 +31,7 @@ from .integration import (
 )
 from .loading import AccuracyError, Adaptive, Constant, HeatingRate, Loading, Pace
 from .loads import (
+    BarEnd,
     Drive,
     Fixed,
     FluidPressure,
@@ -87,7 +88,7 @@ from .studies.study import Status, Study
 from .studies.table import Table
 from .studies.workers import ExecutorError
 from .tessellation import Tessellation, Tessellator, TilingError
-from .time_series import TimeSeries
+from .time_series import TimeSeries, pulse
 from .window import Window, within_circle, within_polygon, within_rectangle
 from .workbench.characteristics import Characteristics, Mode, characteristics
 from .workbench.conformance import Entry, Report, check_law
@@ -104,6 +105,7 @@ __all__ = [
     "AdaptiveRelaxation",
     "Ageing",
     "AtRest",
+    "BarEnd",
     "Calibration",
     "CentralDifference",
     "CentreGauges",
@@ -242,6 +244,7 @@ __all__ = [
     "plot_curves",
     "plot_law",
     "plot_material",
+    "pulse",
     "rocks",
     "side_by_side",
     "simulate",

@@ -199,6 +199,18 @@ def whole_number(*, default: int | None, at_least: int, at_most: int | None = No
     return checked_field(check, default=default, metadata={"bounds": bounds})
 
 
+def number_or_none(unit: str) -> Any:
+    """Declare a number of a component above 0, or None, which is the default: ``width: float | None = ...``.
+
+    Raises :class:`ParameterError`.
+    """
+
+    def check(where: str, value: Any) -> float | None:
+        return None if value is None else checked_number(where, value, unit, above=0)
+
+    return checked_field(check, default=None, metadata={"unit": unit})
+
+
 def vector(unit: str, names: tuple[str, ...] = ("x", "y"), **default: Any) -> Any:
     """Declare two or three finite numbers of a component, one of each name: ``gravity = vector("m/s2")``."""
 

@@ -13,7 +13,7 @@ import numpy as np
 from grainlaw.arguments import floats, is_number
 from grainlaw.columns import TEMPERATURE
 from grainlaw.condition import ComesTo, Condition
-from grainlaw.fields import ParameterError, checked_field, checked_number, grain_numbers, parameter, part, vector
+from grainlaw.fields import ParameterError, grain_numbers, number_or_none, parameter, part, vector
 from grainlaw.loading import Constant, HeatingRate
 from grainlaw.material import ABSOLUTE_ZERO
 from grainlaw.messages import refusal, short
@@ -35,17 +35,6 @@ def _velocities(value: Any) -> np.ndarray:
     if found.ndim != 2 or found.shape[1] != 2 or not np.isfinite(found).all():
         raise refusal("InitialVelocity: velocity", value, "velocities (x, y) in m/s of all nodes, finite")
     return found
-
-
-def _speed() -> Any:
-    def check(where: str, value: Any) -> float | None:
-        return None if value is None else checked_number(where, value, "m/s", above=0)
-
-    return checked_field(check, default=None, metadata={"unit": "m/s"})
-
-
-def _some_volume(where: str, value: Any) -> float | None:
-    return None if value is None else checked_number(where, value, "m2", above=0)
 
 
 class BoundaryLoad(Load):
@@ -203,8 +192,20 @@ def _not_static(stage: Stage) -> ParameterError:
     return ParameterError(f"Stage '{stage.name}': static is for {loads}")
 
 
+class Forced(Driven):
+    """A boundary that moves along an axis as one body, under a force; a spring and a dashpot may hold it back."""
+
+    def spring(self, length: float) -> float:
+        """N/m, of a boundary of a length (m): what pulls it back to its place at the start of the stage."""
+        return 0.0
+
+    def dashpot(self, length: float) -> float:
+        """N s/m, of a boundary of a length (m): what resists its velocity."""
+        return 0.0
+
+
 @attrs.frozen(kw_only=True)
-class Hold(Driven):
+class Hold(Forced):
     """A boundary under a force: a platen whose nodes all move by the same amount along one axis.
 
     ``stress`` is the force over the undeformed length of the boundary, positive along the axis. A spring of
@@ -221,6 +222,52 @@ class Hold(Driven):
 
     def schedule(self, begin: np.ndarray, end: np.ndarray, pace: float, length: float) -> np.ndarray:
         return self.course(begin, end) * length
+
+    def spring(self, length: float) -> float:
+        return self.stiffness * length
+
+
+@attrs.frozen(kw_only=True)
+class BarEnd(Forced):
+    """A boundary on the end of a long elastic bar, along which a wave may come: Eq. (27) of docs/theory.md.
+
+    The bar is not meshed. It is straight and thin, its end stays flat, and no wave comes back from its other end. The
+    force on the boundary is width times (twice ``stress`` less impedance times velocity): exactly that of such a bar
+    (Kolsky 1949, doi:10.1088/0370-1301/62/11/302). Without a wave it is a dashpot, the end of a transmission bar.
+    """
+
+    boundary: str  #: name of the boundary
+    axis: int = attrs.field(validator=_is_axis)  #: of the bar: 0 along x, 1 along y
+    #: density times speed of waves in the bar, the root of Young's modulus times density; 4e7 of steel
+    impedance: float = parameter("Pa s/m", usual=(1e5, 2e8))
+    #: of the wave that comes along the bar, as the force on the boundary over the width: positive along the axis
+    stress: Varying = varying("Pa", 0.0)
+    start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``stress`` after the time ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the stress changes
+    #: of the bar, its section over the thickness of the specimen; that of the boundary unless given
+    width: float | None = number_or_none("m")
+    roller: bool = part(bool, False)  #: whether only the middle is driven, so that the boundary can turn
+
+    def check(self, stage: Stage) -> None:
+        super().check(stage)
+        if stage.static:
+            raise ParameterError(
+                f"Stage '{stage.name}': a static stage has no waves; let a stage after it have a BarEnd"
+            )
+        if sum(one.boundary == self.boundary and one.axis == self.axis for one in stage.of(Driven)) > 1:
+            raise ParameterError(
+                f"Stage '{stage.name}': boundary = {self.boundary!r} is the end of a bar and is driven along the same "
+                "axis, it can be one of both"
+            )
+
+    def schedule(self, begin: np.ndarray, end: np.ndarray, pace: float, length: float) -> np.ndarray:
+        return 2 * self.course(begin, end) * (self.width or length)
+
+    def dashpot(self, length: float) -> float:
+        return self.impedance * (self.width or length)
+
+    def at_start(self) -> Load | None:
+        return Hold(boundary=self.boundary, axis=self.axis, stress=0.0)
 
 
 @attrs.frozen(kw_only=True)
@@ -259,8 +306,8 @@ class Quiet(Load):
     """
 
     boundary: str  #: name of the boundary
-    p_speed: float | None = _speed()  #: of P waves in the rock as a whole
-    s_speed: float | None = _speed()  #: of S waves
+    p_speed: float | None = number_or_none("m/s")  #: of P waves in the rock as a whole
+    s_speed: float | None = number_or_none("m/s")  #: of S waves
 
     def __attrs_post_init__(self) -> None:
         if (self.p_speed is None) != (self.s_speed is None):
@@ -272,7 +319,7 @@ class Quiet(Load):
         where = f"Stage '{stage.name}': boundary = {self.boundary!r}"
         if sum(one.boundary == self.boundary for one in stage.of(Quiet)) > 1:
             raise ParameterError(f"{where} is quiet twice, it can be so once")
-        if any(one.boundary == self.boundary for one in stage.of(Hold)):
+        if any(one.boundary == self.boundary for one in stage.of(Forced)):
             raise ParameterError(f"{where} is quiet and has a platen under a force: let a Traction give the force")
 
     def check_specimen(self, specimen: Specimen) -> None:
@@ -339,7 +386,7 @@ class Injection(Fluid):
     #: damage from which contact points let it in; below 1 it is in the cohesive zone of a crack too
     entry_damage: float = parameter("1", default=1.0, above=0, at_most=1)
     #: of the room behind the boundary, with lines and pump, over thickness; what it encloses, unless given
-    volume: float | None = checked_field(_some_volume, default=None, metadata={"unit": "m2"})
+    volume: float | None = number_or_none("m2")
     cracks_only: bool = False  #: whether the boundary itself bears none of it, as under a membrane or a platen
 
     def __attrs_post_init__(self) -> None:

@@ -10,8 +10,8 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, floats, is_number
-from grainlaw.fields import Bounds, ParameterError, checked_field, parameter
+from grainlaw.arguments import Checked, checked, floats, is_number
+from grainlaw.fields import Bounds, ParameterError, checked_field, checked_number, parameter
 from grainlaw.messages import refusal, short
 from grainlaw.unit_text import written
 
@@ -71,6 +71,19 @@ class TimeSeries(metaclass=Checked):
         until = np.concatenate([[0.0], np.cumsum(width * (v[1:] + v[:-1]) / 2)])
         since = time - t[k]
         return until[k] + since * (v[k] + np.maximum(since, 0.0) * slope[k] / 2)
+
+
+@checked
+def pulse(size: float, *, rise: float, hold: float = 0.0) -> TimeSeries:
+    """A pulse that rises smoothly, as sin^2, in a time (s), holds for a time (s), and falls as it rose.
+
+    As behind a pulse shaper, a soft disc between striker and bar. ``size`` is in the unit of the quantity.
+    """
+    rise = checked_number("pulse: rise", rise, "s", above=0)
+    hold = checked_number("pulse: hold", hold, "s", at_least=0)
+    share = np.linspace(0.0, 1.0, 17)
+    up = checked_number("pulse: size", size) * np.sin(np.pi / 2 * share) ** 2
+    return TimeSeries(np.append(rise * share, rise + hold + rise * share), np.append(up, up[::-1]))
 
 
 Varying = float | TimeSeries | Callable[[float], float]

@@ -39,7 +39,7 @@ class Reference:
             for i in corners:
                 self.mass[i] += specimen.material.density * self.area(z) / 3
         self.before = [self.weight(i) for i in range(count)]  # a change of the weight is no vibration
-        self.platens = [Platen(self, hold) for hold in self.of(gl.Hold)]
+        self.platens = [Platen(self, hold) for kind in (gl.Hold, gl.BarEnd) for hold in self.of(kind)]
         self.came = [0j] * count  #: the last increments of the displacements
         self.touching = Touching(self, law, memory, detection) if detection else None
         self.wet, self.full = {}, {}
@@ -278,8 +278,14 @@ class Platen:
         self.moved = self.before = 0.0
 
     def step(self, f):
-        force = self.length * (self.hold.stress - self.hold.stiffness * self.moved)
-        force += sum(parts(f[i])[self.hold.axis] for i in self.nodes)
+        force = sum(parts(f[i])[self.hold.axis] for i in self.nodes)
+        if isinstance(self.hold, gl.BarEnd):
+            width, half = self.hold.width or self.length, self.of.dt / (2 * self.mass)
+            force += 2 * width * self.hold.stress
+            dashpot = width * self.hold.impedance
+            force -= dashpot * (self.speed + half * force) / (1 + half * dashpot)
+        else:
+            force += self.length * (self.hold.stress - self.hold.stiffness * self.moved)
         self.speed, _ = self.of.integrator.step(force, force - self.before, self.speed, self.mass, self.of.dt)
         self.moved, self.before = self.moved + self.of.dt * self.speed, force
         return self.speed

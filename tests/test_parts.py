@@ -57,6 +57,13 @@ CASES = {
         small_sample(), WEAK,
         stage(ENDS[0], gl.Hold(boundary="top", axis=1, stress=-5e6, stiffness=1e12)), 4e-8,
     ),
+    "bars": (
+        small_sample(), WEAK,
+        stage(
+            gl.BarEnd(boundary="bottom", axis=1, impedance=4e7),
+            gl.BarEnd(boundary="top", axis=1, impedance=4e7, stress=[(0, 0), (1e-6, -50e6)]),
+        ), 4e-8,
+    ),
     "wet": (
         small_sample(), WEAK,
         stage(*ENDS, *(gl.FluidPressure(boundary=side, pressure=5e6) for side in ("left", "right"))), 4e-8,

@@ -25,6 +25,7 @@ from grainlaw.protocols import (
     Platens,
     Saturated,
     SemiCircularBend,
+    SplitHopkinson,
     ThreePointBending,
     UniaxialCompression,
     UniaxialTension,
@@ -36,11 +37,12 @@ BIAXIAL = BiaxialCompression(confinement=5e6, maximum_strain=2e-4, samples=50, l
 PROTOCOLS = [COMPRESSION, TENSION, BIAXIAL]
 #: These have no modulus: test_joint.py compares the first two with the law itself, test_examples_contacts.py FreeMotion
 #: with bodies that fall and slide, test_creep.py Creep, test_temperature.py Heating, test_waves.py PlaneWave,
+#: test_split_hopkinson.py SplitHopkinson,
 #: test_excavation.py Excavation, test_fluids.py Saturated, test_injection.py HydraulicFracturing,
 #: test_laboratory_tests.py has the others.
 OTHERS = {
     DirectShear, JointTension, FreeMotion, Brazilian, Creep, Cyclic, Excavation, Heating, HydraulicFracturing,
-    PlaneWave, Saturated, SemiCircularBend,
+    PlaneWave, Saturated, SemiCircularBend, SplitHopkinson,
     ThreePointBending,
 }  # fmt: skip
 

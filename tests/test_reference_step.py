@@ -36,6 +36,10 @@ LOADS = {
 #: of grains that deform alone
 SOFT = {
     "held": [DRIVES[0], gl.Hold(boundary="top", axis=1, stress=-3e6, stiffness=1e13)],
+    "bars": [
+        gl.BarEnd(boundary="bottom", axis=1, impedance=4e7),
+        gl.BarEnd(boundary="top", axis=1, impedance=9e7, width=0.01, stress=-30e6),
+    ],
     "quiet": [*DRIVES, gl.Quiet(boundary="left"), gl.Quiet(boundary="right")],
 }
 WHOLE = {"youngs_modulus": 60e9, "poissons_ratio": 0.25, "density": 3100}

@@ -22,6 +22,7 @@ from grainlaw.protocols import (
     FreeMotion,
     PlaneWave,
     Saturated,
+    SplitHopkinson,
     UniaxialCompression,
     UniaxialTension,
 )
@@ -79,6 +80,9 @@ CASES = {
     "waves that leave": (
         small_sample(12), WEAK,
         PlaneWave(stress=[(0, 0), (5e-6, -60e6), (8e-6, 40e6)], quiet=("left", "right"), duration=2e-5, samples=20), {},
+    ),
+    "ends of bars": (
+        small_sample(12), WEAK, SplitHopkinson(wave=gl.pulse(-60e6, rise=5e-6), duration=2e-5, samples=20), {},
     ),
     "jumps of time": (small_sample(12), AGEING, Creep(load=75 * MPa, duration=1.0, largest_growth=0.2), {}),
 }  # fmt: skip

@@ -80,6 +80,7 @@ SETUPS = {
         Setup(protocols.JointTension, PULLED_BLOCKS, PULLED_BLOCKS),
         Setup(protocols.Excavation, PLATE | _grains(1500), PLATE | _grains(200)),
         Setup(protocols.HydraulicFracturing, PLATE | _grains(1500), PLATE | _grains(200)),
+        Setup(protocols.SplitHopkinson, PRISM, SMALL_PRISM),
         Setup(protocols.PlaneWave, _bar(100), _bar(50)),
     )
 }

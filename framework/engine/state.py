@@ -213,6 +213,11 @@ class State(metaclass=Checked):
         return self.clock.time
 
     @property
+    def since_sample(self) -> float:
+        """s since the last sample, over which reactions and motions of boundaries are means."""
+        return float(self.boundaries.books.samples[0] * self.time_step)
+
+    @property
     def steps(self) -> int:
         """Steps done."""
         return self.clock.steps

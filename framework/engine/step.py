@@ -154,7 +154,10 @@ def _steps(thread, team, parts, chunk, forces_of_materials):
             velocities[column] = schedule[column]
         if platens.column.shape[0] > 0:
             barrier.wait(team.meeting, team.threads, team.pauses)  # forces on all of a platen's freedoms
-            move_platens(platens, drives, freedoms, schedule, velocities, chunk.integrator, chunk.parameters, thread)
+            move_platens(
+                platens, drives, freedoms, schedule, velocities, chunk.time_step, chunk.integrator, chunk.parameters,
+                thread,
+            )  # fmt: skip
         impose(drives, freedoms, velocities, chunk.time_step, thread)
         if searching and (step == chunk.steps - 1 or leaving > 0):
             _remember(contacts, nodes, thread)

@@ -21,6 +21,12 @@ LIMITS = {
     "kinetic_ratio": (0.01, f"the test was not quasi-static; {SLOWER}"),
     "imbalance": (0.01, f"the load was not in balance; {SLOWER}"),
     "unstable_rise": (0.03, f"the load rose above what the specimen can bear, which was unstable; {SLOWER}"),
+    # Ravichandran and Subhash 1994, doi:10.1111/j.1151-2916.1994.tb06987.x
+    "end_difference": (
+        0.05,
+        "the forces on both ends were not in balance at failure: let the wave rise more slowly, or take a shorter "
+        "specimen",
+    ),
     "energy_error": (0.005, "the time steps were too long: time_step_factor=0.5"),
     "energy_made": (1e-4, "intact contacts made energy: the law may flutter, and the strength depend on the damping"),
     "energy_returned": (5e-3, "contacts that open and close within a step made energy: time_step_factor=0.3"),

@@ -1,4 +1,4 @@
-"""Load-controlled platens (servo): boundaries that move as one body under a force."""
+"""Load-controlled platens (servo) and ends of bars: boundaries that move as one body under a force."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.imposed import Imposed
 from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Split
-from grainlaw.loads import Hold
+from grainlaw.loads import Forced
 from grainlaw.mesh import Mesh
 
 
@@ -22,6 +22,7 @@ class PlatenArrays(NamedTuple):
 
     column: Constant  #: (k,) column of the schedule with the force, and column of the velocity for driven freedoms
     stiffness: Constant  #: (k,) N/m of a spring that pulls back to the position at the start of the stage
+    dashpot: Constant  #: (k,) N s/m, force over velocity of what carries waves away
     force: Changing  #: (threads, k) N; this and the following rows have the form of freedoms
     earlier: Changing  #: N
     velocity: Changing  #: m/s
@@ -37,23 +38,26 @@ MOTION = ("force", "earlier", "velocity", "displacement", "mass", "free", "impos
 
 
 @njit(**OPTIONS)
-def move_platens(platens, drives, freedoms, schedule, velocities, integrator, parameters, thread):
+def move_platens(platens, drives, freedoms, schedule, velocities, time_step, integrator, parameters, thread):
     """Move platens under their forces by one step, and drive their freedoms with their velocity.
 
-    A platen has the mass of the freedoms on its boundary, and is integrated like them.
+    A platen has the mass of the freedoms on its boundary, and is integrated like them. Its dashpot acts on the mean of
+    the velocities before and after the step, as those of quiet boundaries do.
     """
     force, displacement = platens.force[thread], platens.displacement[thread]
+    velocity, mass = platens.velocity[thread], platens.mass[thread]
     for k in range(platens.column.shape[0]):
         total = schedule[platens.column[k]] - platens.stiffness[k] * displacement[k]
         for d in range(drives.row.shape[0]):
             if drives.column[d] == platens.column[k]:
                 total += freedoms.force[drives.row[d], drives.place[d]]
-        force[k] = total
+        by, dashpot = 0.5 * time_step / mass[k], platens.dashpot[k]
+        force[k] = total - dashpot * (velocity[k] + by * total) / (1 + by * dashpot)
     call(
         integrator,
         (
-            parameters, force.ctypes.data, platens.earlier[thread].ctypes.data, platens.velocity[thread].ctypes.data,
-            displacement.ctypes.data, platens.mass[thread].ctypes.data, platens.free[thread].ctypes.data,
+            parameters, force.ctypes.data, platens.earlier[thread].ctypes.data, velocity.ctypes.data,
+            displacement.ctypes.data, mass.ctypes.data, platens.free[thread].ctypes.data,
             platens.imposed[thread].ctypes.data, platens.loss[thread].ctypes.data, platens.column.shape[0],
         ),
     )  # fmt: skip
@@ -76,7 +80,7 @@ class Platens(Part):
     def take_up(self) -> None:
         """Give each platen the mass and the momentum of the freedoms on its boundary."""
         f, driven, lengths = self._freedoms.arrays, self._drives.arrays, self._mesh.boundary_lengths
-        holds = [(self._imposed.column(hold), hold) for hold in self._imposed.of(Hold)]
+        holds = [(self._imposed.column(hold), hold) for hold in self._imposed.of(Forced)]
         rows = {name: np.zeros((1, len(holds))) for name in MOTION}
         for k, (column, _) in enumerate(holds):
             mine = driven.column == column
@@ -86,7 +90,8 @@ class Platens(Part):
         rows["free"][:] = 1.0
         self.arrays = PlatenArrays(
             column=np.array([column for column, _ in holds], dtype=np.int64),
-            stiffness=np.array([hold.stiffness * lengths[hold.boundary] for _, hold in holds]),
+            stiffness=np.array([hold.spring(lengths[hold.boundary]) for _, hold in holds]),
+            dashpot=np.array([hold.dashpot(lengths[hold.boundary]) for _, hold in holds]),
             **rows,
             share=np.zeros(2, dtype=np.int64),
         )
