@@ -122,6 +122,13 @@ SOME_TESTS = (
     Quantity("crack_room", "m2", meaning="room of the cracks that the fluid of an injection has entered"),
     Quantity("crack_fluid", "m2", meaning="of the fluid that was pumped in, without pressure, what is in cracks"),
     Quantity("outflow", "m2", meaning="of it, what has left at boundaries with a pressure of their own"),
+    Quantity(
+        "end_difference",
+        "%",
+        words="difference of end forces",
+        form=".2f",
+        meaning="of the forces on both ends of a specimen between bars, over their mean; of a test at its failure",
+    ),
     Quantity("displacement", "µm", meaning="of what the test moves"),
     Quantity("opening", "µm", meaning="of a joint or a contact, closing negative"),
     Quantity("slip", "µm", meaning="of a joint or a contact"),

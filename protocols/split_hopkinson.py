@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import DAMAGED, LOAD, STRAIN, TIME
-from grainlaw.condition import Curves, Reaches
+from grainlaw.condition import Curves, Fails, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, number_or_none, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator, Undamped
@@ -34,13 +34,6 @@ WAVES = (
     Quantity("incident", "MPa", form=".2f", meaning="of the wave that comes along the bar, tension positive"),
     Quantity("reflected", "MPa", form=".2f", meaning="of the wave that goes back in the incident bar"),
     Quantity("transmitted", "MPa", form=".2f", meaning="of the wave in the transmission bar"),
-    Quantity(
-        "end_difference",
-        "%",
-        words="difference of end forces",
-        form=".2f",
-        meaning="of the forces on both ends, over their mean; of a test at its failure",
-    ),
     Quantity(
         "mean_end_difference",
         "%",
@@ -71,7 +64,8 @@ class SplitHopkinson(LoadingProtocol):
     In place of the drives between which the test loads the specimen there are the ends of two long elastic bars
     (:class:`~grainlaw.BarEnd`); the bar of two supports stands half on each. The test measures as it does, its strength
     and toughness are those of its own formulae, and beside them there are the three waves, the balance of the forces on
-    both ends, and rates. For any test of one stage, such as ``UniaxialCompression``, ``Brazilian`` and
+    both ends, and rates. It lasts for the ``duration``, or ends at the failure of a test with
+    ``until=Until.FAILURE``. For any test of one stage, such as ``UniaxialCompression``, ``Brazilian`` and
     ``SemiCircularBend``.
     """
 
@@ -112,9 +106,10 @@ class SplitHopkinson(LoadingProtocol):
         ]  # fmt: skip
         (stage,) = self.test.stages(specimen)
         others = [load for load in stage.loads if load not in drives]
+        until = [Reaches(TIME, self.duration), *(end for end in stage.until if isinstance(end, Fails))]
         return [
             Stage(
-                name="wave", loads=[*others, *bars], until=[Reaches(TIME, self.duration)],
+                name="wave", loads=[*others, *bars], until=until,
                 interval=self.duration / self.samples, expected=self.samples, integrator=self.integrator,
             )
         ]  # fmt: skip

@@ -95,6 +95,11 @@ def check_waves(page):
     found = np.interp(curves["time"], time + 0.74 / bar, exact, left=0)
     assert np.abs(found - curves["stress_2"]).max() < 0.05 * 50e6
     assert page["shot"].summary["peak_stress_1"] == pytest.approx(page["shot"].summary["peak_stress_2"], rel=0.01)
+    struck = page["struck"]
+    assert struck.summary["end_difference"] == pytest.approx(
+        struck.curves["end_difference"][np.argmax(struck.curves["time"] >= struck.summary["failure_time"])], rel=1e-12
+    )
+    assert np.isfinite(struck.summary["strength"])
     expected = 2 * 1.25 / 60e9 * 10e-3 * (40e6 + 2 * 20e6)
     assert page["closed"]["closure_y"] == pytest.approx(expected, rel=0.2)
 

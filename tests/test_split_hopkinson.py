@@ -1,5 +1,9 @@
 """Ends of bars and the split Hopkinson bar: the exact series of waves, a meshed bar, balance, rates, strength."""
 
+import re
+import tomllib
+from pathlib import Path
+
 import attrs
 import numpy as np
 import pytest
@@ -8,6 +12,7 @@ from bars import bar
 from support import STIFF, STRONG, small_sample, state_of
 
 import grainlaw as gl
+from grainlaw.cli.configuration import configured
 from grainlaw.columns import ENERGY, SPENT
 from grainlaw.geometry import Bricks, Voronoi, between_platens, disc, rectangle, semi_disc
 from grainlaw.laws import Linear, MohrCoulomb
@@ -24,7 +29,9 @@ from grainlaw.protocols import (
 )
 from grainlaw.protocols.bending import toughness
 from grainlaw.protocols.measures import size
+from grainlaw.results.figures.curves import plot_report_curves
 
+DOCS = Path(__file__).parents[1] / "docs"
 ROCK = gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.0, density=2700)  # a plane wave is that of a thin bar
 STEEL = gl.Elastic(youngs_modulus=200e9, poissons_ratio=0.0, density=7850)
 HEIGHT, SIZE = 40e-3, 100e6  # m, Pa of the waves
@@ -241,6 +248,36 @@ def test_platens_of_their_own_lie_between_bars_and_rock():
 # --- stages, threads, refusals ---------------------------------------------------------------------------------------
 
 
+def test_a_file_puts_a_disc_between_bars():
+    """As docs/waves.md shows it."""
+    text = re.search(r"^```toml\n(# disc.toml.*?)^```", (DOCS / "waves.md").read_text("utf-8"), re.M | re.S)[1]
+    made = configured("split-hopkinson", tomllib.loads(text), quick=True)
+    wave = gl.TimeSeries([0, 150e-6], [0, -60e6])
+    assert made.protocol == SplitHopkinson(test=Brazilian(), wave=wave, width=50e-3)
+    assert configured("split-hopkinson", made.sections, quick=True).protocol == made.protocol
+    assert [end.boundary for end in made.protocol.stages(made.specimen)[0].of(gl.BarEnd)] == ["top", "bottom"]
+
+
+@pytest.fixture(scope="module")
+def struck():
+    test = SplitHopkinson(wave=gl.pulse(-300e6, rise=10e-6), duration=30e-6, samples=60)
+    return gl.simulate(small_sample(20), MohrCoulomb(**STRONG), test)
+
+
+@pytest.mark.thorough
+def test_a_report_draws_the_waves_and_says_where_the_ends_were_not_in_balance(struck, tmp_path):
+    (panel,) = [axes for axes in plot_report_curves({"a": struck}).axes if "waves" in axes.get_ylabel()]
+    assert panel.get_ylabel() == "stress of the waves in the bars (MPa)"
+    assert [line.get_label() for line in panel.lines] == ["incident", "reflected", "transmitted"]
+    assert panel.lines[0].get_ydata() == pytest.approx(struck.curves["incident"] / 1e6)
+    for value, words in ((0.049, "pass"), (0.051, "FAIL")):
+        result = attrs.evolve(struck, summary=struck.summary | {"end_difference": value})
+        result.write_report(tmp_path / "report.html")
+        page = (tmp_path / "report.html").read_text("utf-8")
+        assert ("were not in balance at failure" in page) == (words == "FAIL")
+        assert f"{100 * value:.2f} {words}" in page
+
+
 @pytest.mark.parametrize("moving", Moving)
 def test_bars_stand_where_the_test_moves_and_holds(moving):
     press = UniaxialCompression(platens=Platens.ROUGH, moving=moving)
@@ -253,6 +290,12 @@ def test_bars_stand_where_the_test_moves_and_holds(moving):
         ("top", 0, 0.0), ("bottom", 0, 0.0)
     }  # fmt: skip
     assert stage.moved_by.damping == gl.Undamped()
+
+
+def test_it_ends_at_the_failure_where_its_test_does():
+    press = UniaxialCompression(until=gl.Until.FAILURE)
+    (stage,) = SplitHopkinson(test=press, duration=1e-3).stages(small_sample())
+    assert stage.until == [gl.Reaches("time", 1e-3), gl.Fails("stress", "strain")]
 
 
 def test_two_supports_share_a_bar():

@@ -21,6 +21,7 @@ from grainlaw.columns import (
     STRAIN,
     STRESS,
     TENSILE_CRACKS,
+    TIME,
     VOLUMETRIC_STRAIN,
     course,
     is_of_every_test,
@@ -38,6 +39,7 @@ from grainlaw.strength import LOADS, borne_in
 
 EVERY = 0.12  #: of a picture's width between two markers
 FAR = 3.0  #: ranges before the peak: curves that go farther after it are cut off
+WAVES = ("incident", "reflected", "transmitted")  #: columns of a specimen between bars
 OF_MODE = {TENSILE_CRACKS: TENSILE, SHEAR_CRACKS: SHEAR}
 
 
@@ -235,6 +237,8 @@ def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     panels = [*_panels(curves, along), Panel(along, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")]
     if any(np.isfinite(result.curves.get(STABILITY, np.zeros(0))).any() for result in results.values()):
         panels.append(Panel(along, [STABILITY]))
+    if set(WAVES) <= set(curves):
+        panels.append(Panel(TIME, WAVES, "stress of the waves in the bars"))
     if len(results) == 1:  # those of several laws cannot be told apart
         panels.append(Panel(along, [ENERGY + name for name in ENERGIES], "energy"))
     rows = (len(panels) + 1) // 2
