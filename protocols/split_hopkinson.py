@@ -71,12 +71,11 @@ class SplitHopkinson(LoadingProtocol):
 
     test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())  #: what the specimen is put through
     #: stress of the wave that comes, tension is positive: below 0 for a test that presses
-    wave: Varying = varying("Pa", pulse(-150e6, rise=60e-6, hold=60e-6))
+    wave: Varying = varying("Pa", pulse(-300e6, rise=60e-6, hold=20e-6))
     youngs_modulus: float = parameter("Pa", default=200e9)  #: of the bars
     density: float = parameter("kg/m3", default=7850.0)  #: of the bars
-    width: float | None = number_or_none(
-        "m"
-    )  #: of the bars, section over thickness; that of the specimen, if not given
+    #: of the bars, section over thickness; that of the specimen, if not given
+    width: float | None = number_or_none("m")
     duration: float = parameter("s", default=200e-6)  #: of the test
     samples: int = whole_number(default=800, at_least=10)  #: in the duration
     integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped()))  #: the time integration
