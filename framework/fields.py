@@ -199,14 +199,14 @@ def whole_number(*, default: int | None, at_least: int, at_most: int | None = No
     return checked_field(check, default=default, metadata={"bounds": bounds})
 
 
-def number_or_none(unit: str) -> Any:
-    """Declare a number of a component above 0, or None, which is the default: ``width: float | None = ...``.
+def number_or_none(unit: str, *, above: float = 0.0) -> Any:
+    """Declare a number of a component, or None, which is the default: ``width: float | None = number_or_none("m")``.
 
     Raises :class:`ParameterError`.
     """
 
     def check(where: str, value: Any) -> float | None:
-        return None if value is None else checked_number(where, value, unit, above=0)
+        return None if value is None else checked_number(where, value, unit, above=above)
 
     return checked_field(check, default=None, metadata={"unit": unit})
 

@@ -16,6 +16,7 @@ from grainlaw.condition import ComesTo, Condition
 from grainlaw.fields import ParameterError, grain_numbers, number_or_none, parameter, part, vector
 from grainlaw.loading import Constant, HeatingRate
 from grainlaw.material import ABSOLUTE_ZERO
+from grainlaw.mesh import Mesh
 from grainlaw.messages import refusal, short
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
@@ -354,13 +355,39 @@ class FluidPressure(Fluid):
     It presses on the boundary and on both faces of every broken contact point, open or closed, that others connect with
     it: the same pressure everywhere, at once, as in slow loading of drained rock. Points without tensile strength count
     as broken. Where a crack joins two fluids, the higher pressure fills it.
+
+    Below a ``water_table`` it grows with depth, from 0 there to ``pressure`` at the lowest place of the specimen.
     """
 
     boundary: str  #: name of the boundary at which the fluid is
     pressure: Varying = varying("Pa", at_least=0)  #: in the fluid
     start: float = parameter("Pa", default=0.0, at_least=0)  #: at first; ``pressure`` after ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the pressure changes
+    water_table: float | None = number_or_none("m", above=-math.inf)  #: y at which there is no pressure, and above
     cracks_only: bool = False  #: whether the boundary itself bears none of it, as under a membrane or a platen
+
+    def check(self, stage: Stage) -> None:
+        super().check(stage)
+        if self.water_table is not None and any(one.viscosity for one in stage.of(Injection)):
+            raise ParameterError(
+                f"Stage '{stage.name}': water_table = {self.water_table:g} m is not allowed beside a viscous "
+                "injection, which flows to boundaries of one pressure"
+            )
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        super().check_specimen(specimen)
+        if self.water_table is not None and not self.share(specimen.mesh, specimen.mesh.nodes[:, 1]).any():
+            lowest = float(specimen.mesh.nodes[:, 1].min())
+            raise refusal(
+                "FluidPressure: water_table", self.water_table, f"above the lowest place of the specimen, {lowest:g} m"
+            )
+
+    def share(self, mesh: Mesh, height: np.ndarray) -> np.ndarray:
+        """(n,) of the pressure at a height (n,) m."""
+        if self.water_table is None:
+            return np.ones(len(height))
+        lowest = float(mesh.nodes[:, 1].min())
+        return np.maximum(self.water_table - height, 0.0) / max(self.water_table - lowest, 1e-300)
 
 
 @attrs.frozen(kw_only=True)

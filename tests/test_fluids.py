@@ -16,9 +16,10 @@ from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Friction, Linear, MohrCoulomb
 from grainlaw.protocols import BiaxialCompression, DirectShear, Saturated, UniaxialCompression, UniaxialTension
 from grainlaw.results.vtk import VtkWriter
+from grainlaw.units import mm
 
 SIDES = ("left", "right", "top", "bottom")
-JOINT = Friction(**STIFF, friction_angle=30)
+JOINT, GLUE = Friction(**STIFF, friction_angle=30), Linear(**STIFF)
 WEAK = CohesiveCrack(
     **STIFF, tensile_strength=5e6, cohesion=10e6, friction_angle=20, residual_friction_angle=10, mode_i_energy=0.2,
     mode_ii_energy=0.5,
@@ -343,3 +344,54 @@ def test_bad_numbers_are_refused():
         gl.simulate(small_sample(4), JOINT, Saturated(pressure=1e6, boundaries="left"))
     with pytest.raises(gl.ParameterError, match=r"Saturated: the specimen has no boundary named hole"):
         gl.simulate(two_bricks(), JOINT, Saturated(pressure=1e6, boundaries="hole"))
+
+
+# --- a water table ----------------------------------------------------------------------------------------------------
+
+
+def under_water(specimen, table, law=GLUE):
+    """A state at the first forces under water on all sides, with 1 kPa for each metre below the table."""
+    state = state_of(specimen, law)
+    depth = table - specimen.mesh.nodes[:, 1].min()
+    sides = [gl.FluidPressure(boundary=side, pressure=1e3 * depth, water_table=table) for side in SIDES]
+    state.begin(gl.Stage(name="water", loads=sides, until=[gl.Reaches("time", 1.0)], interval=1.0))
+    advance(state, 1)
+    return state
+
+
+@given(st.floats(0.041, 10.0), st.integers(1, 5))
+@settings(max_examples=10, deadline=None)
+def test_water_carries_what_is_displaced(table, seed):
+    """Archimedes: the resultant is the weight of water in place of the specimen, and goes through its middle."""
+    specimen = small_sample(grains=12, seed=seed)
+    state = under_water(specimen, table)
+    force, place = state.nodes.arrays.force, specimen.mesh.nodes.T
+    weight = 1e3 * specimen.grains.areas.sum()
+    assert force.sum(axis=1) == pytest.approx([0, weight], abs=1e-9 * 1e3 * table * 0.04)
+    edge = 0.01  # the pressure of an edge acts in its middle, that of theory a little lower
+    moment = float((place[0] * force[1] - place[1] * force[0]).sum())
+    assert moment == pytest.approx(weight * 0.01, abs=1e3 * edge**2 * 0.04)
+
+
+def test_there_is_no_water_above_its_table():
+    """Half of it in water; edges are 1 mm high, and the table is at the end of one."""
+    block = gl.Specimen(Bricks(rows=40, columns=4).tessellate(rectangle(20 * mm, 40 * mm)), ROCK)
+    state = under_water(block, 15 * mm)
+    assert state.nodes.arrays.force.sum(axis=1) == pytest.approx([0, 1e3 * 20e-3 * 15e-3], rel=1e-9, abs=1e-9)
+
+
+def test_water_lifts_what_stands_on_an_open_joint():
+    """It presses on both faces, by the depth of the joint: uplift under a wall is that of the full head."""
+    state = under_water(two_bricks(), 10 * mm, JOINT)
+    assert state.fluid_pressure == pytest.approx(1e3 * 8e-3)  # the joint is 2 mm above the bottom
+    upper = state.mesh.node_grain == 1
+    lift = 1e3 * 10e-3 * (8e-3 - 6e-3)  # below less above
+    assert state.nodes.arrays.force[1, upper].sum() == pytest.approx(lift, rel=1e-9)
+
+
+def test_a_water_table_is_above_the_bottom_and_not_beside_a_viscous_injection():
+    with pytest.raises(gl.ParameterError, match=r"water_table = -0\.5 is not allowed, it must be above the lowest"):
+        gl.simulate(two_bricks(), JOINT, Loads(loads=([fluid("top", water_table=-0.5)],)), progress=False)
+    pumped = gl.Injection(boundary="left", rate=1e-9, viscosity=1e-3, residual_aperture=1e-6)
+    with pytest.raises(gl.ParameterError, match="water_table = 1 m is not allowed beside a viscous injection"):
+        gl.simulate(two_bricks(), JOINT, Loads(loads=([fluid("top", water_table=1), pumped],)), progress=False)

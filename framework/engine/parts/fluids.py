@@ -83,6 +83,7 @@ class FluidArrays(NamedTuple):
     edge_y: Constant
     fraction: Constant  #: (f,) of the length of the edge that the face takes
     weight: Constant  #: (f,) share of the second end in the motion where the force acts
+    profile: Changing  #: (f,) of the pressure of its fluid at its height, less above and more below
     force_x: Changing  #: (f,) N, of the last step
     force_y: Changing
     moved_x: Changing  #: (f,) m, displacement of where it acts at the last step
@@ -137,7 +138,7 @@ def press_fluids(fluids, nodes, schedule, thread):
             i, j, w = first[f], second[f], fluids.weight[f]
             injected = fluids.rate.shape[0] > 0 and column == fluids.rate[0]
             # A dry face has the column of zeros.
-            level = fluids.pressure[fluids.vertex[f]] if injected else schedule[column]
+            level = fluids.pressure[fluids.vertex[f]] if injected else schedule[column] * fluids.profile[f]
             p = fluids.fraction[f] * level
             force_x = -p * (edge_y[f] + uy[j] - uy[i])
             force_y = p * (edge_x[f] + ux[j] - ux[i])
@@ -177,6 +178,8 @@ class Fluids(PointForces):
             (rim.T, whole, 0.5 * whole),
         ]
         node, fraction, weight = (np.concatenate(rows, axis=-1) for rows in zip(*pieces, strict=True))
+        y = mesh.nodes[node, 1]
+        self._height = (1 - weight) * y[0] + weight * y[1]  #: (f,) m, of faces in the order of points and rim
         self._face = np.zeros(0, dtype=np.int64) if none else np.argsort(node[0], kind="stable")
         node = np.ascontiguousarray(node[:, self._face])
         edge = (mesh.nodes[node[1]] - mesh.nodes[node[0]]).T
@@ -186,7 +189,8 @@ class Fluids(PointForces):
         empty = np.zeros(0, dtype=np.int64)
         self.arrays = FluidArrays(
             column=np.full(len(self._face), DRY), node=node, edge_x=edge[0].copy(), edge_y=edge[1].copy(),
-            fraction=fraction[self._face], weight=weight[self._face], **changing, rate=empty, bulk=np.zeros(0),
+            fraction=fraction[self._face], weight=weight[self._face],
+            profile=np.ones(len(self._face)), **changing, rate=empty, bulk=np.zeros(0),
             vertex=np.zeros(len(self._face), dtype=np.int64),
             network=network(empty, empty, empty, np.zeros((2, 0), dtype=np.int64), np.zeros(0), {}),
             share=np.zeros(2, dtype=np.int64),
@@ -410,11 +414,20 @@ class Fluids(PointForces):
 
     def at_points(self, time: float) -> np.ndarray:
         """(p,) Pa on the faces of contact points, at a time (s) since the stage began; 0 where dry."""
-        found = np.append(0.0, self._pressures(time))[self.books.fluid]
+        fluid = self.books.fluid
+        found = np.append(0.0, self._pressures(time))[fluid] * self._shares(fluid, self._height[: len(fluid)])
         if self.injection is not None and self._viscosity:
             mine = self.books.fluid == 1 + self.imposed.index(self.injection)
             found[mine] = self.arrays.pressure[self._points][mine]
         return found
+
+    def _shares(self, fluid: np.ndarray, height: np.ndarray) -> np.ndarray:
+        """(n,) of the pressure of the fluids (n,), by number, at heights (n,) m."""
+        shares = np.ones(len(fluid))
+        for k, one in enumerate(self.imposed, 1):
+            if isinstance(one, FluidPressure) and one.water_table is not None:
+                shares[fluid == k] = one.share(self._mesh, height[fluid == k])
+        return shares
 
     def _pressures(self, time: float) -> np.ndarray:
         """(fluids,) Pa at a time (s) since the stage began."""
@@ -424,8 +437,9 @@ class Fluids(PointForces):
         """Find which fluid wets which faces, and let the newly wet ones begin from where they are."""
         fluid = self._reached(time)
         self.books.fluid[:] = fluid
-        number = np.concatenate([fluid, fluid, self._on_rim()])[self._face]
-        a, column = self.arrays, self._columns[number]
+        number = np.concatenate([fluid, fluid, self._on_rim()])
+        a, column = self.arrays, self._columns[number[self._face]]
+        a.profile[:] = self._shares(number, self._height)[self._face]
         new = np.flatnonzero((a.column == DRY) & (column != DRY) & (a.force_x == 0) & (a.force_y == 0))
         a.moved_x[new], a.moved_y[new] = self.points(before)[:, new]
         a.column[:] = column
