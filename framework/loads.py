@@ -398,7 +398,8 @@ class Injection(Fluid):
     has; 0 where there is less. All broken contact points that others connect with the boundary belong to it, as for
     :class:`FluidPressure`. Without ``viscosity`` there is one pressure, everywhere at once. With it each contact point
     has its own, and fluid flows along cracks by the cubic law, for an aperture of the opening, where it is above 0, and
-    the ``residual_aperture``; it leaves at boundaries that have a :class:`FluidPressure`. The same fluid of a stage
+    the ``residual_aperture``, or, where they close under stress, of an ``unstressed_aperture`` and the opening, but no
+    less than the residual one; it leaves at boundaries that have a :class:`FluidPressure`. The same fluid of a stage
     before goes on, with ``rate`` alone: a shut well has a rate of 0.
     """
 
@@ -410,6 +411,8 @@ class Injection(Fluid):
     pressure: float = parameter("Pa", default=0.0, at_least=0)  #: at first
     viscosity: float = parameter("Pa s", default=0.0, at_least=0)  #: of the fluid; that of water is 1e-3
     residual_aperture: float = parameter("m", default=0.0, at_least=0)  #: of closed cracks, where it is viscous
+    #: of closed cracks without stress: their closure takes of it, down to ``residual_aperture``, which it is by default
+    unstressed_aperture: float | None = number_or_none("m")
     #: damage from which contact points let it in; below 1 it is in the cohesive zone of a crack too
     entry_damage: float = parameter("1", default=1.0, above=0, at_most=1)
     #: of the room behind the boundary, with lines and pump, over thickness; what it encloses, unless given
@@ -423,17 +426,28 @@ class Injection(Fluid):
                 f"Injection: residual_aperture = 0 m is not allowed with viscosity = {self.viscosity:g} Pa s, it must "
                 "be above 0: closed cracks conduct by it"
             )
+        if self.unstressed_aperture is not None and self.unstressed_aperture < self.residual_aperture:
+            raise refusal(
+                "Injection: unstressed_aperture", self.unstressed_aperture,
+                f"at least the residual_aperture, {self.residual_aperture:g} m",
+            )  # fmt: skip
+        if self.unstressed_aperture is not None and not self.viscosity:
+            raise ParameterError("Injection: unstressed_aperture is not allowed without a viscosity")
         if self.residual_aperture and not self.viscosity:
             raise ParameterError(
                 f"Injection: residual_aperture = {self.residual_aperture:g} m is not allowed without a viscosity, it "
                 "must be 0: there is one pressure everywhere"
             )
 
+    @property
+    def aperture(self) -> float:
+        """m, of cracks that are closed and bear nothing."""
+        return self.residual_aperture if self.unstressed_aperture is None else self.unstressed_aperture
+
     def goes_on(self, before: Injection) -> bool:
         """Whether the fluid is that of an injection ``before``."""
-        return (self.boundary, self.viscosity, self.residual_aperture) == (
-            before.boundary, before.viscosity, before.residual_aperture
-        )  # fmt: skip
+        one, other = ((each.boundary, each.viscosity, each.residual_aperture, each.aperture) for each in (self, before))
+        return one == other
 
     def check(self, stage: Stage) -> None:
         super().check(stage)

@@ -14,7 +14,7 @@ import grainlaw as gl
 from grainlaw.cli.configuration import configured
 from grainlaw.engine.parts.flow import network
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.laws import MohrCoulomb
+from grainlaw.laws import Friction, MohrCoulomb
 from grainlaw.results.figures.cracks import pressures_side_by_side
 from grainlaw.results.figures.report import write_report
 from grainlaw.results.vtk import VtkWriter
@@ -59,6 +59,19 @@ def test_flow_between_parallel_plates():
     assert result.summary["injection_pressure"] == pytest.approx(falls * LENGTH, rel=1e-3)
     out = np.gradient(result.curves["outflow"], result.curves["time"])
     assert out[-2] == pytest.approx(rate, rel=1e-3)
+    assert result.summary["energy_error"] < 1e-9
+
+
+@pytest.mark.parametrize(("stress", "aperture"), [(10e6, 15e-6), (20e6, 12.5e-6), (60e6, 10e-6)])
+def test_stress_closes_a_joint_to_its_residual_aperture(stress, aperture):
+    """Joint of 4e12 Pa/m, 17.5 um without stress: less 2.5 um for each 10 MPa, at least 10 um."""
+    specimen, rate = jointed(), 1e-6
+    soft = Friction(kn=4e12, ks=4e12, friction_angle=30)
+    pump = attrs.evolve(PUMP, rate=rate, unstressed_aperture=17.5e-6)
+    press = attrs.evolve(PRESS, stress=-stress)
+    result = run(specimen, [FLOOR, attrs.evolve(press, ramp=2e-5)], [FLOOR, press, pump, OUTLET], law=soft, time=2e-3)
+    falls = 12 * VISCOSITY * rate * LENGTH / aperture**3
+    assert result.summary["injection_pressure"] == pytest.approx(falls, rel=2e-3)
     assert result.summary["energy_error"] < 1e-9
 
 
@@ -336,6 +349,11 @@ def test_viscous_fluids_that_cannot_be_are_refused():
         ),
         ({"viscosity": 1e-3}, "residual_aperture = 0 m is not allowed with viscosity = 0.001 Pa s, it must be above 0"),
         ({"entry_damage": 0.0}, "Injection: entry_damage = 0 is not allowed, it must be a finite number and above 0"),
+        ({"unstressed_aperture": 1e-6}, "unstressed_aperture is not allowed without a viscosity"),
+        (
+            {"viscosity": 1e-3, "residual_aperture": 2e-6, "unstressed_aperture": 1e-6},
+            "unstressed_aperture = 1e-06 is not allowed, it must be at least the residual_aperture, 2e-06 m",
+        ),
         ({"residual_aperture": 1e-6}, "residual_aperture = 1e-06 m is not allowed without a viscosity, it must be 0"),
     ):
         with pytest.raises(gl.ParameterError, match=message):

@@ -94,7 +94,7 @@ def _take_up(fluids, schedule, time_step):
         net.volume[net.face_at[n]] += fluids.swept[net.face[n]]
     for m in range(net.cell.shape[0]):
         k = net.cell[m]
-        net.volume[k] = max(net.volume[k], fluids.room[net.vertex[k]])  # a closed crack keeps its residual aperture
+        net.volume[k] = max(net.volume[k], fluids.least[0] * fluids.room[net.vertex[k]])  # of the residual aperture
         net.eased[m] = time_step * net.cube[m] * net.volume[k] ** 3
     fluids.content[0] += time_step * schedule[fluids.rate[0]]
     for k in range(net.vertex.shape[0]):

@@ -91,9 +91,10 @@ class FluidArrays(NamedTuple):
     work: Changing  #: (f,) J
     rate: Constant  #: (n,) column of the schedule with the rate of an injection, one or none
     bulk: Constant  #: (n,) Pa, bulk modulus of its fluid
+    least: Constant  #: (n,) share of the room of points that is left however far they close
     vertex: Constant  #: (f,) whose pressure the face has, of faces of the injection
     network: Network  #: what the injection has wetted
-    room: Changing  #: (v,) m2 before faces have moved; of points that of the residual aperture
+    room: Changing  #: (v,) m2 before faces have moved; of points that of closed ones without stress
     content: Changing  #: (v,) m2 that the fluid there would fill without pressure; what has left, at a given pressure
     pressure: Changing  #: (v,) Pa
     normal_x: Changing  #: (f,) m, force of a unit of pressure at the last step, of faces of the injection
@@ -190,7 +191,7 @@ class Fluids(PointForces):
         self.arrays = FluidArrays(
             column=np.full(len(self._face), DRY), node=node, edge_x=edge[0].copy(), edge_y=edge[1].copy(),
             fraction=fraction[self._face], weight=weight[self._face],
-            profile=np.ones(len(self._face)), **changing, rate=empty, bulk=np.zeros(0),
+            profile=np.ones(len(self._face)), **changing, rate=empty, bulk=np.zeros(0), least=np.zeros(0),
             vertex=np.zeros(len(self._face), dtype=np.int64),
             network=network(empty, empty, empty, np.zeros((2, 0), dtype=np.int64), np.zeros(0), {}),
             share=np.zeros(2, dtype=np.int64),
@@ -239,9 +240,9 @@ class Fluids(PointForces):
     def restore(self, saved: dict[str, np.ndarray]) -> None:
         self._pieces = None
         if len(saved["column"]) != len(self.arrays.column):
-            rate, bulk = self.arrays.rate, self.arrays.bulk
+            kept = {name: getattr(self.arrays, name) for name in ("rate", "bulk", "least")}
             self._lay(none=not len(saved["column"]))
-            self.arrays = self.arrays._replace(rate=rate, bulk=bulk)
+            self.arrays = self.arrays._replace(**kept)
             self._take_vertices()
         super().restore(saved)
         self._follow_network()
@@ -254,10 +255,12 @@ class Fluids(PointForces):
         if self.imposed and not len(self.arrays.column):
             self._lay(none=False)
             was_pumped = self._is_pumped
-        rate, bulk = (
-            ([], []) if self.injection is None else ([imposed.column(self.injection)], [self.injection.bulk_modulus])
+        pumped = [] if self.injection is None else [self.injection]
+        self.arrays = self.arrays._replace(
+            rate=np.array([imposed.column(one) for one in pumped], dtype=np.int64),
+            bulk=np.array([one.bulk_modulus for one in pumped]),
+            least=np.array([one.residual_aperture / one.aperture if one.viscosity else 1.0 for one in pumped]),
         )
-        self.arrays = self.arrays._replace(rate=np.array(rate, dtype=np.int64), bulk=np.array(bulk, dtype=float))
         self._take_vertices()
         fresh = self.injection is not None and not (before is not None and self.injection.goes_on(before))
         if self.injection is not None and fresh:
@@ -287,7 +290,7 @@ class Fluids(PointForces):
         a = self.arrays
         a.room[:] = a.content[:] = a.pressure[:] = 0.0
         a.room[BEHIND], a.pressure[BEHIND] = room, injection.pressure
-        a.room[self._points] = injection.residual_aperture * self._bonds.lengths
+        a.room[self._points] = injection.aperture * self._bonds.lengths
         a.content[BEHIND] = room * (1 + injection.pressure / injection.bulk_modulus)
 
     def _soak(self, injection: Injection) -> None:
@@ -335,7 +338,7 @@ class Fluids(PointForces):
         """(v,) m2 that an injection has at every vertex."""
         a, mine = self.arrays, self._is_pumped
         found: np.ndarray = a.room + np.bincount(a.vertex[mine], a.swept[mine], len(a.room))
-        found[1:] = np.maximum(found[1:], a.room[1:])
+        found[1:] = np.maximum(found[1:], a.room[1:] * a.least) if len(a.least) else found[1:]
         return found
 
     @property
