@@ -36,7 +36,7 @@ EVERY_TEST = (
     Quantity(
         LOADING_SPEED, meaning="by which the speeds of all drives were multiplied (m/s), or K/s; 1 without a loading"
     ),
-    Quantity(TEMPERATURE, "°C", meaning="of the whole specimen"),
+    Quantity(TEMPERATURE, "°C", meaning="of the whole specimen, its mean by heat capacity where heat is conducted"),
     Quantity(VIBRATION, "J/m", meaning="kinetic energy of the motion beside the steady motion of the loading"),
     Quantity(
         IMBALANCE, "%", form=".2f",
@@ -109,6 +109,8 @@ BETWEEN_ENDS = (
 AGED, JUMPS, AGED_LOSS = "aged", "jumps", "aged_loss"
 FATIGUE = "fatigue"  #: also the name of that memory of a law that ages
 WET, SATURATES = "wet", "saturates"
+HEAT_TIME, COLDEST, HOTTEST = "heat_time", "coldest", "hottest"
+HEAT_SUPPLIED, HEAT_STORED = "heat_supplied", "heat_stored"
 SOME_TESTS = (
     Quantity(AGED, "s", words="time passed in jumps", meaning="beside the time of the run"),
     Quantity(JUMPS, form=".0f", meaning="number of jumps of time so far"),
@@ -116,6 +118,11 @@ SOME_TESTS = (
     Quantity(FATIGUE, meaning="mean share of the strength that is gone"),
     Quantity(WET, meaning="contact points whose faces a fluid presses"),
     Quantity(SATURATES, meaning="1 in the stage before the test in which the pressure of the fluid rises"),
+    Quantity(HEAT_TIME, "s", words="time of heat", meaning="of conduction, since its stage began"),
+    Quantity(COLDEST, "°C", words="coldest node", meaning="where heat is conducted"),
+    Quantity(HOTTEST, "°C", words="hottest node", meaning="where heat is conducted"),
+    Quantity(HEAT_SUPPLIED, "J/m", meaning="that has come in by conduction since the start, above 20 °C"),
+    Quantity(HEAT_STORED, "J/m", meaning="heat above 20 °C; what was supplied, but for rounding"),
     Quantity("injection_pressure", "MPa", meaning="of a fluid that is pumped in"),
     Quantity("injected", "m2", meaning="volume over thickness of the fluid that was pumped in, without pressure"),
     Quantity("room", "m2", meaning="by which the room behind the boundary of an injection has grown"),

@@ -123,6 +123,15 @@ def parameter(
     )
 
 
+def optional(unit: str, *, at_least: float | None = None, above: float | None = None) -> Any:
+    """Declare a number that may be left away: ``volume: float | None = optional("m2", above=0)``."""
+
+    def check(where: str, value: Any) -> float | None:
+        return None if value is None else checked_number(where, value, unit, at_least=at_least, above=above)
+
+    return checked_field(check, default=None, metadata={"unit": unit, "bounds": str(Bounds(at_least, above))})
+
+
 def angle_of_friction(default: Any = attrs.NOTHING) -> Any:
     """Declare an angle of friction in degrees; one that looks like radians warns."""
     return parameter("deg", default=default, at_least=0, below=90, usual=(2, 90))

@@ -1,4 +1,4 @@
-"""What a stage may impose: motions, forces, pressures, tractions, fluids, quiet boundaries, gravity, temperature."""
+"""What a stage may impose: motions, forces, pressures, tractions, fluids, quiet boundaries, gravity, heat."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import floats, is_number
-from grainlaw.columns import TEMPERATURE
-from grainlaw.condition import ComesTo, Condition
-from grainlaw.fields import ParameterError, grain_numbers, number_or_none, parameter, part, vector
+from grainlaw.columns import HEAT_TIME, TEMPERATURE
+from grainlaw.condition import ComesTo, Condition, Reaches
+from grainlaw.fields import ParameterError, grain_numbers, number_or_none, optional, parameter, part, vector
 from grainlaw.loading import Constant, HeatingRate
 from grainlaw.material import ABSOLUTE_ZERO
+from grainlaw.memory import ROOM
 from grainlaw.mesh import Mesh
 from grainlaw.messages import refusal, short
 from grainlaw.specimen import Specimen
@@ -38,46 +39,34 @@ def _velocities(value: Any) -> np.ndarray:
     return found
 
 
-class BoundaryLoad(Load):
-    """What a stage imposes on a boundary: a level that may change with time.
+class Levelled(Load):
+    """A load with a level that may change with time.
 
     The level is the field that is declared by ``varying``. One that is a number rises from ``start`` in the time
     ``ramp``, smoothly.
     """
 
-    boundary: str
     start: float
     ramp: float
 
     def __attrs_post_init__(self) -> None:
-        if not isinstance(self.level, float) and (self.start or self.ramp):
+        kind: Any = type(self)
+        given = self.start != attrs.fields_dict(kind)["start"].default or self.ramp
+        if given and not isinstance(self.level, float):
             raise ParameterError(
                 f"{type(self).__name__}: start = {self.start:g} and ramp = {self.ramp:g} s are not allowed beside "
                 f"{short(self.level)}, which says itself how it changes with time"
             )
 
-    def check(self, stage: Stage) -> None:
-        if math.isinf(self.lasts) and (stage.static or any(end.waits_for_rest for end in stage.until)):
-            what = "static" if stage.static else "AtRest"
-            raise ParameterError(
-                f"Stage '{stage.name}': {what} needs loads of which it is known when they no longer change, that of "
-                f"the boundary {self.boundary} is a function of time: give it as a TimeSeries"
-            )
-
-    def check_specimen(self, specimen: Specimen) -> None:
-        check_boundary(self, specimen)
+    @property
+    def place(self) -> str:
+        """Of what it is, for messages."""
+        return ""
 
     @property
     def level(self) -> Varying:
         """The number, the points in time or the function."""
         return getattr(self, _field(type(self)).name)
-
-    def schedule(self, begin: np.ndarray, end: np.ndarray, pace: float, length: float) -> np.ndarray:
-        """(n,) of steps from ``begin`` to ``end`` (n,) s since the stage began: what the part imposes, by step.
-
-        ``pace`` is that of the loading, ``length`` (m) that of the boundary.
-        """
-        return self.course(begin, end)
 
     def course(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
         """(n,) levels of steps from ``begin`` to ``end`` (n,) s since the stage began.
@@ -91,7 +80,7 @@ class BoundaryLoad(Load):
         if not callable(level):
             return rise(end, self.ramp, self.start, level)
         field = _field(type(self))
-        where, bounds = f"{type(self).__name__} of {self.boundary}: {field.name}", field.metadata["varies"]
+        where, bounds = f"{type(self).__name__}{self.place}: {field.name}", field.metadata["varies"]
         at = [(begin + share * (end - begin)).tolist() for share in GAUSS]
         return np.array([[value_of(where, level, time, bounds) for time in times] for times in at]).mean(axis=0)
 
@@ -120,13 +109,41 @@ class BoundaryLoad(Load):
         return 0.0 if callable(self.level) else abs(self.level)
 
 
+class BoundaryLoad(Levelled):
+    """What a stage imposes on a boundary: a level that may change with time."""
+
+    boundary: str
+
+    @property
+    def place(self) -> str:
+        return f" of {self.boundary}"
+
+    def check(self, stage: Stage) -> None:
+        if math.isinf(self.lasts) and (stage.static or any(end.waits_for_rest for end in stage.until)):
+            what = "static" if stage.static else "AtRest"
+            raise ParameterError(
+                f"Stage '{stage.name}': {what} needs loads of which it is known when they no longer change, that of "
+                f"the boundary {self.boundary} is a function of time: give it as a TimeSeries"
+            )
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        check_boundary(self, specimen)
+
+    def schedule(self, begin: np.ndarray, end: np.ndarray, pace: float, length: float) -> np.ndarray:
+        """(n,) of steps from ``begin`` to ``end`` (n,) s since the stage began: what the part imposes, by step.
+
+        ``pace`` is that of the loading, ``length`` (m) that of the boundary.
+        """
+        return self.course(begin, end)
+
+
 @functools.cache
 def _field(kind: type) -> attrs.Attribute[Any]:
     """The field of a load that is declared by ``varying``."""
     return next(field for field in attrs.fields(kind) if "varies" in field.metadata)
 
 
-def check_boundary(load: BoundaryLoad | Quiet, specimen: Specimen) -> None:
+def check_boundary(load: BoundaryLoad | HeatBoundary | Quiet, specimen: Specimen) -> None:
     """Raise :class:`ParameterError` for a load on a boundary that a specimen does not have."""
     if load.boundary not in specimen.mesh.boundaries:
         names = ", ".join(sorted(specimen.mesh.boundaries))
@@ -561,3 +578,154 @@ class Heat(Load):
 
     def at_start(self) -> Load | None:
         return None
+
+
+@attrs.frozen(kw_only=True)
+class Conduction(Load):
+    """Heat flows through grains and across their contacts, by Fourier's law, while the stage lasts.
+
+    In and out it flows by :class:`FixedTemperature`, :class:`HeatFlux`, :class:`Convection` and :class:`HeatSource`;
+    other boundaries are insulated. Their times, ``duration`` and ``step`` are of heat, which passes ``speedup`` times
+    as fast as the motion: so slow a motion follows heat as in nature while its inertia stays small. The step is
+    implicit: it does not depend on that of the motion, and temperatures between two steps go evenly. A bonded contact
+    point conducts by ``bonded``; one that is broken by what ``filling`` conducts across its opening, or across
+    ``smallest_aperture`` where that is more, as where it is closed.
+    """
+
+    duration: float = parameter("s")  #: of heat, after which the stage ends
+    speedup: float = parameter("1", default=1.0)  #: time of heat over time of the motion
+    #: of heat, in one implicit step; unless given that in which heat crosses a zone, its area over the diffusivity
+    step: float | None = optional("s", above=0)
+    bonded: float = parameter("W/m2/K", default=1e7)  #: conductance of bonded contacts; that given is of no account
+    filling: float = parameter("W/m/K", default=0.026)  #: conductivity of what fills broken ones; that of air
+    smallest_aperture: float = parameter("m", default=1e-6)  #: across which closed broken contacts conduct
+
+    def check(self, stage: Stage) -> None:
+        where = f"Stage '{stage.name}'"
+        if len(stage.of(Conduction)) > 1:
+            raise ParameterError(f"{where}: it has {len(stage.of(Conduction))} conductions, it can have one")
+        if stage.of(Heat):
+            raise ParameterError(f"{where}: Heat is the same everywhere, it is not allowed where heat is conducted")
+        if stage.static or stage.ageing is not None or any(end.waits_for_rest for end in stage.until):
+            what = "static" if stage.static else "AtRest" if stage.ageing is None else "ageing"
+            raise ParameterError(f"{where}: {what} is not allowed while heat flows, which strains the specimen")
+        if stage.loading is not None:
+            raise ParameterError(
+                f"{where}: loading = {short(stage.loading)} is not allowed where heat is conducted, which goes by its "
+                "own time: let it be None"
+            )
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        for material, _ in specimen.materials:
+            if not getattr(material, "conductivity", None):
+                raise ParameterError(
+                    f"Conduction: {short(material)} does not conduct; every material of the specimen must have a "
+                    "conductivity and a heat_capacity, as grainlaw.materials.Thermal takes them"
+                )
+
+    @property
+    def lasts(self) -> float:
+        return math.inf
+
+    @property
+    def ends(self) -> Sequence[Condition]:
+        return [Reaches(HEAT_TIME, self.duration)]
+
+    def at_start(self) -> Load | None:
+        return None
+
+
+class HeatLoad(Levelled):
+    """What brings heat into a specimen that conducts, or takes it out; its times are of heat."""
+
+    def check(self, stage: Stage) -> None:
+        if not stage.of(Conduction):
+            raise ParameterError(f"Stage '{stage.name}': {type(self).__name__} needs a Conduction beside it")
+
+    @property
+    def lasts(self) -> float:
+        return 0.0  # the conduction lasts
+
+    def at_start(self) -> Load | None:
+        return None
+
+
+class HeatBoundary(HeatLoad):
+    """That at a boundary."""
+
+    boundary: str
+
+    @property
+    def place(self) -> str:
+        return f" of {self.boundary}"
+
+    def check(self, stage: Stage) -> None:
+        super().check(stage)
+        fixed = sum(one.boundary == self.boundary for one in stage.of(FixedTemperature))
+        if fixed > isinstance(self, FixedTemperature):
+            raise ParameterError(
+                f"Stage '{stage.name}': boundary = {self.boundary!r} has a temperature that is fixed, so that nothing "
+                "else can bring heat there"
+            )
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        check_boundary(self, specimen)
+
+    def check_temperatures(self, specimen: Specimen) -> None:
+        """Raise :class:`ParameterError` for a temperature that a material does not know; functions say it later."""
+        level = self.level
+        known = level.values.tolist() if isinstance(level, TimeSeries) else [] if callable(level) else [level]
+        for temperature in [*known, *([self.start] if self.ramp else [])]:
+            specimen.check_temperature(f"{type(self).__name__}: temperature", temperature)
+
+
+@attrs.frozen(kw_only=True)
+class FixedTemperature(HeatBoundary):
+    """A boundary that is kept at a temperature. Where two meet the later of them counts."""
+
+    boundary: str  #: name of the boundary
+    temperature: Varying = varying("degC", at_least=ABSOLUTE_ZERO)  #: of the rock there
+    start: float = parameter("degC", default=ROOM, at_least=ABSOLUTE_ZERO)  #: at first, where there is a ramp
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time of heat in which it changes
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        super().check_specimen(specimen)
+        self.check_temperatures(specimen)
+
+
+@attrs.frozen(kw_only=True)
+class HeatFlux(HeatBoundary):
+    """Heat that flows in through a boundary, per area of it."""
+
+    boundary: str  #: name of the boundary
+    flux: Varying = varying("W/m2")  #: into the specimen
+    start: float = parameter("W/m2", default=0.0, above=-math.inf)  #: at first; ``flux`` after ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time of heat in which it changes
+
+
+@attrs.frozen(kw_only=True)
+class Convection(HeatBoundary):
+    """A fluid beyond a boundary, such as air or water, that takes heat in proportion to the difference (Newton)."""
+
+    boundary: str  #: name of the boundary
+    coefficient: float = parameter("W/m2/K")  #: of heat transfer
+    temperature: Varying = varying("degC", at_least=ABSOLUTE_ZERO)  #: of the fluid
+    start: float = parameter("degC", default=ROOM, at_least=ABSOLUTE_ZERO)  #: at first, where there is a ramp
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time of heat in which it changes
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        super().check_specimen(specimen)
+        self.check_temperatures(specimen)
+
+
+@attrs.frozen(kw_only=True)
+class HeatSource(HeatLoad):
+    """Heat that arises in grains, as by radioactive waste."""
+
+    power: Varying = varying("W/m3")  #: per volume
+    grains: Sequence[int] = grain_numbers()  #: their numbers; all grains, unless some are given
+    start: float = parameter("W/m3", default=0.0, above=-math.inf)  #: at first; ``power`` after ``ramp``
+    ramp: float = parameter("s", default=0.0, at_least=0)  #: time of heat in which it changes
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        specimen.check_grain_numbers("HeatSource: grains", self.grains)

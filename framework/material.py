@@ -50,6 +50,8 @@ class Material(metaclass=Checked):
     takes_arrays = True  #: parameters may be arrays
     density: Any  #: kg/m3
     temperatures: tuple[float, float] = (ABSOLUTE_ZERO, math.inf)  #: °C, lowest and highest that the material knows
+    conductivity: float | None = None  #: W/m/K, of heat, alike in all directions; None where it is not known
+    heat_capacity: float | None = None  #: J/kg/K; with the conductivity grains conduct heat
 
     @property
     @abstractmethod

@@ -138,6 +138,11 @@ class Specimen(metaclass=Checked):
                     f"{where} = {number} is not allowed, grains are numbered from 0 to {self.grains.count - 1}"
                 )
 
+    @functools.cached_property
+    def conducts(self) -> bool:
+        """Whether heat can flow through all grains: their materials say how."""
+        return all(isinstance(material, Material) and material.conductivity for material, _ in self.materials)
+
     def check_temperature(self, where: str, temperature: float) -> None:
         """Raise :class:`ParameterError` for a temperature (°C) that no material feels, or that one does not know."""
         knowing = [

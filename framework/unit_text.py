@@ -23,6 +23,7 @@ SYMBOLS: dict[str, Unit] = {
     "N": (Fraction(1), (1, 1, -2, 0, 0, 0)),
     "Pa": (Fraction(1), (1, -1, -2, 0, 0, 0)),
     "J": (Fraction(1), (1, 2, -2, 0, 0, 0)),
+    "W": (Fraction(1), (1, 2, -3, 0, 0, 0)),
 }
 PLAIN: dict[str, Unit] = {  #: they take no prefix
     "1": (Fraction(1), (0, 0, 0, 0, 0, 0)),
@@ -38,6 +39,7 @@ USUAL = {  #: what to suggest for a declared unit
     "Pa": "13 MPa", "Pa/m": "105 TPa/m", "J/m2": "150 J/m2", "m": "50 mm", "m/s": "50 mm/s", "s": "0.2 ms",
     "kg/m3": "3100 kg/m3", "deg": "54 deg", "1": "25 %", "1/s": "300 1/s",
     "degC": "600 °C", "1/K": "8e-6 1/K",
+    "W/m/K": "3 W/m/K", "J/kg/K": "800 J/kg/K", "W/m2/K": "500 W/m2/K", "W/m2": "60 mW/m2", "W/m3": "1 kW/m3",
     "m2": "0.01 m2", "m2/s": "1e-4 m2/s", "Pa s": "1 mPa s",
 }  # fmt: skip
 SHOWN = {  #: prefixes to write, by power of ten, for units that begin with a symbol

@@ -20,6 +20,7 @@ from grainlaw.engine.parts.part import Split
 from grainlaw.engine.stepping import advance
 from grainlaw.geometry import together
 from grainlaw.laws import CohesiveCrack, Friction, MohrCoulomb
+from grainlaw.materials import Thermal
 
 WEAK = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
 ENDS = [gl.Drive(boundary="bottom", axis=1, speed=0.0), gl.Drive(boundary="top", axis=1, speed=-2.0)]
@@ -75,6 +76,14 @@ CASES = {
             gl.Injection(boundary="left", rate=1e-3, volume=1e-6, viscosity=1e-3, residual_aperture=5e-6),
         ), 4e-8,
     ),
+    "conducting": (
+        small_sample(
+            material=Thermal(material=ROCK, expansion=8e-6, conductivity=3.0, heat_capacity=800.0)
+        ), WEAK,
+        stage(
+            ENDS[0], gl.Conduction(duration=1.0, speedup=1e5), gl.FixedTemperature(boundary="left", temperature=60.0),
+        ), 4e-8,
+    ),
     "falling": (
         PILE, Friction(kn=1e9, ks=1e9, friction_angle=30),
         stage(
@@ -95,6 +104,7 @@ def run(case, steps, threads=1):
 
 
 def go(state, steps, threads=1):
+    state.let_heat_flow()
     advance(state, compile_integrator(gl.CentralDifference()), steps, threads=threads)
 
 

@@ -76,6 +76,7 @@ class _Point:
     arguments: tuple[str, ...] = ()  #: names of all that follows what it is given: scalars of the step, and memory
     memory: tuple[str, ...] = ()  #: in the order in which it is returned
     scalars: tuple[str, ...] = ()
+    local: tuple[str, ...] = ()  #: scalars that each point has of its own: rows after the memory, only read
 
 
 _TRACTION = _Point("traction", ("opening", "slip"), ("normal", "shear"))
@@ -84,7 +85,7 @@ _ENERGY = _Point("energy", ("exx", "eyy", "exy"), ("stored",), keeps=False)
 
 
 def _point_source(writer: _Writer, method: _Point) -> str:
-    memory = method.memory
+    memory = (*method.memory, *method.local)
     p = [*(f"p{i}" for i in range(writer.numbers)), *method.scalars]  # scalars are the last of the numbers
     r = [f"r{i}" for i in range(writer.rows)]
     m = [f"m{i}" for i in range(len(memory))]
@@ -92,7 +93,8 @@ def _point_source(writer: _Writer, method: _Point) -> str:
     rows = ", ".join([*p, *r, *m, *ends])
     others = (name if name in method.scalars else f"m{memory.index(name)}[c]" for name in method.arguments)
     values = ", ".join([*(f"{name}[c]" for name in method.given), *others])
-    results = ", ".join(f"{name}[c]" for name in (*method.found, *(m if method.keeps else ())))
+    kept = m[: len(method.memory)] if method.keeps else []
+    results = ", ".join(f"{name}[c]" for name in (*method.found, *kept))
     given = [f"P[{k}]" for k in range(len(p))]
     given += [f"R[{k}, :n]" for k in range(len(r))] + [f"M[{k}, :n]" for k in range(len(m))]
     given += [f"carray({name}, (n,))" for name in ends]
@@ -211,18 +213,22 @@ def compile_law(law: ContactLaw, count: int = 1) -> Compiled:
     return _compile_point(law, _TRACTION, law_arguments(law), count)
 
 
-def compile_material(material: Material, count: int = 1) -> tuple[Compiled, Compiled]:
-    """Compile ``material.stress`` and ``material.energy`` for ``count`` grains. Raises :class:`CompilationError`."""
+def compile_material(material: Material, count: int = 1, local: tuple[str, ...] = ()) -> tuple[Compiled, Compiled]:
+    """Compile ``material.stress`` and ``material.energy`` for ``count`` grains. Raises :class:`CompilationError`.
+
+    Scalars of the step that are ``local`` each zone has in a row of its own, after its memory.
+    """
     material_memory(material)
     stress, energy = (
-        _compile_point(material, method, material_arguments(material, method.name), count)
+        _compile_point(material, attrs.evolve(method, local=local), material_arguments(material, method.name), count)
         for method in (_STRESS, _ENERGY)
     )
     return stress, energy
 
 
 def _compile_point(component: Any, method: _Point, arguments: tuple[str, ...], count: int) -> Compiled:
-    memory, scalars, found = only_memory(arguments), only_scalars(arguments), len(method.found)
+    memory, found = only_memory(arguments), len(method.found)
+    scalars = tuple(name for name in only_scalars(arguments) if name not in method.local)
     method = attrs.evolve(method, arguments=arguments, memory=memory, scalars=scalars)
     ends = (_POINTER,) * (len(method.given) + found)
     signature = (_POINTER, _POINTER, nb.int64, _POINTER, nb.int64, *ends, nb.int64)
@@ -262,7 +268,7 @@ def _compile(
     try:
         struct, numbers, rows = spread(component, [method.name for method in methods], count)
         functions = [function for part in struct for function in part.methods.values()]
-        names = point and (point.arguments, point.memory)
+        names = point and (point.arguments, point.memory, point.local)
         key = fingerprint(*functions, extra=(_entry_key(), methods[0].name, names, struct.describe()))
         with _one_at_a_time:
             if key not in _done:

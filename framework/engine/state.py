@@ -15,6 +15,7 @@ from grainlaw.engine.parts.bonds import Bonds
 from grainlaw.engine.parts.boundaries import Boundaries
 from grainlaw.engine.parts.breaks import Breaks
 from grainlaw.engine.parts.clock import Clock
+from grainlaw.engine.parts.conduction import HeatFlow
 from grainlaw.engine.parts.deformable_grains import DeformableGrains, TiedGrains
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.ended import Ended
@@ -77,6 +78,7 @@ class State(metaclass=Checked):
         self.contacts = Contacts(self.grains, model.contacts, detection, self.bonds.ends)
         self.clock, self.breaks = Clock(), Breaks(2 * len(self.bonds), specimen.vicinity[1])
         self.heat = EvenTemperature(self.materials)
+        self.conduction = HeatFlow(specimen, self.bonds, self.materials, self.heat)
         self.steady = Steady(self.freedoms, self.heat)
         self._splits: dict[int, Split] = {}  #: by number of threads
         self._shared: dict[str, tuple[Split, Any, Table]] = {}  #: for whom, arrays and what was made of them, by part
@@ -92,6 +94,7 @@ class State(metaclass=Checked):
             "gravity": self.gravity, "nodes": self.nodes, "freedoms": self.freedoms, "grains": self.grains,
             "zones": self.zones, "materials": self.materials, "bonds": self.bonds, "contacts": self.contacts,
             "clock": self.clock, "breaks": self.breaks, "steady": self.steady, "heat": self.heat,
+            "conduction": self.conduction,
         }  # fmt: skip
 
     def shared(self, threads: int) -> Shared:
@@ -205,6 +208,11 @@ class State(metaclass=Checked):
         """Let fluids enter what has broken."""
         self.fluids.follow(self.time - self.began, self.displacement_at_forces())
 
+    def let_heat_flow(self) -> None:
+        """Find the temperatures of the next step of heat, if it is due."""
+        if self.conduction.load is not None:
+            self.conduction.follow(self.opening, self.time_step)
+
     # --- time --------------------------------------------------------------------------------------------------------
 
     @property
@@ -272,6 +280,13 @@ class State(metaclass=Checked):
             "injection_pressure": fluids.pressure, "injected": fluids.pumped_in, "room": grown, "crack_room": cracks,
             "crack_fluid": fluids.in_cracks, "outflow": fluids.out,
         }  # fmt: skip
+
+    @property
+    def zone_temperature(self) -> np.ndarray:
+        """(z,) °C at the last forces: means of nodes where heat is conducted."""
+        found, own = np.full(len(self.mesh.zones), self.heat.temperature), self.materials.temperatures
+        found[self.materials.chosen[: len(own)]] = own
+        return found
 
     def zone_state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """At the last forces: stress (z, 3) Pa, xx, yy, xy in fixed axes, energy stored and dissipated (z,) J/m3."""

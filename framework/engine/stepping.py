@@ -38,7 +38,8 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: Crew = 1
     numbers = np.append(integrator.numbers, state.time_step)
     times, done = state.next_times(steps), 0
     pace = state.steady.pace
-    temperatures = state.heat.course(times, state.time, pace)
+    conduction = state.conduction if state.conduction.load is not None else None
+    temperatures = conduction.course(steps) if conduction else state.heat.course(times, state.time, pace)
     begin, end = times - state.began - state.time_step, times - state.began
     schedule = schedule_of(state, begin, end, pace, temperatures)
     loops = integrator.loops or any(group.compiled.loops for group in (*state.bonds.groups, *state.contacts.groups))
@@ -63,7 +64,10 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: Crew = 1
             threads.note(now, time.perf_counter() - start)
         done += now
         state.count_steps(now, float(times[done - 1]) if done else state.time)
-        state.heat.reach(float(temperatures[done - 1, 1]) if done else state.heat.temperature)
+        if conduction:
+            conduction.count(now)
+        else:
+            state.heat.reach(float(temperatures[done - 1, 1]) if done else state.heat.temperature)
         if tally[DEEP]:
             where = f"the run stopped at step {state.steps} (t = {state.time:.4g} s, stage '{state.stage}')"
             raise OverlapError(f"{where}: {state.contacts.deepest()}")
@@ -76,7 +80,10 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: Crew = 1
 
 
 def schedule_of(state: State, begin: np.ndarray, end: np.ndarray, pace: float, temperatures: np.ndarray) -> np.ndarray:
-    """(t, columns) that the step takes, between times (t,) s of the stage; ``temperatures`` (t, 2) °C come last."""
+    """(t, columns) that the step takes, between times (t,) s of the stage; ``temperatures`` (t, 2) come last.
+
+    They are °C before and at each step, or how far zones that conduct are on their way.
+    """
     return np.column_stack([state.imposed.schedule(begin, end, pace), temperatures])
 
 

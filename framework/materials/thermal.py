@@ -8,7 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.fields import ParameterError, parameter
+from grainlaw.fields import ParameterError, optional, parameter
 from grainlaw.material import ABSOLUTE_ZERO, Material, Rows, material_arguments
 from grainlaw.materials.expansion import Expansion, as_expansion
 from grainlaw.memory import ROOM
@@ -51,6 +51,9 @@ class Thermal(Material):
 
     A crystal with another expansion along one axis, such as the c axis of quartz, takes it as ``expansion_along``; the
     axis lies in the plane at ``axis_angle``, counter-clockwise from x, which may be an array, one angle for each grain.
+
+    With ``conductivity`` and ``heat_capacity`` heat flows through its grains in a stage with a
+    :class:`~grainlaw.Conduction`.
     """
 
     material: Material = attrs.field(validator=_is_material)  #: what bears the rest of the strain
@@ -58,8 +61,12 @@ class Thermal(Material):
     expansion_along: Expansion | None = _expansion(None)  #: along an axis; the same without it
     axis_angle: float = parameter("deg", default=0.0, above=-math.inf)  #: of that axis, counter-clockwise from x
     reference: float = parameter("degC", default=ROOM, at_least=ABSOLUTE_ZERO)  #: where there is no free strain
+    conductivity: float | None = optional("W/m/K", above=0)  #: of heat, alike in all directions
+    heat_capacity: float | None = optional("J/kg/K", above=0)  #: per mass
 
     def __attrs_post_init__(self) -> None:
+        if (self.conductivity is None) != (self.heat_capacity is None):
+            raise ParameterError("Thermal: conductivity and heat_capacity must be given together, or neither of them")
         low, high = self.temperatures
         if not np.all((low <= self.reference) & (self.reference <= high)):
             raise ParameterError(

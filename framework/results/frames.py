@@ -73,7 +73,7 @@ def take_frame(state: State, *, zones: bool = False) -> Frame:
     if zones and not state.specimen.is_rigid:
         of_zones["stress"] = state.zone_state()[0].copy()
     if any(group.knows_temperature for group in state.materials.groups):
-        of_zones["temperature"] = np.full(len(state.mesh.zones), state.heat.temperature)
+        of_zones["temperature"] = state.zone_temperature
     moved, stress = (state.displacement.copy(), state.velocity.copy()), state.grain_stress()
     return Frame(state.time, *moved, stress, bonds, closed, of_zones, state.stage)
 

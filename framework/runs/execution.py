@@ -37,7 +37,8 @@ def row_of(state: State, energies: Mapping[str, float]) -> dict[str, float]:
     """Columns of the present moment, by name, beside time, step and stage."""
     row = {
         "loading_speed": state.steady.pace,
-        "temperature": state.heat.temperature,
+        "temperature": state.conduction.mean,
+        **state.conduction.columns,
         "vibration": state.steady.vibration(),
         "tensile_cracks": int(np.sum(state.broken_mode < 0.5)),
         "shear_cracks": int(np.sum(state.broken_mode >= 0.5)),

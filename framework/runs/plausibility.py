@@ -12,7 +12,7 @@ from grainlaw.contact import each_law
 from grainlaw.engine.model import Model
 from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.loading import Constant
-from grainlaw.loads import Drive, FluidPressure, Hold, Pressure
+from grainlaw.loads import Conduction, Drive, FluidPressure, Heat, Hold, Pressure
 from grainlaw.stage import Stage
 
 CONTACTS = (1e-2, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
@@ -38,6 +38,18 @@ def refuse_lost_loads(model: Model, stages: Sequence[Stage]) -> None:
                     f"stage '{stage.name}': {load.level:.3g} Pa on the boundary {load.boundary} is not allowed, it "
                     f"must be 0 or at least {least:.1g} Pa: less is lost in the rounding of positions"
                 )
+
+
+def refuse_heat_after_conduction(stages: Sequence[Stage]) -> None:
+    """Raise ParameterError for one temperature that a specimen should come to evenly, which it no longer has."""
+    flows = ""
+    for stage in stages:
+        if flows and stage.of(Heat):
+            raise ParameterError(
+                f"stage '{stage.name}': Heat is not allowed after stage '{flows}', which has left other temperatures "
+                "in other places; let a Conduction bring the specimen to a temperature"
+            )
+        flows = stage.name if stage.of(Conduction) else flows
 
 
 def scales(model: Model) -> tuple[float, float, float]:

@@ -71,6 +71,8 @@ class Stepper:
                 state.let_fluids_follow()
                 if self.stability.fluid_has_changed():
                     state.change_time_step(self._time_step(stage))
+            state.let_heat_flow()
+            heat = state.conduction.left or often
             burst = self.integrator.burst
             if burst and since >= self.next_adapt:
                 now = state.freedoms.motion()
@@ -85,7 +87,7 @@ class Stepper:
                     state.start_from_rest(now.velocity)
                     continue
             pause = self.next_adapt - since if burst else often
-            self.do(min(pause, often - since % often, flow - since % flow, self._most, end - state.steps))
+            self.do(min(pause, often - since % often, flow - since % flow, heat, self._most, end - state.steps))
 
     def do(self, steps: int) -> None:
         """Do ``steps`` as they are; with none the step is compiled. Raises Stopped where a device fails."""

@@ -372,6 +372,13 @@ class Bonds(Part):
                     values[mine] = self.arrays.memory[row, mine]
         return values
 
+    def broken(self, enough: float = 1.0) -> np.ndarray:
+        """(p,) whether points are damaged by as much, or never resisted opening."""
+        found: np.ndarray = self.memory("damage", np.zeros(2 * len(self))) >= enough
+        for group in self.groups:
+            found[group.points(len(self))] |= ~group.resists_opening
+        return found
+
     def memory_of(self, group: LawGroup) -> np.ndarray:
         """(m, 2 size) copy of the memory of the points of one group, row by row as a law takes it."""
         return np.ascontiguousarray(self.arrays.memory[: group.depth, group.points(len(self))])

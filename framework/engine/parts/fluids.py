@@ -484,10 +484,7 @@ class Fluids(PointForces):
 
     def _connected(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Whether points (p,) are broken, and the connected pieces of points (p,) and of the corners at nodes (i,)."""
-        enough = self.injection.entry_damage if self.injection else 1.0
-        broken = self._bonds.memory("damage", np.zeros(2 * len(self._bonds))) >= enough
-        for group in self._bonds.groups:
-            broken[group.points(len(self._bonds))] |= ~group.resists_opening
+        broken = self._bonds.broken(self.injection.entry_damage if self.injection else 1.0)
         if self._pieces is None or not np.array_equal(broken, self._pieces[0]):
             self._pieces = broken, *self.connection.pieces(broken)
         return self._pieces

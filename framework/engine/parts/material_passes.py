@@ -31,6 +31,10 @@ class MaterialArrays(NamedTuple):
     numbers: Address  #: (g, 3) addresses of their parameters: of the stress, of the energy now and one step before
     values: Told  #: (n,) these parameters, among them the temperature
     temperature_place: Constant  #: (g, 3) place of the temperature among them, or -1
+    temperature_row: Constant  #: (g,) row of the memory with the temperature of each zone, where they conduct; or -1
+    course: Changing  #: (2,) one step before and now, how far temperatures of zones that conduct are on their way
+    base: Changing  #: (z,) °C, of zones that conduct, where it is 0
+    rise: Changing  #: (z,) K, by which they are warmer where it is 1
     keeps: Constant  #: (g,) whether the material has a memory, or knows the temperature
     knows_temperature: Constant  #: (g,) whether it knows the temperature
     fields: Constant  #: (r, z) parameters of the stress that differ from grain to grain
@@ -147,9 +151,19 @@ def _stored_by(zones, numbers, g, fields, memory, z, strain, first, k, out, row,
 
 
 @njit(**PASS)
+def _warm(zones, g, z, count, course):
+    """Bring zones that conduct to their own temperatures, where those are on their ``course``, Eq. (27)."""
+    row = zones.temperature_row[g]
+    if row >= 0:
+        for i in range(z, z + count):
+            zones.memory[row, i] = zones.base[i] + zones.rise[i] * course
+
+
+@njit(**PASS)
 def _stored(zones, which, g, z, strain, first, k, row, s, count, few):
     """Stored energy of zones at the temperature now (``which`` 1) or one step before (2), into a row of the scratch."""
     numbers, whole = zones.numbers[g, which], count // LANES * LANES
+    _warm(zones, g, z, count, zones.course[2 - which])
     if whole > 0:
         _stored_by(
             zones, numbers, g, zones.others, zones.memory, z, strain, first, k, zones.scratch, row, s, whole
@@ -166,8 +180,8 @@ def _stored(zones, which, g, z, strain, first, k, row, s, count, few):
 @njit(**PASS)
 def _add_thermal(zones, g, z, strain, first, k, s, count, few):
     """Take half of what the change of temperature does to the stored energy at a strain that is held, Eq. (22)."""
-    _stored(zones, 1, g, z, strain, first, k, STORED, s, count, few)
     _stored(zones, 2, g, z, strain, first, k, STORED + 1, s, count, few)
+    _stored(zones, 1, g, z, strain, first, k, STORED, s, count, few)
     for i in range(count):
         zones.thermal[z + i] -= 0.5 * (zones.scratch[STORED, s + i] - zones.scratch[STORED + 1, s + i])
 
@@ -175,6 +189,7 @@ def _add_thermal(zones, g, z, strain, first, k, s, count, few):
 @njit(**PASS)
 def take_temperature(zones, before, temperature):
     """Tell the materials the temperatures (°C) of the next step and of the one before it."""
+    zones.course[0], zones.course[1] = before, temperature
     for g in range(zones.temperature_place.shape[0]):
         for which in range(3):
             if zones.temperature_place[g, which] >= 0:

@@ -21,6 +21,7 @@ from grainlaw.engine.parts.material_passes import (
 from grainlaw.engine.parts.part import Part, Split
 from grainlaw.engine.stability import shape_functions
 from grainlaw.material import Material
+from grainlaw.memory import ROOM
 from grainlaw.specimen import Specimen
 
 
@@ -34,6 +35,7 @@ class ZoneGroup:
     zones: np.ndarray
     first: int
     last: int
+    conducts: bool  #: whether each zone has a temperature of its own
 
     @property
     def memory(self) -> tuple[str, ...]:
@@ -43,7 +45,12 @@ class ZoneGroup:
     @property
     def knows_temperature(self) -> bool:
         """Whether the material knows the temperature."""
-        return "temperature" in (*self.stress.scalars, *self.energy.scalars)
+        return self.conducts or "temperature" in (*self.stress.scalars, *self.energy.scalars)
+
+    @property
+    def rows(self) -> int:
+        """Rows of the memory: that of the material, and the temperature of each zone where it conducts."""
+        return len(self.memory) + self.conducts
 
     @property
     def keeps(self) -> bool:
@@ -67,14 +74,19 @@ class MaterialZones(Part):
         self._count = len(mesh.zones)
         kept = count if any(group.keeps for group in self.groups) else 0
         whole = np.array(
-            [(*(one.address for one in (g.stress, g.energy)), g.keeps, g.knows_temperature) for g in self.groups]
+            [
+                (g.stress.address, g.energy.address, g.keeps, g.knows_temperature, len(g.memory) if g.conducts else -1)
+                for g in self.groups
+            ]
         )
-        whole = whole.astype(np.int64).reshape(-1, 4)
+        whole = whole.astype(np.int64).reshape(-1, 5)
+        warm = count if any(group.conducts for group in self.groups) else 0
         corner = np.ascontiguousarray(mesh.zones[self.chosen].T, dtype=np.int32)
         rows = [np.ascontiguousarray(row) for row in gradients]
-        rows += [whole[:, :2].copy(), numbers, values, places, whole[:, 2].copy(), whole[:, 3].copy()]
+        rows += [whole[:, :2].copy(), numbers, values, places, whole[:, 4].copy()]
+        rows += [np.full(2, ROOM), np.zeros(warm), np.ones(warm), whole[:, 2].copy(), whole[:, 3].copy()]
         rows += [_in_one([(g, one(g).rows) for g in self.groups], count) for one in (_stress, _energy)]
-        rows.append(np.zeros((max((len(group.memory) for group in self.groups), default=0), count)))
+        rows.append(np.zeros((max((group.rows for group in self.groups), default=0), count)))
         rows += [np.zeros((3, kept)), np.zeros((3, kept)), np.zeros(kept), np.zeros(kept)]
         rows += [
             np.zeros((STORED + 2, count)),
@@ -83,9 +95,10 @@ class MaterialZones(Part):
         ]
         self.arrays = MaterialArrays(corner, *rows)
         for group in self.groups:  # where a grain is not free of stress at first, heat has stored its energy
+            if group.conducts:
+                self.arrays.memory[len(group.memory), group.first : group.last] = ROOM
             if group.knows_temperature:
-                nothing = np.zeros((max(len(group.memory), 1), group.last - group.first))
-                (stored,) = group.energy.batch(*np.zeros((3, group.last - group.first)), nothing)
+                (stored,) = group.energy.batch(*np.zeros((3, group.last - group.first)), self._memory(group))
                 self.arrays.thermal[group.first : group.last] = -stored
 
     def share(self, split: Split) -> np.ndarray:
@@ -106,6 +119,23 @@ class MaterialZones(Part):
         places = self.arrays.temperature_place[self.arrays.temperature_place >= 0]
         self.arrays.values[places] = temperature
 
+    @property
+    def temperatures(self) -> np.ndarray:
+        """(z,) °C at the last forces, of zones that conduct, in the order of ``chosen``; empty where none does."""
+        found = np.empty(len(self.arrays.base))
+        for group in self.groups if len(found) else ():
+            found[group.first : group.last] = self.arrays.memory[len(group.memory), group.first : group.last]
+        return found
+
+    def warm(self, to: np.ndarray) -> None:
+        """Let zones that conduct go from their temperatures to others (z,) °C, in the order of the mesh."""
+        self.arrays.base[:] = self.temperatures
+        self.arrays.rise[:] = to[self.chosen] - self.arrays.base
+
+    def warm_evenly(self) -> None:
+        """Let zones that conduct follow one temperature for all."""
+        self.arrays.base[:], self.arrays.rise[:] = 0.0, 1.0
+
     def force_per_kelvin(self, displacement: np.ndarray, temperature: float, by: float) -> np.ndarray:
         """(2, i) N/K on nodes at (2, i) m: the change of the zones' forces by a change ``by`` (K), over it."""
         a, force = self.arrays, np.zeros_like(displacement)
@@ -116,7 +146,10 @@ class MaterialZones(Part):
             found = []
             for at in (temperature + by, temperature):
                 self.take_temperature(at)
-                found.append(np.stack(group.stress.batch(*a.scratch[STRAIN:STRESS, own], self._memory(group))))
+                memory = self._memory(group)
+                if group.conducts:
+                    memory[len(group.memory)] = at
+                found.append(np.stack(group.stress.batch(*a.scratch[STRAIN:STRESS, own], memory)))
             a.scratch[STRESS:STORED, own] = (found[0] - found[1]) / by
         compiled(forces_of_zones)(a, force)
         return force
@@ -131,8 +164,8 @@ class MaterialZones(Part):
 
     def _memory(self, group: ZoneGroup) -> np.ndarray:
         """(m, z) memory of a group, a copy; one row without use where it has none."""
-        rows = self.arrays.memory[: len(group.memory), group.first : group.last]
-        return rows.copy() if group.memory else np.zeros((1, group.last - group.first))
+        rows = self.arrays.memory[: group.rows, group.first : group.last]
+        return rows.copy() if group.rows else np.zeros((1, group.last - group.first))
 
     def states(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Stress (z, 3) Pa, stored energy and energy dissipated so far (z,) J/m3 at (2, i) m, that of the last forces.
@@ -203,8 +236,9 @@ def _groups(specimen: Specimen) -> list[ZoneGroup]:
         each = np.searchsorted(grains, owner[zones])
         stress, energy = (
             attrs.evolve(one, rows=np.ascontiguousarray(one.rows[:, each]))
-            for one in compile_material(material, len(grains))
+            for one in compile_material(material, len(grains), ("temperature",) if specimen.conducts else ())
         )
-        found.append(ZoneGroup(material, stress, energy, zones, first, first + len(zones)))
-        first += len(zones)
+        last = first + len(zones)
+        found.append(ZoneGroup(material, stress, energy, zones, first, last, specimen.conducts))
+        first = last
     return found
