@@ -13,12 +13,13 @@ from grainlaw.protocols.joint import DirectShear, JointTension
 from grainlaw.protocols.plane_wave import PlaneWave, Wave
 from grainlaw.protocols.saturated import Saturated
 from grainlaw.protocols.split_hopkinson import SplitHopkinson
+from grainlaw.protocols.thermal_shock import ThermalShock
 from grainlaw.protocols.uniaxial import BiaxialCompression, UniaxialCompression, UniaxialTension
 
 __all__ = [
     "BiaxialCompression", "Brazilian", "Creep", "Cyclic", "DirectShear", "Excavation", "FreeMotion", "Heating",
     "Held", "HydraulicFracturing", "JointTension", "Moving", "PlaneWave", "Platens", "Saturated", "SemiCircularBend",
-    "SplitHopkinson", "ThreePointBending", "UniaxialCompression", "UniaxialTension", "Wave",
+    "SplitHopkinson", "ThermalShock", "ThreePointBending", "UniaxialCompression", "UniaxialTension", "Wave",
 ]  # fmt: skip
 
 

@@ -217,6 +217,12 @@ def check_temperature(page):
     assert page["heated"].curves["expansion_x"][-1] == pytest.approx(1.08 * 8e-4, rel=5e-3)  # (1 + nu) times as much
 
 
+def check_conduction(page):
+    cooled = page["cooled"]
+    assert -60 < cooled["coldest"] < 0
+    assert cooled["supplied"] == pytest.approx(cooled["stored"], rel=1e-9)
+
+
 def check_calibration(page):
     found = page["found"]
     named = set(re.findall(r"`(\w+)`", PAGES["docs/calibration.md"]))
@@ -252,6 +258,7 @@ CHECKS = {
     "docs/rocks.md": check_rocks,
     "docs/coming-from.md": check_coming_from, "docs/strength.md": check_strength,
     "docs/materials.md": check_materials, "docs/temperature.md": check_temperature,
+    "docs/conduction.md": check_conduction,
     "docs/time.md": check_time, "docs/water.md": check_water,
     "docs/calibration.md": check_calibration,
     "docs/textures.md": check_textures, "docs/studies.md": check_studies,

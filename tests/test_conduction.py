@@ -5,6 +5,7 @@ import re
 import attrs
 import numpy as np
 import pytest
+import pyvista
 from scipy import special
 from scipy.optimize import brentq
 from support import small_sample, state_of
@@ -15,7 +16,10 @@ from grainlaw.geometry import Bricks, Voronoi, disc, rectangle
 from grainlaw.laws import Friction, Linear, MohrCoulomb
 from grainlaw.materials import QUARTZ, Thermal
 from grainlaw.protocols import Heating
+from grainlaw.results.figures.cracks import temperatures_side_by_side
+from grainlaw.results.figures.report import write_report
 from grainlaw.results.result import energy_error
+from grainlaw.results.vtk import VtkWriter
 
 E, NU, ALPHA, K, C, RHO = 60e9, 0.25, 8e-6, 3.0, 800.0, 2650.0
 DIFFUSIVITY = K / C / RHO  #: m2/s
@@ -211,6 +215,21 @@ def test_a_contact_is_a_resistance_in_series(law, opening, conductance):
     assert state.conduction.columns["heat_supplied"] == pytest.approx(before, rel=1e-9)
 
 
+def test_a_fixed_temperature_is_that_of_the_end_of_a_step():
+    """It rises by x^3 (10 - 15 x + 6 x^2) over its ramp, or along its points; another that meets it counts."""
+    specimen = slab()
+    left, right = (specimen.mesh.boundaries[name] for name in ("left", "right"))
+    rising = attrs.evolve(SUDDEN, start=40.0, ramp=20.0)
+    series = gl.FixedTemperature(boundary="right", temperature=[(0, 20), (10, 60), (20, 20)])
+    found, _ = conducted(specimen, rising, series, time=5.0, steps=5)
+    share = 0.25**3 * (10 - 15 * 0.25 + 6 * 0.25**2)
+    assert found[left] == pytest.approx(40 + 80 * share)
+    assert found[right] == pytest.approx(40)
+    bottom = attrs.evolve(SUDDEN, boundary="bottom", temperature=80.0)
+    found, _ = conducted(specimen, SUDDEN, bottom, time=5.0, steps=1)
+    assert found[np.intersect1d(left, specimen.mesh.boundaries["bottom"])] == pytest.approx(80)
+
+
 def test_factors_are_kept_while_contacts_hardly_change():
     state = begun(slab(columns=2), SUDDEN, law=Friction(kn=1e16, ks=1e16, friction_angle=30), speedup=1.0, step=1.0)
     made = []
@@ -241,7 +260,7 @@ def test_heat_is_balanced_with_every_load():
         specimen, flux, source, past, attrs.evolve(SUDDEN, boundary="bottom", ramp=20.0), time=time, steps=60
     )
     columns = state.conduction.columns
-    assert columns["heat_supplied"] == pytest.approx(columns["heat_stored"], rel=1e-10)
+    assert columns["heat_supplied"] == pytest.approx(columns["heat_stored"], rel=1e-12)
     assert columns["heat_stored"] == pytest.approx(np.sum(state.conduction.capacity * (found - 20)), rel=1e-12)
     assert np.sum(state.conduction.capacity) == pytest.approx(RHO * C * specimen.grains.areas.sum())
 
@@ -276,6 +295,8 @@ def test_a_slab_that_is_held_along_its_faces_is_pressed_by_its_heat():
     assert last.stress[:, 0] == pytest.approx(0, abs=0.02 * np.abs(expected).max())
     assert result.summary["energy_error"] < 1e-9
     assert result.summary["heat_supplied"] == pytest.approx(result.summary["heat_stored"], rel=1e-9)
+    assert result.curves["heat_time"] == pytest.approx(result.curves["time"] * time / 2e-4, rel=1e-9)
+    assert last.temperature == pytest.approx(of_slab(middles(specimen)[:, 0], passed), abs=0.01 * (HOT - 20))
     assert result.frames[-1].zones["temperature"].tolist() == last.temperature.tolist()
 
 
@@ -360,6 +381,22 @@ def test_heat_flows_from_the_temperature_that_a_stage_has_brought_and_stops_with
     assert curves["heat_stored"][cool] == pytest.approx(whole * (curves["temperature"][cool] - 20), rel=1e-9)
     assert curves["heat_supplied"][-1] == pytest.approx(curves["heat_stored"][-1], rel=1e-9)
     assert energy_error(curves) < 1e-6
+
+
+def test_a_report_and_paraview_have_the_temperature_of_zones(tmp_path):
+    result = run(slab(), [gl.Conduction(duration=20.0), SUDDEN], observers=[VtkWriter(tmp_path, count=2)])
+    picture = temperatures_side_by_side({"slab": result})
+    (drawn,) = picture.axes[0].collections
+    expected = of_slab(middles(slab())[:, 0], result.summary["heat_time"])
+    assert np.asarray(drawn.get_array()) == pytest.approx(expected, abs=1.5)
+    last = pyvista.read(sorted(tmp_path.glob("grains_*.vtu"))[-1])
+    assert last.cell_data["temperature"] == pytest.approx(expected, abs=1.5)
+    write_report({"slab": result}, tmp_path / "report.html")
+    assert "Temperature, in the last frame" in (tmp_path / "report.html").read_text("utf-8")
+    even = run(slab(), [gl.Conduction(duration=20.0)])
+    assert temperatures_side_by_side({"slab": even}) is None
+    write_report({"slab": even}, tmp_path / "report.html")
+    assert "Temperature, in the last frame" not in (tmp_path / "report.html").read_text("utf-8")
 
 
 # --- the same bits, and what is refused -------------------------------------------------------------------------------

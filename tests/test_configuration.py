@@ -25,6 +25,9 @@ NEEDED = {
     "creep": {"law": {"rate": 1e-6}, "test": {"load": "80 MPa", "duration": 1e6}},
     "cyclic": {"test": {"levels": [0.001, 0.002]}}, "saturated": {"test": {"pressure": "5 MPa"}},
     "heating": {"rock": {"expansion": "quartz"}, "test": {"to": ["100 °C", 20]}},
+    "thermal-shock": {
+        "rock": {"expansion": 8e-6}, "test": {"hot": "120 °C", "duration": "5 s"},
+    },
 }  # fmt: skip
 
 

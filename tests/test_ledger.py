@@ -28,6 +28,7 @@ def state(**changed):
         "freedoms": SimpleNamespace(arrays=arrays), "drives": SimpleNamespace(arrays=driven), "parts": parts,
         "time_step": 0.2, "kinetic_energy": 2500.0, "every_zone": SimpleNamespace(areas=np.array([3.0, 5.0])),
         "zone_state": lambda: (None, np.array([2.0, 4.0]), np.array([1.0, 2.0])), "time": 9.0, "began": 4.0,
+        "specimen": SimpleNamespace(zone_stiffness=np.full((2, 3, 3), 1e6)),
         "imposed": SimpleNamespace(lasts=5.0, speeds=np.array([0.1, -0.4])), "steady": SimpleNamespace(pace=2.0),
         "mesh": SimpleNamespace(nodes=np.array([(1.0, 1.0), (4.0, 5.0)])),
         "gravity": SimpleNamespace(arrays=SimpleNamespace(weight=np.zeros((2, 2)))),
@@ -48,11 +49,13 @@ def test_half_a_step_of_power_is_subtracted():
     assert found[LOST] == 7.0
 
 
-def test_a_run_is_judged_by_the_work_of_its_drives_or_by_rounding_of_gravity():
+def test_a_run_is_judged_by_the_work_of_its_drives_or_by_rounding():
     assert least_work(state()) == pytest.approx(0.5 * 5.0 * (2 * 0.4) ** 2)
     weight = np.array([[0.0, 0.0], [-2e9, -3e9]])  # over a size of 5 m
     heavy = state(gravity=SimpleNamespace(arrays=SimpleNamespace(weight=weight)))
     assert least_work(heavy) == pytest.approx(1e-9 * 5 * 5e9)
+    stiff = state(specimen=SimpleNamespace(zone_stiffness=np.full((2, 3, 3), 1e20)))  # of 3 and 5 m2
+    assert least_work(stiff) == pytest.approx(1e-18 * 8e20)
 
 
 def test_the_unbalanced_force_is_over_the_mean_of_all_that_act():

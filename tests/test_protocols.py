@@ -26,6 +26,7 @@ from grainlaw.protocols import (
     Saturated,
     SemiCircularBend,
     SplitHopkinson,
+    ThermalShock,
     ThreePointBending,
     UniaxialCompression,
     UniaxialTension,
@@ -39,11 +40,11 @@ PROTOCOLS = [COMPRESSION, TENSION, BIAXIAL]
 #: with bodies that fall and slide, test_creep.py Creep, test_temperature.py Heating, test_waves.py PlaneWave,
 #: test_split_hopkinson.py SplitHopkinson,
 #: test_excavation.py Excavation, test_fluids.py Saturated, test_injection.py HydraulicFracturing,
+#: test_thermal_shock.py ThermalShock,
 #: test_laboratory_tests.py has the others.
 OTHERS = {
     DirectShear, JointTension, FreeMotion, Brazilian, Creep, Cyclic, Excavation, Heating, HydraulicFracturing,
-    PlaneWave, Saturated, SemiCircularBend, SplitHopkinson,
-    ThreePointBending,
+    PlaneWave, Saturated, SemiCircularBend, SplitHopkinson, ThermalShock, ThreePointBending,
 }  # fmt: skip
 
 

@@ -72,6 +72,25 @@ def test_one_grain_expands_where_it_may(material, held, strain, stress):
         assert curves[f"stress_{axis}"][-1] == pytest.approx(held_back * E * free, abs=3e-3 * E * free)
 
 
+@attrs.frozen(kw_only=True)
+class Resting(gl.LoadingProtocol):
+    """Nothing is imposed."""
+
+    def stages(self, specimen):
+        return [gl.Stage(name="rest", until=[gl.Reaches("time", 1e-4)], interval=1e-5)]
+
+    def measure(self, state):
+        return {}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+def test_a_specimen_on_which_nothing_acts_is_not_called_unstable():
+    """Its free strain less that at the reference is no more than rounding, and so is the energy of it."""
+    assert gl.simulate(small_sample(4, material=WARM), HARD, Resting()).curves["energy_zones"].max() < 1e-25
+
+
 def test_a_bonded_sample_expands_as_one_grain_and_returns():
     result = heated(small_sample(grains=12, material=WARM), Held.BOTTOM, to=(120, 20))
     curves, hot = result.curves, np.flatnonzero(result.curves["temperature"] == 120)[0]

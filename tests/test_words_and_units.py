@@ -49,6 +49,10 @@ NEEDED = {
     "direct-shear": {"test": {"normal_stress": 1e6}},
     "heating": {"test": {"to": [200.0]}, "rock": {"expansion": 8e-6}},
     "saturated": {"test": {"pressure": 1e5}},
+    "thermal-shock": {
+        "test": {"hot": 60.0, "duration": 1.0},
+        "rock": {"expansion": 8e-6},
+    },
 }
 #: numbers that are shown as they are
 COUNTS = {

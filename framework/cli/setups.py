@@ -46,6 +46,7 @@ BEAM = {"region": "notched_beam", "length": 100 * mm, "height": 25 * mm, "span":
 PLATE = {"region": "plate_with_hole", "width": 100 * mm, "height": 100 * mm, "diameter": 20 * mm}
 HALF_DISC = {"region": "semi_disc", "diameter": 75 * mm, "span": 45 * mm, "notch_depth": 18 * mm}
 EXPANDS = {"type": "thermal", "material": settings(ROCK)}
+CONDUCTS = {"conductivity": 3.0, "heat_capacity": 800.0}  #: W/m/K and J/kg/K, those of many rocks (Robertson 1988)
 AGES = {"type": "static-fatigue", "law": settings(LAWS["cohesive-crack"], ContactLaw)}
 
 
@@ -82,5 +83,6 @@ SETUPS = {
         Setup(protocols.HydraulicFracturing, PLATE | _grains(1500), PLATE | _grains(200)),
         Setup(protocols.SplitHopkinson, PRISM, SMALL_PRISM),
         Setup(protocols.PlaneWave, _bar(100), _bar(50)),
+        Setup(protocols.ThermalShock, DISC | _grains(400), DISC | _grains(80), rock=EXPANDS | CONDUCTS),
     )
 }

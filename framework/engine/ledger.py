@@ -10,7 +10,8 @@ import numpy as np
 from grainlaw.columns import DISSIPATED, ENERGIES, KINETIC, STORED, SUPPLIED
 from grainlaw.engine.state import State
 
-ROUNDING = 1e-9  #: of kinetic energy, and of gravity's work over the size of the specimen: no run is judged by less
+#: of kinetic energy, of gravity's work over the size of the specimen, and a strain: no run is judged by less
+ROUNDING = 1e-9
 
 
 def energies(state: State) -> dict[str, float]:
@@ -37,10 +38,12 @@ def energies(state: State) -> dict[str, float]:
 
 
 def least_work(state: State) -> float:
-    """J, by which a run is judged at least: all grains at the speed of the drives, or rounding of gravity's work."""
+    """J, by which a run is judged at least: all grains at the speed of the drives, or rounding of weights or strains."""
     fastest = state.steady.pace * float(np.abs(state.imposed.speeds).max(initial=0.0))
     size, weight = float(np.hypot(*np.ptp(state.mesh.nodes, axis=0))), float(np.abs(state.gravity.arrays.weight).sum())
-    return max(0.5 * float(state.freedoms.arrays.mass[0].sum()) * fastest**2, ROUNDING * size * weight)
+    stiff = state.specimen.zone_stiffness[: len(state.every_zone.areas), 0, 0] * state.every_zone.areas
+    strained = ROUNDING**2 * float(stiff.sum())  # rounding of strains moves a specimen on which nothing acts
+    return max(0.5 * float(state.freedoms.arrays.mass[0].sum()) * fastest**2, ROUNDING * size * weight, strained)
 
 
 def unbalanced(state: State) -> float:

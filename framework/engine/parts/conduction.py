@@ -176,27 +176,33 @@ class HeatFlow(Part):
         free, before = ~fixed, books.ends[1].copy()
         begin, end = float(books.clock[1]), float(books.clock[1]) + length
         if self._factors is None or self._factors[0] != length:
-            self._through = self._conduction()
-            matrix = self._through + scipy.sparse.diags(self.capacity / length + self._beyond)
-            self._matrix = scipy.sparse.csr_matrix(matrix)
-            self._factors = length, Factors(self._matrix[free][:, free], self._specimen.mesh.nodes[free])
-        coming, outside = self._coming(begin, end)
+            between = self._conduction()
+            matrix = scipy.sparse.csr_matrix(between + scipy.sparse.diags(self.capacity / length + self._beyond))
+            self._factors = length, Factors(matrix[free][:, free], self._specimen.mesh.nodes[free])
+            self._between = scipy.sparse.triu(between, 1).tocoo()
         now = before.copy()
         for load in self._loads:
             if isinstance(load, FixedTemperature):
                 now[self._specimen.mesh.boundaries[load.boundary]] = load.at(end)
-        right = self.capacity / length * before + coming + outside
-        known = np.where(fixed, now, 0.0)
+        # From differences of temperatures: where there are none nothing is rounded, and little is lost where they are.
+        coming = self._coming(begin, end, now) - self._leaving(now)
         if free.any():
-            now[free] = self._factors[1].solve((right - self._matrix @ known)[free])
-        reaction = self._matrix @ now - right
-        convected = outside - self._beyond * now
-        books.supplied[1] += length * float(np.sum(coming) + np.sum(convected) + np.sum(reaction[fixed]))
+            now[free] += self._factors[1].solve(coming[free])
+        supplied = self._coming(begin, end, now)
+        reaction = self.capacity / length * (now - before) + self._leaving(now) - supplied
+        books.supplied[1] += length * float(np.sum(supplied) + np.sum(reaction[fixed]))
         books.ends[1], books.clock[1] = now, end
 
-    def _coming(self, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
-        """(i,) W that flow in, and W of convection to a node at 0 °C; mean from ``begin`` to ``end``, s of heat."""
-        coming, outside = np.zeros((2, len(self.capacity)))
+    def _leaving(self, temperature: np.ndarray) -> np.ndarray:
+        """(i,) W that flow from each node to others."""
+        pairs, count = self._between, len(temperature)
+        through = pairs.data * (temperature[pairs.col] - temperature[pairs.row])
+        found: np.ndarray = np.bincount(pairs.row, through, count) - np.bincount(pairs.col, through, count)
+        return found
+
+    def _coming(self, begin: float, end: float, temperature: np.ndarray) -> np.ndarray:
+        """(i,) W that flow in at nodes of a temperature (i,) °C, mean from ``begin`` to ``end``, s of heat."""
+        coming = np.zeros(len(self.capacity))
         mesh, times = self._specimen.mesh, (np.array([begin]), np.array([end]))
         for load in self._loads:
             if isinstance(load, HeatFlux):
@@ -206,8 +212,8 @@ class HeatFlow(Part):
                 each = np.repeat(np.where(chosen, mesh.zone_areas, 0.0) / 3, 3)
                 coming += load.course(*times)[0] * np.bincount(mesh.zones.ravel(), each, len(coming))
             elif isinstance(load, Convection):
-                outside += load.coefficient * load.at(end) * self._faces[load.boundary]
-        return coming, outside
+                coming += load.coefficient * (load.at(end) - temperature) * self._faces[load.boundary]
+        return coming
 
     def _refuse_unknown(self) -> None:
         """Raise :class:`StageError` for temperatures at which a material is not known."""

@@ -156,6 +156,34 @@ def _last_wet(result: Result) -> int | None:
     return wet[-1] if wet else None
 
 
+def temperatures_side_by_side(results: Mapping[str, Result]) -> Figure | None:
+    """Draw the temperature of zones of several results, each at its last frame in which it is uneven; None without."""
+    frames = {name: k for name, result in results.items() if (k := _last_uneven(result)) is not None}
+    if not frames:
+        return None
+    moments = {name: results[name].frames[k] for name, k in frames.items()}
+    every = np.concatenate([moment.zones["temperature"] for moment in moments.values()])
+    figure, panels, corners = _panels({name: results[name] for name in frames}, frames, None)
+    for name, axes in panels.items():
+        result, moment = results[name], moments[name]
+        place = (result.mesh.nodes + moment.displacement) * 1e3
+        drawn = PolyCollection(place[result.mesh.zones], array=moment.zones["temperature"], cmap="inferno")
+        drawn.set_clim(float(every.min()), float(every.max()))
+        axes.add_collection(drawn)
+        to_scale(axes)
+        fit(axes, *corners)
+        axes.set_title(f"{name}\n{_moment(result, frames[name])}", fontsize="medium")
+        axes.label_outer()
+    figure.colorbar(drawn, ax=list(panels.values()), label="temperature (°C)", shrink=0.6)
+    return figure
+
+
+def _last_uneven(result: Result) -> int | None:
+    """Number of the last frame in which zones have different temperatures."""
+    uneven = [k for k, frame in enumerate(result.frames) if np.ptp(frame.zones.get("temperature", 0.0)) > 0]
+    return uneven[-1] if uneven else None
+
+
 def named_results(where: str, results: Any) -> dict[str, Result]:
     """Results by name: by their laws, with a number where several have the same law."""
     if isinstance(results, Result):

@@ -17,7 +17,7 @@ from grainlaw.edge_keys import words_of
 from grainlaw.quantity import Quantity
 from grainlaw.results.archive import READ, called
 from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
-from grainlaw.results.figures.cracks import pressures_side_by_side, side_by_side
+from grainlaw.results.figures.cracks import pressures_side_by_side, side_by_side, temperatures_side_by_side
 from grainlaw.results.figures.curves import plot_report_curves, plot_samples
 from grainlaw.results.figures.pages import Cell, write_page
 from grainlaw.results.laboratory import Laboratory
@@ -57,7 +57,8 @@ def write_report(
         has_apparent="apparent_modulus" in first.summary,
         has_open=any(can_fail(result) and not has_failed(result) for result in results.values()),
         certificate=_certificate(results), curves=plot_report_curves(results) if first.curves else None,
-        cracks=side_by_side(results), fluids=pressures_side_by_side(results),
+        cracks=side_by_side(results), heat=temperatures_side_by_side(results),
+        fluids=pressures_side_by_side(results),
         measures=_measures(laboratories) if first.curves else [],
         not_measured=_not_measured(laboratories) if first.curves else [],
         patterns={law: laboratories[law].plot() if len(each.cracks) else None for law, each in results.items()}
