@@ -1,5 +1,6 @@
 """Heat that is conducted against closed forms: slab, disc, contacts in series, thermal stress; its balance and bits."""
 
+import itertools
 import re
 
 import attrs
@@ -12,7 +13,7 @@ from support import small_sample, state_of
 from test_injection import Late
 
 import grainlaw as gl
-from grainlaw.geometry import Bricks, Voronoi, disc, rectangle
+from grainlaw.geometry import Bricks, Voronoi, disc, from_polygons, rectangle
 from grainlaw.laws import Friction, Linear, MohrCoulomb
 from grainlaw.materials import QUARTZ, Thermal
 from grainlaw.protocols import Heating
@@ -155,6 +156,18 @@ def test_a_disc_warms_from_its_rim(share):
     time, specimen = share * RADIUS**2 / DIFFUSIVITY, round_plate(refinement=2)
     found, _ = conducted(specimen, *rim(HOT), time=time, steps=40)
     assert found == pytest.approx(of_disc(np.hypot(*specimen.mesh.nodes.T), time), abs=0.015 * (HOT - 20))
+
+
+def test_a_hot_block_is_cooled_from_all_sides():
+    """The product of the fields of two slabs, each with both faces at another temperature at once (5.6)."""
+    grains = Voronoi(grains=12, seed=1).tessellate(rectangle(LENGTH, LENGTH))
+    specimen, time = gl.Specimen(grains, ROCK, refinement=2), 0.03 * LENGTH**2 / DIFFUSIVITY
+    sides = [gl.FixedTemperature(boundary=side, temperature=HOT) for side in ("left", "right", "top", "bottom")]
+    found, _ = conducted(specimen, *sides, time=time, steps=40)
+    n = 2 * np.arange(60) + 1
+    decay = 4 / np.pi / n * np.exp(-DIFFUSIVITY * (n * np.pi / LENGTH) ** 2 * time)
+    fields = np.sin(np.pi * np.multiply.outer(specimen.mesh.nodes / LENGTH, n)) @ decay
+    assert found == pytest.approx(HOT - (HOT - 20) * fields.prod(axis=1), abs=0.015 * (HOT - 20))
 
 
 def test_the_order_in_space_is_two():
@@ -316,8 +329,7 @@ def errors_of_disc(refinement):
     place = middles(specimen)
     r = np.hypot(*place.T)
     radial, around = of_stress(r, result.summary["heat_time"])
-    (x, y), (sxx, syy, sxy) = place.T / r, last.stress.T
-    found = x * x * sxx + y * y * syy + 2 * x * y * sxy, y * y * sxx + x * x * syy - 2 * x * y * sxy
+    found = in_polar_axes(place, last.stress)
     assert result.summary["energy_error"] < 1e-9
     return [
         np.sqrt(np.average((one - other) ** 2, weights=specimen.mesh.zone_areas)) / np.abs(around).max()
@@ -331,6 +343,44 @@ def test_a_disc_with_a_hot_rim_is_torn_inside():
     coarse, fine = errors_of_disc(1), errors_of_disc(2)
     assert max(fine) < 0.02
     assert (np.array(coarse) / fine > 1.6).all()
+
+
+def in_polar_axes(place, stress):
+    """Radial and circumferential stress (2, z) of zones at their places."""
+    (x, y), (sxx, syy, sxy) = place.T / np.hypot(*place.T), stress.T
+    return np.stack([x * x * sxx + y * y * syy + 2 * x * y * sxy, y * y * sxx + x * x * syy - 2 * x * y * sxy])
+
+
+@pytest.mark.thorough
+def test_the_rock_round_a_heated_hole():
+    """Steady, T falls with ln r; stresses of a ring (Timoshenko and Goodier 1970, Art. 151)."""
+    inner, outer, sectors = 2e-3, 8e-3, 48
+    radii, angles = np.geomspace(inner, outer, 9), np.linspace(0, 2 * np.pi, sectors + 1)
+    ray = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    cells = [
+        [p * ray[k], q * ray[k], q * ray[k + 1], p * ray[k + 1]]
+        for p, q in itertools.pairwise(radii)
+        for k in range(sectors)
+    ]
+    specimen, last = gl.Specimen(from_polygons(cells, holes=True), ROCK, refinement=1), Last()
+    hole, outside = sorted(specimen.mesh.boundaries, key=specimen.mesh.boundary_lengths.get)
+    ends = [gl.FixedTemperature(boundary=name, temperature=at) for name, at in ((hole, HOT), (outside, 20.0))]
+    heat = gl.Conduction(duration=2 * outer**2 / DIFFUSIVITY, step=1.0)
+    result = run(specimen, [heat, *ends], observers=[last], time=2e-4)
+    r = np.hypot(*middles(specimen).T)
+    scale = (HOT - 20) / np.log(outer / inner)
+    assert last.temperature == pytest.approx(20 + scale * np.log(outer / r), abs=0.01 * (HOT - 20))
+
+    def within(to):  # of (T - 20) r, from the hole on
+        return scale * ((to**2 * np.log(outer / to) - inner**2 * np.log(outer / inner)) / 2 + (to**2 - inner**2) / 4)
+
+    whole, factor = within(outer) / (outer**2 - inner**2), E * ALPHA / (1 - NU) / r**2
+    radial = factor * ((r**2 - inner**2) * whole - within(r))
+    around = factor * ((r**2 + inner**2) * whole + within(r) - scale * np.log(outer / r) * r**2)
+    for found, expected in zip(in_polar_axes(middles(specimen), last.stress), (radial, around), strict=True):
+        error = np.sqrt(np.average((found - expected) ** 2, weights=specimen.mesh.zone_areas))
+        assert error < 0.02 * np.abs(around).max()
+    assert result.summary["energy_error"] < 1e-9
 
 
 # --- what goes on beside it -------------------------------------------------------------------------------------------

@@ -38,7 +38,7 @@ def energies(state: State) -> dict[str, float]:
 
 
 def least_work(state: State) -> float:
-    """J, by which a run is judged at least: all grains at the speed of the drives, or rounding of weight and strains."""
+    """J, by which a run is judged at least: all grains at the speed of the drives, or rounding of weight or strain."""
     fastest = state.steady.pace * float(np.abs(state.imposed.speeds).max(initial=0.0))
     size, weight = float(np.hypot(*np.ptp(state.mesh.nodes, axis=0))), float(np.abs(state.gravity.arrays.weight).sum())
     stiff = state.specimen.zone_stiffness[: len(state.every_zone.areas), 0, 0] * state.every_zone.areas
