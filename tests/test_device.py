@@ -118,6 +118,18 @@ def in_portable_code():
     assert not differing(expected[0], again)
 
 
+@pytest.mark.thorough
+def test_temperatures_on_a_device_are_those_of_the_processor():
+    """Of one step and of that before it, the same everywhere: what heat does to stored energy needs both."""
+    warm = small_sample(3, material=Thermal(material=ROCK, expansion=8e-6))
+    heating = Heating(to=60, samples=10, loading=gl.HeatingRate(rate=5e6))
+    here, there = (
+        gl.simulate(warm, BRITTLE, heating, progress=False, **where).curves for where in ({}, {"device": Simulated()})
+    )
+    for name in ("step", "temperature", "energy_zones", "energy_zones_thermal"):
+        np.testing.assert_allclose(there[name], here[name], rtol=1e-9, atol=1e-9 * np.abs(here[name]).max())
+
+
 def tall(cohesion):
     return gl.Run(*rock(cohesion * MPa, 4, 1), crush(6e-3))
 

@@ -100,7 +100,8 @@ class DeviceTable:
                 _collect(rows, regions)
             else:
                 for compiled in self._components():
-                    regions["changing"].append(compiled.numbers)
+                    if compiled.numbers.base is not self._state.materials.arrays.values:  # of materials they are in it
+                        regions["changing"].append(compiled.numbers)
                     regions["constant"].append(compiled.rows)
             for arrays in regions.values():
                 arrays[:] = [each for each in arrays if each.nbytes and _is_new(each, known)]
