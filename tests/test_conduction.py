@@ -7,6 +7,7 @@ import attrs
 import numpy as np
 import pytest
 import pyvista
+from device_simulator import Simulated
 from scipy import special
 from scipy.optimize import brentq
 from support import small_sample, state_of
@@ -470,6 +471,19 @@ def test_threads_and_a_restart_with_heat_in_motion_change_no_bit(tmp_path):
         assert np.array_equal(curve, again.curves[name], equal_nan=True), name
     for name, row in once.frames[-1].zones.items():
         assert np.array_equal(row, again.frames[-1].zones[name]), name
+
+
+@pytest.mark.thorough
+def test_a_device_follows_the_processor():
+    """To the last digits, as of other runs: temperatures go up to it, and the path of zones between them."""
+    specimen, options = small_sample(3, material=ROCK), {"law": WEAK, "time": 4e-6, "samples": 4}
+    loads = [gl.Conduction(duration=40.0), attrs.evolve(SUDDEN, temperature=60.0)]
+    here, there = (
+        run(specimen, loads, **options, **where).curves for where in ({"threads": 1}, {"device": Simulated()})
+    )
+    assert here["energy_zones_thermal"][-1] < 0
+    for name in ("step", "heat_time", "hottest", "energy_zones", "energy_zones_thermal", "energy_kinetic"):
+        np.testing.assert_allclose(there[name], here[name], rtol=1e-9, atol=1e-9 * np.abs(here[name]).max())
 
 
 def test_cracks_that_open_let_less_heat_through():
