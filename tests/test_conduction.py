@@ -450,6 +450,19 @@ def test_a_report_and_paraview_have_the_temperature_of_zones(tmp_path):
     assert "Temperature, in the last frame" not in (tmp_path / "report.html").read_text("utf-8")
 
 
+def test_a_second_stage_goes_on_where_the_first_has_ended():
+    """Insulated from then on: no more heat comes in, the field evens out, and time of heat begins again."""
+    warm, even = [gl.Conduction(duration=20.0), SUDDEN], [gl.Conduction(duration=40.0)]
+    curves = run(slab(), warm, even, time=1e-4, samples=10).curves
+    first, second = (curves["stage"] == k for k in range(2))
+    assert curves["heat_time"][second] == pytest.approx(4e5 * (curves["time"][second] - curves["time"][first][-1]))
+    for name in ("heat_supplied", "heat_stored"):
+        assert curves[name][second] == pytest.approx(curves[name][first][-1], rel=1e-12)
+    assert np.ptp(curves["temperature"][second]) < 1e-9
+    assert (np.diff(curves["hottest"][second]) < 0).all()
+    assert curves["hottest"][second][-1] - curves["coldest"][second][-1] < 60
+
+
 # --- the same bits, and what is refused -------------------------------------------------------------------------------
 
 WEAK = MohrCoulomb(kn=1e14, ks=1e14, tensile_strength=3e6, cohesion=10e6, friction_angle=30)

@@ -90,7 +90,7 @@ class HeatFlow(Part):
             books.ends[:] = self._even.temperature
             books.supplied[:] = self._stored(books.ends[0])
             books.began[0] = True
-        books.ends[0], books.supplied[0] = books.ends[1], books.supplied[1]
+        books.ends[:], books.supplied[:] = self.temperature, self._now(books.supplied)
         books.clock[:], books.steps[:], books.conductance[:] = 0.0, 0, np.nan
         mesh, count = self._specimen.mesh, len(self._specimen.mesh.nodes)
         self._fixed = np.zeros(count, dtype=bool)
