@@ -259,7 +259,7 @@ def test_it_looks_after_every_so_many_steps_of_a_stage_wherever_a_part_begins(be
     looked, flowed, counts = [], [], []
     state = SimpleNamespace(
         steps=100 + begun, let_membranes_follow=lambda: None,
-        let_fluids_follow=lambda: flowed.append(state.steps - 100),
+        let_fluids_follow=lambda: flowed.append(state.steps - 100), let_heat_flow=lambda: 0,
     )  # fmt: skip
 
     def do(steps):
@@ -405,12 +405,12 @@ def test_what_every_sample_records_by_hand(monkeypatch):
     monkeypatch.setattr(execution, "unbalanced", lambda state: 0.25)
     monkeypatch.setattr(execution, "motion", lambda state, energies: energies["damping"] / 8)
     state = SimpleNamespace(
-        steady=SimpleNamespace(pace=3.0, vibration=lambda: 7.0), heat=SimpleNamespace(temperature=30.0),
+        steady=SimpleNamespace(pace=3.0, vibration=lambda: 7.0), conduction=SimpleNamespace(mean=30.0, columns={"coldest": 20.0}),
         broken_mode=np.array([0.0, 0.1, 0.45, 0.5, 0.55, 1.0, 1.0, np.nan]),
         memory=lambda name: np.array([0.0, 0.0, 1e-9, 0.5, 1.0]),
     )  # fmt: skip
     assert execution.row_of(state, {"damping": 2.0}) == {
-        "loading_speed": 3.0, "temperature": 30.0, "vibration": 7.0, "tensile_cracks": 3, "shear_cracks": 4,
+        "loading_speed": 3.0, "temperature": 30.0, "coldest": 20.0, "vibration": 7.0, "tensile_cracks": 3, "shear_cracks": 4,
         "damaged": 3, "unbalanced": 0.25, "motion": 0.25, "energy_damping": 2.0,
     }  # fmt: skip
 
@@ -511,6 +511,9 @@ class Moves:
 
     def let_fluids_follow(self):
         self.at("fluids")
+
+    def let_heat_flow(self):
+        return 0
 
     def change_time_step(self, step):
         self.done.append(step)

@@ -208,10 +208,12 @@ class State(metaclass=Checked):
         """Let fluids enter what has broken."""
         self.fluids.follow(self.time - self.began, self.displacement_at_forces())
 
-    def let_heat_flow(self) -> None:
-        """Find the temperatures of the next step of heat, if it is due."""
-        if self.conduction.load is not None:
-            self.conduction.follow(self.opening, self.time_step)
+    def let_heat_flow(self) -> int:
+        """Find the temperatures of the next step of heat, if it is due; steps until another is, 0 where none flows."""
+        if self.conduction.load is None:
+            return 0
+        self.conduction.follow(self.opening, self.time_step)
+        return self.conduction.left
 
     # --- time --------------------------------------------------------------------------------------------------------
 

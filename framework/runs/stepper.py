@@ -71,8 +71,7 @@ class Stepper:
                 state.let_fluids_follow()
                 if self.stability.fluid_has_changed():
                     state.change_time_step(self._time_step(stage))
-            state.let_heat_flow()
-            heat = state.conduction.left or often
+            heat = state.let_heat_flow() or often
             burst = self.integrator.burst
             if burst and since >= self.next_adapt:
                 now = state.freedoms.motion()
