@@ -405,13 +405,14 @@ def test_what_every_sample_records_by_hand(monkeypatch):
     monkeypatch.setattr(execution, "unbalanced", lambda state: 0.25)
     monkeypatch.setattr(execution, "motion", lambda state, energies: energies["damping"] / 8)
     state = SimpleNamespace(
-        steady=SimpleNamespace(pace=3.0, vibration=lambda: 7.0), conduction=SimpleNamespace(mean=30.0, columns={"coldest": 20.0}),
+        steady=SimpleNamespace(pace=3.0, vibration=lambda: 7.0),
+        conduction=SimpleNamespace(mean=30.0, columns={"coldest": 20.0}),
         broken_mode=np.array([0.0, 0.1, 0.45, 0.5, 0.55, 1.0, 1.0, np.nan]),
         memory=lambda name: np.array([0.0, 0.0, 1e-9, 0.5, 1.0]),
     )  # fmt: skip
     assert execution.row_of(state, {"damping": 2.0}) == {
-        "loading_speed": 3.0, "temperature": 30.0, "coldest": 20.0, "vibration": 7.0, "tensile_cracks": 3, "shear_cracks": 4,
-        "damaged": 3, "unbalanced": 0.25, "motion": 0.25, "energy_damping": 2.0,
+        "loading_speed": 3.0, "temperature": 30.0, "coldest": 20.0, "vibration": 7.0, "tensile_cracks": 3,
+        "shear_cracks": 4, "damaged": 3, "unbalanced": 0.25, "motion": 0.25, "energy_damping": 2.0,
     }  # fmt: skip
 
 
