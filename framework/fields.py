@@ -208,18 +208,6 @@ def whole_number(*, default: int | None, at_least: int, at_most: int | None = No
     return checked_field(check, default=default, metadata={"bounds": bounds})
 
 
-def number_or_none(unit: str, *, above: float = 0.0) -> Any:
-    """Declare a number of a component, or None, which is the default: ``width: float | None = number_or_none("m")``.
-
-    Raises :class:`ParameterError`.
-    """
-
-    def check(where: str, value: Any) -> float | None:
-        return None if value is None else checked_number(where, value, unit, above=above)
-
-    return checked_field(check, default=None, metadata={"unit": unit})
-
-
 def vector(unit: str, names: tuple[str, ...] = ("x", "y"), **default: Any) -> Any:
     """Declare two or three finite numbers of a component, one of each name: ``gravity = vector("m/s2")``."""
 

@@ -13,7 +13,7 @@ import numpy as np
 from grainlaw.arguments import floats, is_number
 from grainlaw.columns import HEAT_TIME, TEMPERATURE
 from grainlaw.condition import ComesTo, Condition, Reaches
-from grainlaw.fields import ParameterError, grain_numbers, number_or_none, optional, parameter, part, vector
+from grainlaw.fields import ParameterError, grain_numbers, optional, parameter, part, vector
 from grainlaw.loading import Constant, HeatingRate
 from grainlaw.material import ABSOLUTE_ZERO
 from grainlaw.memory import ROOM
@@ -263,7 +263,7 @@ class BarEnd(Forced):
     start: float = parameter("Pa", default=0.0, above=-math.inf)  #: at first; ``stress`` after the time ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the stress changes
     #: of the bar, its section over the thickness of the specimen; that of the boundary unless given
-    width: float | None = number_or_none("m")
+    width: float | None = optional("m", above=0)
     roller: bool = part(bool, False)  #: whether only the middle is driven, so that the boundary can turn
 
     def check(self, stage: Stage) -> None:
@@ -324,8 +324,8 @@ class Quiet(Load):
     """
 
     boundary: str  #: name of the boundary
-    p_speed: float | None = number_or_none("m/s")  #: of P waves in the rock as a whole
-    s_speed: float | None = number_or_none("m/s")  #: of S waves
+    p_speed: float | None = optional("m/s", above=0)  #: of P waves in the rock as a whole
+    s_speed: float | None = optional("m/s", above=0)  #: of S waves
 
     def __attrs_post_init__(self) -> None:
         if (self.p_speed is None) != (self.s_speed is None):
@@ -380,7 +380,7 @@ class FluidPressure(Fluid):
     pressure: Varying = varying("Pa", at_least=0)  #: in the fluid
     start: float = parameter("Pa", default=0.0, at_least=0)  #: at first; ``pressure`` after ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the pressure changes
-    water_table: float | None = number_or_none("m", above=-math.inf)  #: y at which there is no pressure, and above
+    water_table: float | None = optional("m")  #: y at which there is no pressure, and above
     cracks_only: bool = False  #: whether the boundary itself bears none of it, as under a membrane or a platen
 
     def check(self, stage: Stage) -> None:
@@ -429,11 +429,11 @@ class Injection(Fluid):
     viscosity: float = parameter("Pa s", default=0.0, at_least=0)  #: of the fluid; that of water is 1e-3
     residual_aperture: float = parameter("m", default=0.0, at_least=0)  #: of closed cracks, where it is viscous
     #: of closed cracks without stress: their closure takes of it, down to ``residual_aperture``, which it is by default
-    unstressed_aperture: float | None = number_or_none("m")
+    unstressed_aperture: float | None = optional("m", above=0)
     #: damage from which contact points let it in; below 1 it is in the cohesive zone of a crack too
     entry_damage: float = parameter("1", default=1.0, above=0, at_most=1)
     #: of the room behind the boundary, with lines and pump, over thickness; what it encloses, unless given
-    volume: float | None = number_or_none("m2")
+    volume: float | None = optional("m2", above=0)
     cracks_only: bool = False  #: whether the boundary itself bears none of it, as under a membrane or a platen
 
     def __attrs_post_init__(self) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from grainlaw.columns import DAMAGED, LOAD, STRAIN, TIME
 from grainlaw.condition import Curves, Fails, Reaches
 from grainlaw.engine.state import State
-from grainlaw.fields import ParameterError, number_or_none, parameter, part, whole_number
+from grainlaw.fields import ParameterError, optional, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator, Undamped
 from grainlaw.loads import BarEnd, Drive
 from grainlaw.messages import refusal, short
@@ -75,7 +75,7 @@ class SplitHopkinson(LoadingProtocol):
     youngs_modulus: float = parameter("Pa", default=200e9)  #: of the bars
     density: float = parameter("kg/m3", default=7850.0)  #: of the bars
     #: of the bars, section over thickness; that of the specimen, if not given
-    width: float | None = number_or_none("m")
+    width: float | None = optional("m", above=0)
     duration: float = parameter("s", default=200e-6)  #: of the test
     samples: int = whole_number(default=800, at_least=10)  #: in the duration
     integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped()))  #: the time integration

@@ -587,3 +587,19 @@ def test_a_temperature_that_a_material_does_not_know_ends_the_run():
     cold = gl.HeatFlux(boundary="left", flux=-1e6)
     with pytest.raises(gl.StageError, match=r"grain 0 comes to -?[\d.]+ °C after .* known from 20 to 1000 °C"):
         run(slab(rock=QUARTZ_ROCK), [gl.Conduction(duration=1.0), cold])
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+def test_heat_flows_through_tied_cells_as_through_one_grain(fixed):
+    """The temperatures of bonded cells whose contacts conduct without loss, and one at each point."""
+    loads = [SUDDEN] if fixed else [gl.HeatFlux(boundary="left", flux=1e4)]
+    bonded = begun(slab(), *loads, step=1.0, bonded=1e12)
+    tied = begun(attrs.evolve(slab(), tied=...), *loads, step=1.0)
+    for state in (bonded, tied):
+        flow(state, 20)
+    mesh, found = tied.mesh, tied.conduction.temperature
+    assert found == pytest.approx(bonded.conduction.temperature, abs=1e-4)
+    assert found.max() > 20.5
+    assert np.array_equal(found, found[mesh.first_of_point][mesh.point])
+    columns = tied.conduction.columns
+    assert columns["heat_supplied"] == pytest.approx(columns["heat_stored"], rel=1e-10)

@@ -61,7 +61,7 @@ class HeatFlow(Part):
             self._lay()
 
     def _lay(self) -> None:
-        """Capacity of nodes (J/K, a third of each zone to each corner) and conduction through zones (W/K), Eq. (27)."""
+        """Capacity of nodes (J/K, a third of each zone to each corner) and conduction through zones (W/K), Eq. (28)."""
         specimen, mesh = self._specimen, self._specimen.mesh
         count = len(mesh.nodes)
         grains = np.empty((2, specimen.grains.count))
@@ -103,7 +103,7 @@ class HeatFlow(Part):
             half = np.hypot(*(mesh.nodes[edges[:, 1]] - mesh.nodes[edges[:, 0]]).T) / 2
             self._faces[load.boundary] = np.bincount(edges.ravel(), np.repeat(half, 2), count)
             if isinstance(load, FixedTemperature):
-                self._fixed[mesh.boundaries[load.boundary]] = True
+                self._fixed |= np.isin(mesh.point, mesh.point[mesh.boundaries[load.boundary]])
             elif isinstance(load, Convection):
                 self._beyond += load.coefficient * self._faces[load.boundary]
 
@@ -152,7 +152,7 @@ class HeatFlow(Part):
         self._materials.warm(books.ends[1][self._specimen.mesh.zones].mean(axis=1))
 
     def _take_conductance(self, opening: np.ndarray) -> None:
-        """Conductance of contact points by their state, Eq. (28); kept while it hardly changes."""
+        """Conductance of contact points by their state, Eq. (29); kept while it hardly changes."""
         assert self.load is not None
         aperture = np.maximum(opening, self.load.smallest_aperture)
         found = np.where(self._bonds.broken(), self.load.filling / aperture, self.load.bonded)
@@ -171,23 +171,32 @@ class HeatFlow(Part):
         )  # fmt: skip
 
     def _solve(self, length: float) -> None:
-        """One step of backward Euler, of ``length`` (s), Eq. (27), and the heat that has come in, Eq. (29)."""
-        books, fixed = self.books, self._fixed
-        free, before = ~fixed, books.ends[1].copy()
+        """One step of backward Euler, of ``length`` (s), Eq. (28), and the heat that has come in, Eq. (30).
+
+        Nodes that are tied have one temperature, that of their point.
+        """
+        books, mesh, fixed = self.books, self._specimen.mesh, self._fixed
+        point, first = mesh.point, mesh.first_of_point
+        free, before = ~fixed[first], books.ends[1].copy()
         begin, end = float(books.clock[1]), float(books.clock[1]) + length
         if self._factors is None or self._factors[0] != length:
             between = self._conduction()
             matrix = scipy.sparse.csr_matrix(between + scipy.sparse.diags(self.capacity / length + self._beyond))
-            self._factors = length, Factors(matrix[free][:, free], self._specimen.mesh.nodes[free])
+            if len(mesh.ties):
+                gather = scipy.sparse.csr_matrix((np.ones(len(point)), (point, np.arange(len(point)))))
+                matrix = scipy.sparse.csr_matrix(gather @ matrix @ gather.T)
+            self._factors = length, Factors(matrix[free][:, free], mesh.nodes[first][free])
             self._between = scipy.sparse.triu(between, 1).tocoo()
-        now = before.copy()
+        at = before[first]
         for load in self._loads:
             if isinstance(load, FixedTemperature):
-                now[self._specimen.mesh.boundaries[load.boundary]] = load.at(end)
+                at[point[mesh.boundaries[load.boundary]]] = load.at(end)
+        now = at[point]
         # From differences of temperatures: where there are none nothing is rounded, and little is lost where they are.
-        coming = self._coming(begin, end, now) - self._leaving(now)
+        coming = np.bincount(point, self._coming(begin, end, now) - self._leaving(now))
         if free.any():
-            now[free] += self._factors[1].solve(coming[free])
+            at[free] += self._factors[1].solve(coming[free])
+            now = at[point]
         supplied = self._coming(begin, end, now)
         reaction = self.capacity / length * (now - before) + self._leaving(now) - supplied
         books.supplied[1] += length * float(np.sum(supplied) + np.sum(reaction[fixed]))

@@ -152,7 +152,7 @@ def _stored_by(zones, numbers, g, fields, memory, z, strain, first, k, out, row,
 
 @njit(**PASS)
 def _warm(zones, g, z, count, course):
-    """Bring zones that conduct to their own temperatures, where those are on their ``course``, Eq. (27)."""
+    """Bring zones that conduct to their own temperatures, where those are on their ``course``, Eq. (28)."""
     row = zones.temperature_row[g]
     if row >= 0:
         for i in range(z, z + count):
