@@ -77,9 +77,12 @@ def test_a_configuration_has_materials_by_mineral():
 
 
 def test_a_missing_constant_is_told():
-    given = {"rock": {"type": "drucker-prager", "youngs_modulus": 60e9}}
+    given = {"type": "drucker-prager", "youngs_modulus": 60e9, "density": 2700, "cohesion": 1e7, "friction_angle": 30}
     with pytest.raises(gl.ParameterError, match=r"rock.poissons_ratio .1. is missing: DruckerPrager needs it"):
-        configured("uniaxial-compression", given, quick=True)
+        configured("uniaxial-compression", {"rock": given}, quick=True)
+    words = r"rock.poissons_ratio .1., rock.density .kg/m3. are missing: DruckerPrager needs them"
+    with pytest.raises(gl.ParameterError, match=words):
+        configured("uniaxial-compression", {"rock": {n: v for n, v in given.items() if n != "density"}}, quick=True)
 
 
 @pytest.mark.thorough

@@ -204,7 +204,9 @@ def test_another_law_has_what_it_shares_with_the_rock_and_nothing_of_another_roc
     assert (again.law, again.specimen.material, again.specimen.cite) == (
         chosen.law, chosen.specimen.material, ("Me 2026",),
     )  # fmt: skip
-    with pytest.raises(gl.ParameterError, match=r"law\.mode_i_energy .* is missing: CohesiveCrack needs it"):
+    with pytest.raises(
+        gl.ParameterError, match=r"law\.mode_i_energy .*, law\.mode_ii_energy .* are missing: CohesiveCrack needs them"
+    ):
         configured(UCS, {"rock": {"type": "lac-du-bonnet-granite"}, "law": {"type": "cohesive-crack"}})
 
 

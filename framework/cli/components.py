@@ -126,8 +126,9 @@ def evolved(base: Any, given: Mapping[str, Any], where: str) -> Any:
     values = _values(base, given, where)
     if base is not cls:
         return attrs.evolve(base, **values)
-    for field in _needed(base, values):
-        raise ParameterError(f"{_place(where, field)} is missing: {cls.__name__} needs it")
+    if needed := [_place(where, field) for field in _needed(base, values)]:
+        is_, it = ("is", "it") if len(needed) == 1 else ("are", "them")
+        raise ParameterError(f"{', '.join(needed)} {is_} missing: {cls.__name__} needs {it}")
     return cls(**values)
 
 
