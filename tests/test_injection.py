@@ -11,6 +11,7 @@ from grainlaw.geometry import Bricks, Voronoi, plate_with_hole, rectangle
 from grainlaw.laws import Friction, Linear, MohrCoulomb
 from grainlaw.loads import enclosed_area
 from grainlaw.protocols import HydraulicFracturing
+from grainlaw.units import mm
 
 WATER = 2.2e9  #: Pa
 FLOOR = gl.Drive(boundary="bottom", axis=1, speed=0.0)
@@ -246,3 +247,59 @@ def test_injections_that_cannot_be_are_refused():
         gl.Injection(boundary="hole", rate=1e-3, volume=0)
     with pytest.raises(gl.ParameterError, match="Injection: bulk_modulus = 0"):
         gl.Injection(boundary="hole", rate=1e-3, bulk_modulus=0)
+
+
+# --- a slit that is pumped open ---------------------------------------------------------------------------------------
+
+
+def slit_in_a_plate(cells, half=10 * mm, far=150 * mm):
+    """A slit of so many cells in a tied body whose cells grow away from it."""
+    growing = [1.25**k for k in range(1, 30)]
+    size = 2 * half / cells
+    beyond = [size * grown for grown in growing if size * grown * 4 < far]
+    columns, rows = ([*beyond[::-1], *[size] * count, *beyond] for count in (cells + 4, 8))
+    grains = Bricks(rows=rows, columns=columns).tessellate(rectangle(sum(columns), sum(rows)))
+    pairs = np.stack([grains.edges.start, grains.edges.end], axis=1)
+    x, y = grains.vertices[pairs].transpose(2, 0, 1)
+    on = (abs(y - sum(rows) / 2) < 1e-9) & (abs(x - sum(columns) / 2) < 1.001 * half)
+    grains = attrs.evolve(grains, joints={"slit": pairs[on.all(axis=1)]})
+    return gl.Specimen(grains, ROCK, tied=["between"], slits=["slit"])
+
+
+@attrs.frozen(kw_only=True)
+class Filled(gl.LoadingProtocol):
+    """So much fluid is pumped into the slit in 0.1 ms."""
+
+    volume: float = 1e-8
+
+    def stages(self, specimen):
+        rate = [(0, 0), (5e-5, self.volume / 5e-5), (1e-4, 0)]
+        pump = gl.Injection(boundary="slit", rate=rate, volume=1e-9)
+        return [gl.Stage(name="pump", loads=[pump], until=[gl.AtRest(1e-3)], interval=2e-6)]
+
+    def measure(self, state):
+        return state.pumped
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+@pytest.mark.thorough
+def test_a_pumped_slit_has_the_pressure_and_opening_of_sneddon():
+    """V = 2 pi a^2 p / E' and w = 4 a p / E' (Sneddon 1946): what is pumped in decides the pressure.
+
+    Zones of constant strain at its tips err in proportion to their size: two sizes give the limit.
+    """
+    plane, half, shares = ROCK.youngs_modulus / (1 - ROCK.poissons_ratio**2), 10 * mm, []
+    for cells in (10, 20):
+        specimen = slit_in_a_plate(cells)
+        result = gl.simulate(specimen, JOINT, Filled(), detection=None, frames=2, progress=False)
+        pressure, room = (float(result.curves[name][-1]) for name in ("injection_pressure", "room"))
+        mesh, moved = specimen.mesh, result.frames[-1].displacement[:, 1]
+        nodes = np.unique(mesh.boundary_edges["slit"])
+        opening = np.ptp(moved[nodes[abs(mesh.nodes[nodes, 0] - np.ptp(mesh.nodes[:, 0]) / 2) < 1e-9]])
+        shares.append([room / (2 * np.pi * half**2 * pressure / plane), opening / (4 * half * pressure / plane)])
+        assert result.curves["injected"][-1] == pytest.approx(1e-8, rel=1e-9)
+    one, two = np.array(shares)
+    assert (1 - one) / (1 - two) == pytest.approx(2, rel=0.2)
+    assert 2 * two - one == pytest.approx(1, abs=0.01)
