@@ -83,7 +83,6 @@ def test_parameters_of_a_component_by_name():
 
 
 WHOLE = [
-    (lambda value: Bricks(rows=value), "Bricks: rows", " from 1 to 10000"),
     (lambda value: Voronoi(grains=value), "Voronoi: grains", ", at least 1"),
     (lambda value: Voronoi(grains=4, seed=value), "Voronoi: seed", ", at least 0"),
     (lambda value: Voronoi(grains=4, relaxation=value), "Voronoi: relaxation", " from 0 to 1000"),

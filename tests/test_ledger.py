@@ -30,7 +30,8 @@ def state(**changed):
         "zone_state": lambda: (None, np.array([2.0, 4.0]), np.array([1.0, 2.0])), "time": 9.0, "began": 4.0,
         "specimen": SimpleNamespace(zone_stiffness=np.full((2, 3, 3), 1e6)),
         "imposed": SimpleNamespace(lasts=5.0, speeds=np.array([0.1, -0.4])), "steady": SimpleNamespace(pace=2.0),
-        "mesh": SimpleNamespace(nodes=np.array([(1.0, 1.0), (4.0, 5.0)])),
+        "mesh": SimpleNamespace(nodes=np.array([(1.0, 1.0), (4.0, 5.0)]), tied=np.zeros(0, dtype=int)),
+        "nodes": SimpleNamespace(arrays=SimpleNamespace(force=np.array([(3.0, 9.0, -5.0), (4.0, 9.0, 12.0)]))),
         "gravity": SimpleNamespace(arrays=SimpleNamespace(weight=np.zeros((2, 2)))),
         "normal": np.zeros(0), "shear": np.zeros(0), "contact_lengths": np.zeros(0),
         "contacts": SimpleNamespace(arrays=SimpleNamespace(length=np.zeros(0), normal=np.zeros(0), shear=np.zeros(0))),
@@ -68,6 +69,8 @@ def test_the_unbalanced_force_is_over_the_mean_of_all_that_act():
     )
     loose = {"contacts": SimpleNamespace(arrays=pressed), "fluids": SimpleNamespace(forces=np.array([-4.5]))}
     assert unbalanced(state(**bonded, **loose)) == pytest.approx(8 / 3 / ((10 + 1 + 6.5 + 6 + 4.5) / 5))
+    tied = state(mesh=SimpleNamespace(tied=np.array([0, 2])))  # 5 and 13 N
+    assert unbalanced(tied) == pytest.approx(8 / 3 / 9)
     still = state()
     still.freedoms.arrays.free[:] = 0
     assert unbalanced(still) == 0

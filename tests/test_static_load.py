@@ -209,7 +209,9 @@ def test_each_reason_alone_leaves_a_static_solution_out(reason):
     bonds = Bonds()
     bonds.groups = groups
     velocity = np.array([[0.0, 1.0 if reason == "moves" else 0.0]])
-    state = SimpleNamespace(bonds=bonds, freedoms=SimpleNamespace(arrays=SimpleNamespace(velocity=velocity)))
+    held = SimpleNamespace(held_together=[] if reason == "no bonds" else [(0, 1)])
+    freedoms = SimpleNamespace(arrays=SimpleNamespace(velocity=velocity))
+    state = SimpleNamespace(bonds=bonds, mesh=held, freedoms=freedoms)
     stability = SimpleNamespace(touching=reason == "touches", stiffening=reason == "stiffens")
     assert bring_under_load(state, None, stability) is False
 
