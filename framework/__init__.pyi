@@ -5,6 +5,7 @@ from .calibration.first_look import FirstLook
 from .calibration.result import Calibration
 from .calibration.targets import Targets
 from .cli.rocks import Rock, rocks
+from .columns import Panel
 from .compiler.batch import CompilationError
 from .condition import AtRest, ComesTo, Condition, Fails, FailsTo, FallsTo, Reaches, StageError
 from .contact import ContactLaw
@@ -59,6 +60,7 @@ from .results.crack_integrals import CrackTip, StressIntensity, j_integral, notc
 from .results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
 from .results.figures.cracks import plot_cracks, side_by_side
 from .results.figures.curves import plot_curves
+from .results.figures.fields import plot_field
 from .results.figures.interactive import write_interactive
 from .results.files import OutputWarning
 from .results.fragments import Fragments, fragments
@@ -185,6 +187,7 @@ __all__ = [
     "OutputWarning",
     "OverlapError",
     "Pace",
+    "Panel",
     "ParameterError",
     "Plane",
     "Pressure",
@@ -252,6 +255,7 @@ __all__ = [
     "part",
     "plot_cracks",
     "plot_curves",
+    "plot_field",
     "plot_law",
     "plot_material",
     "pulse",

@@ -8,12 +8,14 @@ it declares itself (``LoadingProtocol.quantities``).
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import Checked
 from grainlaw.fields import ParameterError
+from grainlaw.messages import refusal
 from grainlaw.quantity import Quantity
 
 # --- recorded in every test ------------------------------------------------------------------------------------------
@@ -216,14 +218,14 @@ def quantity_of(name: str, own: Mapping[str, Quantity] | None = None) -> Quantit
 
     One of several, as ``stress_0``, is shown as they are.
     """
+    numbered = NUMBERED.fullmatch(name)
     for known in (own or {}, SHARED):
         if name in known:
             return known[name]
-    numbered = NUMBERED.fullmatch(name)
-    if numbered is None:
-        return Quantity(name)
-    kind = quantity_of(numbered[1], own)
-    return attrs.evolve(kind, name=name, words=f"{kind.words} {numbered[2]}")
+        if numbered and numbered[1] in known:
+            kind = known[numbered[1]]
+            return attrs.evolve(kind, name=name, words=f"{kind.words} {numbered[2]}")
+    return Quantity(name)
 
 
 def is_of_every_test(name: str) -> bool:
@@ -249,6 +251,48 @@ def course(curves: Mapping[str, np.ndarray]) -> str:
         return bool((np.maximum.accumulate(values) - values).max() <= 0.05 * np.ptp(values))
 
     return next(name for name in COURSE if name in curves and grows(curves[name]))
+
+
+def _names(value: Sequence[str]) -> tuple[str, ...]:
+    found = () if isinstance(value, str) or not isinstance(value, Sequence) else tuple(value)
+    if not found or not all(isinstance(name, str) for name in found):
+        raise refusal("Panel: columns", value, "a list of at least one name of a column")
+    return found
+
+
+@attrs.frozen
+class Panel(metaclass=Checked):
+    """One pair of axes of a figure: columns of the curves over a column.
+
+    A test declares its own (:attr:`LoadingProtocol.panels`). The words of the upright axis are those of the quantity
+    that is drawn, in its unit; several columns in one panel have one unit, and ``words`` for what they have in common.
+    """
+
+    over: str  #: column along the axis
+    columns: Sequence[str] = attrs.field(converter=_names)  #: drawn over it
+    words: str = ""  #: of the upright axis, for several columns
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All columns that it needs."""
+        return (self.over, *self.columns)
+
+
+MOST_PANELS = 4  #: of a test that declares none
+
+
+def panels_of(curves: Mapping[str, np.ndarray], declared: Sequence[Panel] = ()) -> Sequence[Panel]:
+    """Those of the declared panels whose columns were recorded; without one the columns of the test over its course.
+
+    What the test applies (``LOAD``) comes first, if it is one of them.
+    """
+    if found := [panel for panel in declared if not missing(curves, panel.names)]:
+        return found
+    along = course(curves)
+    own = [name for name in curves if name != along and not is_of_every_test(name)]
+    first = next(name for name in LOAD if name in curves)
+    own = [*([first] if first in own else []), *(name for name in own if name != first)]
+    return [Panel(along, [name]) for name in own[:MOST_PANELS] or [first]]
 
 
 def missing(curves: Mapping[str, np.ndarray], names: Iterable[str]) -> list[str]:

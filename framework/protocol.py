@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from grainlaw.arguments import Checked
+from grainlaw.columns import Panel
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.quantity import Quantity
@@ -23,6 +24,7 @@ class LoadingProtocol(metaclass=Checked):
         class Pull(gl.LoadingProtocol):
             speed: float = gl.parameter("m/s", default=0.01)
             quantities = (gl.Quantity("force", "kN/m"),)
+            panels = (gl.Panel("displacement", ["force"]),)
 
             def stages(self, specimen):
                 low, high = specimen.grains.region.bounds
@@ -41,6 +43,11 @@ class LoadingProtocol(metaclass=Checked):
     @property
     def quantities(self) -> Sequence[Quantity]:
         """How columns and properties are shown that this test has by itself, or that mean something else in it."""
+        return ()
+
+    @property
+    def panels(self) -> Sequence[Panel]:
+        """What its figures draw, the usual picture first; without any, its columns over how far it is."""
         return ()
 
     @abstractmethod

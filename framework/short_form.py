@@ -76,6 +76,12 @@ def rounded(value: float, unit: str) -> str:
     return written(float(f"{value:.4g}"), unit)
 
 
+def between(values: np.ndarray, unit: str) -> str:
+    """``1 mm to 5 mm``: the least and the largest of some values, once where they are the same."""
+    low, high = (rounded(float(end), unit) for end in (np.nanmin(values), np.nanmax(values)))
+    return low if low == high else f"{low} to {high}"
+
+
 def _shown(kind: type) -> list[Any]:
     return [field for field in attrs.fields(kind) if field.init and field.repr]
 

@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import Panel
 from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
@@ -51,6 +52,7 @@ class _Bending(UntilFailure):
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     quantities = QUANTITIES
+    panels = (Panel("deflection", ["force"]), Panel("mouth", ["force"]))
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         name = type(self).__name__

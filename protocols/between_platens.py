@@ -5,9 +5,10 @@ from __future__ import annotations
 import enum
 from typing import Any
 
+import attrs
 import numpy as np
 
-from grainlaw.columns import LATERAL_STRAIN, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN
+from grainlaw.columns import LATERAL_STRAIN, SHARED, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN, Panel
 from grainlaw.condition import Condition, Fails, FailsTo, FallsTo
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError
@@ -22,11 +23,16 @@ from grainlaw.strength import Until
 
 FINE = 800  #: samples of the whole way at least, where contacts are damaged: a peak is missed by up to two
 QUANTITIES = (
+    attrs.evolve(SHARED[STRESS], words="axial stress"),
+    attrs.evolve(SHARED[STRAIN], words="axial strain"),
     Quantity("stress_window", "MPa", form=".2f", meaning="mean over the grains in the middle of the specimen"),
     Quantity(
         "strain_points", "%", form=".4f", meaning="change of height over height, from points on both ends or gauges"
     ),
 )
+PANELS = (
+    Panel(STRAIN, [STRESS]), Panel(STRAIN, [VOLUMETRIC_STRAIN, LATERAL_STRAIN], "strain, extension positive"),
+)  # fmt: skip
 NO_TENSION = "tension does not pass the contact between two bodies; pull the specimen at its own ends, without platens"
 
 

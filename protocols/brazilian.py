@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
+from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, Panel
 from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
@@ -67,6 +67,10 @@ class Brazilian(UntilFailure):
         Quantity("middle_across", "MPa", form=".2f", meaning="stress in the middle, across the load"),
         Quantity("middle_along", "MPa", form=".2f", meaning="stress in the middle, along the load"),
         Quantity("failure_force", "kN/m"),
+    )
+    panels = (
+        Panel(STRAIN, [STRESS]),
+        Panel("force", ["middle_across", "middle_along"], "stress in the middle, tension positive"),
     )
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from grainlaw.columns import AGED, AGED_LOSS, FATIGUE, JUMPS, LATERAL_STRAIN, STAGE, STRAIN, TIME, cracks
+from grainlaw.columns import AGED, AGED_LOSS, FATIGUE, JUMPS, LATERAL_STRAIN, STAGE, STRAIN, STRESS, TIME, Panel, cracks
 from grainlaw.condition import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, parameter, part, whole_number
@@ -116,6 +116,7 @@ class Creep(LoadingProtocol):
         Quantity("lowest_rate", "1/s", words="lowest rate of strain", is_main=True),
         Quantity("time_of_lowest_rate", "s"),
     )
+    panels = (Panel(AGED, [STRAIN]), Panel(AGED, [FATIGUE]), Panel(STRAIN, [STRESS]))
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_ends(specimen, type(self).__name__)

@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import STAGE, STRAIN, STRESS, cracks
+from grainlaw.columns import STAGE, STRAIN, STRESS, Panel, cracks
 from grainlaw.condition import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part
@@ -49,6 +49,12 @@ class Cyclic(LoadingProtocol):
         """Those of each loop, and of the other test."""
         loops = Quantity("unloading_moduli", "GPa", form=".2f"), Quantity("lost_work", "kJ/m3")
         return (*loops, *self.test.quantities)
+
+    @property
+    def panels(self) -> Sequence[Panel]:
+        """Its loops, and those of the other test."""
+        loops = Panel(self.displacement, [self.load])
+        return (loops, *(panel for panel in self.test.panels if panel != loops))
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         *before, main = self.test.stages(specimen)

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import TIME, Panel
 from grainlaw.condition import AtRest, Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
@@ -46,7 +47,9 @@ class Excavation(LoadingProtocol):
         Quantity("height", "mm", words="change of height", meaning="of the opening"),
         Quantity("closure_x", "mm", is_main=True),
         Quantity("closure_y", "mm", is_main=True),
+        Quantity(TIME, "ms", meaning="since the start"),
     )
+    panels = (Panel(TIME, ["width", "height"], "change of the size of the opening"),)
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_boundaries(specimen, "Excavation", self.opening)

@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import TIME, Panel
 from grainlaw.condition import Condition, Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, grain_numbers, parameter, part, vector, whole_number
@@ -65,6 +66,17 @@ class FreeMotion(LoadingProtocol):
         *(Quantity(name, "m/s") for name in ("mean_speed", "largest_speed", "last_mean_speed")),
         *(Quantity(name, "m") for name in ("centre_x", "centre_y", "centre_moved_x", "centre_moved_y", "x", "y")),
     )
+
+    @property
+    def panels(self) -> Sequence[Panel]:
+        """Speeds and the way of the centre of mass; places and rotations of the tracked grains."""
+        each = {name: [f"{name}_{k}" for k in self.tracked] for name in ("x", "y", "rotation")}
+        words = {"x": "place along x", "y": "place along y", "rotation": "rotation, counter-clockwise"}
+        return (
+            Panel(TIME, ["mean_speed", "largest_speed"], "speed"),
+            Panel(TIME, ["centre_x", "centre_y"], "place of the centre of mass"),
+            *(Panel(TIME, columns, words[name]) for name, columns in each.items() if columns),
+        )
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         for name in ("fixed", "velocity", "tracked"):

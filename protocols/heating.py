@@ -10,7 +10,18 @@ import attrs
 import numpy as np
 
 from grainlaw import gauges
-from grainlaw.columns import KINETIC, STAGE, STORED, TEMPERATURE, VIBRATION, cracks, energy
+from grainlaw.columns import (
+    KINETIC,
+    SHEAR_CRACKS,
+    STAGE,
+    STORED,
+    TEMPERATURE,
+    TENSILE_CRACKS,
+    VIBRATION,
+    Panel,
+    cracks,
+    energy,
+)
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_number, part, whole_number
@@ -80,6 +91,18 @@ class Heating(LoadingProtocol):
     def quantities(self) -> Sequence[Quantity]:
         """Its own, and those of the test."""
         return (*QUANTITIES, *(self.test.quantities if self.test is not None else ()))
+
+    @property
+    def panels(self) -> Sequence[Panel]:
+        """Those of the test, and what has broken at which temperature; without one expansion and stress."""
+        broken = Panel(TEMPERATURE, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")
+        if self.test is not None:
+            return (*self.test.panels, broken)
+        return (
+            Panel(TEMPERATURE, ["expansion_x", "expansion_y"], "expansion"),
+            Panel(TEMPERATURE, ["stress_x", "stress_y"], "mean stress, tension positive"),
+            broken,
+        )
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         sides = () if self.test is not None and self.held is not Held.ALL else ("left", "right")

@@ -8,7 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import DAMAGED, WET
+from grainlaw.columns import DAMAGED, SHARED, TIME, WET, Panel
 from grainlaw.condition import AtRest, Curves, FailsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
@@ -21,6 +21,7 @@ from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.units import MPa
 
+FLUID = ("crack_room", "crack_fluid", "outflow")
 RAMP = 0.05  #: of the time in which all of it would be pumped in: the rate rises in it
 
 
@@ -52,7 +53,14 @@ class HydraulicFracturing(LoadingProtocol):
     quantities = (
         Quantity("breakdown_pressure", "MPa", is_main=True, meaning="largest pressure of the fluid"),
         Quantity("initiation_pressure", "MPa", is_main=True, meaning="at which the first contact was damaged by it"),
+        *(attrs.evolve(SHARED[name], unit="mm2", factor=1e6) for name in ("injected", "room", *FLUID)),
+        attrs.evolve(SHARED[WET], words="contact points that the fluid presses"),
+        Quantity(TIME, "ms", meaning="since the start"),
     )
+    panels = (
+        Panel("injected", ["injection_pressure"]), Panel("injected", FLUID, "volume over thickness"),
+        Panel("injected", [WET]),
+    )  # fmt: skip
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_boundaries(specimen, "HydraulicFracturing", self.opening)

@@ -8,7 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import STAGE, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP
+from grainlaw.columns import SHARED, STAGE, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, Panel
 from grainlaw.condition import AtRest, Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, parameter, part
@@ -86,7 +86,10 @@ class JointTension(LoadingProtocol):
         Quantity("pressure", "MPa", form=".2f", meaning="on the joint"),
         Quantity("failure_opening", "µm", is_main=True),
         Quantity("breaking_opening", "µm", meaning="when the whole joint had broken"),
+        attrs.evolve(SHARED[STRESS], words="mean stress of both ends", meaning="tension positive"),
+        attrs.evolve(SHARED[STRAIN], words="strain of both blocks", meaning="change of their height over it"),
     )
+    panels = (Panel("opening", ["normal"]), Panel(STRAIN, [STRESS]))
 
     def __attrs_post_init__(self) -> None:
         if self.unload_at >= self.maximum_opening:
@@ -167,6 +170,7 @@ class DirectShear(LoadingProtocol):
         Quantity("failure_slip", "µm"),
         Quantity("residual_stress", "MPa", form=".2f", is_main=True),
     )
+    panels = tuple(Panel("displacement", [name]) for name in ("shear_stress", "dilation", "normal_stress"))
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_platens(specimen, type(self).__name__)

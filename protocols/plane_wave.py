@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.columns import TIME, Panel
 from grainlaw.condition import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_number, parameter, part, whole_number
@@ -72,7 +73,19 @@ class PlaneWave(LoadingProtocol):
 
     quantities = (
         Quantity("peak_stress", "MPa", form=".2f"), Quantity("peak_time", "µs"), Quantity("peak_velocity", "m/s"),
+        Quantity("stress", "MPa", words="stress at gauge", meaning="tension positive"),
+        Quantity("velocity", "m/s", words="velocity at gauge"), Quantity(TIME, "µs", meaning="since the start"),
     )  # fmt: skip
+
+    @property
+    def panels(self) -> Sequence[Panel]:
+        """Stress and velocity at all gauges over time."""
+        count = 2 if self.gauges is None else len(self.gauges)
+        stress = "shear stress" if self.wave is Wave.S else "normal stress, tension positive"
+        return [
+            Panel(TIME, [f"{name}_{k}" for k in range(count)], words)
+            for name, words in (("stress", stress), ("velocity", "velocity"))
+        ]
 
     @property
     def _axis(self) -> int:

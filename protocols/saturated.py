@@ -8,7 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import SATURATES, STAGE, WET
+from grainlaw.columns import SATURATES, STAGE, TIME, WET, Panel
 from grainlaw.condition import AtRest, Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_field, parameter, part
@@ -60,6 +60,11 @@ class Saturated(LoadingProtocol):
     def quantities(self) -> Sequence[Quantity]:
         """Those of the test."""
         return self.test.quantities
+
+    @property
+    def panels(self) -> Sequence[Panel]:
+        """Those of the test, and how many contact points the fluid has reached."""
+        return (*self.test.panels, Panel(TIME, [WET]))
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_boundaries(specimen, "Saturated", *self.boundaries)

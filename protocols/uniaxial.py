@@ -18,6 +18,7 @@ from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive, Hold, Pressure
 from grainlaw.protocols.between_platens import (
     NO_TENSION,
+    PANELS,
     QUANTITIES,
     Moving,
     Platens,
@@ -54,7 +55,7 @@ class UniaxialCompression(UntilFailure):
     gauges: Gauges = part(Gauges, WholeSpecimen())  #: where lateral and axial strain are measured
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
-    quantities = QUANTITIES
+    quantities, panels = QUANTITIES, PANELS
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         return [_stage(self, specimen, "compression", -1.0)]
@@ -85,7 +86,7 @@ class UniaxialTension(UntilFailure):
     gauges: Gauges = part(Gauges, WholeSpecimen())  #: where lateral and axial strain are measured
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
-    quantities = QUANTITIES
+    quantities, panels = QUANTITIES, PANELS
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         return [_stage(self, specimen, "tension", 1.0)]
@@ -146,6 +147,7 @@ class BiaxialCompression(UntilFailure):
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     quantities = (*QUANTITIES, Quantity("broken_bonds", "%", meaning="share of the bonded contact points"))
+    panels = PANELS
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         axial = _stage(self, specimen, "axial", -1.0, falls=DEVIATOR)

@@ -64,19 +64,27 @@ def test_compression_records_what_pictures_and_measures_look_for():
     assert found["deviator"] == pytest.approx(found["stress"] - 1e6)
 
 
-SAYS = r"needs the columns strain and stress, which the test does not record; it records force$"
-
-
-def test_pictures_name_the_columns_they_miss(pulled, tmp_path):
-    with pytest.raises(gl.ParameterError, match=SAYS):
-        pulled.plot()
+def test_pictures_show_what_a_test_of_ones_own_records(pulled, tmp_path):
+    """Also one that declares nothing, and after it was written: its force over time."""
+    says = ("time (s)", "force (kN/m)")
+    table = table_of(
+        [row({"confinement": p}, {"strength": 1e6 + p}) for p in (0.0, 1e6)], tmp_path / "study", [to_bytes(pulled)] * 2
+    )
+    for figure in (pulled.plot(), table.run(0).plot(), gl.StrengthEnvelope(table).plot()):
+        assert (figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()) == says
     comparison = gl.Comparison({"linear": pulled})
-    with pytest.raises(gl.ParameterError, match=SAYS):
-        comparison.write(tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-    table = table_of([row({"confinement": 0.0}, {"strength": 1e6})], tmp_path / "study", [to_bytes(pulled)])
-    with pytest.raises(gl.ParameterError, match=SAYS):
-        gl.StrengthEnvelope(table).plot()
+    comparison.write(tmp_path / "out")
+    assert (tmp_path / "out" / "comparison.png").stat().st_size > 5000
+    assert comparison.plot().axes[0].get_ylabel() == says[1]
+
+
+def test_pictures_of_several_results_name_the_columns_they_miss(pulled):
+    pressed = gl.simulate(small_sample(12), LAW, PRESS)
+    says = r"needs the columns strain and stress, which the test does not record; it records force$"
+    with pytest.raises(gl.ParameterError, match=says):
+        gl.Comparison({"pressed": pressed, "pulled": pulled}).plot()
+    with pytest.raises(gl.ParameterError, match="needs its curves, and it has none"):
+        attrs.evolve(pulled, curves={}).plot()
 
 
 @pytest.mark.parametrize("until", [gl.Reaches("strain", 0.1), gl.FallsTo("strain", 0.5)])

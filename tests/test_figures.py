@@ -16,7 +16,7 @@ from support import BRITTLE, PULL, small_sample
 
 import grainlaw as gl
 from grainlaw.drawing.figure import Figure
-from grainlaw.drawing.grains import _phases, _told_apart
+from grainlaw.drawing.grains import _told_apart, phase_legend
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.results.acoustic import KINDS
@@ -304,7 +304,7 @@ def test_phases_are_told_with_their_shares():
     bricks = Bricks(rows=4, columns=1).tessellate(rectangle(0.02, 0.04))
 
     def told(**changes):
-        return [patch.get_label() for patch in _phases(attrs.evolve(bricks, **changes))]
+        return [patch.get_label() for patch in phase_legend(attrs.evolve(bricks, **changes))]
 
     assert told() == []
     assert told(phase=np.array([0, 0, 1, 0])) == ["0 75.0 %", "1 25.0 %"]
@@ -324,7 +324,7 @@ def test_a_moment_is_told_by_the_strain_or_else_by_the_time(broken):
     strain, time = (
         np.interp(broken.frames[1].time, broken.curves["time"], broken.curves[x]) for x in ("strain", "time")
     )
-    assert _moment(broken, 1) == f"strain {100 * strain:.4f} %"
+    assert _moment(broken, 1) == f"axial strain {100 * strain:.4f} %"
     assert _moment(attrs.evolve(broken, curves={}), 1) == f"time {1e3 * time:.4g} ms"
 
 

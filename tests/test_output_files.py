@@ -241,7 +241,7 @@ def test_frames_are_counted_from_both_ends():
 
 def test_frames_keep_their_stage(made):
     frame = made[0].frames[-1]
-    assert frame.stage == unpacked(packed(frame)).stage == "tension"
+    assert frame.stage == unpacked(packed(frame), frame.nodes).stage == "tension"
 
 
 def test_the_documents_list_every_array(made):

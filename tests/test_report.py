@@ -13,7 +13,7 @@ import pytest
 from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
-from grainlaw.columns import quantity_of
+from grainlaw.columns import panels_of, quantity_of
 from grainlaw.geometry import Bricks, Hexagonal, disc, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import DirectShear, PlaneWave, UniaxialCompression
@@ -321,13 +321,14 @@ def test_curves_of_one_law_and_of_two_are_told_apart(result):
 
 
 def test_of_a_test_of_ones_own_the_first_four_columns_are_drawn():
-    from grainlaw.results.figures.curves import Panel, _panels
-
-    columns = dict.fromkeys(("time", "stage", "energy_external", "tensile_cracks", *"abcdef"), np.zeros(2))
-    assert _panels(columns, "a") == [Panel("a", [name]) for name in "bcde"]
-    assert _panels(columns | dict.fromkeys(("deflection", "force"), np.zeros(2)), "a") == (
-        Panel("deflection", ["force"]),
-    )
+    """Over how far it is, what it applies first."""
+    every = dict.fromkeys(("time", "stage", "energy_external", "tensile_cracks", "unbalanced"), np.zeros(2))
+    columns = every | dict.fromkeys("abcdef", np.zeros(2))
+    assert panels_of(columns) == [gl.Panel("time", [name]) for name in "abcd"]
+    applied = columns | dict.fromkeys(("deflection", "force"), np.zeros(2))
+    assert panels_of(applied) == [gl.Panel("deflection", [name]) for name in ("force", *"abc")]
+    assert panels_of(applied, [gl.Panel("a", ["b"]), gl.Panel("a", ["lost"])]) == [gl.Panel("a", ["b"])]
+    assert panels_of(every) == [gl.Panel("time", ["unbalanced"])]  # of a test that records nothing itself
 
 
 @pytest.mark.thorough
@@ -384,7 +385,7 @@ def test_figures_show_the_recorded_numbers(result):
     from grainlaw.results.figures.curves import plot_report_curves
 
     upper = plot_report_curves({"law": result}).axes[0]
-    assert (upper.get_xlabel(), upper.get_ylabel()) == ("strain (%)", "stress (MPa)")
+    assert (upper.get_xlabel(), upper.get_ylabel()) == ("axial strain (%)", "axial stress (MPa)")
     x, y = upper.lines[0].get_data()
     assert x == pytest.approx(result.curves["strain"] * 100)
     assert y == pytest.approx(result.curves["stress"] / 1e6)

@@ -44,7 +44,7 @@ def draw_grains(grains: Any, by: str, ax: Any) -> Figure:
         group = grains.phase if by == "phase" else _told_apart(grains)
         colors = [FILLS[k % len(FILLS)] for k in group]
         axes.add_collection(PolyCollection(polygons, facecolor=colors, edgecolor=colors))
-        legends = _phases(grains) if by == "phase" else []
+        legends = phase_legend(grains) if by == "phase" else []
     edges, rim = grains.edges, "white" if by == "area" else RIM
     ends = grains.vertices[np.column_stack([edges.start, edges.end])] * scale
     axes.add_collection(LineCollection(list(ends[edges.kind == 1]), colors=rim, linewidths=0.25))
@@ -60,7 +60,7 @@ def draw_grains(grains: Any, by: str, ax: Any) -> Figure:
     return figure
 
 
-def _phases(grains: Any) -> list[Any]:
+def phase_legend(grains: Any) -> list[Any]:
     """What the colours of phases mean, with their shares of the area."""
     from matplotlib.patches import Patch
 

@@ -21,6 +21,7 @@ from grainlaw.results.files import write_atomically
 from grainlaw.results.result import Cracks, Result
 from grainlaw.results.tables import data_frame
 from grainlaw.results.vtk import in_tensor, write_vtu
+from grainlaw.short_form import between
 
 if TYPE_CHECKING:
     import pandas
@@ -59,8 +60,13 @@ class AcousticEvents(metaclass=Checked):
     @property
     def _facts(self) -> dict[str, str]:
         counts = {kind: str(int(np.count_nonzero(self.kind == kind))) for kind in KINDS if len(self)}
-        largest = {"largest magnitude": f"{np.nanmax(self.magnitude):.2f}"} if np.any(self.energy > 0) else {}
-        return {"events": str(len(self)), "breaks": str(int(self.breaks.sum())), **counts, **largest}
+        found = {"events": str(len(self)), "breaks": str(int(self.breaks.sum())), **counts}
+        if len(self):
+            found["size"] = between(self.size, "m")
+        if np.any(self.energy > 0):
+            found["magnitude"] = f"{np.nanmin(self.magnitude):.2f} to {np.nanmax(self.magnitude):.2f}"
+        b, error = self.b_value()
+        return found | ({} if math.isnan(b) else {"b": f"{b:.2f} ± {error:.2f}"})
 
     @property
     def magnitude(self) -> np.ndarray:

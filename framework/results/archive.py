@@ -11,6 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.columns import Panel
 from grainlaw.fields import ParameterError, parameters
 from grainlaw.material import Elastic, Material, Plane, Rigid
 from grainlaw.messages import short
@@ -22,7 +23,7 @@ from grainlaw.results.result import Cracks, Curves, Named, Result
 from grainlaw.specimen import EndPoints, GaussPoints, InsetPoints, Specimen
 from grainlaw.tessellation import Tessellation
 
-FORMAT = 2  #: raise when a file of before could not be read any more
+FORMAT = 3  #: raise when a file of before could not be read any more
 GRAINS = ("vertices", "corners", "first", "phase", "body", "loose", "parent")
 KINDS: dict[str, type] = {kind.__name__: kind for kind in (Elastic, Rigid, EndPoints, GaussPoints, InsetPoints)}
 
@@ -34,6 +35,7 @@ class Recorded(metaclass=Checked):
     type: str
     parameters: dict[str, Any]
     quantities: tuple[Quantity, ...] = ()  #: that a test declares
+    panels: tuple[Panel, ...] = ()  #: of its figures
 
 
 @attrs.frozen
@@ -98,6 +100,7 @@ def to_bytes(result: Result, *, frames: bool = True) -> bytes:
         "law": _described(result.law),
         "protocol": _described(result.protocol),
         "quantities": [attrs.asdict(each) for each in result.quantities.values()],
+        "panels": [attrs.asdict(each) for each in result.protocol.panels],
         "material": _described(result.specimen.material),
         "contact_points": _described(result.specimen.contact_points),
         "refinement": result.specimen.refinement,
@@ -130,15 +133,19 @@ def from_bytes(content: bytes, where: str = "the content") -> Result:
 
 def _result(arrays: Arrays, about: Mapping[str, Any]) -> Result:
     frames = grouped(below("frames", arrays))
-    quantities = tuple(Quantity(**each) for each in about["quantities"])
+    declared = {
+        name: tuple(kind(**each) for each in about[name])
+        for name, kind in (("quantities", Quantity), ("panels", Panel))
+    }
+    specimen = _specimen(arrays, about)
     return Result(
-        specimen=_specimen(arrays, about),
+        specimen=specimen,
         law=_read(about["law"]),
-        protocol=attrs.evolve(_read(about["protocol"]), quantities=quantities),
+        protocol=attrs.evolve(_read(about["protocol"]), **declared),
         curves=Curves(below("curves", arrays)),
         summary=Named({name: np.nan if value is None else value for name, value in about["summary"].items()}),
         cracks=Cracks(**below("cracks", arrays)),
-        frames=[unpacked(frames[k]) for k in sorted(frames, key=int)],
+        frames=[unpacked(frames[k], specimen.mesh.nodes) for k in sorted(frames, key=int)],
         interfaces=arrays["interfaces"],
     )
 

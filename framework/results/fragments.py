@@ -21,6 +21,17 @@ class Fragments(metaclass=Checked):
     def __len__(self) -> int:
         return len(self.areas)
 
+    @property
+    def _facts(self) -> dict[str, str]:
+        """How many, how large the largest, and how many are of one grain."""
+        if not len(self):
+            return {"fragments": "0"}
+        share = f"{100 * self.areas[0] / self.areas.sum():.4g} % of the area"
+        return {
+            "fragments": str(len(self)), "largest": f"{self.grains[0]} grains, {share}",
+            "single grains": str(int(np.count_nonzero(self.grains == 1))),
+        }  # fmt: skip
+
 
 @checked
 def fragments(result: Result, frame: int = -1) -> Fragments:

@@ -27,6 +27,7 @@ class Frame(metaclass=Checked):
     """One moment, copied out of the state."""
 
     time: float  #: s
+    nodes: np.ndarray  #: (i, 2) m, their places before the test
     displacement: np.ndarray  #: (i, 2) m
     velocity: np.ndarray  #: (i, 2) m/s
     stress: np.ndarray  #: (g, 3) Pa, xx, yy, xy
@@ -40,6 +41,7 @@ class Frame(metaclass=Checked):
     def to_pandas(self, kind: str = "bonds") -> pandas.DataFrame:
         """One of its tables, SI: "bonds" (a row for each contact point), "contacts", "zones", "grains" or "nodes".
 
+        The places x, y (m) of nodes are those before the test.
         The contact points are in the order that :class:`Result` describes. Raises ParameterError for another kind, and
         without pandas.
         """
@@ -48,7 +50,7 @@ class Frame(metaclass=Checked):
             "contacts": self.contacts,
             "zones": self.zones,
             "grains": {"stress": self.stress},
-            "nodes": {"displacement": self.displacement, "velocity": self.velocity},
+            "nodes": {"position": self.nodes, "displacement": self.displacement, "velocity": self.velocity},
         }
         if kind not in tables:
             raise refusal("Frame.to_pandas: kind", kind, ", ".join(tables))
@@ -75,7 +77,7 @@ def take_frame(state: State, *, zones: bool = False) -> Frame:
     if any(group.knows_temperature for group in state.materials.groups):
         of_zones["temperature"] = state.zone_temperature
     moved, stress = (state.displacement.copy(), state.velocity.copy()), state.grain_stress()
-    return Frame(state.time, *moved, stress, bonds, closed, of_zones, state.stage)
+    return Frame(state.time, state.mesh.nodes, *moved, stress, bonds, closed, of_zones, state.stage)
 
 
 def packed(frame: Frame) -> dict[str, np.ndarray]:
@@ -86,11 +88,11 @@ def packed(frame: Frame) -> dict[str, np.ndarray]:
     return arrays
 
 
-def unpacked(arrays: Mapping[str, np.ndarray]) -> Frame:
-    """The frame that :func:`packed` was given."""
+def unpacked(arrays: Mapping[str, np.ndarray], nodes: np.ndarray) -> Frame:
+    """The frame that :func:`packed` was given, of a specimen with these nodes."""
     displacement, velocity, stress = (arrays[name] for name in _WHOLE[1:])
     bonds, contacts, zones = (grouped(arrays).get(kind, {}) for kind in ("bonds", "contacts", "zones"))
-    whole = float(arrays["time"]), displacement, velocity, stress
+    whole = float(arrays["time"]), nodes, displacement, velocity, stress
     return Frame(*whole, bonds, contacts, zones, str(arrays.get("stage", "")))
 
 
@@ -160,4 +162,4 @@ class FrameRecorder(Observer):
         """Go on from what :meth:`save` returned."""
         self.clock.restore(saved)
         each = grouped(saved)
-        self.frames = [unpacked(each[k]) for k in sorted(each, key=int)]
+        self.frames = [unpacked(each[k], state.mesh.nodes) for k in sorted(each, key=int)]

@@ -128,19 +128,23 @@ class Laboratory(metaclass=Checked):
 
     @property
     def note(self) -> str:
-        """Which measures do not exist, and why, where that is known; empty if there is nothing to say."""
+        """Which measures do not exist, and why, where that is known; empty if there is nothing to say.
+
+        Nothing is said of a standard measure whose columns the test does not record: it cannot exist in it.
+        """
         return "; ".join(f"{why}: no {', '.join(names)}" for why, names in self._reasons().items())
 
     def _reasons(self) -> dict[str, list[str]]:
         """Measures that do not exist, by the reason."""
         curves, reasons = self.result.curves, dict[str, list[str]]()
-        absent = [measure for measure in self.measures if missing(curves, measure.needs)]
+        measures = [each for each in self.measures if each.name not in MEASURES or not missing(curves, each.needs)]
+        absent = [measure for measure in measures if missing(curves, measure.needs)]
         columns = dict.fromkeys(name for measure in absent for name in missing(curves, measure.needs))
         if absent:
-            reasons[f"the test does not record {', '.join(columns)}"] = [measure.name for measure in absent]
-        for measure in self.measures:
+            reasons[f"the test does not record {', '.join(columns)}"] = [measure.quantity.words for measure in absent]
+        for measure in measures:
             if measure not in absent and np.isnan(self.properties[measure.name]) and (why := measure.why(self)):
-                reasons.setdefault(why, []).append(measure.name)
+                reasons.setdefault(why, []).append(measure.quantity.words)
         return reasons
 
     @property
@@ -160,11 +164,13 @@ class Laboratory(metaclass=Checked):
         return "\n".join([*lines, *([self.note] if self.note else [])])
 
     def _rows(self) -> list[tuple[str, str, str, str]]:
+        """Without what does not exist in this test, but for measures of a user."""
         rows = []
         for measure in self.measures:
             value = self.properties[measure.name] * measure.factor
             unit = "" if measure.unit == "1" else measure.unit
-            rows.append((measure.meaning, f"{value:.4g}" if np.isfinite(value) else "-", unit, measure.source))
+            if np.isfinite(value) or measure.name not in MEASURES:
+                rows.append((measure.meaning, f"{value:.4g}" if np.isfinite(value) else "-", unit, measure.source))
         return rows
 
     def plot(self, panel: str | None = None, *, ax: Any = None) -> Figure:

@@ -12,7 +12,18 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.columns import CONTACTS, SHEAR_CRACKS, SPENT, SUPPLIED, TENSILE_CRACKS, energy, quantity_of, work_done
+from grainlaw.columns import (
+    CONTACTS,
+    SHEAR_CRACKS,
+    SPENT,
+    SUPPLIED,
+    TENSILE_CRACKS,
+    Panel,
+    energy,
+    panels_of,
+    quantity_of,
+    work_done,
+)
 from grainlaw.contact import dilates, each_law
 from grainlaw.fields import ParameterError, checked_number, checked_whole_number
 from grainlaw.mesh import Mesh
@@ -66,6 +77,7 @@ class Cracks(metaclass=Checked):
     spent: np.ndarray  #: (k,) J/m2, work done on it until it broke, less the elastic energy then
     inside: np.ndarray = attrs.field()  #: (k,) whether between two cells of one grain: transgranular; not, unless given
 
+    phases: np.ndarray = attrs.field()  #: (k, 2) names of the minerals of both polygons; empty, unless given
     source_opening: np.ndarray = attrs.field()  #: (k,) m, gained by the break, less elastic ones; nan unless given
     source_slip: np.ndarray = attrs.field()  #: (k,) m, from the last sample before the break till waves have left
 
@@ -77,6 +89,10 @@ class Cracks(metaclass=Checked):
     @inside.default
     def _between(self) -> np.ndarray:
         return np.zeros(len(self.time), dtype=bool)
+
+    @phases.default
+    def _unnamed(self) -> np.ndarray:
+        return np.full((len(self.time), 2), "")
 
     @property
     def _facts(self) -> dict[str, str]:
@@ -93,6 +109,12 @@ class Cracks(metaclass=Checked):
     def to_pandas(self) -> pandas.DataFrame:
         """A row for each crack, its place as x, y (m), its grains as grain_a, grain_b. Raises ParameterError."""
         return data_frame("Cracks.to_pandas", attrs.asdict(self, recurse=False))
+
+    def by_pair(self) -> dict[tuple[str, str], Cracks]:
+        """The cracks by the minerals on their two sides, in the order of the alphabet; those with the most first."""
+        pairs, which = np.unique(np.sort(self.phases, axis=1), axis=0, return_inverse=True)
+        order = np.argsort(-np.bincount(which.ravel(), minlength=len(pairs)), kind="stable")
+        return {(str(pairs[k, 0]), str(pairs[k, 1])): self[which.ravel() == k] for k in order}
 
     @property
     def tensile(self) -> np.ndarray:
@@ -193,6 +215,11 @@ class Result(metaclass=Checked):
         """Those that the test declares, by name."""
         return {each.name: each for each in self.protocol.quantities}
 
+    @cached_property
+    def panels(self) -> Sequence[Panel]:
+        """What figures draw of its curves: as the test declares it, or as of any test."""
+        return panels_of(self.curves, self.protocol.panels)
+
     @property
     def mesh(self) -> Mesh:
         """Nodes, zones and interfaces of the specimen."""
@@ -238,7 +265,7 @@ class Result(metaclass=Checked):
         write_script(folder, [[(law_name(self.law), "", self)]])
 
     def plot(self) -> Figure:
-        """Stress-strain curve and crack pattern. Raises ParameterError for a test without such a curve."""
+        """The usual picture of the test and the crack pattern. Raises ParameterError without curves."""
         from grainlaw.results.figures.curves import plot_result
 
         return plot_result(self)
@@ -318,6 +345,12 @@ def energy_returned(curves: Mapping[str, np.ndarray], state: State) -> float:
     return returned / max(work_done(curves), returned, 1e-300)
 
 
+def _phase_names(specimen: Specimen) -> np.ndarray:
+    """(g,) names of the minerals of the polygons."""
+    grains = specimen.grains
+    return np.array([grains.phase_name(k) for k in range(grains.phase.max() + 1)])[grains.phase]
+
+
 def _cracks(state: State) -> Cracks:
     broken = state.breaks.in_order()
     interface = state.bonds.order[broken % len(state.bonds)]
@@ -334,6 +367,7 @@ def _cracks(state: State) -> Cracks:
         slip=state.slip[broken].copy(),
         grains=state.mesh.interface_grains[interface],
         inside=state.mesh.interface_kind[interface] == 1,
+        phases=_phase_names(state.specimen)[state.mesh.interface_grains[interface]],
         spent=state.broken_work[broken],
         source_opening=source[0],
         source_slip=source[1],

@@ -90,8 +90,8 @@ def breaks(state: State) -> dict[str, np.ndarray]:
 def data_frame(where: str, columns: Mapping[str, Any]) -> pandas.DataFrame:
     """Arrays by name, one row for each entry; those with several numbers for each become several columns.
 
-    ``position`` becomes x and y, ``grains`` grain_a and grain_b, other vectors end in _x and _y, tensors in _xx, _yy
-    and _xy. Raises ParameterError, which begins with ``where``, without pandas.
+    ``position`` becomes x and y, ``grains`` grain_a and grain_b, ``phases`` alike, other vectors end in _x and _y,
+    tensors in _xx, _yy and _xy. Raises ParameterError, which begins with ``where``, without pandas.
     """
     try:
         import pandas
@@ -110,6 +110,6 @@ def data_frame(where: str, columns: Mapping[str, Any]) -> pandas.DataFrame:
 def _names(name: str, count: int) -> list[str]:
     if name == "position":
         return list(PLACE)
-    if name == "grains":
-        return ["grain_a", "grain_b"]
+    if name in ("grains", "phases"):
+        return [f"{name[:-1]}_{side}" for side in "ab"]
     return [name + ending for ending in (PLANE if count == 2 else TENSOR)]

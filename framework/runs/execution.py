@@ -225,7 +225,7 @@ class Execution:
         for observer, (_, saved) in zip(self.observers, found.observers, strict=True):
             observer.restore(state, saved)
         assert self.folder is not None
-        self.recorder.frames = self.folder.frames(numbers["frames"])
+        self.recorder.frames = self.folder.frames(numbers["frames"], state.mesh.nodes)
         self.goes_on = True
 
     def _return_to(self, moment: SavedMoment) -> None:

@@ -142,14 +142,17 @@ class RunFolder:
 
     # --- going on ----------------------------------------------------------------------------------------------------
 
-    def frames(self, count: int) -> list[Frame]:
-        """The first ``count`` frames, from their files; those that cannot be read are warned of and left out."""
+    def frames(self, count: int, nodes: np.ndarray) -> list[Frame]:
+        """The first ``count`` frames of a specimen with these nodes, from their files.
+
+        Those that cannot be read are warned of and left out.
+        """
         found = []
         for number in range(count):
             file = self.path / FRAMES / f"{number:04d}.npz"
             try:
                 with np.load(file, allow_pickle=False) as stored:
-                    found.append(unpacked({name: stored[name] for name in stored.files}))
+                    found.append(unpacked({name: stored[name] for name in stored.files}, nodes))
             except Exception as error:  # zipfile, zlib and numpy have each their own errors for a damaged file
                 warn(f"a picture of the run before is missing, {file}: {error}")
         self._frames = count if len(found) == count else 0  # all are written again, one after the other

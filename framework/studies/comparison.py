@@ -147,19 +147,19 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         return rows
 
     def plot(self) -> Figure:
-        """Stress-strain curves of all laws, of several samples with means and ranges of the strengths.
+        """The usual picture of the test under all laws, of several samples with means and ranges of the strengths.
 
-        Raises ParameterError for a test that does not record them.
+        Raises ParameterError for results without curves.
         """
-        from grainlaw.results.figures.curves import plot_samples, plot_stress_and_strain
+        from grainlaw.results.figures.curves import plot_laws, plot_samples
 
-        return plot_samples(self.by_law) if self.seeds else plot_stress_and_strain(self.named)
+        return plot_samples(self.by_law) if self.seeds else plot_laws(self.named)
 
     def write(self, folder: str | os.PathLike[str], record: Mapping[str, Any] | None = None) -> None:
         """Write ``comparison.png``, ``cracks_<law>.png``, ``summary.json`` and ``curves.csv``.
 
         ``record``, the input of the runs, is added to the summary. Raises OSError where it cannot write, and
-        ParameterError for a test without the columns ``strain`` and ``stress``.
+        ParameterError for results without curves.
         """
         from grainlaw.results.figures.cracks import plot_cracks, side_by_side
 

@@ -12,13 +12,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from grainlaw.columns import STRAIN, STRESS, quantity_of
+from grainlaw.columns import quantity_of
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION, color, marker
 from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity
 from grainlaw.results.figures.cracks import draw_stored_cracks, label_cracks, scale_bar
-from grainlaw.results.figures.curves import EVERY, course_heading, label_stress_and_strain, require_stress_and_strain
+from grainlaw.results.figures.curves import EVERY, common_panel, label_panel
 from grainlaw.studies import groups
 from grainlaw.studies.statistics import Difference, Mean, level
 
@@ -126,9 +126,9 @@ def plot_curves(table: Table, by: Sequence[str], y: str, x: str, ax: Axes | None
         drawn += 1
     if not drawn:
         raise ParameterError(f"Table.plot_curves: no finished case has a run with the columns {x} and {y}")
-    axes.set_xlabel(course_heading(across))
+    axes.set_xlabel(across.heading)
     axes.legend(frameon=False, fontsize=9, handlelength=3)
-    _finish(axes, course_heading(up))
+    _finish(axes, up.heading)
     return figure
 
 
@@ -193,10 +193,10 @@ def plot_cracks(
 
 
 def plot_envelope(envelope: StrengthEnvelope) -> Figure:
-    """Stress-strain curves by confinement, and strengths over confinement with the criteria fitted to them."""
+    """The usual picture of the test by confinement, and strengths over confinement with the criteria fitted to them."""
     table = envelope.table
     results = {k: table.run(k) for k in range(len(table)) if table.is_finished(k)}
-    require_stress_and_strain(results)
+    panel = common_panel(results)
     figure = Figure(figsize=(11, 5), layout="constrained")
     left, right = figure.subplots(1, 2)
     others = groups.rest(table, envelope.confinement)
@@ -205,12 +205,12 @@ def plot_envelope(envelope: StrengthEnvelope) -> Figure:
     confinements = [float(p) for p in np.unique(envelope.strengths[:, 0])]
     for k, result in results.items():
         p, first = float(table.rows[k][envelope.confinement]), samples[k] == next(iter(styles))
-        strain, stress = result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6
+        x, y = map(result.shown, panel.names[:2])
         label = f"{p / 1e6:g} MPa" if first else None
         number = confinements.index(p)
         look = {"color": color(number), "marker": marker(number), "markevery": EVERY, "markersize": 4}
-        left.plot(strain, stress, styles[samples[k]], linewidth=1.3, label=label, **look)
-    label_stress_and_strain(left)
+        left.plot(x, y, styles[samples[k]], linewidth=1.3, label=label, **look)
+    label_panel(left, panel, result)
     left.legend(title="confinement", frameon=False)
     x, y = envelope.strengths.T / 1e6
     line, parabola = envelope.mohr_coulomb, envelope.hoek_brown

@@ -16,6 +16,7 @@ from grainlaw.contact import ContactLaw, answered, declared_stiffness, law_argum
 from grainlaw.fields import ParameterError, checked_number, parameters
 from grainlaw.memory import SCALARS, only_memory, with_scalars
 from grainlaw.messages import refusal, short
+from grainlaw.short_form import between, rounded
 
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
@@ -38,6 +39,16 @@ class Trace(metaclass=Checked):
     shear: np.ndarray  #: Pa
     work: np.ndarray  #: J/m2 done on the contact since the first point
     memory: dict[str, np.ndarray]  #: by the names of the law's memory, one value for each point
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        """Where the path and its tractions lie, the work done, and the memory at the end."""
+        if not len(self.opening):
+            return {"points": "0"}
+        units = {"opening": "m", "slip": "m", "normal": "Pa", "shear": "Pa"}
+        ends = {name: between(getattr(self, name), unit) for name, unit in units.items()}
+        last = {name: f"{values[-1]:.4g}" for name, values in self.memory.items()}
+        return {"points": str(len(self.opening)), **ends, "work": rounded(float(self.work[-1]), "J/m2"), **last}
 
     def plot(self, *, ax: Any = None) -> Figure:
         """Draw normal traction over opening and shear traction over slip; a mode in which nothing moves is left out.

@@ -14,15 +14,17 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
+from matplotlib.transforms import offset_copy
 
 from grainlaw.arguments import checked
 from grainlaw.columns import TIME, course
 from grainlaw.drawing.figure import Figure, given_or_new, to_scale
+from grainlaw.drawing.grains import phase_legend
 from grainlaw.drawing.palette import BLUE, VERMILLION
 from grainlaw.fields import checked_whole_number
 from grainlaw.messages import refusal
 from grainlaw.region import Region
-from grainlaw.results.archive import law_name
+from grainlaw.results.archive import law_names
 from grainlaw.results.files import write_atomically
 from grainlaw.results.frames import Frame
 from grainlaw.results.result import Cracks, Result, contact_segments
@@ -30,6 +32,7 @@ from grainlaw.results.result import Cracks, Result, contact_segments
 FAR = 0.3  #: widths of a specimen around it that are shown
 MARGIN = 0.03  #: of the height, around it
 MOST_ACROSS = 6  #: panels in a row
+BELOW = 32  #: points, for the words of an axis
 DPI = 110  #: of an animation
 TENSILE, SHEAR = VERMILLION, BLUE
 WIDTHS = {"tensile": 1.0, "shear": 1.8}  #: points: told apart on a grey page
@@ -37,24 +40,39 @@ GRAIN, RIM = "#efece4", "#b9b2a3"
 ROUND = (1, 2, 5)
 
 
-def draw_cracks(axes: Axes, result: Result, frame: int = -1) -> None:
+def draw_cracks(axes: Axes, result: Result, frame: int = -1, *, phases: bool = False) -> None:
     """Broken contact points on the deformed specimen: tensile thin and orange, shear thick and blue.
 
+    With ``phases`` the grains are in the colours of their minerals.
     Without frames they are drawn on the outline of the specimen before the test.
     """
     if not result.frames and frame == -1:
         draw_stored_cracks(axes, result)
         return
     moment = result.frame("plot_cracks", frame)
-    lines = _draw_specimen(axes, result, moment)
+    lines = draw_deformed(axes, result, moment, phases=phases)
     broken = ~np.isnan(moment.bonds["broken_time"])
     draw_modes(axes, lines[broken], moment.bonds["mode"][broken] < 0.5)
 
 
-def _draw_specimen(axes: Axes, result: Result, moment: Frame) -> np.ndarray:
-    """Draw the deformed grains; (p, 2, 2) mm, the two ends of what belongs to each contact point."""
+def draw_deformed(
+    axes: Axes, result: Result, moment: Frame, *, phases: bool = False, fills: Mapping[str, Any] | None = None
+) -> np.ndarray:
+    """Draw the deformed grains; (p, 2, 2) mm, the two ends of what belongs to each contact point.
+
+    Grains have one colour, with ``phases`` those of their minerals; ``fills`` say other ones for the zones.
+    """
     place = (result.mesh.nodes + moment.displacement) * 1e3
-    axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=GRAIN, edgecolor=GRAIN, linewidth=0.2))
+    parts = [(np.arange(len(result.mesh.zones)), fills or {"facecolor": GRAIN, "edgecolor": GRAIN})]
+    if phases and (minerals := phase_legend(result.specimen.grains)):
+        of, numbers = result.specimen.grains.phase[result.mesh.zone_grain], np.unique(result.specimen.grains.phase)
+        paints = [each.get_facecolor() for each in minerals]
+        parts = [
+            (np.flatnonzero(of == k), {"facecolor": paint, "edgecolor": paint, "label": each.get_label()})
+            for k, paint, each in zip(numbers, paints, minerals, strict=True)
+        ]
+    for zones, look in parts:
+        axes.add_collection(PolyCollection(place[result.mesh.zones[zones]], linewidth=0.2, **look))
     axes.add_collection(LineCollection(list(place[outlines(result)]), colors=RIM, linewidths=0.35))
     return contact_segments(place, result.interfaces)
 
@@ -69,23 +87,28 @@ def outlines(result: Result) -> np.ndarray:
 
 
 def count_below(axes: Axes) -> None:
-    """The number of cracks of each mode, below the picture."""
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2, frameon=False, handlelength=1.2)
+    """What has a label, as the number of cracks of each mode, below the picture."""
+    below = offset_copy(axes.transAxes, axes.get_figure(root=True), y=-BELOW, units="points")
+    look: dict[str, Any] = {"ncols": 2, "frameon": False, "handlelength": 1.2}
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, **look)
 
 
 @checked
-def plot_cracks(result: Result, frame: int = -1, *, title: str | None = None, ax: Any = None) -> Figure:
+def plot_cracks(
+    result: Result, frame: int = -1, *, title: str | None = None, phases: bool = False, ax: Any = None
+) -> Figure:
     """Draw the cracks on the deformed specimen at one frame, counted from the end if negative.
 
-    Tensile cracks are thin and orange, shear cracks thick and blue. Draws into the axes ``ax`` of matplotlib, if they
+    Tensile cracks are thin and orange, shear cracks thick and blue; with ``phases`` they lie on the minerals. Draws
+    into the axes ``ax`` of matplotlib, if they
     are given. Returns the figure. A result without frames shows its cracks on the outline of the specimen before the
     test. Raises ParameterError for a frame that is not there.
     """
     width, height = np.ptp(result.specimen.grains.vertices, axis=0)
     figure, axes = given_or_new("plot_cracks", ax, (min(10.0, 6.5 * width / height + 1.6), 8.0))
-    draw_cracks(axes, result, frame)
+    draw_cracks(axes, result, frame, phases=phases)
     count_below(axes)
-    axes.set_title(law_name(result.law) if title is None else title)
+    axes.set_title(law_names(result.law) if title is None else title)
     return figure
 
 
@@ -137,7 +160,7 @@ def pressures_side_by_side(results: Mapping[str, Result]) -> Figure | None:
     largest = max(float(moment.bonds["fluid_pressure"].max()) for moment in moments.values()) / 1e6
     figure, panels, corners = _panels(wet, frames, None)
     for name, axes in panels.items():
-        lines, pressure = _draw_specimen(axes, wet[name], moments[name]), moments[name].bonds["fluid_pressure"] / 1e6
+        lines, pressure = draw_deformed(axes, wet[name], moments[name]), moments[name].bonds["fluid_pressure"] / 1e6
         full = pressure > 0
         drawn = LineCollection(list(lines[full]), array=pressure[full], cmap="viridis", linewidths=2.0)
         drawn.set_clim(0.0, largest)
@@ -193,7 +216,7 @@ def named_results(where: str, results: Any) -> dict[str, Result]:
         named = {str(name): result for name, result in results.items()}
     elif isinstance(results, (list, tuple)) and all(isinstance(each, Result) for each in results):
         for each in results:
-            name = law_name(each.law)
+            name = law_names(each.law)
             taken = sum(other.split(" (")[0] == name for other in named)
             named[f"{name} ({taken + 1})" if taken else name] = each
     if not named or not all(isinstance(each, Result) for each in named.values()):
@@ -282,10 +305,15 @@ def label_cracks(figure: Figure) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False, fontsize=9)
 
 
+def round_below(value: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is not above a value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(max(k * power for k in ROUND if k * power <= value * (1 + 1e-9)))
+
+
 def scale_bar(axes: Axes, width: float) -> None:
     """A bar of a round length, about a third of a width (m), below the drawing."""
-    power = 10.0 ** np.floor(np.log10(width / 3))
-    length = max(k * power for k in ROUND if k * power <= width / 3 * (1 + 1e-9))
+    length = round_below(width / 3)
     left, bottom = axes.get_xlim()[0], axes.get_ylim()[0]
     start = left + (width - length) / 2 * 1e3
     ends = [start, start + length * 1e3]

@@ -14,175 +14,186 @@ from grainlaw.columns import (
     ENERGIES,
     ENERGY,
     LATERAL_STRAIN,
-    LOAD,
-    SHARED,
     SHEAR_CRACKS,
     STABILITY,
     STRAIN,
-    STRESS,
     TENSILE_CRACKS,
     TIME,
-    VOLUMETRIC_STRAIN,
+    Panel,
     course,
-    is_of_every_test,
     require,
 )
 from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import color, marker, style
 from grainlaw.fields import ParameterError
-from grainlaw.quantity import Quantity
-from grainlaw.results.archive import law_name
+from grainlaw.results.archive import law_names
 from grainlaw.results.figures.cracks import SHEAR, TENSILE, count_below, draw_cracks, named_results
 from grainlaw.results.means import Samples
 from grainlaw.results.result import Result
 from grainlaw.strength import LOADS, borne_in
 
 EVERY = 0.12  #: of a picture's width between two markers
+NOTHING = 0.02  #: of the largest value: what is below zero by less begins at zero, such as a first wave
 FAR = 3.0  #: ranges before the peak: curves that go farther after it are cut off
 WAVES = ("incident", "reflected", "transmitted")  #: columns of a specimen between bars
 OF_MODE = {TENSILE_CRACKS: TENSILE, SHEAR_CRACKS: SHEAR}
 
 
-def require_stress_and_strain(results: Mapping[Any, Result]) -> None:
-    """Raise ParameterError for a test that does not record what is drawn here."""
-    for result in results.values():
-        require("a plot of stress over strain (write_report draws other columns)", result.curves, STRAIN, STRESS)
-
-
 def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
-    """Axial stress over axial strain; a full mark at the strength, an open one at a largest stress above it."""
-    require_stress_and_strain(results)
+    """The first panel of a test; a full mark at the strength, an open one at a largest load above it.
+
+    Several columns of a panel differ by their lines.
+    """
+    panel = common_panel(results)
+    if len(panel.columns) > 1:
+        _draw(axes, panel, results)
+        return
+    column = panel.columns[0]
     for k, (name, result) in enumerate(results.items()):
-        strain, stress = result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6
-        found = borne_in(result.curves)
+        x, y = map(result.shown, panel.names)
+        found = borne_in(result.curves) if (column, panel.over) in LOADS else None
         failed = found is not None and found.failed
         look: dict[str, Any] = {"color": color(k), "marker": marker(k), "markersize": 6}
         at = [found.at] if found and failed else []
-        axes.plot(strain, stress, label=name, linewidth=1.6, linestyle=style(k), markevery=at, **look)
-        if found and failed and stress[found.largest] > stress[found.at]:
-            axes.plot(strain[found.largest], stress[found.largest], linestyle="none", fillstyle="none", **look)
-    label_stress_and_strain(axes)
+        axes.plot(x, y, label=name, linewidth=1.6, linestyle=style(k), markevery=at, **look)
+        if found and failed and y[found.largest] > y[found.at]:
+            axes.plot(x[found.largest], y[found.largest], linestyle="none", fillstyle="none", **look)
+    label_panel(axes, panel, result)
     axes.legend(frameon=False)
 
 
-def label_stress_and_strain(axes: Axes) -> None:
-    """Axes that begin at zero, for axial stress in MPa over axial strain in %."""
-    axes.set(xlabel="axial strain (%)", ylabel="axial stress (MPa)", xlim=(0, None), ylim=(0, None))
+def common_panel(results: Mapping[Any, Result]) -> Panel:
+    """The usual picture of the test. Raises ParameterError for a result without curves, or without its columns."""
+    first = next(iter(results.values()))
+    if not first.curves:
+        raise ParameterError("a plot of a result needs its curves, and it has none")
+    for result in results.values():
+        require("a plot of several results", result.curves, *first.panels[0].names)
+    return first.panels[0]
+
+
+def label_panel(axes: Axes, panel: Panel, result: Result) -> None:
+    """Words and units as the test declares them; axes of what is not below zero begin there."""
+    across, up = (result.quantity(name) for name in panel.names[:2])
+    axes.set(xlabel=across.heading, ylabel=attrs.evolve(up, words=panel.words or up.words).heading)
     axes.grid(alpha=0.25)
+    for ends, begin in ((axes.dataLim.intervalx, axes.set_xlim), (axes.dataLim.intervaly, axes.set_ylim)):
+        if -NOTHING * ends[1] <= ends[0] <= ends[1] / 2:
+            begin(0, None)
 
 
-def label_cracks_and_strain(axes: Axes) -> None:
-    """Axes for the number of broken contact points over axial strain in %."""
-    axes.set(xlabel="axial strain (%)", ylabel="broken contact points")
+def draw_crack_numbers(axes: Axes, over: str, samples: Samples) -> None:
+    """Broken contact points over a column, by law and sample: tensile solid, shear dashed."""
+    for k, (name, results) in enumerate(samples.items()):
+        _draw_crack_numbers(axes, over, k, name, list(results.values()))
+    first = next(iter(next(iter(samples.values())).values()))
+    axes.set(xlabel=first.quantity(over).heading, ylabel="broken contact points")
     axes.grid(alpha=0.25)
     if axes.lines:
         axes.legend(frameon=False, fontsize="small")
 
 
-def draw_crack_numbers(axes: Axes, k: int, name: str, results: Sequence[Result]) -> None:
-    """Broken contact points over strain of law number ``k`` (one result or several): tensile solid, shear dashed."""
+def _draw_crack_numbers(axes: Axes, over: str, k: int, name: str, results: Sequence[Result]) -> None:
     for column, line, fill in ((TENSILE_CRACKS, "-", "full"), (SHEAR_CRACKS, "--", "none")):
         if not any(each.curves[column][-1] for each in results):
             continue
         marks: dict[str, Any] = {"marker": marker(k), "fillstyle": fill, "markevery": EVERY, "markersize": 4}
         for number, result in enumerate(results):
             label = f"{name}, {column.split('_')[0]}" if number == 0 else None
-            strain, count = result.curves[STRAIN] * 100, result.curves[column]
-            axes.plot(strain, count, line, color=color(k), linewidth=1.0, label=label, **marks)
+            axes.plot(
+                result.shown(over), result.curves[column], line, color=color(k), linewidth=1.0, label=label, **marks
+            )
 
 
-def plot_stress_and_strain(results: Mapping[str, Result]) -> Figure:
-    """Stress-strain curves of several laws, and how their cracks accumulate."""
+def plot_laws(results: Mapping[str, Result]) -> Figure:
+    """The usual picture of a test under several laws, and how their cracks accumulate."""
     figure = Figure(figsize=(8, 7), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     draw_curves(upper, results)
     upper.set_xlabel("")
-    for k, (name, result) in enumerate(results.items()):
-        draw_crack_numbers(lower, k, name, [result])
-    label_cracks_and_strain(lower)
+    draw_crack_numbers(lower, common_panel(results).over, {name: {0: result} for name, result in results.items()})
     return figure
 
 
 def plot_samples(samples: Samples) -> Figure:
-    """Stress-strain curves of each law on all samples, and how cracks accumulate.
+    """The usual picture of a test under each law on all samples, and how cracks accumulate.
 
-    A cross is at the mean of the peaks of a law, and as long as their range.
+    A cross is at the mean of the strengths of a law, and as long as their range.
     """
+    every = {(name, seed): result for name, each in samples.items() for seed, result in each.items()}
+    panel = common_panel(every)
     figure = Figure(figsize=(8, 7), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    drawn = False
     for k, (name, results) in enumerate(samples.items()):
-        require_stress_and_strain(results)
         for number, result in enumerate(results.values()):
             look: dict[str, Any] = {"color": color(k), "linestyle": style(k), "linewidth": 0.8}
-            label = name if number == 0 else None
-            upper.plot(result.curves[STRAIN] * 100, result.curves[STRESS] / 1e6, label=label, **look)
-        draw_crack_numbers(lower, k, name, list(results.values()))
-        _draw_peaks(upper, list(results.values()), k)
-    label_stress_and_strain(upper)
+            for column in panel.columns:
+                label = name if number == 0 and column == panel.columns[0] else None
+                upper.plot(result.shown(panel.over), result.shown(column), label=label, **look)
+        drawn |= _draw_peaks(upper, panel, list(results.values()), k)
+    label_panel(upper, panel, result)
     upper.set_xlabel("")
-    upper.legend(frameon=False, title="mean and range of the strengths", alignment="left")
-    label_cracks_and_strain(lower)
+    upper.legend(frameon=False, title="mean and range of the strengths" if drawn else None, alignment="left")
+    draw_crack_numbers(lower, panel.over, samples)
     return figure
 
 
-def _draw_peaks(axes: Axes, results: list[Result], k: int) -> None:
+def _draw_peaks(axes: Axes, panel: Panel, results: list[Result], k: int) -> bool:
+    """Whether there was a strength of all of them to draw."""
+    if (panel.columns[0], panel.over) not in LOADS:
+        return False
     found = [borne_in(result.curves) for result in results]
     places = [each.at for each in found if each is not None and each.failed]
     if len(places) < len(results):
-        return
-    strain, stress = (
-        np.array([result.curves[name][at] * factor for result, at in zip(results, places, strict=True)])
-        for name, factor in ((STRAIN, 100), (STRESS, 1e-6))
+        return False
+    x, y = (
+        np.array([result.shown(name)[at] for result, at in zip(results, places, strict=True)])
+        for name in panel.names[:2]
     )
-    ranges = [[[each.mean() - each.min()], [each.max() - each.mean()]] for each in (strain, stress)]
+    ranges = [[[each.mean() - each.min()], [each.max() - each.mean()]] for each in (x, y)]
     axes.errorbar(
-        strain.mean(), stress.mean(), xerr=ranges[0], yerr=ranges[1], fmt=marker(k), color=color(k), markersize=6,
+        x.mean(), y.mean(), xerr=ranges[0], yerr=ranges[1], fmt=marker(k), color=color(k), markersize=6,
         linewidth=2, capsize=4, zorder=3,
     )  # fmt: skip
+    return True
 
 
 @checked
 def plot_curves(results: Any, y: str | None = None, x: str | None = None, *, ax: Any = None) -> Figure:
     """Draw one column of the curves of one result or several over another, by their names in ``Result.curves``.
 
-    Without names: what the test applies (stress or force) over how far it is (strain or displacement). ``results`` are
-    as for :func:`side_by_side`, or one result. Draws into the axes ``ax`` of matplotlib, if they are given. Returns the
+    Without names: the usual picture of the test, as it declares it. ``results`` are as for :func:`side_by_side`, or one
+    result. Draws into the axes ``ax`` of matplotlib, if they are given. Returns the
     figure. Raises ParameterError for a column that was not recorded.
     """
     results = named_results("plot_curves", results)
-    first = next(iter(results.values())).curves
-    if not first:
+    first = next(iter(results.values()))
+    if not first.curves:
         raise ParameterError("plot_curves: the result has no curves")
-    across, up = x or course(first), y or next(name for name in LOAD if name in first)
+    if x is None and y is None and len(first.panels[0].columns) > 1:
+        figure, axes = given_or_new("plot_curves", ax, (6.4, 4.4))
+        draw_curves(axes, results)
+        return figure
+    across, up = x or first.panels[0].over, y or first.panels[0].columns[0]
     for result in results.values():
         require("plot_curves", result.curves, across, up)
     figure, axes = given_or_new("plot_curves", ax, (6.4, 4.4))
     for k, (name, result) in enumerate(results.items()):
         look: dict[str, Any] = {"color": color(k), "linestyle": style(k)}
         axes.plot(result.shown(across), result.shown(up), label=name, linewidth=1.5, **look)
-    axes.set(xlabel=course_heading(result.quantity(across)), ylabel=course_heading(result.quantity(up)))
+    axes.set(xlabel=result.quantity(across).heading, ylabel=result.quantity(up).heading)
     axes.grid(alpha=0.25)
     if len(results) > 1:
         axes.legend(frameon=False)
     return figure
 
 
-def axes_of(result: Result) -> tuple[str, str]:
-    """The columns of its usual picture: how far the test is, and what it applies."""
-    return course(result.curves), next(name for name in LOAD if name in result.curves)
-
-
-def course_heading(quantity: Quantity) -> str:
-    """The words and unit of a column in pictures: stress and strain that a test does not name are along its axis."""
-    is_axial = any(quantity == SHARED[name] for name in (STRAIN, STRESS))
-    return f"axial {quantity.heading}" if is_axial else quantity.heading
-
-
 def plot_result(result: Result) -> Figure:
-    """Stress-strain curve next to the crack pattern."""
+    """The usual picture of a test next to the crack pattern."""
     figure = Figure(figsize=(11, 6.5), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=[1.5, 1])
-    draw_curves(left, {law_name(result.law): result})
+    draw_curves(left, {law_names(result.law): result})
     draw_cracks(right, result)
     count_below(right)
     return figure
@@ -211,36 +222,18 @@ def show_result(result: Result, **options: Any) -> None:
 # --- of a laboratory report ------------------------------------------------------------------------------------------
 
 
-@attrs.frozen
-class Panel:
-    """Columns that are drawn over a column; several have common words for the axis."""
-
-    over: str
-    columns: Sequence[str]
-    words: str = ""
-
-
-#: the panels of a test: the first row of which it records all columns
-CURVES = (
-    (Panel("displacement", ["shear_stress"]), Panel("displacement", ["dilation"])),
-    (Panel("opening", ["normal"]), Panel(STRAIN, [STRESS])),
-    (Panel(STRAIN, [STRESS]), Panel(STRAIN, [VOLUMETRIC_STRAIN, LATERAL_STRAIN], "strain, extension positive")),
-    (Panel(STRAIN, [STRESS]),),
-    (Panel("deflection", ["force"]),),
-)
-
-
 def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     """What the test measured, broken contact points, and energies."""
-    curves = next(iter(results.values())).curves
-    along = course(curves)
-    panels = [*_panels(curves, along), Panel(along, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")]
+    first = next(iter(results.values()))
+    along = course(first.curves)
+    panels = [*first.panels, Panel(along, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")]
     if any(np.isfinite(result.curves.get(STABILITY, np.zeros(0))).any() for result in results.values()):
         panels.append(Panel(along, [STABILITY]))
-    if set(WAVES) <= set(curves):
+    if set(WAVES) <= set(first.curves):
         panels.append(Panel(TIME, WAVES, "stress of the waves in the bars"))
     if len(results) == 1:  # those of several laws cannot be told apart
-        panels.append(Panel(along, [ENERGY + name for name in ENERGIES], "energy"))
+        kinds = [ENERGY + kind for kind in ENERGIES if first.curves[ENERGY + kind].any()]
+        panels += [Panel(along, kinds, "energy")] if kinds else []
     rows = (len(panels) + 1) // 2
     figure = Figure(figsize=(10, 3.4 * rows), layout="constrained")
     places = figure.subplots(rows, 2, squeeze=False).ravel()
@@ -249,14 +242,6 @@ def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     for axes in places[len(panels) :]:
         axes.remove()
     return figure
-
-
-def _panels(curves: Mapping[str, np.ndarray], along: str) -> Sequence[Panel]:
-    for panels in CURVES:
-        if all(name in curves for panel in panels for name in (panel.over, *panel.columns)):
-            return panels
-    own = [name for name in curves if name != along and not is_of_every_test(name)]
-    return [Panel(along, [name]) for name in own[:4]]
 
 
 def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
@@ -270,9 +255,7 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
             x, y = map(result.shown, (panel.over, column))
             axes.plot(x, y, linestyle=style(j), linewidth=1.3, label=label or None, **look)
             _mark_strength(axes, panel, column, result, look["color"])
-    across, up = (result.quantity(name) for name in (panel.over, panel.columns[0]))
-    axes.set(xlabel=across.heading, ylabel=attrs.evolve(up, words=panel.words).heading if many else up.heading)
-    axes.grid(alpha=0.25)
+    label_panel(axes, panel, result)
     cut = _fit_before_peak(axes, panel, results)
     if several or many:
         axes.legend(frameon=False, fontsize="small", loc="upper left" if cut else "best")

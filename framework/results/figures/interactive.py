@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked
-from grainlaw.columns import TIME, course, quantity_of
+from grainlaw.columns import TIME, quantity_of
 from grainlaw.fields import ParameterError
 from grainlaw.results.archive import called, law_name
 from grainlaw.results.figures.cracks import RIM, SHEAR, TENSILE, outlines
-from grainlaw.results.figures.curves import axes_of, course_heading
 from grainlaw.results.figures.pages import write_page
 from grainlaw.results.probe import ContactPath, Probe
 from grainlaw.results.result import Result, contact_segments
@@ -60,7 +59,7 @@ def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:
     frames = _chosen(result)
     table = {key: ColumnDataSource(values) for key, values in _tables(result, frames, paths).items()}
     count = len(frames)
-    heading = course_heading(result.quantity(course(result.curves)))
+    heading = result.quantity(_axes_of(result)[0]).heading
     slider = Slider(
         start=0, end=max(count - 1, 1), value=count - 1, step=1, show_value=False, sizing_mode="stretch_width",
         title=f"{heading}: {table['moments'].data['x'][-1]:.4f}",
@@ -139,13 +138,18 @@ def _figure(x: str, y: str, **options: Any) -> Any:
     return made
 
 
+def _axes_of(result: Result) -> Sequence[str]:
+    """The two columns of its usual picture."""
+    return result.panels[0].names[:2]
+
+
 def _curve(result: Result, moments: Any) -> tuple[Any, Any]:
     """The curve with its moments, and the source of the mark on the chosen one."""
     from bokeh.models import ColumnDataSource, HoverTool
 
-    names = [course_heading(result.quantity(name)) for name in axes_of(result)]
+    names = [result.quantity(name).heading for name in _axes_of(result)]
     made = _figure(*names, height=360)
-    x, y = map(result.shown, axes_of(result))
+    x, y = map(result.shown, _axes_of(result))
     made.line(x.astype(np.float32), y.astype(np.float32), line_color="#333333", line_width=1.5)
     dots = made.scatter("x", "y", source=moments, size=7, color="#888888")
     marks = ColumnDataSource({name: moments.data[name][-1:] for name in ("x", "y")})
@@ -180,7 +184,7 @@ def _ring(result: Result) -> np.ndarray:
 def _tables(result: Result, frames: Sequence[int], paths: Sequence[ContactPath]) -> dict[str, dict[str, np.ndarray]]:
     """Columns of what the page holds: moments, rims of grains and cracks one moment after the other, and paths."""
     times = [result.frames[k].time for k in frames]
-    x, y = (np.interp(times, result.curves[TIME], result.shown(name)) for name in axes_of(result))
+    x, y = (np.interp(times, result.curves[TIME], result.shown(name)) for name in _axes_of(result))
     ring, followed = _ring(result), {path.point for path in paths}
     rims, rows, numbers = [], [], []
     for k in frames:

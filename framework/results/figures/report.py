@@ -95,12 +95,13 @@ def _thresholds(samples: Samples) -> Iterator[list[str]]:
 
 def _properties(results: Mapping[str, Result]) -> list[list[str]]:
     names = dict.fromkeys(name for result in results.values() for name in result.summary)
-    first = next(iter(results.values()))
-    return [
+    first, could_fail = next(iter(results.values())), any(map(can_fail, results.values()))
+    rows = [
         [first.quantity(name).heading, *(text_of(name, r.quantity(name).brief, r) for r in results.values())]
         for name in names
         if name not in LIMITS
     ]
+    return [row for row in rows if could_fail or set(row[1:]) != {"-"}]  # where nothing can fail there is no strength
 
 
 def _certificate(results: Mapping[str, Result]) -> list[list[str]]:
