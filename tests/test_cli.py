@@ -205,7 +205,7 @@ def test_a_law_of_a_file_is_shown(tmp_path):
     result = invoke("law", f"{tmp_path / 'mine.py'}:law", "--out", tmp_path)
     assert result.exit_code == 0, result.output
     assert "Linear: first stiffness 2e+13 Pa/m normal, 1e+13 Pa/m shear" in result.output
-    assert (tmp_path / "law_law.png").exists()
+    assert (tmp_path / "law_mine_law.png").exists()
 
 
 @pytest.mark.parametrize(

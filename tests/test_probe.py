@@ -9,7 +9,7 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
-from grainlaw.results.figures.probe import _right
+from grainlaw.results.figures.probe import _right, plot_paths
 from grainlaw.results.probe import law_at
 from grainlaw.units import mm
 from grainlaw.workbench.law_figure import Reach
@@ -272,3 +272,14 @@ def test_paths_are_drawn_over_their_laws(pulled):
 def test_probes_of_nothing_are_refused(options, words):
     with pytest.raises(gl.ParameterError, match=words):
         gl.simulate(small_sample(10), Linear(**STIFF), PULL, observers=[gl.Probe(**options)])
+
+
+def test_twenty_paths_fit_a_screen():
+    """One picture of each, with the law's strength and the words of its end."""
+    few, many = (plot_paths([walked()] * count) for count in (4, 20))
+    assert len(few.subfigs) == 4
+    assert many.get_size_inches().tolist() == [16, 9]
+    panels = [axes for axes in many.axes if axes.get_title()]
+    assert [axes.get_title() for axes in panels] == ["contact 5, broke at 2 ms"] * 20
+    assert all(axes.get_legend() is None and len(axes.lines) > 1 for axes in panels)
+    assert (many.get_supxlabel(), many.get_supylabel()) == ("pressure (MPa), tension below 0", "shear traction (MPa)")

@@ -2,6 +2,7 @@
 
 import re
 
+import attrs
 import numpy as np
 import pytest
 from support import state_of
@@ -132,3 +133,12 @@ def test_values_are_drawn_in_the_unit_that_the_axis_says(tested):
 def test_a_panel_needs_names_of_columns(wrong):
     with pytest.raises(gl.ParameterError, match=r"columns = .* is not allowed"):
         gl.Panel("deflection", wrong)
+
+
+def test_the_stages_of_a_test_stand_at_its_times(tested):
+    """By hand: the second stage begins after the fourth of 40 samples."""
+    name, result = tested
+    if name == "excavation":
+        axes = attrs.evolve(result, stages=["stress", "excavate"]).plot().axes[0]
+        assert [text.get_text() for text in axes.texts] == ["stress", "excavate"]
+        assert [line.get_xdata()[0] for line in axes.lines[-2:]] == pytest.approx([0, 3 / 39], abs=1e-12)

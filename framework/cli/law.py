@@ -22,7 +22,7 @@ from grainlaw.workbench.characteristics import characteristics
 what it was made with goes to law_NAME.json.
 
 LAW is one of {", ".join(LAWS)}, with the values of a published rock, or FILE.py:LAW, an instance in the file or a class
-whose parameters all have defaults. The file is run."""
+whose parameters all have defaults. The file is run, and its picture is law_FILE_LAW.png."""
 )
 @click.argument("law", metavar="LAW")
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
@@ -40,9 +40,12 @@ def law(*, law: str, out: Path) -> None:
 
 
 def write_picture(folder: Path, kind: str, reference: str, figure: Any, record: Mapping[str, Any]) -> str:
-    """Write ``KIND_NAME.png`` and ``.json``, named as on the command line; returns where, in words."""
+    """Write ``KIND_NAME.png`` and ``.json``, of what a file has with the name of the file; returns where, in words."""
+    source, _, name = reference.rpartition(":")
     try:
-        file = writable_folder(folder) / f"{kind}_{file_name(reference.rpartition(':')[2])}.png"
+        file = (
+            writable_folder(folder) / f"{kind}_{file_name('_'.join([Path(source).stem] * bool(source) + [name]))}.png"
+        )
         write_atomically(file, lambda path: figure.savefig(path, dpi=110))
         write_json(file.with_suffix(".json"), {**record, **origin()})
     except OSError as error:

@@ -100,6 +100,7 @@ def to_bytes(result: Result, *, frames: bool = True) -> bytes:
         "law": _described(result.law),
         "protocol": _described(result.protocol),
         "quantities": [attrs.asdict(each) for each in result.quantities.values()],
+        "stages": list(result.stages),
         "panels": [attrs.asdict(each) for each in result.protocol.panels],
         "material": _described(result.specimen.material),
         "contact_points": _described(result.specimen.contact_points),
@@ -147,6 +148,7 @@ def _result(arrays: Arrays, about: Mapping[str, Any]) -> Result:
         cracks=Cracks(**below("cracks", arrays)),
         frames=[unpacked(frames[k], specimen.mesh.nodes) for k in sorted(frames, key=int)],
         interfaces=arrays["interfaces"],
+        stages=about["stages"],
     )
 
 

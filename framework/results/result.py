@@ -140,11 +140,13 @@ class Result(metaclass=Checked):
     cracks: Cracks  #: broken contact points
     frames: list[Frame]  #: moments of the run
     interfaces: np.ndarray  #: (c, 4) nodes: start and end on one grain, then start and end on the other; see below
+    stages: Sequence[str] = ()  #: their names, by the numbers in the curves
 
     @classmethod
     def from_run(
-        cls, state: State, protocol: LoadingProtocol, curves: dict[str, np.ndarray], frames: list[Frame], seconds: float
-    ) -> Result:
+        cls, state: State, protocol: LoadingProtocol, curves: dict[str, np.ndarray], frames: list[Frame],
+        seconds: float, stages: Sequence[str] = (),
+    ) -> Result:  # fmt: skip
         """Make the result from the state at the end of a run."""
         summary = Named(protocol.summary(curves, state.specimen) if curves else {})
         summary |= {
@@ -162,7 +164,9 @@ class Result(metaclass=Checked):
         if state.specimen.grains.is_breakable:
             summary["transgranular_cracks"] = int(cracks.inside.sum())
         interfaces = state.bonds.ends
-        return cls(state.specimen, state.model.laws, protocol, Curves(curves), summary, cracks, frames, interfaces)
+        return cls(
+            state.specimen, state.model.laws, protocol, Curves(curves), summary, cracks, frames, interfaces, stages
+        )
 
     def frame(self, where: str, number: int) -> Frame:
         """One of the frames, counted from the end if negative. Raises ParameterError, which begins with ``where``."""

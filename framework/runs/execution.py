@@ -267,7 +267,8 @@ class Execution:
 
     def _result_with(self, frames: list[Frame]) -> Result:
         curves, seconds = self.columns.since(0), self.at.seconds
-        result = Result.from_run(self.state, self.protocol, curves, frames, seconds)
+        names = [stage.name for stage in self.stages]
+        result = Result.from_run(self.state, self.protocol, curves, frames, seconds, names)
         if self.at.without_static:
             result.summary["without_static_solution"] = self.at.without_static
         return result

@@ -16,6 +16,7 @@ from grainlaw.columns import (
     LATERAL_STRAIN,
     SHEAR_CRACKS,
     STABILITY,
+    STAGE,
     STRAIN,
     TENSILE_CRACKS,
     TIME,
@@ -80,6 +81,18 @@ def label_panel(axes: Axes, panel: Panel, result: Result) -> None:
     for ends, begin in ((axes.dataLim.intervalx, axes.set_xlim), (axes.dataLim.intervaly, axes.set_ylim)):
         if -NOTHING * ends[1] <= ends[0] <= ends[1] / 2:
             begin(0, None)
+    if panel.over == TIME and len(result.stages) > 1:
+        _draw_stages(axes, result)
+
+
+def _draw_stages(axes: Axes, result: Result) -> None:
+    """Where each stage begins, with its name."""
+    time, stage = result.shown(TIME), result.curves[STAGE]
+    for number in np.unique(stage).astype(int):
+        begin = time[max(np.argmax(stage == number) - 1, 0)]
+        axes.axvline(begin, color="0.6", linewidth=0.8, zorder=0)
+        place: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points", "va": "bottom"}
+        axes.annotate(result.stages[number], (begin, 0), (2, 3), fontsize=8, color="0.4", rotation=90, **place)
 
 
 def draw_crack_numbers(axes: Axes, over: str, samples: Samples) -> None:

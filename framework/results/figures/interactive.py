@@ -20,6 +20,7 @@ from grainlaw.results.probe import ContactPath, Probe
 from grainlaw.results.result import Result, contact_segments
 
 MOST_BYTES = 2.3e6  #: of rims and cracks in all moments: with Bokeh and in text, the page stays below 5 MB
+HEIGHT = 460  #: of each panel, pixels
 MOST_SAMPLES = 300  #: of each path
 
 
@@ -65,7 +66,7 @@ def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:
         title=f"{heading}: {table['moments'].data['x'][-1]:.4f}",
     )  # fmt: skip
     curve, marks = _curve(result, table["moments"])
-    specimen = _figure("x (mm)", "y (mm)", match_aspect=True, height=560)
+    specimen = _figure("x (mm)", "y (mm)", match_aspect=True)
     rims, cracks, path = (ColumnDataSource({}) for _ in range(3))
     rims.data = {name: values[len(values) - len(values) // count :] for name, values in table["outlines"].data.items()}
     first = table["moments"].data["first"]
@@ -75,9 +76,9 @@ def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:
     specimen.line("x", "y", source=rims, line_color=RIM, line_width=0.8)
     colors = linear_cmap("mode", [TENSILE, SHEAR], 0, 1)
     lines = specimen.segment("x0", "y0", "x1", "y1", source=cracks, line_color=colors, line_width=2.4)
-    pull = _figure(*(quantity_of(name).heading for name in ("opening", "normal")), height=260)
+    pull = _figure(*(quantity_of(name).heading for name in ("opening", "normal")))
     pull.title.text = f"contact point {paths[0].point}" if paths else ""
-    shear = _figure(*(quantity_of(name).heading for name in ("slip", "shear")), height=260)
+    shear = _figure(*(quantity_of(name).heading for name in ("slip", "shear")))
     pull.line("opening", "normal", source=path, line_color=TENSILE, line_width=1.5)
     shear.line("slip", "shear", source=path, line_color=SHEAR, line_width=1.5)
     shares = {"slider": slider, "moments": table["moments"], "marks": marks, "count": count}
@@ -130,9 +131,11 @@ pull.title.text = "contact point " + cracks.data.point[k];
 
 
 def _figure(x: str, y: str, **options: Any) -> Any:
+    """Each as large as the others."""
     from bokeh.plotting import figure
 
-    made = figure(tools="pan,wheel_zoom,box_zoom,reset,save", sizing_mode="stretch_width", title="", **options)
+    look = {"tools": "pan,wheel_zoom,box_zoom,reset,save", "sizing_mode": "stretch_width", "height": HEIGHT}
+    made = figure(title="", **look, **options)
     made.xaxis.axis_label, made.yaxis.axis_label = x, y
     made.toolbar.logo = None
     return made
@@ -148,7 +151,7 @@ def _curve(result: Result, moments: Any) -> tuple[Any, Any]:
     from bokeh.models import ColumnDataSource, HoverTool
 
     names = [result.quantity(name).heading for name in _axes_of(result)]
-    made = _figure(*names, height=360)
+    made = _figure(*names)
     x, y = map(result.shown, _axes_of(result))
     made.line(x.astype(np.float32), y.astype(np.float32), line_color="#333333", line_width=1.5)
     dots = made.scatter("x", "y", source=moments, size=7, color="#888888")

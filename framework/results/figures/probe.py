@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,12 +17,19 @@ from grainlaw.workbench.driver import Contact, alone
 from grainlaw.workbench.law_figure import MPA, UM, Reach, along, draw_envelope, reach
 from grainlaw.workbench.shear_box import pulled, sheared
 
+MOST_ROWS = 4  #: of paths drawn one below the other
+SCREEN = (16.0, 9.0)  #: inch
 LAW, INTACT_TO_BROKEN = "0.45", "plasma"
 DAMAGE = Normalize(0, 1.1)  # the end of the map is too pale on white
 
 
 def plot_paths(paths: Sequence[ContactPath]) -> Figure:
-    """A row for each path: normal traction over opening, shear over slip, and the two with the strength."""
+    """A row for each path: normal traction over opening, shear over slip, and the two with the strength.
+
+    Of many paths the last alone, so that they fit a screen.
+    """
+    if len(paths) > MOST_ROWS:
+        return _plot_many(paths)
     figure = Figure(figsize=(13.5, 4.4 * max(len(paths), 1)), layout="constrained")
     rows = figure.subfigures(max(len(paths), 1), 1, squeeze=False)[:, 0]
     for row, path in zip(rows, paths, strict=False):
@@ -32,11 +40,37 @@ def plot_paths(paths: Sequence[ContactPath]) -> Figure:
             _shear(shear, contact, path)
             _strength(strength, path)
         x, y = path.position * 1e3
-        end = "unbroken" if np.isnan(path.broken) else f"broke at {path.broken * 1e3:.4g} ms"
         a, b = path.grains
-        row.suptitle(f"contact {path.point}, grains {a} and {b}, at ({x:.1f}, {y:.1f}) mm: {end}")
+        row.suptitle(f"contact {path.point}, grains {a} and {b}, at ({x:.1f}, {y:.1f}) mm: {_end(path)}")
         bar = row.colorbar(strength.collections[0], ax=[pull, shear, strength], label="damage", ticks=[0, 1], pad=0.01)
         bar.ax.set_ylim(0, 1)
+    return figure
+
+
+def _end(path: ContactPath) -> str:
+    return "unbroken" if np.isnan(path.broken) else f"broke at {path.broken * 1e3:.4g} ms"
+
+
+def _plot_many(paths: Sequence[ContactPath]) -> Figure:
+    """Tractions of each path with the strength, side by side in the size of a screen."""
+    across = math.ceil(math.sqrt(1.6 * len(paths)))
+    down = math.ceil(len(paths) / across)
+    figure = Figure(figsize=SCREEN, layout="constrained")
+    panels = figure.subplots(down, across, squeeze=False)
+    for axes, path in zip(panels.ravel(), paths, strict=False):
+        with np.errstate(all="ignore"):
+            _strength(axes, path)
+        axes.get_legend().remove()
+        axes.set_title(f"contact {path.point}, {_end(path)}", fontsize="small")
+        axes.tick_params(labelsize="small")
+        axes.set(xlabel="", ylabel="")
+    for axes in panels.ravel()[len(paths) :]:
+        axes.remove()
+    figure.supxlabel("pressure (MPa), tension below 0")
+    figure.supylabel("shear traction (MPa)")
+    drawn = panels[0, 0].collections[0]
+    bar = figure.colorbar(drawn, ax=list(panels.ravel()[: len(paths)]), label="damage", ticks=[0, 1], pad=0.01)
+    bar.ax.set_ylim(0, 1)
     return figure
 
 
