@@ -105,6 +105,24 @@ def test_properties_have_units(page, result):
     assert named <= set(page.rows)
 
 
+def test_what_cannot_fail_has_no_row_of_a_strength(result, tmp_path):
+    """A linear law: nothing warns, no strength is missing, and moduli are there."""
+    attrs.evolve(result, law=Linear(**STIFF)).write_report(tmp_path / "report.html")
+    page = Page(tmp_path / "report.html")
+    assert not {"strength (MPa)", "strain at failure (%)"} & set(page.rows)
+    assert {"largest stress (MPa)", "E (GPa)"} <= set(page.rows)
+    assert "had not failed" not in page.text
+
+
+def test_of_several_samples_what_is_of_one_says_so(result, tmp_path):
+    samples = {"law": {7: result, 8: result}}
+    write_report({"law": result}, tmp_path / "report.html", samples=samples)
+    page = Page(tmp_path / "report.html")
+    assert "Mean curves" not in page.text
+    for heading in ("Properties", "Certificate", "Curves", "Cracks", "Laboratory measures"):
+        assert f"{heading} of seed 7" in page.text
+
+
 def test_parameters_have_units_and_parts_their_own(page):
     assert ["13 MPa"] in page.rows["tensile_strength"]
     assert ["BandisClosure"] in page.rows["closure"]

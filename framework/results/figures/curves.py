@@ -89,7 +89,7 @@ def _draw_stages(axes: Axes, result: Result) -> None:
     """Where each stage begins, with its name."""
     time, stage = result.shown(TIME), result.curves[STAGE]
     for number in np.unique(stage).astype(int):
-        begin = time[max(np.argmax(stage == number) - 1, 0)]
+        begin = time[max(int(np.argmax(stage == number)) - 1, 0)]
         axes.axvline(begin, color="0.6", linewidth=0.8, zorder=0)
         place: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points", "va": "bottom"}
         axes.annotate(result.stages[number], (begin, 0), (2, 3), fontsize=8, color="0.4", rotation=90, **place)
