@@ -142,3 +142,6 @@ def test_the_stages_of_a_test_stand_at_its_times(tested):
         axes = attrs.evolve(result, stages=["stress", "excavate"]).plot().axes[0]
         assert [text.get_text() for text in axes.texts] == ["stress", "excavate"]
         assert [line.get_xdata()[0] for line in axes.lines[-2:]] == pytest.approx([0, 3 / 39], abs=1e-12)
+        brief = result.curves | {"stage": 1.0 * (result.curves["step"] > 0)}  # the first lasts no time
+        axes = attrs.evolve(result, curves=brief, stages=["stress", "excavate"]).plot().axes[0]
+        assert [text.get_text() for text in axes.texts] == ["excavate"]

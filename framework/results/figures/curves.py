@@ -34,6 +34,7 @@ from grainlaw.results.result import Result
 from grainlaw.strength import LOADS, borne_in
 
 EVERY = 0.12  #: of a picture's width between two markers
+SHORT = 0.03  #: of the time of a test: a shorter stage has no room for its name
 NOTHING = 0.02  #: of the largest value: what is below zero by less begins at zero, such as a first wave
 FAR = 3.0  #: ranges before the peak: curves that go farther after it are cut off
 WAVES = ("incident", "reflected", "transmitted")  #: columns of a specimen between bars
@@ -86,9 +87,11 @@ def label_panel(axes: Axes, panel: Panel, result: Result) -> None:
 
 
 def _draw_stages(axes: Axes, result: Result) -> None:
-    """Where each stage begins, with its name."""
+    """Where each stage begins, with its name; not of those too short to be seen."""
     time, stage = result.shown(TIME), result.curves[STAGE]
     for number in np.unique(stage).astype(int):
+        if np.ptp(time[stage == number]) < SHORT * np.ptp(time):
+            continue
         begin = time[max(int(np.argmax(stage == number)) - 1, 0)]
         axes.axvline(begin, color="0.6", linewidth=0.8, zorder=0)
         place: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points", "va": "bottom"}
