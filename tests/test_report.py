@@ -481,3 +481,11 @@ def test_samples_are_too_few_where_any_law_has_too_few(monkeypatch):
     assert said["too_few"]
     assert (said["this"], said["seeds"][:2], said["seeds"][-1]) == (7, [7, 8], 3)
     assert not report._all_samples({"a": enough, "b": {**enough, 3: first}}, first)["too_few"]
+
+
+def test_every_failure_of_the_certificate_says_the_line_to_type():
+    """Of what one can do on the command line; that contacts flutter is up to the law."""
+    cures = {name: cure for name, (_, cure) in LIMITS.items()}
+    flutter = cures.pop("energy_made")
+    assert all(re.search(r"--set \w+(\.\w+)+=[\d.]+$", cure) for cure in cures.values())
+    assert "the law may flutter" in flutter

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
 SLOWER = "load more slowly: loading=gl.Adaptive(rate=0.0005), or --set test.loading.rate=0.0005"
+SHORTER = "time_step_factor={0}, or --set numerics.time_step_factor={0}"
 #: docs/theory.md, Measures
 LIMITS = {
     "kinetic_ratio": (0.01, f"the test was not quasi-static; {SLOWER}"),
@@ -27,9 +28,9 @@ LIMITS = {
         "the forces on both ends were not in balance at failure: let the wave rise more slowly, or take a shorter "
         "specimen",
     ),
-    "energy_error": (0.005, "the time steps were too long: time_step_factor=0.5"),
+    "energy_error": (0.005, f"the time steps were too long: {SHORTER.format(0.5)}"),
     "energy_made": (1e-4, "intact contacts made energy: the law may flutter, and the strength depend on the damping"),
-    "energy_returned": (5e-3, "contacts that open and close within a step made energy: time_step_factor=0.3"),
+    "energy_returned": (5e-3, f"contacts that open and close within a step made energy: {SHORTER.format(0.3)}"),
 }
 COST = ("steps", "time_step", "seconds", "mass_added")  #: of a run; like its errors no property of the rock
 FAIL = "FAIL"
