@@ -122,7 +122,7 @@ def test_a_study_over_confinement(tmp_path):
     assert [(test["law"], test["seed"]) for test in found.summary["tests"]] == [("brittle", k) for k in (1, 1, 2, 2)]
     curves, peaks = found.plot().axes
     assert [line.get_linestyle() for line in curves.lines] == ["-", "-", "--", "--"]  # by the seed
-    assert np.array_equal(curves.lines[3].get_ydata(), alone.curves["stress"] / 1e6)
+    assert np.array_equal(curves.lines[3].get_ydata(), alone.curves["stress"] * 1e-6)
     assert np.array_equal(peaks.lines[0].get_ydata(), found.strengths[:, 1] / 1e6)
     found.write(tmp_path)
     assert json.loads((tmp_path / "summary.json").read_text())["ucs"] == found.mohr_coulomb.ucs
