@@ -247,7 +247,9 @@ def test_events_of_a_run_radiate_all_that_went_into_motion(pressed):
     assert np.isfinite(events.moment).all()
     assert (events.scalar_moment > 0).all()
     counts = ", ".join(f"{kind}: {np.sum(events.kind == kind)}" for kind in KINDS)
-    largest = f"largest magnitude: {np.nanmax(events.magnitude):.2f}"
+    low, high = events.magnitude.min(), events.magnitude.max()
+    sizes = f"{1e3 * events.size.min():.4g} mm to {1e3 * events.size.max():.4g} mm"
+    largest = f"size: {sizes}, magnitude: {low:.2f} to {high:.2f}"
     told = f"AcousticEvents(events: {len(events)}, breaks: {len(pressed.cracks)}, {counts}, {largest})"
     assert str(events) == told
     assert "magnitude" not in str(clustered(cracks_of(1), 1, 1))

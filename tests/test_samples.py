@@ -56,25 +56,33 @@ def test_means_and_ranges_by_hand():
     assert np.isnan(means([{"load": 1.0}, {"load": float("nan")}])["load"])
 
 
+PRESSED = gl.Panel("strain", ["stress"])
+
+
+def recorded(curves):
+    return SimpleNamespace(curves=curves, shown=lambda name: curves[name] * {"strain": 100, "stress": 1e-6}[name])
+
+
 def test_bars_of_strengths_by_hand():
     """Peaks of 10, 60 and 20 MPa at 0.1, 0.3 and 0.2 %, after which nothing is borne; none is drawn if one is not."""
     peaks = ((0.1, 10), (0.3, 60), (0.2, 20))
     way = np.linspace(0, 1.5, 301)
     results = [
-        SimpleNamespace(curves={
+        recorded({
             "strain": 1e-2 * at * way, "stress": 1e6 * peak * np.where(way <= 1, way, 0.0), "stage": np.zeros(301),
         })
         for at, peak in peaks
     ]  # fmt: skip
     axes = Figure().subplots()
-    _draw_peaks(axes, results, 0)
+    assert _draw_peaks(axes, PRESSED, results, 0)
     across, up = (lines.get_segments()[0] for lines in axes.containers[0].lines[2])
     assert np.sort(across[:, 0]) == pytest.approx([0.1, 0.3])
     assert np.sort(up[:, 1]) == pytest.approx([10, 60])
     assert axes.containers[0].lines[0].get_xydata()[0] == pytest.approx([0.2, 30])
     without = Figure().subplots()
-    rising = SimpleNamespace(curves=results[0].curves | {"stress": way})
-    _draw_peaks(without, [*results, rising], 0)
+    rising = recorded(results[0].curves | {"stress": way})
+    assert not _draw_peaks(without, PRESSED, [*results, rising], 0)
+    assert not _draw_peaks(without, gl.Panel("time", ["stress"]), results, 0)  # where no strength is read
     assert not without.containers
 
 
@@ -82,7 +90,7 @@ def test_bars_of_strengths_by_hand():
 def test_bars_of_strengths_reach_from_the_lowest_to_the_highest(found):
     axes = Figure().subplots()
     results = [found.results["brittle", seed] for seed in SAMPLES]
-    _draw_peaks(axes, results, 0)
+    _draw_peaks(axes, PRESSED, results, 0)
     (bars,) = axes.containers
     across, up = (lines.get_segments()[0] for lines in bars.lines[2])
     strengths = [result.summary["strength"] / 1e6 for result in results]
