@@ -67,6 +67,7 @@ from .results.fragments import Fragments, fragments
 from .results.frames import Frame, FrameRecorder
 from .results.laboratory import Laboratory, mean_stress
 from .results.measure import Measure
+from .results.measured import MeasuredCurve, read_curve
 from .results.probe import ContactPath, Probe
 from .results.result import Cracks, Result
 from .results.standard_measures import MEASURES
@@ -180,6 +181,7 @@ __all__ = [
     "MaterialTrace",
     "Mean",
     "Measure",
+    "MeasuredCurve",
     "Mode",
     "MohrCoulombFit",
     "Motion",
@@ -259,6 +261,7 @@ __all__ = [
     "plot_law",
     "plot_material",
     "pulse",
+    "read_curve",
     "rocks",
     "side_by_side",
     "simulate",

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from grainlaw.columns import LATERAL_STRAIN, STAGE, STRAIN, STRESS
 from grainlaw.material import Elastic, Plane
 from grainlaw.specimen import Specimen
+from grainlaw.strength import borne
+
+LOW, HIGH = 0.2, 0.5  #: of the strength: between them moduli are found
 
 
 def slope(x: np.ndarray, y: np.ndarray) -> float:
@@ -18,13 +24,36 @@ def work(load: np.ndarray, displacement: np.ndarray) -> float:
     return float(np.sum((load[1:] + load[:-1]) / 2 * np.diff(displacement)))
 
 
-def converted(young: float, poisson: float, specimen: Specimen) -> tuple[float, float]:
+def converted(young: float, poisson: float, specimen: Specimen | None) -> tuple[float, float]:
     """E and nu of the material from E* and nu* of its plane problem: nu = nu*/(1 + nu*), E = E* (1 - nu^2).
 
-    Equal to E* and nu* where the material is in plane stress.
+    Equal to E* and nu* where the material is in plane stress, and of a measured curve, which has no specimen of ours.
     """
+    if specimen is None:
+        return young, poisson
     rock = specimen.material_of(int(specimen.grains.phase[0]))
     if isinstance(rock, Elastic) and rock.plane is Plane.STRESS:
         return young, poisson
     true = poisson / (1 + poisson)
     return young * (1 - true**2), true
+
+
+def elastic_moduli(
+    curves: Mapping[str, np.ndarray], specimen: Specimen | None, sign: float, load: str = STRESS
+) -> dict[str, float]:
+    """Moduli by regression between 20 and 50 % of the strength in the column ``load`` (Pa), before it.
+
+    ``sign`` is 1 where ``strain`` counts tension positive, -1 where it counts compression. ``apparent_modulus`` (Pa)
+    and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are converted from plane
+    strain, nu = nu*/(1 + nu*), E = E* (1 - nu^2), or equal to them in plane stress and without a specimen.
+    """
+    stress, found = curves[load], borne(curves[load], curves[STRAIN], curves[STAGE])
+    peak = 0 if found is None else found.at
+    chosen = np.flatnonzero((stress[:peak] >= LOW * stress[peak]) & (stress[:peak] <= HIGH * stress[peak]))
+    if len(chosen) < 2:
+        return dict.fromkeys(("apparent_modulus", "apparent_poisson", "modulus", "poisson"), float("nan"))
+    strain = curves[STRAIN][chosen]
+    young = slope(strain, stress[chosen])
+    poisson = -slope(strain, curves[LATERAL_STRAIN][chosen]) * sign
+    modulus, true = converted(young, poisson, specimen)
+    return {"apparent_modulus": young, "apparent_poisson": poisson, "modulus": modulus, "poisson": true}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Mapping
 
 import attrs
@@ -81,6 +82,13 @@ def _stopped(samples: np.ndarray, way: np.ndarray, load: np.ndarray) -> np.ndarr
     before = np.interp(way[samples] / (1 + WITHIN), reached, highest, left=-np.inf)
     has_moved = way[samples] > 0  # where a record begins under load the first one tells nothing
     return samples[has_moved & (highest[-len(samples) :] <= (1 + GROWTH) * before)]
+
+
+def strength_of(found: Borne | None, values: np.ndarray) -> tuple[float, float]:
+    """A column (t,) at the first failure, nan where there is none, and at the largest load; such as the strength."""
+    if found is None:
+        return math.nan, math.nan
+    return float(values[found.at]) if found.failed else math.nan, float(values[found.largest])
 
 
 def borne_in(curves: Mapping[str, np.ndarray]) -> Borne | None:

@@ -98,6 +98,17 @@ def factor_into(unit: str) -> float:
     return (180 / math.pi) ** angle * float(1 / size)
 
 
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of mechanics."""
+    return _unit(text) is not None
+
+
+def dimension(unit: str) -> Dimension | None:
+    """The powers of a unit; None for what is none."""
+    found = _unit(unit)
+    return found[1] if found else None
+
+
 def without_prefixes(unit: str) -> str:
     """The unit of the values in SI that are shown in this one: Pa for "MPa", 1 for "%"."""
 

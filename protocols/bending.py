@@ -18,11 +18,11 @@ from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive
 from grainlaw.moduli import work
 from grainlaw.protocols.between_platens import UntilFailure, refuse_platens, require_boundaries
-from grainlaw.protocols.measures import certificate, failure_of, size, strength_of
+from grainlaw.protocols.measures import certificate, failure_of, size
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
-from grainlaw.strength import Until
+from grainlaw.strength import Until, strength_of
 
 SUPPORTS = ("support_left", "support_right")
 QUANTITIES = (

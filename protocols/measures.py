@@ -8,18 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.columns import IMBALANCE, LATERAL_STRAIN, STABILITY, STAGE, STORED, STRAIN, STRESS, VIBRATION, energy
+from grainlaw.columns import IMBALANCE, STABILITY, STAGE, STORED, STRAIN, STRESS, VIBRATION, energy
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.gauges import ends, has_platens
-from grainlaw.moduli import converted, slope
 from grainlaw.once import once_each
 from grainlaw.specimen import Specimen
-from grainlaw.strength import Borne, borne
+from grainlaw.strength import Borne, borne, strength_of
 from grainlaw.window import within_rectangle
 
 FEWEST = 3  #: samples of a rising load by which a certificate can be judged
-LOW, HIGH = 0.2, 0.5  #: of the strength: between them moduli are found
 
 
 def size(specimen: Specimen) -> tuple[float, float]:
@@ -73,32 +71,6 @@ def _middle(specimen: Specimen) -> np.ndarray:
 def failure_of(curves: Curves, load: str = STRESS, deformation: str = STRAIN) -> Borne | None:
     """The first failure by two columns, see :func:`grainlaw.strength.borne`; None where there is no load."""
     return borne(curves[load], curves[deformation], curves[STAGE])
-
-
-def strength_of(found: Borne | None, values: np.ndarray) -> tuple[float, float]:
-    """A column (t,) at the first failure, nan where there is none, and at the largest load; such as the strength."""
-    if found is None:
-        return math.nan, math.nan
-    return float(values[found.at]) if found.failed else math.nan, float(values[found.largest])
-
-
-def elastic_moduli(curves: Curves, specimen: Specimen, sign: float, load: str = STRESS) -> dict[str, float]:
-    """Moduli by regression between 20 and 50 % of the strength in the column ``load`` (Pa), before it.
-
-    ``sign`` is 1 where ``strain`` counts tension positive, -1 where it counts compression. ``apparent_modulus`` (Pa)
-    and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are converted from plane
-    strain, nu = nu*/(1 + nu*), E = E* (1 - nu^2), or equal to them in plane stress.
-    """
-    stress, found = curves[load], failure_of(curves, load)
-    peak = 0 if found is None else found.at
-    chosen = np.flatnonzero((stress[:peak] >= LOW * stress[peak]) & (stress[:peak] <= HIGH * stress[peak]))
-    if len(chosen) < 2:
-        return dict.fromkeys(("apparent_modulus", "apparent_poisson", "modulus", "poisson"), float("nan"))
-    strain = curves[STRAIN][chosen]
-    young = slope(strain, stress[chosen])
-    poisson = -slope(strain, curves[LATERAL_STRAIN][chosen]) * sign
-    modulus, true = converted(young, poisson, specimen)
-    return {"apparent_modulus": young, "apparent_poisson": poisson, "modulus": modulus, "poisson": true}
 
 
 def failure_summary(

@@ -16,6 +16,7 @@ from grainlaw.gauges import Gauges, WholeSpecimen, has_platens
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive, Hold, Pressure
+from grainlaw.moduli import elastic_moduli
 from grainlaw.protocols.between_platens import (
     NO_TENSION,
     PANELS,
@@ -28,7 +29,7 @@ from grainlaw.protocols.between_platens import (
     refuse_platens,
     require_ends,
 )
-from grainlaw.protocols.measures import elastic_moduli, end_share, failure_summary, size
+from grainlaw.protocols.measures import end_share, failure_summary, size
 from grainlaw.protocols.preliminary import after_stages, counted_after
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen

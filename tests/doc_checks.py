@@ -72,6 +72,9 @@ def check_measures(page):
     assert Path("laboratory.png").exists()
     assert page["k"].mode_i == pytest.approx(page["bent"].summary["largest_toughness"], rel=0.1)  # see the page
     assert page["crack"].axes == pytest.approx(page["tip"].axes, abs=1e-12)
+    core = page["core"].laboratory.properties
+    assert [core[name] / 1e6 for name in ("crack_initiation_lateral", "crack_damage")] == pytest.approx([40, 80])
+    assert core["tangent_modulus"] == pytest.approx(50e9, rel=1e-4)  # digits of the file
     ratio = properties["crack_initiation_count"] / page["result"].summary["strength"]
     assert page["laboratory"].properties["initiation_ratio"] == pytest.approx(ratio)
     assert f'<td class="number">{100 * ratio:.3g}</td>' in Path("report.html").read_text("utf-8")

@@ -15,8 +15,8 @@ import grainlaw as gl
 from grainlaw.columns import quantity_of
 from grainlaw.geometry import Voronoi, disc, rectangle
 from grainlaw.laws import CohesiveCrack, Linear
+from grainlaw.moduli import elastic_moduli
 from grainlaw.protocols import BiaxialCompression, Brazilian, UniaxialCompression, UniaxialTension
-from grainlaw.protocols.measures import elastic_moduli
 from grainlaw.results.certificate import doubts, has_failed, texts
 from grainlaw.strength import Borne, borne
 from grainlaw.units import MPa

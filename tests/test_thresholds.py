@@ -134,6 +134,7 @@ def test_confinement_is_added_and_what_came_before_is_left_out():
 def test_a_path_that_begins_under_load_has_its_kinks_where_they_are():
     path = path_to_peak(curves_of(LOAD[20:], 1e-3 + lateral_of(LOAD[20:])))  # from 10 MPa on
     assert path.lateral[0] == 0
+    assert secant_constants(path) == pytest.approx((E, (16 - 2.5) / 40))
     assert crack_damage(path).value == pytest.approx(80 * MPA)
     assert initiation_by_lateral_strain(path).value == pytest.approx(40 * MPA)
     # To CD the strain rises by 31.5 MPa/E; 30 of the 70 MPa on the way the line is at 13.5 and the strain at 7.5 MPa/E.

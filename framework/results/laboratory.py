@@ -17,6 +17,7 @@ from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
 from grainlaw.results.fragments import Fragments, fragments
 from grainlaw.results.measure import Measure, check_measures, found
+from grainlaw.results.measured import MeasuredCurve
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.results.thresholds import Path, path_to_peak
@@ -41,6 +42,11 @@ def _listed(measures: Sequence[Measure]) -> tuple[Measure, ...]:
     return tuple(measures)
 
 
+def _is_result(_: Any, __: Any, value: Any) -> None:
+    if not isinstance(value, (Result, MeasuredCurve)):
+        raise refusal("Laboratory: result", value, "a Result or a MeasuredCurve")
+
+
 @attrs.frozen(eq=False)
 class Laboratory(metaclass=Checked):
     """The measures of one test, the standard ones if none are given; prints as a table.
@@ -48,16 +54,25 @@ class Laboratory(metaclass=Checked):
     nan where a measure does not exist (``docs/measures.md``). Raises ParameterError for two measures of one name.
     """
 
-    result: Result  #: of the test
-    measures: Sequence[Measure] = attrs.field(
-        factory=lambda: tuple(MEASURES.values()), converter=_listed, validator=check_measures
-    )  #: what is found
+    result: Result = attrs.field(validator=_is_result)  #: of the test; or a curve that was measured
+    measures: Sequence[Measure] = attrs.field(converter=_listed, validator=check_measures)  #: what is found
     _values: dict[str, float] = attrs.field(factory=dict, init=False, repr=False)
+
+    @measures.default
+    def _standard(self) -> tuple[Measure, ...]:
+        if not self.is_measured:
+            return tuple(MEASURES.values())
+        return tuple(each for name, each in MEASURES.items() if each.of_curves and not name.startswith("apparent_"))
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether it is of a :class:`MeasuredCurve`, which has no cracks and no frames."""
+        return isinstance(self.result, MeasuredCurve)
 
     @cached_property
     def path(self) -> Path:
         """The path to the peak."""
-        return path_to_peak(self.result.curves)
+        return self.result.path if isinstance(self.result, MeasuredCurve) else path_to_peak(self.result.curves)
 
     @cached_property
     def half_lengths(self) -> np.ndarray:
@@ -142,8 +157,13 @@ class Laboratory(metaclass=Checked):
         columns = dict.fromkeys(name for measure in absent for name in missing(curves, measure.needs))
         if absent:
             reasons[f"the test does not record {', '.join(columns)}"] = [measure.quantity.words for measure in absent]
+        alone = [each for each in measures if self.is_measured and not each.of_curves]
+        if alone:
+            reasons["a measured curve has no cracks and no frames"] = [each.quantity.words for each in alone]
         for measure in measures:
-            if measure not in absent and np.isnan(self.properties[measure.name]) and (why := measure.why(self)):
+            if measure in absent or measure in alone or not np.isnan(self.properties[measure.name]):
+                continue
+            if why := measure.why(self):
                 reasons.setdefault(why, []).append(measure.quantity.words)
         return reasons
 
@@ -176,9 +196,13 @@ class Laboratory(metaclass=Checked):
     def plot(self, panel: str | None = None, *, ax: Any = None) -> Figure:
         """Draw all panels, or one: "thresholds", "growth", "rose", "fragments", "events" or "lost" (energy).
 
-        One panel is drawn into the axes ``ax`` of matplotlib, if they are given; the rose needs polar ones. Returns the
-        figure. Raises ParameterError.
+        Of a measured curve there are the thresholds alone. One panel is drawn into the axes ``ax`` of matplotlib, if
+        they are given; the rose needs polar ones. Returns the figure. Raises ParameterError.
         """
         from grainlaw.results.figures.laboratory import plot_laboratory, plot_panel
 
+        if self.is_measured:
+            if panel not in (None, "thresholds"):
+                raise refusal("Laboratory.plot: panel", panel, "'thresholds', for a measured curve has no other")
+            panel = "thresholds"
         return plot_laboratory(self) if panel is None and ax is None else plot_panel(self, panel, ax)

@@ -54,6 +54,11 @@ class Measure(metaclass=Checked):
         return factor_into(self.unit)
 
     @property
+    def of_curves(self) -> bool:
+        """Whether it is found from the curves alone, so that a measured curve has it too."""
+        return False
+
+    @property
     def is_main(self) -> bool:
         """Whether the tables of studies show it unasked."""
         return True
@@ -98,7 +103,7 @@ def check_measures(laboratory: Laboratory, attribute: object, measures: Sequence
 
 def found(measure: Measure, laboratory: Laboratory) -> float:
     """Value of a measure, nan without the columns it needs. Raises :class:`ParameterError` if it is not a number."""
-    if missing(laboratory.result.curves, measure.needs):
+    if missing(laboratory.result.curves, measure.needs) or (laboratory.is_measured and not measure.of_curves):
         return float("nan")
     value = measure.find(laboratory)
     if not isinstance(value, Real) or isinstance(value, bool):

@@ -39,6 +39,7 @@ class Standard(Measure):
     source: str = ""
     needs: Sequence[str] = ()
     why_in: Callable[[Laboratory], str] = lambda _: ""
+    of_curves: bool = False
 
     @property
     def is_main(self) -> bool:
@@ -80,16 +81,17 @@ def elastic_constants(name: str, constants: Constants, where: str) -> list[Stand
 
 def modulus_and_poisson(name: str, where: str, both: Callable[[Laboratory], tuple[float, float]]) -> list[Standard]:
     return [
-        Standard(f"{name}_modulus", f"E{where}", lambda lab: both(lab)[0], "GPa", ISRM, STRAINS),
-        Standard(f"{name}_poisson", f"nu{where}", lambda lab: both(lab)[1], source=ISRM, needs=STRAINS),
+        Standard(f"{name}_modulus", f"E{where}", lambda lab: both(lab)[0], "GPa", ISRM, STRAINS, of_curves=True),
+        Standard(f"{name}_poisson", f"nu{where}", lambda lab: both(lab)[1], source=ISRM, needs=STRAINS, of_curves=True),
     ]
 
 
 def by_strains(name: str, meaning: str, seek: Callable[[Path], Sought], source: str) -> Standard:
     """A threshold in the strains, which says why there is none."""
     return Standard(
-        name, meaning, lambda lab: seek(lab.path).value, "MPa", source, STRAINS, lambda lab: seek(lab.path).why
-    )
+        name, meaning, lambda lab: seek(lab.path).value, "MPa", source, STRAINS, lambda lab: seek(lab.path).why,
+        of_curves=True,
+    )  # fmt: skip
 
 
 def no_crack(laboratory: Laboratory) -> str:

@@ -14,6 +14,7 @@ from grainlaw.strength import borne_in
 
 NAN = float("nan")
 NOT_COMPRESSED = "the specimen has not become shorter"
+NO_LATERAL = "no lateral strain was measured"
 TWOFOLD = 2  #: axial strains of two columns that differ by more than this are not those of one specimen
 
 
@@ -31,11 +32,12 @@ class Path:
     lateral: np.ndarray  #: (t,)
     strain: np.ndarray  #: (t,) as the test records it, of either sign
     confinement: float  #: Pa; the axial stress is the load plus this
+    laterals: int = 1  #: lateral strains in the volume: 1 in a plane, 2 of a cylinder
 
     @property
     def volumetric(self) -> np.ndarray:
-        """(t,) of the area; in plane strain that of the volume."""
-        return self.axial + self.lateral
+        """(t,) of the area, in plane strain that of the volume; of a cylinder that of the volume."""
+        return self.axial + self.laterals * self.lateral
 
     @property
     def is_compression(self) -> bool:
@@ -51,18 +53,19 @@ class Path:
         return np.flatnonzero((self.load >= low * self.load[-1]) & (self.load <= high * self.load[-1]))
 
 
-def path_to_peak(curves: Mapping[str, np.ndarray]) -> Path:
+def path_to_peak(curves: Mapping[str, np.ndarray], *, laterals: int = 1, tension: bool | None = None) -> Path:
     """Find the path in the curves of a test; empty where there is no ``stress`` or no load above zero.
 
     The path begins with the stage in which the load first reaches half of its peak, so that a stage of confinement
-    does not count. The load is the ``deviator`` where there is one.
+    does not count. The load is the ``deviator`` where there is one. Whether it is ``tension`` is told by the lateral
+    strain, unless given.
     """
     stress = curves.get(STRESS, np.array([]))
     load = curves.get(DEVIATOR, stress)
     found = borne_in(curves) if len(stress) else None
     if found is None:
         none = np.zeros(0)
-        return Path(none, none, none, none, NAN)
+        return Path(none, none, none, none, NAN, laterals)
     peak = found.at
     stage = curves[STAGE]
     first = int(np.argmax(stage == stage[np.argmax(load >= 0.5 * load[peak])]))
@@ -73,10 +76,12 @@ def path_to_peak(curves: Mapping[str, np.ndarray]) -> Path:
         curves.get(name, none)[chosen] - curves.get(name, none)[first]
         for name in (LATERAL_STRAIN, VOLUMETRIC_STRAIN, STRAIN)
     )
-    axial = area - lateral if VOLUMETRIC_STRAIN in curves else -np.copysign(strain, lateral[-1])
+    way = lateral[-1] if tension is None else -1.0 if tension else 1.0
+    axial = area - laterals * lateral if VOLUMETRIC_STRAIN in curves else -np.copysign(strain, way)
     return Path(
-        load=load[chosen], axial=axial, lateral=lateral, strain=strain, confinement=float(stress[peak] - load[peak])
-    )
+        load=load[chosen], axial=axial, lateral=lateral, strain=strain, confinement=float(stress[peak] - load[peak]),
+        laterals=laterals,
+    )  # fmt: skip
 
 
 def strains_disagree(curves: Mapping[str, np.ndarray]) -> bool:
@@ -100,7 +105,7 @@ def secant_constants(path: Path, share: float = 0.5) -> tuple[float, float]:
         return NAN, NAN
     wanted = share * path.load[-1]
     axial, lateral = (float(np.interp(wanted, path.load, values)) for values in (path.axial, path.lateral))
-    return (abs(wanted / axial), -lateral / axial) if axial else (NAN, NAN)
+    return (abs((wanted - path.load[0]) / axial), -lateral / axial) if axial else (NAN, NAN)
 
 
 @attrs.frozen
@@ -111,27 +116,35 @@ class Sought:
     why: str = ""
 
 
-def crack_damage(path: Path, laterals: int = 1) -> Sought:
+def crack_damage(path: Path, laterals: int | None = None) -> Sought:
     """CD (Pa): axial stress at the largest contraction, where the volumetric strain reverses before the peak.
 
-    With one lateral strain it is that of the area, which in plane strain is the volume: it reverses where the tangent
-    lateral ratio passes 1. With two ``laterals`` it is what a laboratory finds on a cylinder, whose two lateral strains
-    are equal: it reverses at a ratio of 1/2, and so sooner.
+    The ``laterals`` are those of the path, unless given. With one it is that of the area, which in plane strain is the
+    volume: it reverses where the tangent lateral ratio passes 1. With two it is what a laboratory finds on a cylinder,
+    whose two lateral strains are equal: it reverses at a ratio of 1/2, and so sooner.
     Without a value where the specimen contracts until the peak. (Bieniawski 1967; Martin and Chandler 1994.)
     """
     turn, why = _reversal(path, laterals)
     return Sought(why=why) if why else Sought(float(path.load[turn]) + path.confinement)
 
 
-def _reversal(path: Path, laterals: int = 1) -> tuple[int, str]:
+def _reversal(path: Path, laterals: int | None = None) -> tuple[int, str]:
     """Number of the sample at which the volumetric strain reverses, or why it does not."""
-    if not path.is_compression:
-        return 0, NOT_COMPRESSED
+    if why := _unfit(path):
+        return 0, why
+    laterals = path.laterals if laterals is None else laterals
     turn = int(np.argmin(path.axial + laterals * path.lateral))
     if 0 < turn < len(path.load) - 1:
         return turn, ""
     words = "axial and lateral strain" if laterals == 1 else "axial and twice the lateral strain"
     return 0, f"the sum of {words} {'falls' if turn else 'rises'} all the way to the peak"
+
+
+def _unfit(path: Path) -> str:
+    """Why the path has no volume to look at; empty if it has."""
+    if not path.is_compression:
+        return NOT_COMPRESSED
+    return NO_LATERAL if np.isnan(path.lateral).all() else ""
 
 
 def crack_closure(path: Path, share: float = 0.5, least: float = 0.01) -> Sought:
@@ -192,8 +205,8 @@ def initiation_by_crack_volume(path: Path, tolerance: float = 0.01, low: float =
     Where it rises above ``tolerance`` times the elastic volumetric strain at the peak, and stays above it until the
     peak. Without a value where it never does.
     """
-    if not path.is_compression:
-        return Sought(why=NOT_COMPRESSED)
+    if why := _unfit(path):
+        return Sought(why=why)
     opened = crack_volumetric_strain(path, low, high)
     limit = tolerance * abs(path.volumetric[-1] - opened[-1])
     if np.isnan(limit):

@@ -25,11 +25,14 @@ from grainlaw.columns import (
     require,
 )
 from grainlaw.drawing.figure import Figure, given_or_new
-from grainlaw.drawing.palette import color, marker, style
+from grainlaw.drawing.palette import BLACK, color, marker, style
 from grainlaw.fields import ParameterError
+from grainlaw.messages import refusal
+from grainlaw.quantity import Quantity
 from grainlaw.results.archive import law_names
 from grainlaw.results.figures.cracks import SHEAR, TENSILE, count_below, draw_cracks, named_results
 from grainlaw.results.means import Samples
+from grainlaw.results.measured import MeasuredCurve
 from grainlaw.results.result import Result
 from grainlaw.strength import LOADS, borne_in
 
@@ -176,33 +179,58 @@ def _draw_peaks(axes: Axes, panel: Panel, results: list[Result], k: int) -> bool
 
 
 @checked
-def plot_curves(results: Any, y: str | None = None, x: str | None = None, *, ax: Any = None) -> Figure:
+def plot_curves(
+    results: Any, y: str | None = None, x: str | None = None, *, measured: Any = None, ax: Any = None
+) -> Figure:
     """Draw one column of the curves of one result or several over another, by their names in ``Result.curves``.
 
     Without names: the usual picture of the test, as it declares it. ``results`` are as for :func:`side_by_side`, or one
-    result. Draws into the axes ``ax`` of matplotlib, if they are given. Returns the
-    figure. Raises ParameterError for a column that was not recorded.
+    result. ``measured`` are curves of a laboratory, drawn beside them in black: one :class:`MeasuredCurve`, a list, or
+    several by name. Draws into the axes ``ax`` of matplotlib, if they are given. Returns the figure. Raises
+    ParameterError for a column that was not recorded.
     """
     results = named_results("plot_curves", results)
     first = next(iter(results.values()))
     if not first.curves:
         raise ParameterError("plot_curves: the result has no curves")
-    if x is None and y is None and len(first.panels[0].columns) > 1:
+    beside = _measured("plot_curves", measured)
+    if x is None and y is None and not beside and len(first.panels[0].columns) > 1:
         figure, axes = given_or_new("plot_curves", ax, (6.4, 4.4))
         draw_curves(axes, results)
         return figure
     across, up = x or first.panels[0].over, y or first.panels[0].columns[0]
-    for result in results.values():
-        require("plot_curves", result.curves, across, up)
+    for each in (*results.values(), *beside.values()):
+        require("plot_curves", each.curves, across, up)
     figure, axes = given_or_new("plot_curves", ax, (6.4, 4.4))
     for k, (name, result) in enumerate(results.items()):
         look: dict[str, Any] = {"color": color(k), "linestyle": style(k)}
         axes.plot(result.shown(across), result.shown(up), label=name, linewidth=1.5, **look)
+    for k, (name, curve) in enumerate(beside.items()):  # in the units of ours
+        x_shown, y_shown = (curve.curves[column] * result.quantity(column).factor for column in (across, up))
+        axes.plot(x_shown, y_shown, label=name, linewidth=1.0, color=BLACK, linestyle=style(k))
     axes.set(xlabel=result.quantity(across).heading, ylabel=result.quantity(up).heading)
     axes.grid(alpha=0.25)
-    if len(results) > 1:
+    if len(results) + len(beside) > 1:
         axes.legend(frameon=False)
     return figure
+
+
+def _measured(where: str, curves: Any) -> dict[str, MeasuredCurve]:
+    """Measured curves by name: by their files, with a number where several have the same."""
+    if curves is None:
+        return {}
+    if isinstance(curves, Mapping):
+        named = {str(name): curve for name, curve in curves.items()}
+    else:
+        listed = list(curves) if isinstance(curves, (list, tuple)) else [curves]
+        files = [getattr(curve, "name", "") for curve in listed]
+        named = {
+            f"{file} ({files[:k].count(file) + 1})" if file in files[:k] else file: curve
+            for k, (file, curve) in enumerate(zip(files, listed, strict=True))
+        }
+    if not named or not all(isinstance(curve, MeasuredCurve) for curve in named.values()):
+        raise refusal(f"{where}: measured", curves, "a curve of read_curve, a list of them, or several by name")
+    return named
 
 
 def plot_result(result: Result) -> Figure:
