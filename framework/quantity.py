@@ -85,6 +85,18 @@ def three_digits(value: Any) -> str:
     return f"{value:.0f}" if 1000 <= abs(value) < 1e9 else f"{value:.3g}"
 
 
+def digits_that_count(value: float, resolution: float = 0.0) -> str:
+    """At most three digits, and none below the first one of the ``resolution``, by which the value may be wrong.
+
+    Zeros that count are written: ``80.0`` where a half is known. 0 where the resolution is not known.
+    """
+    if not value or not math.isfinite(value) or not resolution > 0:
+        return three_digits(value)
+    finest = -math.floor(math.log10(resolution))
+    places = min(finest, max(0, 2 - math.floor(math.log10(abs(value)))))
+    return f"{round(value, places):.{max(places, 0)}f}"
+
+
 def aligned(rows: Iterable[Sequence[str]], *, rule: bool = False) -> str:
     """A table of texts, its first column aligned left, the others right; with a ``rule`` below the first row."""
     rows = list(rows)

@@ -47,8 +47,18 @@ def test_a_frame_has_a_table_for_each_kind_of_thing(broken):
         frame.to_pandas("bond")
 
 
+def test_a_laboratory_has_a_row_for_each_measure(broken):
+    found = broken.laboratory
+    table = found.to_pandas()
+    assert list(table.index) == list(gl.MEASURES)
+    assert table.loc["largest_fragment", "value"] == pytest.approx(100 * found.properties["largest_fragment"])
+    assert table.loc["lost_opening", ["value", "unit"]].tolist() == [found.properties["lost_opening"], "J/m"]
+    assert table.loc["fragments", "unit"] == ""
+    assert table.loc["b_value", "source"] == "Aki (1965)"
+
+
 def test_without_pandas_the_message_says_what_to_install(broken, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    for table in (broken.curves, broken.cracks, broken.frames[-1]):
+    for table in (broken.curves, broken.cracks, broken.frames[-1], broken.laboratory):
         with pytest.raises(gl.ParameterError, match=r"to_pandas needs pandas: pip install 'grainlaw\[study\]'"):
             table.to_pandas()

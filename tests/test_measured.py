@@ -8,6 +8,8 @@ import pytest
 from support import BRITTLE, PULL, small_sample
 
 import grainlaw as gl
+from grainlaw.quantity import digits_that_count
+from grainlaw.results.tables import latex, latex_unit
 from grainlaw.results.text_table import read_table
 from grainlaw.results.thresholds import crack_damage
 from grainlaw.units import MPa, mm
@@ -295,3 +297,52 @@ def test_a_laboratory_of_a_measured_curve_has_what_curves_tell(ours, tmp_path):
     with pytest.raises(gl.ParameterError, match="result = 3 is not allowed, it must be a Result or a MeasuredCurve"):
         gl.Laboratory(3)
     assert len(gl.Laboratory(ours).measures) == len(gl.MEASURES)
+
+
+# --- digits that mean something --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("value", "resolution", "text"),
+    [
+        (80.0, 0, "80"), (80.0, 0.5, "80.0"), (80.04, 0.004, "80.0"), (80.0, 2, "80"), (183, 20, "180"),
+        (183, 100, "200"),
+        (0.95123, 0.12, "1.0"), (0.95123, 0.012, "0.95"), (-12.34, 0.03, "-12.3"), (12345.6, 0, "12346"),
+        (12345.6, 0.1, "12346"), (3.0, 0.09, "3.00"), (0.0, 0.1, "0"), (2.0, np.nan, "2"), (2.0, 50, "0"),
+    ],
+)  # fmt: skip
+def test_no_digit_is_finer_than_what_is_known(value, resolution, text):
+    assert digits_that_count(value, resolution) == text
+
+
+@pytest.mark.parametrize("step", [0.5, 5])
+def test_a_threshold_is_known_to_the_distance_of_samples(step, tmp_path):
+    load = np.arange(0, 100 + step, step) * 1e6
+    columns = [load / E * 100, lateral_of(load) * 100, load / 1e6]
+    found = gl.read_curve(
+        write(tmp_path / "lab.csv", ["strain (%);radial strain (%);stress (MPa)"], columns)
+    ).laboratory
+    table = found.to_pandas()
+    assert table["value"]["crack_damage"] == pytest.approx(80)
+    assert table["resolution"]["crack_damage"] == pytest.approx(step)
+    assert table["resolution"]["crack_damage_ratio"] == pytest.approx(step / 100)
+    assert table["resolution"]["tangent_modulus"] == 0
+    lines = found.to_latex().splitlines()
+    assert lines[:4] == [r"\begin{tabular}{lrl}", r"\toprule", r"measure & value & unit \\", r"\midrule"]
+    assert r"$E_{t50}$, tangent at 50 \% of the peak & 50 & GPa \\" in lines
+    assert r"$\nu_{s50}$, secant up to 50 \% of the peak & 0.29 &  \\" in lines
+    damage = {0.5: "80.0", 5: "80"}[step]
+    assert rf"CD, reversal of the volumetric strain & {damage} & MPa \\" in lines
+    assert r"CC, axial strain response & -- & MPa \\" in lines
+    assert lines[-2:] == [r"\bottomrule", r"\end{tabular}"]
+
+
+def test_what_has_a_meaning_in_latex_is_escaped():
+    assert latex("50 % of A_1 & {b} #2 ^ ~ \\ $") == (
+        r"50 \% of A\_1 \& \{b\} \#2 \textasciicircum{} \textasciitilde{} \textbackslash{} \$"
+    )
+    assert latex("E*_t50, x") == "$E^*_{t50}$, x"
+    assert (latex("-3.5"), latex("-"), latex("Energy")) == ("$-3.5$", "--", "Energy")
+    assert [latex_unit(unit) for unit in ("J/m2", "%", "deg", "MPa √m", "m-2")] == [
+        "J/m$^{2}$", r"\%", r"$^\circ$", r"MPa $\surd$m", "m$^{-2}$",
+    ]  # fmt: skip

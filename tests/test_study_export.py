@@ -30,6 +30,15 @@ def mixed(tmp_path):
     return table_of([*rows, failed], tmp_path / "s")
 
 
+def test_latex_has_all_rows_with_three_digits(mixed):
+    lines = mixed.to_latex().splitlines()
+    assert lines[0] == r"\begin{tabular}{lllr}"
+    assert lines[2] == r"law & strength (MPa) & seed & largest stress (MPa) \\"
+    assert lines[4] == r"A & 12.5 & 1 & 45.8 \\"  # 100/3 + 12.5
+    assert lines[11] == r"B & 13 & 2 & -- \\"
+    assert len(lines) == 14
+
+
 def test_pandas_has_numbers_where_the_table_has(mixed):
     frame = mixed.to_pandas()
     assert list(frame.columns) == list(mixed.columns)

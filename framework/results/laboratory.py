@@ -13,6 +13,7 @@ from grainlaw.arguments import Checked, checked, fits
 from grainlaw.columns import TIME, missing, work_done
 from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
+from grainlaw.quantity import digits_that_count
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
 from grainlaw.results.fragments import Fragments, fragments
@@ -20,11 +21,14 @@ from grainlaw.results.measure import Measure, check_measures, found
 from grainlaw.results.measured import MeasuredCurve
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
+from grainlaw.results.tables import data_frame, latex, latex_table, latex_unit
 from grainlaw.results.thresholds import Path, path_to_peak
 from grainlaw.short_form import html_table
 from grainlaw.window import Window, window_mean
 
 if TYPE_CHECKING:
+    import pandas
+
     from grainlaw.drawing.figure import Figure
 
 ROUNDING = 1e-9  #: share of the work done below which an energy is 0
@@ -140,6 +144,34 @@ class Laboratory(metaclass=Checked):
     def properties(self) -> dict[str, float]:
         """All measures in SI, by name."""
         return {measure.name: self.value(measure.name) for measure in self.measures}
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row for each measure, by name: what it is, its value in its unit with all digits, resolution, source.
+
+        The ``resolution`` is by how much the value may be wrong as it is found, 0 where that is not known. Raises
+        ParameterError without pandas.
+        """
+        columns: dict[str, list[Any]] = {
+            "measure": [each.name for each in self.measures],
+            "meaning": [each.meaning for each in self.measures],
+            "value": [self.properties[each.name] * each.factor for each in self.measures],
+            "unit": [each.quantity.unit_shown for each in self.measures],
+            "resolution": [each.resolution(self) * each.factor for each in self.measures],
+            "source": [each.source for each in self.measures],
+        }
+        return data_frame("Laboratory.to_pandas", columns).set_index("measure")
+
+    def to_latex(self) -> str:
+        """A table for a paper (LaTeX, package booktabs): at most three digits, and none finer than a measure is known.
+
+        A stress that is read from the samples is known to the distance of two of them, a b-value to its standard error.
+        """
+        rows = []
+        for each in self.measures:
+            value, finest = (x * each.factor for x in (self.properties[each.name], each.resolution(self)))
+            text = digits_that_count(value, finest) if np.isfinite(value) else "-"
+            rows.append((latex(each.meaning), latex(text), latex_unit(each.quantity.unit_shown)))
+        return latex_table(("measure", "value", "unit"), rows, "lrl")
 
     @property
     def note(self) -> str:

@@ -78,6 +78,10 @@ class Measure(metaclass=Checked):
         """Columns of the curves that it needs: without one of them it is nan, and ``find`` is not called."""
         return ()
 
+    def resolution(self, laboratory: Laboratory) -> float:
+        """By how much it may be wrong as it is found, in SI; no digit below it is shown. 0 where that is not known."""
+        return 0.0
+
     @abstractmethod
     def find(self, laboratory: Laboratory) -> float:
         """The number in SI; nan where it does not exist.

@@ -40,6 +40,7 @@ class Standard(Measure):
     needs: Sequence[str] = ()
     why_in: Callable[[Laboratory], str] = lambda _: ""
     of_curves: bool = False
+    resolution_in: Callable[[Laboratory], float] = lambda _: 0.0
 
     @property
     def is_main(self) -> bool:
@@ -51,6 +52,9 @@ class Standard(Measure):
 
     def why(self, laboratory: Laboratory) -> str:
         return self.why_in(laboratory)
+
+    def resolution(self, laboratory: Laboratory) -> float:
+        return self.resolution_in(laboratory)
 
 
 ISRM = "ISRM (1979, 1999)"
@@ -90,7 +94,7 @@ def by_strains(name: str, meaning: str, seek: Callable[[Path], Sought], source: 
     """A threshold in the strains, which says why there is none."""
     return Standard(
         name, meaning, lambda lab: seek(lab.path).value, "MPa", source, STRAINS, lambda lab: seek(lab.path).why,
-        of_curves=True,
+        of_curves=True, resolution_in=lambda lab: lab.path.spacing(lab.value(name)),
     )  # fmt: skip
 
 
@@ -109,6 +113,7 @@ def thresholds() -> list[Standard]:
         Standard(
             "crack_initiation_count", "CI, 1 % of the cracks at the peak",
             stress_at_cracks, "MPa", POTYONDY, [STRESS], no_crack,
+            resolution_in=lambda lab: lab.path.spacing(lab.value("crack_initiation_count")),
         ),
         by_strains("crack_initiation_lateral", "CI, lateral strain response", initiation_by_lateral_strain, NICKSIAR),
         by_strains("crack_initiation_volumetric", "CI, crack-volumetric strain", initiation_by_crack_volume, MARTIN),
@@ -126,11 +131,15 @@ def ratios() -> list[Standard]:
     def over_peak(name: str) -> Callable[[Laboratory], float]:
         return lambda lab: lab.value(name) / peak_of(lab)
 
+    def finest(measure: Standard) -> Callable[[Laboratory], float]:
+        return lambda lab: measure.resolution(lab) / peak_of(lab)
+
     found = []
     for measure in thresholds()[1:]:
         short, _, rest = measure.meaning.partition(", ")
         name, meaning = f"{measure.name}_ratio", f"{short}/UCS, {rest}"
-        found.append(attrs.evolve(measure, name=name, meaning=meaning, find_in=over_peak(measure.name), unit="1"))
+        made = attrs.evolve(measure, name=name, meaning=meaning, find_in=over_peak(measure.name), unit="1")
+        found.append(attrs.evolve(made, resolution_in=finest(measure)))
     return found
 
 
@@ -207,7 +216,10 @@ MEASURES: dict[str, Measure] = {
         Standard("largest_fragment", "largest fragment, share of the area", largest_fragment, "%"),
         Standard("acoustic_events", "acoustic events", lambda lab: len(lab.events)),
         Standard("largest_magnitude", "largest magnitude, 1 m thick", largest_magnitude, source=GUTENBERG),
-        Standard("b_value", "b-value", lambda lab: lab.events.b_value()[0], source=AKI),
+        Standard(
+            "b_value", "b-value", lambda lab: lab.events.b_value()[0], source=AKI,
+            resolution_in=lambda lab: lab.value("b_error"),
+        ),
         Standard("b_error", "standard error of the b-value", lambda lab: lab.events.b_value()[1], source=AKI),
         Standard("failure_plane_angle", "failure plane, from the x axis", lambda lab: lab.plane.angle, "deg", MARDIA),
         Standard(

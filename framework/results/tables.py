@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -105,6 +106,40 @@ def data_frame(where: str, columns: Mapping[str, Any]) -> pandas.DataFrame:
         else:
             flat |= dict(zip(_names(name, rows.shape[1]), rows.T, strict=True))
     return pandas.DataFrame(flat)
+
+
+SYMBOL = re.compile(r"(E|nu)(\*?)_(\w+)")  #: of a modulus, in the words of a measure
+ESCAPED = str.maketrans(
+    {each: f"\\{each}" for each in "%&#_{}"} | {"$": r"\$", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+    | {"\\": r"\textbackslash{}", "°": r"$^\circ$", "µ": r"\textmu{}", "√": r"$\surd$", "<": "$<$", ">": "$>$"}
+)  # fmt: skip
+
+
+def latex_table(heads: Sequence[str], rows: Iterable[Sequence[str]], places: str) -> str:
+    """A tabular of LaTeX with the rules of booktabs, of cells in LaTeX; ``places`` as l and r of its columns."""
+    head, *body = (" & ".join(row) + r" \\" for row in (heads, *rows))
+    ends = rf"\begin{{tabular}}{{{places}}}", r"\end{tabular}"
+    return "\n".join([ends[0], r"\toprule", head, r"\midrule", *body, r"\bottomrule", ends[1]])
+
+
+def latex(text: str) -> str:
+    """Words or a number in LaTeX: what has a meaning there is escaped, the symbol of a modulus and a minus are set."""
+    if text == "-":
+        return "--"
+    if re.fullmatch(r"-[\d.]+(e.*)?", text):
+        return f"${text}$"
+    symbol = SYMBOL.match(text)
+    if symbol is None:
+        return text.translate(ESCAPED)
+    letter = "E" if symbol[1] == "E" else r"\nu"
+    return f"${letter}{'^*' * bool(symbol[2])}_{{{symbol[3]}}}${text[symbol.end() :].translate(ESCAPED)}"
+
+
+def latex_unit(unit: str) -> str:
+    """A unit in LaTeX, its powers raised."""
+    if unit == "deg":
+        return r"$^\circ$"
+    return re.sub(r"(?<=[A-Za-z])(-?\d)", r"$^{\1}$", unit.translate(ESCAPED))
 
 
 def _names(name: str, count: int) -> list[str]:

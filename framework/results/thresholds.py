@@ -44,6 +44,13 @@ class Path:
         """Whether the specimen has become shorter."""
         return len(self.load) > 2 and bool(self.axial[-1] < 0)
 
+    def spacing(self, stress: float) -> float:
+        """Pa, from the sample below an axial stress to the one above it: what is read from samples is no finer."""
+        if len(self.load) < 2 or not np.isfinite(stress):
+            return 0.0
+        k = int(np.clip(np.searchsorted(self.load, stress - self.confinement), 1, len(self.load) - 1))
+        return float(self.load[k] - self.load[k - 1])
+
     def between(self, low: float, high: float) -> np.ndarray:
         """Numbers of the samples between two shares of the peak load."""
         if not 0 <= low < high <= 1:

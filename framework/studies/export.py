@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grainlaw.fields import ParameterError
-from grainlaw.quantity import aligned
+from grainlaw.quantity import Quantity, aligned
 from grainlaw.results.files import write_atomically
-from grainlaw.results.tables import data_frame, plain
+from grainlaw.results.tables import data_frame, latex, latex_table, latex_unit, plain
 from grainlaw.short_form import html_table
 from grainlaw.studies.statistics import label, level
 
@@ -65,6 +65,20 @@ def _text(table: Table, name: str, value: Any) -> str:
 def to_pandas(table: Table) -> pandas.DataFrame:
     """The rows as a DataFrame. Raises ParameterError without pandas."""
     return data_frame("Table.to_pandas", {name: table[name] for name in table.columns})
+
+
+def to_latex(table: Table) -> str:
+    """All rows as a table for a paper (LaTeX, package booktabs): factors, and the main quantities with three digits."""
+    names = [*table.factors, *table.main]
+    looks = [table.quantity(name).brief for name in names]
+    heads = [latex(look.words) + (f" ({latex_unit(look.unit_shown)})" if look.unit_shown else "") for look in looks]
+
+    def cell(name: str, look: Quantity, value: Any) -> str:
+        return latex(level(name, value) if name in table.factors else look.text(value))
+
+    pairs = list(zip(names, looks, strict=True))
+    rows = [[cell(name, look, table.value(row, name)) for name, look in pairs] for row in table.rows]
+    return latex_table(heads, rows, "l" * len(table.factors) + "r" * len(table.main))
 
 
 def to_xarray(table: Table) -> xarray.Dataset:

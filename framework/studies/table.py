@@ -22,7 +22,7 @@ from grainlaw.results.standard_measures import MEASURES
 from grainlaw.studies import groups
 from grainlaw.studies.case import FINISHED
 from grainlaw.studies.design import RESERVED, check_results
-from grainlaw.studies.export import as_html, as_text, to_pandas, to_xarray, write_csv, write_parquet
+from grainlaw.studies.export import as_html, as_text, to_latex, to_pandas, to_xarray, write_csv, write_parquet
 from grainlaw.studies.statistics import By, Listing, label
 from grainlaw.studies.store import Kept
 
@@ -337,7 +337,8 @@ class Table(metaclass=Checked):
 
     # --- other forms -------------------------------------------------------------------------------------------------
 
-    to_pandas, to_xarray, write_csv, write_parquet = to_pandas, to_xarray, write_csv, write_parquet
+    to_pandas, to_latex, to_xarray = to_pandas, to_latex, to_xarray
+    write_csv, write_parquet = write_csv, write_parquet
     __str__, _html = as_text, as_html
 
     @checked
