@@ -13,7 +13,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, checked, floats, is_number
-from grainlaw.messages import ParameterError, refusal, short
+from grainlaw.messages import ParameterError, in_python, refusal, short
 
 LARGEST = 1e30  #: no quantity of mechanics is larger in SI; beyond it products overflow
 FARTHEST = 1e12  #: m from the origin: beyond it products of lengths lose digits
@@ -144,8 +144,9 @@ def checked_number(
     """The value as a finite float. Raises :class:`ParameterError`, which begins with ``where``: ``"hold: stress"``."""
     bounds = Bounds(at_least, above, at_most=at_most)
     if not is_number(value) or not bounds.allow(float(value)):
-        measured = "" if unit == "1" else f" {unit}"
-        raise ParameterError(f"{where} = {short(value)}{measured} is not allowed, it must be {bounds}")
+        measured = "" if unit == "1" or isinstance(value, str) else f" {unit}"
+        hint = in_python(value)
+        raise ParameterError(f"{where} = {short(value)}{measured} is not allowed, it must be {bounds}{hint}")
     return float(value)
 
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
 from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw import units
+
+QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z%].*?)\s*")
 LONGEST = 100  #: letters of a value in a message
 
 
@@ -37,7 +41,26 @@ def short(value: Any, most: int = LONGEST) -> str:
 
 def refusal(where: str, value: Any, wanted: str) -> ParameterError:
     """What to raise for a value: ``refusal("Stage: until", value, "a list of conditions")``."""
-    return ParameterError(f"{where} = {short(value)} is not allowed, it must be {wanted}")
+    hint = in_python(value) if "number" in wanted else ""
+    return ParameterError(f"{where} = {short(value)} is not allowed, it must be {wanted}{hint}")
+
+
+def in_python(value: Any) -> str:
+    """How a text such as "29 MPa" is written in Python, "; write 29 * MPa"; nothing for other texts and values."""
+    found = QUANTITY.fullmatch(value) if isinstance(value, str) else None
+    if found is None:
+        return ""
+    number, unit = found.groups()
+    if unit == "%":
+        return f"; write {number} / 100"
+    factors = re.split(r"([*/ ])", unit.replace("^", "").replace("²", "2").replace("³", "3"))
+    powers = [re.fullmatch(r"([A-Za-z]+)(\d?)", each) for each in factors[::2]]
+    if not all(each and hasattr(units, each[1]) for each in powers):
+        return ""
+    written = [f"{each[1]}**{each[2]}" if each[2] else each[1] for each in powers if each]
+    signs = [sign.replace(" ", "*") for sign in factors[1::2]]
+    rest = "".join(f" {sign} {each}" for sign, each in zip(signs, written[1:], strict=True))
+    return f"; write {number} * {written[0]}{rest} (grainlaw.units)"
 
 
 def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str:

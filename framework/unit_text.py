@@ -15,6 +15,7 @@ from grainlaw.messages import ParameterError, refusal, short
 Dimension = tuple[int, ...]
 Unit = tuple[Fraction, Dimension]  #: size in SI (degrees for angles), exact so that "5 um" is the float 5e-6
 
+POUND = Fraction("4.4482216152605") / Fraction("0.00064516")  #: N/m2, its force on a square inch
 PREFIXES = {"T": 12, "G": 9, "M": 6, "k": 3, "c": -2, "m": -3, "u": -6, "µ": -6, "μ": -6, "n": -9}
 SYMBOLS: dict[str, Unit] = {
     "g": (Fraction(1, 1000), (1, 0, 0, 0, 0, 0)),
@@ -24,10 +25,17 @@ SYMBOLS: dict[str, Unit] = {
     "Pa": (Fraction(1), (1, -1, -2, 0, 0, 0)),
     "J": (Fraction(1), (1, 2, -2, 0, 0, 0)),
     "W": (Fraction(1), (1, 2, -3, 0, 0, 0)),
+    "bar": (Fraction(100_000), (1, -1, -2, 0, 0, 0)),
 }
 PLAIN: dict[str, Unit] = {  #: they take no prefix
     "1": (Fraction(1), (0, 0, 0, 0, 0, 0)),
     "%": (Fraction(1, 100), (0, 0, 0, 0, 0, 0)),
+    "min": (Fraction(60), (0, 0, 1, 0, 0, 0)),
+    "h": (Fraction(3600), (0, 0, 1, 0, 0, 0)),
+    "day": (Fraction(86_400), (0, 0, 1, 0, 0, 0)),
+    "year": (Fraction(31_557_600), (0, 0, 1, 0, 0, 0)),  # of 365.25 days
+    "psi": (POUND, (1, -1, -2, 0, 0, 0)),
+    "ksi": (1000 * POUND, (1, -1, -2, 0, 0, 0)),
     "K": (Fraction(1), (0, 0, 0, 1, 0, 0)),
     "degC": (Fraction(1), (0, 0, 0, 0, 1, 0)),
     "°C": (Fraction(1), (0, 0, 0, 0, 1, 0)),
@@ -53,8 +61,8 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
     """The number, in the declared ``unit``, of a number in that unit or a string such as ``"13 MPa"``.
 
     Units are those of mechanics with SI prefixes, multiplied by * or a space and divided by /, with powers as in m2 or
-    m^2, and %, deg, rad, K and °C. Raises :class:`~grainlaw.messages.ParameterError`, which names ``name`` and what is
-    allowed.
+    m^2, bar, psi, ksi, min, h, day and year, and %, deg, rad, K and °C. Raises
+    :class:`~grainlaw.messages.ParameterError`, which names ``name`` and what is allowed.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         try:

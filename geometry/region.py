@@ -11,7 +11,7 @@ import numpy as np
 
 from grainlaw.arguments import checked
 from grainlaw.fields import ParameterError, checked_points, checked_whole_number
-from grainlaw.messages import short
+from grainlaw.messages import in_python, short
 from grainlaw.polygon import ring_area
 from grainlaw.region import Region
 
@@ -23,8 +23,10 @@ def check_sizes(shape: str, *, below: float = math.inf, unit: str = "m", zero: b
     for name, value in values.items():
         number = isinstance(value, Real) and not isinstance(value, bool)
         if not number or not (0 < value < below or (zero and value == 0)):
+            measured = "" if isinstance(value, str) else f" {unit}"
             raise ParameterError(
-                f"{shape}: {name} = {short(value)} {unit} is not allowed, it must be a finite number {least}{limit}"
+                f"{shape}: {name} = {short(value)}{measured} is not allowed, it must be a finite number {least}{limit}"
+                f"{in_python(value)}"
             )
 
 

@@ -6,8 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import grainlaw as gl
+from grainlaw import units
 from grainlaw.fields import ParameterError
-from grainlaw.unit_text import PREFIXES, USUAL, quantity, written
+from grainlaw.geometry import from_labels, rectangle
+from grainlaw.laws import Linear
+from grainlaw.messages import in_python
+from grainlaw.unit_text import PREFIXES, USUAL, in_si, quantity, written
 
 NUMBERS = st.floats(1e-12, 1e12)
 EXACT = {"k": 3, "M": 6, "G": 9, "m": -3, "u": -6}
@@ -22,6 +27,9 @@ EXACT = {"k": 3, "M": 6, "G": 9, "m": -3, "u": -6}
         ("150 N/m", "J/m2", 150), ("0.15 kJ/m^2", "J/m2", 150), ("150 J/m²", "J/m2", 150), ("150 J*m-2", "J/m2", 150),
         ("3.1 g/cm3", "kg/m3", 3100), ("3100 kg/m³", "kg/m3", 3100), ("20 mm/s", "m/s", 0.02), ("0.2 ms", "s", 2e-4),
         ("30 us", "s", 3e-5), ("25 %", "1", 0.25), ("54°", "deg", 54), ("300 1/s", "1/s", 300),
+        ("20 kN/m", "J/m2", 2e4), ("90 min", "s", 5400), ("2 h", "s", 7200), ("3 day", "s", 259200),
+        ("1 year", "s", 365.25 * 86400), ("2 mm/year", "m/s", 2e-3 / 31557600), ("250 bar", "Pa", 25e6),
+        ("1 kbar", "Pa", 1e8), ("1 ksi", "Pa", 6894757.293168361),
         ("1 mPa s", "Pa s", 1e-3), ("1 mPa*s", "Pa s", 1e-3),
         ("0 mm", "m", 0), ("inf m", "m", math.inf), ("13e6", "Pa", 13e6), ("1e-999999999 m", "m", 0),
     ],
@@ -32,6 +40,47 @@ def test_conversions_are_exact(text, unit, expected):
 
 def test_a_half_turn_in_radians():
     assert quantity(f"{math.pi} rad", "deg") == pytest.approx(180, rel=1e-15)
+
+
+@pytest.mark.parametrize("name", [*units.__all__, "min"])
+def test_a_unit_of_python_is_that_of_files(name):
+    assert getattr(units, name) == in_si(f"1 {name}")
+
+
+@pytest.mark.parametrize(
+    ("text", "written"),
+    [
+        ("29 MPa", "29 * MPa"), ("-1.5e2 kPa", "-1.5e2 * kPa"), ("150 J/m2", "150 * J / m**2"), ("54 deg", "54 * deg"),
+        ("3.1 g/cm^3", "3.1 * g / cm**3"), ("2mm/year", "2 * mm / year"), ("5 min", "5 * min"), ("25 %", "25 / 100"),
+        ("1 N m", "1 * N * m"), ("0.15 kJ/m²", "0.15 * kJ / m**2"),
+    ],
+)  # fmt: skip
+def test_how_a_text_is_written_in_python(text, written):
+    hint = in_python(text)
+    assert hint.removesuffix(" (grainlaw.units)") == f"; write {written}"
+    names = {name: getattr(units, name) for name in (*units.__all__, "min")}
+    assert eval(written, names) == pytest.approx(in_si(text), rel=1e-12)
+
+
+def test_other_texts_are_no_quantities():
+    for text in ("MPa", "29", "29 ", "29 furlong", "29 MPa/furlong", "voronoi", 29, None, "2 m/", "1..20"):
+        assert in_python(text) == ""
+
+
+REFUSED = {
+    "CohesiveCrack: cohesion": lambda text: Linear(kn=text, ks=1),
+    "rectangle: width": lambda text: rectangle(text, 1),
+    "from_labels: pixel": lambda text: from_labels([[1]], text),
+    "Drive: speed": lambda text: gl.Drive(boundary="top", axis=1, speed=text),
+    "elastic": lambda text: gl.Elastic(youngs_modulus=text, poissons_ratio=0.2, density=3000),
+    "certify": lambda text: gl.within_circle((0, 0), text),
+}
+
+
+@pytest.mark.parametrize("call", REFUSED.values(), ids=REFUSED)
+def test_a_text_in_the_place_of_a_number_is_refused_with_the_product(call):
+    with pytest.raises(ParameterError, match=r"= '29 MPa' is not allowed, .*number.*; write 29 \* MPa"):
+        call("29 MPa")
 
 
 @given(st.integers(1, 10**9), st.sampled_from(sorted(EXACT)), st.sampled_from(["Pa", "m", "s"]))
