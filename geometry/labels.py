@@ -14,9 +14,11 @@ from grainlaw.fields import ParameterError, checked_number, checked_whole_number
 from grainlaw.geometry.cells.area_cells import grains_of
 from grainlaw.geometry.cells.area_fit import cells_at
 from grainlaw.geometry.cells.label_map import LabelMap, label_map
+from grainlaw.geometry.cells.sides import is_convex
 from grainlaw.geometry.polygons import phases_of
 from grainlaw.geometry.voronoi import Voronoi
 from grainlaw.polygon import linked
+from grainlaw.region import Region
 from grainlaw.tessellation import Tessellation, TilingError
 
 SPECK = 4  #: pixels
@@ -26,7 +28,8 @@ SAME = 1e-3  #: of the size of the smallest grain: nearer centroids are one
 @checked
 def from_labels(
     image: Any, pixel: float, phases: Mapping[int, Any] | None = None, *, cell_size: float | None = None,
-    merge: float = 0.25, seed: int = 1, speck: int = SPECK, fill: bool = False,
+    merge: float = 0.25, seed: int = 1, speck: int = SPECK, fill: bool = False, region: Region | None = None,
+    corner: Any = None,
 ) -> Tessellation:  # fmt: skip
     """Grains from a label map: whole numbers from 1 in rows and columns, row 0 at the top, or a file of them.
 
@@ -40,15 +43,20 @@ def from_labels(
     either agrees with the image.
 
     Parts of a label of at most ``speck`` pixels apart from its largest become part of what is round them; ``fill``
-    gives pixels of the label 0 to the nearest label. Raises :class:`~grainlaw.fields.ParameterError`, with label and
-    place, for larger parts, labels that touch at a corner only, 0 and negative labels, and for a grain too small to get
-    a cell.
+    gives pixels of the label 0 to the nearest label. What lies outside a ``region`` is cut off, background or not: the
+    specimen in the picture may have any outline, a convex one without ``cell_size``. The image lies with its middle at
+    that of the region's box, or with its lower left ``corner`` at a place (m).
+
+    Raises :class:`~grainlaw.fields.ParameterError`, with label and place, for larger parts, labels that touch at a
+    corner only, 0 and negative labels, for a grain too small to get a cell, and for a region that is not in the image.
     """
     where = "from_labels"
     pixel = checked_number(f"{where}: pixel", pixel, "m", above=0)
     merge = checked_number(f"{where}: merge", merge, at_least=0)
     speck = checked_whole_number(f"{where}: speck", speck, at_least=0)
-    made = label_map(where, image, pixel, speck=speck, fill=fill)
+    made = label_map(where, image, pixel, speck=speck, fill=fill, region=region, corner=corner)
+    if region is not None and cell_size is None and not is_convex(region):
+        raise ParameterError(f"{where}: region is not convex, for which grains are made of cells: give a cell_size")
     phase, names = _phases(where, made, phases)
     if cell_size is None:
         grains, owner = _power_cells(where, made, merge)
@@ -94,7 +102,7 @@ def _owners(where: str, made: LabelMap, grains: Tessellation) -> np.ndarray:
     cell, label = np.divmod(found, len(made.labels))
     order = np.lexsort((label, -times, cell))
     seen, first = np.unique(cell[order], return_index=True)
-    column, row = (grains.centroids / made.pixel).astype(int).T
+    column, row = ((grains.centroids - made.corner) / made.pixel).astype(int).T
     owner = made.number[made.image.shape[0] - 1 - row, column]  # of a cell smaller than a pixel
     owner[seen] = label[order[first]]
     owner = _in_one_part_each(grains, owner)
@@ -154,24 +162,26 @@ class LabelAgreement(metaclass=Checked):
 
 @checked
 def label_agreement(
-    grains: Tessellation, image: Any, pixel: float, *, speck: int = SPECK, fill: bool = False
-) -> LabelAgreement:
+    grains: Tessellation, image: Any, pixel: float, *, speck: int = SPECK, fill: bool = False,
+    region: Region | None = None, corner: Any = None,
+) -> LabelAgreement:  # fmt: skip
     """How well the grains of :func:`from_labels` agree with their label map; arguments as there.
 
     Raises :class:`~grainlaw.fields.ParameterError`.
     """
     where = "label_agreement"
     pixel = checked_number(f"{where}: pixel", pixel, "m", above=0)
-    made = label_map(where, image, pixel, speck=checked_whole_number(f"{where}: speck", speck, at_least=0), fill=fill)
+    speck = checked_whole_number(f"{where}: speck", speck, at_least=0)
+    made = label_map(where, image, pixel, speck=speck, fill=fill, region=region, corner=corner)
     if abs(grains.region.bounds - made.region.bounds).max() > pixel / 2:
-        width, height = made.region.bounds[1]
+        width, height = made.region.bounds[1] - made.region.bounds[0]
         raise ParameterError(f"{where}: grains fill another region than the image, {width:g} m x {height:g} m")
     at = made.drawn(grains)
-    agree = (at >= 0) & (grains.parent[at] == made.image)
+    agree = ((at >= 0) & (grains.parent[at] == made.image))[made.inside]
     areas = [grains.areas[grains.parent == label].sum() for label in made.labels]
     return LabelAgreement(
         made.labels,
         float(agree.mean()),
-        np.bincount(made.number.ravel(), agree.ravel()) / np.bincount(made.number.ravel()),
+        np.bincount(made.number[made.inside], agree) / made.counts,
         np.array(areas) / made.areas - 1,
     )

@@ -164,6 +164,7 @@ def check_textures(page):
     assert agreement.share == pytest.approx(0.96, abs=0.01)
     assert abs(agreement.area_errors).max() < 1e-3
     assert page["cells"].is_breakable
+    assert page["quarters"].areas / page["section"].area == pytest.approx([0.25] * 4, rel=2e-3)
     assert np.array_equal(page["again"].vertices.round(9), page["grains"].vertices.round(9))
     assert Path("grains.geo").exists()
     found, made = page["found"], page["made"]

@@ -13,7 +13,7 @@ from grainlaw.cli.configuration import configured
 from grainlaw.cli.law_copy import copied_grains
 from grainlaw.cli.sections import read_file, toml
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import from_labels, from_mesh, read_tess
+from grainlaw.geometry import from_labels, from_mesh, read_tess, rectangle
 
 LABELS = np.repeat(np.repeat([[1, 2], [3, 4], [5, 6]], 8, axis=0), 8, axis=1)
 
@@ -38,6 +38,14 @@ def folder(tmp_path):
             lambda file: read_tess(file, unit=0.02, phases={1: "quartz", 2: "mica"}),
         ),
         ("x.npy", {"pixel": "1 mm"}, lambda file: from_labels(LABELS, 1e-3)),
+        (
+            "x.npy",
+            {
+                "pixel": "1 mm", "corner": ["-3 mm", -3.2e-3],
+                "region": {"type": "rectangle", "width": "9 mm", "height": 0.012},
+            },
+            lambda file: from_labels(LABELS, 1e-3, region=rectangle(9e-3, 0.012), corner=(-3e-3, -3.2e-3)),
+        ),
         (
             "x.npy", {"pixel": "1 mm", "cell_size": "3 mm", "seed": 2},
             lambda file: from_labels(LABELS, 1e-3, cell_size=3e-3, seed=2),
@@ -76,7 +84,11 @@ def test_the_ending_tells_the_reader(name, options, read, folder):
             "phases = ['quartz'] is not allowed, it must be a mapping",
         ),
         ({"file": "x.npy", "pixel": 1e-3, "cell_size": 3e-3, "seed": {"1": 2}}, "seed = {'1': 2} is not allowed"),
-        ({"file": "x.npy", "pixel": "1 mm", "region": "disc"}, "there is no 'sample.region'"),
+        ({"file": "x.npy", "pixel": "1 mm", "region": "disc"}, "sample.diameter is missing: the region disc needs it"),
+        ({"file": "x.npy", "pixel": "1 mm", "region": {"type": "disk"}}, "there is no 'disk'; did you mean 'disc'?"),
+        ({"file": "x.npy", "pixel": "1 mm", "region": {"type": "disc", "size": 1}}, "there is no 'sample.region.size'"),
+        ({"file": "x.npy", "pixel": "1 mm", "region": 3}, "sample.region = 3 is not allowed, it must be a name or"),
+        ({"file": "x.vtk", "region": "disc"}, "there is no 'sample.region'"),
         ({"file": "x.vtk", "grain_data": "grains"}, "did you mean 'grain'?"),
     ],
 )

@@ -11,7 +11,17 @@ from matplotlib.path import Path
 from tiling import assert_tiles, polygon_of
 
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Voronoi, from_labels, from_polygons, label_agreement, rectangle
+from grainlaw.geometry import (
+    Voronoi,
+    disc,
+    from_labels,
+    from_polygons,
+    label_agreement,
+    plate_with_hole,
+    polygon,
+    rectangle,
+)
+from grainlaw.geometry.cells.label_map import label_map
 from grainlaw.geometry.labels import _in_one_part_each
 
 
@@ -272,3 +282,150 @@ def test_the_smaller_part_of_a_label_goes_to_that_with_the_most_edge_in_common()
     cells = from_polygons([[(x, y), (u, y), (u, v), (x, v)] for x, y, u, v in boxes])
     assert _in_one_part_each(cells, np.array([0, 1, 2, 0])).tolist() == [1, 1, 2, 0]
     assert _in_one_part_each(cells, np.array([3, 1, 2, 0])).tolist() == [3, 1, 2, 0]
+
+
+# --- specimens of any outline ----------------------------------------------------------------------------------------
+
+
+def disc_in_a_picture(pixels, labels=4, blank=0):
+    """A core section of 40 mm in a picture of 50 mm, background 0: quadrants 1 to 4, or left and right of a line."""
+    pixel = 0.05 / pixels
+    x, y = np.meshgrid((np.arange(pixels) + 0.5) * pixel - 0.025, 0.025 - (np.arange(pixels) + 0.5) * pixel)
+    image = 1 + (x > 0) + 2 * (y > 0) if labels == 4 else 1 + (x > 0.0061237)
+    if blank is not None:
+        image[np.hypot(x, y) > 0.0202] = blank
+    return image, pixel
+
+
+def right_of(ring, x):
+    """m2 of a convex ring beyond a vertical line, by clipping and the shoelace formula."""
+    kept = []
+    for (x0, y0), (x1, y1) in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+        if x0 >= x:
+            kept.append((x0, y0))
+        if (x0 - x) * (x1 - x) < 0:
+            kept.append((x, y0 + (y1 - y0) * (x - x0) / (x1 - x0)))
+    a, b = np.array(kept), np.roll(kept, -1, axis=0)
+    return 0.5 * abs((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum())
+
+
+def test_quadrants_of_a_disc_are_cut_out_of_their_background():
+    """Each has a quarter of the area, and its centroid at 4 R/(3 pi) from both axes (of the circle, to 0.3 %)."""
+    section = disc(0.04)
+    image, pixel = disc_in_a_picture(200)
+    made = from_labels(image, pixel, region=section, merge=0)
+    assert_tiles(made)
+    assert made.region is section
+    assert by_label(made) == pytest.approx([section.area / 4] * 4, rel=1e-3)
+    away = 4 * 0.02 / (3 * np.pi)
+    centroids = made.centroids[np.argsort(made.parent)]
+    assert centroids == pytest.approx(away * np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)]), rel=5e-3)
+    assert label_agreement(made, image, pixel, region=section).share > 0.99
+    assert {"top", "bottom", "rim"} == set(made.region.boundary_names)
+
+
+def test_areas_of_cut_labels_tend_to_those_of_the_pieces():
+    """Of a disc left and right of a line, at which the edge of a pixel lies within half a pixel: of first order."""
+    section = disc(0.04)
+    right, chord = right_of(section.outline, 0.0061237), 2 * np.sqrt(0.02**2 - 0.0061237**2)
+    for pixels in (50, 100, 200, 400, 800):
+        image, pixel = disc_in_a_picture(pixels, labels=2)
+        made = label_map("test", image, pixel, speck=4, fill=False, region=section)
+        assert made.areas.sum() == pytest.approx(section.area, rel=1e-12)
+        assert made.areas[1] == pytest.approx(right, abs=chord * pixel / 2)
+    assert made.areas[1] == pytest.approx(right, rel=1e-4)
+
+
+def test_specks_at_the_rim_go_to_a_label_or_are_cut_off():
+    """The top of a diamond touches outside on three sides; a sharp corner has pixels that touch nothing else."""
+    image = np.ones((41, 41), dtype=int)
+    image[20:] = 2
+    image[10, 20] = 2
+    diamond = polygon([(20.5, 9.8), (31.2, 20.5), (20.5, 31.2), (9.8, 20.5)])
+    made = label_map("test", image, 1.0, speck=4, fill=False, region=diamond)
+    assert made.inside[10, 20]
+    assert made.image[10, 20] == 1
+    assert made.counts.sum() == diamond.contains(np.argwhere(image)[:, ::-1] + 0.5).sum()
+    wedge = polygon([(0.3, 0.3), (39.0, 30.0), (39.0, 38.0)])
+    found = label_map("test", np.ones((41, 41), dtype=int), 1.0, speck=4, fill=False, region=wedge, corner=(0, 0))
+    inside = wedge.contains(np.argwhere(image)[:, ::-1] + 0.5).sum()
+    assert inside - 10 < found.counts.sum() < inside
+    assert found.areas == pytest.approx([wedge.area])
+
+
+def test_what_is_cut_off_does_not_matter():
+    """Neither background nor labels nor parts of labels outside change anything."""
+    section = disc(0.04)
+    image, pixel = disc_in_a_picture(200)
+    made = from_labels(image, pixel, region=section)
+    for blank in (4, 77, -5):
+        assert np.array_equal(
+            from_labels(disc_in_a_picture(200, blank=blank)[0], pixel, region=section).vertices, made.vertices
+        )
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("shape", ["disc", "plate with a hole", "corner"])
+def test_cells_fill_a_region_of_any_outline(shape):
+    angle = [(0, 0), (0.04, 0), (0.04, 0.02), (0.02, 0.02), (0.02, 0.04), (0, 0.04)]
+    section = {"disc": disc(0.04), "plate with a hole": plate_with_hole(0.04, 0.04, 0.012), "corner": polygon(angle)}[
+        shape
+    ]
+    image, pixel = disc_in_a_picture(200, blank=0 if shape == "disc" else None)
+    made = from_labels(image, pixel, cell_size=1.5e-3, region=section)
+    assert_tiles(made)
+    assert made.region is section
+    assert label_agreement(made, image, pixel, region=section).share > 0.95
+    if shape != "corner":
+        assert by_label(made) == pytest.approx([section.area / 4] * 4, rel=0.05)
+
+
+def test_the_image_lies_in_the_middle_or_where_its_corner_is():
+    """Pixels of 0.5 mm; of the box of 2 mm label 1 has the left half, or three of four columns."""
+    image = np.repeat([[1] * 4 + [2] * 4], 8, axis=0)
+    box = polygon([(1.0, 1.0), (1.002, 1.0), (1.002, 1.002), (1.0, 1.002)])
+    assert by_label(from_labels(image, 5e-4, region=box)) == pytest.approx([2e-6, 2e-6])
+    left = from_labels(image, 5e-4, region=box, corner=(0.9995, 0.999))
+    assert by_label(left) == pytest.approx([3e-6, 1e-6])
+    assert left.centroids[left.parent == 2] == pytest.approx(np.array([[1.00175, 1.001]]))
+    agreement = label_agreement(left, image, 5e-4, region=box, corner=(0.9995, 0.999))
+    assert (agreement.share, agreement.shares.tolist()) == (1, [1, 1])
+    assert agreement.area_errors == pytest.approx([0, 0], abs=1e-9)
+
+
+def notched():
+    """Background inside the section, from row 60 to 69 and column 130 to 139."""
+    image, pixel = disc_in_a_picture(200)
+    image[60:70, 130:140] = 0
+    return image, pixel
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"region": disc(0.06)}, "region reaches 0.004965 m beyond the image, which is 0.05 m x 0.05 m"),
+        ({"region": disc(0.04), "corner": (0, 0)}, "region reaches 0.01998 m beyond the image"),
+        ({"region": disc(0.04), "corner": 3}, "corner = 3 is not allowed, it must be two finite numbers (x, y) in m"),
+        ({"corner": (0, 0)}, "corner is of no use without a region"),
+        ({"region": 3}, "region = 3 is not allowed, it must be a Region or None"),
+        (
+            {"region": disc(0.04)},
+            "the label 0 at row 60, column 130 (0.007625, 0.009875) m is background, 100 pixels",
+        ),
+        ({}, "is background, 19576 pixels in all; region=... cuts it off (fill=True gives"),
+        (
+            {"region": plate_with_hole(0.02, 0.02, 0.005), "fill": True},
+            "region is not convex, for which grains are made of",
+        ),
+    ],
+)
+def test_regions_that_do_not_fit_an_image_are_refused(options, said):
+    image, pixel = notched()
+    with pytest.raises(ParameterError, match=re.escape(said)):
+        from_labels(image, pixel, **options)
+
+
+def test_background_within_the_region_is_filled_when_asked():
+    image, pixel = notched()
+    made = from_labels(image, pixel, region=disc(0.04), fill=True)
+    assert by_label(made) == pytest.approx([disc(0.04).area / 4] * 4, rel=1e-3)

@@ -11,7 +11,7 @@ from typing import Any
 import attrs
 
 import grainlaw.geometry
-from grainlaw.cli.components import choices, component, evolved, explained, own, refuse_unknown, settings
+from grainlaw.cli.components import choices, component, evolved, explained, own, quantities, refuse_unknown, settings
 from grainlaw.cli.minerals import KEYS, by_phase, edge_key, textured
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import from_labels, from_mesh, read_tess
@@ -59,9 +59,24 @@ def grains_of_file(file: Any, options: Mapping[str, Any]) -> tuple[Tessellation,
 def _value(key: str, value: Any) -> Any:
     if key in LENGTHS:
         return quantity(value, "m", f"sample.{key}")
+    if key == "region":
+        return _region(value)
+    if key == "corner" and isinstance(value, list):
+        return quantities(value, "m", "sample.corner")
     if key == "phases" and isinstance(value, Mapping):  # keys of TOML are texts
         return {int(number) if number.isdecimal() else number: name for number, name in value.items()}
     return value
+
+
+def _region(given: Any) -> Region:
+    """The region of a table with its type and parameters, or of a name; what is outside of it is cut off an image."""
+    if not isinstance(given, (str, Mapping)):
+        raise refusal("sample.region", given, "a name or a table")
+    table = {"type": given} if isinstance(given, str) else dict(given)
+    shape = _named(table.pop("type", ""), REGIONS, "sample.region")
+    lengths = inspect.signature(REGIONS[shape], eval_str=True).parameters
+    refuse_unknown("sample.region", table, lengths)
+    return REGIONS[shape](**{name: _size(each, table, shape) for name, each in lengths.items()})
 
 
 def tessellators() -> dict[str, type]:
