@@ -206,7 +206,8 @@ def whole_number(*, default: int | None, at_least: int, at_most: int | None = No
         return checked_whole_number(where, value, at_least=at_least, at_most=at_most)
 
     bounds = f"at least {at_least}" if at_most is None else f"{at_least} to {at_most}"
-    return checked_field(check, default=default, metadata={"bounds": bounds})
+    limits = {"bounds": bounds, "at_least": at_least, "at_most": at_most}
+    return checked_field(check, default=default, metadata=limits)
 
 
 def vector(unit: str, names: tuple[str, ...] = ("x", "y"), **default: Any) -> Any:

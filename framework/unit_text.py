@@ -111,6 +111,13 @@ def is_unit(text: str) -> bool:
     return _unit(text) is not None
 
 
+def spellings(unit: str) -> list[str]:
+    """Single symbols, with their prefixes, that have the dimension of a unit; empty for what is none."""
+    wanted = dimension(unit)
+    every = [*PLAIN, *SYMBOLS, *(prefix + symbol for prefix in PREFIXES for symbol in SYMBOLS)]
+    return [each for each in every if dimension(each) == wanted] if wanted else []
+
+
 def dimension(unit: str) -> Dimension | None:
     """The powers of a unit; None for what is none."""
     found = _unit(unit)

@@ -14,6 +14,7 @@ from typing import Any
 import click
 
 from grainlaw.cli import INTERRUPTED, STOPPED
+from grainlaw.messages import nearest
 
 #: what each does, as the list of commands says it
 COMMANDS = {
@@ -26,6 +27,7 @@ COMMANDS = {
     "law": "Show a contact law: strengths, displacements at failure and work, and curves.",
     "material": "Show a material of grains: what the conformance kit finds, and its curves.",
     "rerun": "Repeat the run that FOLDER holds, and say what differs from it.",
+    "schema": "Print the JSON schema of TOML files, by which editors complete and check them.",
     "study": "Run many cases of a test, and keep them as one table.",
     "test": "Run a laboratory test of a rock specimen under a contact law, and report it.",
 }
@@ -42,6 +44,12 @@ class _Commands(click.Group):
             return None
         found: click.Command = getattr(import_module(f"grainlaw.cli.{name}"), name)
         return found
+
+    def resolve_command(self, context: click.Context, words: list[str]) -> Any:
+        if words and words[0] not in COMMANDS and not words[0].startswith("-"):
+            near = nearest(words[0], COMMANDS)
+            context.fail(f"there is no command '{words[0]}'{near} (commands: {', '.join(COMMANDS)})")
+        return super().resolve_command(context, words)
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):

@@ -162,7 +162,7 @@ def _values(base: Any, given: Mapping[str, Any], where: str) -> dict[str, Any]:
     cls = base if isinstance(base, type) else type(base)
     fields = {field.name: field for field in attrs.fields(cls) if field.init}
     refuse_unknown(where, given, fields)
-    kinds, values = _kinds(cls), {}
+    kinds, values = kinds_of(cls), {}
     for name, raw in given.items():
         if isinstance(raw, str) and raw == FILL_IN:
             raise ParameterError(f"{_place(where, fields[name])} is still to be filled in: {cls.__name__} needs it")
@@ -171,7 +171,7 @@ def _values(base: Any, given: Mapping[str, Any], where: str) -> dict[str, Any]:
     return values
 
 
-def _kinds(cls: type) -> dict[str, tuple[type, ...]]:
+def kinds_of(cls: type) -> dict[str, tuple[type, ...]]:
     """Classes that a field's annotation names; none where a file of the user's names what cannot be found."""
     try:
         hints = typing.get_type_hints(cls)
@@ -186,14 +186,14 @@ def _kinds(cls: type) -> dict[str, tuple[type, ...]]:
 def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str, present: Any) -> Any:
     if field.metadata.get("varies") and isinstance(raw, list):
         return [tuple(map(quantity, point, ("s", field.metadata["unit"]), (where, where))) for point in raw]
-    if "unit" in field.metadata and not isinstance(raw, Mapping) and not _names_one(_interface(kinds), raw):
+    if "unit" in field.metadata and not isinstance(raw, Mapping) and not _names_one(interface_of(kinds), raw):
         return quantities(raw, field.metadata["unit"], where)
     if present is not attrs.NOTHING and not kinds:
         kinds = (type(present), *(base for base in type(present).__mro__ if inspect.isabstract(base)))
     for kind in kinds:
         if issubclass(kind, enum.Enum):
             return _member(kind, raw, where)
-    interface = _interface(kinds)
+    interface = interface_of(kinds)
     if interface and isinstance(raw, list):
         return tuple(component(interface, each, f"{where}[{k}]") for k, each in enumerate(raw))
     if interface:
@@ -203,7 +203,8 @@ def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str
     return tuple(raw) if isinstance(raw, list) else raw
 
 
-def _interface(kinds: tuple[type, ...]) -> type | None:
+def interface_of(kinds: tuple[type, ...]) -> type | None:
+    """The interface or component among the kinds of a field; None for a number, a text or an enumeration."""
     return next((kind for kind in reversed(kinds) if inspect.isabstract(kind) or attrs.has(kind)), None)
 
 
@@ -215,7 +216,7 @@ def _names_one(interface: type | None, raw: Any) -> bool:
 
 def explained(cls: type) -> dict[str, str]:
     """Each parameter's unit or names to choose from, what is allowed, and its meaning, in words."""
-    kinds, found = _kinds(cls), {}
+    kinds, found = kinds_of(cls), {}
     varying = {field.name for field in attrs.fields(cls) if field.metadata.get("varies")}
     without = {field.name: field.metadata.get(WITHOUT) for field in attrs.fields(cls)}
     for name, plain, allowed, _, meaning in parameters_of(cls):
@@ -258,7 +259,7 @@ def settings(made: Any, kind: Kind = ()) -> dict[str, Any]:
 
 
 def _settings(cls: type, values: Mapping[str, Any], kind: Kind = ()) -> dict[str, Any]:
-    kinds, given = _kinds(cls), [field for field in attrs.fields(cls) if field.init and field.name in values]
+    kinds, given = kinds_of(cls), [field for field in attrs.fields(cls) if field.init and field.name in values]
     shown = {field.name: _shown(field, values[field.name], kinds.get(field.name, ())) for field in given}
     return {"type": name_of(cls, kind), **shown}
 

@@ -198,6 +198,12 @@ def _size(parameter: inspect.Parameter, values: Mapping[str, Any], shape: str) -
     return quantity(value, _unit(parameter.name), where) if parameter.annotation is float else value
 
 
+def region_units(shape: Callable[..., Region]) -> dict[str, str]:
+    """The unit of each number of a region; empty for what is none."""
+    found = inspect.signature(shape, eval_str=True).parameters
+    return {name: _unit(name) if each.annotation is float else "" for name, each in found.items()}
+
+
 def _unit(name: str) -> str:
     return "deg" if name in ANGLES else "m"
 
