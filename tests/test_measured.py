@@ -61,6 +61,14 @@ FORMS = {
         ["strain,vol. strain,stress"],
         [-AXIAL * 100, (2 * LATERAL - AXIAL) * 100, STRESS / 1e6], ",", ".", {},
     ),
+    "blanks, names with brackets": (
+        ["Specimen 12 of 14", "", "Axial strain (%) Lateral strain (%) Axial stress (MPa)"],
+        [AXIAL * 100, LATERAL * 100, STRESS / 1e6], "  ", ".", {},
+    ),
+    "blanks, names in columns": (
+        ["Axial strain   Lateral strain   Axial stress", "%  %  MPa"],
+        [AXIAL * 100, LATERAL * 100, STRESS / 1e6], "   ", ".", {},
+    ),
     "blanks, no names": (
         [], [AXIAL * 100, LATERAL * 100, STRESS], " ", ",",
         {"columns": {"strain": 1, "lateral_strain": 2, "stress": 3}},
@@ -241,6 +249,33 @@ def test_files_that_are_no_curves_are_refused(content, words, tmp_path):
         gl.read_curve(tmp_path / "nowhere.csv")
 
 
+def test_names_that_do_not_fit_the_columns_are_no_names(tmp_path):
+    """Between single blanks nobody can tell which words are one name: 'strain' is not the second column."""
+    file = write(tmp_path / "lab.txt", ["Axial strain Axial stress"], [STRESS / 1e6, AXIAL * 100], " ")
+    with pytest.raises(gl.ParameterError, match="no column is a stress, a deviator or a force by its name"):
+        gl.read_curve(file)
+    curve = gl.read_curve(file, columns={"stress": 1, "strain": "column 2"})
+    assert curve.summary["strength"] == pytest.approx(100e6)
+
+
+def test_a_file_of_a_machine_with_much_beside_the_numbers(tmp_path):
+    """A preamble with numbers, dates in a column, an empty line before the names, blank and empty places."""
+    head = ["Test report;2024;3;1", "Diameter;50;mm", "", "Date;Time;Load;Stroke;Remark", ";[s];[kN];[mm];"]
+    load = STRESS * np.pi * 0.025**2 / 1e3
+    rows = [
+        f"01.02.2024;{k};{f:.6f};{-u:.7f};{'peak' if k == 200 else ''}"
+        for k, (f, u) in enumerate(zip(load, AXIAL * 125, strict=True))
+    ]
+    file = tmp_path / "lab.txt"
+    file.write_text("\n".join([*head, *rows]).replace(".", ",").replace("01,02,2024", "01.02.2024") + "\n\n", "cp1252")
+    curve = gl.read_curve(file, diameter=50 * mm, height=125 * mm)
+    assert curve.curves["stress"] == pytest.approx(STRESS, abs=2)
+    assert curve.summary["failure_strain"] == pytest.approx(2e-3, rel=1e-5)
+    assert curve.curves["time"][-1] == 249
+    assert "strain: sign turned" in str(curve)
+    assert "force: 'Load' in kN, over 1963.5 mm2" in str(curve)
+
+
 def test_rows_without_a_number_are_left_out_and_said(tmp_path):
     file = write(
         tmp_path / "lab.csv", ["strain (%),stress (MPa)"], [AXIAL * 100, STRESS / 1e6], ",", after="0.3,\n,\nnan,5\n"
@@ -261,6 +296,22 @@ def test_encodings_and_thousands(encoding, head, tmp_path):
     assert strain.unit == {"%": "%", "‰": "mm/m", "µε": "um/m"}[head.split()[1][1:-1]]
     assert strain.values.tolist() == [1.5] * 12
     assert force.values.tolist() == [12345.5] * 12
+
+
+@pytest.mark.parametrize(
+    ("cells", "values"),
+    [
+        (("1,234", "5,678"), (1.234, 5.678)), (("1.234", "5.678"), (1.234, 5.678)),
+        (("0,981748", "12,5"), (0.981748, 12.5)), (("1.234,5", "0,5"), (1234.5, 0.5)),
+        (("1,234.5", "0.5"), (1234.5, 0.5)), (("1.234.567", "0,5"), (1234567, 0.5)),
+        (("1e-3", "-2.5E2"), (1e-3, -250)), ((".5", "+5."), (0.5, 5)), (("3", "4"), (3, 4)),
+    ],
+)  # fmt: skip
+def test_one_sign_alone_is_the_decimal_one(cells, values, tmp_path):
+    file = tmp_path / "lab.txt"
+    for line in (f"{cells[0]}\t{cells[1]}\n", f'"{cells[0]}","{cells[1]}"\n'):
+        file.write_text(line * 12)
+        assert [each.values[0] for each in read_table("test", file).columns] == list(values)
 
 
 @pytest.fixture(scope="module")

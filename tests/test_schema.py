@@ -142,6 +142,7 @@ def test_files_of_the_documents_fit(name, block):
         {"test": {"type": "uniaxial-compression", "platens": "wet"}},
         {"test": {"type": "uniaxial-compression", "loading": {"type": "constant", "speed": "20 mm"}}},
         {"test": {"type": "uniaxial-compression", "loading": "constantly"}},
+        {"test": {"type": "plane-wave", "stress": [["0 s", "1 mm"]]}},
         {"test": {"type": "uniaxial-compression", "loading": "heating-rate"}},
         {"sample": {"tessellator": "voronoy"}}, {"sample": {"region": "disk"}}, {"sample": {"grainz": 3}},
         {"numerics": {"refinement": -1}}, {"numerics": {"time_step_factor": 2}}, {"numerics": {"zones": "yes"}},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import csv
 import itertools
 import os
 import re
@@ -17,12 +18,20 @@ from grainlaw.unit_text import factor_into, is_unit
 
 LARGEST = 500_000_000  #: bytes of a file
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", None: "blanks"}  #: in the order in which they are tried
-NUMBERS = {
-    ".": re.compile(r"[+-]?(\d{1,3}(,\d{3})+|\d+)?\.?\d*([eE][+-]?\d+)?"),
-    ",": re.compile(r"[+-]?(\d{1,3}(\.\d{3})+|\d+)?,?\d*([eE][+-]?\d+)?"),
-}
+
+
+def _number(decimal: str, thousands: str) -> re.Pattern[str]:
+    """A number: one sign alone in it is the decimal one, so that 1,234 is not a thousand."""
+    d, t = re.escape(decimal), re.escape(thousands)
+    grouped = rf"[1-9]\d{{0,2}}({t}\d{{3}})+{d}\d*|[1-9]\d{{0,2}}({t}\d{{3}}){{2,}}"
+    return re.compile(rf"[+-]?({grouped}|\d+{d}?\d*|{d}\d+)([eE][+-]?\d+)?")
+
+
+NUMBERS = {".": _number(".", ","), ",": _number(",", ".")}
 EMPTY = ("", "-", "--", "nan", "na", "n/a", "null")  #: a place without a number
+RUN = 5  #: rows of numbers below each other: fewer may belong to the lines above them
 TRIED = 200  #: rows by which a form is judged
+BRACKETED = re.compile(r"[^()\[\]]+[(\[][^)\]]*[)\]]")  #: a name and a unit in brackets
 WITH_UNIT = (  #: a name and its unit, as people write them over a column
     re.compile(r"(?P<name>.*?)\s*\[\s*(?P<unit>[^\[\]]*?)\s*\]"),
     re.compile(r"(?P<name>.*?)\s*\(\s*(?P<unit>[^()]*?)\s*\)"),
@@ -76,21 +85,22 @@ def in_si(values: np.ndarray, unit: str) -> np.ndarray:
 
 
 def read_table(where: str, file: str | os.PathLike[str]) -> TextTable:
-    """Read the longest block of numbers of a file, with the names and units above it.
+    """Read the rows of numbers of a file, with the names and units above them.
 
-    Raises ParameterError, which begins with ``where``, for a file that is no text or has no such block, and for a place
-    in the block that is neither empty nor a number where the first rows have numbers.
+    Raises ParameterError, which begins with ``where``, for a file that is no text or has no such rows, and for a place
+    in them that is neither empty nor a number where the first rows have numbers.
     """
     lines = _lines(where, file)
     separator, decimal = max(
         itertools.product(SEPARATORS, NUMBERS), key=lambda form: _score(lines, *form)
     )  # of equals the first
     rows = [_cells(line, separator) for line in lines]
-    first = next((k for k, row in enumerate(rows) if _is_row(row, decimal)), None)
+    first = _first(rows, decimal)
     if first is None:
         raise ParameterError(f"{where}: {os.fspath(file)} has no two columns of numbers below each other")
     width = len(rows[first])
-    names, units = _heads([row for row in rows[:first] if len(row) >= width], width)
+    above = [row for line in lines[:first] if len(row := _head_cells(line, separator, width)) >= width]
+    names, units = _heads(above, width)
     body = [(k, row) for k, row in enumerate(rows[first:], first + 1) if any(row)]
     columns = []
     for j in range(width):
@@ -137,12 +147,39 @@ def _lines(where: str, file: str | os.PathLike[str]) -> list[str]:
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
-    cells = [cell.strip().strip('"').strip() for cell in line.split(separator)]
+    try:
+        split = line.split() if separator is None else next(csv.reader([line], delimiter=separator), [])
+    except csv.Error:  # a line too long for it, which is none of numbers
+        split = []
+    cells = [cell.strip().strip('"').strip() for cell in split]
     return cells[:-1] if len(cells) > 1 and not cells[-1] else cells  # a separator at the end of the line
 
 
+def _first(rows: Sequence[Sequence[str]], decimal: str) -> int | None:
+    """Where the first rows of numbers below each other begin, as many as ``RUN`` or as there are; None without any."""
+    runs: list[tuple[int, int]] = []  # where they begin, and how many rows they have
+    for k, row in enumerate(rows):
+        if not _is_row(row, decimal):
+            continue
+        begin, count = runs[-1] if runs else (k, 0)
+        if begin + count == k and len(rows[begin]) == len(row):
+            runs[-1:] = [(begin, count + 1)]
+        else:
+            runs.append((k, 1))
+    longest = max((count for _, count in runs), default=0)
+    return next((begin for begin, count in runs if count >= min(RUN, longest)), None)
+
+
+def _head_cells(line: str, separator: str | None, width: int) -> list[str]:
+    """The cells of a line above the numbers: between blanks, names have blanks of their own."""
+    if separator is not None:
+        return _cells(line, separator)
+    ways = (re.split(r"\s{2,}|\t", line.strip()), BRACKETED.findall(line), line.split())
+    return next(([cell.strip() for cell in cells] for cells in ways if len(cells) == width), [])
+
+
 def _is_number(cell: str, decimal: str) -> bool:
-    return any(map(str.isdigit, cell)) and NUMBERS[decimal].fullmatch(cell) is not None
+    return NUMBERS[decimal].fullmatch(cell) is not None
 
 
 def _is_row(cells: Sequence[str], decimal: str) -> bool:
