@@ -14,7 +14,6 @@ from typing import Any
 import click
 
 from grainlaw.cli import INTERRUPTED, STOPPED
-from grainlaw.messages import nearest
 
 #: what each does, as the list of commands says it
 COMMANDS = {
@@ -47,6 +46,8 @@ class _Commands(click.Group):
 
     def resolve_command(self, context: click.Context, words: list[str]) -> Any:
         if words and words[0] not in COMMANDS and not words[0].startswith("-"):
+            from grainlaw.messages import nearest  # loads numpy, which the list of commands does without
+
             near = nearest(words[0], COMMANDS)
             context.fail(f"there is no command '{words[0]}'{near} (commands: {', '.join(COMMANDS)})")
         return super().resolve_command(context, words)

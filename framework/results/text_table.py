@@ -162,12 +162,12 @@ def _first(rows: Sequence[Sequence[str]], decimal: str) -> int | None:
         if not _is_row(row, decimal):
             continue
         begin, count = runs[-1] if runs else (k, 0)
-        if begin + count == k and len(rows[begin]) == len(row):
-            runs[-1:] = [(begin, count + 1)]
-        else:
-            runs.append((k, 1))
-    longest = max((count for _, count in runs), default=0)
-    return next((begin for begin, count in runs if count >= min(RUN, longest)), None)
+        if begin + count != k or len(rows[begin]) != len(row):
+            begin, count = k, 0
+        runs.append((begin, count + 1))
+        if count + 1 == RUN:
+            return begin
+    return max(runs, key=lambda run: run[1])[0] if runs else None
 
 
 def _head_cells(line: str, separator: str | None, width: int) -> list[str]:
