@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import DAMAGED, LOAD, STRAIN, TIME
+from grainlaw.columns import DAMAGED, LOAD, STRAIN, TIME, Panel
 from grainlaw.condition import Curves, Fails, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, optional, parameter, part, whole_number
@@ -51,6 +51,7 @@ WAVES = (
     Quantity("strain_rate_one_wave", "1/s", form=".3g", meaning="from the reflected wave, as if in balance"),
     Quantity("failure_strain_rate", "1/s", words="strain rate at failure", form=".3g"),
     Quantity("failure_time", "µs", words="time of failure"),
+    Quantity(TIME, "µs", meaning="since the start"),
     Quantity("stress_rate", "GPa/s", meaning="of the load, between 20 and 80 % of that at failure"),
     Quantity("force_rate", "GN/m/s", meaning="of the load, between 20 and 80 % of that at failure"),
     Quantity("toughness_rate", "GPa √m/s", factor=1e-9, meaning="of the stress intensity that the load gives"),
@@ -88,6 +89,12 @@ class SplitHopkinson(LoadingProtocol):
     def quantities(self) -> Sequence[Quantity]:
         """Those of the waves and of the test."""
         return (*WAVES, *self.test.quantities)
+
+    @property
+    def panels(self) -> Sequence[Panel]:
+        """Those of the test, and the waves in the bars."""
+        waves = Panel(TIME, ["incident", "reflected", "transmitted"], "stress of the waves in the bars")
+        return (*self.test.panels, waves)
 
     @property
     def impedance(self) -> float:

@@ -8,7 +8,20 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import COLDEST, HEAT_TIME, KINETIC, STAGE, STORED, VIBRATION, cracks, energy
+from grainlaw.columns import (
+    COLDEST,
+    HEAT_TIME,
+    HOTTEST,
+    KINETIC,
+    SHEAR_CRACKS,
+    STAGE,
+    STORED,
+    TENSILE_CRACKS,
+    VIBRATION,
+    Panel,
+    cracks,
+    energy,
+)
 from grainlaw.condition import Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_field, optional, parameter, part, whole_number
@@ -60,6 +73,11 @@ class ThermalShock(LoadingProtocol):
         Quantity("shock_cracks", form=".0f", is_main=True, meaning="contact points that have broken since the shock"),
         Quantity("first_crack_time", "s", meaning="time of heat from the shock to the first of them, nan without any"),
         Quantity("shock_kinetic_ratio", form=".1e", meaning="largest vibration over stored and kinetic energy"),
+    )
+
+    panels = (
+        Panel(HEAT_TIME, [COLDEST, HOTTEST], "temperature of nodes"),
+        Panel(HEAT_TIME, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points"),
     )
 
     def __attrs_post_init__(self) -> None:

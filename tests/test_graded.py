@@ -127,7 +127,7 @@ BY_PHASE = ByPhase({"quartz": Even()})
         (lambda: Graded(place=[(0, 0)], size=0, growth=0, largest=1), "Graded: size = 0 m is not allowed"),
         (lambda: Graded(place=[(0, 0)], size=1, growth=-1, largest=1), "Graded: growth = -1 is not allowed"),
         (lambda: Graded(place=[(0, 0)], size=2, growth=1, largest=1), "largest = 1 m is not allowed, .* at least the"),
-        (lambda: Laguerre(grain_size="fine"), "Laguerre: grain_size = 'fine' m is not allowed"),
+        (lambda: Laguerre(grain_size="fine"), "Laguerre: grain_size = 'fine' is not allowed"),
         (lambda: Laguerre(grain_size=CORNER, grains=5), "give either grains or grain_size, not both"),
         (lambda: Laguerre(grain_size=Graded(place=[(0, 0)], size=1e-7, growth=1, largest=1)).fit(REGION), "= 1e-07"),
         (lambda: Minerals(Laguerre(grain_size=CORNER), {"quartz": 1.0}, sizes=BY_PHASE), "with a graded grain_size"),

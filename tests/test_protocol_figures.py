@@ -11,7 +11,7 @@ from test_words_and_units import NEEDED
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.setups import SETUPS
-from grainlaw.columns import ENERGIES, ENERGY, EVERY_TEST, STAGE, panels_of
+from grainlaw.columns import COLDEST, ENERGIES, ENERGY, EVERY_TEST, HEAT_TIME, HOTTEST, STAGE, panels_of
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import FreeMotion
@@ -34,6 +34,8 @@ SAYS = {
     "joint-tension": ("opening (µm)", "normal traction (MPa)"),
     "excavation": ("time (ms)", "change of the size of the opening (mm)"),
     "hydraulic-fracturing": ("injected (mm2)", "injection pressure (MPa)"),
+    "split-hopkinson": ("axial strain (%)", "axial stress (MPa)"),
+    "thermal-shock": ("time of heat (s)", "temperature of nodes (°C)"),
     "plane-wave": ("time (µs)", "normal stress, tension positive (MPa)"),
 }
 #: numbers and shares of the whole
@@ -47,6 +49,8 @@ def result_of(specimen, law, protocol):
     state.begin(stages[0])
     rising = np.linspace(0.0, 1.0, 40)
     every = [*(each.name for each in EVERY_TEST), *(ENERGY + kind for kind in ENERGIES), *protocol.measure(state)]
+    if any(stage.of(gl.Conduction) for stage in stages):
+        every += [HEAT_TIME, COLDEST, HOTTEST]
     curves = {name: rising * 1e-3 for name in every}
     curves[STAGE] = (len(stages) - 1.0) * (rising > 0.1)
     return gl.Result(specimen, law, protocol, curves, {}, _cracks(state), [], state.bonds.ends)

@@ -398,7 +398,7 @@ class Flat(gl.Material):
         (lambda: Heating(to=(60, 60)), "each must differ from the last"),
         (lambda: Heating(to=60, test=Heating(to=80)), "Heating: test"),
         (lambda: Heating(to=60, test=ELASTIC), "Heating: test"),
-        (lambda: Heating(to="hot"), "Heating: to = 'hot' °C"),
+        (lambda: Heating(to="hot"), "Heating: to = 'hot'"),
         (lambda: gl.Stage(name="heat", loads=[gl.Heat(to=60)], interval=1.0), "it must be one in K/s without a ramp"),
         (lambda: gl.Heat(to=-300), "Heat: to = -300 degC"),
         (lambda: heated(small_sample(grains=2), Held.BOTTOM), "no material of the specimen depends on the temperature"),

@@ -26,7 +26,7 @@ LIMITS = {
     "end_difference": (
         0.05,
         "the forces on both ends were not in balance at failure: let the wave rise more slowly, or take a shorter "
-        "specimen",
+        "specimen, as by --set sample.height=0.02",
     ),
     "energy_error": (0.005, f"the time steps were too long: {SHORTER.format(0.5)}"),
     "energy_made": (1e-4, "intact contacts made energy: the law may flutter, and the strength depend on the damping"),

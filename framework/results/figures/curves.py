@@ -28,7 +28,6 @@ from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import BLACK, color, marker, style
 from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
-from grainlaw.quantity import Quantity
 from grainlaw.results.archive import law_names
 from grainlaw.results.figures.cracks import SHEAR, TENSILE, count_below, draw_cracks, named_results
 from grainlaw.results.means import Samples
@@ -40,7 +39,6 @@ EVERY = 0.12  #: of a picture's width between two markers
 SHORT = 0.03  #: of the time of a test: a shorter stage has no room for its name
 NOTHING = 0.02  #: of the largest value: what is below zero by less begins at zero, such as a first wave
 FAR = 3.0  #: ranges before the peak: curves that go farther after it are cut off
-WAVES = ("incident", "reflected", "transmitted")  #: columns of a specimen between bars
 OF_MODE = {TENSILE_CRACKS: TENSILE, SHEAR_CRACKS: SHEAR}
 
 
@@ -273,8 +271,6 @@ def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     panels = [*first.panels, Panel(along, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")]
     if any(np.isfinite(result.curves.get(STABILITY, np.zeros(0))).any() for result in results.values()):
         panels.append(Panel(along, [STABILITY]))
-    if set(WAVES) <= set(first.curves):
-        panels.append(Panel(TIME, WAVES, "stress of the waves in the bars"))
     if len(results) == 1:  # those of several laws cannot be told apart
         kinds = [ENERGY + kind for kind in ENERGIES if first.curves[ENERGY + kind].any()]
         panels += [Panel(along, kinds, "energy")] if kinds else []
