@@ -47,7 +47,8 @@ def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne
 
     The deformation counts from the beginning of the stage in which the load first reaches a tenth of its largest. What
     has been unloaded counts again from where it was: of the deformation only what is new. Loads of different stages are
-    not compared: a loop of unloading may take some of the load for good.
+    not compared: a loop of unloading may take some of the load for good. Nor is it a failure that the load falls
+    with the deformation in a stage in which it has not grown.
     """
     if not len(load) or not load.max() > 0:
         return None
@@ -58,8 +59,13 @@ def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne
     fresh = np.flatnonzero(way >= np.maximum.accumulate(np.append(0.0, way))[:-1])
     stopped = [_stopped(part, way, load[first:]) for part in np.split(fresh, _begin(stage[first:][fresh]))]
     is_new = np.append(True, load[first:][1:] > highest[:-1])
-    top = np.maximum.accumulate(np.where(is_new, np.arange(len(way)), 0))  # where it was the highest for the first time
-    fallen = np.flatnonzero((load[first:] <= (1 - FALL) * highest) & (stage[first:] == stage[first:][top]))
+    sample = np.arange(len(way))
+    top = np.maximum.accumulate(np.where(is_new, sample, 0))  # where it was the highest for the first time
+    # Where a stage unloads, the load may still grow a little before it falls with the deformation.
+    began = np.maximum.accumulate(np.where(np.append(True, np.diff(stage[first:]) != 0), sample, 0))
+    loads = (way >= way[top]) | (load[first:][began[top]] <= (1 - FALL) * highest)
+    same = stage[first:] == stage[first:][top]
+    fallen = np.flatnonzero((load[first:] <= (1 - FALL) * highest) & same & loads)
     failed = np.concatenate([*stopped, fallen])
     failed = failed[highest[failed] >= LEAST * load[largest]]
     if not len(failed):

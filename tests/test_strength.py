@@ -103,6 +103,30 @@ def test_loops_of_unloading_are_no_failure():
     assert load[found(way, load).at] == pytest.approx(50, rel=2e-3)  # falls within one stage are falls
 
 
+@pytest.mark.parametrize("beyond", [0.0, 0.1, 3.0])
+def test_a_load_that_turns_late_has_not_failed(beyond):
+    """The first samples of an unloading stage lie above the last of the loading: the drive has turned, waves come."""
+    corners = [(0, 0), (0.5, 50), (0.5, 50 + beyond), (0.2, 5), (1, 100), (1, 100 + beyond), (0.7, 10), (1.2, 120)]
+    parts = [course(a, b, samples=200) for a, b in itertools.pairwise([*corners, (1.3, 60)])]
+    way, load = np.concatenate(parts, axis=1)
+    stage = np.repeat([0, 1, 1, 2, 3, 3, 4, 4], 199)  # the third and the sixth part unload
+    assert load[found(way, load, stage).at] == pytest.approx(120, rel=2e-3)
+
+
+def test_a_load_that_grows_in_its_stage_may_fall_with_the_deformation():
+    """As on a gauge beside the place that fails."""
+    parts = [course(a, b, samples=200) for a, b in itertools.pairwise([(0, 0), (0.5, 50), (0.3, 20), (0.4, 22)])]
+    way, load = np.concatenate(parts, axis=1)
+    assert load[found(way, load).at] == pytest.approx(50, rel=2e-3)
+
+
+def test_a_stage_that_begins_under_load_may_fail_at_once():
+    """As one that goes on more slowly just below the strength."""
+    parts = [course(a, b, samples=200) for a, b in itertools.pairwise([(0, 0), (0.5, 50), (0.505, 50.5), (0.6, 20)])]
+    way, load = np.concatenate(parts, axis=1)
+    assert load[found(way, load, np.repeat([0, 1, 1], 199)).at] == pytest.approx(50.5, rel=2e-3)
+
+
 @given(st.floats(1e-9, 1e9), st.floats(1e-9, 1e9), st.integers(1, 12))
 def test_it_does_not_depend_on_units_nor_on_how_dense_samples_are(unit, length, every):
     way, load = course((0, 0), (0.7, 70), (0.702, 69.8), (1, 98), (1.03, 96), (2, 150), (2.2, 30), samples=6001)
