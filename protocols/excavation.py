@@ -13,12 +13,12 @@ from grainlaw.condition import AtRest, Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loads import Traction
+from grainlaw.loads import Drive, Traction
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
-from grainlaw.stage import Stage
+from grainlaw.stage import Load, Stage
 from grainlaw.units import MPa
 
 BESIDE = 10.0  #: degrees: how far from an axis the rim is taken for its end
@@ -30,13 +30,16 @@ class Excavation(LoadingProtocol):
 
     The specimen's region has the opening as a hole, such as :func:`~grainlaw.geometry.plate_with_hole` makes. At first
     tractions of the ``stress`` are on all boundaries, so that the rock is in equilibrium; then those on the rim of the
-    opening fall to zero in the time ``release``. Displacements count from there.
+    opening fall to zero in the time ``release``. Displacements count from there. The rock around goes on with the same
+    stress on its other boundaries, or with these ``held`` where they are: what is far from the opening is between.
+    Where nothing is held the whole rock may move a little, for local damping does not conserve its momentum.
     """
 
     xx: float = parameter("Pa", default=-20 * MPa, above=-np.inf)  #: stress of the rock along x, tension positive
     yy: float = parameter("Pa", default=-60 * MPa, above=-np.inf)  #: along y
     xy: float = parameter("Pa", default=0.0, above=-np.inf)  #: shear stress
     opening: str = "hole"  #: name of the boundary that is excavated
+    held: bool = part(bool, False)  #: whether the other boundaries stay where they are while the rim is let go
     release: float = parameter("s", default=2e-4)  #: time in which the forces on its rim are let go
     rest: float = parameter("1", default=1e-4)  #: ratio at which the rock counts as at rest
     samples: int = whole_number(default=100, at_least=10)  #: in the time release
@@ -56,7 +59,9 @@ class Excavation(LoadingProtocol):
         sides = [name for name in specimen.mesh.boundaries if name != self.opening]
         stress, interval = (self.xx, self.yy, self.xy), self.release / self.samples
         rising = [Traction(boundary=name, stress=stress, ramp=self.release) for name in (*sides, self.opening)]
-        far = [Traction(boundary=name, stress=stress) for name in sides]
+        far: list[Load] = [Traction(boundary=name, stress=stress) for name in sides]
+        if self.held:
+            far = [Drive(boundary=name, axis=axis, speed=0.0) for name in sides for axis in (0, 1)]
         rim = Traction(boundary=self.opening, stress=stress, factor=0.0, start=1.0, ramp=self.release)
         end = [AtRest(self.rest)]
         return [

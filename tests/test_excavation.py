@@ -75,18 +75,19 @@ def test_a_specimen_without_an_opening_is_refused():
         gl.simulate(full, STIFF, Excavation())
 
 
-def difference_from_kirsch(share):
-    """Of the displacements of the rim since the opening was full, over those of Kirsch (1898), root mean squares.
+def rim_over_kirsch(share, stiffer=1, held=False):
+    """How a rim moves since the opening was full, over Kirsch (1898): as a whole, as it is pressed and sheared; error.
 
     In a plate of ten diameters with grains of a ``share`` of the radius at the rim, by what a frame tells of its nodes.
+    The error is of what is left without the motion as a whole; it and this are root mean squares over those of Kirsch.
     """
     radius, angle = 10e-3, np.linspace(0, 2 * np.pi, 65)
     rim = radius * np.column_stack([np.cos(angle), np.sin(angle)])
     size = Graded(place=rim, size=share * radius, growth=0.3, largest=1.5 * radius)
     region = plate_with_hole(20 * radius, 20 * radius, 2 * radius, sides=64)
     specimen = gl.Specimen(Laguerre(grain_size=size, seed=1).tessellate(region), ROCK)
-    stiffness = 200 * ROCK.youngs_modulus / (share * radius)  # adds half a percent to the compliance
-    test = Excavation(xx=-10e6, yy=-20e6)
+    stiffness = stiffer * 200 * ROCK.youngs_modulus / (share * radius)  # adds half a percent to the compliance
+    test = Excavation(xx=-10e6, yy=-20e6, held=held)
     result = gl.simulate(specimen, Linear(kn=stiffness, ks=stiffness), test, detection=None, frames=4)
     last, full = result.frames[-1], [each for each in result.frames if each.stage == "stress"][-1]
     nodes = specimen.mesh.boundaries["hole"]
@@ -95,13 +96,38 @@ def difference_from_kirsch(share):
     outwards = np.sum(
         (last.displacement - full.displacement)[nodes] * np.column_stack([np.cos(at), np.sin(at)]), axis=1
     )
-    kirsch = 1.25 / 60e9 * radius * (-15e6 + 2 * 5e6 * np.cos(2 * at))
-    return math.sqrt(np.mean((outwards - kirsch) ** 2) / np.mean(kirsch**2))
+    modes = 1.25 / 60e9 * radius * np.array([-15e6, 2 * 5e6])
+    towards, shapes = np.column_stack([np.cos(at), np.sin(at)]), np.column_stack([np.ones(len(at)), np.cos(2 * at)])
+    found = np.linalg.lstsq(np.column_stack([towards, shapes]), outwards)[0]
+    kirsch = shapes @ modes
+    size = math.sqrt(np.mean(kirsch**2))
+    error = math.sqrt(np.mean((outwards - towards @ found[:2] - kirsch) ** 2)) / size
+    return math.hypot(*found[:2]) / size, found[2:] / modes, error
+
+
+@pytest.fixture(scope="module")
+def fine():
+    return rim_over_kirsch(0.4)
 
 
 @pytest.mark.thorough
-def test_the_rim_moves_as_kirsch_says_and_nearer_with_smaller_grains():
+def test_the_rim_moves_as_kirsch_says_and_nearer_with_smaller_grains(fine):
     """18 % and 5 %; between the two the error falls as the grain size to the power 1.8."""
-    coarse, fine = difference_from_kirsch(0.8), difference_from_kirsch(0.4)
-    assert fine < 0.06
-    assert math.log2(coarse / fine) > 1.5
+    assert fine[2] < 0.06
+    assert math.log2(rim_over_kirsch(0.8)[2] / fine[2]) > 1.5
+
+
+@pytest.mark.thorough
+def test_boundaries_that_are_held_let_the_rim_move_less(fine):
+    """Of a square plate: between rings as wide as it and of its area, by Airy functions of both, held over free."""
+    _, pressed_and_sheared, _ = rim_over_kirsch(0.4, held=True)
+    wide, of_its_area = np.array([0.9706 / 1.0152, 0.9496 / 1.0617]), np.array([0.9768 / 1.0119, 0.9601 / 1.0482])
+    ratios = pressed_and_sheared / fine[1]
+    assert (wide < ratios).all()
+    assert (ratios < of_its_area).all()
+
+
+@pytest.mark.thorough
+def test_boundaries_that_are_held_keep_the_rock_in_its_place():
+    """Where nothing is held, local damping moves a stiff one as a whole by a seventh of what the rim moves."""
+    assert rim_over_kirsch(0.4, stiffer=10, held=True)[0] < 0.02
