@@ -6,7 +6,7 @@ from sphinx_gallery.scrapers import figure_rst
 #: as one would read them first
 EXAMPLES = (
     "compare_laws", "own_law", "tension_crack", "elastic_constants", "brazilian", "envelope", "textures", "foliation",
-    "bimetal", "fatigue", "tunnel", "incline", "hopkinson", "study",
+    "bimetal", "thermal_shock", "fatigue", "tunnel", "hydraulic_fracturing", "incline", "hopkinson", "study",
 )  # fmt: skip
 
 
