@@ -89,15 +89,6 @@ def check_waves(page):
     assert page["through"].summary["peak_velocity_0"] == pytest.approx(there, rel=0.02)
     assert abs(page["through"].curves["velocity_0"][late]).max() < 0.02 * there
     assert abs(page["back"].curves["velocity_0"][late]).max() == pytest.approx(there, rel=0.03)
-    curves, time = page["shot"].curves, np.arange(0, 4e-3, 1e-7)  # against the layer's closed form, in frequencies
-    bar, layer = np.sqrt(200e9 / (1 - 0.29**2) / 7850), np.sqrt(60e9 / (1 - 0.25**2) / 2700)
-    ratio, angle = 7850 * bar / (2700 * layer), 2 * np.pi * np.fft.rfftfreq(len(time), 1e-7) * 0.02 / layer
-    through = 1 / (np.cos(angle) + 0.5j * (ratio + 1 / ratio) * np.sin(angle))
-    blow = np.interp(time, *np.transpose(page["blow"]))
-    exact = np.fft.irfft(np.fft.rfft(blow) * through)
-    found = np.interp(curves["time"], time + 0.74 / bar, exact, left=0)
-    assert np.abs(found - curves["stress_2"]).max() < 0.05 * 50e6
-    assert page["shot"].summary["peak_stress_1"] == pytest.approx(page["shot"].summary["peak_stress_2"], rel=0.01)
     struck = page["struck"]
     assert struck.summary["end_difference"] == pytest.approx(
         struck.curves["end_difference"][np.argmax(struck.curves["time"] >= struck.summary["failure_time"])], rel=1e-12

@@ -11,7 +11,7 @@ from support import STIFF, impose, small_sample, state_of, with_quiet
 import grainlaw as gl
 from grainlaw.columns import ENERGY, SPENT
 from grainlaw.engine.parts.quiet import _dashpots
-from grainlaw.geometry import block, from_polygons, moved, polygon
+from grainlaw.geometry import Bricks, block, from_polygons, moved, polygon, rectangle
 from grainlaw.laws import Linear
 from grainlaw.materials import TransverselyIsotropic
 from grainlaw.protocols import PlaneWave, Wave
@@ -123,6 +123,27 @@ def test_speeds_of_the_rock_as_a_whole():
         back[samples] = after / first
     assert back[301] < 0.015
     assert back[300] == pytest.approx((1 - np.sqrt(0.5)) / (1 + np.sqrt(0.5)), rel=0.1)  # of the impedances
+
+
+@pytest.mark.thorough
+def test_a_layer_of_rock_between_steel_bars():
+    """A blow goes on in the second bar as by the closed form of a layer, frequency by frequency."""
+    steel = gl.Elastic(youngs_modulus=200e9, poissons_ratio=0.29, density=7850)
+    grains = Bricks(rows=1, columns=100).tessellate(rectangle(1.0, 10e-3))
+    between = (np.arange(100) >= 49) & (np.arange(100) < 51)
+    bars = gl.Specimen(attrs.evolve(grains, phase=between.astype(int)), {0: steel, 1: ROCK})
+    blow = [(0, 0), (40e-6, -50e6), (80e-6, -50e6), (120e-6, 0)]
+    test = PlaneWave(stress=blow, wave=Wave.BAR, gauges=[0.24, 0.5, 0.76], duration=260e-6)
+    shot = gl.simulate(bars, GLUED, test, frames=1)
+    time = np.arange(0, 4e-3, 1e-7)
+    speeds = [np.sqrt(one.youngs_modulus / (1 - one.poissons_ratio**2) / one.density) for one in (steel, ROCK)]
+    ratio = steel.density * speeds[0] / (ROCK.density * speeds[1])
+    angle = 2 * np.pi * np.fft.rfftfreq(len(time), 1e-7) * 0.02 / speeds[1]
+    through = 1 / (np.cos(angle) + 0.5j * (ratio + 1 / ratio) * np.sin(angle))
+    exact = np.fft.irfft(np.fft.rfft(np.interp(time, *np.transpose(blow))) * through)
+    expected = np.interp(shot.curves["time"], time + 0.74 / speeds[0], exact, left=0)
+    assert np.abs(expected - shot.curves["stress_2"]).max() < 0.05 * 50e6
+    assert shot.summary["peak_stress_1"] == pytest.approx(shot.summary["peak_stress_2"], rel=0.01)
 
 
 @pytest.mark.thorough
