@@ -198,9 +198,6 @@ def check_time(page):
 
 def check_water(page):
     assert page["wet"].summary["residual_stress"] == pytest.approx(6e6 * np.tan(np.radians(30)), rel=0.01)
-    assert page["shut"].summary["opening"] < 0 < page["split"].summary["opening"]
-    pumped = page["broken"].curves["injection_pressure"]
-    assert page["broken"].summary["breakdown"] > 2 * pumped[-1]
     assert 0.8 * 14e6 < page["fractured"]["initiation_pressure"] < 14e6
     assert page["steady"]["injection_pressure"] == pytest.approx(12 * 1e-3 * 1e-5 * 10e-3 / 20e-6**3, rel=0.02)
 
