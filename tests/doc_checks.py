@@ -155,7 +155,7 @@ def check_textures(page):
     assert agreement.share == pytest.approx(0.96, abs=0.01)
     assert abs(agreement.area_errors).max() < 1e-3
     assert page["cells"].is_breakable
-    assert page["quarters"].areas / page["section"].area == pytest.approx([0.25] * 4, rel=2e-3)
+    assert page["core"].areas.sum() == pytest.approx(np.pi * 9e-3**2, rel=0.01)  # the disc is a polygon
     assert np.array_equal(page["again"].vertices.round(9), page["grains"].vertices.round(9))
     assert Path("grains.geo").exists()
     found, made = page["found"], page["made"]
@@ -172,8 +172,6 @@ def check_textures(page):
     shown = re.search(r"    300 areas.*?(?=\n\n)", PAGES["docs/textures.md"], re.S).group()
     assert textwrap.dedent(shown) == str(page["fit"])
     assert page["fit"].largest_after < 0.02
-    assert page["rounder"].circularity.mean() == pytest.approx(0.80, abs=0.005)
-    assert page["three"].count == 3
     assert page["exact"].modulus == pytest.approx(70e9, rel=1e-9)
     assert page["exact"].poisson == pytest.approx(0.25, rel=1e-9)
     assert set(page["solid"].mesh.interface_kind) == {2, 3}
