@@ -67,6 +67,8 @@ def to_built_pages(app, name, source):
     for page, file in ABOVE.items():
         text = re.sub(rf"\]\((?:\.\./)?{file}", f"]({page}.md", text)
     text = text.replace("](reference/)", "](reference/index.rst)")
+    if name == "validation":  # GitHub would show the block; the list above it leads to the same pages
+        text += "\n```{toctree}\n:hidden:\n:glob:\n\ntables/*\n```\n"
     source[0] = re.sub(r"\]\(gallery/(\w*)(?:\.py)?\)", lambda it: f"](auto_gallery/{it[1] or 'index'}.rst)", text)
 
 

@@ -15,7 +15,8 @@ from grainlaw.geometry import label_agreement
 
 ROOT = Path(__file__).parents[1]
 PAGES = {
-    file.relative_to(ROOT).as_posix(): file.read_text("utf-8") for file in [ROOT / "README.md", *ROOT.glob("docs/*.md")]
+    file.relative_to(ROOT).as_posix(): file.read_text("utf-8")
+    for file in [ROOT / "README.md", *ROOT.glob("docs/*.md"), *ROOT.glob("docs/tables/*.md")]
 }
 
 

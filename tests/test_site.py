@@ -38,6 +38,11 @@ def test_every_page_is_in_the_contents_once():
     assert sorted(contents(DOCS / "reference/index.rst")) == sorted(reference)
 
 
+def test_validation_lists_every_page_of_tables_once():
+    listed = re.findall(r"^- \[.*?\]\((tables/[\w-]+\.md)\)", (DOCS / "validation.md").read_text("utf-8"), re.M)
+    assert sorted(listed) == sorted(f"tables/{file.name}" for file in DOCS.glob("tables/*.md"))
+
+
 def described():
     """Names that the reference describes, by their package."""
     for file in DOCS.glob("reference/*.rst"):

@@ -1,4 +1,4 @@
-"""Contacts between any grains against theory: the tables of docs/validation.md.
+"""Contacts between any grains against theory: the tables of docs/tables/contacts.md.
 
 python tests/validation/contacts_study.py [--write | --check]
 """
@@ -253,7 +253,7 @@ ERRORS = {
     "oblique impacts with dashpots: shear force beyond Coulomb's limit, over the largest": beyond_coulomb,
 }
 
-PAGE = DOCS / "validation.md"
+PAGE = DOCS / "tables/contacts.md"
 # --- contacts that open and close -------------------------------------------------------------------------------------
 
 

@@ -1,4 +1,4 @@
-"""Elastic moduli of the sample: the table of docs/validation.md.
+"""Elastic moduli of the sample: the table of docs/tables/full-sample.md.
 
 python tests/validation/elastic_study.py [--write | --check]
 """
@@ -50,7 +50,7 @@ def row(name, ratio, platens, prototype):
 
 TABLES = [
     Table(
-        page=DOCS / "validation.md",
+        page=DOCS / "tables/full-sample.md",
         name="elastic",
         columns=("", "prototype", "here, seeds 1 / 2 / 3", "statics, same grains"),
         rows={name: partial(row, *case) for name, case in CASES.items()},

@@ -1,4 +1,4 @@
-"""Strength over confinement: the tables and figures of docs/validation.md.
+"""Strength over confinement: the tables and figures of docs/tables/envelope.md.
 
 python tests/validation/envelope_study.py [--write | --check]
 """
@@ -95,7 +95,7 @@ def figure(law, file):
     gl.StrengthEnvelope(tested(law)).plot().savefig(file, dpi=150)
 
 
-PAGE = DOCS / "validation.md"
+PAGE = DOCS / "tables/envelope.md"
 TABLES = [
     Table(
         page=PAGE,

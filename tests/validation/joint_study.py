@@ -1,4 +1,4 @@
-"""The published model on one joint: table and figures of docs/validation.md, by ``docs/paper/joint.py``.
+"""The published model on one joint: table and figures of docs/tables/joint.md, by ``docs/paper/joint.py``.
 
 python tests/validation/joint_study.py [--write | --check]
 """
@@ -53,7 +53,7 @@ def figure(name, file):
 
 TABLES = [
     Table(
-        page=DOCS / "validation.md",
+        page=DOCS / "tables/joint.md",
         name="joint",
         columns=("", "paper", "theory", "grainlaw"),
         rows={name: partial(row, place) for place, name in enumerate(NAMES)},

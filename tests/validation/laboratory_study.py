@@ -1,4 +1,4 @@
-"""The laboratory programme on the paper's rock: the tables of docs/validation.md.
+"""The laboratory programme on the paper's rock: the tables of docs/tables/laboratory.md.
 
     python tests/validation/laboratory_study.py [--write | --check]
 
@@ -134,7 +134,7 @@ def by_specimen(make, *rocks):
 FIRST = ("Mohr-Coulomb, 1",)
 TABLES = [
     Table(
-        page=DOCS / "validation.md",
+        page=DOCS / "tables/laboratory.md",
         name="laboratory: strengths",
         columns=(
             "law, seed", "UCS (MPa)", "direct tension (MPa)", "Brazilian (MPa)", "Brazilian over direct",
@@ -145,21 +145,21 @@ TABLES = [
         checked=FIRST,
     ),
     Table(
-        page=DOCS / "validation.md",
+        page=DOCS / "tables/laboratory.md",
         name="laboratory: thresholds",
         columns=("law, seed", *(f"{name}/UCS" for name in THRESHOLDS), "cracks at the peak, tensile + shear"),
         rows=by_specimen(thresholds, "0.4 to 0.5", "0.4 to 0.5", "0.4 to 0.5", "", "0.7 to 0.8", ""),
         checked=FIRST,
     ),
     Table(
-        page=DOCS / "validation.md",
+        page=DOCS / "tables/laboratory.md",
         name="laboratory: rate",
         columns=("test, law", "kinetic ratio", "imbalance", "half the rate"),
         rows={f"{test}, {name}": partial(quasi_static, test, law) for test in TESTS for law, name in NAMES.items()},
         checked=("tension, Mohr-Coulomb",),
     ),
     Table(
-        page=DOCS / "validation.md",
+        page=DOCS / "tables/laboratory.md",
         name="laboratory: split discs",
         columns=(
             "law, seed", "first five cracks off the middle (mm)", "largest tension there (MPa)", "over direct tension",
@@ -170,7 +170,7 @@ TABLES = [
         checked=FIRST,
     ),
     Table(
-        page=DOCS / "validation.md",
+        page=DOCS / "tables/laboratory.md",
         name="laboratory: size of discs",
         columns=("diameter (mm)", *(f"Brazilian, {name} (MPa)" for name in NAMES.values())),
         rows={f"{diameter}": partial(size, diameter * mm) for diameter in (25, 50, 100)},

@@ -1,4 +1,4 @@
-"""What the loading of a test costs and how exact it is: the tables of docs/validation.md under "Loading".
+"""What the loading of a test costs and how exact it is: docs/tables/loading.md.
 
     python tests/validation/loading_study.py [--write | --check]
 
@@ -87,7 +87,7 @@ def damping(integrator):
     return [f"{peak(found[name]):.1f}" if name in found else "-" for name in DAMPED]
 
 
-PAGE = DOCS / "validation.md"
+PAGE = DOCS / "tables/loading.md"
 TABLES = [
     Table(
         page=PAGE,

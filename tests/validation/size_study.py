@@ -90,7 +90,7 @@ def row(grains):
 
 TABLES = [
     Table(
-        page=DOCS / "validation.md",
+        page=DOCS / "tables/speed.md",
         name="larger specimens",
         columns=(
             "", "first failure, MPa", "number of steps", "of samples", "CPU, s", "ns a step and grain",

@@ -1,4 +1,4 @@
-"""How the peak of the Mohr-Coulomb sample moves with numerics: the table of docs/validation.md.
+"""How the peak of the Mohr-Coulomb sample moves with numerics: the table of docs/tables/full-sample.md.
 
     python tests/validation/strength_study.py [--write | --check]
 
@@ -39,7 +39,7 @@ def row(test=TEST, time_step_factor=1.0, **options):
 
 TABLES = [
     Table(
-        page=DOCS / "validation.md",
+        page=DOCS / "tables/full-sample.md",
         name="strength",
         columns=("case", *STRENGTH, "kinetic ratio", "imbalance"),
         rows={name: partial(row, **case) for name, case in CASES.items()},
