@@ -1,4 +1,6 @@
-"""All laws on the same samples: the tables and figures of docs/comparing-laws.md, by the examples that it shows.
+"""All laws on the same samples: tables and figures of docs/comparing-laws.md and docs/tables/variants.md.
+
+They are made by the examples that the pages show.
 
 python tests/validation/comparison_study.py [--write | --check]
 """
@@ -56,17 +58,18 @@ def cracks(file):
 
 TABLES = [
     Table(
-        page=DOCS / "comparing-laws.md",
+        page=DOCS / page,
         name=name,
         columns=("law", *COLUMNS),
         rows={law: partial(row, law) for law in laws},
         firm=("peak (MPa)", "E* (GPa)"),
         checked=(checked,),
     )
-    for name, laws, checked in (
-        ("laws", LAWS, "Camacho-Ortiz"), ("variants of the cohesive crack", VARIANTS, "linear, G/10, 0 deg")
+    for page, name, laws, checked in (
+        ("comparing-laws.md", "laws", LAWS, "Camacho-Ortiz"),
+        ("tables/variants.md", "variants of the cohesive crack", VARIANTS, "linear, G/10, 0 deg"),
     )
-]  # fmt: skip
+]
 
 if __name__ == "__main__":
     main(TABLES, {"compare_laws": curves, "compare_laws_cracks": cracks})
