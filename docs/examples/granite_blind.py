@@ -92,7 +92,7 @@ def main():
     arguments.add_argument("--seeds", type=int, nargs=2, default=list(GRAINS.values()), help="of 3,135, of 784 grains")
     arguments.add_argument("--workers", type=int, help="all cores unless given")
     arguments.add_argument("--folder", default="granite-blind")
-    arguments.add_argument("--write", action="store_true", help="into docs/rock.md")
+    arguments.add_argument("--write", action="store_true", help="into docs/tables/rock.md")
     given = arguments.parse_args()
     warnings.simplefilter("ignore", gl.CostWarning)
     tables = {}

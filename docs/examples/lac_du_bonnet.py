@@ -139,7 +139,7 @@ def main():
     arguments.add_argument("--seeds", type=int, default=3)
     arguments.add_argument("--workers", type=int, help="all cores unless given")
     arguments.add_argument("--folder", default="lac-du-bonnet")
-    arguments.add_argument("--write", action="store_true", help="into docs/rock.md")
+    arguments.add_argument("--write", action="store_true", help="into docs/tables/rock.md")
     given = arguments.parse_args()
     warnings.simplefilter("ignore", gl.CostWarning)
     seeds = range(1, given.seeds + 1)

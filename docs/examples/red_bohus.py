@@ -81,7 +81,7 @@ def main():
     arguments.add_argument("--seeds", type=int, default=10, help="specimens of the prediction")
     arguments.add_argument("--workers", type=int, help="all cores unless given")
     arguments.add_argument("--folder", default="red-bohus")
-    arguments.add_argument("--write", action="store_true", help="into docs/rock.md")
+    arguments.add_argument("--write", action="store_true", help="into docs/tables/rock.md")
     given = arguments.parse_args()
     warnings.simplefilter("ignore", gl.CostWarning)
     found = calibrated(given.folder, given.workers)

@@ -24,7 +24,8 @@ from grainlaw.protocols import BiaxialCompression, UniaxialTension
 from grainlaw.results.means import spread
 from grainlaw.units import MPa, mm, um
 
-PAGE = Path(__file__).parents[1] / "rock.md"
+DOCS = Path(__file__).parents[1]
+PAGE = DOCS / "tables/rock.md"
 ROCK = gl.rocks["lac-du-bonnet-granite"]
 GRAIN, SLENDER = 2.87 * mm, 2.5  #: size of a grain; height over width of a specimen
 YIELD = {"cohesion": 120 * MPa, "friction_angle": 30}  #: of grains that yield: at 416 MPa without confinement
@@ -362,12 +363,12 @@ def main():
         "combinations": combinations_table(found), "pace": pace_table(pace), "cost": cost(table, pace),
     }  # fmt: skip
     print("\n".join(texts.values()))
-    draw_effects(found, PAGE.parent / "images" / "rock_effects.png" if given.write else "rock_effects.png")
+    draw_effects(found, DOCS / "images/rock_effects.png" if given.write else "rock_effects.png")
     if given.write:
         for name, text in texts.items():
             write(name, text)
-        table.write_csv(PAGE.with_name("rock.csv"))
-        pace.write_csv(PAGE.with_name("rock-pace.csv"))
+        table.write_csv(DOCS / "rock.csv")
+        pace.write_csv(DOCS / "rock-pace.csv")
 
 
 def cost(*tables):
