@@ -17,7 +17,10 @@ extensions = ["sphinx.ext.autodoc", "myst_parser", "sphinx_gallery.gen_gallery",
 exclude_patterns = ["examples", "gallery", "site", "**/*.ipynb", "**/README.txt", "**/GALLERY_HEADER.rst"]
 nitpicky = True
 #: types that signatures name and nobody makes
-INNER = "Part|Parts|Claim|ThreadCount|Shown|AnyLaws|Listing|Imposed|Model|Progress|L"
+INNER = "|".join(
+    "AnyLaws Chunk Claim Compiled Figure Imposed L Listing Model "
+    "Part Parts Progress RockFile Shared Shown Split ThreadCount".split()
+)
 nitpick_ignore_regex = [
     ("py:.*", "(?!grainlaw).*"),
     ("py:.*", rf"grainlaw\..*\.({INNER})"),

@@ -140,9 +140,9 @@ class SplitHopkinson(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         """As the test; ``incident``, ``reflected`` and ``transmitted`` (Pa), tension positive, means over a sample.
 
-        They are those of a bar at the specimen, from the forces on its ends. ``end_difference`` is 2 |F1 - F2| / |F1 +
-        F2|; ``strain_rate`` (1/s), positive in the direction of loading, (v1 - v2)/L from all three waves and from the
-        reflected one alone, which is right in balance; only in tests that have a strain (Kolsky 1949,
+        They are those of a bar at the specimen, from the forces on its ends. ``end_difference`` is that of both forces
+        over their mean; ``strain_rate`` (1/s), positive in the direction of loading, (v1 - v2)/L from all three waves
+        and from the reflected one alone, which is right in balance; only in tests that have a strain (Kolsky 1949,
         doi:10.1088/0370-1301/62/11/302).
         """
         first, *others = self._between(state.specimen)
