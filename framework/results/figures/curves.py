@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from grainlaw.arguments import checked
 from grainlaw.columns import (
@@ -35,6 +36,7 @@ from grainlaw.results.measured import MeasuredCurve
 from grainlaw.results.result import Result
 from grainlaw.strength import LOADS, borne_in
 
+LONG = 40  #: letters of an axis on a panel; longer ones are broken at their comma
 EVERY = 0.12  #: of a picture's width between two markers
 SHORT = 0.03  #: of the time of a test: a shorter stage has no room for its name
 NOTHING = 0.02  #: of the largest value: what is below zero by less begins at zero, such as a first wave
@@ -78,7 +80,10 @@ def common_panel(results: Mapping[Any, Result]) -> Panel:
 def label_panel(axes: Axes, panel: Panel, result: Result) -> None:
     """Words and units as the test declares them; axes of what is not below zero begin there."""
     across, up = (result.quantity(name) for name in panel.names[:2])
-    axes.set(xlabel=across.heading, ylabel=attrs.evolve(up, words=panel.words or up.words).heading)
+    heading = attrs.evolve(up, words=panel.words or up.words).heading
+    if len(heading) > LONG:
+        heading = heading.replace(", ", ",\n", 1)
+    axes.set(xlabel=across.heading, ylabel=heading)
     axes.grid(alpha=0.25)
     for ends, begin in ((axes.dataLim.intervalx, axes.set_xlim), (axes.dataLim.intervaly, axes.set_ylim)):
         if -NOTHING * ends[1] <= ends[0] <= ends[1] / 2:
@@ -296,6 +301,8 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
             axes.plot(x, y, linestyle=style(j), linewidth=1.3, label=label or None, **look)
             _mark_strength(axes, panel, column, result, look["color"])
     label_panel(axes, panel, result)
+    if set(panel.columns) <= set(OF_MODE):
+        axes.yaxis.set_major_locator(MaxNLocator("auto", integer=True))
     cut = _fit_before_peak(axes, panel, results)
     if several or many:
         axes.legend(frameon=False, fontsize="small", loc="upper left" if cut else "best")
