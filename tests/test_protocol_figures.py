@@ -75,6 +75,11 @@ def test_the_usual_picture_of_every_test_has_its_own_words_and_units(tested):
     assert many.plot().axes[0].get_ylabel() == SAYS[name][1]
 
 
+def test_a_report_shows_each_panel_once(tested):
+    shown = [up for _, up in labels(plot_report_curves({"law": tested[1]}))]
+    assert shown.count("broken contact points") == 1
+
+
 def test_every_axis_of_every_report_has_a_unit(tested):
     for across, up in labels(plot_report_curves({"law": tested[1]})):
         for label in (across, up):

@@ -273,7 +273,9 @@ def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     """What the test measured, broken contact points, and energies."""
     first = next(iter(results.values()))
     along = course(first.curves)
-    panels = [*first.panels, Panel(along, [TENSILE_CRACKS, SHEAR_CRACKS], "broken contact points")]
+    panels = [*first.panels]
+    if not any(set(OF_MODE) <= set(panel.columns) for panel in panels):
+        panels.append(Panel(along, [*OF_MODE], "broken contact points"))
     if any(np.isfinite(result.curves.get(STABILITY, np.zeros(0))).any() for result in results.values()):
         panels.append(Panel(along, [STABILITY]))
     if len(results) == 1:  # those of several laws cannot be told apart
@@ -301,6 +303,7 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
             axes.plot(x, y, linestyle=style(j), linewidth=1.3, label=label or None, **look)
             _mark_strength(axes, panel, column, result, look["color"])
     label_panel(axes, panel, result)
+    axes.xaxis.set_major_locator(MaxNLocator(5))
     if set(panel.columns) <= set(OF_MODE):
         axes.yaxis.set_major_locator(MaxNLocator("auto", integer=True))
     cut = _fit_before_peak(axes, panel, results)
