@@ -1,8 +1,9 @@
 """Plays a new user, before a release: python tests/release/new_user.py [--quick] [--keep FOLDER]
 
 In a copy of the repository and an environment of its own: README's two commands, the time to import, a notebook, an
-animation, the report in a browser, the files for ParaView, the site. Each step is checked and timed; the exit code is 1
-if one fails. ``--quick`` takes small samples and the fast tests of the documents alone.
+animation, the report in a browser, the files for ParaView, the site; and, without a copy, wheel and sdist of the last
+commit. Each step is checked and timed; the exit code is 1 if one fails. ``--quick`` takes small samples and the fast
+tests of the documents alone.
 """
 
 import argparse
@@ -15,6 +16,7 @@ import sys
 import tempfile
 import time
 import traceback
+import venv
 from pathlib import Path
 
 import browser
@@ -41,10 +43,11 @@ class NewUser:
         self.home, self.quick = folder / "grainlaw", quick
         self.python = self.home / ".venv/bin/python"
 
-    def do(self, command, **more):
-        """Run a line of shell, or a list of words, in the copy; its output."""
+    def do(self, command, where=None):
+        """Run a line of shell, or a list of words, in the copy or another folder; its output."""
+        where = self.home if where is None else where
         done = subprocess.run(
-            command, cwd=self.home, shell=isinstance(command, str), capture_output=True, text=True, check=False, **more
+            command, cwd=where, shell=isinstance(command, str), capture_output=True, text=True, check=False
         )
         if done.returncode:
             said = f"{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
@@ -80,6 +83,29 @@ class NewUser:
         assert line.endswith("pytest"), line
         said = self.do(line + " tests/test_docs.py tests/test_package.py" * self.quick)
         return said.strip().splitlines()[-1]
+
+    def distribution(self):
+        """wheel and sdist: the same bytes twice, and all of it where there is no checkout"""
+        self.do([self.python, "-m", "pip", "install", "-q", "build"])
+        folders = [self.home.parent / name for name in ("once", "again")]
+        for folder in folders:
+            self.do([self.python, ROOT / "packaging/distribution.py", folder])
+        once, again = ({file.name: file.read_bytes() for file in folder.iterdir()} for folder in folders)
+        assert once == again, "other bytes"
+        (wheel,) = folders[0].glob("*.whl")
+        empty = self.home.parent / "empty"
+        venv.create(empty / "venv", with_pip=True)
+        own = empty / "venv/bin"
+        self.do([own / "pip", "install", "-q", f"{wheel}[all]"], empty)
+        said = self.do([own / "grainlaw", "--version"], empty)
+        assert wheel.name.split("-")[1] in said, said
+        self.do([own / "grainlaw", "test", "uniaxial-compression", "--quick", "--rock", "forsmark-granite"], empty)
+        assert (empty / "out/report.html").stat().st_size > 100_000
+        for words in (["schema"], ["test", "brazilian", "--template"]):
+            assert len(self.do([own / "grainlaw", *words], empty)) > 1000, words
+        code = "import grainlaw as gl; from grainlaw.calibration.first_look import shipped; print(gl.rocks, shipped())"
+        self.do([own / "python", "-c", code], empty)
+        return f"{wheel.name}, {wheel.stat().st_size / 1e6:.2f} MB"
 
     def quick_start(self):
         """import grainlaw"""
@@ -187,7 +213,8 @@ class NewUser:
 
 
 STEPS = (
-    "copy", "first_command", "quick_start", "notebook", "animation", "report", "paraview", "site", "second_command",
+    "copy", "first_command", "quick_start", "notebook", "animation", "report", "paraview", "distribution", "site",
+    "second_command",
 )  # fmt: skip
 
 
