@@ -49,6 +49,7 @@ sphinx_gallery_conf = {
     "reset_modules": (),
     "capture_repr": ("_repr_html_", "__repr__"),
     "ignore_repr_types": r"Figure|Axes",
+    "first_notebook_cell": "%matplotlib inline",  # for figures of matplotlib itself; those of grainlaw show anyway
     "show_memory": False,
     "min_reported_time": 1e9,
     "write_computation_times": False,
