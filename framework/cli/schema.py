@@ -39,13 +39,15 @@ SYMBOL, POWER = r"([A-Za-zµμ%°]+|1)", r"(\^?[+-]?\d|[²³])"
 COMPOUND = rf"{SYMBOL}{POWER}?((\s*[*/·]\s*|\s+){SYMBOL}{POWER}?)+|{SYMBOL}{POWER}"
 PLAIN = {bool: "boolean", str: "string", float: "number"}
 FILE = {"type": "string", "pattern": r"\.(py(:.*)?|toml)$"}
+WORKS = {"type": "array", "items": {"type": "string"}, "description": "works to cite, a text each"}
+ABOUT = {"type": "string", "description": "of the file of a rock alone: which rock, in one sentence"}
 
 
 @click.command(
     help=f"""Print the JSON schema of a TOML file, by which an editor completes and checks it.
 
-NAME is one of {", ".join(SETUPS)}; without it the schema is of the files of all tests, and of studies. It knows names,
-units and bounds; what is missing is told when the file is read."""
+NAME is one of {", ".join(SETUPS)}; without it the schema is of the files of all tests, of studies and of rocks. It
+knows names, units and bounds; what is missing is told when the file is read."""
 )
 @click.argument("name", metavar="[NAME]", required=False)
 def schema(*, name: str | None) -> None:
@@ -62,7 +64,7 @@ def schema_of(name: str | None = None) -> Schema:
     laws = {name_: type(law) for name_, law in LAWS.items()} | choices(ContactLaw)
     law = made.by_name(ContactLaw, laws, FILE)
     rocks = {**choices(Material), **choices(Rigid)}
-    rock = made.by_name(Material, rocks, {"anyOf": [FILE, {"enum": list(NAMES)}]}, cite={"type": "array"})
+    rock = made.by_name(Material, rocks, {"anyOf": [FILE, {"enum": list(NAMES)}]}, cite=WORKS)
     made.definitions |= {"rock": rock, "law": law}
     rock, law, table = {"$ref": "#/$defs/rock"}, {"$ref": "#/$defs/law"}, {"type": "object"}
     sections = {
@@ -75,11 +77,12 @@ def schema_of(name: str | None = None) -> Schema:
         "numerics": made.table(Numerics, {}),
     }
     vary = {**table, "description": 'a study: levels of keys, as "sample.seed" = "1..20"'}
+    of_rocks = {} if name else {"about": ABOUT, "cite": WORKS}
     return {
         "$schema": VERSION,
         "title": f"grainlaw test {name}" if name else "grainlaw",
         "type": "object",
-        "properties": {**{section: sections[section] for section in SECTIONS}, "vary": vary},
+        "properties": {**{section: sections[section] for section in SECTIONS}, "vary": vary, **of_rocks},
         "additionalProperties": False,
         "$defs": made.definitions,
     }
