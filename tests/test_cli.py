@@ -53,14 +53,24 @@ def test_help_names_every_option():
     assert "linear,mohr-coulomb,cohesive-crack" in "".join(shown.split())
 
 
-def test_the_shell_completes_commands_and_tests(monkeypatch):
+def test_the_shell_completes_commands_and_names(monkeypatch):
     """As click's line in the documents does."""
-    for begun, found in (("grainlaw comp", "plain,compare"), ("grainlaw test brazil", "plain,brazilian")):
+    for begun, found in (
+        ("grainlaw comp", ["plain,compare"]),
+        ("grainlaw test brazil", ["plain,brazilian"]),
+        ("grainlaw test mine", []),
+        ("grainlaw schema creep", ["plain,creep"]),
+        ("grainlaw law mohr", ["plain,mohr-coulomb"]),
+        ("grainlaw law mine", ["file,mine"]),
+        ("grainlaw material drucker", ["plain,drucker-prager"]),
+        ("grainlaw test creep --law linear", ["plain,linear"]),
+        ("grainlaw test creep --rock palabora-carbonatite-p", ["plain,palabora-carbonatite-printed"]),
+    ):
         monkeypatch.setenv("COMP_WORDS", begun)
         monkeypatch.setenv("COMP_CWORD", str(begun.count(" ")))
         monkeypatch.setenv("_GRAINLAW_COMPLETE", "bash_complete")
         shown = CliRunner().invoke(main, prog_name="grainlaw")
-        assert shown.output.splitlines() == [found]
+        assert shown.output.split() == found
 
 
 def test_version():

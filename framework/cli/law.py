@@ -10,6 +10,7 @@ import click
 
 from grainlaw.cli.default_rock import LAWS, law_with_files
 from grainlaw.cli.law_file import LawReferenceError
+from grainlaw.cli.running import completed
 from grainlaw.engine.model import prepared
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.tables import write_json
@@ -24,7 +25,7 @@ what it was made with goes to law_NAME.json.
 LAW is one of {", ".join(LAWS)}, with the values of a published rock, or FILE.py:LAW, an instance in the file or a class
 whose parameters all have defaults. The file is run, and its picture is law_FILE_LAW.png."""
 )
-@click.argument("law", metavar="LAW")
+@click.argument("law", metavar="LAW", shell_complete=completed(LAWS))
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
 def law(*, law: str, out: Path) -> None:
     from grainlaw.workbench.law_figure import plot_law  # loads matplotlib

@@ -10,6 +10,7 @@ import click
 from grainlaw.cli.default_rock import ROCK
 from grainlaw.cli.law import write_picture
 from grainlaw.cli.law_file import LawReferenceError, find_material
+from grainlaw.cli.running import completed
 from grainlaw.material import Material
 from grainlaw.materials import ConstantExpansion, DruckerPrager, MohrCoulombPlastic, Thermal, TransverselyIsotropic
 from grainlaw.messages import nearest
@@ -41,7 +42,7 @@ what it was made with goes to material_NAME.json.
 MATERIAL is one of {", ".join(EXAMPLES)}, with values as an example, or FILE.py:MATERIAL, an instance in the file or a
 class whose parameters all have defaults. The file is run. The exit code is 1 if a property fails."""
 )
-@click.argument("material", metavar="MATERIAL")
+@click.argument("material", metavar="MATERIAL", shell_complete=completed(EXAMPLES))
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
 def material(*, material: str, out: Path) -> None:
     from grainlaw.workbench.material_figure import plot_material  # loads matplotlib

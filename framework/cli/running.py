@@ -14,8 +14,9 @@ from typing import Any, NoReturn
 
 import attrs
 import click
+from click.shell_completion import CompletionItem
 
-from grainlaw.cli.default_rock import NAMES
+from grainlaw.cli.default_rock import LAWS, NAMES
 from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.compiler.cache import compile_portably
@@ -30,6 +31,16 @@ from grainlaw.runs.stopping import Stopped
 #: What the user gave is at fault; and all that ends a command with its own words.
 REFUSALS = (ParameterError, LawReferenceError, CompilationError)
 FAILURES = (ParameterError, OSError, CompilationError, InstabilityError, StageError, MemoryError)
+
+
+def completed(names: Iterable[str], *, or_file: bool = True) -> Any:
+    """How the shell completes what is one of some names, or a file."""
+
+    def begin(_context: Any, _parameter: Any, begun: str) -> list[CompletionItem]:
+        found = [CompletionItem(name) for name in names if name.startswith(begun)]
+        return found or [CompletionItem(begun, type="file")] * or_file
+
+    return begin
 
 
 def threads_option(words: str, default: str | None = AUTO) -> Callable[..., Any]:
@@ -114,8 +125,17 @@ class GivenOptions:
 def model_options(command: Callable[..., None]) -> Callable[..., None]:
     """The options that say which specimen and law; the command gets them as ``given``."""
 
-    @click.option("--rock", metavar="NAME", help=f"Rock of a paper: {', '.join(NAMES)}, or FILE.toml.")
-    @click.option("--law", help="Name of a law, or FILE.py:LAW.  [default: cohesive-crack, or that of the rock]")
+    @click.option(
+        "--rock",
+        metavar="NAME",
+        shell_complete=completed(NAMES),
+        help=f"Rock of a paper: {', '.join(NAMES)}, or FILE.toml.",
+    )
+    @click.option(
+        "--law",
+        shell_complete=completed(LAWS),
+        help="Name of a law, or FILE.py:LAW.  [default: cohesive-crack, or that of the rock]",
+    )
     @click.option("--grains", type=int, help="Number of grains.")
     @click.option("--seed", type=int, help="Seed of the grains.")
     @click.option("--config", type=click.Path(path_type=Path, dir_okay=False), help="TOML file with parameters.")

@@ -49,7 +49,7 @@ ABOUT = {"type": "string", "description": "of the file of a rock alone: which ro
 NAME is one of {", ".join(SETUPS)}; without it the schema is of the files of all tests, of studies and of rocks. It
 knows names, units and bounds; what is missing is told when the file is read."""
 )
-@click.argument("name", metavar="[NAME]", required=False)
+@click.argument("name", metavar="[NAME]", required=False, shell_complete=running.completed(SETUPS, or_file=False))
 def schema(*, name: str | None) -> None:
     with running.refusing():
         click.echo(json.dumps(schema_of(name), indent=1, ensure_ascii=False))

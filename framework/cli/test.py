@@ -48,7 +48,7 @@ show_in_paraview.py, which opens them there, run.json, the record of what was ru
 runs the same test again. A test that is stopped goes on with --restart. The exit code is 2 for what is refused before
 the test, 1 for a test that could not end; what it recorded is written all the same."""
 )
-@click.argument("name", metavar="NAME", shell_complete=lambda _, __, begun: [n for n in SETUPS if n.startswith(begun)])
+@click.argument("name", metavar="NAME", shell_complete=running.completed(SETUPS, or_file=False))
 @running.model_options
 @running.folder_options
 @running.threads_option("Threads in the model.", default=None)
