@@ -102,7 +102,7 @@ def test_dead_links_are_found(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("file", GALLERY, ids=lambda file: file.stem)
 def test_an_example_runs_as_a_notebook(file, tmp_path):
-    """The notebook that its page offers, in a kernel of Jupyter: no cell raises, and figures and values are shown."""
+    """The notebook that its page offers, in a kernel of Jupyter: no cell raises, and figures are shown."""
     pytest.importorskip("sphinx_gallery", reason="pip install grainlaw[docs]")
     nbclient = pytest.importorskip("nbclient", reason="pip install grainlaw[docs]")
     nbformat = pytest.importorskip("nbformat", reason="pip install grainlaw[docs]")
@@ -110,9 +110,9 @@ def test_an_example_runs_as_a_notebook(file, tmp_path):
     subprocess.run([sys.executable, DOCS / "site/notebooks.py", script], check=True, capture_output=True)
     book = nbformat.read(tmp_path / f"{file.stem}.ipynb", as_version=4)
     nbclient.NotebookClient(book, timeout=600, resources={"metadata": {"path": tmp_path}}).execute()
-    shown = [output.get("data", {}) for cell in book.cells for output in cell.get("outputs", ())]
+    shown = [output["data"] for cell in book.cells for output in cell.get("outputs", ()) if "data" in output]
     assert any("image/png" in each for each in shown)
-    assert any("text/plain" in each and "image/png" not in each for each in shown)
+    assert not [each for each in shown if "Figure" in each.get("text/plain", "") and "image/png" not in each]
 
 
 @pytest.mark.slow
