@@ -9,9 +9,8 @@ from functools import cached_property
 
 import attrs
 import numpy as np
-import scipy
 
-from grainlaw.polygon import following
+from grainlaw.polygon import following, linked
 from grainlaw.tessellation import Tessellation
 
 Names = tuple[str, ...]
@@ -45,9 +44,7 @@ class Mesh:
         if not len(self.ties):
             return np.arange(count)
         one, other = self.ties[:, :2].ravel(), self.ties[:, 2:].ravel()
-        pairs = scipy.sparse.coo_matrix((np.ones(len(one)), (one, other)), (count, count))
-        label = scipy.sparse.csgraph.connected_components(pairs, directed=False)[1]
-        _, first, of = np.unique(label, return_index=True, return_inverse=True)
+        _, first, of = np.unique(linked(count, one, other), return_index=True, return_inverse=True)
         rank = np.empty(len(first), dtype=np.int64)
         rank[np.argsort(first)] = np.arange(len(first))
         return rank[of]

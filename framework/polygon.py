@@ -36,7 +36,7 @@ def following(first: np.ndarray) -> np.ndarray:
 
 
 def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """(count,) number of the part that each of so many things is in, of which these pairs (n,) hang together."""
+    """(count,) number from 0 of the part that each of so many things is in, of which these pairs (n,) hang together."""
     links = scipy.sparse.coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
     return scipy.sparse.csgraph.connected_components(links, directed=False)[1]
 

@@ -13,6 +13,7 @@ from grainlaw.engine.parts.laws import LawGroup, by_interface
 from grainlaw.engine.stability import highest_frequency, scale_masses, stiffness_matrix, touching_stiffness
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
+from grainlaw.polygon import linked
 
 AHEAD = 1.2  #: reserve of stiffness when the step is shortened, so that this is rare
 LOOKS = 20, 500  #: steps between checks of the stiffness, with and without a closure that stiffens
@@ -23,10 +24,8 @@ LEAST = 1e-9  #: of a grain's size: smaller closures count as none
 
 def _in_one_piece(state: State) -> bool:
     """Whether bonds and ties connect all grains, so that no contact can form at the rim soon."""
-    a, b = state.mesh.held_together.T
-    count = state.specimen.grains.count
-    bonds = scipy.sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
-    return len(a) > 0 and scipy.sparse.csgraph.connected_components(bonds, directed=False)[0] == 1
+    pairs = state.mesh.held_together
+    return len(pairs) > 0 and not linked(state.specimen.grains.count, *pairs.T).any()
 
 
 def _stiffens(law: LawGroup, memory: np.ndarray, size: float) -> bool:

@@ -17,6 +17,7 @@ from grainlaw.arguments import Checked, checked
 from grainlaw.columns import ABSORBED, KINETIC, LOST, TIME, energy
 from grainlaw.fields import checked_number
 from grainlaw.messages import refusal
+from grainlaw.polygon import linked
 from grainlaw.results.files import write_atomically
 from grainlaw.results.result import Cracks, Result
 from grainlaw.results.tables import data_frame
@@ -255,8 +256,8 @@ def clustered(
         pairs = scipy.spatial.KDTree(cracks.position).query_pairs(distance, output_type="ndarray")
         rounding = 1e-12 * float(np.max(cracks.time, initial=0.0))
         one, other = pairs[np.abs(np.diff(cracks.time[pairs], axis=1)[:, 0]) <= duration + rounding].T
-        links = scipy.sparse.coo_matrix((np.ones(len(one)), (one, other)), shape=(len(cracks),) * 2)
-        count, label = scipy.sparse.csgraph.connected_components(links, directed=False)
+        label = linked(len(cracks), one, other)
+        count = int(label.max()) + 1
 
     def sums(values: np.ndarray) -> np.ndarray:
         rows = np.atleast_2d(values.T)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
-import scipy
 
 from grainlaw.arguments import Checked, checked
+from grainlaw.polygon import linked
 from grainlaw.results.result import Result
 
 
@@ -44,9 +44,8 @@ def fragments(result: Result, frame: int = -1) -> Fragments:
     ends = np.concatenate([result.interfaces[~broken.all(axis=0)], mesh.ties])
     a, b = mesh.node_grain[ends[:, [0, 2]]].T
     areas = result.specimen.grains.areas
-    bonds = scipy.sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(len(areas), len(areas)))
-    count, label = scipy.sparse.csgraph.connected_components(bonds, directed=False)
+    label = linked(len(areas), a, b)
     first = np.unique(label, return_index=True)[1]
-    order = np.lexsort((first, -np.bincount(label, areas, count)))
+    order = np.lexsort((first, -np.bincount(label, areas)))
     of_grain = np.argsort(order)[label]
-    return Fragments(of_grain, np.bincount(of_grain, areas, count), np.bincount(of_grain, minlength=count))
+    return Fragments(of_grain, np.bincount(of_grain, areas), np.bincount(of_grain))

@@ -7,7 +7,6 @@ from operator import is_not
 
 import attrs
 import numpy as np
-import scipy
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.columns import quantity_of
@@ -20,6 +19,7 @@ from grainlaw.fields import ParameterError
 from grainlaw.gauges import lateral_strain
 from grainlaw.messages import refusal, short
 from grainlaw.moduli import converted
+from grainlaw.polygon import linked
 from grainlaw.quantity import aligned
 from grainlaw.specimen import Specimen
 
@@ -110,10 +110,7 @@ def _check(specimen: Specimen) -> None:
     for name in ("top", "bottom"):
         if np.ptp(mesh.nodes[mesh.boundaries[name], 1]) > 1e-9 * np.ptp(mesh.nodes[:, 1]):
             raise ParameterError(f"elastic_properties: specimen is not allowed, its {name} is not flat and level")
-    count = specimen.grains.count
-    pairs = mesh.held_together
-    bonds = scipy.sparse.coo_matrix((np.ones(len(pairs)), pairs.T), (count, count))
-    if scipy.sparse.csgraph.connected_components(bonds, directed=False)[0] > 1:
+    if linked(specimen.grains.count, *mesh.held_together.T).any():
         raise ParameterError(
             "elastic_properties: specimen is not allowed, its grains are not held together in one piece"
         )

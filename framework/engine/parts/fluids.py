@@ -14,7 +14,6 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
@@ -33,19 +32,13 @@ from grainlaw.engine.parts.part import (
 )
 from grainlaw.loads import FluidPressure, Injection, enclosed_area
 from grainlaw.mesh import Mesh
+from grainlaw.polygon import linked
 from grainlaw.specimen import Specimen
 
 DRY = STILL
 BEHIND = 0  #: vertex of what lies behind the boundary of an injection
 VERTICES = ("room", "content", "pressure", "at_first")  #: what is of vertices
 FLOW = 50  #: steps after which a fluid enters what has broken: a wave crosses a few grains meanwhile
-
-
-def _joined(size: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """(size,) number of the connected piece of each vertex of a graph with edges from ``one`` to ``other``."""
-    graph = scipy.sparse.coo_matrix((np.ones(len(one), dtype=bool), (one, other)), shape=(size, size))
-    pieces: np.ndarray = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
-    return pieces
 
 
 class Connection:
@@ -58,7 +51,7 @@ class Connection:
         one, other = ends[:, :2].T.ravel(), ends[:, 2:].T.ravel()
         tied = mesh.ties[:, :2].T.ravel(), mesh.ties[:, 2:].T.ravel()
         both = np.concatenate([one, tied[0]]), np.concatenate([other, tied[1]])
-        self.corner = _joined(len(mesh.nodes), *both)  #: (i,) number of the corner at each node
+        self.corner = linked(len(mesh.nodes), *both)  #: (i,) number of the corner at each node
         self.at = self.corner[one]  #: (p,) corner that each point touches
 
     def pieces(self, broken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -70,7 +63,7 @@ class Connection:
         first, both = np.flatnonzero(broken), np.flatnonzero(broken.reshape(2, -1).all(axis=0))
         one = np.concatenate([first, both])
         other = np.concatenate([points + self.at[first], points // 2 + both])
-        found = _joined(points + int(self.corner.max(initial=-1)) + 1, one, other)
+        found = linked(points + int(self.corner.max(initial=-1)) + 1, one, other)
         return found[:points], found[points + self.corner]
 
 
