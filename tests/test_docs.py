@@ -97,10 +97,26 @@ def test_an_invented_option_is_found():
         parse(["study", "granite.toml", "--velocity", "1"])
 
 
-def test_options_of_the_table_are_those_of_the_command():
-    listed = set(re.findall(r"^\| `(--[\w-]+)`", PAGES["docs/getting-started.md"], re.M))
-    options = {name for option in main.get_command(None, "compare").params for name in option.opts}
-    assert listed == options
+def test_options_of_the_table_are_those_of_the_commands():
+    table = PAGES["docs/cheat-sheet.md"].split("### Options")[1]
+    listed = re.findall(r"`(--[\w-]+)`", " ".join(re.findall(r"^\| (`--.*?) \|", table, re.M)))
+    options = {name for command in ("compare", "test") for each in main.get_command(None, command).params
+               for name in each.opts if name.startswith("--")}  # fmt: skip
+    assert sorted(listed) == sorted(options)
+
+
+def test_the_messages_of_the_faq_are_those_of_the_code():
+    """The fixed words, between dots, of each message that the page quotes in bold stand in the source."""
+    files = [
+        file for folder in ("framework", "laws", "geometry", "protocols") for file in ROOT.glob(f"{folder}/**/*.py")
+    ]
+    source = re.sub(r'"\s*\n?\s*f?"', "", "\n".join(file.read_text("utf-8") for file in files))
+    entries = re.findall(r"^- \*\*(.*?)\*\*", PAGES["docs/faq.md"], re.M)
+    assert 12 <= len(entries) <= 20
+    messages = [message for entry in entries for message in re.findall(r"`(.*?)`", entry) if " " in message]
+    assert len(messages) >= 12
+    words = {part.strip() for message in messages for part in message.split("...") if part.strip()}
+    assert {part for part in words if part not in source} == set()
 
 
 def anchors(text):

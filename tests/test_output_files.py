@@ -245,7 +245,7 @@ def test_frames_keep_their_stage(made):
 
 
 def test_the_documents_list_every_array(made):
-    page = (Path(__file__).parents[1] / "docs" / "getting-started.md").read_text("utf-8")
+    page = (Path(__file__).parents[1] / "docs" / "results.md").read_text("utf-8")
     table = page[page.index("| file | array |") :].split("\n\n")[0]
     listed, kind = {}, ""
     for row in table.splitlines()[2:]:

@@ -158,7 +158,7 @@ class NewUser:
 
     def paraview(self):
         """the files for ParaView, read back, with every array that the documents list, and drawn by its script"""
-        page = (self.home / "docs/getting-started.md").read_text("utf-8")
+        page = (self.home / "docs/results.md").read_text("utf-8")
         table, listed, last = re.search(r"^\| file \| array \|.*?\n\n", page, re.M | re.S)[0], {}, ""
         for file, arrays in re.findall(r"^\| *(`\w+`)? *\| (`.*?) \|", table, re.M):
             last = file.strip("`") or last
