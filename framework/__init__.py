@@ -3,10 +3,21 @@
 The public names stand in ``__init__.pyi``. Each is loaded when it is first used, so that commands start at once.
 """
 
+import sys
+from typing import Any
+
 import lazy_loader
 
 __version__ = "0.3.0"
-__getattr__, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_load, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str) -> Any:
+    try:
+        return _load(name)
+    except AttributeError:  # with both, Python says which name was meant
+        words = f"module 'grainlaw' has no attribute '{name}'"
+        raise AttributeError(words, name=name, obj=sys.modules[__name__]) from None
 
 
 def __dir__() -> list[str]:  # a notebook offers what is public, not the modules that it came from

@@ -17,6 +17,9 @@ from grainlaw.messages import ParameterError, in_python, refusal, short
 
 LARGEST = 1e30  #: no quantity of mechanics is larger in SI; beyond it products overflow
 FARTHEST = 1e12  #: m from the origin: beyond it products of lengths lose digits
+STRENGTHS = (1e3, 1e10)  #: Pa: usual, from soft soil to single crystals
+IN_SITU = (-1e9, -1e3)  #: Pa: usual stresses of rock in its place, compression negative
+SURFACES = (0.3, 1e5)  #: J/m2: usual fracture energies; new surface alone costs more than the first
 WITHOUT = "without"  #: key of what a part does not take
 
 
@@ -92,10 +95,10 @@ def parameter(
                     f"{type(component).__name__}: {attribute.name} = {entry:g}{measured} is not allowed, "
                     f"it must be {bounds}{bounds.why_not(entry)}"
                 )
-            if usual and entry and not usual[0] <= entry <= usual[1]:
-                words = f"{type(component).__name__}: {attribute.name} = {entry:g}{measured} is unusual"
-                range_ = f"usual are {usual[0]:g} to {usual[1]:g}{measured}"
-                warnings.warn(UnitWarning(f"{words}, {range_}: is the unit right?"), stacklevel=5)
+        for entry in values:
+            if words := usual and unusual(f"{type(component).__name__}: {attribute.name}", entry, unit, usual):
+                warnings.warn(UnitWarning(words), stacklevel=5)
+                break  # of an array one is enough
 
     def convert(value: Any, component: Any, attribute: Any) -> Any:
         try:
@@ -121,6 +124,15 @@ def parameter(
         metadata={"unit": unit, "bounds": bounds},
         eq=attrs.cmp_using(eq=np.array_equal),
     )
+
+
+def unusual(where: str, value: float, unit: str, usual: tuple[float, float]) -> str:
+    """What to warn of where a number lies outside of what is usual; empty for 0 and for one that does not."""
+    if not value or usual[0] <= value <= usual[1]:
+        return ""
+    measured = "" if unit == "1" else f" {unit}"
+    words = f"{where} = {value:g}{measured} is unusual, usual are {usual[0]:g} to {usual[1]:g}{measured}"
+    return f"{words}: is the {'sign' if usual[0] <= -value <= usual[1] else 'unit'} right?"
 
 
 def optional(unit: str, *, at_least: float | None = None, above: float | None = None) -> Any:

@@ -158,6 +158,16 @@ class Driven(BoundaryLoad):
     axis: int
     roller: bool = False  #: whether only its middle is driven
 
+    def check(self, stage: Stage) -> None:
+        super().check(stage)
+        same = [one for one in stage.of(Driven) if (one.boundary, one.axis) == (self.boundary, self.axis)]
+        if len(same) > 1:
+            kinds = " and a ".join(type(one).__name__ for one in same)
+            raise ParameterError(
+                f"Stage '{stage.name}': boundary = {self.boundary!r} has a {kinds} along the axis {self.axis}, it can "
+                "have one of them"
+            )
+
 
 @attrs.frozen(kw_only=True)
 class Drive(Driven):

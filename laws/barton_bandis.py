@@ -11,7 +11,7 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.checks import not_above
 from grainlaw.contact import ContactLaw
-from grainlaw.fields import ParameterError, angle_of_friction, parameter
+from grainlaw.fields import STRENGTHS, ParameterError, angle_of_friction, parameter
 from grainlaw.laws.closure import Closure
 from grainlaw.laws.friction import slid
 from grainlaw.messages import short
@@ -27,7 +27,7 @@ class Roughness(metaclass=Checked):
     takes_arrays = True  #: parameters may be arrays
 
     jrc: float = parameter("1", at_least=0, at_most=20)  #: joint roughness coefficient
-    jcs: float = parameter("Pa")  #: joint wall compressive strength
+    jcs: float = parameter("Pa", usual=STRENGTHS)  #: joint wall compressive strength
     residual_friction_angle: float = angle_of_friction()  #: of the smooth, weathered surface
 
     def friction_angle(self, normal_stress: Any) -> Any:

@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from grainlaw.contact import ContactLaw
-from grainlaw.fields import ParameterError, angle_of_friction, parameter, part
+from grainlaw.fields import STRENGTHS, SURFACES, ParameterError, angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
@@ -27,11 +27,13 @@ class BilinearMixedMode(ContactLaw):
 
     kn: float = parameter("Pa/m")  #: normal stiffness
     ks: float = parameter("Pa/m")  #: shear stiffness
-    tensile_strength: float = parameter("Pa")  #: f_t
-    cohesion: float = parameter("Pa")  #: c, shear strength
+    tensile_strength: float = parameter("Pa", usual=STRENGTHS)  #: f_t
+    cohesion: float = parameter("Pa", usual=STRENGTHS)  #: c, shear strength
     residual_friction_angle: float = angle_of_friction()  #: friction of the broken contact
-    mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak; published is G_I + f_t^2 / (2 kn)
-    mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak; published is G_II + c^2 / (2 ks)
+    mode_i_energy: float = parameter("J/m2", usual=SURFACES)  #: G_I, beyond the peak; published is G_I + f_t^2 / (2 kn)
+    mode_ii_energy: float = parameter(
+        "J/m2", usual=SURFACES
+    )  #: G_II, beyond the peak; published is G_II + c^2 / (2 ks)
     eta: float = parameter("1", default=2.0, at_least=0.25, at_most=7.75)  #: Benzeggagh-Kenane; k/4
     closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
 

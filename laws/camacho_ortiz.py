@@ -7,7 +7,7 @@ import math
 import attrs
 
 from grainlaw.contact import ContactLaw
-from grainlaw.fields import angle_of_friction, parameter, part
+from grainlaw.fields import STRENGTHS, SURFACES, angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
@@ -24,11 +24,11 @@ class CamachoOrtiz(ContactLaw):
 
     kn: float = parameter("Pa/m")  #: normal stiffness
     ks: float = parameter("Pa/m")  #: shear stiffness
-    tensile_strength: float = parameter("Pa")  #: f_t
-    cohesion: float = parameter("Pa")  #: c, shear strength: beta f_t
+    tensile_strength: float = parameter("Pa", usual=STRENGTHS)  #: f_t
+    cohesion: float = parameter("Pa", usual=STRENGTHS)  #: c, shear strength: beta f_t
     residual_friction_angle: float = angle_of_friction()  #: friction of the broken contact
-    mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak
-    mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak: kappa G_I
+    mode_i_energy: float = parameter("J/m2", usual=SURFACES)  #: G_I, beyond the peak
+    mode_ii_energy: float = parameter("J/m2", usual=SURFACES)  #: G_II, beyond the peak: kappa G_I
     closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
 
     @property

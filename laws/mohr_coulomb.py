@@ -8,7 +8,7 @@ import attrs
 
 from grainlaw.checks import not_above, not_beyond_apex
 from grainlaw.contact import ContactLaw
-from grainlaw.fields import angle_of_friction, parameter
+from grainlaw.fields import STRENGTHS, angle_of_friction, parameter
 from grainlaw.laws.friction import slid
 
 
@@ -27,13 +27,13 @@ class MohrCoulomb(ContactLaw):
 
     kn: float = parameter("Pa/m")  #: normal stiffness
     ks: float = parameter("Pa/m")  #: shear stiffness
-    tensile_strength: float = parameter("Pa", at_least=0)  #: f_t
-    cohesion: float = parameter("Pa", at_least=0)  #: c, shear strength under no pressure
+    tensile_strength: float = parameter("Pa", at_least=0, usual=STRENGTHS)  #: f_t
+    cohesion: float = parameter("Pa", at_least=0, usual=STRENGTHS)  #: c, shear strength under no pressure
     friction_angle: float = angle_of_friction()  #: phi, before it has broken
     #: tension that the broken contact still bears
-    residual_tensile_strength: float = parameter("Pa", default=0.0, at_least=0)
+    residual_tensile_strength: float = parameter("Pa", default=0.0, at_least=0, usual=STRENGTHS)
     #: shear that the broken contact bears under no pressure
-    residual_cohesion: float = parameter("Pa", default=0.0, at_least=0)
+    residual_cohesion: float = parameter("Pa", default=0.0, at_least=0, usual=STRENGTHS)
     #: friction of the broken contact
     residual_friction_angle: float = angle_of_friction(default=0.0)
     #: slip of the broken contact under pressure opens it by its tangent

@@ -10,7 +10,7 @@ import numpy as np
 
 from grainlaw.checks import kind_of_default, not_above
 from grainlaw.contact import ContactLaw
-from grainlaw.fields import angle_of_friction, parameter, part
+from grainlaw.fields import STRENGTHS, SURFACES, angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY, joined
@@ -36,12 +36,12 @@ class MunjizaJoint(ContactLaw):
 
     kn: float = parameter("Pa/m")  #: normal stiffness at the origin
     ks: float = parameter("Pa/m")  #: shear stiffness at the origin
-    tensile_strength: float = parameter("Pa")  #: f_t
-    cohesion: float = parameter("Pa", at_least=0)  #: c, shear strength under no pressure
+    tensile_strength: float = parameter("Pa", usual=STRENGTHS)  #: f_t
+    cohesion: float = parameter("Pa", at_least=0, usual=STRENGTHS)  #: c, shear strength under no pressure
     friction_angle: float = angle_of_friction()  #: phi, of the intact contact
     residual_friction_angle: float = angle_of_friction()  #: friction of the broken contact
-    mode_i_energy: float = parameter("J/m2")  #: G_I, beyond the peak
-    mode_ii_energy: float = parameter("J/m2")  #: G_II, beyond the peak
+    mode_i_energy: float = parameter("J/m2", usual=SURFACES)  #: G_I, beyond the peak
+    mode_ii_energy: float = parameter("J/m2", usual=SURFACES)  #: G_II, beyond the peak
     softening: Softening = part(Softening, EvansMarathe())  #: shape of the softening branches
     closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
     #: how a joint unloads after its peak

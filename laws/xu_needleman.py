@@ -10,7 +10,7 @@ import numpy as np
 
 from grainlaw.checks import kind_of_default
 from grainlaw.contact import ContactLaw
-from grainlaw.fields import angle_of_friction, parameter, part
+from grainlaw.fields import STRENGTHS, angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
 from grainlaw.laws.friction import slid
 from grainlaw.laws.mixed import TINY
@@ -39,8 +39,8 @@ class XuNeedleman(ContactLaw):
 
     kn: float = parameter("Pa/m")  #: normal stiffness at the start
     ks: float = parameter("Pa/m")  #: shear stiffness at the start
-    tensile_strength: float = parameter("Pa")  #: f_t
-    cohesion: float = parameter("Pa")  #: c, shear strength without opening
+    tensile_strength: float = parameter("Pa", usual=STRENGTHS)  #: f_t
+    cohesion: float = parameter("Pa", usual=STRENGTHS)  #: c, shear strength without opening
     residual_friction_angle: float = angle_of_friction()  #: friction of the broken contact
     closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
     #: what slip does to the tension

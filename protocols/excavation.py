@@ -11,7 +11,7 @@ import numpy as np
 from grainlaw.columns import TIME, Panel
 from grainlaw.condition import AtRest, Curves
 from grainlaw.engine.state import State
-from grainlaw.fields import parameter, part, whole_number
+from grainlaw.fields import IN_SITU, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loads import Drive, Traction
 from grainlaw.protocol import LoadingProtocol
@@ -35,8 +35,9 @@ class Excavation(LoadingProtocol):
     Where nothing is held the whole rock may move a little, for local damping does not conserve its momentum.
     """
 
-    xx: float = parameter("Pa", default=-20 * MPa, above=-np.inf)  #: stress of the rock along x, tension positive
-    yy: float = parameter("Pa", default=-60 * MPa, above=-np.inf)  #: along y
+    #: stress of the rock along x, tension positive
+    xx: float = parameter("Pa", default=-20 * MPa, above=-np.inf, usual=IN_SITU)
+    yy: float = parameter("Pa", default=-60 * MPa, above=-np.inf, usual=IN_SITU)  #: along y
     xy: float = parameter("Pa", default=0.0, above=-np.inf)  #: shear stress
     opening: str = "hole"  #: name of the boundary that is excavated
     held: bool = part(bool, False)  #: whether the other boundaries stay where they are while the rim is let go

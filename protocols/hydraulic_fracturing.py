@@ -11,7 +11,7 @@ import numpy as np
 from grainlaw.columns import DAMAGED, SHARED, TIME, WET, Panel
 from grainlaw.condition import AtRest, Curves, FailsTo, Reaches
 from grainlaw.engine.state import State
-from grainlaw.fields import parameter, part, whole_number
+from grainlaw.fields import IN_SITU, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loads import Injection, Traction
 from grainlaw.protocol import LoadingProtocol
@@ -36,8 +36,9 @@ class HydraulicFracturing(LoadingProtocol):
     should be the same without viscosity.
     """
 
-    xx: float = parameter("Pa", default=-5 * MPa, above=-np.inf)  #: stress of the rock along x, tension positive
-    yy: float = parameter("Pa", default=-5 * MPa, above=-np.inf)  #: along y
+    #: stress of the rock along x, tension positive
+    xx: float = parameter("Pa", default=-5 * MPa, above=-np.inf, usual=IN_SITU)
+    yy: float = parameter("Pa", default=-5 * MPa, above=-np.inf, usual=IN_SITU)  #: along y
     xy: float = parameter("Pa", default=0.0, above=-np.inf)  #: shear stress
     opening: str = "hole"  #: name of the boundary into which is pumped
     rate: float = parameter("m2/s", default=4e-3)  #: volume over time and thickness

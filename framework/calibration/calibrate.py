@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import sys
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -68,6 +69,13 @@ def calibrate(
     space = _space(law, free, tied or {}, shapes, targets)
     parts = 3 if targets.elastic else 2  # a pilot, the first wave, and as much for the later ones
     checked_whole_number("calibrate: budget", budget, at_least=parts * (len(space.groups) + 4))
+    if len(targets.tested) < len(space.free):
+        given, asked = ", ".join(targets.tested), ", ".join(free)
+        warnings.warn(
+            f"calibrate: {len(targets.tested)} targets of strength ({given}) for {len(space.free)} free parameters "
+            f"({asked}) cannot determine all of them: give more targets, or fix or tie a parameter",
+            stacklevel=3,
+        )
 
     case = TrialCase(space.law, space.base, space.ties, shapes, made, 1.0)
     names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, is_number
 from grainlaw.columns import quantity_of
-from grainlaw.fields import ParameterError, checked_number
+from grainlaw.fields import STRENGTHS, ParameterError, UnitWarning, checked_number, unusual
 from grainlaw.messages import nearest, refusal, short
 from grainlaw.quantity import Quantity
 from grainlaw.unit_text import without_prefixes
@@ -20,6 +21,7 @@ COMPRESSION, CONFINED, TENSION = "compression", "confined", "tension"
 BRAZILIAN, BENDING = "brazilian", "bending"
 TESTS = (COMPRESSION, CONFINED, TENSION, BRAZILIAN, BENDING)
 USUAL_UNCERTAINTY = 0.02  #: of a value: what the mean of some ten laboratory tests is known to
+KNOWN = (1e-4, 0.5)  #: of a value: its usual uncertainty
 CONFINED_AT = 0.05  #: of the strength: the confinement, if none is given
 
 
@@ -35,6 +37,7 @@ class Aim:
     most: float = math.inf  #: and below it
     is_log: bool = True  #: whether its logarithm is emulated
     confinement: float = 0.0  #: Pa, of a strength under one
+    usual: tuple[float, float] = STRENGTHS  #: of rocks
 
     @property
     def shown(self) -> Quantity:
@@ -71,18 +74,25 @@ class Aims(dict[str, Aim]):
 AIMS = Aims(
     (aim.name, aim)
     for aim in (
-        Aim("youngs_modulus", (COMPRESSION,), "modulus", power=0),
-        Aim("poissons_ratio", (COMPRESSION,), "poisson", power=0, least=-1, most=0.5, is_log=False),
+        Aim("youngs_modulus", (COMPRESSION,), "modulus", power=0, usual=(1e8, 1e12)),
+        Aim("poissons_ratio", (COMPRESSION,), "poisson", power=0, least=-1, most=0.5, is_log=False, usual=(-1, 0.5)),
         Aim("ucs", (COMPRESSION,), "strength"),
         Aim("cohesion", (COMPRESSION, CONFINED)),
-        Aim("friction_angle", (COMPRESSION, CONFINED), power=0, most=90, is_log=False),
+        Aim("friction_angle", (COMPRESSION, CONFINED), power=0, most=90, is_log=False, usual=(2, 90)),
         Aim("tensile_strength", (TENSION,), "strength"),
         Aim("brazilian_strength", (BRAZILIAN,), "strength"),
-        Aim("fracture_toughness", (BENDING,), "toughness"),
+        Aim("fracture_toughness", (BENDING,), "toughness", usual=(1e4, 1e8)),
         Aim("crack_initiation", (COMPRESSION,), "crack_initiation_lateral"),
         Aim("crack_damage", (COMPRESSION,), "crack_damage"),
     )
 )
+
+
+#: of each two of a rock the first is below the second
+SMALLER = (
+    ("tensile_strength", "ucs"), ("brazilian_strength", "ucs"), ("crack_initiation", "crack_damage"),
+    ("crack_initiation", "ucs"), ("cohesion", "ucs"),
+)  # fmt: skip
 
 
 @attrs.frozen
@@ -107,8 +117,18 @@ def _target_of(aim: Aim, given: Any) -> Target:
     value = checked_number(where, pair[0], aim.unit, above=aim.least)
     if value >= aim.most:
         raise refusal(where, value, f"below {aim.most:g}")
-    usual = USUAL_UNCERTAINTY * abs(value)
-    return Target(value, usual if pair[1] is None else checked_number(f"{where}: uncertainty", pair[1], at_least=0))
+    _warn(unusual(where, value, aim.unit, aim.usual))
+    if pair[1] is None:
+        return Target(value, USUAL_UNCERTAINTY * abs(value))
+    uncertainty = checked_number(f"{where}: uncertainty", pair[1], at_least=0)
+    if value:
+        _warn(unusual(f"{where}: uncertainty over value", uncertainty / abs(value), "1", KNOWN))
+    return Target(value, uncertainty)
+
+
+def _warn(words: str) -> None:
+    if words:
+        warnings.warn(UnitWarning(words), stacklevel=6)
 
 
 def _triaxial(given: Any) -> dict[float, Target]:
@@ -158,6 +178,13 @@ class Targets(metaclass=Checked):
             checked_number(f"Targets: confinements[{number}]", value, "Pa", above=0)
         if len(set(self.confinements)) < len(self.confinements):
             raise ParameterError(f"Targets: confinements = {short(self.confinements)} is not allowed, each only once")
+        for less, more in SMALLER:
+            low, high = getattr(self, less), getattr(self, more)
+            if low is not None and high is not None and low.value >= high.value:
+                raise ParameterError(
+                    f"Targets: {less} = {low.value:g} Pa is not allowed beside {more} = {high.value:g} Pa, it must be "
+                    "below it: are the two exchanged, or their units?"
+                )
         if not self.given:
             raise ParameterError(f"Targets: there is no target; give one or more of {', '.join(AIMS)}")
 

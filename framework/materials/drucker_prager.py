@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 
 from grainlaw.checks import not_above
-from grainlaw.fields import angle_of_friction, parameter, part
+from grainlaw.fields import STRENGTHS, angle_of_friction, parameter, part
 from grainlaw.material import Material, Rows
 from grainlaw.materials.isotropic import bulk_modulus, equivalent, in_plane_strain, shear_modulus, stored
 
@@ -36,7 +36,7 @@ class DruckerPrager(Material):
     youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))  #: E
     poissons_ratio: float = parameter("1", above=-1.0, below=0.5)  #: nu
     density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
-    cohesion: float = parameter("Pa")  #: c
+    cohesion: float = parameter("Pa", usual=STRENGTHS)  #: c
     friction_angle: float = angle_of_friction()  #: phi
     #: psi; friction_angle makes the flow associated
     dilation_angle: float = parameter("deg", default=0.0, at_least=0, below=90)

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.checks import not_above, not_beyond_apex
-from grainlaw.fields import angle_of_friction, parameter
+from grainlaw.fields import STRENGTHS, angle_of_friction, parameter
 from grainlaw.material import Material, Rows
 from grainlaw.materials.isotropic import bulk_modulus, equivalent, in_plane_strain, shear_modulus, stored
 
@@ -31,13 +31,13 @@ class MohrCoulombPlastic(Material):
     youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))  #: E
     poissons_ratio: float = parameter("1", above=-1.0, below=0.5)  #: nu
     density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
-    tensile_strength: float = parameter("Pa", at_least=0)  #: f_t, the largest principal stress
-    cohesion: float = parameter("Pa", at_least=0)  #: c
+    tensile_strength: float = parameter("Pa", at_least=0, usual=STRENGTHS)  #: f_t, the largest principal stress
+    cohesion: float = parameter("Pa", at_least=0, usual=STRENGTHS)  #: c
     friction_angle: float = angle_of_friction()  #: phi
     #: psi; friction_angle makes the flow associated
     dilation_angle: float = parameter("deg", default=0.0, at_least=0, below=90)
-    residual_tensile_strength: float = parameter("Pa", default=0.0, at_least=0)  #: after softening
-    residual_cohesion: float = parameter("Pa", default=0.0, at_least=0)  #: after softening
+    residual_tensile_strength: float = parameter("Pa", default=0.0, at_least=0, usual=STRENGTHS)  #: after softening
+    residual_cohesion: float = parameter("Pa", default=0.0, at_least=0, usual=STRENGTHS)  #: after softening
     residual_friction_angle: float = angle_of_friction(default=0.0)  #: after softening
     softening_strain: float = parameter("1", default=math.inf, infinite=True)  #: none without one
 

@@ -44,6 +44,8 @@ def write_atomically(
     """
     if not path.name:
         raise IsADirectoryError(errno.EISDIR, "a folder, not the name of a file", str(path))
+    if not path.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, f"there is no folder '{path.parent}'", str(path))
     other = path.with_name(f".{path.stem}{f'.{os.getpid()}' if shared else ''}.part{path.suffix}")
     try:
         write(other)

@@ -19,7 +19,7 @@ from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, cr
 from grainlaw.results.fragments import Fragments, fragments
 from grainlaw.results.measure import Measure, check_measures, found
 from grainlaw.results.measured import MeasuredCurve
-from grainlaw.results.result import Result
+from grainlaw.results.result import Named, Result
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.results.tables import data_frame, latex, latex_table, latex_unit
 from grainlaw.results.thresholds import Path, path_to_peak
@@ -143,7 +143,7 @@ class Laboratory(metaclass=Checked):
     @cached_property
     def properties(self) -> dict[str, float]:
         """All measures in SI, by name."""
-        return {measure.name: self.value(measure.name) for measure in self.measures}
+        return Named((measure.name, self.value(measure.name)) for measure in self.measures)
 
     def to_pandas(self) -> pandas.DataFrame:
         """A row for each measure, by name: what it is, its value in its unit with all digits, resolution, source.

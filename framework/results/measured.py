@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
@@ -14,7 +15,14 @@ import numpy as np
 
 from grainlaw.arguments import Checked, checked, is_number
 from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS, TIME, VOLUMETRIC_STRAIN, quantity_of
-from grainlaw.fields import ParameterError, checked_number, checked_whole_number
+from grainlaw.fields import (
+    STRENGTHS,
+    ParameterError,
+    UnitWarning,
+    checked_number,
+    checked_whole_number,
+    unusual,
+)
 from grainlaw.messages import nearest, refusal
 from grainlaw.moduli import elastic_moduli
 from grainlaw.quantity import Quantity
@@ -45,7 +53,7 @@ KINDS: dict[str, tuple[str, str]] = {
     DISPLACEMENT: (r"displac|deformation|lvdt|stroke|\bweg\b", "m"),
 }  # fmt: skip
 GREEK = {"ε": "epsilon", "ϵ": "epsilon", "σ": "sigma", "₁": "1", "₃": "3"}
-#: Pa: moduli of rocks, by which a strain without a unit is told from one in % and in millionths
+#: Pa: moduli of rocks, by which a strain without a unit is told from one in % and in millionths, and a slip
 SOFTEST, STIFFEST = 1e9, 2e11
 STRONGEST = 1e9  #: Pa: no rock bears more
 
@@ -150,9 +158,20 @@ def read_curve(
     read = _Reading(where, chosen, {k: unit_of(u) if u else "" for k, u in units.items()}, sizes)
     curves = read.curves(confinement, tension, laterals)
     notes = (f"{os.fspath(file)}: {table.form}", *read.notes, *_unused(table.columns, read.used))
-    return MeasuredCurve(
+    found = MeasuredCurve(
         name=os.path.basename(os.fspath(file)), curves=curves, tension=bool(tension), laterals=laterals, notes=notes
     )
+    for words in filter(None, _doubts(f"{where}: {found.name}", found, confinement)):
+        warnings.warn(UnitWarning(words), stacklevel=3)
+    return found
+
+
+def _doubts(where: str, found: MeasuredCurve, confinement: float) -> Iterator[str]:
+    """What is unusual of a rock, as after a slip of the unit of a column or of a size."""
+    largest, modulus = found.summary["largest_stress"], found.summary["modulus"]
+    yield unusual(f"{where}: confinement", confinement, "Pa", STRENGTHS)
+    yield unusual(f"{where}: the largest stress", largest, "Pa", (STRENGTHS[0], 2 * STRONGEST))
+    yield "" if math.isnan(modulus) else unusual(f"{where}: the modulus", modulus, "Pa", (SOFTEST, STIFFEST))
 
 
 def _kind(kind: str) -> str:

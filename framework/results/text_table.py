@@ -100,6 +100,12 @@ def read_table(where: str, file: str | os.PathLike[str]) -> TextTable:
         raise ParameterError(f"{where}: {os.fspath(file)} has no two columns of numbers below each other")
     width = len(rows[first])
     above = [row for line in lines[:first] if len(row := _head_cells(line, separator, width)) >= width]
+    title = next((cells for row in reversed(rows[:first]) if any(cells := [cell for cell in row if cell])), [])
+    if separator == "," and 2 * len(title) == width:
+        raise ParameterError(
+            f"{where}: {os.fspath(file)} has {len(title)} names ({', '.join(title)}) above {width} columns: is the "
+            "comma the decimal sign too? save it with semicolons between the columns"
+        )
     names, units = _heads(above, width)
     body = [(k, row) for k, row in enumerate(rows[first:], first + 1) if any(row)]
     columns = []

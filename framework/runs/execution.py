@@ -30,6 +30,7 @@ from grainlaw.runs.stepper import Stepper
 from grainlaw.runs.stopping import Stopped
 from grainlaw.stage import Stage
 
+IDLE = 10  #: samples after which a stage without loads must have come nearer to its end
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
 
@@ -146,6 +147,7 @@ class Execution:
                 self.at.finished = self.at.stage == len(self.stages) - 1
                 self.at.stage += not self.at.finished
                 return
+            self._refuse_idle(stage)
             if stage.ageing is not None:
                 age_at_rest(self.state, stage.ageing, self.columns.since(self.at.first_sample))
             if self.folder is not None and self.folder.checkpoint_is_due():
@@ -177,6 +179,19 @@ class Execution:
             if self.folder.summary_is_due():
                 self.folder.summarize(self._summary_so_far(), "running")
         return progress
+
+    def _refuse_idle(self, stage: Stage) -> None:
+        """Raise StageError where nothing is imposed on a specimen that has never moved, and its test sees no change."""
+        count = self.columns.count - self.at.first_sample
+        if stage.loads or count != IDLE or self.state.kinetic_energy:
+            return
+        curves = self.protocol.counted(self.columns.since(0), self.at.first_sample)
+        before = {name: column[:-1] for name, column in curves.items()}
+        if all(end.progress(curves) == end.progress(before) for end in stage.ends):
+            raise StageError(
+                f"stage '{stage.name}' has no loads, and its specimen is at rest: it would wait for ever for "
+                f"{stage.ends}; give it loads=[...]"
+            )
 
     def _record(self, energies: dict[str, float]) -> None:
         state = self.state

@@ -12,18 +12,19 @@ from grainlaw.contact import each_law
 from grainlaw.engine.model import Model
 from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.loading import Constant
-from grainlaw.loads import Conduction, Drive, FluidPressure, Heat, Hold, Pressure
+from grainlaw.loads import Conduction, Drive, FluidPressure, Heat, Hold, Pressure, Traction
 from grainlaw.stage import Stage
 
 CONTACTS = (1e-2, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
 OPENING = 0.1  #: of the grain size: the most that a contact usually opens before it breaks
 FELT = 10  #: times what rounding of positions makes of stresses at contacts: least load that comes to rest
+LOADED = (2e-8, 0.05)  #: of the modulus: usual pressures and stresses on boundaries
 SPEED = 0.02  #: of the speed of waves: the fastest usual loading
 
 
 def warn_of_scales(model: Model, stages: Sequence[Stage]) -> None:
-    """Warn (:class:`UnitWarning`) of contacts too soft or stiff for their grains, and of boundaries too fast."""
-    for words in (*_contacts(model), *_speeds(model, stages)):
+    """Warn (:class:`UnitWarning`) of contacts, loads and speeds that do not go with their grains."""
+    for words in (*_contacts(model), *_levels(model, stages), *_speeds(model, stages)):
         warnings.warn(UnitWarning(words), stacklevel=4)
 
 
@@ -37,6 +38,20 @@ def refuse_lost_loads(model: Model, stages: Sequence[Stage]) -> None:
                 raise ParameterError(
                     f"stage '{stage.name}': {load.level:.3g} Pa on the boundary {load.boundary} is not allowed, it "
                     f"must be 0 or at least {least:.1g} Pa: less is lost in the rounding of positions"
+                )
+
+
+def refuse_lost_pressures(model: Model, stages: Sequence[Stage]) -> None:
+    """Raise ParameterError for a pressure on a straight boundary that is moved along its normal: it does nothing."""
+    mesh = model.specimen.mesh
+    for stage in stages:
+        moved = {(drive.boundary, drive.axis) for drive in stage.of(Drive) if not drive.roller}
+        for load in stage.of(Pressure):
+            straight = np.ptp(mesh.nodes[mesh.boundaries[load.boundary]], axis=0) == 0
+            if any((load.boundary, axis) in moved for axis in np.flatnonzero(straight).tolist()):
+                raise ParameterError(
+                    f"stage '{stage.name}': a Pressure on the boundary {load.boundary} is not allowed beside a Drive "
+                    "that moves it along its normal: the motion decides, and the pressure does nothing"
                 )
 
 
@@ -87,6 +102,19 @@ def _contacts(model: Model) -> Iterator[str]:
                 f"{name}: contacts that open by {float(np.max(strength)) / kn:.2g} m before they break are unusual "
                 f"between grains of {size:.2g} m: usual is at most {OPENING * size:.1g} m, tensile_strength over kn"
             )
+
+
+def _levels(model: Model, stages: Sequence[Stage]) -> Iterator[str]:
+    low, high = (share * scales(model)[0] for share in LOADED)
+    for stage in stages:
+        for load in stage.of(Pressure, FluidPressure, Hold, Traction):
+            size = load.largest * (max(map(abs, load.stress)) if isinstance(load, Traction) else 1.0)
+            if size and not low <= size <= high:
+                yield (
+                    f"stage '{stage.name}': {size:.4g} Pa on the boundary {load.boundary} is unusual in this specimen: "
+                    f"usual are {low:.1g} to {high:.1g} Pa: is the unit right?"
+                )
+                return
 
 
 def _speeds(model: Model, stages: Sequence[Stage]) -> Iterator[str]:

@@ -31,7 +31,12 @@ from grainlaw.runs.claim import Folder, claimed
 from grainlaw.runs.estimate import check_memory
 from grainlaw.runs.execution import Execution
 from grainlaw.runs.first_questions import ask_first_questions
-from grainlaw.runs.plausibility import refuse_heat_after_conduction, refuse_lost_loads, warn_of_scales
+from grainlaw.runs.plausibility import (
+    refuse_heat_after_conduction,
+    refuse_lost_loads,
+    refuse_lost_pressures,
+    warn_of_scales,
+)
 from grainlaw.runs.progress import RunBar, Shown, shown_in
 from grainlaw.runs.run_folder import RunFolder, checkpoint_of
 from grainlaw.runs.stepper import Stepper
@@ -168,6 +173,7 @@ def begun(
                 "grains are slower"
             )
     refuse_lost_loads(model, stages)
+    refuse_lost_pressures(model, stages)
     refuse_heat_after_conduction(stages)
     warn_of_scales(model, stages)
     return state, stages

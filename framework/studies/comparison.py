@@ -9,12 +9,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import attrs
+import numpy as np
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.contact import Laws
 from grainlaw.fields import ParameterError
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.quantity import Quantity, aligned
+from grainlaw.results.archive import called
 from grainlaw.results.certificate import marked, warnings_of
 from grainlaw.results.files import file_name, writable_folder, write_atomically
 from grainlaw.results.means import mean_and_range, means
@@ -122,17 +124,35 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         found = {name: result for result in self.results.values() for name in result.summary}
         return [result.quantity(name) for name, result in found.items()]
 
+    @property
+    def _doubts(self) -> list[str]:
+        """Of the runs, and where they differ in more than the law."""
+        found = list(warnings_of(self.named))
+        tests = dict.fromkeys(called(result.protocol) for result in self.results.values())
+        if len(tests) > 1:
+            found.append(
+                f"the runs are of different tests, {', '.join(tests)}: what they differ by is not the law alone"
+            )
+        for seed in dict.fromkeys(_parted(key)[1] for key in self.results):
+            grains = [
+                result.specimen.grains.vertices for key, result in self.results.items() if _parted(key)[1] == seed
+            ]
+            if not all(np.array_equal(each, grains[0]) for each in grains):
+                found.append("the runs are of different grains: what they differ by is not the law alone")
+                break
+        return found
+
     def _html(self) -> str:
         heads, *rows = self._rows()
         failed = [(in_words(key), "failed", str(error)) for key, error in self.failed.items()]
-        doubted = [("doubt", words) for words in warnings_of(self.named)]
+        doubted = [("doubt", words) for words in self._doubts]
         return html_table(rows, heads) + "".join(html_table(each) for each in (failed, doubted) if each)
 
     def __str__(self) -> str:
         reasons = [f"{in_words(key)} failed: {error}" for key, error in self.failed.items()]
         seeds = ", ".join(map(str, self.seeds))
         last = [f"mean (range) of the samples with the seeds {seeds}"] if seeds else []
-        return "\n".join([aligned(self._rows(), rule=True), *last, *reasons, *warnings_of(self.named)])
+        return "\n".join([aligned(self._rows(), rule=True), *last, *reasons, *self._doubts])
 
     def _rows(self) -> list[list[str]]:
         by_law = self.by_law

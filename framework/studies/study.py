@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 import sys
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -24,6 +25,7 @@ from grainlaw.messages import refusal, short
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
+from grainlaw.runs.estimate import CostWarning
 from grainlaw.runs.identity import Unknown, digest, fingerprint_of, own_modules
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.plausibility import warn_of_scales
@@ -36,6 +38,7 @@ from grainlaw.studies.store import KILLED, InMemory, Kept, Store
 from grainlaw.studies.table import Table
 from grainlaw.studies.workers import Watcher, carry_all, workers
 
+CROWDED = 8  #: workers of one core that are told
 SEVERAL = 8  #: levels of a factor that are tried before anything is run; of more numbers the first and the outermost
 Folder = str | os.PathLike[str]
 
@@ -111,6 +114,12 @@ class Study(metaclass=Checked):
         usual = on.side_by_side if isinstance(on, Gpu) else cores()
         count = usual if workers is None else checked_whole_number("Study.run: workers", workers, at_least=1)
         turn = _shard(shard)
+        if on is None and min(count, len(self)) > CROWDED * cores():
+            warnings.warn(
+                f"Study.run: workers = {count} are more than the {cores()} cores of this machine can do, and each "
+                "takes 0.3 GB of memory and more: take as many as there are cores",
+                CostWarning, stacklevel=2,
+            )  # fmt: skip
         store: Kept = InMemory(self._about()) if folder is None else Store(folder, about=self._about())
         stop = stop or Stop()
         mine = (pair for k, pair in enumerate(self._cases()) if k % turn[1] == turn[0])
@@ -149,7 +158,7 @@ class Study(metaclass=Checked):
     def _try_levels(self, tasks: Sequence[Task], compile_too: bool) -> None:
         """Build one case for each level, so that one that is refused is known at once; compile each law once."""
         recipe = self._recipe
-        tried: set[str] = set()
+        tried: dict[str, str] = {}  # keys of runs by those of cases
         laws: set[str] = set()
         for name in self.design.names:
             levels: dict[Any, Task] = {}
@@ -160,9 +169,9 @@ class Study(metaclass=Checked):
             for level, task in levels.items():
                 if task.case in tried:
                     continue
-                tried.add(task.case)
                 try:
                     run = recipe.run(task.factors)
+                    tried[task.case] = run.key()
                     warn_of_scales(run.model, list(run.protocol.stages(run.specimen)))
                     if compile_too and (kind := _kind(run)) not in laws:
                         compiled(run)
@@ -172,6 +181,11 @@ class Study(metaclass=Checked):
                     others = ", ".join(f"{n} = {v}" for n, v in task.factors.items() if n != name)
                     where = f" (in the case {others})" if others else ""
                     raise ParameterError(f"Study: {name} = {short(level)} is refused{where}: {words}") from None
+            if len(levels) > 1 and len({tried[task.case] for task in levels.values()}) == 1:
+                same = ", ".join(short(level) for level in levels)
+                called = f"{getattr(self.case, '__name__', 'case')}({', '.join(self.design.names)})"
+                words = f"Study: {name} = {same} give one and the same run: does {called} make use of {name}?"
+                warnings.warn(words, stacklevel=3)
 
     def _with_known(self, tasks: list[Task], store: Kept) -> list[Task]:
         """The same, with the runs that equal factors had before the function was edited: perhaps they are the same."""

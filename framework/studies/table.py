@@ -256,7 +256,8 @@ class Table(metaclass=Checked):
     def _check(self, *names: str) -> None:
         for name in names:
             if name not in self.columns:
-                raise ParameterError(f"Table: there is no column '{name}'{nearest(name, self.columns)}")
+                known = f"there are: {', '.join(self.columns)}"
+                raise ParameterError(f"Table: there is no column '{name}'{nearest(name, self.columns)} ({known})")
 
     def _check_factors(self, where: str, *names: str) -> None:
         for name in names:
