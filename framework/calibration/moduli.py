@@ -11,7 +11,7 @@ import numpy as np
 from grainlaw.calibration.first_look import TRIED, first_match, why_unknown
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness, UnreachableError
-from grainlaw.calibration.targets import Targets
+from grainlaw.calibration.targets import Targets, in_words
 from grainlaw.calibration.trials import StudySimulator
 from grainlaw.calibration.waves import Search
 from grainlaw.fields import ParameterError
@@ -45,7 +45,7 @@ def meet_moduli(
         return {name: float(spread(np.ravel(each))["mean"]) for name, each in values.items()}
 
     found = fit_moduli(wanted, statics, measure, moduli_of(first, wanted))
-    told = ", ".join(f"{name} = {value:.4g}" for name, value in found.tested.items())
+    told = in_words(found.tested)
     search.tell(f"tests give {told} with E = {found.modulus / 1e9:.2f} GPa, nu = {found.poisson:.3f} by statics")
     if found.parameters != first.parameters:
         search = attrs.evolve(search, budget=search.budget - spent)

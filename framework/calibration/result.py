@@ -15,9 +15,10 @@ from grainlaw.calibration.check import Compared
 from grainlaw.calibration.emulator import quality
 from grainlaw.calibration.first_look import FirstLook
 from grainlaw.calibration.identifiability import Identifiability
+from grainlaw.calibration.matching import LIMIT
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness, with_grains
-from grainlaw.calibration.targets import AIMS, Targets
+from grainlaw.calibration.targets import AIMS, Targets, in_words
 from grainlaw.calibration.trials import Failure
 from grainlaw.calibration.waves import SearchResult
 from grainlaw.contact import ContactLaw
@@ -30,6 +31,9 @@ from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
 
 REPORT, NUMBERS = "report.html", "calibration.json"
+NOTHING = (
+    f"Nothing in the ranges is plausible: every set of parameters is {LIMIT:g} standard errors or more off a target."
+)
 
 
 @attrs.frozen(kw_only=True, eq=False)
@@ -85,7 +89,7 @@ class Calibration(metaclass=Checked):
     def __str__(self) -> str:
         parts = [self.head]
         if self.identifiability is None:
-            parts += [f"Nothing in the ranges is plausible. In conflict: {self.conflict}."]
+            parts += [f"{NOTHING} In conflict: {self.conflict}."]
         else:
             parts += [aligned(self.parameter_lines, rule=True), *self.verdicts, aligned(self.check_lines, rule=True)]
         parts.append(aligned(self.quality_lines, rule=True))
@@ -116,9 +120,7 @@ class Calibration(metaclass=Checked):
                 f"with {found}{more}"
             )
             if self.stiffness.tested:
-                moduli = (f"{AIMS[n].shown.words} = {AIMS[n].shown.text(v)}"
-                          for n, v in self.stiffness.tested.items())  # fmt: skip
-                lines.append(f"with which tests gave {' and '.join(moduli)} in the pilot")
+                lines.append(f"with which tests gave {in_words(self.stiffness.tested)} in the pilot")
         scale = self.space.scale
         if self.first_look is not None:
             lines.append(f"first look, by no test: {self.first_look.in_words}")

@@ -95,6 +95,13 @@ SMALLER = (
 )  # fmt: skip
 
 
+def in_words(values: Mapping[str, float]) -> str:
+    """Numbers of a laboratory by name (SI) as it writes them: ``E = 59.87 GPa, nu = 0.250``."""
+    return ", ".join(
+        f"{AIMS[name].shown.words} = {AIMS[name].shown.with_unit(value)}" for name, value in values.items()
+    )
+
+
 @attrs.frozen
 class Target:
     """A value of the laboratory and how well it is known (standard uncertainty); SI, angles in degrees."""

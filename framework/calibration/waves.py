@@ -23,6 +23,7 @@ ENOUGH = 0.1  #: of the variance of a prediction is the emulator's: then another
 STEEP = 5.0  #: of strength over confinement, where one test is all that is known
 CANDIDATES = 600  #: of which the points of a wave are chosen
 
+MEANING = f" (no target is more than {LIMIT:g} standard errors off: those of laboratory, grains and emulator together)"
 Tell = Callable[[str], None]
 
 
@@ -95,15 +96,16 @@ class Search:
         chosen = self._beginning
         design, waves = TestedPoints(np.empty((0, len(self.space.free))), np.empty(0), {}), list[SearchWave]()
         for number in range(1, WAVES + 1):
-            self.tell(f"wave {number} of at most {WAVES}: {self._in_words(len(chosen))}")
+            what = " (what is tested together)" if number == 1 else ""
+            self.tell(f"wave {number} of at most {WAVES}{what}: {self._in_words(len(chosen))}")
             first = len(design.points)
             design = design.with_more(chosen, *self._tested(chosen, self.seeds))
             match, left = self._looked_at(design, number)
             if number == 1:
                 design, match, left = self._with_anchor(design, match, left, number)
             waves.append(SearchWave(first, len(design.points) - first, left.share, left.least))
-            best = f"the best is {left.least:.1f} standard errors off"
-            self.tell(f"{100 * left.share:.2g} % of the ranges can be this rock; {best}")
+            self.tell(f"{100 * left.share:.2g} % of the ranges are plausible{MEANING if number == 1 else ''}; "
+                      f"the best set of parameters is {left.least:.1f} off")  # fmt: skip
             room = (self.budget - len(design.points) - bool(self.more)) // max(WAVES - number, 1)
             room = min(LATER * groups, room)
             chosen = self._next(match, left, room, number) if number < WAVES and room > 0 else chosen[:0]
